@@ -8,7 +8,8 @@ import yaml
 
 from kbot.cli.main import run
 from kbot.cli.ros.graph.asking import tell_of_silence
-from kbot.messages import controller_services as srv
+from kbot.messages.gz_services import GzDeleteEntityRequest
+from kbot.messages.services import SuccessResponse
 from kbot.ros.bridges.service import Service
 from kbot.ros.graph.server import GraphServer
 from kbot.ros.service_types import service_type
@@ -135,22 +136,22 @@ def test_nodes_and_services(running: Running, graph: GraphServer, capsys: Said) 
     )
 
 
-def test_a_controller_manager_s_no_is_a_failure_too(
+def test_a_failure_without_a_reason_is_a_failure_too(
     running: Running, graph: GraphServer, capsys: Said
 ) -> None:
-    """Its answers say `ok`, and have no room for a reason."""
-    name = "/arm/controller_manager/unload_controller"
-    kind = service_type("controller_manager_msgs/UnloadController")
+    """The responses of ros_gz_interfaces have no field for a reason."""
+    name = "/world/empty/remove"
+    kind = service_type("ros_gz_interfaces/DeleteEntity")
 
-    def unload(_: object, request: srv.ControllerRequest) -> srv.OkResponse:
-        return srv.OkResponse(ok=request.name == "there")
+    def delete(_: object, request: GzDeleteEntityRequest) -> SuccessResponse:
+        return SuccessResponse(success=request.entity.name == "there")
 
-    running.link.services = {name: Service(name, kind, unload)}
-    assert told(capsys, "service", "call", name, "{name: there}") == "ok: true\n"
-    assert run(("service", "call", name, "{name: ghost}")) == 1
+    running.link.services = {name: Service(name, kind, delete)}
+    assert told(capsys, "service", "call", name, "{entity: {name: there}}") == "success: true\n"
+    assert run(("service", "call", name, "{entity: {name: ghost}}")) == 1
     failed = capsys.readouterr()
     assert failed.err == f"{name} failed: why is told where KBot runs\n"
-    assert failed.out == "ok: false\n"
+    assert failed.out == "success: false\n"
 
 
 def test_parameters(running: Running, graph: GraphServer, capsys: Said) -> None:

@@ -1,14 +1,11 @@
-"""An arm of a launch file under Debian's own clients: actionlib's for its trajectories, rosservice for its
-controller manager."""
+"""An arm of a launch file under Debian's actionlib client."""
 
 import json
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-import yaml
 
 from .conftest import Ros, stop, wait_until
 from .test_bridge_ros1 import one, said
@@ -20,7 +17,6 @@ ARM = ARM.replace("</robot>", f"{MANAGER}</robot>")
 CONTROLLERS = """
 joint_state_controller: {type: joint_state_controller/JointStateController, publish_rate: 50}
 follow: {type: position_controllers/JointTrajectoryController, joints: [shoulder, elbow]}
-shoulder_position: {type: position_controllers/JointPositionController, joint: shoulder}
 """
 LAUNCH = """<launch>
   <param name="robot_description" textfile="$(dirname)/arm.urdf"/>
@@ -44,41 +40,6 @@ def arm(ros: Ros, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Ros]:
         yield ros
     finally:
         stop(running)
-
-
-TYPES = {
-    "msg/HardwareInterfaceResources.msg": "string hardware_interface\nstring[] resources\n",
-    "msg/ControllerState.msg": "string name\nstring state\nstring type\n"
-    "controller_manager_msgs/HardwareInterfaceResources[] claimed_resources\n",
-    "srv/ListControllers.srv": "---\nControllerState[] controller\n",
-    "srv/LoadController.srv": "string name\n---\nbool ok\n",
-    "srv/UnloadController.srv": "string name\n---\nbool ok\n",
-    "srv/SwitchController.srv": "string[] start_controllers\nstring[] stop_controllers\nint32 strictness\n"
-    "int32 BEST_EFFORT=1\nint32 STRICT=2\nbool start_asap\nfloat64 timeout\n---\nbool ok\n",
-}
-"""controller_manager_msgs, which Debian does not have, as its releases define them."""
-
-
-@pytest.fixture(scope="module")
-def caller(arm: Ros, tmp_path_factory: pytest.TempPathFactory) -> Callable[..., dict]:
-    """rosservice, with Python's types made by Debian's genpy."""
-    folder = tmp_path_factory.mktemp("types") / "controller_manager_msgs"
-    for name, text in TYPES.items():
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_text(text)
-    for kind in ("msg", "srv"):
-        files = [str(path) for path in (folder / kind).glob(f"*.{kind}")]
-        include = ("-p", "controller_manager_msgs", "-I", f"controller_manager_msgs:{folder / 'msg'}")
-        program = f"/usr/lib/genpy/gen{kind}_py.py"
-        arm.run("/usr/bin/python3", program, *include, "-o", str(folder / kind), *files)
-        arm.run("/usr/bin/python3", program, "--initpy", *include, "-o", str(folder / kind))
-    (folder / "__init__.py").touch()
-
-    def call(service: str, request: str = "{}") -> dict:
-        program = ("env", f"PYTHONPATH={folder.parent}", "rosservice", "call")
-        return yaml.safe_load(arm.run(*program, f"/arm/controller_manager/{service}", request))
-
-    return call
 
 
 CLIENT = Path(__file__).with_name("follow_trajectory.py")
@@ -127,39 +88,3 @@ def test_what_cannot_be_followed_is_refused_with_code_and_words(arm: Ros) -> Non
     assert [(one["state"], one["code"]) for one in refused] == [(5, -2), (5, -1), (5, -1)]
     for one_refused, words in zip(refused, ("did you mean 'elbow'", "finite", "grow"), strict=True):
         assert words in str(one_refused["words"])
-
-
-def test_rosservice_lists_switches_loads_and_unloads_controllers(
-    arm: Ros, caller: Callable[..., dict]
-) -> None:
-    def states() -> dict[str, str]:
-        return {one["name"]: one["state"] for one in caller("list_controllers")["controller"]}
-
-    def position() -> float:
-        return float(
-            dict(zip(*(one(arm, "/arm/joint_states")[k] for k in ("name", "position")), strict=True))[
-                "shoulder"
-            ]
-        )
-
-    assert states() == {"joint_state_controller": "running", "follow": "running"}
-    assert caller("load_controller", "{name: shoulder_position}") == {"ok": True}
-    assert caller("switch_controller", "{start_controllers: [shoulder_position], strictness: 2}") == {
-        "ok": False
-    }
-    switch = (
-        "{{start_controllers: [{}], stop_controllers: [{}], strictness: 2, start_asap: false, timeout: 0.0}}"
-    )
-    assert caller("switch_controller", switch.format("shoulder_position", "follow")) == {"ok": True}
-    assert states()["follow"] == "stopped"
-    (refused,) = follow(arm, {"joints": ["shoulder", "elbow"], "points": [[1.0, [0.0, 0.0]]]})
-    assert (refused["state"], refused["code"]) == (5, -1)
-    assert "not started" in str(refused["words"])
-    arm.run("rostopic", "pub", "-1", "/arm/shoulder_position/command", "std_msgs/Float64", "0.9")
-    wait_until(lambda: abs(position() - 0.9) < 0.02, "the joint there")
-    assert caller("switch_controller", switch.format("follow", "shoulder_position")) == {"ok": True}
-    arm.run("rostopic", "pub", "-1", "/arm/shoulder_position/command", "std_msgs/Float64", "0.0")
-    time.sleep(1.0)
-    assert position() == pytest.approx(0.9, abs=0.02)
-    assert caller("unload_controller", "{name: shoulder_position}") == {"ok": True}
-    assert "shoulder_position" not in states()

@@ -10,6 +10,7 @@ from kbot.kinematics.transform import Transform
 from kbot.messages import String
 from kbot.record import Recorder, Recording, open_writer
 from kbot.record.feed import Feed, Packet
+from kbot.record.journal import do_again
 from kbot.record.recorder import COMMANDS_TOPIC
 from kbot.record.replay import replay
 from kbot.sim import Simulation
@@ -188,3 +189,9 @@ def test_commands_that_were_lost_are_lost_again(tmp_path: Path) -> None:
     record(tmp_path / "run.mcap", lose_some)
     again = replay(str(tmp_path / "run.mcap"))
     assert again.is_same, again.difference
+
+
+@pytest.mark.parametrize("command", ["load_controller", "switch_controllers", "unload_controller"])
+def test_commands_to_the_controller_manager_in_old_recordings_cannot_be_replayed(command: str) -> None:
+    with pytest.raises(KbotError, match=f"cannot be done again: {command}"):
+        do_again(Simulation("kbot"), command, {"robot": None})

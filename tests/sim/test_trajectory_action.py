@@ -289,12 +289,3 @@ def test_a_stamp_ahead_lets_it_wait(client):
     assert not client.ends
     client.simulation.run(0.4)
     assert client.ends == [("one", Status.SUCCEEDED, 0)]
-
-
-def test_a_controller_that_is_loaded_anew_tells_of_the_end_of_what_was_followed(client):
-    client.send(goal(point(1.0, 0.4, -0.3)))
-    sim = client.simulation
-    sim.switch_controllers([], ["/arm/follow"])
-    sim.unload_controller("/arm/follow")
-    sim.load_controller("/arm/follow", {"type": TYPE, "joints": ["shoulder", "elbow"]})
-    assert client.ends == [("one", Status.PREEMPTED, 0)]

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from kbot.messages.controller_services import CONTROLLER_SERVICES
 from kbot.messages.types import Header, Point, Pose, Time, Twist, Vector3
 
 ORIGIN, STILL, START, HERE, NOTHING, HEADER = Pose(), Twist(), Time(), Point(), Vector3(), Header()
@@ -130,6 +129,5 @@ SERVICES: dict[str, tuple[type, type]] = {
     "gazebo_msgs/GetModelState": (GetModelStateRequest, GetModelStateResponse),
     "gazebo_msgs/SetModelState": (SetModelStateRequest, StatusResponse),
     "gazebo_msgs/ApplyBodyWrench": (ApplyBodyWrenchRequest, StatusResponse),
-    **CONTROLLER_SERVICES,
 }
 """The types of services by name, with what each is asked and answers."""

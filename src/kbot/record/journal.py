@@ -46,8 +46,8 @@ def do_again(simulation: Simulation, what: str, note: Note) -> None:
 _PLAIN = frozenset(
     {
         "attach", "clear_body_wrenches", "command_joints", "detach", "end_fault",
-        "follow_trajectory", "load_controller", "release_joint", "reset", "reset_time", "reset_world",
-        "set_joint", "set_pose", "set_twist", "spawn_thing", "switch_controllers", "unload_controller",
+        "follow_trajectory", "release_joint", "reset", "reset_time", "reset_world", "set_joint", "set_pose",
+        "set_twist", "spawn_thing",
     }
 )  # fmt: skip
 """Methods of a simulation that are called with just what is noted."""

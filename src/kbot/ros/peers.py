@@ -40,7 +40,6 @@ class RosPeers:
         self._bridges: list[Bridge] = []
         self._gazebo: GazeboTopics | None = None
         self._simulation: Simulation | None = None
-        """The one whose services are offered."""
 
     def join(self, simulation: Simulation, feed: Feed, description: str, world: str) -> None:
         """Connect a simulation to the peers, with Gazebo's topics and services.
@@ -48,12 +47,12 @@ class RosPeers:
         Raises:
             KbotError: a bridge cannot be opened.
         """
+        from kbot.ros.gazebo.services import gazebo_services  # for a simulation: they load the engine
         from kbot.ros.gazebo.states import GazeboTopics
 
         self._simulation = simulation
         simulation.tells.append(self._link.tell)
-        simulation.when_robots_change.append(self._offer)
-        self._offer()
+        self._link.offer(gazebo_services())
         self._gazebo = GazeboTopics(simulation)
         self._connect(simulation, feed, description, simulation.robot.name, world, tells_time=True)
 
@@ -70,7 +69,6 @@ class RosPeers:
         """Disconnect what was joined or shown; the bridges stay open."""
         self._link.detach()
         if self._simulation is not None:
-            self._simulation.when_robots_change.remove(self._offer)
             self._simulation.tells.remove(self._link.tell)
             self._simulation = None
         if self._gazebo is not None:
@@ -83,17 +81,6 @@ class RosPeers:
         for bridge in self._bridges:
             bridge.close()
         self._bridges.clear()
-
-    def _offer(self) -> None:
-        """Offer Gazebo's services, and those of the robots' controller managers."""
-        simulation = self._simulation
-        if simulation is None:
-            return
-        from kbot.ros.gazebo.controller_manager import controller_services
-        from kbot.ros.gazebo.services import gazebo_services
-
-        managers = controller_services(simulation, lambda: self._link.parameters, self._link.tell)
-        self._link.offer(gazebo_services() | managers)
 
     def _connect(
         self, live: Live, feed: Feed, description: str, robot: str, world: str, *, tells_time: bool

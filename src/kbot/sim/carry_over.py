@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
-
 import numpy as np
 
 from kbot.kinematics.transform import Transform
@@ -11,7 +9,6 @@ from kbot.sim.engine.assembly import Assembly
 from kbot.sim.engine.welds import Weld
 from kbot.sim.models import Models
 from kbot.sim.robot import SimulatedRobot
-from kbot.text import KbotError
 
 
 def go_on_as(new: Models, old: Models) -> tuple[Weld, ...]:
@@ -45,9 +42,6 @@ def _put_as(new: SimulatedRobot, old: SimulatedRobot, simulation: Models, before
         stood = old.link_pose(old.robot.root)
         place = stood.translation + np.array([0.0, 0.0, higher])
         simulation.set_model_state(new.name, Transform.from_rotation_translation(stood.rotation, place))
-    for controller, parameters in old.loaded.items():
-        with suppress(KbotError):  # the changed robot may have no joints for it
-            simulation.load_controller(controller, parameters, new.name)
     new._take_over(old)
 
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from kbot.sim.controlled import Controlled
 from kbot.sim.disturbances import FOREVER, Placed, Push
 from kbot.sim.engine.welds import STANDING
 from kbot.sim.faults import FAULTS, Fault, Kick, to_journal
 from kbot.sim.numbers import FASTEST, LONGEST, STRONGEST, Vector, is_within, positive, shortened, vector
+from kbot.sim.population import Population
 from kbot.text import KbotError
 
 
-class Disturbed(Controlled):
+class Disturbed(Population):
     """A running world with what acts on robots from outside, and until when."""
 
     def set_twist(self, linear: Vector, angular: Vector = (0.0, 0.0, 0.0), robot: str | None = None) -> None:

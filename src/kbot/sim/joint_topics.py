@@ -24,7 +24,7 @@ def hear(bus: Bus, robot: SimulatedRobot, controller: JointController) -> Subscr
     """Let a controller's commands reach the joints while it runs."""
 
     def take(message: Any) -> None:
-        robot.require_running(controller.name)
+        controller.require_active()
         if controller.input is Input.NUMBER:
             robot.command_joints({controller.joints[0]: message.data}, controller.interface)
         elif controller.input is Input.ARRAY:

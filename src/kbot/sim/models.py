@@ -12,10 +12,10 @@ import numpy as np
 
 from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
-from kbot.sim.controlled import Controlled
 from kbot.sim.engine.world_builder import PREFIX, body_pose
 from kbot.sim.naming import is_model_name
 from kbot.sim.numbers import FASTEST, FURTHEST, Vector, is_within, shortened, vector
+from kbot.sim.population import Population
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.world.joints import Loop
@@ -46,7 +46,7 @@ class _Place(NamedTuple):
     speed: int
 
 
-class Models(Controlled):
+class Models(Population):
     """A running world whose models are moved by hand."""
 
     def spawn_thing(

@@ -131,7 +131,7 @@ class Population(Running):
         share = self._lost_commands if watchdog is not None else 0.0
         # what is lost is journalled too: when the run is done again it is drawn for again
         is_lost = share > 0.0 and self._random.random() < share
-        if not (is_lost or robot.is_braked) and robot._obey(linear, angular, deadline):
+        if not is_lost and robot._obey(linear, angular, deadline):
             self._serve(robot)
         if self.journal is not None:
             self._note("twist", robot=robot.name, linear=linear, angular=angular, deadline=deadline)

@@ -101,17 +101,6 @@ class SimulatedRobot(RobotJoints):
         linear, angular = self._controller.twist if self._controller is not None else (0.0, 0.0)
         return PlanarTwist(linear, 0.0, angular)
 
-    @property
-    def is_braked(self) -> bool:
-        """Whether the controller that drives was stopped: nothing that it is told counts."""
-        return self.settings is not None and self.settings.controller in self.stopped
-
-    def _start_and_stop(self, start: frozenset[str], stop: frozenset[str]) -> None:
-        """See `RobotJoints._start_and_stop`; a drive that is stopped brakes."""
-        super()._start_and_stop(start, stop)
-        if self._controller is not None and self.is_braked:
-            self._obey(0.0, 0.0, None)
-
     def cmd_vel(self, linear: float, angular: float) -> None:
         """Drive forward at `linear` m/s while turning at `angular` rad/s, until told otherwise.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from itertools import chain
 from math import cos, sin
 from typing import Any
 
@@ -12,7 +11,6 @@ from kbot.kinematics.spatial import quaternion_product
 from kbot.messages import types as msg
 from kbot.messages.bus import Bus, Publisher, Subscription
 from kbot.messages.clock import NANOSECONDS, Clock
-from kbot.sim.joint_control.control import JointController
 from kbot.sim.joint_topics import hear
 from kbot.sim.motion import Motion
 from kbot.sim.recipe import CONTROL_PERIOD
@@ -49,12 +47,12 @@ class RobotTopics:
             for topic in robot.control.state_topics
             if naming.topic(topic) != naming.topic("joint_states")
         ]
-        self._bus, self._clock = bus, clock
-        self._commands: list[Subscription] = []
-        self._controllers: dict[str, list[Subscription | TrajectoryAction]] = {}
-        """What hears of each controller, by its name."""
+        self._clock = clock
+        self._commands: list[Subscription | TrajectoryAction] = []
         for controller in robot.control.controllers:
-            self._hear(controller)
+            self._commands.append(hear(bus, robot, controller))
+            if controller.constraints is not None:
+                self._commands.append(TrajectoryAction(bus, clock, robot, controller))
         self._odometry_frame = self._frame_prefix
         if robot.settings is not None:
             self._odometry_frame += robot.settings.odometry_frame
@@ -81,29 +79,12 @@ class RobotTopics:
 
     def close(self) -> None:
         """Hear no more commands, and say nothing more."""
-        for commands in (*self._commands, *chain(*self._controllers.values())):
+        for commands in self._commands:
             commands.close()
         for publisher, _ in self._outputs:
             publisher.close()
 
-    def hear_controller(self, name: str) -> None:
-        """Hear a controller that was loaded, in place of any of its name."""
-        for heard in self._controllers.pop(name, []):
-            heard.close()
-        for controller in self._robot.control.controllers:
-            if controller.name == name:
-                self._hear(controller)
-
-    def _hear(self, controller: JointController) -> None:
-        heard = self._controllers.setdefault(controller.name, [])
-        heard.append(hear(self._bus, self._robot, controller))
-        if controller.constraints is not None:
-            heard.append(TrajectoryAction(self._bus, self._clock, self._robot, controller))
-
     def _drive(self, message: msg.Twist | msg.TwistStamped) -> None:
-        settings = self._robot.settings
-        if settings is not None:
-            self._robot.require_running(settings.controller)
         if isinstance(message, msg.TwistStamped):
             self._require_new(message.header.stamp)
             message = message.twist

@@ -85,7 +85,7 @@ class TrajectoryAction:
         if goal_id.id in self._known():
             return
         try:
-            self._robot.require_running(self._controller.name)
+            self._controller.require_active()
             goal = read_goal(
                 message.goal,
                 self._controller.joints,

@@ -27,12 +27,11 @@ def own_definitions() -> Iterator[tuple[str, str]]:
 
 def parts() -> dict[str, type]:
     """The classes of `PARTS` by the names of their types."""
-    from kbot.messages import actions, controller_services, navigation, services
+    from kbot.messages import actions, navigation, services
 
     homes = {
         "map_msgs": navigation,
         "gazebo_msgs": services,
-        "controller_manager_msgs": controller_services,
         "control_msgs": actions,
     }
     return {

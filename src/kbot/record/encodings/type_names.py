@@ -40,7 +40,6 @@ OTHER_NAMES = {"ClockMessage": "Clock"}
 PARTS = {
     "map_msgs": "OccupancyGridUpdate",
     "gazebo_msgs": "ModelState ModelStates LinkStates",
-    "controller_manager_msgs": "HardwareInterfaceResources ControllerState",
     "control_msgs": (
         "JointTolerance FollowJointTrajectoryGoal FollowJointTrajectoryResult FollowJointTrajectoryFeedback "
         "FollowJointTrajectoryActionGoal FollowJointTrajectoryActionResult "

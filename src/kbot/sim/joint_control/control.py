@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from kbot.sim.joint_control.kinds import Input, Interface
 from kbot.sim.joint_control.trajectory_goal import Constraints
+from kbot.text import KbotError
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,29 +26,21 @@ class JointController:
     constraints: Constraints | None = None
     """Those of a controller that has the action follow_joint_trajectory, as ROS 1 has it on topics."""
 
-
-@dataclass(frozen=True, slots=True)
-class ManagedController:
-    """One that ROS 1's controller manager has loaded: what it claims of which joints."""
-
-    name: str
-    kind: str
-    hardware: str
-    joints: tuple[str, ...]
-    is_active: bool
+    def require_active(self) -> None:
+        """Raises KbotError: the controller was loaded and not started."""
+        if not self.is_active:
+            raise KbotError(f"{self.name} is loaded and not started: it commands nothing")
 
 
 @dataclass(frozen=True, slots=True)
 class JointControl:
-    """The controllers, the joints that they or their hardware hold from the start on, where joints start
-    that are not to start at 0 (rad or m), and topics on which joint states are told too. `hardware` has the
-    joints that are held without a controller, `managed` what the controller manager of ROS 1 has loaded, and
-    `manager` its namespace, None where there is no such manager."""
+    """What commands the joints of one robot.
+
+    `holds` are the joints that a controller or the hardware holds from the start, `starts` the positions
+    (rad or m) of joints that do not start at 0, `state_topics` further topics for joint states.
+    """
 
     controllers: tuple[JointController, ...] = ()
     holds: frozenset[str] = frozenset()
     starts: Mapping[str, float] = field(default_factory=dict)
     state_topics: tuple[str, ...] = ()
-    hardware: frozenset[str] = frozenset()
-    managed: tuple[ManagedController, ...] = ()
-    manager: str | None = None

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 
 from kbot.model import Robot
 from kbot.model.controller_files import unknown_type
 from kbot.model.hardware import hardware_joints
-from kbot.sim.joint_control.control import JointControl, JointController, ManagedController
+from kbot.sim.joint_control.control import JointControl, JointController
 from kbot.sim.joint_control.controllers_yaml import Parameters, controller_parameters
 from kbot.sim.joint_control.kinds import (
-    DIFF_DRIVE,
     JOINT_STATE,
     KINDS,
     Input,
@@ -24,7 +23,7 @@ from kbot.sim.joint_control.trajectory_goal import Constraints
 from kbot.sim.joint_control.transmissions import joint_interfaces
 from kbot.sim.naming import PLAIN, Naming
 from kbot.sim.plugin_names import PluginNames, is_of_gazebo_ros
-from kbot.text import KbotError, Origin
+from kbot.text import Origin
 from kbot.text.suggest import did_you_mean
 from kbot.world.findings import Findings
 
@@ -39,31 +38,7 @@ def joint_control(
     known = tuple(controller for controller in controllers if controller.joints)
     held = {j for c in known if c.is_active and c.interface is not Interface.EFFORT for j in c.joints}
     starts = dict(joint_starts(robot, reader.free, findings))
-    topics, hardware = tuple(reader.state_topics), frozenset(reader.hardware_holds())
-    return JointControl(
-        known, hardware | held, starts, topics, hardware, tuple(reader.managed), reader.manager
-    )
-
-
-def load_controller(
-    robot: Robot, driven: tuple[str, ...], naming: Naming, name: str, values: Mapping[str, object]
-) -> tuple[ManagedController, JointController | None]:
-    """A controller of ROS 1 as its manager loads it, of parameters by dotted name.
-
-    Raises:
-        KbotError: it would not be loaded; the reason is said.
-    """
-    findings = Findings()
-    reader = _Reader(robot, driven, findings, naming)
-    kind = str(values.get("type", ""))
-    if kind not in KINDS[1] and kind != JOINT_STATE:
-        hint = did_you_mean(kind, KINDS[1])
-        raise KbotError(f"no controller of type '{kind}' is loaded in a run" + (f": {hint}" if hint else ""))
-    found = Parameters(kind, name, values, robot.origin, 1, is_active=False, is_spawned=True)
-    loaded = list(reader.of(found))
-    if not reader.managed:
-        raise KbotError("; ".join(d.message for d in findings.diagnostics) or f"{name} is not loaded")
-    return reader.managed[0], next(iter(loaded), None)
+    return JointControl(known, frozenset(held | reader.hardware_holds()), starts, tuple(reader.state_topics))
 
 
 def joints_of(kind: Kind, found: Parameters) -> list[str]:
@@ -89,23 +64,17 @@ class _Reader:
         self.free = {j.name for j in robot.movable_joints if j.name not in driven and j.mimic is None}
         """The joints that controllers may command."""
         self._offered = joint_interfaces(robot, findings)
-        manager = next((plugin for plugin in plugins(robot) if "gazeboroscontrol" in words_of(plugin)), None)
-        self._has_manager = manager is not None
+        self._has_manager = any("gazeboroscontrol" in words_of(plugin) for plugin in plugins(robot))
         """Whether gazebo_ros_control runs ROS 1's controller manager."""
-        self.manager: str | None = None
-        """The namespace of that."""
-        if manager is not None:
-            self.manager = PluginNames(manager, naming).topic("controller_manager").rpartition("/")[0]
         self.state_topics: list[str] = []
-        self.managed: list[ManagedController] = []
 
     def of_parameters(self) -> Iterator[JointController]:
         """Those of ros_control and ros2_control."""
         for found in controller_parameters(self.robot, self.findings):
-            yield from self.of(found)
+            yield from self._of(found)
 
-    def of(self, found: Parameters) -> Iterator[JointController]:
-        """What one controller commands of joints; it is `managed` then where it is of ROS 1."""
+    def _of(self, found: Parameters) -> Iterator[JointController]:
+        """What one controller commands of joints."""
         kind = KINDS[found.ros].get(found.kind)
         if found.ros == 1 and not self._has_manager:
             what = f"nothing loads the controller '{found.controller}': there is no controller manager"
@@ -124,25 +93,9 @@ class _Reader:
             self.findings.info("W135", said, found.place(), hint)
 
     def _of_others(self, found: Parameters) -> None:
-        """What commands no single joints."""
-        if not self._has(found):
-            return
-        if found.kind == JOINT_STATE and found.is_active:
+        """Controllers that do not command single joints: of these, one publishes joint states."""
+        if self._has(found) and found.kind == JOINT_STATE and found.is_active:
             self.state_topics.append(f"{found.controller.rpartition('/')[0]}/joint_states")
-        if found.ros == 1 and found.kind in (JOINT_STATE, DIFF_DRIVE):
-            sides = [found.values.get(f"{side}_wheel") for side in ("left", "right")]
-            wheels = [
-                joint
-                for side in sides
-                if side
-                for joint in ([side] if isinstance(side, str) else _words(side))
-            ]
-            hardware = "JointState" if found.kind == JOINT_STATE else "VelocityJoint"
-            self._manage(found, hardware, tuple(wheels))
-
-    def _manage(self, found: Parameters, hardware: str, joints: tuple[str, ...]) -> None:
-        name = f"hardware_interface::{hardware}Interface"
-        self.managed.append(ManagedController(found.controller, found.kind, name, joints, found.is_active))
 
     def _of_kind(self, kind: Kind, found: Parameters) -> Iterator[JointController]:
         words = joints_of(kind, found)
@@ -165,9 +118,6 @@ class _Reader:
                 what = f"the controller '{found.controller}' does not command '{word}', which {why}"
                 self.findings.info("W135", what, found.place(kind.joints))
         topic = f"{found.controller}/{kind.topic}"
-        if found.ros == 1 and joints:
-            hardware = f"{kind.hardware.capitalize()}Joint" if kind.hardware else "PosVelJoint"
-            self._manage(found, hardware, joints)
         has_action = found.ros == 1 and kind.input is Input.TRAJECTORY
         yield JointController(
             found.controller,

@@ -22,8 +22,7 @@ from kbot.text.suggest import did_you_mean
 if TYPE_CHECKING:
     from kbot.ros.graph.client import GraphClient
 
-_SAYS_SO = ("success", "ok")
-_OUTCOME = (*_SAYS_SO, "status_message", "message")
+_OUTCOME = ("success", "status_message", "message")
 
 
 @click.group(
@@ -99,7 +98,7 @@ def call(service: str, words: tuple[str, ...], as_json: bool, at: str) -> int:
     values = read_values(rest, "{model_name: kbot}")
     with ask(at) as graph:
         answer = graph.call(full_name(service), **values)
-    failed = any(answer.get(word) is False for word in _SAYS_SO)
+    failed = answer.get("success") is False
     if failed:
         reason = answer.get("status_message") or answer.get("message") or "why is told where KBot runs"
         click.echo(f"{full_name(service)} failed: {reason}", err=True)
