@@ -136,7 +136,7 @@ def command_delays() -> list[float]:
         speed = 0.1 + 0.001 * number
         link.send("/cmd_vel", msg.Twist(msg.Vector3(speed)))
         start = sim.time
-        while sim.named().commanded_twist.x != speed:
+        while sim.robots.first.commanded_twist.x != speed:
             sim.step()
         delays.append(sim.time - start)
     return delays

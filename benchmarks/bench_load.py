@@ -32,7 +32,7 @@ def hundred_robots() -> kbot.Simulation:
     sim = kbot.Simulation("kbot")
     for row, column in product(range(10), range(10)):
         if row or column:
-            sim.spawn_model(sim.robot, f"r{row}{column}", float(row), float(column))
+            sim.models.spawn_model(sim.robot, f"r{row}{column}", float(row), float(column))
     return sim
 
 

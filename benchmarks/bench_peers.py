@@ -165,7 +165,7 @@ def _urdf(robot: kbot.Robot, folder: str) -> str:
 
 def _wheel_speeds(robot: kbot.Robot) -> dict[str, float]:
     """rad/s by joint."""
-    drive = kbot.Simulation(robot).drive
+    drive = kbot.Simulation(robot).robots.first.drive
     left, right = drive.wheel_speeds(LINEAR, ANGULAR)
     sides = dict.fromkeys(drive.left, left) | dict.fromkeys(drive.right, right)
     return {name: speed * drive.forward[name] for name, speed in sides.items()}

@@ -54,7 +54,7 @@ def microseconds(work: Callable[[], Any]) -> float:
 
 def engine_rays(simulation: Simulation, lidar: Any) -> Callable[[], Any]:  # noqa: ANN401 - either of two lidars
     """The engine's own call and nothing else: the robot's body left out."""
-    model, data = simulation.engine()
+    model, data = simulation.engine.current()
     pose = simulation.link_pose("base_link") @ POSE
     place, flat = pose.translation.copy(), (lidar.spec.directions @ pose.rotation.T).reshape(-1)
     geometry, distance = np.empty(360, dtype=np.int32), np.empty(360)

@@ -48,7 +48,7 @@ def recorded(sim: kbot.Simulation, steps: int) -> list[tuple[float, ...]]:
         sim.cmd_vel(*weaving(index))
         for _ in range(2):
             sim.step(5)
-            found.append(tuple(sim._engine.data.ctrl))
+            found.append(tuple(sim.engine.data.ctrl))
     return found
 
 

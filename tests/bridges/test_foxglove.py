@@ -118,8 +118,8 @@ def test_a_client_drives_it(running: Running, bridge: FoxgloveBridge, encoding: 
             channels=[{"id": 3, "topic": "/cmd_vel", "encoding": encoding, "schemaName": name}],
         )
         c.socket.send(struct.pack("<BI", 1, 3) + data)
-        wait_until(lambda: running.simulation.twist.x > 0.1)
-        wait_until(lambda: running.simulation.twist.x == 0.0)
+        wait_until(lambda: running.simulation.robots.first.twist.x > 0.1)
+        wait_until(lambda: running.simulation.robots.first.twist.x == 0.0)
 
 
 def test_parameters(bridge: FoxgloveBridge) -> None:

@@ -5,10 +5,10 @@ from typing import Any
 
 import pytest
 import yaml
+from kbot.messages.gz_services import GzDeleteEntityRequest
 
 from kbot.cli.main import run
 from kbot.cli.ros.graph.asking import tell_of_silence
-from kbot.messages.gz_services import GzDeleteEntityRequest
 from kbot.messages.services import SuccessResponse
 from kbot.ros.bridges.service import Service
 from kbot.ros.graph.server import GraphServer
@@ -55,12 +55,12 @@ def test_who_waits_is_told_what_for(
 ) -> None:
     def tell_and_go_on(*what: Any) -> None:
         tell_of_silence(*what)
-        running.simulation.unpause_physics()
+        running.simulation.paused = False
 
     for module in ("asking", "tf"):
         monkeypatch.setattr(f"kbot.cli.ros.graph.{module}.tell_of_silence", tell_and_go_on)
     for words, topic in ((("topic", "echo", "/odom"), "/odom"), (("tf", "echo", "odom", "base_link"), "/tf")):
-        running.simulation.pause_physics()
+        running.simulation.paused = True
         assert run((*words, "--once")) == 0
         captured = capsys.readouterr()
         assert captured.err == f"waiting for {topic}: time stands still there: is it paused?\n"
@@ -95,7 +95,7 @@ def test_hz_is_the_control_rate(graph: GraphServer, capsys: Said) -> None:
 def test_pub_drives_the_robot(running: Running, graph: GraphServer, capsys: Said) -> None:
     words = ("topic", "pub", "/cmd_vel", "geometry_msgs/msg/Twist", "{linear: {x: 0.3}}", "-r", "50")
     told(capsys, *words, "-t", "5")
-    assert running.simulation.named().commanded_twist.x == 0.3
+    assert running.simulation.robots.first.commanded_twist.x == 0.3
     assert "what the simulation says" in told(capsys, "topic", "pub", "--once", "/odom", status=2)
     assert "no field 'linaer'" in told(capsys, "topic", "pub", "-1", "/cmd_vel", "{linaer: {}}", status=2)
     error = told(capsys, "topic", "pub", "-1", "/cmd_vel", "{linear: {x: .nan}}", status=2)

@@ -33,10 +33,10 @@ def test_a_command_is_obeyed_within_one_control_period() -> None:
     sim.step(5)
     link.send("/cmd_vel", msg.Twist(msg.Vector3(0.3)))
     sim.run(0.02)
-    assert sim.twist.x > 0.0
+    assert sim.robots.first.twist.x > 0.0
     link.send("/cmd_vel", msg.TwistStamped(msg.Header(), msg.Twist(msg.Vector3(-0.3))))
     sim.run(0.5)
-    assert sim.twist.x < 0.0
+    assert sim.robots.first.twist.x < 0.0
 
 
 def test_of_a_flood_the_newest_are_delivered() -> None:
@@ -138,7 +138,7 @@ def test_a_receiver_is_woken_once_for_all_messages_of_a_moment() -> None:
 def test_what_is_said_outside_of_time_wakes_with_the_next_errand_or_at_once() -> None:
     sim, link, _ = linked()
     woken: list[int] = []
-    sim.pause_physics()
+    sim.paused = True
     link.stir(lambda: woken.append(1))
     assert woken == []
     sim.run_errands()

@@ -105,7 +105,7 @@ def test_files_elsewhere_are_refused_as_if_there_were_none(
     assert said[0] == said[1]
     assert "hunter2" not in said[0]
     assert "x1" not in running.simulation.robots
-    assert "x1" not in running.simulation.body_poses()
+    assert "x1" not in running.simulation.models.body_poses()
 
 
 def test_parameters_of_a_plugin_elsewhere_are_not_read(running: Running, secret: Path) -> None:
@@ -132,7 +132,7 @@ def test_a_model_s_file_that_is_a_link_out_of_the_folder_is_not_read(
 def test_files_of_the_library_of_model_paths_and_of_packages_are_used(running: Running, models: Path) -> None:
     for uri in ("model://crate", "model://tetra", f"file://{models}/tetra/model.sdf"):
         assert spawn(running, INCLUDING.format(uri), name="a").success
-        running.simulation.delete_model("a")
+        running.simulation.models.delete_model("a")
 
 
 @pytest.mark.parametrize("text", [MESHED, SDF_MESHED])
@@ -167,7 +167,7 @@ def test_a_replay_finds_the_files_that_were_in_reach(
 ) -> None:
     """Not one of the same name beside it, that the peer was not given."""
     noted: list[tuple[str, dict[str, object]]] = []
-    running.simulation.journal = lambda what, numbers: noted.append((what, numbers))
+    running.simulation.journal.write = lambda what, numbers: noted.append((what, numbers))
     (tmp_path / "beside" / "crate").mkdir(parents=True)
     (tmp_path / "beside" / "crate" / "model.sdf").write_text(SDF_MESHED.format("../../secret.obj"))
     monkeypatch.chdir(tmp_path / "beside")

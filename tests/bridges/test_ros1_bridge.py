@@ -145,8 +145,9 @@ def twist(speed: float) -> bytes:
 def test_a_twist_from_outside_drives(running: Running, bridge: Ros1Bridge) -> None:
     publisher = Publisher(bridge, twist(0.2) * 3)
     with publisher.serve_one():
-        wait_until(lambda: running.simulation.twist.x > 0.1)
-        wait_until(lambda: running.simulation.twist.x == 0.0)  # the watchdog, half a second later
+        wait_until(lambda: running.simulation.robots.first.twist.x > 0.1)
+        # the watchdog, half a second later
+        wait_until(lambda: running.simulation.robots.first.twist.x == 0.0)
     publisher.close()
 
 
@@ -170,7 +171,7 @@ def test_a_publisher_that_misbehaves_moves_nothing_and_stops_nothing(
     publisher = Publisher(bridge, script, header)
     with publisher.serve_one():
         assert running.goes_on()
-    assert running.simulation.twist.x == 0.0
+    assert running.simulation.robots.first.twist.x == 0.0
     publisher.close()
     assert running.goes_on()
 

@@ -58,8 +58,8 @@ def test_throttling_by_the_simulation_s_clock(running: Running, raw: ClientConne
 def test_a_twist_drives_it_and_silence_stops_it(running: Running, raw: ClientConnection) -> None:
     raw.send(json.dumps({"op": "advertise", "topic": "/cmd_vel", "type": "geometry_msgs/Twist"}))
     raw.send(json.dumps({"op": "publish", "topic": "/cmd_vel", "msg": {"linear": {"x": 0.3}}}))
-    wait_until(lambda: running.simulation.twist.x > 0.1)
-    wait_until(lambda: running.simulation.twist.x == 0.0)
+    wait_until(lambda: running.simulation.robots.first.twist.x > 0.1)
+    wait_until(lambda: running.simulation.robots.first.twist.x == 0.0)
 
 
 @pytest.mark.parametrize(

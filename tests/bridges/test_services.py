@@ -92,8 +92,8 @@ def test_a_state_is_set_in_another_s_frame(running: Running) -> None:
     beside = srv.ModelState("crate", msg.Pose(msg.Point(0.0, 1.0, 0.5)), msg.Twist(), name)
     ask(running, "/gazebo/pause_physics", srv.EmptyRequest())
     assert ask(running, "/gazebo/set_model_state", srv.SetModelStateRequest(beside)).success
-    root = running.simulation.get_model_state(name).pose.translation
-    found = running.simulation.get_model_state("crate").pose.translation
+    root = running.simulation.models.get_model_state(name).pose.translation
+    found = running.simulation.models.get_model_state("crate").pose.translation
     assert (found - root).tolist() == pytest.approx([0.0, 1.0, 0.5], abs=1e-6)
 
 

@@ -297,7 +297,7 @@ def test_two_robots_stand_apart_and_drive_by_their_own_topics_and_again_in_a_rep
     going = RunOutputs(print, RecordOptions(str(file)))
     sim = _simulated(found, going, EMPTY, (), None)._motion._sim
     assert list(sim.robots) == ["a", "b"]
-    assert sim.robots["b"].link_pose("base_footprint").translation[2] == pytest.approx(0.2)
+    assert sim.robots["b"].body.link_pose("base_footprint").translation[2] == pytest.approx(0.2)
     for _ in range(10):
         sim.bus.publish("/b/cmd_vel", Twist(Vector3(0.3), Vector3()))
         sim.run(0.2)

@@ -177,12 +177,13 @@ def test_a_touch_shorter_than_a_control_period_is_a_collision(wide):
     """A weightless ball flies past the front edge of the plate at 3 m/s, and grazes it by 1 mm."""
     ball = Body("ball", (Part(Sphere(0.01)),), at(0.209, 0.3, PLATE + 0.005), mass=0.001, weightless=1.0)
     simulation = Simulation(wide, World("test", (floor(), ball)))
-    simulation.set_model_state("ball", ball.pose, linear=(0.0, -3.0, 0.0))
-    number = next(
-        g for g in range(simulation.engine()[0].ngeom) if owner(simulation.engine()[0], g) == "/ball"
-    )
+    simulation.models.set_model_state("ball", ball.pose, linear=(0.0, -3.0, 0.0))
+    model = simulation.engine.model
+    number = next(g for g in range(model.ngeom) if owner(model, g) == "/ball")
     touched = []
-    simulation.step_watchers.append(lambda _, data: touched.append(bool((data.contact.geom == number).any())))
+    simulation.stepping.watchers.append(
+        lambda _, data: touched.append(bool((data.contact.geom == number).any()))
+    )
     trip = go_to(simulation, PlanarPose(), FREE)
     assert 0 < sum(touched) < CONTROL_PERIOD / simulation.timestep
     assert trip.collided
@@ -190,14 +191,14 @@ def test_a_touch_shorter_than_a_control_period_is_a_collision(wide):
 
 def test_another_robot_that_drives_into_it_is_a_collision(kbot):
     simulation = Simulation(kbot)
-    other = simulation.spawn_model(kbot, "other", 0.6, 0.0, math.pi)
-    simulation.take_command(other, 0.3, 0.0, None)
+    other = simulation.models.spawn_model(kbot, "other", 0.6, 0.0, math.pi)
+    other.cmd_vel(0.3, 0.0)
     assert go_to(simulation, AHEAD, FREE, timeout=2.0).collided
 
 
 def test_another_robot_beside_it_is_no_collision(kbot):
     simulation = Simulation(kbot)
-    simulation.spawn_model(kbot, "other", 0.0, 1.0, 0.0)
+    simulation.models.spawn_model(kbot, "other", 0.0, 1.0, 0.0)
     trip = go_to(simulation, AHEAD, FREE)
     assert trip.reached, trip.status
     assert not trip.collided
@@ -212,7 +213,7 @@ def test_watching_changes_nothing_and_ends_with_the_goal(kbot):
     assert watched.state_sha256() == plain.state_sha256()
     watch.close()
     go_to(watched, AHEAD, FREE)
-    assert watched.step_watchers == []
+    assert watched.stepping.watchers == []
 
 
 @pytest.mark.parametrize(("x", "collided"), [(0.03, True), (-3.0, False)])

@@ -307,7 +307,7 @@ def test_a_map_that_fails_refuses_the_goal(simulation, monkeypatch, tmp_path):
 
 def _throw_over(simulation, roll):
     pose = Transform.from_xyz_rpy((0.0, 0.0, 0.3), (roll, 0.0, 0.0))
-    simulation.set_model_state(simulation.named().name, pose)
+    simulation.models.set_model_state(simulation.robots.first.name, pose)
 
 
 def test_a_robot_that_lies_on_its_back_refuses_a_goal_at_once(robot):
@@ -343,4 +343,4 @@ def test_a_robot_that_is_thrown_over_on_its_way_gives_up_at_once(robot, another)
     assert goals.status.state is (GoalState.REFUSED if another else GoalState.STUCK)
     assert "lies on its side (roll 90°, pitch 0°)" in goals.status.reason
     assert not goals.is_driving
-    assert simulation.named().commanded_twist == PlanarTwist()
+    assert simulation.robots.first.commanded_twist == PlanarTwist()

@@ -41,7 +41,7 @@ def test_goals_are_reached(robot, world, goal):
 
 def test_odometry_serves_as_the_pose(robot):
     simulation = Simulation(robot)
-    simulation.place(PlanarPose(1.0, 2.0, 0.5))
+    simulation.models.place(PlanarPose(1.0, 2.0, 0.5))
     trip = go_to(simulation, PlanarPose(1.5, 2.5, 0.0), pose="odometry")
     assert trip.reached
     assert math.hypot(trip.pose.x - 1.5, trip.pose.y - 2.5) < 0.015

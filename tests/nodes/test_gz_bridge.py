@@ -39,7 +39,7 @@ def test_gz_s_own_names_of_a_model_s_topics(sim: Simulation) -> None:
 
 
 def test_one_of_several_is_meant_by_its_model_s_name(sim: Simulation) -> None:
-    sim.spawn_model("kbot", "b", x=2.0)
+    sim.models.spawn_model("kbot", "b", x=2.0)
     assert GzBridge(sim, [rule("/model/b/cmd_vel", "/drive_b", Twist)]).notes == []
     sim.bus.publish("/drive_b", Twist(Vector3(0.2), Vector3()))
     sim.run(0.4)

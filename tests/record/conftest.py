@@ -17,7 +17,7 @@ def drive(sim: Simulation) -> None:
     """Commands of every kind, at steps of every kind."""
     sim.cmd_vel(0.3, 0.4)
     sim.run(0.5)
-    sim.command(0.1, 0.0)
+    sim.robots.first.command(0.1, 0.0)
     sim.run(0.713)
     sim.bus.publish("/cmd_vel", kbot.messages.Twist(kbot.messages.Vector3(0.2)))
     sim.step(7)

@@ -148,7 +148,7 @@ def test_a_simulation_that_is_closed_is_left_alone(tmp_path: Path) -> None:
     sim.cmd_vel(0.1, 0.0)
     sim.run(1.0)
     recorder.close()
-    assert sim.journal is None
+    assert sim.journal.write is None
     assert (tmp_path / "run.mcap").stat().st_size == size
 
 
@@ -181,8 +181,8 @@ def test_messages_that_ros_1_has_with_fewer_fields_are_the_same_in_every_format(
 
 def test_a_run_that_diverged_is_not_recorded(tmp_path: Path) -> None:
     simulation = Simulation(load_robot("kbot").require())
-    simulation._engine.data.qpos[0] = 1e16
-    simulation.frames_are_old()
+    simulation.engine.data.qpos[0] = 1e16
+    simulation.engine.mark_moved()
     with pytest.raises(KbotError, match="the run has diverged: reset it first"):
         Recorder(simulation, Feed(simulation.bus, lambda: 0), str(tmp_path / "run.mcap"))
     assert not list(tmp_path.iterdir())
@@ -199,7 +199,7 @@ def test_a_recording_that_fails_as_it_begins_leaves_nothing(
     with pytest.raises(ValueError, match="a bug"):
         Recorder(simulation, Feed(simulation.bus, lambda: 0), str(tmp_path / "run.mcap"))
     assert not list(tmp_path.iterdir())
-    assert simulation.journal is None
+    assert simulation.journal.write is None
 
 
 def test_a_command_that_cannot_be_recorded_is_refused_where_it_is_given(tmp_path: Path) -> None:

@@ -33,12 +33,12 @@ def test_resets_places_pushes_and_kicks_are_done_again(tmp_path: Path) -> None:
         sim.cmd_vel(0.5, 0.1)
         sim.run(0.777)
         sim.reset()
-        sim.set_pose(0.5, -0.25, 1.0)
+        sim.models.set_pose(0.5, -0.25, 1.0)
         sim.cmd_vel(0.2, 0.0)
         sim.run(0.333)
-        sim.apply_body_wrench("base_link", (0.0, 3.0, 0.0), 0.25)
+        sim.disturbances.apply_body_wrench("base_link", (0.0, 3.0, 0.0), 0.25)
         sim.run(0.5)
-        sim.set_twist((0.5, 0.0, 0.2))
+        sim.models.set_twist((0.5, 0.0, 0.2))
         sim.run(0.5)
 
     record(tmp_path / "run.mcap", drive)
@@ -66,29 +66,30 @@ BALL = """<sdf version="1.7"><model name="m"><link name="l"><inertial><mass>1</m
 
 def test_all_that_a_running_world_allows_is_done_again(tmp_path: Path) -> None:
     def drive(sim: Simulation) -> None:
-        sim.schedule(Slip("left_wheel", 0.2), at=0.1, duration=0.5)
-        sim.schedule(Kick((0.0, 0.2, 0.0)), at=0.3)
+        sim.disturbances.schedule(Slip("left_wheel", 0.2), at=0.1, duration=0.5)
+        sim.disturbances.schedule(Kick((0.0, 0.2, 0.0)), at=0.3)
         sim.cmd_vel(0.2, 0.1)
         sim.run(0.333)
-        other = sim.spawn_model(sim.robot, "b", x=-0.6, yaw=0.1)
+        other = sim.models.spawn_model(sim.robot, "b", x=-0.6, yaw=0.1)
         other.cmd_vel(0.1, 0.0)
-        sim.attach("base_link", "base_link", to_robot="b")
+        sim.models.attach("base_link", "base_link", to_robot="b")
         sim.run(0.5)
-        sim.detach("base_link")
-        sim.set_model_state("b", Transform.from_xyz_rpy((1.0, 1.0, 0.05), (0.1, 0.0, 1.0)), (0.1, 0.0, 0.0))
-        sim.apply_body_wrench("base_link", (1.0, 0.0, 0.0), 0.5, robot="b")
+        sim.models.detach("base_link")
+        pose = Transform.from_xyz_rpy((1.0, 1.0, 0.05), (0.1, 0.0, 1.0))
+        sim.models.set_model_state("b", pose, (0.1, 0.0, 0.0))
+        sim.disturbances.apply_body_wrench("base_link", (1.0, 0.0, 0.0), 0.5, robot="b")
         sim.run(0.2)
-        sim.clear_body_wrenches("base_link", "b")
-        sim.set_pose(0.4, 0.4, 0.4, "b")
-        sim.reset_world()
+        sim.disturbances.clear_body_wrenches("base_link", "b")
+        sim.models.set_pose(0.4, 0.4, 0.4, "b")
+        sim.snapshots.reset_world()
         other.command(0.3, 0.5)
         sim.run(0.7)
-        sim.delete_model("b")
-        sim.spawn_thing("crate", x=0.5, z=0.1)
-        sim.spawn_thing("box", "carton", 0.3, 0.4, yaw=0.2, size=(0.1, 0.2, 0.05))
+        sim.models.delete_model("b")
+        sim.models.spawn_thing("crate", x=0.5, z=0.1)
+        sim.models.spawn_thing("box", "carton", 0.3, 0.4, yaw=0.2, size=(0.1, 0.2, 0.05))
         sim.run(0.1)
-        sim.delete_model("carton")
-        sim.spawn_sdf(BALL, "ball", Transform.from_xyz_rpy((0.0, 1.0, 0.3), (0.0, 0.0, 0.2)))
+        sim.models.delete_model("carton")
+        sim.models.spawn_sdf(BALL, "ball", Transform.from_xyz_rpy((0.0, 1.0, 0.3), (0.0, 0.0, 0.2)))
         sim.run(0.2)
 
     record(tmp_path / "run.mcap", drive)
@@ -101,7 +102,7 @@ def test_time_set_back_is_done_again(tmp_path: Path) -> None:
     def drive(sim: Simulation) -> None:
         sim.cmd_vel(0.2, 0.1)
         sim.run(0.333)
-        sim.reset_time()
+        sim.snapshots.reset_time()
         sim.cmd_vel(0.1, 0.0)
         sim.run(0.5)
 
@@ -112,9 +113,9 @@ def test_time_set_back_is_done_again(tmp_path: Path) -> None:
 def test_a_robot_is_heard_from_when_it_comes_though_time_is_set_back_then(tmp_path: Path) -> None:
     def drive(sim: Simulation) -> None:
         sim.run(0.51)
-        sim.spawn_model(sim.robot, "b", x=-0.6)
+        sim.models.spawn_model(sim.robot, "b", x=-0.6)
         sim.run(0.2)
-        sim.reset_time()
+        sim.snapshots.reset_time()
         sim.run(0.5)
 
     record(tmp_path / "run.mcap", drive)
@@ -181,9 +182,9 @@ def test_a_stranger_s_recording_is_refused(tmp_path: Path) -> None:
 
 def test_commands_that_were_lost_are_lost_again(tmp_path: Path) -> None:
     def lose_some(sim: Simulation) -> None:
-        sim.schedule(LostCommands(0.5), 0.1, 1.0)
+        sim.disturbances.schedule(LostCommands(0.5), 0.1, 1.0)
         for number in range(20):
-            sim.command(0.3, 0.2 * (number % 3))
+            sim.robots.first.command(0.3, 0.2 * (number % 3))
             sim.run(0.1)
 
     record(tmp_path / "run.mcap", lose_some)

@@ -14,9 +14,9 @@ def test_a_fault_is_ended_again(tmp_path: Path) -> None:
 
     def drive(sim: Simulation) -> None:
         sim.cmd_vel(0.2, 0.1)
-        number = sim.schedule(Slip("left_wheel", 0.1), at=0.2, duration=5.0)
+        number = sim.disturbances.schedule(Slip("left_wheel", 0.1), at=0.2, duration=5.0)
         sim.run(0.5)
-        sim.end_fault(number)
+        sim.disturbances.end_fault(number)
         sim.run(0.5)
         ended.append(sim.state_sha256())
 

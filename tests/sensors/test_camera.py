@@ -90,7 +90,7 @@ def test_it_turns_with_its_robot(robot):
     except KbotError as error:
         pytest.skip(str(error))
     # towards the red box, which is 14 degrees to the left
-    simulation.place(PlanarPose(0.0, 0.0, math.atan2(0.5, 2.1)))
+    simulation.models.place(PlanarPose(0.0, 0.0, math.atan2(0.5, 2.1)))
     colours, _ = camera.draw()
     r, g, b = colours[24, 32].tolist()
     assert r > 90

@@ -368,17 +368,17 @@ def test_mounting_twice_hands_out_the_same_sensors():
 def test_the_sensors_of_a_robot_go_with_it_and_come_with_the_next_of_its_name():
     robot = _robot(CLASSIC.format(link="base_link").replace("/laser/scan", "laser/scan"))
     simulation = Simulation(robot)
-    simulation.spawn_model(robot, "other", x=2.0)
+    simulation.models.spawn_model(robot, "other", x=2.0)
     mount_on_others(simulation)
     heard = []
     simulation.bus.subscribe("/other/laser/scan", LaserScan, heard.append)
     simulation.run(1.0)
     rate = len(heard)
     assert rate > 0
-    simulation.delete_model("other")
+    simulation.models.delete_model("other")
     simulation.run(1.0)
     assert len(heard) == rate
-    simulation.spawn_model(robot, "other", x=2.0)
+    simulation.models.spawn_model(robot, "other", x=2.0)
     for _ in range(2):
         mount_on_others(simulation)
     simulation.run(1.0)

@@ -73,7 +73,7 @@ def test_measuring_does_not_change_the_run():
     for rate in (1.0, 500.0):
         simulation = Simulation(_robot("continuous"))
         simulation.add_sensor(ForceTorque(joint="wrist", rate=rate))
-        simulation.apply_body_wrench("arm", (0.0, 3.0, 0.0), 0.3)
+        simulation.disturbances.apply_body_wrench("arm", (0.0, 3.0, 0.0), 0.3)
         simulation.run(1.0)
         states.append(simulation.state_sha256())
     assert states[0] == states[1]

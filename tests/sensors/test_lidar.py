@@ -45,7 +45,7 @@ def test_a_room_is_measured_to_a_nanometre(robot):
 def test_it_turns_and_moves_with_its_robot(robot):
     simulation = Simulation(robot, ROOM)
     lidar = simulation.add_sensor(Lidar(link="base_footprint", pose=UP, samples=91, range_max=12.0))
-    simulation.place(PlanarPose(0.7, -0.4, 0.6))
+    simulation.models.place(PlanarPose(0.7, -0.4, 0.6))
     angles = np.linspace(-math.pi, math.pi, 91)
     expected = [_room(a + 0.6, 0.7, -0.4) for a in angles]
     assert lidar.distances() == pytest.approx(expected, abs=1e-9)
@@ -93,7 +93,7 @@ def test_its_own_robot_is_not_seen_but_the_ground_is(robot):
 def test_it_equals_the_engines_own_rays(robot):
     simulation = Simulation(robot, "boxes:count=30")
     lidar = simulation.add_sensor(Lidar(link="base_footprint", pose=UP))
-    model, data = simulation.engine()
+    model, data = simulation.engine.current()
     base = simulation.link_pose("base_footprint") @ UP
     for direction, distance in zip(lidar.spec.directions, lidar.distances(), strict=True):
         hit = np.zeros(1, dtype=np.int32)
@@ -221,7 +221,7 @@ def test_other_robots_are_seen_as_they_come_and_go(robot):
     low = Transform.from_xyz_rpy((0.0, 0.0, 0.04), (0.0, 0.0, 0.0))
     lidar = simulation.add_sensor(Lidar(link="base_footprint", pose=low, samples=1, angle_min=0.0))
     assert lidar.distances().tolist() == [math.inf]
-    simulation.spawn_model(robot, "other", 1.0)
+    simulation.models.spawn_model(robot, "other", 1.0)
     # its plate reaches 0.10 m behind its axle
     assert lidar.distances() == pytest.approx([0.90], abs=1e-3)
     theirs = simulation.add_sensor(
@@ -230,7 +230,7 @@ def test_other_robots_are_seen_as_they_come_and_go(robot):
     # our plate's front is 0.06 m ahead of our axle
     assert theirs.distances() == pytest.approx([0.94], abs=1e-3)
     assert (theirs.topic, theirs.measure().header.frame_id) == ("/other/theirs", "other/base_footprint")
-    simulation.delete_model("other")
+    simulation.models.delete_model("other")
     assert lidar.distances().tolist() == [math.inf]
     with pytest.raises(KbotError):
         theirs.measure()
@@ -254,7 +254,7 @@ def _strewn(random, count, lean=0.0, moving=0):
 
 def _engine_distances(simulation, lidar):
     """The engine's own rays, the robot's links left out one by one."""
-    model, data = simulation.engine()
+    model, data = simulation.engine.current()
     pose = simulation.link_pose(lidar.spec.link) @ lidar.spec.pose
     own = [b for b in range(model.nbody) if model.body(b).name.startswith("kbot/")]
     kept = model.geom_group.copy()
@@ -281,7 +281,7 @@ def test_every_way_to_measure_equals_the_engines_rays(robot, count, lean, moving
     spec = Lidar(link="base_link", pose=UP, **{"samples": 97, "range_max": 5.0, **beams})
     lidar = simulation.add_sensor(spec)
     for x, y, yaw in [(0.0, 0.0, 0.0), (0.2, -0.3, 2.9)]:
-        simulation.set_pose(x, y, yaw)
+        simulation.models.set_pose(x, y, yaw)
         simulation.run(0.2)
         measured = lidar._beams.rays.cast(*lidar._place(), spec.range_max)
         expected = _engine_distances(simulation, lidar)

@@ -45,7 +45,7 @@ def test_a_p3d_tells_where_its_link_truly_is_and_how_it_moves():
     pose = said[-1].pose.pose.position
     assert (pose.x, pose.y, pose.z) == pytest.approx((0.5, 0.0, 0.1), abs=1e-3)
     assert (said[-1].header.frame_id, said[-1].child_frame_id) == ("map", "mast")
-    sim.set_twist((0.0, 0.0, 0.0), (0.0, 0.0, 2.0))
+    sim.models.set_twist((0.0, 0.0, 0.0), (0.0, 0.0, 2.0))
     sensor = mount_declared(sim)[0]["truth"]
     twist = sensor.measure().twist.twist
     assert (twist.linear.x, twist.linear.y, twist.angular.z) == pytest.approx((0.0, 1.0, 2.0), abs=1e-9)
@@ -120,7 +120,7 @@ def test_satellite_navigation_of_hector_lies_where_it_is_told():
         "<referenceLongitude>9</referenceLongitude><referenceHeading>90</referenceHeading>"
     )
     sim = Simulation(robot("libhector_gazebo_ros_gps.so", inside, "gps"))
-    sim.set_pose(0.0, 1000.0, 0.0)
+    sim.models.set_pose(0.0, 1000.0, 0.0)
     fix = mount_declared(sim)[0]["gps"].measure()
     # a kilometre to the north: 1 / 6371 rad on a sphere, within the earth's flattening
     assert fix.latitude - 50.0 == pytest.approx(math.degrees(1000.0 / 6.371e6), rel=5e-3)

@@ -141,7 +141,7 @@ def test_gps_of_a_robot(robot):
     gps = simulation.add_sensor(
         Gps(link="base_footprint", latitude=47.0, longitude=8.0, horizontal=Noise(2.0))
     )
-    simulation.place(PlanarPose(5.0, 3.0))
+    simulation.models.place(PlanarPose(5.0, 3.0))
     fix = gps.measure()
     east = math.radians(fix.longitude - 8.0) * 6.39e6 * math.cos(math.radians(47.0))
     assert east == pytest.approx(5.0, rel=2e-3)
@@ -178,7 +178,7 @@ def test_gps_in_a_world_that_says_where_it_lies(robot, tmp_path, heading, east, 
     (tmp_path / "w.sdf").write_text(SDF.format(heading=heading))
     simulation = Simulation(robot, str(tmp_path / "w.sdf"))
     gps = simulation.add_sensor(Gps(link="base_footprint"))
-    simulation.set_pose(20.0, 0.0, 0.0)
+    simulation.models.set_pose(20.0, 0.0, 0.0)
     fix, phi, e2 = gps.measure(), math.radians(47.4), 0.00669437999
     n = 6378137.0 / math.sqrt(1.0 - e2 * math.sin(phi) ** 2)
     m = 6378137.0 * (1.0 - e2) / (1.0 - e2 * math.sin(phi) ** 2) ** 1.5

@@ -18,7 +18,7 @@ def test_a_sonar_tells_the_nearest_point_of_a_wall(robot):
     simulation = Simulation(robot, WALL)
     sonar = simulation.add_sensor(Range(link="base_footprint", pose=UP))
     assert sonar.measure().range == pytest.approx(1.0, abs=1e-9)
-    simulation.place(PlanarPose(0.0, 0.0, math.radians(5)))
+    simulation.models.place(PlanarPose(0.0, 0.0, math.radians(5)))
     # the wall's foot is still within the cone of 7.4 degrees to each side; rays are 7.4/4 degrees apart
     assert sonar.measure().range == pytest.approx(1.0, abs=1.0 / math.cos(math.radians(2)) - 1.0 + 1e-9)
 
@@ -61,7 +61,7 @@ def test_a_line_is_darker_than_the_floor(robot):
     # the line is 0.03 m wide: only the middle eye of those at 0.04, 0.02, 0 … is over it
     assert [value < 0.2 for value in seen] == [False, False, True, False, False]
     assert seen[0] > 0.8
-    simulation.place(PlanarPose(0.0, 0.02))
+    simulation.models.place(PlanarPose(0.0, 0.02))
     # the robot is to the left of the line: an eye on its right sees it
     assert [value < 0.2 for value in line.measure().data] == [False, False, False, True, False]
 
@@ -73,10 +73,10 @@ def test_a_line_that_is_laid_while_the_world_runs_is_seen(robot):
     assert line.measure().data[0] > 0.3
     black = "<material><diffuse>0 0 0 1</diffuse></material>"
     shape = "<geometry><box><size>0.2 0.02 0.001</size></box></geometry>"
-    simulation.spawn_sdf(
+    simulation.models.spawn_sdf(
         "<sdf version='1.9'><model name='tape'><static>true</static><link name='link'>"
         f"<visual name='paint'>{shape}{black}</visual></link></model></sdf>"
     )
     assert line.measure().data == (0.0,)
-    simulation.delete_model("tape")
+    simulation.models.delete_model("tape")
     assert line.measure().data[0] > 0.3

@@ -17,32 +17,32 @@ def bigger() -> Robot:
 
 def test_things_stay_where_they_were_pushed() -> None:
     sim = Simulation("kbot")
-    sim.spawn_thing("box", "crate", 0.25, 0.0, 0.0, 0.0, (0.1, 0.1, 0.1))
+    sim.models.spawn_thing("box", "crate", 0.25, 0.0, 0.0, 0.0, (0.1, 0.1, 0.1))
     sim.cmd_vel(0.3, 0.0)
     sim.run(2.0)
-    pushed = sim.body_poses()["crate"]
+    pushed = sim.models.body_poses()["crate"]
     assert pushed.translation[0] > 0.3  # it was pushed
-    before = sim.get_model_state("crate")
+    before = sim.models.get_model_state("crate")
     other = sim.with_robot(kbot.load("kbot"))
-    after = other.get_model_state("crate")
+    after = other.models.get_model_state("crate")
     assert after.pose.is_close(before.pose, 1e-12)
     assert after.linear == before.linear
     assert other.link_pose("base_footprint").is_close(sim.link_pose("base_footprint"), 1e-6)
     other.cmd_vel(0.3, 0.0)
     other.run(1.0)
-    assert other.body_poses()["crate"].translation[0] > pushed.translation[0] + 0.1  # and is pushed on
+    assert other.models.body_poses()["crate"].translation[0] > pushed.translation[0] + 0.1  # and is pushed on
 
 
 def test_what_was_deleted_stays_away_and_what_was_spawned_stays() -> None:
     sim = Simulation("kbot", "boxes")
-    sim.spawn_thing("box", "crate", 2.0, 2.0, 0.5, 0.0, (0.1, 0.1, 0.1))
-    sim.delete_model("box_0")
+    sim.models.spawn_thing("box", "crate", 2.0, 2.0, 0.5, 0.0, (0.1, 0.1, 0.1))
+    sim.models.delete_model("box_0")
     sim.run(1.0)
     other = sim.with_robot(bigger())
     names = {body.name for body in other.world.bodies}
     assert "crate" in names
     assert "box_0" not in names
-    assert other.body_poses()["crate"].translation[2] < 0.1  # it fell, and lies
+    assert other.models.body_poses()["crate"].translation[2] < 0.1  # it fell, and lies
 
 
 def test_a_tilted_robot_stays_tilted() -> None:
@@ -77,41 +77,42 @@ def test_a_taller_robot_stands_on_the_same_ground() -> None:
 
 def test_a_robot_that_fits_no_longer_begins_at_its_start() -> None:
     sim = Simulation("kbot")
-    sim.set_model_state(
+    sim.models.set_model_state(
         "kbot", sim.link_pose("base_footprint") @ Transform.from_xyz_rpy((1, 0, 0), (0, 0, 0))
     )
-    sim.spawn_thing("box", "crate", 1.25, 0.0, 0.0, 0.0, (0.2, 0.2, 0.2))
+    sim.models.spawn_thing("box", "crate", 1.25, 0.0, 0.0, 0.0, (0.2, 0.2, 0.2))
     sim.run(0.2)
     assert sim.with_robot(kbot.load("kbot")).ground_truth.pose.x == pytest.approx(1.0, abs=0.01)
     other = sim.with_robot(bigger())
     assert other.ground_truth.pose.x == pytest.approx(0.0, abs=0.01)
-    assert other.body_poses()["crate"].is_close(sim.body_poses()["crate"], 1e-12)
+    assert other.models.body_poses()["crate"].is_close(sim.models.body_poses()["crate"], 1e-12)
 
 
 def test_what_is_attached_stays_attached() -> None:
     sim = Simulation("kbot")
-    sim.spawn_thing("box", "crate", -0.4, 0.0, 0.0, 0.0, (0.1, 0.1, 0.1))
+    sim.models.spawn_thing("box", "crate", -0.4, 0.0, 0.0, 0.0, (0.1, 0.1, 0.1))
     sim.run(0.5)
-    sim.attach("base_link", to="crate")
+    sim.models.attach("base_link", to="crate")
     sim.cmd_vel(0.2, 0.0)
     sim.run(2.0)
     other = sim.with_robot(bigger())
-    assert other.attachments == 1
-    between = other.link_pose("base_footprint").inverse() @ other.body_poses()["crate"]
+    assert other.models.attachments == 1
+    between = other.link_pose("base_footprint").inverse() @ other.models.body_poses()["crate"]
     other.cmd_vel(0.2, 0.0)
     other.run(2.0)
-    after = other.link_pose("base_footprint").inverse() @ other.body_poses()["crate"]
-    assert other.body_poses()["crate"].translation[0] > sim.body_poses()["crate"].translation[0] + 0.2
+    after = other.link_pose("base_footprint").inverse() @ other.models.body_poses()["crate"]
+    pulled, left = (each.models.body_poses()["crate"].translation[0] for each in (other, sim))
+    assert pulled > left + 0.2
     assert np.allclose(after.translation, between.translation, atol=5e-3)  # drawn along
-    other.detach("base_link")  # and can be let go
+    other.models.detach("base_link")  # and can be let go
 
 
 def test_what_was_attached_to_a_link_that_is_no_more_is_let_go() -> None:
     sim = Simulation(kbot.load("kbot", lidar="true"))
-    sim.spawn_thing("box", "crate", -0.4, 0.0, 0.0, 0.0, (0.1, 0.1, 0.1))
-    sim.attach("lidar_link", to="crate")
+    sim.models.spawn_thing("box", "crate", -0.4, 0.0, 0.0, 0.0, (0.1, 0.1, 0.1))
+    sim.models.attach("lidar_link", to="crate")
     other = sim.with_robot(kbot.load("kbot"))
-    assert (sim.attachments, other.attachments) == (1, 0)
+    assert (sim.models.attachments, other.models.attachments) == (1, 0)
     other.cmd_vel(0.2, 0.0)
     other.run(1.0)
-    assert other.body_poses()["crate"].translation[0] == pytest.approx(-0.4, abs=1e-3)
+    assert other.models.body_poses()["crate"].translation[0] == pytest.approx(-0.4, abs=1e-3)

@@ -106,4 +106,4 @@ def test_what_may_be_meant_is_left_alone(described, yaml):
 
 def test_a_misspelt_name_of_the_parameters_leaves_a_controller_its_joints(described):
     sim = simulated(described(GOOD.replace("ros__", "ros_")))
-    assert [c.joints for c in sim.named().control.controllers] == [("shoulder",)]
+    assert [c.joints for c in sim.robots.first.joints.control.controllers] == [("shoulder",)]

@@ -117,7 +117,7 @@ def test_one_joint_on_both_sides_is_not_driven(named):
     robot = named(LEFT, LEFT)
     sim = Simulation(robot)
     assert codes(sim) == ["W145"]
-    assert isinstance(sim.drive, NoDrive)
+    assert isinstance(sim.robots.first.drive, NoDrive)
     reason = f"its drive names the joint '{LEFT}' both as left and as right"
     with pytest.raises(KbotError, match=f"robot 'kbot' cannot drive: {reason}"):
         sim.cmd_vel(0.2, 0.0)
@@ -168,7 +168,7 @@ def test_two_plugins_may_name_the_same_joints(plain):
     )
     sim = Simulation(load_robot_text(plain.replace("</robot>", f"{plugins}</robot>"), "k.urdf").require())
     assert codes(sim) == []
-    assert (sim.drive.left, sim.drive.right) == ((LEFT,), (RIGHT,))
+    assert (sim.robots.first.drive.left, sim.robots.first.drive.right) == ((LEFT,), (RIGHT,))
 
 
 WHEEL = """<link name="{0}"><collision><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.1"
@@ -250,8 +250,8 @@ def test_a_drive_that_names_another_joint_than_a_wheel_s_is_reported_with_what_k
     )
     assert found.hint == "name the joint that turns the right wheel: 'r'"
     assert found.origin is not None
-    assert isinstance(sim.drive, DifferentialDrive)
-    assert sim.drive.joints == ("l", "r")
+    assert isinstance(sim.robots.first.drive, DifferentialDrive)
+    assert sim.robots.first.drive.joints == ("l", "r")
 
 
 @pytest.mark.parametrize(

@@ -112,7 +112,7 @@ def test_speed_follows_the_slope_of_the_acceleration_limit(kbot_robot):
     sim = Simulation(kbot_robot)
     sim.cmd_vel(0.5, 0.0)
     sim.run(0.1)
-    assert sim.twist.x == pytest.approx(0.1)
+    assert sim.robots.first.twist.x == pytest.approx(0.1)
     sim.run(2.0)
     stop(sim)
     assert sim.ground_truth.pose.x == pytest.approx(0.5 * 2.1, abs=1e-5)
@@ -123,7 +123,7 @@ def test_limits_can_be_given(kbot_robot):
     sim = Simulation(kbot_robot, limits=limits)
     sim.cmd_vel(3.0, -3.0)
     sim.run(2.0)
-    assert (sim.twist.x, sim.twist.yaw) == (0.1, -0.5)
+    assert (sim.robots.first.twist.x, sim.robots.first.twist.yaw) == (0.1, -0.5)
 
 
 def test_a_limit_above_zero_is_wanted():
@@ -135,8 +135,9 @@ def test_a_command_beyond_the_wheels_keeps_its_curve(sim, kbot_robot):
     """KBot's joints allow 1 m/s at the rim."""
     sim.cmd_vel(2.0, 2.0)
     sim.run(3.0)
-    assert sim.twist.x == pytest.approx(sim.twist.yaw)
-    fastest = max(sim.drive.wheel_speeds(sim.twist.x, sim.twist.yaw))
+    twist = sim.robots.first.twist
+    assert twist.x == pytest.approx(twist.yaw)
+    fastest = max(sim.robots.first.drive.wheel_speeds(twist.x, twist.yaw))
     assert fastest == pytest.approx(1.0 / 0.035)
 
 
@@ -179,14 +180,14 @@ def test_a_command_that_is_no_number_is_refused_and_changes_nothing(sim, bad):
         with pytest.raises(KbotError, match="finite"):
             sim.cmd_vel(*command)
     assert sim.state_sha256() == before
-    assert sim.twist.x == pytest.approx(0.1)
+    assert sim.robots.first.twist.x == pytest.approx(0.1)
 
 
 def test_a_huge_command_is_held_to_what_the_wheels_can(sim):
     sim.cmd_vel(1e308, -1e308)
     sim.run(2.0)
-    assert sim.twist.x == pytest.approx(-sim.twist.yaw)
-    assert sim.twist.x + 0.087 * sim.twist.x == pytest.approx(1.0)
+    assert sim.robots.first.twist.x == pytest.approx(-sim.robots.first.twist.yaw)
+    assert sim.robots.first.twist.x + 0.087 * sim.robots.first.twist.x == pytest.approx(1.0)
 
 
 def test_a_robot_without_wheels_says_why_it_cannot_drive(ball):

@@ -23,7 +23,7 @@ from kbot.text import KbotError
 
 def test_a_blocked_wheel_turns_the_robot_about_it_for_as_long(sim):
     """With the left wheel held, driving on turns to the left about its contact point; then on as before."""
-    sim.schedule(BlockedJoint("left_wheel_joint"), at=1.0, duration=1.0)
+    sim.disturbances.schedule(BlockedJoint("left_wheel_joint"), at=1.0, duration=1.0)
     sim.cmd_vel(0.1, 0.0)
     sim.run(1.0)
     wheel = sim.joint_positions["left_wheel_joint"]
@@ -43,12 +43,12 @@ def test_a_blocked_wheel_turns_the_robot_about_it_for_as_long(sim):
     ids=["blocked", "kicked"],
 )
 def test_a_fault_goes_with_its_robot(sim, kbot_robot, fault, at):
-    sim.spawn_model(kbot_robot, "other", x=2.0)
-    sim.schedule(fault, at)
-    sim.schedule(Slip("left_wheel", 0.1), at=0.0)
+    sim.models.spawn_model(kbot_robot, "other", x=2.0)
+    sim.disturbances.schedule(fault, at)
+    sim.disturbances.schedule(Slip("left_wheel", 0.1), at=0.0)
     sim.run(0.5)
-    sim.delete_model("other")
-    assert [one.fault for one in sim.faults] == [Slip("left_wheel", 0.1)]
+    sim.models.delete_model("other")
+    assert [one.fault for one in sim.disturbances.faults] == [Slip("left_wheel", 0.1)]
     sim.run(1.0)
     sim.reset()
     sim.run(1.0)
@@ -73,7 +73,7 @@ def test_a_wheel_on_ice_slips_and_odometry_does_not_know(kbot_robot):
     for friction in (1.0, 0.0):
         sim = Simulation(kbot_robot)
         for wheel in ("left_wheel", "right_wheel"):
-            sim.schedule(Slip(wheel, friction), at=0.0)
+            sim.disturbances.schedule(Slip(wheel, friction), at=0.0)
         sim.cmd_vel(0.3, 0.0)
         sim.run(2.0)
         gone.append((sim.ground_truth.pose.x, sim.odometry.pose.x))
@@ -84,8 +84,8 @@ def test_a_wheel_on_ice_slips_and_odometry_does_not_know(kbot_robot):
 
 def test_a_payload_is_carried_and_put_down(sim):
     """A kilogram on a wheel-high shelf doubles the weight: what the ground bears shows it."""
-    model, _ = sim.engine()
-    sim.schedule(Payload("base_link", 1.0, (0.0, 0.0, 0.02)), at=0.5, duration=0.5)
+    model, _ = sim.engine.current()
+    sim.disturbances.schedule(Payload("base_link", 1.0, (0.0, 0.0, 0.02)), at=0.5, duration=0.5)
     weights = []
     for _ in range(3):
         sim.run(0.45)
@@ -97,22 +97,22 @@ def test_a_payload_is_carried_and_put_down(sim):
 
 
 def test_commands_from_outside_get_lost_and_those_in_python_do_not(sim):
-    sim.schedule(LostCommands(1.0), at=0.0)
-    sim.command(0.2, 0.0)
+    sim.disturbances.schedule(LostCommands(1.0), at=0.0)
+    sim.robots.first.command(0.2, 0.0)
     sim.run(0.4)
-    assert sim.twist.x == 0.0
+    assert sim.robots.first.twist.x == 0.0
     sim.cmd_vel(0.2, 0.0)
     sim.run(0.4)
-    assert sim.twist.x == pytest.approx(0.2)
+    assert sim.robots.first.twist.x == pytest.approx(0.2)
 
 
 def test_half_of_the_commands_get_lost_by_the_seed(kbot_robot):
     def heard(seed):
         sim, came = Simulation(kbot_robot, seed=seed), []
-        sim.schedule(LostCommands(0.5), at=0.0)
+        sim.disturbances.schedule(LostCommands(0.5), at=0.0)
         for index in range(200):
-            sim.command(0.001 * (index + 1), 0.0)
-            came.append(sim.named().commanded_twist.x == 0.001 * (index + 1))
+            sim.robots.first.command(0.001 * (index + 1), 0.0)
+            came.append(sim.robots.first.commanded_twist.x == 0.001 * (index + 1))
         return came
 
     assert sum(heard(1)) == pytest.approx(100, abs=30)
@@ -122,14 +122,14 @@ def test_half_of_the_commands_get_lost_by_the_seed(kbot_robot):
 def test_a_silent_topic_is_heard_again(sim):
     heard = []
     sim.bus.subscribe("/odom", Odometry, lambda m: heard.append(m.header.stamp.seconds))
-    sim.schedule(SilentTopic("/odom"), at=0.1, duration=0.2)
+    sim.disturbances.schedule(SilentTopic("/odom"), at=0.1, duration=0.2)
     sim.run(0.5)
     assert not [t for t in heard if 0.11 < t < 0.29]
     assert len(heard) == pytest.approx(15, abs=1)
 
 
 def test_a_kick_comes_once_at_its_time(sim):
-    sim.schedule(Kick((0.0, 0.4, 0.0)), at=0.5)
+    sim.disturbances.schedule(Kick((0.0, 0.4, 0.0)), at=0.5)
     sim.run(0.498)
     assert abs(sim.ground_truth.pose.y) < 1e-9
     sim.run(1.0)
@@ -140,8 +140,8 @@ def test_a_kick_comes_once_at_its_time(sim):
 
 
 def test_faults_come_again_after_a_reset_and_with_a_restored_state(sim):
-    sim.schedule(BlockedJoint("left_wheel_joint"), at=0.5, duration=0.5)
-    sim.schedule(Kick((0.1, 0.1, 0.0)), at=1.2)
+    sim.disturbances.schedule(BlockedJoint("left_wheel_joint"), at=0.5, duration=0.5)
+    sim.disturbances.schedule(Kick((0.1, 0.1, 0.0)), at=1.2)
     sim.cmd_vel(0.2, 0.0)
     sim.run(0.7)
     saved = sim.state()
@@ -157,10 +157,10 @@ def test_faults_come_again_after_a_reset_and_with_a_restored_state(sim):
 
 
 def test_a_fault_outlives_a_robot_that_comes(sim, kbot_robot):
-    sim.schedule(BlockedJoint("left_wheel_joint"), at=0.0)
+    sim.disturbances.schedule(BlockedJoint("left_wheel_joint"), at=0.0)
     sim.cmd_vel(0.1, 0.0)
     sim.run(0.5)
-    sim.spawn_model(kbot_robot, "b", x=2.0)
+    sim.models.spawn_model(kbot_robot, "b", x=2.0)
     before = sim.joint_positions["left_wheel_joint"]
     sim.run(0.5)
     assert sim.joint_positions["left_wheel_joint"] == pytest.approx(before, abs=0.01)
@@ -185,7 +185,7 @@ def test_a_fault_outlives_a_robot_that_comes(sim, kbot_robot):
 def test_a_fault_that_cannot_be_is_refused(sim, make, at, duration, message):
     before = sim.state_sha256()
     with pytest.raises(KbotError, match=message):
-        sim.schedule(make(), at, duration)
+        sim.disturbances.schedule(make(), at, duration)
     sim.cmd_vel(0.2, 0.0)
     sim.run(0.5)
     assert sim.ground_truth.twist.x == pytest.approx(0.2, rel=0.01)

@@ -10,14 +10,14 @@ from kbot.text import KbotError
 
 
 def mass(sim) -> float:
-    model, _ = sim.engine()
+    model, _ = sim.engine.current()
     return float(model.body_subtreemass[0])
 
 
 def test_of_two_loads_each_is_put_down_at_its_own_time(sim):
     before = mass(sim)
-    sim.schedule(Payload("base_link", 1.0), at=0.0, duration=0.4)
-    sim.schedule(Payload("base_link", 2.0), at=0.2, duration=0.4)
+    sim.disturbances.schedule(Payload("base_link", 1.0), at=0.0, duration=0.4)
+    sim.disturbances.schedule(Payload("base_link", 2.0), at=0.2, duration=0.4)
     carried = []
     for _ in range(4):
         sim.run(0.1)
@@ -28,26 +28,28 @@ def test_of_two_loads_each_is_put_down_at_its_own_time(sim):
 
 
 def test_a_fault_for_later_leaves_the_one_that_acts(sim):
-    sim.schedule(SilentTopic("odom"), at=0.0, duration=0.3)
-    sim.schedule(SilentTopic("odom"), at=0.2, duration=0.3)
-    sim.schedule(LostCommands(0.5), at=0.0, duration=0.3)
-    sim.schedule(LostCommands(0.9), at=0.6, duration=0.1)
+    sim.disturbances.schedule(SilentTopic("odom"), at=0.0, duration=0.3)
+    sim.disturbances.schedule(SilentTopic("odom"), at=0.2, duration=0.3)
+    sim.disturbances.schedule(LostCommands(0.5), at=0.0, duration=0.3)
+    sim.disturbances.schedule(LostCommands(0.9), at=0.6, duration=0.1)
     heard, lost = [], []
     sim.bus.subscribe("odom", Odometry, lambda message: heard.append(sim.time))
     for _ in range(8):
         sim.run(0.05)
-        lost.append(sim.lost_commands)
+        lost.append(sim.commands.lost_share)
         sim.run(0.05)
     assert heard[0] == pytest.approx(0.5, abs=0.021)  # odometry is told each 0.02 s
     assert lost == [0.5, 0.5, 0.5, 0.0, 0.0, 0.0, 0.9, 0.0]
 
 
 def test_a_wheel_grips_again_after_two_faults_of_it(sim):
-    model, _ = sim.engine()
-    geom = next(g for g in range(model.ngeom) if model.geom_bodyid[g] == sim.named().body("left_wheel"))
+    model, _ = sim.engine.current()
+    geom = next(
+        g for g in range(model.ngeom) if model.geom_bodyid[g] == sim.robots.first.body.index("left_wheel")
+    )
     before = model.geom_friction[geom, 0]
-    sim.schedule(Slip("left_wheel", 0.2), at=0.0, duration=0.2)
-    sim.schedule(Slip("left_wheel", 0.1), at=0.1, duration=0.2)
+    sim.disturbances.schedule(Slip("left_wheel", 0.2), at=0.0, duration=0.2)
+    sim.disturbances.schedule(Slip("left_wheel", 0.1), at=0.1, duration=0.2)
     found = []
     for _ in range(4):
         sim.run(0.05)
@@ -57,11 +59,11 @@ def test_a_wheel_grips_again_after_two_faults_of_it(sim):
 
 
 def test_a_fault_that_is_ended_is_over_and_does_not_come_again(sim):
-    number = sim.schedule(BlockedJoint("left_wheel_joint"), at=0.0)
+    number = sim.disturbances.schedule(BlockedJoint("left_wheel_joint"), at=0.0)
     sim.cmd_vel(0.1, 0.0)
     sim.run(0.5)
     assert abs(sim.joint_positions["left_wheel_joint"]) < 0.01
-    sim.end_fault(number)
+    sim.disturbances.end_fault(number)
     for _ in range(2):
         start = sim.joint_positions["left_wheel_joint"]
         sim.run(1.0)
@@ -69,23 +71,37 @@ def test_a_fault_that_is_ended_is_over_and_does_not_come_again(sim):
         sim.reset()
         sim.cmd_vel(0.1, 0.0)
     with pytest.raises(KbotError, match=f"no fault {number} .there are none at all"):
-        sim.end_fault(number)
+        sim.disturbances.end_fault(number)
 
 
 def test_the_first_of_two_loads_is_taken_off(sim):
     before = mass(sim)
-    first = sim.schedule(Payload("base_link", 1.0), at=0.0)
-    second = sim.schedule(Payload("base_link", 2.0), at=0.0, duration=5.0)
-    later = sim.schedule(Payload("base_link", 4.0), at=3.0, duration=1.0)
+    first = sim.disturbances.schedule(Payload("base_link", 1.0), at=0.0)
+    second = sim.disturbances.schedule(Payload("base_link", 2.0), at=0.0, duration=5.0)
+    later = sim.disturbances.schedule(Payload("base_link", 4.0), at=3.0, duration=1.0)
     sim.run(0.1)
-    assert [(one.number, one.start, one.stop) for one in sim.faults] == [
+    assert [(one.number, one.start, one.stop) for one in sim.disturbances.faults] == [
         (first, 0.0, inf),
         (second, 0.0, 5.0),
         (later, 3.0, 4.0),
     ]
-    sim.end_fault(first)
+    sim.disturbances.end_fault(first)
     assert mass(sim) - before == pytest.approx(2.0)
-    assert [one.number for one in sim.faults] == [second, later]
+    assert [one.number for one in sim.disturbances.faults] == [second, later]
     sim.run(5.0)
-    assert sim.faults == ()
+    assert sim.disturbances.faults == ()
     assert mass(sim) == before
+
+
+def test_lasting_faults_end_when_an_object_was_spawned_meanwhile(sim):
+    heard = []
+    sim.bus.subscribe("/odom", Odometry, heard.append)
+    sim.disturbances.schedule(LostCommands(0.5), at=0.0, duration=0.3)
+    sim.disturbances.schedule(SilentTopic("odom"), at=0.0, duration=0.3)
+    sim.run(0.1)
+    sim.models.spawn_thing("box", x=1.0, size=(0.1, 0.1, 0.1))
+    sim.run(0.1)
+    assert (sim.commands.lost_share, heard) == (0.5, [])
+    sim.run(0.2)
+    assert sim.commands.lost_share == 0.0
+    assert heard

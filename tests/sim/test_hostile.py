@@ -2,6 +2,7 @@
 
 import inspect
 from collections.abc import Callable
+from operator import attrgetter
 
 import numpy as np
 import pytest
@@ -9,6 +10,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from kbot.sim import Simulation, faults
+from kbot.sim.disturbances import Disturbances
+from kbot.sim.models import Models
+from kbot.sim.robot import SimulatedRobot
+from kbot.sim.robots import Robots
+from kbot.sim.snapshots import Snapshots
+from kbot.sim.stepping import Stepping
 from kbot.text import KbotError
 
 HOSTILE = [
@@ -17,12 +24,25 @@ HOSTILE = [
     [[1.0], [2.0], [3.0]], {}, {"a": 1}, {"left_wheel_joint": float("nan")}, {"left_wheel_joint": 1e308},
     np.zeros((3, 3)), np.array([]), np.array([1.0, 2.0, 3.0]), np.float64("nan"),
 ]  # fmt: skip
-BETWEEN_PARTS = {"serve", "take_command"}
-"""What a robot calls, not a user."""
+PARTS = {
+    "": Simulation, "models.": Models, "disturbances.": Disturbances, "snapshots.": Snapshots,
+    "stepping.": Stepping, "robots.": Robots, "robots.first.": SimulatedRobot,
+}  # fmt: skip
+BETWEEN_PARTS = {
+    "models.continue_from", "models.use", "disturbances.forget", "disturbances.set_back", "stepping.jump",
+    "robots.add", "robots.publish", "robots.remove", "robots.tick", "robots.first.advance",
+    "robots.first.restore", "robots.first.set_back", "robots.first.stand_at", "robots.first.take_over",
+    "robots.first.tick",
+}  # fmt: skip
+"""What other parts call, not a user."""
 METHODS = [
-    name
-    for name, value in inspect.getmembers(Simulation, inspect.isfunction)
-    if not name.startswith("_") and name not in BETWEEN_PARTS and len(inspect.signature(value).parameters) > 1
+    part + name
+    for part, kind in PARTS.items()
+    for name, value in inspect.getmembers(kind, inspect.isfunction)
+    if not name.startswith("_")
+    and part + name not in BETWEEN_PARTS
+    and name not in ("get", "items", "keys", "values")
+    and len(inspect.signature(value).parameters) > 1
 ]
 GOOD = {
     "link": "base_link", "force": (1.0, 0.0, 0.0), "duration": 0.1, "torque": (0.0, 0.0, 0.1), "to": "crate",
@@ -35,11 +55,17 @@ QUIET = settings(max_examples=400, deadline=None, suppress_health_check=[HealthC
 def everything(sim: Simulation) -> tuple[object, ...]:
     """All that what follows depends on, the engine's own model too."""
     state = sim.state()
-    model, _ = sim.engine()
+    model, _ = sim.engine.current()
     arrays = [getattr(model, name) for name in ("body_mass", "geom_friction", "actuator_gainprm", "qpos0")]
     parts = (state.vector, state.engine.xfrc_applied, *arrays)
     told = (state.steps, state.robots, state.pushes, state.welds, state.random, sim.time, sim.paused)
-    return (*(part.tobytes() for part in parts), told, list(sim.robots), sim.lost_commands, sim.twist)
+    return (
+        *(part.tobytes() for part in parts),
+        told,
+        list(sim.robots),
+        sim.commands.lost_share,
+        sim.robots.first.twist,
+    )
 
 
 def is_refused(call: Callable[[], object]) -> bool:
@@ -63,7 +89,8 @@ def running(kbot_robot) -> Simulation:
 @given(data=st.data())
 def test_a_method_either_does_it_or_says_why_not_and_does_nothing(running, data):
     name = data.draw(st.sampled_from(METHODS))
-    parameters = list(inspect.signature(getattr(running, name)).parameters.values())
+    method = attrgetter(name)(running)
+    parameters = list(inspect.signature(method).parameters.values())
     given_ = {}
     for parameter in parameters:
         choices = [st.sampled_from(HOSTILE)]
@@ -73,15 +100,14 @@ def test_a_method_either_does_it_or_says_why_not_and_does_nothing(running, data)
             given_[parameter.name] = data.draw(st.one_of(choices))
     saved, before = running.state(), everything(running)
     bodies = {body.name for body in running.world.bodies}
-    if is_refused(lambda: getattr(running, name)(**given_)):
+    if is_refused(lambda: method(**given_)):
         assert everything(running) == before
     else:
         running.step(3)
         assert np.isfinite(running.state().vector).all()
         things = [body.name for body in running.world.bodies if body.name not in bodies]
         for model in [*list(running.robots)[1:], *things]:
-            running.delete_model(model)
-        running.unpause_physics()
+            running.models.delete_model(model)
         running.restore(saved)
 
 
@@ -95,7 +121,7 @@ def test_a_fault_of_anything_is_refused_or_acts(running, data):
     values = [data.draw(st.sampled_from(HOSTILE)) for _ in inspect.signature(kind).parameters]
     at = data.draw(st.sampled_from([*HOSTILE, 1e6]))
     before = everything(running)
-    is_refused(lambda: running.schedule(kind(*values), at))
+    is_refused(lambda: running.disturbances.schedule(kind(*values), at))
     assert everything(running) == before
 
 

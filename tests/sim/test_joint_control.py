@@ -103,9 +103,9 @@ def test_a_joint_is_as_stiff_where_the_arm_is_stretched_as_where_it_is_folded(ur
     post turns 0.5 kg m^2 when it lies, a hundredth of that when it stands."""
     sim = Simulation(urdf(POST))
     for lift in (0.0, 1.5708):
-        sim.command_joints({"pan": 0.0, "lift": lift})
+        sim.robots.first.command_joints({"pan": 0.0, "lift": lift})
         sim.run(1.0)
-        sim.command_joints({"pan": 0.1})
+        sim.robots.first.command_joints({"pan": 0.1})
         for t in (1.0, 2.0, 3.0):
             sim.run(1.0 / 50.0)
             assert sim.joint_positions["pan"] == pytest.approx(0.1 * (1.0 - (1.0 + t) * exp(-t)), abs=3e-3)
@@ -116,7 +116,7 @@ def test_a_run_of_an_arm_is_the_same_after_a_reset_and_from_a_state(urdf):
     sim = Simulation(urdf(POST))
     digests = []
     for _ in range(2):
-        sim.follow_trajectory(["pan", "lift"], [(1.0, [0.8, 1.2])])
+        sim.robots.first.follow_trajectory(["pan", "lift"], [(1.0, [0.8, 1.2])])
         sim.step(203)
         state = sim.state()
         sim.step(400)
@@ -154,7 +154,7 @@ def test_a_trajectory_goes_along_cubics_through_its_points(controlled):
 def test_a_joint_that_is_told_beyond_its_limit_says_so_once_and_stops_there(controlled):
     sim = controlled(TRAJECTORY)
     told: list[str] = []
-    sim.tells.append(told.append)
+    sim.journal.listeners.append(told.append)
     for position in (3.0005, 9.0, 8.0):
         sim.bus.publish(
             "arm/joint_trajectory", JointTrajectory(joint_names=("shoulder",), points=(to(1.0, position),))
@@ -166,7 +166,7 @@ def test_a_joint_that_is_told_beyond_its_limit_says_so_once_and_stops_there(cont
 
 def test_without_speeds_a_trajectory_goes_straight(controlled):
     sim = controlled(TRAJECTORY)
-    sim.follow_trajectory(["shoulder"], [(1.0, [-0.5]), (3.0, [0.5])])
+    sim.robots.first.follow_trajectory(["shoulder"], [(1.0, [-0.5]), (3.0, [0.5])])
     sim.run(2.0)
     assert sim.joint_positions["shoulder"] == pytest.approx(0.0, abs=2e-3)
     sim.run(0.5)
@@ -175,9 +175,9 @@ def test_without_speeds_a_trajectory_goes_straight(controlled):
 
 def test_a_new_trajectory_takes_the_place_of_the_old(controlled):
     sim = controlled(TRAJECTORY)
-    sim.follow_trajectory(["shoulder"], [(2.0, [1.0])])
+    sim.robots.first.follow_trajectory(["shoulder"], [(2.0, [1.0])])
     sim.run(1.0)
-    sim.follow_trajectory(["shoulder"], [(1.0, [0.5])])
+    sim.robots.first.follow_trajectory(["shoulder"], [(1.0, [0.5])])
     sim.run(2.0)
     assert sim.joint_positions["shoulder"] == pytest.approx(0.5, abs=1e-3)
 
@@ -197,7 +197,7 @@ def test_an_effort_is_what_is_exerted(controlled):
     sim = controlled("push: {ros__parameters: {joints: [shoulder], interface_name: effort}}", "effort")
     sim.bus.publish("push/commands", Float64MultiArray(data=(-MASS * 9.81 * LENGTH - 1.0,)))
     sim.run(0.2)
-    assert sim.joint_velocities["shoulder"] == pytest.approx(-0.2 / INERTIA, rel=0.02)
+    assert sim.robots.first.body.joint_velocities["shoulder"] == pytest.approx(-0.2 / INERTIA, rel=0.02)
 
 
 def test_effort_and_speed_limits_of_a_joint_hold(urdf):
@@ -205,7 +205,7 @@ def test_effort_and_speed_limits_of_a_joint_hold(urdf):
     weak.run(1.0)
     assert weak.joint_positions["shoulder"] > 0.5, "5 N m do not bear 9.81 N m"
     slow = Simulation(urdf(arm(hardware(), 'lower="-3" upper="3" effort="100" velocity="0.25"')))
-    slow.set_joint("shoulder", -1.0)
+    slow.robots.first.set_joint("shoulder", -1.0)
     slow.run(2.0)
     assert slow.joint_positions["shoulder"] == pytest.approx(-0.5, abs=0.01)
     slow.run(4.0)
@@ -217,11 +217,11 @@ def test_a_safety_controller_keeps_from_the_end(urdf):
     what is left shrinks as exp(-k_position t)."""
     safety = '<safety_controller soft_lower_limit="-1" soft_upper_limit="1" k_position="2" k_velocity="20"/>'
     sim = Simulation(urdf(arm(hardware(), more=safety)))
-    sim.set_joint("shoulder", -2.5)
+    sim.robots.first.set_joint("shoulder", -2.5)
     sim.run(2.0)
     assert sim.joint_positions["shoulder"] == pytest.approx(-1.0, abs=1e-3)
     sim.reset()
-    sim.command_joints({"shoulder": -2.0}, "velocity")
+    sim.robots.first.command_joints({"shoulder": -2.0}, "velocity")
     for seconds in (0.25, 0.5):
         sim.run(seconds)
         assert sim.joint_positions["shoulder"] == pytest.approx(-1.0 + exp(-2.0 * sim.time), abs=0.03)
@@ -231,7 +231,7 @@ def test_a_safety_controller_bounds_efforts_by_speed(urdf):
     """Beyond the soft limit the greatest effort outwards falls to nothing: -50 N m does not drive it on."""
     safety = '<safety_controller soft_lower_limit="-1" soft_upper_limit="1" k_position="5" k_velocity="20"/>'
     sim = Simulation(urdf(arm(hardware("effort"), more=safety)))
-    sim.command_joints({"shoulder": -50.0}, "effort")
+    sim.robots.first.command_joints({"shoulder": -50.0}, "effort")
     sim.run(3.0)
     assert -1.1 < sim.joint_positions["shoulder"] < -0.8
 
@@ -309,7 +309,7 @@ def test_a_trajectory_that_is_none_is_refused_and_changes_nothing(controlled, po
     sim = controlled(TRAJECTORY)
     before = sim.state_sha256()
     with pytest.raises(KbotError, match=message):
-        sim.follow_trajectory(["shoulder"], points)
+        sim.robots.first.follow_trajectory(["shoulder"], points)
     assert sim.state_sha256() == before
 
 
@@ -317,12 +317,12 @@ def test_a_run_with_a_trajectory_is_the_same_however_it_is_cut_and_restored(cont
     runs = []
     for cuts in ((1.5,), (0.3, 0.004, 0.196, 1.0)):
         sim = controlled(TRAJECTORY)
-        sim.follow_trajectory(["shoulder"], [(1.0, [-1.0], [0.0]), (1.4, [-0.5], [0.0])])
+        sim.robots.first.follow_trajectory(["shoulder"], [(1.0, [-1.0], [0.0]), (1.4, [-0.5], [0.0])])
         for seconds in cuts:
             sim.run(seconds)
         runs.append(sim.state_sha256())
     sim = controlled(TRAJECTORY)
-    sim.follow_trajectory(["shoulder"], [(1.0, [-1.0], [0.0]), (1.4, [-0.5], [0.0])])
+    sim.robots.first.follow_trajectory(["shoulder"], [(1.0, [-1.0], [0.0]), (1.4, [-0.5], [0.0])])
     sim.run(0.5)
     saved = sim.state()
     sim.run(0.7)
@@ -335,4 +335,4 @@ def test_a_run_with_a_trajectory_is_the_same_however_it_is_cut_and_restored(cont
 def test_truth_is_no_command_of_a_joint(urdf, value):
     sim = Simulation(urdf(arm(hardware())))
     with pytest.raises(KbotError, match=f"joint 'shoulder' is told a number, not {value}"):
-        sim.command_joints({"shoulder": value})
+        sim.robots.first.command_joints({"shoulder": value})

@@ -29,19 +29,21 @@ def test_a_planar_joint_slides_in_its_plane_and_turns_about_its_axis(urdf):
         urdf(robot(link("puck"), joint("plane", "planar", "puck", '<axis xyz="0.5 0 0.8660254"/>')))
     )
     sim.run(0.5)
-    place, (spin, _) = sim.link_pose("puck").translation, sim.named().link_velocity("puck")
+    place, (spin, _) = sim.link_pose("puck").translation, sim.robots.first.body.link_velocity("puck")
     gone = 9.81 * 0.5 * 0.5**2 / 2
     assert place.tolist() == pytest.approx([gone * 0.8660254, 0.0, 2.0 - gone * 0.5], abs=0.01)
-    sim.apply_body_wrench("puck", (0.0, 0.0, 0.0), 0.1, torque=(0.0, 0.1, 0.0))
+    sim.disturbances.apply_body_wrench("puck", (0.0, 0.0, 0.0), 0.1, torque=(0.0, 0.1, 0.0))
     sim.run(0.1)
-    assert sim.named().link_velocity("puck")[0] == pytest.approx(spin, abs=1e-6), "not about its own axis"
+    assert sim.robots.first.body.link_velocity("puck")[0] == pytest.approx(spin, abs=1e-6), (
+        "not about its own axis"
+    )
 
 
 def test_a_floating_joint_falls_freely_and_keeps_turning(urdf):
     sim = Simulation(urdf(robot(link("stone"), joint("free", "floating", "stone"))))
-    sim.apply_body_wrench("stone", (2.0, 0.0, 0.0), 0.1, torque=(0.0, 0.0, 0.01))
+    sim.disturbances.apply_body_wrench("stone", (2.0, 0.0, 0.0), 0.1, torque=(0.0, 0.0, 0.01))
     sim.run(0.5)
-    spin, _ = sim.named().link_velocity("stone")
+    spin, _ = sim.robots.first.body.link_velocity("stone")
     x, y, z = sim.link_pose("stone").translation
     assert z == pytest.approx(2.0 - 9.81 * 0.5**2 / 2, abs=0.01)
     assert (x, y) == pytest.approx((0.2 * 0.05 + 0.2 * 0.4, 0.0), abs=1e-3)
@@ -57,9 +59,9 @@ def test_a_mimic_joint_is_geared_to_what_it_follows(urdf):
         joint("follower", "continuous", "b", axis + geared),
     )  # fmt: skip
     sim = Simulation(urdf(text))
-    sim.command_joints({"leader": 0.2}, "effort")
+    sim.robots.first.command_joints({"leader": 0.2}, "effort")
     sim.run(0.5)
     rate = 0.2 / (MOMENT + 9 * MOMENT)
-    assert sim.joint_velocities["leader"] == pytest.approx(rate * 0.5, rel=0.01)
-    assert sim.joint_velocities["follower"] == pytest.approx(-3 * rate * 0.5, rel=0.01)
+    assert sim.robots.first.body.joint_velocities["leader"] == pytest.approx(rate * 0.5, rel=0.01)
+    assert sim.robots.first.body.joint_velocities["follower"] == pytest.approx(-3 * rate * 0.5, rel=0.01)
     assert sim.joint_positions["follower"] == pytest.approx(-3 * sim.joint_positions["leader"], abs=2e-3)

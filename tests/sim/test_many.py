@@ -11,7 +11,7 @@ from kbot.text import KbotError
 
 
 def test_two_robots_drive_on_their_own(sim, kbot_robot):
-    other = sim.spawn_model(kbot_robot, "b", x=1.0, y=0.5, yaw=1.0)
+    other = sim.models.spawn_model(kbot_robot, "b", x=1.0, y=0.5, yaw=1.0)
     assert list(sim.robots) == ["kbot", "b"]
     start = other.ground_truth.pose
     assert (start.x, start.y, start.yaw) == pytest.approx((1.0, 0.5, 1.0))
@@ -30,20 +30,22 @@ def test_one_that_comes_does_not_disturb_one_that_drives(kbot_robot):
     for sim in (alone, joined):
         sim.cmd_vel(0.2, 0.3)
         sim.run(1.01)
-    joined.spawn_model(kbot_robot, "b", x=2.0)
-    joined.spawn_model(kbot_robot, "c", x=-2.0)
+    joined.models.spawn_model(kbot_robot, "b", x=2.0)
+    joined.models.spawn_model(kbot_robot, "c", x=-2.0)
     joined.run(1.0)
-    joined.delete_model("b")
+    joined.models.delete_model("b")
     joined.run(1.0)
     alone.run(2.0)
     for a, b in ((alone.ground_truth, joined.ground_truth), (alone.odometry, joined.odometry)):
         assert (a.pose.x, a.pose.y, a.pose.yaw) == pytest.approx((b.pose.x, b.pose.y, b.pose.yaw), abs=1e-6)
-    assert joined.joint_velocities == pytest.approx(alone.joint_velocities, rel=1e-6)
+    assert joined.robots.first.body.joint_velocities == pytest.approx(
+        alone.robots.first.body.joint_velocities, rel=1e-6
+    )
     assert list(joined.robots) == ["kbot", "c"]
 
 
 def test_robots_run_into_each_other(sim, kbot_robot):
-    other = sim.spawn_model(kbot_robot, "b", x=0.5)
+    other = sim.models.spawn_model(kbot_robot, "b", x=0.5)
     sim.cmd_vel(0.3, 0.0)
     sim.run(3.0)
     assert other.ground_truth.pose.x > 0.501
@@ -52,7 +54,7 @@ def test_robots_run_into_each_other(sim, kbot_robot):
 
 
 def test_topics_and_frames_are_in_the_namespace(sim, kbot_robot):
-    sim.spawn_model(kbot_robot, "b", x=1.0)
+    sim.models.spawn_model(kbot_robot, "b", x=1.0)
     odometry, frames = [], []
     sim.bus.subscribe("/b/odom", Odometry, odometry.append)
     sim.bus.subscribe("/tf", TFMessage, lambda m: frames.extend(t.child_frame_id for t in m.transforms))
@@ -62,7 +64,7 @@ def test_topics_and_frames_are_in_the_namespace(sim, kbot_robot):
     assert odometry[-1].child_frame_id == "b/base_footprint"
     assert set(frames) == {"base_footprint", "b/base_footprint"}
     assert sim.ground_truth.pose.x == pytest.approx(0.0, abs=1e-6)
-    sim.delete_model("b")
+    sim.models.delete_model("b")
     count = len(odometry)
     sim.run(0.1)
     assert len(odometry) == count
@@ -75,7 +77,7 @@ def test_many_runs_are_equal(kbot_robot):
     for _ in range(2):
         sim = Simulation(kbot_robot)
         for index in range(5):
-            robot = sim.spawn_model(kbot_robot, f"r{index}", x=0.5 * (index + 1))
+            robot = sim.models.spawn_model(kbot_robot, f"r{index}", x=0.5 * (index + 1))
             robot.cmd_vel(0.1, 0.2 * index)
         sim.run(0.5)
         saved = sim.state()
@@ -88,7 +90,7 @@ def test_many_runs_are_equal(kbot_robot):
 
 
 def test_a_reset_puts_every_robot_back(sim, kbot_robot):
-    other = sim.spawn_model(kbot_robot, "b", x=1.0)
+    other = sim.models.spawn_model(kbot_robot, "b", x=1.0)
     other.cmd_vel(0.2, 0.0)
     sim.run(1.0)
     sim.reset()
@@ -99,7 +101,7 @@ def test_a_reset_puts_every_robot_back(sim, kbot_robot):
 
 
 def test_a_changed_robot_keeps_its_company(sim, kbot_robot):
-    sim.spawn_model(kbot_robot, "b", x=1.0).cmd_vel(0.1, 0.0)
+    sim.models.spawn_model(kbot_robot, "b", x=1.0).cmd_vel(0.1, 0.0)
     sim.run(1.0)
     other = sim.with_robot(load_robot("kbot", {"wheel_radius": "0.04"}).require())
     assert list(other.robots) == ["kbot", "b"]
@@ -124,7 +126,7 @@ def test_a_robot_that_cannot_come_leaves_the_world_untouched(sim, kbot_robot, na
     sim.run(0.1)
     before = sim.state_sha256()
     with pytest.raises(KbotError, match=message):
-        sim.spawn_model(kbot_robot, name, x=x)
+        sim.models.spawn_model(kbot_robot, name, x=x)
     assert sim.state_sha256() == before
     sim.reset()
     assert list(sim.robots) == ["kbot"]
@@ -133,14 +135,14 @@ def test_a_robot_that_cannot_come_leaves_the_world_untouched(sim, kbot_robot, na
 def test_a_robot_is_not_put_into_a_wall(kbot_robot):
     sim = Simulation(kbot_robot, world="corridor:width=0.8")
     with pytest.raises(KbotError, match="inside 'left_wall'"):
-        sim.spawn_model(kbot_robot, "b", x=1.0, y=0.4)
+        sim.models.spawn_model(kbot_robot, "b", x=1.0, y=0.4)
 
 
 def test_the_first_robot_stays_and_unknown_ones_are_named(sim):
     with pytest.raises(KbotError, match="it stays"):
-        sim.delete_model("kbot")
+        sim.models.delete_model("kbot")
     with pytest.raises(KbotError, match="did you mean 'kbot'"):
-        sim.delete_model("kbt")
+        sim.models.delete_model("kbt")
 
 
 def test_a_push_gives_its_impulse(urdf):
@@ -148,15 +150,15 @@ def test_a_push_gives_its_impulse(urdf):
     inertia = '<inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/>'
     link = f'<link name="base"><inertial><mass value="1"/>{inertia}</inertial></link>'
     sim = Simulation(urdf(f'<robot name="r">{link}</robot>'))
-    sim.apply_body_wrench("base", (2.0, 0.0, 0.0), 0.5, torque=(0.0, 0.0, 0.02))
+    sim.disturbances.apply_body_wrench("base", (2.0, 0.0, 0.0), 0.5, torque=(0.0, 0.0, 0.02))
     sim.run(1.0)
-    twist = sim.robots["r"].link_velocity("base")
+    twist = sim.robots["r"].body.link_velocity("base")
     assert twist[0][2] == pytest.approx(0.02 * 0.5 / 0.1, rel=1e-6)
     assert hypot(twist[1][0], twist[1][1]) == pytest.approx(1.0, rel=1e-6)
 
 
 def test_a_push_is_part_of_the_state(sim):
-    sim.apply_body_wrench("base_link", (1.0, 0.5, 0.0), 0.3)
+    sim.disturbances.apply_body_wrench("base_link", (1.0, 0.5, 0.0), 0.3)
     sim.run(0.1)
     saved = sim.state()
     sim.run(0.5)
@@ -168,7 +170,7 @@ def test_a_push_is_part_of_the_state(sim):
 
 def test_a_kick_tips_nothing_but_moves_it(sim):
     sim.run(0.1)
-    sim.set_twist((0.0, 0.5, 0.0))
+    sim.models.set_twist((0.0, 0.5, 0.0))
     assert sim.ground_truth.twist.y == pytest.approx(0.5)
     sim.run(2.0)
     assert 0.005 < sim.ground_truth.pose.y < 0.2
@@ -187,7 +189,7 @@ def test_a_kick_tips_nothing_but_moves_it(sim):
 def test_a_push_that_is_none_is_refused(sim, arguments, message):
     before = sim.state_sha256()
     with pytest.raises(KbotError, match=message):
-        sim.apply_body_wrench(*arguments)
+        sim.disturbances.apply_body_wrench(*arguments)
     assert sim.state_sha256() == before
 
 
@@ -209,7 +211,7 @@ def test_what_sleeps_is_restored_too(kbot_robot):
         sim.run(3.0)
         digests.append(sim.state_sha256())
     assert digests[0] == digests[1]
-    assert sim.body_poses()["c0"].translation[0] > 0.6
+    assert sim.models.body_poses()["c0"].translation[0] > 0.6
 
 
 def test_a_start_elsewhere(kbot_robot):

@@ -28,7 +28,7 @@ def test_a_body_that_weighs_nothing_stands_fixed_to_the_world_and_that_is_said(u
     assert (said.code, said.is_error, said.origin.span.line) == ("W101", False, 1)
     assert "'base'" in said.message
     assert "fixed to the world" in said.message
-    sim.set_joint("hinge", -0.5)
+    sim.robots.first.set_joint("hinge", -0.5)
     sim.run(2.0)
     assert sim.link_pose("base").translation == pytest.approx((0.0, 0.0, 0.0), abs=0.0)
     assert sim.joint_positions["hinge"] == pytest.approx(-0.5, abs=0.1)
@@ -50,10 +50,10 @@ def test_a_link_that_weighs_nothing_is_held_at_its_joint_and_that_is_said(urdf):
     assert "joint 'hinge' is held still" in sim.diagnostics[1].message
     sim.run(1.0)
     assert sim.joint_positions == {"hinge": 0.3}
-    assert sim.joint_velocities == {"hinge": 0.0}
+    assert sim.robots.first.body.joint_velocities == {"hinge": 0.0}
     assert sim.link_pose("bob").is_close(Simulation(urdf(arm(lower=0.3))).link_pose("bob"))
     with pytest.raises(KbotError, match="'hinge' is held still"):
-        sim.set_joint("hinge", 0.5)
+        sim.robots.first.set_joint("hinge", 0.5)
 
 
 def test_what_hangs_on_a_held_link_moves(urdf):
@@ -62,7 +62,7 @@ def test_what_hangs_on_a_held_link_moves(urdf):
         '<parent link="bob"/><child link="tip"/><axis xyz="0 0 1"/></joint>'
     )
     sim = Simulation(urdf(arm(bob="", more=more)))
-    sim.set_joint("wrist", 0.7)
+    sim.robots.first.set_joint("wrist", 0.7)
     sim.run(2.0)
     assert sim.joint_positions == pytest.approx({"wrist": 0.7, "hinge": 0.0}, abs=1e-3)
 
@@ -104,7 +104,7 @@ def test_without_a_mass_of_body_or_wheel_a_cart_is_simulated_and_says_why_it_can
     urdf, body, wheel, why
 ):
     sim = Simulation(urdf(CART.format(body=body, wheel=wheel)))
-    assert isinstance(sim.drive, NoDrive)
+    assert isinstance(sim.robots.first.drive, NoDrive)
     sim.run(0.5)
     with pytest.raises(KbotError, match=why):
         sim.cmd_vel(0.1, 0.0)

@@ -25,7 +25,7 @@ def test_times_poses_and_positions_are_numbers(sim):
     with pytest.raises(KbotError, match="a time to run is a finite number"):
         sim.run("soon")
     with pytest.raises(KbotError, match="a pose is three finite numbers"):
-        sim.set_pose(0.0, "there", 0.0)
+        sim.models.set_pose(0.0, "there", 0.0)
 
 
 @pytest.mark.parametrize("seed", ["a", 1.5, -1, None, True])

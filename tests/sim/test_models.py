@@ -26,35 +26,35 @@ def yard(kbot_robot) -> Simulation:
 
 
 def test_what_is_attached_is_drawn_along_and_let_go(yard):
-    yard.attach("base_link", "crate")
-    apart = yard.link_pose("base_link").inverse() @ yard.body_poses()["crate"]
+    yard.models.attach("base_link", "crate")
+    apart = yard.link_pose("base_link").inverse() @ yard.models.body_poses()["crate"]
     yard.cmd_vel(0.2, 0.3)
     yard.run(3.0)
-    now = yard.link_pose("base_link").inverse() @ yard.body_poses()["crate"]
+    now = yard.link_pose("base_link").inverse() @ yard.models.body_poses()["crate"]
     assert np.abs(now.matrix - apart.matrix).max() < 1e-3
-    yard.detach("base_link")
-    left = yard.body_poses()["crate"].translation
+    yard.models.detach("base_link")
+    left = yard.models.body_poses()["crate"].translation
     yard.run(1.0)
-    assert np.abs(yard.body_poses()["crate"].translation - left).max() < 0.02
+    assert np.abs(yard.models.body_poses()["crate"].translation - left).max() < 0.02
     assert yard.ground_truth.pose.x > left[0] + 0.2
 
 
 def test_a_robot_is_held_by_what_stands_still(yard):
-    yard.attach("base_link", "post")
+    yard.models.attach("base_link", "post")
     yard.cmd_vel(0.3, 0.0)
     yard.run(2.0)
     pose = yard.ground_truth.pose
     assert hypot(pose.x, pose.y) < 1e-3
-    yard.detach("base_link")
+    yard.models.detach("base_link")
     yard.run(1.0)
     assert yard.ground_truth.pose.x > 0.2
 
 
 def test_one_robot_tows_another(yard, kbot_robot):
-    yard.spawn_model(kbot_robot, "b", x=-0.6)
-    yard.attach("base_link", "base_link", to_robot="b")
+    yard.models.spawn_model(kbot_robot, "b", x=-0.6)
+    yard.models.attach("base_link", "base_link", to_robot="b")
     with pytest.raises(KbotError, match="is attached to 'base_link' already"):
-        yard.attach("base_link", "base_link", "b", "kbot")
+        yard.models.attach("base_link", "base_link", "b", "kbot")
     before = yard.robots["b"].ground_truth.pose.x
     yard.cmd_vel(0.1, 0.0)
     yard.robots["b"].cmd_vel(0.1, 0.0)
@@ -62,31 +62,31 @@ def test_one_robot_tows_another(yard, kbot_robot):
     gap = yard.ground_truth.pose.x - yard.robots["b"].ground_truth.pose.x
     assert gap == pytest.approx(0.6, abs=1e-3)
     assert yard.robots["b"].ground_truth.pose.x > before + 0.15
-    yard.delete_model("b")
+    yard.models.delete_model("b")
     with pytest.raises(KbotError, match="attached to nothing"):
-        yard.detach("base_link")
+        yard.models.detach("base_link")
 
 
 def test_attachments_outlive_one_that_comes_and_end_with_a_reset(yard, kbot_robot):
-    yard.attach("base_link", "crate")
-    yard.spawn_model(kbot_robot, "b", x=1.0, y=1.0)
+    yard.models.attach("base_link", "crate")
+    yard.models.spawn_model(kbot_robot, "b", x=1.0, y=1.0)
     yard.cmd_vel(0.2, 0.0)
     yard.run(2.0)
-    assert yard.body_poses()["crate"].translation[0] > 0.0
+    assert yard.models.body_poses()["crate"].translation[0] > 0.0
     yard.reset()
     with pytest.raises(KbotError, match="attached to nothing"):
-        yard.detach("base_link")
-    assert yard.body_poses()["crate"].translation[0] == pytest.approx(-0.3)
+        yard.models.detach("base_link")
+    assert yard.models.body_poses()["crate"].translation[0] == pytest.approx(-0.3)
 
 
 def test_a_state_remembers_what_was_attached(yard):
-    yard.attach("base_link", "crate")
+    yard.models.attach("base_link", "crate")
     yard.cmd_vel(0.2, 0.1)
     yard.run(0.5)
     saved = yard.state()
     yard.run(1.0)
     after = yard.state_sha256()
-    yard.detach("base_link")
+    yard.models.detach("base_link")
     yard.run(0.3)
     yard.restore(saved)
     yard.run(1.0)
@@ -107,7 +107,7 @@ def test_a_state_remembers_what_was_attached(yard):
 def test_what_cannot_be_attached(yard, arguments, message):
     before = yard.state_sha256()
     with pytest.raises(KbotError, match=message):
-        yard.attach(*arguments)
+        yard.models.attach(*arguments)
     assert yard.state_sha256() == before
 
 
@@ -115,24 +115,24 @@ def test_a_thing_is_thrown_as_theory_has_it(yard):
     """Upwards at 2 m/s from a height of 1 m: after 0.3 s it is at 1 + 0.6 - 9.81 * 0.09 / 2."""
     yard.run(5.0)  # the crates are asleep
     attitude = Transform.from_xyz_rpy((3.0, 3.0, 1.0), (0.1, 0.2, 0.3))
-    yard.set_model_state("far", attitude, (0.5, 0.0, 2.0), (0.0, 0.0, 1.0))
-    state = yard.get_model_state("far")
+    yard.models.set_model_state("far", attitude, (0.5, 0.0, 2.0), (0.0, 0.0, 1.0))
+    state = yard.models.get_model_state("far")
     assert state.pose.is_close(attitude)
     assert state.linear == pytest.approx((0.5, 0.0, 2.0))
     assert state.angular == pytest.approx((0.0, 0.0, 1.0))
     yard.run(0.3)
-    pose = yard.get_model_state("far").pose
+    pose = yard.models.get_model_state("far").pose
     assert pose.translation == pytest.approx((3.15, 3.0, 1.6 - 9.81 * 0.045), abs=4e-3)
     yard.run(5.0)
-    assert yard.get_model_state("far").pose.translation[2] < 0.2
+    assert yard.models.get_model_state("far").pose.translation[2] < 0.2
 
 
 def test_a_robot_is_put_in_the_air_turned_about(yard):
     pose = Transform.from_xyz_rpy((1.0, -1.0, 0.5), (0.0, 0.3, 2.0))
-    yard.set_model_state("kbot", pose)
+    yard.models.set_model_state("kbot", pose)
     assert yard.link_pose("base_footprint").is_close(pose)
     assert yard.ground_truth.pose.yaw == pytest.approx(2.0, abs=0.1)
-    assert yard.get_model_state("kbot").pose.is_close(pose)
+    assert yard.models.get_model_state("kbot").pose.is_close(pose)
 
 
 @pytest.mark.parametrize(
@@ -140,28 +140,28 @@ def test_a_robot_is_put_in_the_air_turned_about(yard):
 )
 def test_models_that_cannot_be_moved(yard, model, message):
     with pytest.raises(KbotError, match=message):
-        yard.set_model_state(model, Transform.identity())
+        yard.models.set_model_state(model, Transform.identity())
 
 
 def test_a_thing_is_pushed_until_it_is_not(yard):
-    yard.apply_body_wrench("far", (5.0, 0.0, 0.0), 10.0)
+    yard.disturbances.apply_body_wrench("far", (5.0, 0.0, 0.0), 10.0)
     yard.run(0.3)
-    assert yard.get_model_state("far").linear[0] > 0.5
-    yard.clear_body_wrenches("far")
+    assert yard.models.get_model_state("far").linear[0] > 0.5
+    yard.disturbances.clear_body_wrenches("far")
     yard.run(2.0)
-    assert yard.get_model_state("far").linear[0] == pytest.approx(0.0, abs=1e-6)
+    assert yard.models.get_model_state("far").linear[0] == pytest.approx(0.0, abs=1e-6)
     with pytest.raises(KbotError, match="nothing pushes it"):
-        yard.apply_body_wrench("post", (5.0, 0.0, 0.0), 1.0)
+        yard.disturbances.apply_body_wrench("post", (5.0, 0.0, 0.0), 1.0)
 
 
 def test_the_world_is_set_back_and_time_goes_on(yard):
     yard.cmd_vel(0.2, 0.0)
     yard.run(2.0)
     drawn = yard.state().random
-    yard.reset_world()
+    yard.snapshots.reset_world()
     assert yard.time == 2.0
     assert yard.ground_truth.pose.x == pytest.approx(0.0)
-    assert yard.twist.x == 0.0
+    assert yard.robots.first.twist.x == 0.0
     assert yard.state().random == drawn  # it is not drawn anew
     yard.run(1.0)
     assert yard.time == 3.0
@@ -174,10 +174,10 @@ def test_time_is_set_back_and_the_world_goes_on(kbot_robot):
     for sim in (plain, turned):
         sim.cmd_vel(0.1, 0.0)
         sim.run(1.0)
-        sim.command(0.4, 0.2)
-        sim.apply_body_wrench("base_link", (0.5, 0.0, 0.0), 0.3)
+        sim.robots.first.command(0.4, 0.2)
+        sim.disturbances.apply_body_wrench("base_link", (0.5, 0.0, 0.0), 0.3)
         sim.run(0.1)
-    turned.reset_time()
+    turned.snapshots.reset_time()
     assert turned.time == 0.0
     for sim in (plain, turned):
         sim.run(1.0)
@@ -187,21 +187,18 @@ def test_time_is_set_back_and_the_world_goes_on(kbot_robot):
 
 
 def test_faults_come_again_when_time_is_set_back(sim):
-    sim.schedule(Kick((0.0, 0.4, 0.0)), at=0.5)
+    sim.disturbances.schedule(Kick((0.0, 0.4, 0.0)), at=0.5)
     sim.run(1.0)
     first = sim.ground_truth.pose.y
-    sim.reset_time()
+    sim.snapshots.reset_time()
     sim.run(1.0)
     assert sim.ground_truth.pose.y == pytest.approx(2 * first, rel=0.01)
 
 
 def test_a_pause_stops_those_that_keep_real_time_and_no_one_else(sim):
-    sim.pause_physics()
-    assert sim.paused
+    sim.paused = True
     sim.step(5)
     assert sim.steps == 5
-    sim.unpause_physics()
-    assert not sim.paused
 
 
 def test_a_robot_that_bursts_out_of_a_wall_is_told_so(kbot_robot):

@@ -57,9 +57,9 @@ def test_a_pendulum_has_its_period(urdf):
     """Small swings of a bob on a rod: 2 pi sqrt((I + m l^2) / (m g l))."""
     sim = Simulation(urdf(arm(kind="continuous")))
     period = 2 * pi * sqrt((1e-4 + 0.25) / (G * 0.5))
-    sim.set_joint("hinge", pi / 2 - 0.02)
+    sim.robots.first.set_joint("hinge", pi / 2 - 0.02)
     sim.run(3.0)
-    sim.release_joint("hinge")
+    sim.robots.first.release_joint("hinge")
     crossings = []
     before = sim.joint_positions["hinge"] - pi / 2
     while len(crossings) < 5:
@@ -78,7 +78,7 @@ def test_a_pendulum_keeps_its_energy(urdf):
     heights = []
     for _ in range(500):
         sim.run(0.02)
-        speed, angle = sim.joint_velocities["hinge"], sim.joint_positions["hinge"]
+        speed, angle = sim.robots.first.body.joint_velocities["hinge"], sim.joint_positions["hinge"]
         heights.append(0.5 * (0.25 + 1e-4) * speed**2 - G * 0.5 * sin(angle))
     assert max(abs(h) for h in heights) < 0.05 * G * 0.5
 
@@ -109,7 +109,7 @@ def test_a_held_joint_holds_within_its_effort(urdf):
     for effort, holds in ((20.0, True), (2.0, False)):
         limited = f'<limit lower="-3" upper="3" effort="{effort}" velocity="10"/>'
         sim = Simulation(urdf(arm(limited)))
-        sim.set_joint("hinge", -0.5)
+        sim.robots.first.set_joint("hinge", -0.5)
         sim.run(3.0)
         assert (abs(sim.joint_positions["hinge"] + 0.5) < 0.1) == holds
 
@@ -123,12 +123,12 @@ def test_a_mimic_joint_follows(urdf):
     )
     limited = '<limit lower="-3" upper="3" effort="50" velocity="10"/>'
     sim = Simulation(urdf(arm(limited).replace("</robot>", second)))
-    sim.set_joint("hinge", 0.4)
+    sim.robots.first.set_joint("hinge", 0.4)
     sim.run(2.0)
     angle = sim.joint_positions["hinge"]
     assert sim.joint_positions["follower"] == pytest.approx(-2 * angle + 0.1, abs=2e-3)
     with pytest.raises(KbotError, match="follows another"):
-        sim.set_joint("follower", 0.0)
+        sim.robots.first.set_joint("follower", 0.0)
 
 
 @pytest.mark.parametrize("kind", ["planar", "floating", "prismatic", "continuous"])
@@ -148,10 +148,10 @@ def test_a_box_that_can_move_is_pushed(kbot_robot):
     crate = Body("crate", (Part(Box((0.1, 0.1, 0.1))),), at(0.4, 0.0, 0.05), mass=0.1)
     sim = Simulation(kbot_robot, world=World("yard", (floor(), crate)))
     sim.run(1.0)
-    assert sim.body_poses()["crate"].translation == pytest.approx((0.4, 0.0, 0.05), abs=1e-5)
+    assert sim.models.body_poses()["crate"].translation == pytest.approx((0.4, 0.0, 0.05), abs=1e-5)
     sim.cmd_vel(0.2, 0.0)
     sim.run(3.0)
-    assert sim.body_poses()["crate"].translation[0] > 0.45
+    assert sim.models.body_poses()["crate"].translation[0] > 0.45
 
 
 def test_of_two_surfaces_the_slippier_counts(urdf):
@@ -214,7 +214,7 @@ def test_a_missing_mesh_is_said_and_the_rest_simulated(urdf):
 def test_a_run_that_diverges_stops_and_says_where(urdf):
     sim = Simulation(urdf(arm(kind="continuous")))
     sim.run(0.1)
-    sim._engine.data.qvel[0] = float("nan")
+    sim.engine.data.qvel[0] = float("nan")
     with pytest.raises(SimulationDiverged, match="link 'bob' flew off") as caught:
         sim.run(1.0)
     assert "between 0.100 s and 0.120 s" in str(caught.value)
@@ -230,7 +230,7 @@ def test_a_run_that_diverges_is_told_before_anyone_looks_at_it(urdf):
     """A timer within the control period, as a sensor has one, is not called any more."""
     sim = Simulation(urdf(arm(kind="continuous")))
     sim.clock.every(100.0, lambda: sim.link_pose("bob"))
-    sim._engine.data.qvel[0] = float("nan")
+    sim.engine.data.qvel[0] = float("nan")
     with pytest.raises(SimulationDiverged, match=r"between 0\.000 s and 0\.010 s"):
         sim.run(1.0)
 
@@ -238,24 +238,24 @@ def test_a_run_that_diverges_is_told_before_anyone_looks_at_it(urdf):
 def test_a_run_that_has_diverged_is_not_kicked(urdf):
     sim = Simulation(urdf(ball()))
     said = []
-    sim._engine.data.qpos[2] = float("nan")
-    sim.journal = lambda what, values: said.append(what)
+    sim.engine.data.qpos[2] = float("nan")
+    sim.journal.write = lambda what, values: said.append(what)
     refused = "the run has diverged: reset it first"
     with pytest.raises(KbotError, match=refused):
-        sim.set_twist((1.0, 0.0, 0.0))
+        sim.models.set_twist((1.0, 0.0, 0.0))
     with pytest.raises(KbotError, match=refused):
-        sim.schedule(Kick((1.0, 0.0, 0.0)), at=sim.time)
+        sim.disturbances.schedule(Kick((1.0, 0.0, 0.0)), at=sim.time)
     assert said == []
-    sim.journal = None
+    sim.journal.write = None
     sim.reset()
-    sim.set_twist((1.0, 0.0, 0.0))
+    sim.models.set_twist((1.0, 0.0, 0.0))
     assert sim.ground_truth.twist.x == 1.0
 
 
 def test_a_kick_that_comes_as_a_run_diverges_leaves_it_to_say_so(urdf):
     sim = Simulation(urdf(ball()))
-    sim.schedule(Kick((1.0, 0.0, 0.0)), at=0.004)
-    sim._engine.data.qvel[0] = float("nan")
+    sim.disturbances.schedule(Kick((1.0, 0.0, 0.0)), at=0.004)
+    sim.engine.data.qvel[0] = float("nan")
     with pytest.raises(SimulationDiverged):
         sim.run(0.1)
 
@@ -264,7 +264,7 @@ def test_a_speed_whose_square_is_no_number_is_a_run_that_diverges(urdf):
     """A force thrusts the bob to 2e202 m/s in the last step before the speeds are looked at."""
     sim = Simulation(urdf(arm(kind="prismatic")))
     sim.run(0.018)
-    sim._engine.data.qfrc_applied[0] = 1e205
+    sim.engine.data.qfrc_applied[0] = 1e205
     with pytest.raises(SimulationDiverged, match="link 'bob' flew off"):
         sim.run(0.002)
 
@@ -292,9 +292,9 @@ def test_a_time_that_is_none_is_refused(sim, seconds):
 
 def test_unknown_joints_and_links_are_named_with_the_nearest(sim):
     with pytest.raises(KbotError, match="did you mean 'left_wheel_joint'"):
-        sim.set_joint("left_wheel_joit", 0.0)
+        sim.robots.first.set_joint("left_wheel_joit", 0.0)
     with pytest.raises(KbotError, match="drives the robot"):
-        sim.set_joint("left_wheel_joint", 0.0)
+        sim.robots.first.set_joint("left_wheel_joint", 0.0)
     with pytest.raises(KbotError, match="did you mean 'left_wheel'"):
         sim.link_pose("lef_wheel")
 
@@ -331,7 +331,7 @@ def test_the_engine_has_meshes_of_the_same_points_once(kbot_robot):
         for i, solid in enumerate((ball, ball, block))
     )
     sim = Simulation(kbot_robot, world=World("yard", (floor(), *bodies)))
-    assert sim._engine.model.nmesh == 2
+    assert sim.engine.model.nmesh == 2
 
 
 def test_a_start_inside_something_is_said(kbot_robot):

@@ -36,47 +36,47 @@ def at(x: float, y: float = 0.0, z: float = 0.0, yaw: float = 0.0) -> Transform:
 
 
 def test_a_model_stands_where_it_is_put_under_the_name_it_is_given(sim: Simulation) -> None:
-    (body,) = sim.spawn_sdf(CRATE, "box_a", at(1.0, 2.0, 0.5))
+    (body,) = sim.models.spawn_sdf(CRATE, "box_a", at(1.0, 2.0, 0.5))
     assert (body.name, body.mass) == ("box_a", 2.0)
-    assert sim.body_poses()["box_a"].translation == pytest.approx((1.0, 2.0, 0.5))
+    assert sim.models.body_poses()["box_a"].translation == pytest.approx((1.0, 2.0, 0.5))
     sim.run(1.0)
-    assert sim.body_poses()["box_a"].translation[2] == pytest.approx(0.1, abs=2e-3)  # half its height
-    sim.delete_model("box_a")
-    assert "box_a" not in sim.body_poses()
+    assert sim.models.body_poses()["box_a"].translation[2] == pytest.approx(0.1, abs=2e-3)  # half its height
+    sim.models.delete_model("box_a")
+    assert "box_a" not in sim.models.body_poses()
 
 
 def test_links_joints_and_the_model_s_own_pose_go_along(sim: Simulation) -> None:
-    post, bar = sim.spawn_sdf(GATE, "g", at(1.0, 1.0, yaw=1.5707963267948966))
+    post, bar = sim.models.spawn_sdf(GATE, "g", at(1.0, 1.0, yaw=1.5707963267948966))
     assert (post.name, bar.name) == ("g", "g::bar")
     assert bar.joint is not None
     assert bar.joint.parent == "g"
     # a quarter turn lays the model's own 0.5 m, and the bar's 0.4 m, along y
-    assert sim.body_poses()["g"].translation == pytest.approx((1.0, 1.5, 0.5))
-    assert sim.body_poses()["g::bar"].translation == pytest.approx((1.0, 1.9, 0.8))
-    sim.delete_model("g")
-    assert not sim.body_poses().keys() & {"g", "g::bar"}
+    assert sim.models.body_poses()["g"].translation == pytest.approx((1.0, 1.5, 0.5))
+    assert sim.models.body_poses()["g::bar"].translation == pytest.approx((1.0, 1.9, 0.8))
+    sim.models.delete_model("g")
+    assert not sim.models.body_poses().keys() & {"g", "g::bar"}
 
 
 def test_a_model_that_collides_with_itself_is_one_model(sim: Simulation) -> None:
     gate = GATE.replace("<pose>0.5 0 0 0 0 0</pose>", "<self_collide>true</self_collide>", 1)
-    bodies = sim.spawn_sdf(gate, "g", at(1.0, 1.0))
+    bodies = sim.models.spawn_sdf(gate, "g", at(1.0, 1.0))
     assert [body.name for body in bodies] == ["g", "g::bar"]
     assert not any(body.model for body in bodies)  # bodies of one model would not touch each other
-    sim.delete_model("g")
-    assert not sim.body_poses()
+    sim.models.delete_model("g")
+    assert not sim.models.body_poses()
 
 
 def test_a_world_of_one_model_is_that_model(sim: Simulation) -> None:
     world = CRATE.replace("<model", "<world name='w'><model", 1).replace("</model>", "</model></world>")
-    (body,) = sim.spawn_sdf(world, "box", at(1.0))
+    (body,) = sim.models.spawn_sdf(world, "box", at(1.0))
     assert body.name == "box"
 
 
 def test_a_file_and_a_folder_of_a_model_are_read(sim: Simulation, tmp_path: Path) -> None:
     (tmp_path / "model.sdf").write_text(CRATE)
-    sim.spawn_sdf(str(tmp_path / "model.sdf"), "a", at(1.0))
-    sim.spawn_sdf(str(tmp_path), None, at(2.0))
-    assert {"a", "crate"} <= sim.body_poses().keys()
+    sim.models.spawn_sdf(str(tmp_path / "model.sdf"), "a", at(1.0))
+    sim.models.spawn_sdf(str(tmp_path), None, at(2.0))
+    assert {"a", "crate"} <= sim.models.body_poses().keys()
 
 
 @pytest.mark.parametrize(
@@ -98,6 +98,6 @@ def test_what_cannot_be_spawned_changes_nothing(
 ) -> None:
     before = sim.state_sha256()
     with pytest.raises((KbotError, DescriptionError), match=said):
-        sim.spawn_sdf(sdf, name, place)
+        sim.models.spawn_sdf(sdf, name, place)
     assert sim.state_sha256() == before
     assert len(sim.world.bodies) == 1

@@ -88,7 +88,7 @@ def test_a_gear_that_is_none_is_said_and_its_joint_not_commanded(launched, reduc
     extensions = MANAGER + transmission("shoulder", "Effort", reduction)
     sim = Simulation(launched(arm(extensions), POSITION, "shoulder_controller"))
     assert [found[:2] for found in findings(sim)] == [("W130", "robot.urdf"), ("W138", "controllers.yaml")]
-    assert not sim.named().control.controllers
+    assert not sim.robots.first.joints.control.controllers
 
 
 def test_one_that_is_only_loaded_commands_nothing(launched):
@@ -118,7 +118,7 @@ def test_a_controller_of_ros_2_that_no_file_speaks_of_is_said_where_it_is_spawne
 def test_what_the_controller_manager_would_not_load_is_said_at_the_yaml_s_line(launched, change, code, line):
     sim = Simulation(launched(arm(EFFORT), POSITION.replace(*change), "shoulder_controller"))
     assert (code, "controllers.yaml", line) in findings(sim)
-    assert not sim.named().control.controllers
+    assert not sim.robots.first.joints.control.controllers
 
 
 def test_without_a_controller_manager_nothing_is_loaded(launched):
@@ -209,4 +209,4 @@ def test_a_joint_that_follows_another_is_left_to_it_and_said(launched):
     sim = Simulation(launched(robot, yaml, "c"))
     (found,) = [d for d in sim.diagnostics if d.code == "W135"]
     assert "follows 'shoulder'" in found.message
-    assert not sim.named().control.controllers
+    assert not sim.robots.first.joints.control.controllers

@@ -93,12 +93,12 @@ def test_a_stamped_command_that_is_older_than_the_timeout_is_refused(urdf, tmp_p
 
     with pytest.raises(KbotError, match=r"0\.350 s old, more than the cmd_vel_timeout of 0\.3 s"):
         drive(1.65)
-    assert sim.named().commanded_twist.x == 0.0
+    assert sim.robots.first.commanded_twist.x == 0.0
     for stamp in (1.75, 0.0, 1.8e9):
         drive(stamp)
-        assert sim.named().commanded_twist.x == 0.1
+        assert sim.robots.first.commanded_twist.x == 0.1
         sim.run(0.4)
-        assert sim.named().commanded_twist.x == 0.0
+        assert sim.robots.first.commanded_twist.x == 0.0
 
 
 def test_wheels_that_are_commanded_one_by_one_are_left_to_their_controllers(launched):
@@ -122,4 +122,4 @@ def test_a_drive_without_its_wheels_is_said(launched):
     rover = ROVER.format(WHEEL.format("left", 0.2) + WHEEL.format("right", -0.2) + MANAGER)
     sim = Simulation(launched(rover, DRIVE.replace("  left_wheel: left_joint\n", ""), "base", ns="/"))
     assert findings(sim) == [("W137", "controllers.yaml", 2)]
-    assert sim.named().settings.command_topics == {"cmd_vel": msg.Twist}
+    assert sim.robots.first.settings.command_topics == {"cmd_vel": msg.Twist}

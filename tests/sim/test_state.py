@@ -93,12 +93,12 @@ def test_a_robot_can_be_put_elsewhere(sim):
     sim.cmd_vel(0.2, 0.3)
     sim.run(1.0)
     before = sim.odometry.pose
-    sim.set_pose(2.0, -1.0, 7.0)
+    sim.models.set_pose(2.0, -1.0, 7.0)
     truth = sim.ground_truth.pose
     assert (truth.x, truth.y, truth.yaw) == pytest.approx((2.0, -1.0, 7.0))
     assert sim.odometry.pose == before
     with pytest.raises(KbotError, match="finite"):
-        sim.set_pose(float("nan"), 0.0, 0.0)
+        sim.models.set_pose(float("nan"), 0.0, 0.0)
     sim.cmd_vel(0.0, 0.0)
     sim.run(1.0)
     assert sim.link_pose("base_link").translation[2] == pytest.approx(0.04, abs=1e-4)
@@ -117,7 +117,7 @@ def test_a_changed_robot_goes_on_where_the_old_one_stood(sim):
         a, b = mine.pose, theirs.pose
         assert (a.x, a.y, a.yaw) == pytest.approx((b.x, b.y, b.yaw))
     other.run(1.0)
-    assert other.twist.x == pytest.approx(0.2)
+    assert other.robots.first.twist.x == pytest.approx(0.2)
     assert other.link_pose("base_link").translation[2] == pytest.approx(0.05, abs=1e-4)
     off = other.odometry.pose.yaw - other.ground_truth.pose.yaw
     assert abs(off) < 1e-3

@@ -108,7 +108,7 @@ def test_a_steered_base_turns_about_one_point(urdf, name, turn):
     sim.run(4.0)
     assert sim.ground_truth.pose.yaw - before == pytest.approx(4.0 * turn, rel=0.01)
     assert sim.ground_truth.twist.x == pytest.approx(0.5, rel=0.01)
-    for wheel in sim.drive.steering:
+    for wheel in sim.robots.first.drive.steering:
         angle = sim.joint_positions[wheel.joint]
         assert tan(angle) == pytest.approx(BASE / (0.5 / turn - wheel.y), rel=0.02)
     truth, reckoned = sim.ground_truth.pose, sim.odometry.pose
@@ -177,7 +177,7 @@ def test_skid_steer_goes_straight_and_turns_slower_than_its_wheels_say(urdf, axl
     )  # fmt: skip
     robot = urdf(body(wheels, x=0.0))
     sim = Simulation(robot)
-    assert len(sim.drive.joints) == 2 * len(axles)
+    assert len(sim.robots.first.drive.joints) == 2 * len(axles)
     sim.cmd_vel(0.4, 0.0)
     sim.run(4.0)
     pose = sim.ground_truth.pose

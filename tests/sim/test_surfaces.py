@@ -82,7 +82,7 @@ def test_links_of_one_robot_meet_where_both_say_so(urdf, said, meets):
     """What is at rest is hit by what swings, or is not."""
     sim = Simulation(urdf(two_arms(said)))
     sim.run(1.0)
-    moved = max(abs(sim.joint_positions["b_joint"]), abs(sim.joint_velocities["b_joint"]))
+    moved = max(abs(sim.joint_positions["b_joint"]), abs(sim.robots.first.body.joint_velocities["b_joint"]))
     assert (moved > 0.1) == meets
 
 

@@ -17,16 +17,16 @@ def test_a_crate_falls_and_is_driven_into(sim: Simulation) -> None:
     sim.cmd_vel(0.3, 0.0)
     sim.run(0.5)
     before, odometry = sim.ground_truth.pose, sim.odometry.pose
-    sim.spawn_thing("box", "carton", x=0.4, z=0.05, size=(0.05, 0.1, 0.04))
+    sim.models.spawn_thing("box", "carton", x=0.4, z=0.05, size=(0.05, 0.1, 0.04))
     assert sim.ground_truth.pose == before
     assert sim.odometry.pose == odometry
-    assert sim.body_poses()["carton"].translation == pytest.approx((0.4, 0.0, 0.05))
-    mass = sim._engine.model.body("/carton").mass[0]
+    assert sim.models.body_poses()["carton"].translation == pytest.approx((0.4, 0.0, 0.05))
+    mass = sim.engine.model.body("/carton").mass[0]
     assert mass == pytest.approx(DENSITY * 0.05 * 0.1 * 0.04)
     sim.run(0.3)
-    assert sim.body_poses()["carton"].translation[2] == pytest.approx(0.0, abs=1e-3)
+    assert sim.models.body_poses()["carton"].translation[2] == pytest.approx(0.0, abs=1e-3)
     sim.run(1.0)
-    assert sim.body_poses()["carton"].translation[0] > 0.45  # the robot pushed it along
+    assert sim.models.body_poses()["carton"].translation[0] > 0.45  # the robot pushed it along
 
 
 def test_what_comes_in_the_midst_of_a_step_moves_with_all_else(sim: Simulation) -> None:
@@ -35,23 +35,23 @@ def test_what_comes_in_the_midst_of_a_step_moves_with_all_else(sim: Simulation) 
     for parts in (1, 4):
         sim.reset()
         sim.cmd_vel(0.2, 0.3)
-        timer = sim.clock.every(2.0, lambda: sim.spawn_thing("crate", "late", x=1.0, z=0.2))
+        timer = sim.clock.every(2.0, lambda: sim.models.spawn_thing("crate", "late", x=1.0, z=0.2))
         for _ in range(parts):
             sim.run(0.8 / parts)
         timer.cancel()
         ends.append((sim.state_sha256(), sim.odometry.pose))
-        sim.delete_model("late")
+        sim.models.delete_model("late")
     assert ends[0] == ends[1]
     assert ends[0][1].x > 0.05
 
 
 def test_every_model_of_the_library_stands_where_it_is_put(sim: Simulation) -> None:
     for index, model in enumerate(MODELS):
-        body = sim.spawn_thing(model, x=4.0 * index + 5.0, y=3.0, yaw=0.5)
+        body = sim.models.spawn_thing(model, x=4.0 * index + 5.0, y=3.0, yaw=0.5)
         assert body.name == f"{model}_1"
         assert body.pose.translation == pytest.approx((4.0 * index + 5.0, 3.0, 0.0))
     sim.run(0.5)
-    for name, pose in sim.body_poses().items():
+    for name, pose in sim.models.body_poses().items():
         assert abs(pose.translation[2]) < 0.01, name
 
 
@@ -60,11 +60,11 @@ def test_what_is_taken_away_is_gone_and_all_else_goes_on(sim: Simulation) -> Non
     for one in (sim, alone):
         one.cmd_vel(0.2, 0.1)
         one.run(0.5)
-    sim.spawn_thing("crate", x=5.0)
-    sim.apply_body_wrench("crate_1", (1.0, 0.0, 0.0), 10.0)
-    sim.delete_model("crate_1")
-    sim.delete_model("box_0")
-    assert "crate_1" not in sim.body_poses()
+    sim.models.spawn_thing("crate", x=5.0)
+    sim.disturbances.apply_body_wrench("crate_1", (1.0, 0.0, 0.0), 10.0)
+    sim.models.delete_model("crate_1")
+    sim.models.delete_model("box_0")
+    assert "crate_1" not in sim.models.body_poses()
     assert not any(body.name == "box_0" for body in sim.world.bodies)
     for one in (sim, alone):
         one.run(0.3)
@@ -88,7 +88,7 @@ def test_what_cannot_be_put_there_is_said_and_the_world_is_as_it_was(
 ) -> None:
     world, digest = sim.world, sim.state_sha256()
     with pytest.raises(KbotError, match=said):
-        sim.spawn_thing(**wrong)
+        sim.models.spawn_thing(**wrong)
     assert sim.world is world
     assert sim.state_sha256() == digest
 
@@ -98,4 +98,4 @@ def test_what_cannot_be_put_there_is_said_and_the_world_is_as_it_was(
 )
 def test_what_has_to_stay_stays(sim: Simulation, name: str, said: str) -> None:
     with pytest.raises(KbotError, match=said):
-        sim.delete_model(name)
+        sim.models.delete_model(name)

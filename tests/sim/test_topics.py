@@ -58,9 +58,9 @@ def test_a_command_by_topic_is_dropped_after_half_a_second(sim):
     twist = Twist(Vector3(0.2, 0.0, 0.0), Vector3(0.0, 0.0, 0.0))
     sim.bus.publish("/cmd_vel", twist)
     sim.run(0.5)
-    assert sim.twist.x == pytest.approx(0.2)
+    assert sim.robots.first.twist.x == pytest.approx(0.2)
     sim.run(1.0)
-    assert sim.twist.x == 0.0
+    assert sim.robots.first.twist.x == 0.0
     there = sim.ground_truth.pose
     sim.run(1.0)
     assert hypot(sim.ground_truth.pose.x - there.x, sim.ground_truth.pose.y - there.y) < 1e-6
@@ -68,15 +68,15 @@ def test_a_command_by_topic_is_dropped_after_half_a_second(sim):
 
 def test_a_command_that_is_repeated_goes_on(sim):
     for _ in range(20):
-        sim.command(0.2, 0.0)
+        sim.robots.first.command(0.2, 0.0)
         sim.run(0.1)
-    assert sim.twist.x == pytest.approx(0.2)
+    assert sim.robots.first.twist.x == pytest.approx(0.2)
 
 
 def test_a_command_in_python_holds(sim):
     sim.cmd_vel(0.2, 0.0)
     sim.run(5.0)
-    assert sim.twist.x == pytest.approx(0.2)
+    assert sim.robots.first.twist.x == pytest.approx(0.2)
 
 
 def test_a_command_that_is_no_number_is_refused_to_who_sent_it(sim):

@@ -105,17 +105,17 @@ def test_a_goal_of_positions_alone_is_reached_though_its_way_ends_at_full_speed(
         sim.run(seconds + 0.5)
         assert client.ends[n] == (f"goal{n}", Status.SUCCEEDED, Result.SUCCESSFUL)
         assert list(sim.joint_positions.values()) == pytest.approx(places, abs=2e-3)
-        assert list(sim.joint_velocities.values()) == pytest.approx((0.0, 0.0), abs=0.01)
+        assert list(sim.robots.first.body.joint_velocities.values()) == pytest.approx((0.0, 0.0), abs=0.01)
 
 
 def test_what_becomes_of_a_goal_that_fails_is_told(urdf):
     client = made(urdf)
     told: list[str] = []
-    client.simulation.tells.append(told.append)
+    client.simulation.journal.listeners.append(told.append)
     client.send(goal(point(1.0, 0.1), joints=("shoulder",)), "bad")
     tolerance = (msg.JointTolerance("shoulder", 0.01),)
     client.send(goal(point(1.0, 0.4, 0.0), goal_tolerance=tolerance))
-    client.simulation.apply_body_wrench("upper", (0.0, 0.0, -5000.0), 5.0)
+    client.simulation.disturbances.apply_body_wrench("upper", (0.0, 0.0, -5000.0), 5.0)
     client.simulation.run(2.0)
     refused, aborted = told
     assert refused.startswith("/arm/follow: a goal was rejected: the trajectory leaves out 'elbow'")
@@ -207,7 +207,7 @@ def test_a_cancel_is_of_one_goal_of_all_or_of_those_before(client, name, stamp, 
 def test_a_command_from_elsewhere_and_a_reset_end_the_goal(client):
     client.send(goal(point(1.0, 1.0, 1.0)))
     client.simulation.run(0.3)
-    client.simulation.set_joint("elbow", 0.0)
+    client.simulation.robots.first.set_joint("elbow", 0.0)
     client.simulation.run(0.1)
     client.send(goal(point(1.0, 1.0, 1.0)), "two")
     client.simulation.run(0.3)
@@ -221,7 +221,7 @@ def test_a_joint_that_cannot_keep_up_ends_it_with_the_code_of_its_tolerance(urdf
     """Bars of 0.5 m and 1 kg are held down by something heavy: 1 kN m turns them away at once."""
     path = made(urdf, constraints__shoulder__trajectory=0.05)
     path.send(goal(point(1.0, 0.4, 0.0)))
-    path.simulation.apply_body_wrench("upper", (0.0, 0.0, -5000.0), 2.0)
+    path.simulation.disturbances.apply_body_wrench("upper", (0.0, 0.0, -5000.0), 2.0)
     path.simulation.run(1.0)
     assert path.ends == [("one", Status.ABORTED, Result.PATH_TOLERANCE_VIOLATED)]
     assert "'shoulder' is off by" in path.results[0].result.error_string
@@ -230,7 +230,7 @@ def test_a_joint_that_cannot_keep_up_ends_it_with_the_code_of_its_tolerance(urdf
     end.send(
         goal(point(1.0, 0.4, 0.0), goal_tolerance=tolerance, goal_time_tolerance=Duration(0, 500_000_000))
     )
-    end.simulation.apply_body_wrench("upper", (0.0, 0.0, -5000.0), 5.0)
+    end.simulation.disturbances.apply_body_wrench("upper", (0.0, 0.0, -5000.0), 5.0)
     end.simulation.run(1.4)
     assert not end.ends
     end.simulation.run(0.2)
@@ -276,7 +276,7 @@ def test_a_goal_that_is_sent_twice_is_taken_once(client):
 
 def test_what_a_goal_does_is_in_the_journal(client):
     said: list[str] = []
-    client.simulation.journal = lambda what, numbers: said.append(what)
+    client.simulation.journal.write = lambda what, numbers: said.append(what)
     client.send(goal(point(1.0, 0.1, 0.0)))
     client.cancel()
     client.send(goal(point(1.0, math.nan, 0.0)), "bad")

@@ -48,7 +48,7 @@ def test_a_pendulum_swings_with_its_period(sim):
     run = sim(world)
     period = 2 * pi * sqrt(length / GRAVITY) * (1 + swing**2 / 16)
     run.run(10 * period)
-    bob = run.body_poses()["m"].translation
+    bob = run.models.body_poses()["m"].translation
     assert bob[0] - 3.0 == pytest.approx(x, abs=0.01 * x)
 
 
@@ -59,9 +59,9 @@ def test_a_slide_falls_to_its_limit_and_stays(sim):
     )  # fmt: skip
     run = sim(world)
     run.run(0.2)
-    assert run.body_poses()["m"].translation[2] == pytest.approx(2 - GRAVITY * 0.2**2 / 2, abs=0.003)
+    assert run.models.body_poses()["m"].translation[2] == pytest.approx(2 - GRAVITY * 0.2**2 / 2, abs=0.003)
     run.run(3.0)
-    assert run.body_poses()["m"].translation[2] == pytest.approx(1.6, abs=0.002)
+    assert run.models.body_poses()["m"].translation[2] == pytest.approx(1.6, abs=0.002)
 
 
 def test_a_damped_slide_reaches_its_final_speed(sim):
@@ -69,19 +69,19 @@ def test_a_damped_slide_reaches_its_final_speed(sim):
     inner = "<axis><xyz>0 0 1</xyz><dynamics><damping>20</damping></dynamics></axis>"
     run = sim(link("block") + joint("prismatic", "world", "block", inner))
     run.run(1.0)
-    before = run.body_poses()["m"].translation[2]
+    before = run.models.body_poses()["m"].translation[2]
     run.run(1.0)
-    assert before - run.body_poses()["m"].translation[2] == pytest.approx(GRAVITY / 20, rel=1e-3)
+    assert before - run.models.body_poses()["m"].translation[2] == pytest.approx(GRAVITY / 20, rel=1e-3)
 
 
 def test_friction_holds_what_weighs_less(sim):
     inner = "<axis><xyz>0 0 1</xyz><dynamics><friction>{}</friction></dynamics></axis>"
     held = sim(link("block") + joint("prismatic", "world", "block", inner.format(11)))
     held.run(1.0)
-    assert held.body_poses()["m"].translation[2] == pytest.approx(2, abs=1e-3)
+    assert held.models.body_poses()["m"].translation[2] == pytest.approx(2, abs=1e-3)
     falls = sim(link("block") + joint("prismatic", "world", "block", inner.format(5)))
     falls.run(0.5)
-    assert falls.body_poses()["m"].translation[2] == pytest.approx(2 - (GRAVITY - 5) / 8, abs=0.01)
+    assert falls.models.body_poses()["m"].translation[2] == pytest.approx(2 - (GRAVITY - 5) / 8, abs=0.01)
 
 
 def test_a_spring_stretches_by_weight_over_stiffness(sim):
@@ -91,7 +91,7 @@ def test_a_spring_stretches_by_weight_over_stiffness(sim):
     )
     run = sim(link("block") + joint("prismatic", "world", "block", inner))
     run.run(10.0)
-    assert run.body_poses()["m"].translation[2] == pytest.approx(2 + 0.1 - GRAVITY / 100, abs=2e-4)
+    assert run.models.body_poses()["m"].translation[2] == pytest.approx(2 + 0.1 - GRAVITY / 100, abs=2e-4)
 
 
 def test_a_ball_joint_swings_both_ways(sim):
@@ -102,7 +102,7 @@ def test_a_ball_joint_swings_both_ways(sim):
     )
     run = sim(world)
     run.run(pi * sqrt(length / GRAVITY))
-    where = run.body_poses()["m"].translation - (3, 0, 2)
+    where = run.models.body_poses()["m"].translation - (3, 0, 2)
     assert where[:2] == pytest.approx((-offset, -offset), abs=1e-3)
 
 
@@ -112,7 +112,7 @@ def test_a_screw_sinks_as_it_turns(sim):
     inner = f"<axis><xyz>0 0 1</xyz></axis><screw_thread_pitch>{2 * pi * lead}</screw_thread_pitch>"
     run = sim(link("nut", moment=moment) + joint("screw", "world", "nut", inner))
     run.run(0.5)
-    pose = run.body_poses()["m"]
+    pose = run.models.body_poses()["m"]
     fallen = pose.translation[2] - 2
     assert fallen == pytest.approx(-GRAVITY * lead**2 / (moment + lead**2) * 0.5**2 / 2, rel=0.02)
     turn = np.unwrap([0.0, pose.yaw])[1]
@@ -136,7 +136,7 @@ def test_a_four_bar_linkage_keeps_its_coupler_level(sim):
     lowest = 2.0
     for _ in range(50):
         run.run(0.02)
-        bar = run.body_poses()["m::bar"]
+        bar = run.models.body_poses()["m::bar"]
         assert bar.rpy == pytest.approx((0, 0, 0), abs=2e-3)
         lowest = min(lowest, float(bar.translation[2]))
     assert lowest == pytest.approx(2 - sqrt(0.1**2 + 0.3**2), abs=2e-3)
@@ -150,16 +150,16 @@ def test_links_of_one_model_pass_through_each_other_unless_it_says_not(sim):
     )  # fmt: skip
     through = sim(world)
     through.run(2.0)
-    assert through.body_poses()["m::block"].translation[2] < 0.2
+    assert through.models.body_poses()["m::block"].translation[2] < 0.2
     stopped = sim("<self_collide>true</self_collide>" + world)
     stopped.run(2.0)
-    assert stopped.body_poses()["m::block"].translation[2] == pytest.approx(2.2, abs=2e-3)
+    assert stopped.models.body_poses()["m::block"].translation[2] == pytest.approx(2.2, abs=2e-3)
 
 
 def test_a_link_without_gravity_does_not_fall(sim):
     run = sim(link("block", inner="<gravity>false</gravity>"))
     run.run(1.0)
-    assert run.body_poses()["m"].translation[2] == pytest.approx(2.0, abs=1e-9)
+    assert run.models.body_poses()["m"].translation[2] == pytest.approx(2.0, abs=1e-9)
 
 
 def test_a_state_with_joints_is_restored_bit_for_bit(sim):
@@ -208,7 +208,7 @@ def test_links_touch_those_of_other_models_only_however_many_models_there_are(tm
     file.write_text(f"<sdf version='1.7'><world name='w'><gravity>0 0 0</gravity>{models}</world></sdf>")
     run = Simulation(kbot_robot, load_world(file))
     run.run(0.2)
-    poses = {name: pose.translation for name, pose in run.body_poses().items()}
+    poses = {name: pose.translation for name, pose in run.models.body_poses().items()}
     for pair in range(pairs):
         left, right = f"m{2 * pair}", f"m{2 * pair + 1}"
         assert poses[right][1] - poses[left][1] > 0.195

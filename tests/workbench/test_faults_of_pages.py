@@ -55,7 +55,7 @@ def test_other_robots_and_things_are_pushed_too(session: Session) -> None:
 def test_faults_are_told_and_ended(session: Session) -> None:
     session.obey(Disturb("payload", "base_link", 0.5, 3.0), 1)
     session.obey(Disturb("blocked", "left_wheel_joint", 0.0, 1.0), 1)
-    session._motion._sim.schedule(LostCommands(0.25), at=2.0)
+    session._motion._sim.disturbances.schedule(LostCommands(0.25), at=2.0)
     told = session.state().faults
     assert [(one.words, one.start, one.stop) for one in told] == [
         ("base_link carries 0.5 kg", 0.0, 3.0),

@@ -236,7 +236,7 @@ def test_a_robot_beside_the_one_on_show_brings_no_mesh_from_elsewhere_either(
     from_own = '<visual><geometry><mesh filename="package://robot/meshes/box.stl"/></geometry></visual>'
     text = URDF.replace("<collision>", f"{from_own}<collision>").format(mesh=f"file://{elsewhere}")
     (file := own / "guest.urdf").write_text(text)
-    simulations[0].spawn_model(str(file), "guest", x=1.0)
+    simulations[0].models.spawn_model(str(file), "guest", x=1.0)
     session.advance(0.02)
     guest = next(body for body in session.scene.bodies if body.name == "guest/a")
     (part,) = guest.parts

@@ -109,7 +109,7 @@ def recorded(tmp_path: Path) -> str:
     with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(path)):
         sim.cmd_vel(0.1, 0.0)
         sim.run(2.0)
-        sim.spawn_thing("box", "crate", 0.6, 0.4, 0.0, 0.0, (0.2, 0.2, 0.2))
+        sim.models.spawn_thing("box", "crate", 0.6, 0.4, 0.0, 0.0, (0.2, 0.2, 0.2))
         sim.run(2.0)
     return str(path)
 

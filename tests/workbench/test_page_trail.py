@@ -45,7 +45,7 @@ def test_the_trail_breaks_where_the_robot_was_put_elsewhere(
     page: Any, driving: tuple[str, Session], open_page: OpenPage, which: str
 ) -> None:
     """Driven from x=0 to 0.3, put to y=0.4, and driven on: nothing is drawn between the two ways."""
-    do(page.session, lambda motion: motion._sim.set_pose(0.3, 0.4, 0.0))
+    do(page.session, lambda motion: motion._sim.models.set_pose(0.3, 0.4, 0.0))
     page.keyboard.down("w")
     until(lambda: state_of(page.session).poses[0] > 0.6)
     page.keyboard.up("w")

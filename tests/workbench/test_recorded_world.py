@@ -46,14 +46,14 @@ def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
     with recorder(sim, path):
         for tenth in range(1, 21):
             sim.run(0.1)
-            truth[tenth / 10] = {"robot": sim.link_pose(sim.robot.root).matrix, **sim.body_poses()}
+            truth[tenth / 10] = {"robot": sim.link_pose(sim.robot.root).matrix, **sim.models.body_poses()}
             if tenth == 5:
-                sim.spawn_thing("box", "crate", 3.0, 0.5, 0.3, 0.0, (0.2, 0.2, 0.2))
+                sim.models.spawn_thing("box", "crate", 3.0, 0.5, 0.3, 0.0, (0.2, 0.2, 0.2))
             if tenth == 10:
-                sim.set_model_state("crate", Transform.from_xyz_rpy((3.0, -2.0, 0.1), (0, 0, 0.5)))
+                sim.models.set_model_state("crate", Transform.from_xyz_rpy((3.0, -2.0, 0.1), (0, 0, 0.5)))
             if tenth == 15:
-                sim.delete_model("crate")
-                sim.spawn_model("kbot", "second", -2.0, 0.0, 0.0)
+                sim.models.delete_model("crate")
+                sim.models.spawn_model("kbot", "second", -2.0, 0.0, 0.0)
     return path, truth
 
 
@@ -98,9 +98,9 @@ def test_models_of_sdf_come_too(tmp_path: Path) -> None:
     sim = Simulation("kbot")
     with recorder(sim, tmp_path / "run.mcap"):
         sim.run(0.5)
-        sim.spawn_sdf(BALL, "ball", Transform.from_xyz_rpy((1.0, 0.5, 0.0), (0.0, 0.0, 0.0)))
+        sim.models.spawn_sdf(BALL, "ball", Transform.from_xyz_rpy((1.0, 0.5, 0.0), (0.0, 0.0, 0.0)))
         sim.run(0.5)
-        rolled = sim.body_poses()
+        rolled = sim.models.body_poses()
     session = played_session(str(tmp_path / "run.mcap"))
     assert "ball" not in " ".join(body.name for body in session.scene.bodies)
     seek(session, 1.0)

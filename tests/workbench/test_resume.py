@@ -134,10 +134,10 @@ def test_going_on_from_a_later_moment_lets_no_time_pass(desk: Desk) -> None:
 
 def test_what_was_dropped_since_is_gone_and_what_was_deleted_is_back(desk: Desk) -> None:
     desk.run(1.5)
-    desk.sim.spawn_thing("box", "early", 2.0, 2.0, 0.2, 0.0, (0.1, 0.1, 0.1))
+    desk.sim.models.spawn_thing("box", "early", 2.0, 2.0, 0.2, 0.0, (0.1, 0.1, 0.1))
     desk.run(2.0)
-    desk.sim.delete_model("early")
-    desk.sim.spawn_thing("box", "late", -2.0, 2.0, 0.2, 0.0, (0.1, 0.1, 0.1))
+    desk.sim.models.delete_model("early")
+    desk.sim.models.spawn_thing("box", "late", -2.0, 2.0, 0.2, 0.0, (0.1, 0.1, 0.1))
     desk.run(2.0)
     desk.resume(3.2)
     names = {body.name for body in desk.session.scene.bodies}
@@ -162,7 +162,7 @@ def test_a_recorded_run_that_was_set_back_is_done_again_bit_for_bit(
         end = Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), path, world="boxes").close
     desk.sim.cmd_vel(0.3, 0.4)
     desk.run(2.5)
-    desk.sim.spawn_thing("box", "crate", 2.0, 2.0, 0.2, 0.0, (0.1, 0.1, 0.1))
+    desk.sim.models.spawn_thing("box", "crate", 2.0, 2.0, 0.2, 0.0, (0.1, 0.1, 0.1))
     desk.run(1.5)
     told = desk.resume(2.0)
     assert ("the recording holds both ways" in told) == (kind == "page")
@@ -172,7 +172,7 @@ def test_a_recorded_run_that_was_set_back_is_done_again_bit_for_bit(
     desk.sim.cmd_vel(0.0, 1.0)
     desk.run(1.5)
     desk.resume(1.0)  # and on the first again
-    desk.sim.apply_body_wrench("base_link", (1.0, 0.0, 0.0), 0.1)
+    desk.sim.disturbances.apply_body_wrench("base_link", (1.0, 0.0, 0.0), 0.1)
     desk.run(1.0)
     digest = sim.state_sha256()
     end()
@@ -224,7 +224,7 @@ def test_another_robot_does_not_go_on_from_where_one_was(desk: Desk) -> None:
 
 def test_robots_that_came_since_are_a_reason_said(desk: Desk) -> None:
     desk.run(2.0)
-    desk.sim.spawn_model(desk.sim.robot, "second", -2.0, 0.0, 0.0)
+    desk.sim.models.spawn_model(desk.sim.robot, "second", -2.0, 0.0, 0.0)
     desk.run(0.5)
     desk.past.seek(desk.client, 1.0)
     before = desk.session.state()

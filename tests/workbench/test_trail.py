@@ -36,15 +36,15 @@ def sim(session: Session) -> Simulation:
 
 def aside(session: Session) -> Transform:
     """Half a hand beside where the robot stands, nearer than it drives in half a second."""
-    here = sim(session).get_model_state("kbot").pose
+    here = sim(session).models.get_model_state("kbot").pose
     return Transform.from_xyz_rpy((0.0, 0.04, 0.0), (0.0, 0.0, 0.0)) @ here
 
 
 PUT: dict[str, Act] = {
-    "a peer": lambda s: sim(s).set_model_state("kbot", aside(s)),
+    "a peer": lambda s: sim(s).models.set_model_state("kbot", aside(s)),
     "the page": lambda s: s.obey(MoveModel("kbot", 0.1, 0.04, 0.0, 0.0), 1),
     "2D pose estimate": lambda s: s.topics.bus.publish("initialpose", PoseWithCovarianceStamped()),
-    "a peer's reset": lambda s: sim(s).reset_world(),
+    "a peer's reset": lambda s: sim(s).snapshots.reset_world(),
     "the page's reset of the world": lambda s: s.obey(ResetPart("world"), 1),
 }
 
@@ -91,7 +91,9 @@ def test_it_breaks_where_the_robot_is_put_elsewhere(who: str, is_paused: bool) -
 
 def test_driving_and_being_pushed_breaks_nothing() -> None:
     session = open_session("kbot", simulate=True)
-    trail = driven(session, lambda s: sim(s).set_twist((0.0, 1.0, 0.0), (0.0, 0.0, 0.0)), is_paused=False)
+    trail = driven(
+        session, lambda s: sim(s).models.set_twist((0.0, 1.0, 0.0), (0.0, 0.0, 0.0)), is_paused=False
+    )
     assert len(trail.x) > 30
     assert trail.jumps == ()
 
@@ -104,10 +106,10 @@ def test_a_recording_of_kbot_tells_where(tmp_path: Path, file: str, at: float) -
     with Recorder(robot, Feed(robot.bus, lambda: robot.clock.nanoseconds), path):
         robot.cmd_vel(0.3, 0.0)
         robot.run(at)
-        robot.set_pose(robot.ground_truth.pose.x, 0.04, 0.0)
+        robot.models.set_pose(robot.ground_truth.pose.x, 0.04, 0.0)
         robot.run(1.0)
-        other = robot.spawn_model("kbot", "other", x=2.0)
-        robot.set_pose(2.0, 1.0, 0.0, other.name)
+        other = robot.models.spawn_model("kbot", "other", x=2.0)
+        robot.models.set_pose(2.0, 1.0, 0.0, other.name)
         robot.run(1.0)
     pieces = pieces_of(played_session(path))
     assert [len(piece) > 10 for piece in pieces if len(piece) > 1] == [True, True]

@@ -13,9 +13,9 @@ UNSEEN = """<sdf version="1.7"><model name="m"><link name="l"><inertial><mass>1<
 
 def test_a_scene_has_a_place_for_each_pose_that_a_state_tells() -> None:
     sim = kbot.Simulation("kbot", "boxes")
-    sim.spawn_model("kbot", "b", x=1.0)
-    sim.spawn_sdf(UNSEEN, "m", Transform.from_xyz_rpy((0.0, 2.0, 0.1), (0.0, 0.0, 0.0)))
-    told = [*sim.body_poses(), *(f"b/{link}" for link in sim.robots["b"].robot.links)]
+    sim.models.spawn_model("kbot", "b", x=1.0)
+    sim.models.spawn_sdf(UNSEEN, "m", Transform.from_xyz_rpy((0.0, 2.0, 0.1), (0.0, 0.0, 0.0)))
+    told = [*sim.models.body_poses(), *(f"b/{link}" for link in sim.robots["b"].robot.links)]
     shown = all_bodies(sim.world, other_robots(sim), MeshStore())
     assert [body.name for body in shown if body.moving] == told
     assert "m" in told

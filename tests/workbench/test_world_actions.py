@@ -47,7 +47,7 @@ def test_what_comes_and_goes_is_told_to_every_page(session: Session) -> None:
 
 
 def test_a_world_that_a_program_changes_is_shown_too(session: Session) -> None:
-    session._motion._sim.spawn_thing("crate", x=1.0)
+    session._motion._sim.models.spawn_thing("crate", x=1.0)
     assert session.advance(0.0)
     assert [body.name for body in session.scene.bodies] == ["crate_1"]
 
@@ -91,14 +91,14 @@ def test_the_map_has_what_was_put_in_the_way(session: Session) -> None:
 
 
 def test_faults_last_as_long_as_they_are_asked_for(session: Session) -> None:
-    robot = session._motion._sim.named()
-    model, _ = session._motion._sim.engine()
-    before = model.body_mass[robot.body("base_link")]
+    robot = session._motion._sim.robots.first
+    model, _ = session._motion._sim.engine.current()
+    before = model.body_mass[robot.body.index("base_link")]
     session.obey(Disturb("payload", "base_link", 0.5, 0.2), 1)
     run(session, 0.1)
-    assert model.body_mass[robot.body("base_link")] == pytest.approx(before + 0.5)
+    assert model.body_mass[robot.body.index("base_link")] == pytest.approx(before + 0.5)
     run(session, 0.2)
-    assert model.body_mass[robot.body("base_link")] == before
+    assert model.body_mass[robot.body.index("base_link")] == before
 
 
 def test_time_and_the_world_start_again_apart(session: Session) -> None:

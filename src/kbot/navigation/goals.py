@@ -138,7 +138,7 @@ class Goals:
             raise KbotError(f"the robot cannot stand at ({pose.x:.2f}, {pose.y:.2f}): an obstacle is there")
         self.cancel("the robot was put elsewhere")
         self._simulation.cmd_vel(0.0, 0.0)
-        self._simulation.set_pose(pose.x, pose.y, pose.yaw)
+        self._simulation.models.set_pose(pose.x, pose.y, pose.yaw)
 
     def prepare(self, goal: PlanarPose | None = None) -> None:
         """See to it that there is a map, and that it reaches to where the robot is and to a goal.

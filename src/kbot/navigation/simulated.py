@@ -67,7 +67,7 @@ def robot_planner(simulation: Simulation, around: Sequence[tuple[float, float]])
 def require_turning(simulation: Simulation) -> None:
     """Raises KbotError for a robot that steers, for paths have corners at which it turns on the spot, and for
     one that does not move as it is commanded."""
-    drive, name = simulation.drive, simulation.named().name
+    drive, name = simulation.robots.first.drive, simulation.robots.first.name
     if isinstance(drive, SteeredDrive):
         raise KbotError(f"robot '{name}' steers: goals are planned for robots that turn on the spot")
     if isinstance(drive, DifferentialDrive) and drive.mistakes:
@@ -78,7 +78,7 @@ def level_lidar(simulation: Simulation) -> LidarSensor | None:
     """The first lidar that the description declares whose beams are level; None where there is none."""
     sensors, _ = mount_declared(simulation, strict=False)
     for sensor in sensors.values():
-        if isinstance(sensor, LidarSensor) and sensor.owner == simulation.named().name:
+        if isinstance(sensor, LidarSensor) and sensor.owner == simulation.robots.first.name:
             up = (simulation.link_pose(sensor.spec.link) @ sensor.spec.pose).rotation[2, 2]
             base_up = simulation.link_pose(simulation.robot.root).rotation[2, 2]
             if abs(up) >= LEVEL * abs(base_up):
@@ -107,7 +107,7 @@ class LidarPoints:
         """The lidar hangs rigidly on the base."""
         self._lidar = lidar
         simulation, spec = lidar.simulation, lidar.spec
-        drive = simulation.drive
+        drive = simulation.robots.first.drive
         base = drive.base if isinstance(drive, DifferentialDrive) else simulation.robot.root
         base_from_link = simulation.link_pose(base).inverse() @ simulation.link_pose(spec.link)
         self._base_from_sensor = (base_from_link @ spec.pose).matrix

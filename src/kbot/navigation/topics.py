@@ -45,7 +45,7 @@ class NavigationTopics:
         """The number of a goal, and what was said of it last."""
         self._timer: Timer | None = None
         bus = simulation.bus
-        robot = simulation.named()
+        robot = simulation.robots.first
         settings, naming = robot.settings, robot.naming
         self._prefix = naming.frame_prefix
         self._odometry_frame = self._prefix + (settings.odometry_frame if settings is not None else "odom")

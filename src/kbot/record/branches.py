@@ -8,7 +8,7 @@ from kbot.record.journal import read_command
 from kbot.record.reader import Recording, Summary
 from kbot.record.recorder import COMMANDS_TOPIC
 from kbot.sim import Simulation
-from kbot.sim.state import State
+from kbot.sim.snapshots import State
 from kbot.text import KbotError
 
 

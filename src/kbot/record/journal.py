@@ -12,6 +12,7 @@ from kbot.record.entry import Entry
 from kbot.record.formats import read_fields
 from kbot.sim import Simulation
 from kbot.sim.faults import from_journal
+from kbot.sim.robot import SimulatedRobot
 from kbot.text import KbotError
 
 Note = Mapping[str, Any]
@@ -29,48 +30,37 @@ def read_command(entry: Entry) -> dict[str, Any]:
 
 
 def do_again(simulation: Simulation, what: str, note: Note) -> None:
-    """Do one thing that `Simulation.journal` told of, now.
+    """Do one action of a simulation's journal again, now.
 
     Raises:
         KbotError: it cannot be done again.
     """
-    if what in _PLAIN:
-        getattr(simulation, what)(**note)
-    elif what in _OTHERS:
-        _OTHERS[what](simulation, note)
-    else:
+    if what not in _ACTIONS:
         told = f"at {simulation.time:g} s something was done to the run that cannot be done again"
         raise KbotError(f"{told}: {what}")
-
-
-_PLAIN = frozenset(
-    {
-        "attach", "clear_body_wrenches", "command_joints", "detach", "end_fault",
-        "follow_trajectory", "release_joint", "reset", "reset_time", "reset_world", "set_joint", "set_pose",
-        "set_twist", "spawn_thing",
-    }
-)  # fmt: skip
-"""Methods of a simulation that are called with just what is noted."""
+    _ACTIONS[what](simulation, note)
 
 
 def _twist(simulation: Simulation, note: Note) -> None:
-    robot, deadline = simulation.named(note["robot"]), note["deadline"]
+    robot, deadline = simulation.robots.named(note["robot"]), note["deadline"]
     watchdog = None if deadline is None else (deadline - simulation.steps) * simulation.timestep
-    simulation.take_command(robot, note["linear"], note["angular"], watchdog)
+    robot.send_twist(note["linear"], note["angular"], watchdog)
 
 
 def _place(simulation: Simulation, note: Note) -> None:
-    simulation.place(PlanarPose(note["x"], note["y"], note["yaw"]), note["joints"])
+    simulation.models.place(PlanarPose(note["x"], note["y"], note["yaw"]), note["joints"])
 
 
 def _wrench(simulation: Simulation, note: Note) -> None:
     duration = (note["until"] - simulation.steps) * simulation.timestep
-    simulation.apply_body_wrench(note["link"], note["force"], duration, note["torque"], note["robot"])
+    simulation.disturbances.apply_body_wrench(
+        note["link"], note["force"], duration, note["torque"], note["robot"]
+    )
 
 
-def _spawn(simulation: Simulation, note: Note) -> None:
+def _spawn_model(simulation: Simulation, note: Note) -> None:
     robot = load_robot_text(note["description"], f"{note['robot']}.urdf").require()
-    simulation.spawn_model(
+    simulation.models.spawn_model(
         robot,
         note["robot"],
         note["x"],
@@ -81,19 +71,46 @@ def _spawn(simulation: Simulation, note: Note) -> None:
     )
 
 
-_OTHERS: Mapping[str, Callable[[Simulation, Note], object]] = {
-    "apply_body_wrench": _wrench,
-    "delete_model": lambda simulation, note: simulation.delete_model(note["robot"]),
-    "place": _place,
-    "schedule": lambda simulation, note: simulation.schedule(
-        from_journal(note), note["at"], note["duration"]
-    ),
-    "set_model_state": lambda simulation, note: simulation.set_model_state(
-        note["model"], Transform(note["matrix"]), note["linear"], note["angular"]
-    ),
-    "spawn_model": _spawn,
-    "spawn_sdf": lambda simulation, note: simulation.spawn_sdf(
+def _spawn_sdf(simulation: Simulation, note: Note) -> None:
+    simulation.models.spawn_sdf(
         note["sdf"], note["name"], Transform(note["matrix"]), note.get("is_confined", False)
+    )
+
+
+def _model_state(simulation: Simulation, note: Note) -> None:
+    pose = Transform(note["matrix"])
+    simulation.models.set_model_state(note["model"], pose, note["linear"], note["angular"])
+
+
+_ACTIONS: Mapping[str, Callable[[Simulation, Note], object]] = {
+    "apply_body_wrench": _wrench,
+    "attach": lambda sim, note: sim.models.attach(**note),
+    "clear_body_wrenches": lambda sim, note: sim.disturbances.clear_body_wrenches(**note),
+    "command_joints": lambda sim, note: _robot(sim, note).command_joints(note["values"], note["interface"]),
+    "delete_model": lambda sim, note: sim.models.delete_model(note["robot"]),
+    "detach": lambda sim, note: sim.models.detach(**note),
+    "end_fault": lambda sim, note: sim.disturbances.end_fault(**note),
+    "follow_trajectory": lambda sim, note: _robot(sim, note).follow_trajectory(
+        note["joints"], note["points"]
     ),
+    "place": _place,
+    "release_joint": lambda sim, note: _robot(sim, note).release_joint(note["joint"]),
+    "reset": lambda sim, note: sim.reset(),
+    "reset_time": lambda sim, note: sim.snapshots.reset_time(),
+    "reset_world": lambda sim, note: sim.snapshots.reset_world(),
+    "schedule": lambda sim, note: sim.disturbances.schedule(from_journal(note), note["at"], note["duration"]),
+    "set_joint": lambda sim, note: _robot(sim, note).set_joint(note["joint"], note["position"]),
+    "set_model_state": _model_state,
+    "set_pose": lambda sim, note: sim.models.set_pose(**note),
+    "set_twist": lambda sim, note: sim.models.set_twist(**note),
+    "spawn_model": _spawn_model,
+    "spawn_sdf": _spawn_sdf,
+    "spawn_thing": lambda sim, note: sim.models.spawn_thing(**note),
     "twist": _twist,
 }
+"""What repeats each action, by its name in the journal. The names are part of the format of recordings."""
+
+
+def _robot(simulation: Simulation, note: Note) -> SimulatedRobot:
+    """The robot of a note; older recordings do not name the first."""
+    return simulation.robots.named(note.get("robot"))

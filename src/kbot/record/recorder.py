@@ -65,7 +65,7 @@ class Recorder:
             KbotError: the file cannot be made, a topic is asked for that nobody speaks on, or the run has
                 diverged.
         """
-        if simulation.has_diverged:
+        if simulation.engine.has_diverged:
             raise KbotError("the run has diverged: reset it first")
         self.path = path
         self._place = Path(path).absolute()
@@ -90,9 +90,9 @@ class Recorder:
             self._guarded(lambda: self._begin(description, {**run_facts(simulation, world), **(facts or {})}))
             if self._is_open:
                 self._world_recorder = None if self._wanted else WorldRecorder(simulation, self._write)
-                simulation.journal = self._note
+                simulation.journal.write = self._note
                 self._timer = simulation.clock.every(LOOK_RATE, self._look)
-                simulation.when_robots_change.append(self._look)
+                simulation.robots.when_changed.append(self._look)
                 self._look()
         except BaseException:
             self._detach()
@@ -227,9 +227,9 @@ class Recorder:
     def _detach(self) -> None:
         self._is_open = False
         self._waiting.clear()
-        self._simulation.journal = None
-        if self._look in self._simulation.when_robots_change:
-            self._simulation.when_robots_change.remove(self._look)
+        self._simulation.journal.write = None
+        if self._look in self._simulation.robots.when_changed:
+            self._simulation.robots.when_changed.remove(self._look)
         if hasattr(self, "_timer"):
             self._timer.cancel()
         if self._world_recorder is not None:
@@ -247,9 +247,9 @@ def run_facts(simulation: Simulation, world: str = "") -> dict[str, str]:
         "timestep": repr(simulation.timestep),
         "contacts": str(simulation.contacts),
         "start": json.dumps(astuple(simulation.start)),
-        "naming": json.dumps(astuple(simulation.named().naming)),
+        "naming": json.dumps(astuple(simulation.robots.first.naming)),
         "first_step": str(simulation.steps),
-        "first_note": str(simulation.noted),
+        "first_note": str(simulation.journal.count),
         "kbot": version("kbot"),
         "mujoco": _engine_version(),
         "python": platform.python_version(),

@@ -55,10 +55,10 @@ class WorldRecorder:
 
     def look(self) -> None:
         """To be called when something may have come or gone."""
-        if len(self._simulation.changes) == self._seen:
+        if len(self._simulation.journal.changes) == self._seen:
             return
-        self._seen = len(self._simulation.changes)
-        text = json.dumps([{"do": what, **numbers} for what, numbers in self._simulation.changes])
+        self._seen = len(self._simulation.journal.changes)
+        text = json.dumps([{"do": what, **numbers} for what, numbers in self._simulation.journal.changes])
         self._say(WORLD_TOPIC, String(text))
         self._told[:] = _NEVER
 
@@ -70,7 +70,7 @@ class WorldRecorder:
 
     def _tell_poses(self) -> None:
         """All at once by numpy, for it is done every control period and most things stand still."""
-        model, data = self._simulation.engine()
+        model, data = self._simulation.engine.current()
         if model is not self._model:
             bodies = _bodies(self._simulation)
             self._model, self._names = model, tuple(bodies)
@@ -99,10 +99,10 @@ def _bodies(simulation: Simulation) -> dict[str, int]:
     """The engine's indices of the first robot's root, things that can move, and links of other robots."""
     from kbot.sim.engine.world_builder import moving_bodies  # the engine, which no recording is read with
 
-    model, _ = simulation.engine()
+    model, _ = simulation.engine.current()
     first, *others = simulation.robots.values()
     root = first.robot.root
-    bodies = {root: first.body(root), **moving_bodies(model, simulation.world)}
+    bodies = {root: first.body.index(root), **moving_bodies(model, simulation.world)}
     for robot in others:
-        bodies.update({f"{robot.name}/{link}": robot.body(link) for link in robot.links})
+        bodies.update({f"{robot.name}/{link}": robot.body.index(link) for link in robot.body.links})
     return bodies

@@ -63,10 +63,10 @@ class PictureModel:
         simulation = self._simulation
         self._put("camera", Transform.from_rotation_translation(axes, camera))
         if self._moving:
-            for name, pose in simulation.body_poses().items():
+            for name, pose in simulation.models.body_poses().items():
                 self._put(f"/{name}", pose)
         for robot, link in self._links:
-            self._put(f"{robot}/{link}", simulation.robots[robot].link_pose(link))
+            self._put(f"{robot}/{link}", simulation.robots[robot].body.link_pose(link))
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_camlight(self.model, self.data)
 

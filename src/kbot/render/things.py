@@ -41,7 +41,7 @@ def robot_alone(robot: Robot, joints: Mapping[str, float] | None = None) -> Thin
 
 def robot_in_world(simulation: Simulation) -> Things:
     """A simulated robot and its world as they stand now, in Gazebo's colours where they are written."""
-    now = simulation.body_poses()
+    now = simulation.models.body_poses()
     others = (
         surface.moved(now.get(body.name, body.pose))
         for body in simulation.world.bodies

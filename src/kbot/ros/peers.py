@@ -51,7 +51,7 @@ class RosPeers:
         from kbot.ros.gazebo.states import GazeboTopics
 
         self._simulation = simulation
-        simulation.tells.append(self._link.tell)
+        simulation.journal.listeners.append(self._link.tell)
         self._link.offer(gazebo_services())
         self._gazebo = GazeboTopics(simulation)
         self._connect(simulation, feed, description, simulation.robot.name, world, tells_time=True)
@@ -69,7 +69,7 @@ class RosPeers:
         """Disconnect what was joined or shown; the bridges stay open."""
         self._link.detach()
         if self._simulation is not None:
-            self._simulation.tells.remove(self._link.tell)
+            self._simulation.journal.listeners.remove(self._link.tell)
             self._simulation = None
         if self._gazebo is not None:
             self._gazebo.close()

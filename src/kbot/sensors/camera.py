@@ -92,7 +92,7 @@ class CameraSensor(Sensor[Image]):
         self._canvas = Canvas(self._scene.model, *size)
 
     def _beside(self, own: str, default: str) -> str:
-        return self.simulation.named(self.owner).naming.topic(own) if own else default
+        return self.simulation.robots.named(self.owner).naming.topic(own) if own else default
 
     def close(self) -> None:
         super().close()

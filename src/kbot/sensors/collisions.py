@@ -42,12 +42,12 @@ class CollisionWatch:
         self.collided = False
         self._model: Any = None
         self._harmless = b""
-        simulation.step_watchers.append(self._look)
+        simulation.stepping.watchers.append(self._look)
 
     def close(self) -> None:
         """Watch no more."""
-        if self._look in self._simulation.step_watchers:
-            self._simulation.step_watchers.remove(self._look)
+        if self._look in self._simulation.stepping.watchers:
+            self._simulation.stepping.watchers.remove(self._look)
 
     def _look(self, model: Any, data: Any) -> None:
         if model is not self._model:
@@ -66,7 +66,7 @@ class CollisionWatch:
     def _bind(self, model: Any, data: Any) -> None:
         """Look up the shapes in a model, which is another one once robots have come or gone."""
         robots = self._simulation.robots
-        robot = self._simulation.named()
+        robot = self._simulation.robots.first
         self._model, self._harmless = model, b""
         self._own = own_geometries(model, robot.name)
         self._is_robot = np.zeros(model.ngeom, dtype=bool)
@@ -81,7 +81,7 @@ class CollisionWatch:
         middles, halves = model.geom_aabb[:, :3], model.geom_aabb[:, 3:]
         tops = data.geom_xpos[:, 2] + (upward * middles + abs(upward) * halves).sum(axis=1)
         self._tops = np.where(is_fixed & ~self._is_endless, tops, math.inf)
-        self._base = robot.body(robot.base)
+        self._base = robot.body.index(robot.base)
         # goals are refused for a robot without wheels: nothing is below its axle
         drive = robot.drive
         self._axle = drive.axle_in_base.translation[2] if isinstance(drive, DifferentialDrive) else -math.inf

@@ -77,10 +77,10 @@ def mount_declared(simulation: Simulation, strict: bool = True) -> Mounted:
     Raises:
         DescriptionError: a declaration has errors; it carries all of them.
     """
-    if _KEY in simulation.attached:
-        found: Mounted = simulation.attached[_KEY]
+    if _KEY in simulation.mounted:
+        found: Mounted = simulation.mounted[_KEY]
         return found
-    declared = declared_sensors(simulation.robot, simulation.named().naming)
+    declared = declared_sensors(simulation.robot, simulation.robots.first.naming)
     if strict and any(d.is_error for d in declared.diagnostics):
         raise DescriptionError(declared.diagnostics)
     mounted: dict[str, Sensor[Any]] = {}
@@ -92,14 +92,14 @@ def mount_declared(simulation: Simulation, strict: bool = True) -> Mounted:
             mounted[spec.label] = sensor
         except KbotError as error:
             said.append(_left_out(spec, error))
-    simulation.attached[_KEY] = mounted, tuple(said)
+    simulation.mounted[_KEY] = mounted, tuple(said)
     return mounted, tuple(said)
 
 
 def mount_on_others(simulation: Simulation) -> None:
     """Mount the sensors that the descriptions of all robots but the first declare, each in its robot's
     namespace. A sensor that cannot be mounted is left out."""
-    done: dict[str, SimulatedRobot] = simulation.attached.setdefault(_OTHERS, {})
+    done: dict[str, SimulatedRobot] = simulation.mounted.setdefault(_OTHERS, {})
     new = {n: r for n, r in list(simulation.robots.items())[1:] if done.get(n) is not r}
     done.update(new)
     for name, robot in new.items():

@@ -47,8 +47,8 @@ class EncoderSensor(Sensor[JointState]):
     def __init__(self, simulation: Simulation, spec: Encoders) -> None:
         """Raises KbotError: no such joint, or none is given and the robot does not drive."""
         self._joints = spec.joints or _driving(simulation, spec)
-        robot = simulation.named(spec.robot or None)
-        known = robot.joint_positions
+        robot = simulation.robots.named(spec.robot or None)
+        known = robot.body.joint_positions
         for joint in self._joints:
             if joint not in known:
                 hint = did_you_mean(joint, known)
@@ -58,7 +58,7 @@ class EncoderSensor(Sensor[JointState]):
         self._before: tuple[float, tuple[float, ...]] | None = None
 
     def measure(self, sample: int | None = None) -> JointState:
-        positions = self.simulation.named(self.owner).joint_positions
+        positions = self.simulation.robots.named(self.owner).body.joint_positions
         angles = np.array([positions[joint] for joint in self._joints])
         if sample is not None:
             angles = self._noise.apply(angles, sample)
@@ -76,7 +76,7 @@ class EncoderSensor(Sensor[JointState]):
 
 
 def _driving(simulation: Simulation, spec: Encoders) -> tuple[str, ...]:
-    drive = simulation.named(spec.robot or None).drive
+    drive = simulation.robots.named(spec.robot or None).drive
     if isinstance(drive, NoDrive):
         raise KbotError(f"{spec.label}: name its joints, for the robot does not drive: {drive.reason}")
     return drive.joints

@@ -45,7 +45,7 @@ class ForceTorqueSensor(Sensor[WrenchStamped]):
 
     def __init__(self, simulation: Simulation, spec: ForceTorque) -> None:
         """Raises KbotError: the robot has no such joint."""
-        robot = simulation.named(spec.robot or None).robot
+        robot = simulation.robots.named(spec.robot or None).robot
         joint = robot.joints.get(spec.joint)
         if joint is None:
             hint = did_you_mean(spec.joint, robot.joints)
@@ -78,6 +78,6 @@ class ForceTorqueSensor(Sensor[WrenchStamped]):
         if self.spec.axes == "child":
             axes = data.xmat[self._body].reshape(3, 3)
         elif self.spec.axes == "parent":
-            axes = self.simulation.named(self.owner).link_pose(self._parent).rotation
+            axes = self.simulation.robots.named(self.owner).body.link_pose(self._parent).rotation
         sign = 1.0 if self.spec.direction == "parent_to_child" else -1.0
         return sign * (axes.T @ force), sign * (axes.T @ torque)

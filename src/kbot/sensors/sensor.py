@@ -84,8 +84,8 @@ class Sensor(ABC, Generic[M]):
     def __init__(self, simulation: Simulation, spec: Spec) -> None:
         """Raises KbotError: the robot has no such link, the topic's name is none, or it is another's."""
         self.simulation, self.spec = simulation, spec
-        self.owner = simulation.named(spec.robot or None).name
-        robot = simulation.named(self.owner).robot
+        self.owner = simulation.robots.named(spec.robot or None).name
+        robot = simulation.robots.named(self.owner).robot
         if spec.link not in robot.links:
             hint = did_you_mean(spec.link, robot.links)
             raise KbotError(
@@ -102,12 +102,12 @@ class Sensor(ABC, Generic[M]):
         self._latest: tuple[int, M] | None = None
         self._pending: list[tuple[int, M]] = []
         self._timer = simulation.clock.every(spec.rate, self._sample)
-        simulation.when_robots_change.append(self._go_with_robot)
+        simulation.robots.when_changed.append(self._go_with_robot)
 
     @property
     def topic(self) -> str:
         """Where its readings are heard, in the namespace of its robot."""
-        naming = self.simulation.named(self.owner).naming
+        naming = self.simulation.robots.named(self.owner).naming
         return naming.topic(self.spec.topics[0])
 
     def _advertise(self, topic: str, message_type: type[A]) -> Publisher[A]:
@@ -122,7 +122,7 @@ class Sensor(ABC, Generic[M]):
 
     @property
     def _namespace(self) -> str:
-        return self.simulation.named(self.owner).naming.namespace
+        return self.simulation.robots.named(self.owner).naming.namespace
 
     @property
     def latest(self) -> M | None:
@@ -139,8 +139,8 @@ class Sensor(ABC, Generic[M]):
         """Measure no more."""
         self._timer.cancel()
         self._publisher.close()
-        if self._go_with_robot in self.simulation.when_robots_change:
-            self.simulation.when_robots_change.remove(self._go_with_robot)
+        if self._go_with_robot in self.simulation.robots.when_changed:
+            self.simulation.robots.when_changed.remove(self._go_with_robot)
 
     def _go_with_robot(self) -> None:
         if self.owner not in self.simulation.robots:
@@ -183,11 +183,13 @@ class Sensor(ABC, Generic[M]):
 
     @property
     def _frame(self) -> str:
-        return self.simulation.named(self.owner).naming.frame_prefix + (self.spec.frame or self.spec.link)
+        return self.simulation.robots.named(self.owner).naming.frame_prefix + (
+            self.spec.frame or self.spec.link
+        )
 
     def _engine(self) -> tuple[Any, Any]:
         """The engine's model and data; they are other ones once robots have come or gone."""
-        model, data = self.simulation.engine()
+        model, data = self.simulation.engine.current()
         if model is not self._model:
             self._model = model
             self._bind(model)

@@ -9,7 +9,6 @@ import numpy as np
 
 from kbot.model import Link, Robot
 from kbot.sim.engine.engine import Engine
-from kbot.sim.robot import SimulatedRobot
 from kbot.text import DescriptionError, Diagnostic, Severity
 
 ELSEWHERE = "let it start elsewhere: --pose X,Y,YAW, or start= in Python"
@@ -24,18 +23,19 @@ class SimulationDiverged(DescriptionError):
     """The run left the physical; it can go on only after a reset."""
 
 
-def diverged(
-    engine: Engine, robots: Mapping[str, SimulatedRobot], time: float, last: float, inside: str
-) -> SimulationDiverged:
-    """What went wrong between the times `last` and `time` (s), at the line of the link that did. `inside`:
-    what the run began with a robot in, empty for nothing."""
+def diverged(engine: Engine, robots: Mapping[str, Robot], last: float, inside: str) -> SimulationDiverged:
+    """What went wrong since the time `last` (s), at the line of the link that flew off.
+
+    `robots` are the descriptions by the names of the robots; `inside` is what the first robot started inside
+    of, or empty.
+    """
     model, data = engine.model, engine.data
     speeds = np.where(np.isfinite(data.qvel), np.abs(data.qvel), np.inf)
     body = int(model.dof_bodyid[int(np.argmax(speeds))])
     name = model.body(body).name
     owner, _, link_name = name.partition("/")
-    robot = robots[owner].robot if owner in robots else None
-    when = f"between {last:.3f} s and {time:.3f} s the simulation diverged"
+    robot = robots.get(owner)
+    when = f"between {last:.3f} s and {engine.time:.3f} s the simulation diverged"
     if robot is None or link_name not in robot.links:
         return SimulationDiverged([Diagnostic("W120", Severity.ERROR, f"{when}: '{name}' flew off")])
     link = robot.links[link_name]

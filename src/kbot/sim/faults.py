@@ -1,6 +1,6 @@
-"""What may go wrong with a robot: small objects that `Simulation.schedule` places in time.
+"""What may go wrong with a robot: small objects that `Disturbances.schedule` places in time.
 
-Each `begin`s to act in a simulation and says how to end it; one that is over at once says nothing.
+`begin` lets a fault act and returns the function that ends it, None if there is nothing to end.
 """
 
 from __future__ import annotations
@@ -14,10 +14,12 @@ import numpy as np
 
 from kbot.kinematics.bodies import MassProperties, principal_axes
 from kbot.messages.bus import Bus
+from kbot.sim.commands import Commands
 from kbot.sim.engine.contacts import rank
+from kbot.sim.engine.engine import Engine
 from kbot.sim.numbers import FASTEST, FURTHEST, Vector, is_within, positive, shortened, vector
 from kbot.sim.recipe import SOLIMP, SOLREF
-from kbot.sim.robot import SimulatedRobot
+from kbot.sim.robots import Robots
 from kbot.text import KbotError
 from kbot.world.world import HEAVIEST
 
@@ -28,33 +30,23 @@ ROUGHEST = 1e3
 """Coefficient of friction: hundreds of times that of rubber."""
 
 
-class Subject(Protocol):
-    """What of a simulation a fault acts on."""
+@dataclass(frozen=True)
+class Target:
+    """The parts of a simulation that a fault acts on."""
 
+    engine: Engine
     bus: Bus
-    _lost_commands: float
-    """Share of the commands from outside that are lost."""
-
-    @property
-    def steps(self) -> int: ...
-
-    @property
-    def has_failed(self) -> bool: ...
-
-    def named(self, name: str | None = None) -> SimulatedRobot: ...
-
-    def engine(self) -> tuple[Any, Any]: ...
-
-    def frames_are_old(self) -> None: ...
+    commands: Commands
+    robots: Robots
 
 
 @runtime_checkable
 class Fault(Protocol):
-    def begin(self, simulation: Subject) -> End | None:
-        """Start to act; what ends it again, None where there is nothing to end.
+    def begin(self, target: Target) -> End | None:
+        """Start to act. Returns the function that ends it, None if there is nothing to end.
 
         Raises:
-            KbotError: it speaks of something that is not there.
+            KbotError: the fault names something that is not there.
         """
         ...
 
@@ -66,14 +58,14 @@ class BlockedJoint:
     joint: str
     robot: str | None = None
 
-    def begin(self, simulation: Subject) -> End:
-        robot = simulation.named(self.robot)
-        dof = robot.dof(self.joint)
+    def begin(self, target: Target) -> End:
+        robot = target.robots.named(self.robot)
+        dof = robot.body.dof(self.joint)
         # friction that is as stiff as a contact; the engine's own lets a servo creep on
         return _all(
-            _changed(simulation, "dof_solref", [(dof, 0)], SOLREF[0]),
-            _changed(simulation, "dof_solimp", [(dof, 0), (dof, 1)], SOLIMP[1]),
-            _changed(simulation, "dof_frictionloss", [dof], STUCK),
+            _changed(target, "dof_solref", [(dof, 0)], SOLREF[0]),
+            _changed(target, "dof_solimp", [(dof, 0), (dof, 1)], SOLIMP[1]),
+            _changed(target, "dof_frictionloss", [dof], STUCK),
         )
 
 
@@ -91,15 +83,15 @@ class Slip:
             raise KbotError(f"a coefficient of friction is a number from 0 to {ROUGHEST:g}, not {told}")
         _keep(self, friction=float(self.friction))
 
-    def begin(self, simulation: Subject) -> End:
-        model, _ = simulation.engine()
-        body = simulation.named(self.robot).body(self.link)
+    def begin(self, target: Target) -> End:
+        model, _ = target.engine.current()
+        body = target.robots.named(self.robot).body.index(self.link)
         geoms = np.flatnonzero(model.geom_bodyid == body).tolist()
         priority, dimensions = rank(self.friction)
         return _all(
-            _changed(simulation, "geom_friction", [(geom, 0) for geom in geoms], self.friction),
-            _changed(simulation, "geom_priority", geoms, priority),
-            _changed(simulation, "geom_condim", geoms, dimensions),
+            _changed(target, "geom_friction", [(geom, 0) for geom in geoms], self.friction),
+            _changed(target, "geom_priority", geoms, priority),
+            _changed(target, "geom_condim", geoms, dimensions),
         )
 
 
@@ -116,9 +108,9 @@ class Payload:
         mass = positive("the mass of a payload in kg", self.mass, HEAVIEST)
         _keep(self, mass=mass, at=vector("the place of a payload in m", self.at, FURTHEST))
 
-    def begin(self, simulation: Subject) -> End:
-        model, _ = simulation.engine()
-        body = simulation.named(self.robot).body(self.link)
+    def begin(self, target: Target) -> End:
+        model, _ = target.engine.current()
+        body = target.robots.named(self.robot).body.index(self.link)
         names = ("body_mass", "body_ipos", "body_iquat", "body_inertia")
         before = [np.copy(getattr(model, name)[body]) for name in names]
         turn = np.zeros(9)
@@ -154,11 +146,11 @@ class LostCommands:
             raise KbotError(f"a share of commands is a number from 0 to 1, not {shortened(self.share)}")
         _keep(self, share=float(self.share))
 
-    def begin(self, simulation: Subject) -> End:
-        before, simulation._lost_commands = simulation._lost_commands, self.share
+    def begin(self, target: Target) -> End:
+        before, target.commands.lost_share = target.commands.lost_share, self.share
 
         def end() -> None:
-            simulation._lost_commands = before
+            target.commands.lost_share = before
 
         return end
 
@@ -173,12 +165,12 @@ class SilentTopic:
         if not isinstance(self.topic, str):
             raise KbotError(f"a topic is spoken of by its name, not {shortened(self.topic)}")
 
-    def begin(self, simulation: Subject) -> End:
-        simulation.bus.require(self.topic)
-        before = simulation.bus.mute(self.topic)
+    def begin(self, target: Target) -> End:
+        target.bus.require(self.topic)
+        before = target.bus.mute(self.topic)
 
         def end() -> None:
-            simulation.bus.mute(self.topic, before)
+            target.bus.mute(self.topic, before)
 
         return end
 
@@ -195,11 +187,11 @@ class Kick:
         linear = vector("a speed in m/s", self.linear, FASTEST)
         _keep(self, linear=linear, angular=vector("a turning speed in rad/s", self.angular, FASTEST))
 
-    def begin(self, simulation: Subject) -> None:
-        if simulation.has_failed:
-            return  # which is told of once this step is over
-        simulation.named(self.robot)._set_twist(self.linear, self.angular)
-        simulation.frames_are_old()
+    def begin(self, target: Target) -> None:
+        if target.engine.has_failed:
+            return  # the run reports that once this step is over
+        target.robots.named(self.robot).body.set_twist(self.linear, self.angular)
+        target.engine.mark_moved()
 
 
 FAULTS: Mapping[str, type] = {
@@ -229,9 +221,9 @@ def _keep(fault: object, **values: float | Vector) -> None:
         object.__setattr__(fault, name, value)
 
 
-def _changed(simulation: Subject, name: str, places: list[Any], value: float) -> End:
+def _changed(target: Target, name: str, places: list[Any], value: float) -> End:
     """Set entries of one of the model's arrays; how to set them back."""
-    model, _ = simulation.engine()
+    model, _ = target.engine.current()
     array = getattr(model, name)
     before = [(place, array[place]) for place in places]
     for place in places:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import dataclasses
 import os
 
+import numpy as np
+
 from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
 from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.steered_drive import SteeredDrive, find_base
@@ -19,7 +21,7 @@ from kbot.sim.engine.robot_builder import RobotPlan
 from kbot.sim.joint_control.control import JointControl
 from kbot.sim.joint_control.controllers import joint_control, spawned_for
 from kbot.sim.naming import Naming
-from kbot.sim.numbers import shortened
+from kbot.sim.numbers import FURTHEST, is_finite, shortened, vector
 from kbot.sim.recipe import Contacts
 from kbot.text import Diagnostic, KbotError
 from kbot.world.findings import Findings
@@ -79,6 +81,19 @@ def controller_findings(robot: Robot) -> tuple[Diagnostic, ...]:
     findings = Findings()
     joint_control(robot, _driving_joints(_base(robot)), findings)
     return tuple(findings.diagnostics)
+
+
+def check_settings(seed: int, timestep: float, limits: DriveLimits | None, start: PlanarPose) -> None:
+    """Raises KbotError: the seed, the timestep (s), the limits or the start of a simulation are not valid."""
+    if not isinstance(start, PlanarPose):
+        raise KbotError(f"a start is a PlanarPose(x, y, yaw) in m and rad, not {shortened(start)}")
+    if not (limits is None or isinstance(limits, DriveLimits)):
+        raise KbotError(f"limits are DriveLimits(linear_velocity=...), not {shortened(limits)}")
+    vector("a start", (start.x, start.y, start.yaw), FURTHEST)
+    if not (is_finite(timestep) and 1e-5 <= timestep <= 0.02):
+        raise KbotError(f"a step is 0.00001 to 0.02 seconds long, not {timestep!r}")
+    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
+        raise KbotError(f"a seed is a whole number from 0 on, not {seed!r}")
 
 
 def read_robot(robot: object) -> Robot:

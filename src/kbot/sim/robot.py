@@ -2,233 +2,262 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
 from kbot.kinematics.odometry import PlanarPose, PlanarTwist
-from kbot.kinematics.steered_drive import SteeredDrive
 from kbot.kinematics.transform import Transform
-from kbot.sim.drive.steered_servos import SteeredServos
-from kbot.sim.drive.twist_controller import TwistController
-from kbot.sim.drive.wheel_servos import WheelServos
+from kbot.sim.commands import Commands
+from kbot.sim.drive.drive_controller import DriveController
 from kbot.sim.engine.engine import Engine
-from kbot.sim.engine.servo import speed_limit
-from kbot.sim.motion import Motion, WheelOdometry
+from kbot.sim.engine.joints import rest
+from kbot.sim.joint_control.commands import joint_command, trajectory_points
+from kbot.sim.joint_control.kinds import Interface
+from kbot.sim.journal import Journal
+from kbot.sim.motion import Motion
+from kbot.sim.numbers import is_finite, shortened
 from kbot.sim.preparation import Prepared
 from kbot.sim.recipe import SLEW_PERIOD, WATCHDOG
-from kbot.sim.robot_joints import JointHost, RobotJoints
+from kbot.sim.robot_body import RobotBody
+from kbot.sim.robot_joints import RobotJoints
 from kbot.text import KbotError
 
 
-class Host(JointHost, Protocol):
-    """The simulation that takes commands, and writes them in its journal."""
+class SimulatedRobot:
+    """A robot in a simulation: its `body`, its `joints`, and its `wheels` where it can drive."""
 
-    def take_command(
-        self, robot: SimulatedRobot, linear: float, angular: float, watchdog: float | None
-    ) -> None:
-        """Take a twist that holds, or, with a watchdog (s), is taken for lost after that time."""
-        ...
-
-
-class SimulatedRobot(RobotJoints):
-    """A robot in a simulation: commands in; motion, joints and links out."""
-
-    def __init__(self, prepared: Prepared, host: Host, engine: Engine, timestep: float) -> None:
-        self._slew_steps = max(1, round(SLEW_PERIOD / timestep))
-        period = self._slew_steps * timestep
-        super().__init__(prepared, host, engine, period, timestep)
-        self._host: Host = host
-        drive, settings = prepared.drive, prepared.settings
-        self.drive = drive
-        self._is_driving = False
-        self._next_slew = 0
-        self.settings = settings
-        self._controller: TwistController | None = None
-        self._odometry: WheelOdometry | None = None
-        self._reckoned: DifferentialDrive | None = None
-        self._servos = self._servos_of_wheels()
+    def __init__(self, prepared: Prepared, engine: Engine, commands: Commands, journal: Journal) -> None:
+        self._engine, self._commands, self._journal = engine, commands, journal
+        self.robot = prepared.robot
+        self.naming = prepared.naming
+        self.name = prepared.naming.name
+        self.base = prepared.base
+        """The link whose motion on the plane odometry and ground truth describe."""
+        self.drive = prepared.drive
+        """How the robot drives, or why it cannot."""
+        self.settings = prepared.settings
+        self._period = max(1, round(SLEW_PERIOD / engine.timestep))
+        """Steps between two commands to the servos."""
+        seconds = self._period * engine.timestep
+        self.body = RobotBody(prepared, engine)
+        self.joints = RobotJoints(prepared, self.body, engine, seconds, journal.report)
+        self.wheels: DriveController | None = None
+        if isinstance(prepared.drive, DifferentialDrive) and prepared.settings is not None:
+            self.wheels = DriveController(
+                prepared.robot, prepared.drive, prepared.settings, engine, self.body.prefix, seconds
+            )
+        self._next_advance = 0
         self.jumps = 0
-        """How often it was put elsewhere, by a reset too."""
-        if isinstance(drive, DifferentialDrive) and settings is not None:
-            reckoned = self._reckoned = settings.reckoned(drive)
-            fastest = min(speed_limit(self.robot, joint) for joint in drive.joints)
-            self._controller = TwistController(reckoned, settings.limits, fastest, period)
-            self._odometry = WheelOdometry(reckoned)
+        """How often the robot was put elsewhere, by a reset too."""
 
-    def _bind(self) -> None:
-        """Wheels and joints go on as they were told."""
-        super()._bind()
-        rolled = self._servos.state if isinstance(self._servos, SteeredServos) else None
-        self._servos = self._servos_of_wheels()
-        if isinstance(self._servos, SteeredServos) and rolled:
-            self._servos.state = rolled
-
-    def _servos_of_wheels(self) -> WheelServos | SteeredServos | None:
-        model, data = self._engine.model, self._engine.data
-        if isinstance(self.drive, SteeredDrive):
-            return SteeredServos(model, data, self.drive, self.prefix)
-        if isinstance(self.drive, DifferentialDrive):
-            return WheelServos(model, data, self.drive, self.prefix)
-        return None
-
-    def _reset(self) -> None:
-        """Forget commands and odometry; the engine's state is the simulation's to reset. Joints that the
-        description's controllers hold are held from here on."""
-        if self._controller is not None:
-            self._controller.reset()
-        if self._odometry is not None:
-            self._odometry.reset()
-        if isinstance(self._servos, SteeredServos):
-            self._servos.restart()
-        self._is_driving, self._next_slew = False, 0
-        self.jumps += 1
-        self._start_joints()
-        self._start_counting_turns()
-
-    @property
-    def can_drive(self) -> bool:
-        return self._controller is not None
-
-    @property
-    def commanded_twist(self) -> PlanarTwist:
-        """The last command as it came, in the base's frame; zero for a robot that cannot drive."""
-        linear, angular = self._controller.wanted if self._controller is not None else (0.0, 0.0)
-        return PlanarTwist(linear, 0.0, angular)
-
-    @property
-    def twist(self) -> PlanarTwist:
-        """The commanded twist as it is slewed now."""
-        linear, angular = self._controller.twist if self._controller is not None else (0.0, 0.0)
-        return PlanarTwist(linear, 0.0, angular)
+    # commands
 
     def cmd_vel(self, linear: float, angular: float) -> None:
-        """Drive forward at `linear` m/s while turning at `angular` rad/s, until told otherwise.
+        """Drive forward at `linear` m/s while turning at `angular` rad/s, until the next command.
 
         Raises:
-            KbotError: the robot cannot drive (the reason is said), or a number is not finite.
+            KbotError: the robot cannot drive (the message says why), or a number is not finite.
         """
-        self._host.take_command(self, linear, angular, None)
+        self.send_twist(linear, angular, None)
 
     def command(self, linear: float, angular: float, watchdog: float | None = None) -> None:
-        """As `cmd_vel`, but taken for lost, and the robot stopped, `watchdog` seconds of simulated time
-        after the last one (half a second, unless the robot's controller says otherwise): for commands
-        that come from outside, by topic or page."""
+        """Drive as `cmd_vel` does, but stop `watchdog` seconds of simulated time after the last command.
+
+        Topics and the page command like this. The default is the timeout of the robot's own controller,
+        or half a second.
+        """
         if watchdog is None:
             watchdog = self.settings.watchdog if self.settings is not None else WATCHDOG
-        self._host.take_command(self, linear, angular, watchdog)
+        self.send_twist(linear, angular, watchdog)
 
-    def _obey(self, linear: float, angular: float, deadline: int | None) -> bool:
-        """Take a twist (m/s, rad/s) that holds until the step `deadline`; whether `_slew` has to be called.
+    def send_twist(self, linear: float, angular: float, watchdog: float | None) -> None:
+        """Drive until the next command, or with a watchdog for so many seconds after this one.
+
+        A fault can lose commands that have a watchdog.
 
         Raises:
-            KbotError: the robot cannot drive; the reason is said.
+            KbotError: the robot cannot drive (the message says why), or a number is not finite.
         """
-        controller = self._controller
-        if controller is None:
-            reason = self.drive.reason if isinstance(self.drive, NoDrive) else ""
-            raise KbotError(f"robot '{self.name}' cannot drive: {reason}")
-        if controller.wanted == (linear, angular):
-            controller.deadline = deadline
-        elif controller.command(linear, angular, deadline):
-            self._is_driving = True
-        return self._is_driving
+        if not (is_finite(linear) and is_finite(angular)):
+            given = f"{shortened(linear)}, {shortened(angular)}"
+            raise KbotError(f"a speed command is two finite numbers, not {given}")
+        linear, angular = float(linear), float(angular)  # a journal is JSON: it has no numpy numbers
+        deadline = self._commands.deadline(watchdog)
+        if watchdog is None or not self._commands.is_lost():
+            wheels = self.wheels
+            if wheels is None:
+                reason = self.drive.reason if isinstance(self.drive, NoDrive) else ""
+                raise KbotError(f"robot '{self.name}' cannot drive: {reason}")
+            if wheels.drive_at(linear, angular, deadline):
+                self._commands.follow(self)
+        if self._journal.write is not None:
+            self._journal.note("twist", robot=self.name, linear=linear, angular=angular, deadline=deadline)
 
-    @property
-    def _is_slewing(self) -> bool:
-        """Whether `_slew` has to be called."""
-        return self._is_driving or self._joint_servos.is_active
+    def set_joint(self, joint: str, position: float) -> None:
+        """Hold a joint that does not drive at a position (rad or m) by a servo, within its effort limit.
 
-    def _slew(self, step: int) -> int:
-        """Hand wheels and joints their next commands when that is due; steps until it is due again, 0 when
-        they have what was commanded."""
-        if step >= self._next_slew:
-            if self._is_driving and self._controller is not None and self._servos is not None:
-                left, right, settled = self._controller.advance()
-                self._servos.command(left, right)
-                self._is_driving = not settled
-            if self._joint_servos.is_active:
-                self._joint_servos.advance(step)
-            elif not self._is_driving:
-                return 0
-            self._next_slew = step + self._slew_steps
-        return self._next_slew - step
+        Raises:
+            KbotError: no such joint, one that drives or follows another, or a number that is not finite.
+        """
+        self.body.dof(joint)
+        self.joints.command({joint: position}, Interface.POSITION)
+        self._commands.follow(self)
+        self._journal.note("set_joint", joint=joint, position=float(position), robot=self.name)
 
-    def _tick(self, step: int) -> bool:
-        """Called every control period: reckon odometry, keep the servos from winding up, and drop a
-        command that has grown old. Returns whether there is a new twist to slew to."""
-        if self.root_qpos >= 0:
-            self._count_turns()
-        servos, odometry, controller = self._servos, self._odometry, self._controller
-        if servos is None or odometry is None or controller is None:
-            return False
-        odometry.update(*servos.roll())
-        if controller.deadline is not None and step >= controller.deadline:
-            return self._obey(0.0, 0.0, None)
-        return False
+    def release_joint(self, joint: str) -> None:
+        """Let a held joint move freely again. Raises KbotError for an unknown joint."""
+        self.joints.release(joint)
+        self._journal.note("release_joint", joint=joint, robot=self.name)
+
+    def command_joints(self, values: Mapping[str, float], interface: str = Interface.POSITION) -> None:
+        """Command joints that do not drive, within their limits, until the next command.
+
+        `interface` is `position` (rad or m), `velocity` (rad/s or m/s) or `effort` (N m or N).
+
+        Raises:
+            KbotError: no such joint or interface, a joint that drives or follows another, or a value that
+                is not a number.
+        """
+        wanted, kind = joint_command(values, interface)
+        self.joints.command(wanted, kind)
+        self._commands.follow(self)
+        numbers = {joint: float(value) for joint, value in wanted.items()}
+        self._journal.note("command_joints", values=numbers, interface=str(kind), robot=self.name)
+
+    def follow_trajectory(self, joints: Sequence[str], points: Sequence[Sequence[Any]]) -> None:
+        """Let joints go through points, as joint_trajectory_controller does.
+
+        Each point is a time from now (s), then positions (rad or m) in the order of `joints`, then velocities
+        and accelerations if wanted. Without points the joints stay where they are.
+
+        Raises:
+            KbotError: no such joint, one that drives or follows another, points of the wrong shape, or
+                times that do not increase.
+        """
+        names, way = trajectory_points(joints, points)
+        self.joints.follow(names, way, self._engine.steps)
+        self._commands.follow(self)
+        self._journal.note(
+            "follow_trajectory", joints=list(names), points=[list(point) for point in way], robot=self.name
+        )
 
     # what can be read
 
     @property
     def odometry(self) -> Motion:
-        """What the wheels tell: `pose` of the base in the odometry frame, `twist` in its own."""
-        reckoned = self._reckoned
-        if self._odometry is None or self._servos is None or reckoned is None:
-            return Motion(PlanarPose(), PlanarTwist())
-        linear, angular = reckoned.twist(*self._servos.speeds())
-        return Motion(self._odometry.pose(*self._servos.angles()), self._odometry.twist(linear, angular))
+        """The base's pose in the odometry frame and its twist in its own, computed from the wheels."""
+        return Motion(PlanarPose(), PlanarTwist()) if self.wheels is None else self.wheels.odometry
+
+    @property
+    def ground_truth(self) -> Motion:
+        """The base's true pose in the world, with full turns in its yaw, and its twist in its own frame."""
+        return self.body.ground_truth
 
     @property
     def odom_from_root(self) -> Transform:
-        """Where the odometry has the root link: the base upright on the ground."""
+        """Pose of the root link by odometry: the base upright on the ground."""
         pose = self.odometry.pose
-        return Transform.from_xyz_rpy((pose.x, pose.y, 0.0), (0.0, 0.0, pose.yaw)) @ self.base_from_root
+        odom_from_base = Transform.from_xyz_rpy((pose.x, pose.y, 0.0), (0.0, 0.0, pose.yaw))
+        return odom_from_base @ self.body.base_from_root
 
-    def _stand_at(self, x: float, y: float, yaw: float, height: float) -> None:
-        """See `RobotBody._stand_at`; commands go on."""
-        super()._stand_at(x, y, yaw, height)
+    @property
+    def can_drive(self) -> bool:
+        return self.wheels is not None
+
+    @property
+    def commanded_twist(self) -> PlanarTwist:
+        """The last command as it was given, in the base's frame; zero for a robot that cannot drive."""
+        linear, angular = (0.0, 0.0) if self.wheels is None else self.wheels.wanted
+        return PlanarTwist(linear, 0.0, angular)
+
+    @property
+    def twist(self) -> PlanarTwist:
+        """The commanded twist within the limits of acceleration; zero for a robot that cannot drive."""
+        linear, angular = (0.0, 0.0) if self.wheels is None else self.wheels.twist
+        return PlanarTwist(linear, 0.0, angular)
+
+    # as time passes
+
+    @property
+    def is_following(self) -> bool:
+        """Whether `advance` has to be called."""
+        return self.joints.servos.is_active or (self.wheels is not None and self.wheels.is_driving)
+
+    def advance(self, step: int) -> int:
+        """Send wheels and joints their next commands if these are due.
+
+        Returns the steps until the next ones are due, 0 when wheels and joints have what was commanded.
+        """
+        if step >= self._next_advance:
+            wheels, servos = self.wheels, self.joints.servos
+            if wheels is not None and wheels.is_driving:
+                wheels.advance()
+            if servos.is_active:
+                servos.advance(step)
+            elif wheels is None or not wheels.is_driving:
+                return 0
+            self._next_advance = step + self._period
+        return self._next_advance - step
+
+    def tick(self, step: int) -> bool:
+        """Do what is due every control period. Returns whether `advance` has to be called from now on."""
+        if self.body.root_qpos >= 0:
+            self.body.count_turns()
+        return self.wheels is not None and self.wheels.tick(step)
+
+    # state
+
+    def bind(self) -> None:
+        """Go on in the engine's new model, with the same commands."""
+        self.body.bind()
+        self.joints.bind()
+        if self.wheels is not None:
+            self.wheels.bind()
+
+    def restart(self) -> None:
+        """Forget commands and odometry, and set joints to their start positions.
+
+        A joint starts at 0, or at the nearest end of a range without 0, or where the description says.
+        """
+        for joint in self.robot.movable_joints:
+            if joint.name not in self.body.held:
+                self.body.set_position(joint.name, rest(joint))
+        if self.wheels is not None:
+            self.wheels.reset()
+        self._next_advance = 0
         self.jumps += 1
-        if self._servos is not None:
-            self._servos.settle()
+        self.joints.start()
+        self.body.start_counting_turns()
 
-    def _take_over(self, other: SimulatedRobot) -> None:
-        """Go on as another robot did: its odometry and what it was told. Joints have been set before."""
-        if self._odometry is not None and self._servos is not None:
-            self._servos.settle()
-            self._odometry.start_at(other.odometry.pose, *self._servos.angles())
-        mine, theirs = self._controller, other._controller
-        if mine is not None and theirs is not None:
-            self._obey(*theirs.target, theirs.deadline)
-        self._restore_joints(other._save_joints())
+    def stand_at(self, x: float, y: float, yaw: float, height: float) -> None:
+        """Put the base at x, y (m) and yaw (rad), the root at `height`; commands go on."""
+        self.body.stand_at(x, y, yaw, height)
+        self.jumps += 1
+        if self.wheels is not None:
+            self.wheels.settle()
 
-    def _set_back(self, steps: int) -> None:
-        """Let what is due come so many steps earlier, for time itself was set back by as much."""
-        self._next_slew -= steps
-        self._joint_servos.set_back(steps)
-        if self._controller is not None and self._controller.deadline is not None:
-            self._controller.deadline -= steps
+    def take_over(self, other: SimulatedRobot) -> None:
+        """Continue the odometry and the commands of another robot, which this one replaces."""
+        if self.wheels is not None:
+            self.wheels.take_over(other.wheels)
+        self.joints.servos.restore(other.joints.servos.save())
 
-    def _restart_odometry(self) -> None:
-        """Reckon from zero, from where the robot and its wheels are now."""
-        if self._odometry is not None and self._servos is not None:
-            self._odometry.reset(*self._servos.angles())
+    def set_back(self, steps: int) -> None:
+        """Shift what is due after time was set back by so many steps."""
+        self._next_advance -= steps
+        self.joints.servos.set_back(steps)
+        if self.wheels is not None:
+            self.wheels.set_back(steps)
 
-    def _save(self) -> tuple[Any, ...]:
-        """What a saved state holds beside the engine's own."""
-        controller = self._controller
-        commanded = controller.save() if controller else None
-        odometry = self._odometry.state if self._odometry else None
-        slewing = self._is_driving, self._next_slew
-        rolled = self._servos.state if isinstance(self._servos, SteeredServos) else None
-        return commanded, slewing, odometry, self._turns, self._is_left, self._save_joints(), rolled
+    def save(self) -> tuple[Any, ...]:
+        """What `restore` takes back, beside the engine's own state."""
+        wheels = None if self.wheels is None else self.wheels.save()
+        return wheels, self._next_advance, self.body.save(), self.joints.servos.save()
 
-    def _restore(self, saved: tuple[Any, ...]) -> None:
-        """Take back what `_save` gave; the engine's own state has been restored before."""
-        commanded, slewing, odometry, self._turns, self._is_left, told, rolled = saved
-        self._is_driving, self._next_slew = slewing
-        if self._controller is not None and commanded is not None:
-            self._controller.restore(commanded)
-        if self._odometry is not None and odometry is not None:
-            self._odometry.state = odometry
-        self._restore_joints(told)
-        if isinstance(self._servos, SteeredServos):
-            self._servos.state = rolled
+    def restore(self, saved: tuple[Any, ...]) -> None:
+        wheels, self._next_advance, body, joints = saved
+        self.body.restore(body)
+        if self.wheels is not None:
+            self.wheels.restore(wheels)
+        self.joints.servos.restore(joints)

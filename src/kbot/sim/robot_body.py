@@ -1,8 +1,9 @@
-"""A robot's links and joints in the engine: where they are, how they move, and putting them elsewhere."""
+"""A robot's links and joints in the engine: read their poses and speeds, or set them."""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -22,30 +23,25 @@ from kbot.text.suggest import did_you_mean
 
 
 class RobotBody:
-    """What of a robot is in the engine, where it stands already."""
+    """The links and joints of one robot, which is in the engine already."""
 
     def __init__(self, prepared: Prepared, engine: Engine) -> None:
         robot = self.robot = prepared.robot
-        self.naming = prepared.naming
-        self.name = prepared.naming.name
-        self.base = prepared.base
-        """The link whose motion on the plane is spoken of."""
+        self._name = prepared.naming.name
+        self._base = prepared.base
         self._engine = engine
-        self.base_from_root = FrameTree(robot).pose(robot.root, self.base)
+        self.base_from_root = FrameTree(robot).pose(robot.root, self._base)
         """Fixed, for the base hangs rigidly on the root."""
         held = held_joints(robot)
         self.held = {joint.name: rest(joint) for joint in robot.movable_joints if joint.name in held}
-        """Joints that stand still for what they move weighs nothing, and where (rad or m)."""
+        """Joints that cannot move since their links have no mass, and their positions (rad or m)."""
         self._no_speed = dict.fromkeys(self.held, 0.0)
         self._turns = 0
         self._is_left = True
-        self._find_places()
+        self.bind()
 
-    def _bind(self) -> None:
-        """Go on in the engine's model, which is new."""
-        self._find_places()
-
-    def _find_places(self) -> None:
+    def bind(self) -> None:
+        """Find the links and joints in the engine's model."""
         model, data = self._engine.model, self._engine.data
         self._qpos, self._qvel = numbers(data.qpos), numbers(data.qvel)
         self._force = numbers(data.qfrc_actuator)
@@ -66,19 +62,19 @@ class RobotBody:
     @property
     def prefix(self) -> str:
         """What the engine's names of its bodies and joints start with."""
-        return f"{self.name}/"
+        return f"{self._name}/"
 
     # what can be read
 
     @property
     def ground_truth(self) -> Motion:
-        """Where the base truly is in the world, its yaw with full turns counted, and its twist."""
-        root, base = self.link_pose(self.robot.root), self.link_pose(self.base)
+        """The base's true pose in the world, with full turns in its yaw, and its twist in its own frame."""
+        root, base = self.link_pose(self.robot.root), self.link_pose(self._base)
         x, y, _ = base.translation
         full = 2.0 * math.pi
         counted = self._yaw() + full * self._turns + (root.inverse() @ base).yaw
         yaw = base.yaw + full * round((counted - base.yaw) / full)
-        spin, speed = self.link_velocity(self.base)
+        spin, speed = self.link_velocity(self._base)
         return Motion(PlanarPose(float(x), float(y), yaw), PlanarTwist(speed[0], speed[1], spin[2]))
 
     @property
@@ -100,10 +96,15 @@ class RobotBody:
     def links(self) -> tuple[str, ...]:
         return tuple(self._bodies)
 
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """The joints that can move."""
+        return tuple(self._joints)
+
     def link_pose(self, link: str) -> Transform:
         """`world_from_link`. Raises KbotError for a link that the robot does not have."""
         self._engine.refresh()
-        return body_pose(self._engine.data, self.body(link))
+        return body_pose(self._engine.data, self.index(link))
 
     def link_poses(self) -> dict[str, Transform]:
         """`world_from_link` of every link."""
@@ -114,27 +115,26 @@ class RobotBody:
         self._engine.refresh()
         velocity = np.zeros(6)
         kind = mujoco.mjtObj.mjOBJ_XBODY
-        mujoco.mj_objectVelocity(self._engine.model, self._engine.data, kind, self.body(link), velocity, 1)
+        mujoco.mj_objectVelocity(self._engine.model, self._engine.data, kind, self.index(link), velocity, 1)
         wx, wy, wz, x, y, z = velocity.tolist()
         return (wx, wy, wz), (x, y, z)
 
-    def body(self, link: str) -> int:
+    def index(self, link: str) -> int:
         """The engine's index of a link. Raises KbotError for a link that the robot does not have."""
         if not isinstance(link, str) or link not in self._bodies:
             hint = did_you_mean(str(link), self._bodies)
-            raise KbotError(f"robot '{self.name}' has no link '{link}'" + (f": {hint}" if hint else ""))
+            raise KbotError(f"robot '{self._name}' has no link '{link}'" + (f": {hint}" if hint else ""))
         return self._bodies[link]
 
     def dof(self, joint: str) -> int:
         """The engine's place of a joint's speed. Raises KbotError for an unknown joint."""
-        self._require_joint(joint)
+        self.require_joint(joint)
         return self._joints[joint][1]
 
-    # how the simulation moves it, and writes that in its journal
+    # how it is moved; the journal does not note this
 
-    def _stand_at(self, x: float, y: float, yaw: float, height: float) -> None:
-        """Stand still with the base at x, y (m) and heading (rad) of the world, upright, the root at
-        `height`. The engine's frames must be up to date."""
+    def stand_at(self, x: float, y: float, yaw: float, height: float) -> None:
+        """Put the base upright and at rest at x, y (m) and yaw (rad) in the world, the root at `height`."""
         self.require_free()
         root_from_base = self.base_from_root.inverse()
         upright = Transform.from_xyz_rpy((0.0, 0.0, 0.0), (0.0, 0.0, yaw - root_from_base.yaw))
@@ -146,22 +146,26 @@ class RobotBody:
             self._qvel[self._root_dof + index] = 0.0
         self._turns, self._is_left = math.floor((yaw + math.pi) / (2.0 * math.pi)), self._yaw() >= 0.0
 
-    def _set_position(self, joint: str, position: float) -> None:
-        """Put a joint somewhere at once, its speed left as it is. Raises KbotError for an unknown joint."""
-        self._require_joint(joint)
+    def set_position(self, joint: str, position: float) -> None:
+        """Set a joint's position and keep its speed. Raises KbotError for an unknown joint."""
+        self.require_joint(joint)
         self._qpos[self._joints[joint][0]] = position
 
-    def _set_twist(self, linear: tuple[float, float, float], angular: tuple[float, float, float]) -> None:
-        """See `Simulation.set_twist`."""
+    def set_twist(self, linear: tuple[float, float, float], angular: tuple[float, float, float]) -> None:
+        """Set the speed of the root link: m/s and rad/s along the world's axes.
+
+        Raises:
+            KbotError: the robot is fixed to the world.
+        """
         self.require_free()
         turn = self.link_pose(self.robot.root).rotation.T
         for index, value in enumerate((*linear, *(turn @ np.array(angular)).tolist())):
             self._qvel[self._root_dof + index] = value
 
-    def _start_counting_turns(self) -> None:
+    def start_counting_turns(self) -> None:
         self._turns, self._is_left = 0, self._yaw() >= 0.0
 
-    def _count_turns(self) -> None:
+    def count_turns(self) -> None:
         """Notice when the heading passes from half a turn left to half a turn right, or back."""
         q, at = self._qpos, self.root_qpos
         is_left = q[at + 3] * q[at + 6] + q[at + 4] * q[at + 5] >= 0.0
@@ -169,6 +173,13 @@ class RobotBody:
             self._is_left = is_left
             if abs(self._yaw()) > math.pi / 2:
                 self._turns += -1 if is_left else 1
+
+    def save(self) -> tuple[Any, ...]:
+        """What `restore` takes back: the engine does not know full turns."""
+        return self._turns, self._is_left
+
+    def restore(self, saved: tuple[Any, ...]) -> None:
+        self._turns, self._is_left = saved
 
     def _yaw(self) -> float:
         """Heading of the root in rad, within half a turn."""
@@ -181,9 +192,9 @@ class RobotBody:
     def require_free(self) -> None:
         """Raises KbotError for a robot that is fixed to the world."""
         if self.root_qpos < 0:
-            raise KbotError(f"robot '{self.name}' is fixed to the world and cannot be moved")
+            raise KbotError(f"robot '{self._name}' is fixed to the world and cannot be moved")
 
-    def _require_joint(self, joint: str) -> None:
+    def require_joint(self, joint: str) -> None:
         if not isinstance(joint, str):
             raise KbotError(f"a joint is spoken of by its name, not {joint!r}")
         if joint in self.held:
@@ -191,5 +202,5 @@ class RobotBody:
         if joint not in self._joints:
             hint = did_you_mean(joint, self._joints)
             raise KbotError(
-                f"robot '{self.name}' has no joint '{joint}' with a position" + (f": {hint}" if hint else "")
+                f"robot '{self._name}' has no joint '{joint}' with a position" + (f": {hint}" if hint else "")
             )

@@ -1,9 +1,8 @@
-"""The joints of a robot that do not drive: what they are told, and by whom."""
+"""The joints of a robot that do not drive: their commands and their servos."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Protocol
+from collections.abc import Callable, Iterable, Mapping
 
 from kbot.sim.engine.engine import Engine
 from kbot.sim.joint_control.kinds import Interface
@@ -14,113 +13,87 @@ from kbot.sim.robot_body import RobotBody
 from kbot.text import KbotError
 
 NOTICEABLE = 1e-3
-"""rad or m: how far beyond its limit a joint may be told to be, as by 3.1416, before that is said."""
+"""rad or m by which a command may exceed a joint's limit, as 3.1416 does, before that is reported."""
 
 
-class JointHost(Protocol):
-    """The simulation that takes commands for joints, and writes them in its journal."""
-
-    def command_joints(self, values: Mapping[str, float], interface: str, robot: str | None) -> None: ...
-
-    def follow_trajectory(
-        self, joints: Sequence[str], points: Sequence[Sequence[Any]], robot: str | None
-    ) -> None: ...
-
-    def tell(self, text: str) -> None: ...
-
-
-class RobotJoints(RobotBody):
-    """A robot whose joints are commanded, but for those that drive it."""
+class RobotJoints:
+    """The joints of a robot that can be commanded, with their `servos`."""
 
     def __init__(
-        self, prepared: Prepared, host: JointHost, engine: Engine, period: float, timestep: float
+        self,
+        prepared: Prepared,
+        body: RobotBody,
+        engine: Engine,
+        period: float,
+        report: Callable[[str], None],
     ) -> None:
-        """`period`: seconds between two commands to the servos."""
-        super().__init__(prepared, engine)
-        self._joint_host = host
+        """`period`: seconds between calls of `advance`; `report` receives sentences for the user."""
         self.control = prepared.control
-        """What commands its joints."""
+        """The controllers of the joints."""
+        self._body, self._engine, self._period, self._report = body, engine, period, report
         self._driving = prepared.driving
         self._beyond: set[str] = set()
-        """Joints of which it was told that they stop at their limits."""
-        self._period, self._timestep = period, timestep
-        self._joint_servos = self._servos_of_joints()
+        """Joints of which a command beyond the limits was reported."""
+        self.servos = self._find_servos()
 
-    def _bind(self) -> None:
-        """Joints go on as they were told."""
-        super()._bind()
-        told = self._joint_servos.save()
-        self._joint_servos = self._servos_of_joints()
-        self._joint_servos.restore(told)
+    def bind(self) -> None:
+        """Find the joints in the engine's new model; they go on as commanded."""
+        saved = self.servos.save()
+        self.servos = self._find_servos()
+        self.servos.restore(saved)
 
-    def _servos_of_joints(self) -> JointServos:
-        model, data = self._engine.model, self._engine.data
-        others = [name for name in self._joints if name not in self._driving]
-        return JointServos(self.robot, model, data, others, self.prefix, self._period, self._timestep)
+    def _find_servos(self) -> JointServos:
+        body, engine = self._body, self._engine
+        others = [name for name in body.joints if name not in self._driving]
+        return JointServos(
+            body.robot, engine.model, engine.data, others, body.prefix, self._period, engine.timestep
+        )
 
-    def command_joints(self, values: Mapping[str, float], interface: str = Interface.POSITION) -> None:
-        """See `Simulation.command_joints`."""
-        self._joint_host.command_joints(values, interface, self.name)
-
-    def follow_trajectory(self, joints: Sequence[str], points: Sequence[Sequence[Any]]) -> None:
-        """See `Simulation.follow_trajectory`."""
-        self._joint_host.follow_trajectory(joints, points, self.name)
-
-    def tell(self, text: str) -> None:
-        """See `Running.tell`."""
-        self._joint_host.tell(text)
-
-    def _command_joints(self, values: Mapping[str, float], interface: Interface) -> None:
+    def command(self, values: Mapping[str, float], interface: Interface) -> None:
         """Command joints from now on.
 
         Raises:
-            KbotError: no such joint, one that drives or follows another, or a number that is none.
+            KbotError: no such joint, one that drives or follows another, or a value that is not a number.
         """
         for joint in values:
-            self._require_free_joint(joint)
-        self._joint_servos.command(values, interface)
+            self._require_free(joint)
+        self.servos.command(values, interface)
         if interface is Interface.POSITION:
-            self._say_beyond(values.items())
+            self._report_beyond(values.items())
 
-    def _follow(self, joints: tuple[str, ...], points: tuple[Point, ...], step: int) -> None:
-        """Let joints follow points from a step on. Raises KbotError as `_command_joints` does."""
+    def follow(self, joints: tuple[str, ...], points: tuple[Point, ...], step: int) -> None:
+        """Let joints follow points from a step on. Raises KbotError as `command` does."""
         for joint in joints:
-            self._require_free_joint(joint)
-        self._joint_servos.follow(joints, points, step)
-        self._say_beyond(pair for point in points for pair in zip(joints, point.positions, strict=True))
+            self._require_free(joint)
+        self.servos.follow(joints, points, step)
+        self._report_beyond(pair for point in points for pair in zip(joints, point.positions, strict=True))
 
-    def _say_beyond(self, wanted: Iterable[tuple[str, float]]) -> None:
-        """Tell, once a joint, that it stops at its limit before the position that it was told."""
+    def _report_beyond(self, wanted: Iterable[tuple[str, float]]) -> None:
+        """Report once a joint that it stops at its limit before the commanded position."""
         for joint, position in wanted:
-            limit = self._joint_servos.within(joint, position)
+            limit = self.servos.within(joint, position)
             if abs(limit - position) > NOTICEABLE and joint not in self._beyond:
                 self._beyond.add(joint)
-                self.tell(f"'{joint}' was told {position:g}, beyond its limit: it goes to {limit:.6g}")
+                self._report(f"'{joint}' was told {position:g}, beyond its limit: it goes to {limit:.6g}")
 
-    def _save_joints(self) -> tuple[Any, ...]:
-        """What `_restore_joints` takes back."""
-        return self._joint_servos.save()
-
-    def _restore_joints(self, saved: tuple[Any, ...]) -> None:
-        self._joint_servos.restore(saved)
-
-    def _release(self, joint: str) -> None:
+    def release(self, joint: str) -> None:
         """Let a commanded joint move freely again. Raises KbotError for an unknown joint."""
-        self._require_joint(joint)
-        self._joint_servos.release(joint)
+        self._body.require_joint(joint)
+        self.servos.release(joint)
 
-    def _require_free_joint(self, joint: str) -> None:
-        self._require_joint(joint)
-        if joint not in self._joint_servos.joints:
+    def _require_free(self, joint: str) -> None:
+        self._body.require_joint(joint)
+        if joint not in self.servos.joints:
             why = "drives the robot" if joint in self._driving else "follows another joint"
             raise KbotError(f"joint '{joint}' {why} and cannot be held")
 
-    def _start_joints(self) -> None:
-        """Put joints where the description has them start, and hold those that its controllers hold."""
-        self._joint_servos.release_all()
+    def start(self) -> None:
+        """Set joints to the positions where the description starts them, and hold those that its
+        controllers hold."""
+        self.servos.release_all()
         for joint, position in self.control.starts.items():
-            if joint in self._joint_servos.joints:
-                self._set_position(joint, position)
-        held = [joint for joint in self._joint_servos.joints if joint in self.control.holds]
-        here = self.joint_positions
-        self._joint_servos.command({joint: here[joint] for joint in held}, Interface.POSITION)
+            if joint in self.servos.joints:
+                self._body.set_position(joint, position)
+        held = [joint for joint in self.servos.joints if joint in self.control.holds]
+        here = self._body.joint_positions
+        self.servos.command({joint: here[joint] for joint in held}, Interface.POSITION)

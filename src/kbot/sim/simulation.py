@@ -2,35 +2,40 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
-from typing import Protocol, TypeVar
+from collections.abc import Callable
+from typing import Any, Protocol, TypeVar
 
-import mujoco
-import numpy as np
-
-from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
-from kbot.kinematics.odometry import PlanarPose, PlanarTwist
+from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
+from kbot.messages.bus import Bus
+from kbot.messages.clock import Clock
 from kbot.messages.types import JointState
 from kbot.model import Robot
 from kbot.sim import recipe
-from kbot.sim.attached import Attached
-from kbot.sim.carry_over import go_on_as
-from kbot.sim.disturbed import Disturbed
+from kbot.sim.commands import Commands
+from kbot.sim.disturbances import Disturbances
+from kbot.sim.divergence import ELSEWHERE
 from kbot.sim.drive.twist_controller import DriveLimits
-from kbot.sim.engine.world_builder import body_pose
-from kbot.sim.joint_control.kinds import Interface
+from kbot.sim.engine.assembly import Assembly
+from kbot.sim.engine.engine import Engine
+from kbot.sim.journal import Journal
 from kbot.sim.models import Models
 from kbot.sim.motion import Motion
 from kbot.sim.naming import PLAIN, Naming
 from kbot.sim.numbers import shortened
-from kbot.sim.preparation import read_robot
+from kbot.sim.preparation import check_settings, prepare, read_robot
 from kbot.sim.recipe import Contacts
-from kbot.sim.setup import Setup
-from kbot.sim.state import State, copy_engine, digest, read_engine, restore_engine
-from kbot.text import KbotError
+from kbot.sim.robot import SimulatedRobot
+from kbot.sim.robots import Robots
+from kbot.sim.snapshots import Snapshots, State
+from kbot.sim.stepping import Stepping
+from kbot.sim.topics import joint_state
+from kbot.text import Diagnostic, KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.world import World, load_world
+from kbot.world.findings import Findings
 
 ORIGIN = PlanarPose()
 S = TypeVar("S")
@@ -43,12 +48,15 @@ class Mountable(Protocol[S_co]):
     def mount(self, simulation: Simulation) -> S_co: ...
 
 
-class Simulation(Models, Attached, Disturbed):
+class Simulation:
     """A robot in a world, and others that may join it.
 
     Time passes only in `step` and `run`; the same robot, world, seed and commands give the same bytes.
-    The world's frame is that of the odometry at the start: x ahead, y left, z up, in metres.
-    `diagnostics` are the warnings that building it gave.
+    The world's frame is that of the odometry at the start: x forward, y left, z up, in metres.
+
+    The methods here are about the first robot. Its parts do the rest: `robots` (each robot by name), `models`
+    (spawn, delete and move robots and objects), `disturbances` (pushes and faults), `snapshots` (other
+    resets), `stepping`, `commands`, `journal` and `engine` (MuJoCo's model and data).
     """
 
     def __init__(
@@ -62,226 +70,215 @@ class Simulation(Models, Attached, Disturbed):
         start: PlanarPose = ORIGIN,
         naming: Naming = PLAIN,
     ) -> None:
-        """`robot` may be the file of one (`kbot` is the one that ships); `timestep` in seconds; `contacts`
-        is `recipe` or `as-written`; `limits` stand in for those that the robot's own plugin or controller
-        gives; `naming` says what it is called and where its topics and frames are, by default at the root.
+        """Put a robot, or the one of a file (`kbot` ships with KBot), into a world.
+
+        `timestep` is in seconds; `contacts` is `recipe` or `as-written`; `limits` replace those of the
+        robot's own plugin or controller; `naming` gives the robot's name, and the namespaces of its topics
+        and frames, by default the root.
 
         Raises:
-            DescriptionError: the robot cannot be simulated; every reason at its line.
-            KbotError: no such world, a step or a seed that is none.
+            DescriptionError: the robot cannot be simulated; every reason with its line.
+            KbotError: no such world, or another argument is not valid.
         """
-        robot, place = read_robot(robot), load_world(world)
-        super().__init__(robot, Setup(place, seed, timestep, _contacts(contacts), limits, start, naming))
-        self.reset()
-
-    def reset(self) -> None:
-        """Back to the start: the same robots and world at time 0, nothing attached, without commands."""
-        self._back_to_start()
-        self._random = np.random.default_rng(self.seed)
-        self._start_at(0)
-        self._note("reset")
-
-    def reset_world(self) -> None:
-        """As `reset`, but time and what is random go on."""
-        time = self._engine.data.time
-        self._back_to_start()
-        self._engine.data.time = time
-        self._start_at(self._steps)
-        self._note("reset_world")
-
-    def reset_time(self) -> None:
-        """Time is 0 again and everything else goes on as it was; faults come again at their times."""
-        steps = self._steps
-        self._engine.data.time = 0.0
-        pushes = self._disturbances.pushes
-        self._disturbances.pushes = tuple(push._replace(until=push.until - steps) for push in pushes)
-        for robot in self.robots.values():
-            robot._set_back(steps)
-        self._start_at(0)
-        self._note("reset_time", after=steps)
-
-    def with_robot(self, robot: Robot) -> Simulation:
-        """A simulation of a changed robot that goes on where this one stands: its time, pose, joint
-        positions, odometry and command, the other robots and things with theirs, and what is attached to each
-        other. A robot that would be inside something where it stood begins at its start, where that is free,
-        and lets go.
-
-        Raises:
-            DescriptionError: the changed robot cannot be simulated; this one is left as it is.
-        """
-        limits, naming = self._setup.limits, self._setup.naming
-        other = Simulation(
-            robot, self.world, self.seed, self.timestep, self.contacts, limits, self.start, naming
+        robot, place, contacts = read_robot(robot), load_world(world), _contacts(contacts)
+        check_settings(seed, timestep, limits, start)
+        self.seed, self.timestep, self.contacts, self.start = seed, timestep, contacts, start
+        self._limits, self._naming = limits, naming
+        self.bus = Bus()
+        self.clock = Clock()
+        self.paused = False
+        """Whether the page and the bridges, which let time pass by the wall clock, wait. `step` does not."""
+        self.errands: list[Callable[[], bool]] = []
+        """Called by `run_errands`. Each returns whether it did something."""
+        self.mounted: dict[str, Any] = {}
+        """What was added once for all users of this simulation, such as the robot's declared sensors."""
+        name = naming.name or robot.name
+        prepared = prepare(robot, dataclasses.replace(naming, name=name), start, limits, contacts)
+        assembly = Assembly.of(place, contacts, timestep, {name: prepared.plan})
+        inside = assembly.what_it_is_inside(prepared.plan)
+        warnings = (
+            *place.diagnostics,
+            *prepared.findings,
+            *assembly.diagnostics,
+            *_starts_inside(place, name, inside),
         )
-        other._attach_again(go_on_as(other, self))
-        other.changes[:] = self.changes
-        other._start_at(self._steps)
-        return other
+        # topics are listed, and timers of one moment run, in the order in which they were made: the first
+        # robot's come first
+        self.engine = Engine(assembly)
+        self.journal = Journal()
+        self.commands = Commands(self.engine, seed)
+        self.robots = Robots(prepared, self.engine, self.bus, self.clock, self.commands, self.journal)
+        self._first: SimulatedRobot = self.robots.first
+        self.disturbances = Disturbances(self.engine, self.bus, self.robots, self.commands, self.journal)
+        self.models = Models(
+            self.engine, self.robots, self.commands, self.disturbances, self.journal, warnings
+        )
+        self.stepping = Stepping(
+            self.engine, self.clock, self.commands, self.robots, self.disturbances, inside
+        )
+        self.snapshots = Snapshots(
+            self.engine,
+            self.commands,
+            self.robots,
+            self.disturbances,
+            self.models,
+            self.stepping,
+            self.journal,
+        )
+        self.snapshots.reset()
 
-    # commands
+    # time
+
+    def step(self, n: int = 1) -> None:
+        """Advance by `n` steps.
+
+        Raises:
+            KbotError: `n` is not a whole number from 0 on.
+            SimulationDiverged: a link flew off; the error names the time, the link and the likely cause.
+        """
+        self.stepping.step(n)
+
+    def run(self, seconds: float) -> None:
+        """Advance by a time, rounded to whole steps.
+
+        Raises:
+            KbotError: the time is negative or not finite.
+            SimulationDiverged: as for `step`.
+        """
+        self.stepping.run(seconds)
+
+    @property
+    def time(self) -> float:
+        """Seconds since the start."""
+        return self.engine.time
+
+    @property
+    def steps(self) -> int:
+        return self.engine.steps
+
+    def run_errands(self) -> bool:
+        """Do what `errands` ask for. Returns whether any of them did something.
+
+        Whoever lets time pass by the wall clock calls this between steps, also while the simulation is
+        `paused`: an errand may reset the run, or spawn and delete robots.
+        """
+        return sum(errand() for errand in tuple(self.errands)) > 0
+
+    # the first robot
 
     def cmd_vel(self, linear: float, angular: float) -> None:
-        """Drive forward at `linear` m/s while turning at `angular` rad/s, until told otherwise.
+        """Drive forward at `linear` m/s while turning at `angular` rad/s, until the next command.
 
         Raises:
-            KbotError: the robot cannot drive (the reason is said), or a number is not finite.
+            KbotError: the robot cannot drive (the message says why), or a number is not finite.
         """
-        self.take_command(self._robot, linear, angular, None)
-
-    def command(self, linear: float, angular: float, watchdog: float | None = None) -> None:
-        """As `cmd_vel`, but taken for lost, and the robot stopped, `watchdog` seconds of simulated time
-        after the last one (half a second, unless the robot's controller says otherwise): for commands
-        that come from outside, by topic or page."""
-        self._robot.command(linear, angular, watchdog)
-
-    def set_joint(self, joint: str, position: float, robot: str | None = None) -> None:
-        """Hold a joint that does not drive at a position (rad or m) by a servo, within its effort limit.
-
-        Raises:
-            KbotError: no such robot or joint, one that drives or follows another, or a number that is not
-                finite.
-        """
-        held = self.named(robot)
-        held.dof(joint)
-        held._command_joints({joint: position}, Interface.POSITION)
-        self._serve(held)
-        self._note("set_joint", joint=joint, position=float(position), robot=robot)
-
-    def release_joint(self, joint: str, robot: str | None = None) -> None:
-        """Let a held joint move freely again. Raises KbotError for an unknown robot or joint."""
-        self.named(robot)._release(joint)
-        self._note("release_joint", joint=joint, robot=robot)
-
-    # what can be read
+        self._first.send_twist(linear, angular, None)
 
     @property
     def robot(self) -> Robot:
-        return self._robot.robot
-
-    @property
-    def drive(self) -> DifferentialDrive | NoDrive:
-        """How the robot drives, or why it cannot."""
-        return self._robot.drive
-
-    @property
-    def twist(self) -> PlanarTwist:
-        """The commanded twist as it is slewed now."""
-        return self._robot.twist
+        return self._first.robot
 
     @property
     def odometry(self) -> Motion:
-        """What the wheels tell: `pose` of the base in the odometry frame, `twist` in its own."""
-        return self._robot.odometry
+        """The base's `pose` in the odometry frame and its `twist` in its own, computed from the wheels."""
+        return self._first.odometry
 
     @property
     def ground_truth(self) -> Motion:
-        """Where the base truly is in the world, and its twist in its own frame."""
-        return self._robot.ground_truth
+        """The base's true `pose` in the world and its `twist` in its own frame."""
+        return self._first.ground_truth
 
     @property
     def joint_positions(self) -> dict[str, float]:
         """rad or m, by joint."""
-        return self._robot.joint_positions
-
-    @property
-    def joint_velocities(self) -> dict[str, float]:
-        """rad/s or m/s, by joint."""
-        return self._robot.joint_velocities
+        return self._first.body.joint_positions
 
     @property
     def joint_states(self) -> JointState:
-        """The message of the topic `joint_states` as of now."""
-        return self._topics[self._robot.name].joint_state(self.clock.stamp)
+        """The message of the topic `joint_states` at the current time."""
+        return joint_state(self._first, self.clock.stamp)
 
     @property
     def transforms(self) -> dict[str, Transform]:
-        """`odom_from_link` of every link, as tf has it: by the odometry and the joints. `link_poses` has
-        where they truly are."""
-        odom_from_world = self._robot.odom_from_root @ self.link_pose(self.robot.root).inverse()
-        return {link: odom_from_world @ pose for link, pose in self.link_poses().items()}
+        """`odom_from_link` of every link by odometry and joints, as tf has it. See also `link_poses`."""
+        first = self._first
+        odom_from_world = first.odom_from_root @ first.body.link_pose(first.robot.root).inverse()
+        return {link: odom_from_world @ pose for link, pose in first.body.link_poses().items()}
 
     def link_pose(self, link: str) -> Transform:
-        """`world_from_link`. Raises KbotError for an unknown link."""
-        return self._robot.link_pose(link)
+        """`world_from_link`, its true pose. Raises KbotError for an unknown link."""
+        return self._first.body.link_pose(link)
 
     def link_poses(self) -> dict[str, Transform]:
-        """`world_from_link` of every link of the robot."""
-        return self._robot.link_poses()
-
-    def body_poses(self) -> dict[str, Transform]:
-        """`world_from_body` of those bodies of the world that can move."""
-        _, data = self.engine()
-        return {name: body_pose(data, index) for name, index in self._engine.moving.items()}
+        """`world_from_link` of every link of the robot, their true poses."""
+        return self._first.body.link_poses()
 
     def add_sensor(self, sensor: Mountable[S]) -> S:
-        """Mount a sensor, as those of kbot.sensors are; returns what it is read by.
+        """Mount a sensor of kbot.sensors. Returns the object that reads it.
 
         Raises:
-            KbotError: it cannot be mounted; the reason is said.
+            KbotError: it cannot be mounted; the message says why.
         """
         if not hasattr(sensor, "mount"):
             raise KbotError(f"a sensor is one of kbot.sensors, not {shortened(sensor)}")
         return sensor.mount(self)
 
-    # state
+    # all of it
+
+    @property
+    def world(self) -> World:
+        """The current world, with the objects that were spawned and without those that were deleted."""
+        return self.engine.world
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """The warnings that building the world and its robots gave."""
+        return self.models.diagnostics
+
+    def reset(self) -> None:
+        """Go back to the start: the same robots and world at time 0, nothing attached, without commands."""
+        self.snapshots.reset()
 
     def state(self) -> State:
-        """Everything that what follows depends on."""
-        model, data = self._engine.model, self._engine.data
-        return State(
-            self._steps,
-            read_engine(model, data),
-            copy_engine(model, data),
-            {name: robot._save() for name, robot in self.robots.items()},
-            self._disturbances.pushes,
-            self._engine.assembly.welds,
-            dict(self._random.bit_generator.state),
-            self.built,
-            self.world,
-            tuple(self.changes),
-            self.noted,
-        )
+        """Save everything that the future of the run depends on."""
+        return self.snapshots.take()
 
     def restore(self, state: State) -> None:
-        """Back to a saved state of this simulation, with the things that were there; what follows is the
-        same, bit for bit.
+        """Go back to a saved state, with the objects of that time. What follows is the same, bit for bit.
 
         Raises:
-            KbotError: the state is another simulation's, or robots came or went since.
+            KbotError: the state is of another simulation, or robots were spawned or deleted since.
         """
-        if not isinstance(state, State):
-            raise KbotError(f"a state is what Simulation.state() gave, not {shortened(state)}")
-        assembly, before = self._engine.assembly, self._steps
-        is_own = state.built is self.built and set(state.robots) == set(self.robots)
-        if is_own and state.world is not assembly.world:
-            assembly = assembly.with_world(state.world)
-        if state.welds != assembly.welds:
-            assembly = assembly.with_welds(state.welds)
-        size = len(read_engine(assembly.model, assembly.data))
-        if set(state.robots) != set(self.robots) or len(state.vector) != size:
-            raise KbotError("the state is that of another robot or world")
-        if assembly is not self._engine.assembly:
-            self._use(assembly)
-        restore_engine(self._engine.model, self._engine.data, state.engine)
-        for name, robot in self.robots.items():
-            robot._restore(state.robots[name])
-        self._disturbances.pushes = state.pushes
-        self._random.bit_generator.state = state.random
-        self.changes[:] = state.changes
-        self._start_at(state.steps)
-        self._note("restore", after=before, to=state.steps, noted=state.noted)
+        self.snapshots.restore(state)
 
     def state_sha256(self) -> str:
         """Digest of the engine's state; equal runs have equal ones."""
-        return digest(read_engine(self._engine.model, self._engine.data))
+        return self.snapshots.sha256()
 
-    def _back_to_start(self) -> None:
-        if self.attachments:
-            self._use(self._engine.assembly.with_welds(()))
-        mujoco.mj_resetData(self._engine.model, self._engine.data)
-        self._disturbances.pushes = ()
-        for robot in self.robots.values():
-            self._restart(robot)
+    def with_robot(self, robot: Robot) -> Simulation:
+        """A simulation of a changed robot that goes on where this one is.
+
+        It keeps the time, the robot's pose, joint positions, odometry and command, the other robots and
+        objects with theirs, and what is attached. A robot that would be inside something is put at its
+        start, if it is free there, and nothing stays attached to it.
+
+        Raises:
+            DescriptionError: the changed robot cannot be simulated; this simulation is not changed.
+        """
+        other = Simulation(
+            robot,
+            self.world,
+            self.seed,
+            self.timestep,
+            self.contacts,
+            self._limits,
+            self.start,
+            self._naming,
+        )
+        other.models.continue_from(self.models, self.start)
+        other.journal.changes[:] = self.journal.changes
+        other.stepping.jump(self.engine.steps)
+        return other
 
 
 def _contacts(contacts: str | Contacts) -> Contacts:
@@ -290,3 +287,15 @@ def _contacts(contacts: str | Contacts) -> Contacts:
     except ValueError:
         hint = did_you_mean(str(contacts), list(Contacts)) or f"there are {', '.join(Contacts)}"
         raise KbotError(f"there are no contacts '{contacts}': {hint}") from None
+
+
+def _starts_inside(world: World, robot: str, inside: str) -> tuple[Diagnostic, ...]:
+    findings = Findings()
+    if inside:
+        findings.warning(
+            "W111",
+            f"robot '{robot}' starts inside '{inside}' of the world",
+            next((body.origin for body in world.bodies if body.name == inside), None),
+            ELSEWHERE,
+        )
+    return tuple(findings.diagnostics)

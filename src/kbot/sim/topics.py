@@ -1,4 +1,4 @@
-"""What a robot says on the bus every control period, and what it hears there."""
+"""The topics of a robot: what it publishes every control period, and the commands that it receives."""
 
 from __future__ import annotations
 
@@ -28,31 +28,40 @@ def covariance(diagonal: tuple[float, ...]) -> tuple[float, ...]:
 
 
 class RobotTopics:
-    """`odom`, `tf` and `joint_states` out, `cmd_vel` in; nothing is made that nobody hears."""
+    """`odom`, `tf` and `joint_states` out, `cmd_vel` in. Messages without a subscriber are not made."""
 
-    def __init__(self, bus: Bus, clock: Clock, robot: SimulatedRobot, *, tells_time: bool = False) -> None:
-        """`tells_time`: whether `/clock` is said too."""
+    def __init__(
+        self,
+        bus: Bus,
+        clock: Clock,
+        robot: SimulatedRobot,
+        report: Callable[[str], None],
+        *,
+        publishes_clock: bool,
+    ) -> None:
+        """`report` receives sentences for the user; `publishes_clock`: whether `/clock` is one of them."""
         self._robot = robot
         naming = robot.naming
         self._frame_prefix = naming.frame_prefix
         self._covariance = covariance(POSE_VARIANCE)
         advertise = partial(bus.advertise, rate=1.0 / CONTROL_PERIOD)
+        joints = partial(joint_state, robot)
         self._outputs: list[tuple[Publisher[Any], Callable[[msg.Time], object]]] = [
-            (advertise(naming.topic("joint_states"), msg.JointState), self.joint_state),
+            (advertise(naming.topic("joint_states"), msg.JointState), joints),
         ]
-        if tells_time:
+        if publishes_clock:
             self._outputs.insert(0, (advertise("/clock", msg.ClockMessage), msg.ClockMessage))
         self._outputs += [
-            (advertise(naming.topic(topic), msg.JointState), self.joint_state)
-            for topic in robot.control.state_topics
+            (advertise(naming.topic(topic), msg.JointState), joints)
+            for topic in robot.joints.control.state_topics
             if naming.topic(topic) != naming.topic("joint_states")
         ]
         self._clock = clock
         self._commands: list[Subscription | TrajectoryAction] = []
-        for controller in robot.control.controllers:
+        for controller in robot.joints.control.controllers:
             self._commands.append(hear(bus, robot, controller))
             if controller.constraints is not None:
-                self._commands.append(TrajectoryAction(bus, clock, robot, controller))
+                self._commands.append(TrajectoryAction(bus, clock, robot, controller, report))
         self._odometry_frame = self._frame_prefix
         if robot.settings is not None:
             self._odometry_frame += robot.settings.odometry_frame
@@ -74,11 +83,12 @@ class RobotTopics:
         self._heard = self._outputs
         self._motion: Motion | None = None
         """The odometry of this period, made for the first that says it."""
-        x, y, z = robot.base_from_root.translation.tolist()
-        self._base_from_root = (x, y, z), robot.base_from_root.quaternion_xyzw
+        base_from_root = robot.body.base_from_root
+        x, y, z = base_from_root.translation.tolist()
+        self._base_from_root = (x, y, z), base_from_root.quaternion_xyzw
 
     def close(self) -> None:
-        """Hear no more commands, and say nothing more."""
+        """Receive no more commands and publish nothing more."""
         for commands in self._commands:
             commands.close()
         for publisher, _ in self._outputs:
@@ -99,29 +109,17 @@ class RobotTopics:
             what = f"its stamp is {age:.3f} s old, more than the cmd_vel_timeout of {settings.watchdog:g} s"
             raise KbotError(f"{what}: stamp it with the time of /clock")
 
-    def find_listeners(self) -> bool:
-        """Find out who listens, to be called whenever that may have changed; whether anyone does."""
+    def find_subscribers(self) -> bool:
+        """Find the topics with subscribers, whenever these may have changed; whether there are any."""
         self._heard = [output for output in self._outputs if output[0].is_heard]
         return bool(self._heard)
 
     def publish(self, clock: Clock) -> None:
-        """Say what time it is and where the robot is now, to those who listen."""
+        """Publish the time and the state of the robot as they are now, on topics with subscribers."""
         stamp = clock.stamp
         self._motion = None
         for publisher, message in self._heard:
             publisher.publish(message(stamp))
-
-    def joint_state(self, stamp: msg.Time) -> msg.JointState:
-        """Positions (rad or m), speeds and efforts of every joint with a position."""
-        robot = self._robot
-        positions = robot.joint_positions
-        return msg.JointState(
-            msg.Header(stamp),
-            tuple(positions),
-            tuple(positions.values()),
-            tuple(robot.joint_velocities.values()),
-            tuple(robot.joint_efforts.values()),
-        )
 
     def _odometry(self, stamp: msg.Time) -> msg.Odometry:
         motion = self._motion = self._motion or self._robot.odometry
@@ -157,3 +155,15 @@ class RobotTopics:
                 ),
             )
         )
+
+
+def joint_state(robot: SimulatedRobot, stamp: msg.Time) -> msg.JointState:
+    """Positions (rad or m), speeds and efforts of every joint with a position."""
+    positions = robot.body.joint_positions
+    return msg.JointState(
+        msg.Header(stamp),
+        tuple(positions),
+        tuple(positions.values()),
+        tuple(robot.body.joint_velocities.values()),
+        tuple(robot.body.joint_efforts.values()),
+    )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from kbot.messages import actions as msg
@@ -53,8 +53,16 @@ class _Over(NamedTuple):
 class TrajectoryAction:
     """Takes one goal at a time; a newer one, a cancel, and any other command of its joints end it."""
 
-    def __init__(self, bus: Bus, clock: Clock, robot: SimulatedRobot, controller: JointController) -> None:
-        self._clock, self._robot, self._controller = clock, robot, controller
+    def __init__(
+        self,
+        bus: Bus,
+        clock: Clock,
+        robot: SimulatedRobot,
+        controller: JointController,
+        report: Callable[[str], None],
+    ) -> None:
+        """`report` receives sentences for the user, such as why a goal was rejected."""
+        self._clock, self._robot, self._controller, self._report = clock, robot, controller, report
         self._constraints = controller.constraints or Constraints()
         self._active: _Active | None = None
         self._over: list[_Over] = []
@@ -129,14 +137,15 @@ class TrajectoryAction:
             self._say_status()
 
     def _follow(self, active: _Active, now: int) -> None:
-        goal, servos = active.goal, self._robot._joint_servos
+        goal, servos = active.goal, self._robot.joints.servos
         passed = (now - active.start) / NANOSECONDS
         is_over = passed > goal.seconds - 1e-6
         desired = self._last(goal) if is_over else servos.desired(goal.joints, now / NANOSECONDS)
         if passed < 0.0 or desired is None:
             self._end(Status.PREEMPTED, "its joints were told otherwise")
             return
-        positions, velocities = self._robot.joint_positions, self._robot.joint_velocities
+        body = self._robot.body
+        positions, velocities = body.joint_positions, body.joint_velocities
         actual = (
             tuple(positions[joint] for joint in goal.joints),
             tuple(velocities[joint] for joint in goal.joints),
@@ -160,7 +169,7 @@ class TrajectoryAction:
 
     def _last(self, goal: TrajectoryGoal) -> tuple[Numbers, Numbers]:
         """Where it ends, at rest."""
-        now = self._robot.joint_positions
+        now = self._robot.body.joint_positions
         end = goal.points[-1].positions if goal.points else tuple(now[joint] for joint in goal.joints)
         return end, (0.0,) * len(end)
 
@@ -172,7 +181,7 @@ class TrajectoryAction:
     def _close(self, goal_id: GoalID, status: int, code: int, text: str) -> None:
         """A goal is over."""
         if status in _FAILURES:
-            self._robot.tell(f"{self._controller.name}: a goal was {_FAILURES[status]}: {text}")
+            self._report(f"{self._controller.name}: a goal was {_FAILURES[status]}: {text}")
         over = Status(goal_id, status, text)
         self._over = [*self._over[1 - MOST_KEPT :], _Over(over, self._clock.nanoseconds)]
         header = Header(self._clock.stamp)

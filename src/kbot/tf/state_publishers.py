@@ -18,13 +18,13 @@ class StatePublishers:
         """`description` is the URDF that the first robot was read from, made anew where empty."""
         self._simulation = simulation
         self._publishers: dict[str, RobotStatePublisher] = {}
-        self._add(simulation.named().name, description)
-        simulation.when_robots_change.append(self._look)
+        self._add(simulation.robots.first.name, description)
+        simulation.robots.when_changed.append(self._look)
         self._look()
 
     def close(self) -> None:
         """Say no more."""
-        self._simulation.when_robots_change.remove(self._look)
+        self._simulation.robots.when_changed.remove(self._look)
         for publisher in self._publishers.values():
             publisher.close()
 

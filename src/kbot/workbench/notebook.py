@@ -112,7 +112,7 @@ class _Still(Sliders):
             time=simulation.time,
             positions=simulation.joint_positions,
             poses=simulation.link_poses(),
-            bodies=flat(simulation.body_poses().values()),
+            bodies=flat(simulation.models.body_poses().values()),
             twist=(odometry.twist.x, odometry.twist.yaw),
             odometry=(odometry.pose.x, odometry.pose.y, odometry.pose.yaw),
         )

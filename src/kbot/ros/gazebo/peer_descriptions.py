@@ -57,14 +57,14 @@ def told_of(error: DescriptionError) -> str:
 def _spawn_sdf(simulation: Simulation, name: str, sdf: str, place: Transform) -> str:
     if name and not is_model_name(name):
         raise KbotError(f"{shortened(name)} is no model's name: letters, digits and _ only, a letter first")
-    put = simulation.spawn_sdf(sdf, name or None, place, is_confined=True)[0].belongs_to
+    put = simulation.models.spawn_sdf(sdf, name or None, place, is_confined=True)[0].belongs_to
     x, y, z = place.translation.tolist()
     return f"{put} is put at {x:.3f}, {y:.3f}, {z:.3f}"
 
 
 def _stand(simulation: Simulation, robot: Robot, name: str, place: Transform, namespace: str | None) -> str:
     x, y, _ = place.translation.tolist()
-    spawned = simulation.spawn_model(robot, name or None, x, y, place.yaw, namespace=namespace)
+    spawned = simulation.models.spawn_model(robot, name or None, x, y, place.yaw, namespace=namespace)
     where = f"/{spawned.naming.namespace}" if spawned.naming.namespace else "the root"
     return f"{spawned.name} stands on the ground at {x:.3f}, {y:.3f}; its topics are under {where}"
 

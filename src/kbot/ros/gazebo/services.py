@@ -33,9 +33,13 @@ FOR_GOOD = 1e6
 def gazebo_services() -> dict[str, Service]:
     """The services by name."""
     found: list[tuple[str, str, Answer]] = [
-        ("/gazebo/pause_physics", "std_srvs/Empty", _quietly(Simulation.pause_physics)),
-        ("/gazebo/unpause_physics", "std_srvs/Empty", _quietly(Simulation.unpause_physics)),
-        ("/gazebo/reset_world", "std_srvs/Empty", _quietly(Simulation.reset_world)),
+        ("/gazebo/pause_physics", "std_srvs/Empty", _quietly(_pause)),
+        ("/gazebo/unpause_physics", "std_srvs/Empty", _quietly(_unpause)),
+        (
+            "/gazebo/reset_world",
+            "std_srvs/Empty",
+            _quietly(lambda simulation: simulation.snapshots.reset_world()),
+        ),
         ("/gazebo/reset_simulation", "std_srvs/Empty", _quietly(Simulation.reset)),
         ("/gazebo/spawn_urdf_model", "gazebo_msgs/SpawnModel", _spawn_model("urdf")),
         ("/gazebo/spawn_sdf_model", "gazebo_msgs/SpawnModel", _spawn_model("sdf")),
@@ -45,6 +49,14 @@ def gazebo_services() -> dict[str, Service]:
         ("/gazebo/apply_body_wrench", "gazebo_msgs/ApplyBodyWrench", _apply_body_wrench),
     ]
     return {name: Service(name, service_type(kind), answer) for name, kind, answer in found}
+
+
+def _pause(simulation: Simulation) -> None:
+    simulation.paused = True
+
+
+def _unpause(simulation: Simulation) -> None:
+    simulation.paused = False
 
 
 def _quietly(work: Callable[[Simulation], None]) -> Answer:
@@ -83,7 +95,7 @@ def _spawn_model(usual: str) -> Answer:
 
 @_telling
 def _delete_model(simulation: Simulation, request: srv.DeleteModelRequest) -> str:
-    simulation.delete_model(request.model_name)
+    simulation.models.delete_model(request.model_name)
     return f"{request.model_name} is gone"
 
 
@@ -105,7 +117,7 @@ def _apply_body_wrench(simulation: Simulation, request: srv.ApplyBodyWrenchReque
     force = axes @ np.array(xyz(request.wrench.force))
     torque = axes @ np.array(xyz(request.wrench.torque)) + np.cross(lever, force)
     seconds = request.duration.seconds
-    simulation.apply_body_wrench(
+    simulation.disturbances.apply_body_wrench(
         link, tuple(force.tolist()), seconds if seconds >= 0.0 else FOR_GOOD, tuple(torque.tolist()), robot
     )
     return f"{robot}::{link} is pushed"

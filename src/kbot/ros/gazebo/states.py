@@ -67,30 +67,30 @@ def state_of(simulation: Simulation, model: str) -> tuple[msg.Pose, msg.Twist]:
 
 
 def _fixed(simulation: Simulation) -> dict[str, Transform]:
-    moving = simulation.body_poses()
+    moving = simulation.models.body_poses()
     return {body.name: body.pose for body in simulation.world.bodies if body.name not in moving}
 
 
 def _state_of(simulation: Simulation, model: str, fixed: dict[str, Transform]) -> tuple[msg.Pose, msg.Twist]:
     if model in fixed:
         return _pose(fixed[model]), msg.Twist()
-    state = simulation.get_model_state(model)
+    state = simulation.models.get_model_state(model)
     return _pose(state.pose), msg.Twist(msg.Vector3(*state.linear), msg.Vector3(*state.angular))
 
 
 def link_state(simulation: Simulation, robot: str, link: str) -> tuple[msg.Pose, msg.Twist]:
-    simulated = simulation.named(robot)
-    pose = simulated.link_pose(link)
-    model, data = simulation.engine()
+    simulated = simulation.robots.named(robot)
+    pose = simulated.body.link_pose(link)
+    model, data = simulation.engine.current()
     speeds = np.zeros(6)
-    mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_XBODY, simulated.body(link), speeds, 0)
+    mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_XBODY, simulated.body.index(link), speeds, 0)
     wx, wy, wz, x, y, z = speeds.tolist()
     return _pose(pose), msg.Twist(msg.Vector3(x, y, z), msg.Vector3(wx, wy, wz))
 
 
 def relative_state(simulation: Simulation, model: str, frame: str) -> tuple[msg.Pose, msg.Twist]:
     if model not in models_of(simulation):
-        simulation.get_model_state(model)  # raises, with the nearest names
+        simulation.models.get_model_state(model)  # raises, with the nearest names
     return seen_from(world_from_frame(simulation, frame), *state_of(simulation, model))
 
 
@@ -108,7 +108,7 @@ def put(simulation: Simulation, model: str, pose: msg.Pose, twist: msg.Twist, fr
     base = world_from_frame(simulation, frame)
     turn = base.rotation
     linear, angular = turn @ np.array(xyz(twist.linear)), turn @ np.array(xyz(twist.angular))
-    simulation.set_model_state(
+    simulation.models.set_model_state(
         model, base @ _transform(pose), tuple(linear.tolist()), tuple(angular.tolist())
     )
 
@@ -124,13 +124,13 @@ def world_from_frame(simulation: Simulation, name: str) -> Transform:
     if name in models_of(simulation):
         return _transform(state_of(simulation, name)[0])
     robot, link = link_named(simulation, name)
-    return simulation.named(robot).link_pose(link)
+    return simulation.robots.named(robot).body.link_pose(link)
 
 
 def link_named(simulation: Simulation, name: str) -> tuple[str, str]:
     robot, mark, link = name.rpartition("::")
-    found = simulation.named(robot if mark else None)
-    found.body(link)  # raises where there is no such link
+    found = simulation.robots.named(robot if mark else None)
+    found.body.index(link)  # raises where there is no such link
     return found.name, link
 
 

@@ -77,7 +77,7 @@ class SteeredServos:
         self._driven = tuple(driven)
         self.state: tuple[Any, ...] = (0.0, 0.0, self._places(), self._angles())
 
-    def command(self, left: float, right: float) -> None:
+    def turn_wheels(self, left: float, right: float) -> None:
         """Speeds of the wheels of the differential drive, in rad/s."""
         v = (left + right) / 2.0 * self._radius
         w = (right - left) / 2.0 * self._radius / self._half
@@ -150,10 +150,6 @@ class SteeredServos:
         """Of the wheels of the differential drive, in rad/s."""
         rates = [self._qvel[w.speed] * w.forward * w.radius for w in self._driven]
         return self._as_differential(rates, self._angles())
-
-    def restart(self) -> None:
-        """Count from zero."""
-        self.state = (0.0, 0.0, self._places(), self._angles())
 
     def _places(self) -> list[float]:
         """Metres that each driven wheel has rolled."""

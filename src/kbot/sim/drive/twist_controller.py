@@ -84,7 +84,7 @@ class TwistController:
             self._linear.acceleration, self._angular.acceleration,
         ) = saved  # fmt: skip
 
-    def command(self, linear: float, angular: float, deadline: int | None) -> bool:
+    def set_target(self, linear: float, angular: float, deadline: int | None) -> bool:
         """Take a command of finite numbers, within the limits; whether there is something to slew to."""
         v = min(max(linear, -self._back), self.limits.linear_velocity)
         w = min(max(angular, -self.limits.angular_velocity), self.limits.angular_velocity)

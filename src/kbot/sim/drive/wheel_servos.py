@@ -37,8 +37,10 @@ class WheelServos:
         the right angle, how far its servo's state may be from where its speed would have it (rad), and how
         far behind that state it runs (s of its speed)."""
         self._commands = tuple(commands)
+        self.state: tuple[Any, ...] = ()
+        """Nothing: the wheels' angles are the engine's own state. Steered wheels keep more."""
 
-    def command(self, left: float, right: float) -> None:
+    def turn_wheels(self, left: float, right: float) -> None:
         """Wheel speeds in rad/s."""
         ctrl = self._ctrl
         for actuator, forward, is_left in self._commands:

@@ -1,36 +1,81 @@
-"""The engine with what stands in it now."""
+"""The physics engine with its current model, its step count and its failure."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import mujoco
+import numpy as np
 
 from kbot.sim.engine.assembly import Assembly
 from kbot.sim.engine.world_builder import moving_bodies
+from kbot.sim.numbers import FURTHEST
+from kbot.text import DescriptionError, KbotError
+from kbot.world import World
 
 
 class Engine:
-    """MuJoCo's `model` and `data` of the assembly that is used now."""
+    """MuJoCo's `model` and `data` of the current assembly, after `steps` steps."""
 
     def __init__(self, assembly: Assembly) -> None:
+        self.timestep = assembly.timestep
+        self.steps = 0
+        self.failure: DescriptionError | None = None
+        """Why the last step failed; None while the run goes on."""
         self.use(assembly)
 
     def use(self, assembly: Assembly) -> None:
-        """Go on with another assembly, in which whoever looked up places in the last one does so again."""
+        """Replace the assembly. Indices that were looked up in the last one are invalid afterwards."""
         self.assembly = assembly
         self.model: Any = assembly.model
         self.data: Any = assembly.data
         self.qvel: Any = assembly.data.qvel
         self.moving = moving_bodies(assembly.model, assembly.world)
-        """The engine's indices of those bodies of the world that can move, by name."""
+        """The engine's indices of the bodies of the world that can move, by name."""
         self.is_fresh = False
-        """Whether the frames are those of the positions; a step leaves them one behind."""
+        """Whether the frames belong to the current positions; a step leaves them one behind."""
 
     def refresh(self) -> None:
-        """Bring the frames up to the positions of now."""
+        """Compute the frames of the current positions."""
         if not self.is_fresh:
             mujoco.mj_kinematics(self.model, self.data)
             mujoco.mj_comPos(self.model, self.data)
             mujoco.mj_comVel(self.model, self.data)
             self.is_fresh = True
+
+    def current(self) -> tuple[Any, Any]:
+        """The model and the data with current frames, for sensors and other readers. Do not change them."""
+        self.refresh()
+        return self.model, self.data
+
+    def mark_moved(self) -> None:
+        """Call this after something was moved other than by a step."""
+        self.is_fresh = False
+
+    @property
+    def world(self) -> World:
+        """The current world, with the objects that were spawned and without those that were deleted."""
+        return self.assembly.world
+
+    @property
+    def time(self) -> float:
+        """Seconds since the start."""
+        return self.steps * self.timestep
+
+    @property
+    def has_failed(self) -> bool:
+        """Whether a step failed or a position or speed is not finite. Only a reset continues the run."""
+        if self.failure is not None:
+            return True
+        data = self.data
+        return not (np.isfinite(data.qpos).all() and np.isfinite(data.qvel).all())
+
+    @property
+    def has_diverged(self) -> bool:
+        """Whether the run has failed or a body is further away than `FURTHEST`."""
+        return self.has_failed or not np.abs(self.current()[1].xpos).max() <= FURTHEST
+
+    def require_sound(self) -> None:
+        """Raises KbotError: the run has failed; only a reset continues it."""
+        if self.has_failed:
+            raise KbotError("the run has diverged: reset it first")

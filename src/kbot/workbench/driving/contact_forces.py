@@ -43,9 +43,9 @@ class ContactForces:
 
     def forces(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """Place (3,) in m and force on the robot (3,) in N of each contact, in the world."""
-        model, data = self._simulation.engine()
+        model, data = self._simulation.engine.current()
         own = np.zeros(model.ngeom, dtype=bool)
-        own[own_geometries(model, self._simulation.named().name)] = True
+        own[own_geometries(model, self._simulation.robots.first.name)] = True
         found, wrench = [], np.zeros(6)
         for index in range(data.ncon):
             contact = data.contact[index]

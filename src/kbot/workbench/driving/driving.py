@@ -21,7 +21,7 @@ from kbot.sensors.declared import mount_declared
 from kbot.sim import Simulation
 from kbot.sim.naming import Naming
 from kbot.sim.simulation import ORIGIN
-from kbot.sim.state import State
+from kbot.sim.snapshots import State
 from kbot.text import KbotError
 from kbot.workbench.driving.contact_forces import ContactForces
 from kbot.workbench.driving.motion import Moment, flat
@@ -135,12 +135,12 @@ class Driving:
 
     def moment(self) -> Moment:
         """As it stands; a run that failed is shown as it last was, until it is reset."""
-        if not self._sim.has_failed and self._knows_its_place():
+        if not self._sim.engine.has_failed and self._knows_its_place():
             self._shown = self._moment()
         return self._shown
 
     def _is_finite(self) -> bool:
-        return not self._sim.has_diverged and self._knows_its_place()
+        return not self._sim.engine.has_diverged and self._knows_its_place()
 
     def _knows_its_place(self) -> bool:
         pose, twist = self._sim.odometry.pose, self._sim.odometry.twist
@@ -156,24 +156,24 @@ class Driving:
             positions=sim.joint_positions,
             poses=poses,
             frames=self._frames.poses(poses, self._odometry_frame(poses)),
-            bodies=flat((*sim.body_poses().values(), *self._other_links())),
+            bodies=flat((*sim.models.body_poses().values(), *self._other_links())),
             command=self._commanded,
             twist=(twist.x, twist.yaw),
             odometry=(pose.x, pose.y, pose.yaw),
             faults=faults(sim),
             fallen=self._out_of_world.now,
-            jumps=sim.named().jumps,
+            jumps=sim.robots.first.jumps,
         )
 
     @property
     def _commanded(self) -> tuple[float, float]:
         """m/s forward and rad/s turning that the robot is asked for."""
-        twist = self._sim.named().commanded_twist
+        twist = self._sim.robots.first.commanded_twist
         return twist.x, twist.yaw
 
     def _other_links(self) -> Iterator[Transform]:
         for name in other_robots(self._sim):
-            yield from self._sim.robots[name].link_poses().values()
+            yield from self._sim.robots[name].body.link_poses().values()
 
     def _odometry_frame(self, poses: Mapping[str, Transform]) -> Frames:
         """Where the odometry starts from as of this very moment, for tf tells it once a control period; that
@@ -182,7 +182,7 @@ class Driving:
         for number, robot in enumerate(self._sim.robots.values()):
             if robot.settings is not None:
                 root = robot.robot.root
-                world_from_root = robot.link_pose(root) if number else poses[root]
+                world_from_root = robot.body.link_pose(root) if number else poses[root]
                 frame = robot.naming.frame_prefix + robot.settings.odometry_frame
                 found[frame] = (WORLD, world_from_root @ robot.odom_from_root.inverse())
         return found
@@ -216,13 +216,13 @@ class Driving:
     def set_joint(self, name: str, position: float) -> None:
         if name not in self.controls:
             raise KbotError(f"'{name}' follows the simulation: the description has no controller for it")
-        self._sim.set_joint(name, position)
+        self._sim.robots.first.set_joint(name, position)
 
     def set_joints(self, preset: Literal["zero", "centre", "random"]) -> None:
         raise KbotError("joints follow the simulation here: kbot view sets them by hand")
 
     def act(self, action: Action) -> None:
-        if isinstance(action, MoveModel) and model_of(self._sim, action.name) == self._sim.named().name:
+        if isinstance(action, MoveModel) and model_of(self._sim, action.name) == self._sim.robots.first.name:
             self._goals.cancel("the robot was put elsewhere")
         if isinstance(action, ResetPart):
             self._goals.cancel("the simulation was reset")
@@ -278,7 +278,7 @@ class Driving:
         other.paused = self.paused
         if not other._stands_as(self):
             other.note = "The robot no longer fits where it stood: it is at its start again."
-        if other._sim.attachments < self._sim.attachments:
+        if other._sim.models.attachments < self._sim.models.attachments:
             other.note += " " * bool(other.note) + "What was attached to what is no more has been let go."
         return other
 

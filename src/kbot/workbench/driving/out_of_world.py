@@ -26,7 +26,7 @@ class OutOfWorld:
 
     def look(self) -> None:
         """Bring `now` up to the simulation's moment."""
-        model, data = self._sim.engine()
+        model, data = self._sim.engine.current()
         if model is not self._model:
             self._model, self._lowest = model, _lowest(model, data)
         heights = data.xipos[:, 2]
@@ -47,7 +47,7 @@ class OutOfWorld:
     def _owner(self, body: str) -> str:
         """The robot or thing that a body of the engine belongs to; the robot on show has no name."""
         owner = model_of(self._sim, body.removeprefix("/")).partition("::")[0]
-        return "" if owner == self._sim.named().name else owner
+        return "" if owner == self._sim.robots.first.name else owner
 
 
 def _lowest(model: Any, data: Any) -> float:  # noqa: ANN401 - mujoco has no types

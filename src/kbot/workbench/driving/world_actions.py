@@ -56,19 +56,19 @@ class WorldActions:
             case Spawn():
                 self._spawn(action)
             case Delete(name=name):
-                sim.delete_model(model_of(sim, name))
+                sim.models.delete_model(model_of(sim, name))
             case MoveModel(name=name, x=x, y=y, z=z, yaw=yaw):
                 self._move(model_of(sim, name), x, y, z, yaw)
             case Kick(x=x, y=y, z=z):
-                sim.set_twist((x, y, z))
+                sim.models.set_twist((x, y, z))
             case Disturb():
                 self._disturb(action)
             case EndFault(number=number):
-                sim.end_fault(round(number))
+                sim.disturbances.end_fault(round(number))
             case ResetPart(what=what):
-                {"world": sim.reset_world, "time": sim.reset_time}[what]()
+                {"world": sim.snapshots.reset_world, "time": sim.snapshots.reset_time}[what]()
             case JointSpeed(name=name, velocity=velocity):
-                sim.command_joints({name: velocity}, Interface.VELOCITY)
+                sim.robots.first.command_joints({name: velocity}, Interface.VELOCITY)
 
     def _spawn(self, asked: Spawn) -> None:
         sim = self._sim
@@ -76,26 +76,26 @@ class WorldActions:
             raise KbotError(f"{MOST_MODELS} things were added already: delete some first")
         if asked.what == ROBOT:
             number = next(n for n in range(2, MOST_MODELS + 3) if f"robot_{n}" not in sim.robots)
-            sim.spawn_model(sim.robot, f"robot_{number}", asked.x, asked.y, asked.yaw)
+            sim.models.spawn_model(sim.robot, f"robot_{number}", asked.x, asked.y, asked.yaw)
             return
         size = (asked.length, asked.width, asked.height) if asked.what == BOX else None
-        sim.spawn_thing(asked.what, None, asked.x, asked.y, asked.z + DROP, asked.yaw, size)
+        sim.models.spawn_thing(asked.what, None, asked.x, asked.y, asked.z + DROP, asked.yaw, size)
 
     def _move(self, model: str, x: float, y: float, z: float, yaw: float) -> None:
         """A robot stands where it is put; a thing falls from there."""
         robot = self._sim.robots.get(model)
         if robot is None:
-            self._sim.set_model_state(model, Transform.from_xyz_rpy((x, y, z), (0.0, 0.0, yaw)))
+            self._sim.models.set_model_state(model, Transform.from_xyz_rpy((x, y, z), (0.0, 0.0, yaw)))
             return
         if robot.can_drive:
             robot.cmd_vel(0.0, 0.0)
-        self._sim.set_pose(x, y, yaw, model)
+        self._sim.models.set_pose(x, y, yaw, model)
 
     def _disturb(self, asked: Disturb) -> None:
         sim = self._sim
         if self._faults >= MOST_FAULTS:
             raise KbotError(f"{MOST_FAULTS} faults were asked for already: start again in a world for more")
-        sim.schedule(_fault(asked), sim.time, asked.seconds)
+        sim.disturbances.schedule(_fault(asked), sim.time, asked.seconds)
         self._faults += 1
 
 
@@ -119,16 +119,16 @@ def push(simulation: Simulation, name: str, force: tuple[float, float, float], s
     """
     owner, _, link = name.partition("/")
     if link and owner in simulation.robots:
-        simulation.apply_body_wrench(link, force, seconds, robot=owner)
+        simulation.disturbances.apply_body_wrench(link, force, seconds, robot=owner)
     else:
-        simulation.apply_body_wrench(name, force, seconds)
+        simulation.disturbances.apply_body_wrench(name, force, seconds)
 
 
 def faults(simulation: Simulation) -> tuple[FaultView, ...]:
     """What goes wrong now, or will."""
     return tuple(
         FaultView(one.number, _words(one.fault), one.start, one.stop if isfinite(one.stop) else None)
-        for one in simulation.faults
+        for one in simulation.disturbances.faults
     )
 
 
@@ -149,15 +149,15 @@ def _words(fault: Fault) -> str:
 
 def joint_controls(simulation: Simulation) -> Mapping[str, Literal["position", "velocity"]]:
     """How each joint that has a controller is told where to go."""
-    robot = simulation.named()
+    robot = simulation.robots.first
     controls: dict[str, Literal["position", "velocity"]] = {}
-    for controller in robot.control.controllers:
+    for controller in robot.joints.control.controllers:
         for joint in controller.joints:
             if controller.interface is Interface.VELOCITY:
                 controls.setdefault(joint, "velocity")
             elif controller.interface is Interface.POSITION:
                 controls[joint] = "position"
-    for joint in robot.control.holds:
+    for joint in robot.joints.control.holds:
         controls.setdefault(joint, "position")
     return controls
 

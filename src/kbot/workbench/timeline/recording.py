@@ -39,7 +39,7 @@ class RunRecording:
         Raises:
             KbotError: the run is recorded already, or the file cannot be made.
         """
-        if simulation.journal is not None:
+        if simulation.journal.write is not None:
             what = f"to {self._recorder.path}" if self._recorder is not None else "by --record"
             raise KbotError(f"the run is recorded already, {what}")
         self.end()  # an earlier one that broke off

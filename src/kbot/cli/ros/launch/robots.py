@@ -36,7 +36,7 @@ def _spawn(simulation: Simulation, other: SpawnedRobot, package_path: Sequence[s
     packages, spawn = Packages(package_path, around=other.path), other.spawn
     robot = load_robot(other.path, other.arguments, packages=packages).require()
     try:
-        spawned = simulation.spawn_model(
+        spawned = simulation.models.spawn_model(
             with_controllers(robot, other.controllers),
             spawn.model,
             spawn.x,
@@ -56,7 +56,7 @@ def _spawn_thing(simulation: Simulation, model: SpawnedRobot) -> None:
     spawn = model.spawn
     place = Transform.from_xyz_rpy((spawn.x, spawn.y, spawn.z or 0.0), (spawn.roll, spawn.pitch, spawn.yaw))
     try:
-        simulation.spawn_sdf(model.path, spawn.model or None, place)
+        simulation.models.spawn_sdf(model.path, spawn.model or None, place)
     except DescriptionError:
         raise
     except KbotError as error:
@@ -66,11 +66,11 @@ def _spawn_thing(simulation: Simulation, model: SpawnedRobot) -> None:
 def _put(simulation: Simulation, spawn: Spawn, name: str | None = None) -> None:
     """The joints that were given, and the height and attitude, where the ground does not say them."""
     if spawn.joints:
-        simulation.place(simulation.start, spawn.joints)
-    robot = simulation.named(name)
-    name, standing = robot.name, robot.link_pose(robot.robot.root)
+        simulation.models.place(simulation.start, spawn.joints)
+    robot = simulation.robots.named(name)
+    name, standing = robot.name, robot.body.link_pose(robot.robot.root)
     x, y, height = standing.translation.tolist()
     lift = max(0.0, (spawn.z or 0.0) - height)
     if lift > 0.0 or spawn.roll or spawn.pitch:
         pose = Transform.from_xyz_rpy((x, y, height + lift), (spawn.roll, spawn.pitch, standing.yaw))
-        simulation.set_model_state(name, pose)
+        simulation.models.set_model_state(name, pose)

@@ -146,7 +146,7 @@ def _command(simulation: Simulation, topic: str) -> Callable[[float, float], Non
     for robot in simulation.robots.values():
         if robot.settings is not None and topic in map(robot.naming.topic, robot.settings.command_topics):
             return robot.command
-    return simulation.command
+    return simulation.robots.first.command
 
 
 def _shown(staged: Stage, outputs: RunOutputs, package_path: Sequence[str]) -> Session:

@@ -1,0 +1,134 @@
+"""The drive of one robot: twist commands in, wheel odometry out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from kbot.kinematics.differential_drive import DifferentialDrive
+from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.steered_drive import SteeredDrive
+from kbot.model import Robot
+from kbot.sim.drive.settings import DriveSettings
+from kbot.sim.drive.steered_servos import SteeredServos
+from kbot.sim.drive.twist_controller import Twist2, TwistController
+from kbot.sim.drive.wheel_servos import WheelServos
+from kbot.sim.engine.engine import Engine
+from kbot.sim.engine.servo import speed_limit
+from kbot.sim.motion import Motion, WheelOdometry
+
+
+class DriveController:
+    """Turns the wheels of a robot as its commanded twist says, and computes odometry from them."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        drive: DifferentialDrive,
+        settings: DriveSettings,
+        engine: Engine,
+        prefix: str,
+        period: float,
+    ) -> None:
+        """`prefix` starts the engine's names of the joints; `period`: seconds between calls of `advance`."""
+        self._engine, self._drive, self._prefix = engine, drive, prefix
+        self._believed = settings.reckoned(drive)
+        """The drive with the sizes that the robot's own controller uses, right or wrong."""
+        fastest = min(speed_limit(robot, joint) for joint in drive.joints)
+        self._controller = TwistController(self._believed, settings.limits, fastest, period)
+        self._odometry = WheelOdometry(self._believed)
+        self._servos = self._find_servos()
+        self.is_driving = False
+        """Whether `advance` has to be called: the wheels do not yet have the commanded twist."""
+
+    def bind(self) -> None:
+        """Find the wheels in the engine's new model; they go on as commanded."""
+        state = self._servos.state
+        self._servos = self._find_servos()
+        self._servos.state = state
+
+    def _find_servos(self) -> WheelServos | SteeredServos:
+        model, data = self._engine.model, self._engine.data
+        if isinstance(self._drive, SteeredDrive):
+            return SteeredServos(model, data, self._drive, self._prefix)
+        return WheelServos(model, data, self._drive, self._prefix)
+
+    def reset(self) -> None:
+        """Forget the command and the odometry, after the engine's state was reset."""
+        self._controller.reset()
+        self._odometry.reset()
+        self._servos = self._find_servos()  # steered ones measure from the angles of now
+        self.is_driving = False
+
+    def drive_at(self, linear: float, angular: float, deadline: int | None) -> bool:
+        """Follow a twist (m/s, rad/s) until the step `deadline`, for good if that is None.
+
+        Returns whether `advance` has to be called.
+        """
+        controller = self._controller
+        if controller.wanted == (linear, angular):
+            controller.deadline = deadline
+        elif controller.set_target(linear, angular, deadline):
+            self.is_driving = True
+        return self.is_driving
+
+    def advance(self) -> None:
+        """Send the wheels their speeds for the next period."""
+        left, right, is_settled = self._controller.advance()
+        self._servos.turn_wheels(left, right)
+        self.is_driving = not is_settled
+
+    def tick(self, step: int) -> bool:
+        """Update odometry, keep the servos from winding up, and stop when a command has timed out.
+
+        Call this every control period. Returns whether `advance` has to be called for a timed-out command.
+        """
+        self._odometry.update(*self._servos.roll())
+        deadline = self._controller.deadline
+        if deadline is not None and step >= deadline:
+            return self.drive_at(0.0, 0.0, None)
+        return False
+
+    @property
+    def wanted(self) -> Twist2:
+        """The last command as it was given, in m/s and rad/s."""
+        return self._controller.wanted
+
+    @property
+    def twist(self) -> Twist2:
+        """The commanded twist within the limits of acceleration, in m/s and rad/s."""
+        return self._controller.twist
+
+    @property
+    def odometry(self) -> Motion:
+        """The pose of the base in the odometry frame and its twist in its own, computed from the wheels."""
+        linear, angular = self._believed.twist(*self._servos.speeds())
+        return Motion(self._odometry.pose(*self._servos.angles()), self._odometry.twist(linear, angular))
+
+    def restart_odometry(self) -> None:
+        """Start odometry at zero, at the current place of the robot and angles of its wheels."""
+        self._odometry.reset(*self._servos.angles())
+
+    def settle(self) -> None:
+        """Let the wheels stand still at their angles, as if they had never been commanded."""
+        self._servos.settle()
+
+    def take_over(self, other: DriveController | None) -> None:
+        """Continue the odometry and the command of another drive, where there is one."""
+        self.settle()
+        pose = PlanarPose() if other is None else other.odometry.pose
+        self._odometry.start_at(pose, *self._servos.angles())
+        if other is not None:
+            self.drive_at(*other._controller.target, other._controller.deadline)
+
+    def set_back(self, steps: int) -> None:
+        """Shift the deadline after time was set back by so many steps."""
+        if self._controller.deadline is not None:
+            self._controller.deadline -= steps
+
+    def save(self) -> tuple[Any, ...]:
+        """What `restore` takes back."""
+        return self._controller.save(), self._odometry.state, self._servos.state, self.is_driving
+
+    def restore(self, saved: tuple[Any, ...]) -> None:
+        commanded, self._odometry.state, self._servos.state, self.is_driving = saved
+        self._controller.restore(commanded)

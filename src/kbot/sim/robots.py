@@ -1,0 +1,119 @@
+"""The robots of a simulation by name, with their topics."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+
+from kbot.messages.bus import Bus
+from kbot.messages.clock import Clock
+from kbot.sim.commands import Commands
+from kbot.sim.engine.engine import Engine
+from kbot.sim.engine.welds import STANDING
+from kbot.sim.engine.world_builder import PREFIX
+from kbot.sim.journal import Journal
+from kbot.sim.numbers import shortened
+from kbot.sim.preparation import Prepared
+from kbot.sim.robot import SimulatedRobot
+from kbot.sim.topics import RobotTopics
+from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
+
+
+class Robots(Mapping[str, SimulatedRobot]):
+    """The robots by name, in the order in which they came. The `first` cannot be deleted."""
+
+    def __init__(
+        self, first: Prepared, engine: Engine, bus: Bus, clock: Clock, commands: Commands, journal: Journal
+    ) -> None:
+        self._engine, self._bus, self._clock = engine, bus, clock
+        self._commands, self._journal = commands, journal
+        self._robots: dict[str, SimulatedRobot] = {}
+        self._topics: dict[str, RobotTopics] = {}
+        self._subscribed: list[RobotTopics] = []
+        """The topics of robots that have a subscriber, at the bus's change `_seen`."""
+        self._seen = -1
+        self.when_changed: list[Callable[[], None]] = []
+        """Called after a robot was spawned or deleted."""
+        self.first = self.add(first)
+
+    def __getitem__(self, name: str) -> SimulatedRobot:
+        return self._robots[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._robots)
+
+    def __len__(self) -> int:
+        return len(self._robots)
+
+    def named(self, name: str | None = None) -> SimulatedRobot:
+        """A robot by name, the first for None. Raises KbotError for a name that no robot has."""
+        if name is None:
+            return self.first
+        if not isinstance(name, str) or name not in self._robots:
+            hint = did_you_mean(str(name), self._robots) or f"there are {', '.join(self._robots)}"
+            raise KbotError(f"there is no robot {shortened(name)}: {hint}")
+        return self._robots[name]
+
+    def engine_name(self, link: str, robot: str | None) -> str:
+        """The engine's name of a robot's link. Without `robot`, `link` may also be a body of the world.
+
+        Raises:
+            KbotError: no such robot, link or body.
+        """
+        if not isinstance(link, str):
+            raise KbotError(f"a link or a body is spoken of by its name, not {shortened(link)}")
+        owner = self.named(robot)
+        if robot is None and link not in owner.body.links:
+            bodies = self._engine.world.bodies
+            for body in bodies:
+                if body.name == link:
+                    return STANDING if body.is_static else PREFIX + body.name
+            hint = did_you_mean(link, (*owner.body.links, *(body.name for body in bodies)))
+            message = f"'{owner.name}' has no link, and the world no body, {shortened(link)}"
+            raise KbotError(message + (f": {hint}" if hint else ""))
+        owner.body.index(link)
+        return owner.body.prefix + link
+
+    def add(self, prepared: Prepared) -> SimulatedRobot:
+        """Add a robot that is in the engine already."""
+        robot = SimulatedRobot(prepared, self._engine, self._commands, self._journal)
+        self._robots[robot.name] = robot
+        self._topics[robot.name] = RobotTopics(
+            self._bus, self._clock, robot, self._journal.report, publishes_clock=len(self._robots) == 1
+        )
+        return robot
+
+    def remove(self, name: str) -> None:
+        """Remove a robot that is still in the engine. Raises KbotError for the first and unknown names."""
+        gone = self.named(name)
+        if gone is self.first:
+            raise KbotError(f"'{name}' is the robot that this simulation is of: it stays")
+        del self._robots[name]
+        self._topics.pop(name).close()
+        self._commands.following = [robot for robot in self._commands.following if robot is not gone]
+
+    def bind(self) -> None:
+        """Let all robots go on in the engine's new model."""
+        for robot in self._robots.values():
+            robot.bind()
+
+    def report_change(self) -> None:
+        """Call `when_changed`."""
+        for listener in tuple(self.when_changed):
+            listener()
+
+    def tick(self, step: int) -> None:
+        """Do what is due every control period, but for topics."""
+        for robot in self._robots.values():
+            if robot.tick(step):
+                self._commands.follow(robot)
+
+    def publish(self, nanoseconds: int) -> None:
+        """Publish on all topics with subscribers, at this simulated time."""
+        if self._bus.changes != self._seen:
+            self._seen = self._bus.changes
+            self._subscribed = [topics for topics in self._topics.values() if topics.find_subscribers()]
+        if self._subscribed:
+            self._clock.begin_moment(nanoseconds)
+            for topics in self._subscribed:
+                topics.publish(self._clock)
