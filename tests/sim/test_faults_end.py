@@ -105,3 +105,13 @@ def test_lasting_faults_end_when_an_object_was_spawned_meanwhile(sim):
     sim.run(0.2)
     assert sim.commands.lost_share == 0.0
     assert heard
+
+
+@pytest.mark.parametrize("at", [0.0, 0.3])
+def test_a_fault_of_a_topic_that_went_with_its_robot_has_no_effect(sim, kbot_robot, at):
+    sim.models.spawn_model(kbot_robot, "b", x=1.0)
+    sim.disturbances.schedule(SilentTopic("/b/odom"), at)
+    sim.run(0.1)
+    sim.models.delete_model("b")
+    sim.run(0.3)
+    assert list(sim.robots) == ["kbot"]

@@ -199,6 +199,7 @@ class Disturbances:
         for entry in reversed(acting):
             if entry.end is not None:
                 entry.end()
+                entry.end = None
         for entry in acting:
             self._begin(entry)
 
@@ -221,7 +222,10 @@ class Disturbances:
             data.xfrc_applied[model.body(push.body).id] += (*push.force, *push.torque)
 
     def _begin(self, entry: _Entry) -> None:
-        entry.end = entry.fault.begin(self._target)
+        try:
+            entry.end = entry.fault.begin(self._target)
+        except KbotError:  # what it names was there when it was scheduled, and was deleted since
+            return
         if entry.end is not None:
             self._acting.append(entry)
 
