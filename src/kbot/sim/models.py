@@ -42,7 +42,7 @@ ORIGIN = Transform.identity()
 
 
 class ModelState(NamedTuple):
-    """`world_from_model`, of a robot's root link, and its speed along the world's axes: m/s and rad/s."""
+    """`world_from_model` (for a robot of its root link), and its speed along the world's axes: m/s, rad/s."""
 
     pose: Transform
     linear: Vector
@@ -139,12 +139,14 @@ class Models:
         yaw: float = 0.0,
         size: Sequence[float] | None = None,
     ) -> Body:
-        """Put a thing of kbot.world.things into the running world, with its foot at a place (m, rad): a model
-        that ships with KBot, or a `box` of a size (m). What runs goes on as it was.
+        """Put an object into the running world, its lowest point at x, y, z (m), turned by `yaw` (rad).
+
+        `kind` is an object of kbot.world.things: a model that ships with KBot, or a `box` of a `size` (m).
+        Everything else goes on.
 
         Raises:
-            KbotError: there is no such thing, the name is taken or is none, a number is beyond reason, or
-                a robot stands there.
+            KbotError: there is no such object, the name is taken or not a name, a number is out of range,
+                or a robot is in the way.
         """
         if not isinstance(kind, str):
             raise KbotError(f"{shortened(kind)} is no thing's kind")
@@ -163,16 +165,17 @@ class Models:
     def spawn_sdf(
         self, sdf: str, name: str | None = None, pose: Transform = ORIGIN, is_confined: bool = False
     ) -> tuple[Body, ...]:
-        """Put a model of SDF into the running world: its text, or the name of its file. `pose` is set before
-        the model's own, in the world. Its links are `name`, and `name::link` for all but the first; plugins
-        in it do nothing. What runs goes on as it was.
+        """Put an SDF model into the running world, from its text or its file.
 
-        Where it `is_confined`, as what a peer sends is, it names only files of `kbot.world.sdf.reach`, and
-        none of its shapes may be left out.
+        `pose` is `world_from_model`, before the model's own pose. The bodies are called `name` for the first
+        link and `name::link` for the others. Plugins of the model are ignored. Everything else goes on.
+
+        With `is_confined`, for models that a peer sends, the model may name only files of
+        `kbot.world.sdf.reach`, and KBot must be able to use all of its shapes.
 
         Raises:
-            DescriptionError: the model cannot be used; every reason at its line.
-            KbotError: the name is taken or is none, the pose is none, or a robot stands there.
+            DescriptionError: the model cannot be used; every reason with its line.
+            KbotError: the name is taken or not a name, the pose is not one, or a robot is in the way.
         """
         if not isinstance(sdf, str):
             raise KbotError(f"a model of SDF is a text, or the name of a file, not {shortened(sdf)}")
@@ -198,7 +201,7 @@ class Models:
             raise KbotError(f"there is a '{name}' already; give this one another name")
 
     def _add(self, bodies: tuple[Body, ...], loops: tuple[Loop, ...], what: str) -> None:
-        """Raises KbotError: a robot stands where they would be."""
+        """Raises KbotError: a robot is in the way."""
         old = self._engine.world
         world = dataclasses.replace(old, bodies=(*old.bodies, *bodies), loops=(*old.loops, *loops))
         assembly = self._engine.assembly.with_world(world)
@@ -209,10 +212,10 @@ class Models:
         self.use(assembly)
 
     def delete_model(self, name: str) -> None:
-        """Take a robot, or a thing, out of the running world; the first robot and the ground stay.
+        """Remove a robot or an object from the running world, but not the first robot or the ground.
 
         Raises:
-            KbotError: there is no such model, or it has to stay.
+            KbotError: there is no such model, or it cannot be removed.
         """
         if not isinstance(name, str):
             raise KbotError(f"{shortened(name)} is no model's name")
@@ -247,10 +250,10 @@ class Models:
     # where they are
 
     def get_model_state(self, model: str) -> ModelState:
-        """Where a robot, or a body of the world that can move, is and how fast.
+        """Pose and speed of a robot, or of a body of the world that can move.
 
         Raises:
-            KbotError: there is no such model, or it stands still for good.
+            KbotError: there is no such model, or it cannot move.
         """
         _, data = self._engine.current()
         body, _, speed = self._place_of(model)
@@ -264,11 +267,13 @@ class Models:
     def set_model_state(
         self, model: str, pose: Transform, linear: Vector = _STILL, angular: Vector = _STILL
     ) -> None:
-        """Put a robot, by its root link, or a body of the world somewhere else, in any attitude, at a speed
-        along the world's axes (m/s, rad/s). Odometry does not learn of it; what is attached is drawn along.
+        """Set the pose and speed of a robot's root link, or of a body of the world, in any attitude.
+
+        The speed is along the world's axes (m/s, rad/s). Odometry does not change. What is attached to the
+        model is pulled along.
 
         Raises:
-            KbotError: there is no such model, it cannot move, or a number is beyond reason.
+            KbotError: there is no such model, it cannot move, or a number is out of range.
         """
         x, y, z = _translation(pose)
         linear = vector("a speed in m/s", linear, FASTEST)
@@ -291,8 +296,7 @@ class Models:
         )
 
     def set_pose(self, x: float, y: float, yaw: float, robot: str | None = None) -> None:
-        """Put the robot somewhere else, standing still on level ground: metres and radians in the world.
-        Its odometry does not learn of it.
+        """Put a robot at rest on level ground at x, y (m) and yaw (rad). Odometry does not change.
 
         Raises:
             KbotError: a number is not finite, no such robot, or it is fixed to the world.
@@ -304,7 +308,7 @@ class Models:
         self._journal.note("set_pose", robot=moved.name, x=x, y=y, yaw=yaw)
 
     def set_twist(self, linear: Vector, angular: Vector = (0.0, 0.0, 0.0), robot: str | None = None) -> None:
-        """Give the robot's body a speed at once, as a kick does: m/s and rad/s along the world's axes.
+        """Set the speed of a robot's root link at once, as a kick does: m/s and rad/s along the world's axes.
 
         Raises:
             KbotError: a number is not finite, no such robot, it is fixed to the world, or the run has
@@ -319,11 +323,12 @@ class Models:
         self._journal.note("set_twist", robot=moved.name, linear=linear, angular=angular)
 
     def place(self, pose: PlanarPose, joints: Mapping[str, float] | None = None) -> None:
-        """After a reset: stand elsewhere, at rest, the base at `pose` in the world at the height it starts
-        at, and joints at positions in rad or m. Odometry still starts from zero there.
+        """After a reset, start the first robot at `pose` of its base, with joints at positions (rad or m).
+
+        The robot is at rest, at its start height. Odometry starts at zero there.
 
         Raises:
-            KbotError: an unknown joint, or a number that is none.
+            KbotError: an unknown joint, or a value that is not a number.
         """
         if not isinstance(pose, PlanarPose):
             raise KbotError(f"a place is a PlanarPose(x, y, yaw) in m and rad, not {shortened(pose)}")
@@ -375,14 +380,13 @@ class Models:
     # what is attached
 
     def attach(self, link: str, to: str, robot: str | None = None, to_robot: str | None = None) -> None:
-        """Weld a robot's link, as it stands now, to something: another robot's link where `to_robot` is
-        given, else a body of the world or a link of the first robot. A gripper holds what it carries, a
-        tug its trailer, a dock its robot. The two do not touch each other any longer.
+        """Weld a robot's link, at its current pose, to something, as a gripper holds an object.
 
-        A reset takes it apart; `state` and `restore` keep it.
+        `to` is a link of `to_robot`, or without that a body of the world or a link of the first robot. The
+        two no longer collide with each other. A reset detaches them; `state` and `restore` keep it.
 
         Raises:
-            KbotError: no such robot, link or body, the two are one, or are attached already.
+            KbotError: no such robot, link or body, the two are one, or they are attached already.
         """
         first, second = self._robots.engine_name(link, robot), self._robots.engine_name(to, to_robot)
         if first == second == STANDING:
@@ -400,10 +404,10 @@ class Models:
         self._journal.note("attach", link=link, to=to, robot=robot, to_robot=to_robot)
 
     def detach(self, link: str, robot: str | None = None) -> None:
-        """Let go whatever a link, or a body of the world that can move, is attached to.
+        """Detach a robot's link, or a body of the world that can move, from everything.
 
         Raises:
-            KbotError: no such robot, link or body, or it is attached to nothing.
+            KbotError: no such robot, link or body, or nothing is attached to it.
         """
         body = self._robots.engine_name(link, robot)
         if body == STANDING:
@@ -417,7 +421,7 @@ class Models:
 
     @property
     def attachments(self) -> int:
-        """How many pairs are attached to each other."""
+        """The number of pairs that are attached to each other."""
         return len(self._engine.assembly.welds)
 
     # what a changed robot takes over
