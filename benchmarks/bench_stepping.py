@@ -18,7 +18,7 @@ import mujoco
 
 import kbot
 from kbot.kinematics.differential_drive import find_drive
-from kbot.sim.engine.compile import compile_model
+from kbot.sim.engine.assembly import compile_model
 from kbot.sim.engine.robot_builder import RobotPlan
 from kbot.sim.recipe import Contacts
 from kbot.world import load_world

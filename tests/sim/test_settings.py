@@ -9,9 +9,9 @@ from kbot.kinematics.differential_drive import find_drive
 from kbot.messages import Odometry, Twist, Vector3
 from kbot.model.load import load_robot, load_robot_text
 from kbot.sim import DriveLimits, Simulation
-from kbot.sim.drive.rate_limiter import RateLimiter
 from kbot.sim.drive.settings import drive_settings
-from kbot.sim.engine.surfaces import link_surfaces
+from kbot.sim.drive.twist_controller import RateLimiter
+from kbot.sim.engine.robot_builder import link_surfaces
 from kbot.sim.naming import Naming
 from kbot.world.findings import Findings
 

@@ -12,8 +12,8 @@ from kbot.sim.commands import Commands
 from kbot.sim.drive.drive_controller import DriveController
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.joints import rest
-from kbot.sim.joint_control.commands import joint_command, trajectory_points
 from kbot.sim.joint_control.kinds import Interface
+from kbot.sim.joint_control.trajectory import joint_command, trajectory_points
 from kbot.sim.journal import Journal
 from kbot.sim.motion import Motion
 from kbot.sim.numbers import is_finite, shortened

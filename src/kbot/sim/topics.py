@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from math import cos, sin
 from typing import Any
@@ -11,7 +11,10 @@ from kbot.kinematics.spatial import quaternion_product
 from kbot.messages import types as msg
 from kbot.messages.bus import Bus, Publisher, Subscription
 from kbot.messages.clock import NANOSECONDS, Clock
-from kbot.sim.joint_topics import hear
+from kbot.messages.control import Float64, Float64MultiArray, JointTrajectory
+from kbot.sim.joint_control.control import JointController
+from kbot.sim.joint_control.kinds import Input
+from kbot.sim.joint_control.trajectory_goal import require_joints
 from kbot.sim.motion import Motion
 from kbot.sim.recipe import CONTROL_PERIOD
 from kbot.sim.robot import SimulatedRobot
@@ -20,6 +23,13 @@ from kbot.text import KbotError
 
 POSE_VARIANCE = (0.001, 0.001, 0.001, 0.001, 0.001, 0.01)
 """Diagonal over x, y, z and rotations, as diff_drive_controller has it."""
+
+_MESSAGES: Mapping[Input, type] = {
+    Input.NUMBER: Float64,
+    Input.ARRAY: Float64MultiArray,
+    Input.TRAJECTORY: JointTrajectory,
+}
+"""The message types of the topics of controllers."""
 
 
 def covariance(diagonal: tuple[float, ...]) -> tuple[float, ...]:
@@ -59,7 +69,7 @@ class RobotTopics:
         self._clock = clock
         self._commands: list[Subscription | TrajectoryAction] = []
         for controller in robot.joints.control.controllers:
-            self._commands.append(hear(bus, robot, controller))
+            self._commands.append(_subscribe_controller(bus, robot, controller))
             if controller.constraints is not None:
                 self._commands.append(TrajectoryAction(bus, clock, robot, controller, report))
         self._odometry_frame = self._frame_prefix
@@ -80,9 +90,9 @@ class RobotTopics:
                 (advertise(naming.topic(topic), msg.Odometry), self._odometry)
                 for topic in robot.settings.odometry_topics[1:]
             ]
-        self._heard = self._outputs
+        self._subscribed = self._outputs
         self._motion: Motion | None = None
-        """The odometry of this period, made for the first that says it."""
+        """The odometry of this period, computed for the first message that needs it."""
         base_from_root = robot.body.base_from_root
         x, y, z = base_from_root.translation.tolist()
         self._base_from_root = (x, y, z), base_from_root.quaternion_xyzw
@@ -111,14 +121,14 @@ class RobotTopics:
 
     def find_subscribers(self) -> bool:
         """Find the topics with subscribers, whenever these may have changed; whether there are any."""
-        self._heard = [output for output in self._outputs if output[0].is_heard]
-        return bool(self._heard)
+        self._subscribed = [output for output in self._outputs if output[0].is_heard]
+        return bool(self._subscribed)
 
     def publish(self, clock: Clock) -> None:
         """Publish the time and the state of the robot as they are now, on topics with subscribers."""
         stamp = clock.stamp
         self._motion = None
-        for publisher, message in self._heard:
+        for publisher, message in self._subscribed:
             publisher.publish(message(stamp))
 
     def _odometry(self, stamp: msg.Time) -> msg.Odometry:
@@ -167,3 +177,35 @@ def joint_state(robot: SimulatedRobot, stamp: msg.Time) -> msg.JointState:
         tuple(robot.body.joint_velocities.values()),
         tuple(robot.body.joint_efforts.values()),
     )
+
+
+def _subscribe_controller(bus: Bus, robot: SimulatedRobot, controller: JointController) -> Subscription:
+    """Let the messages of a controller's topic command its joints."""
+
+    def take(message: Any) -> None:
+        controller.require_active()
+        if controller.input is Input.NUMBER:
+            robot.command_joints({controller.joints[0]: message.data}, controller.interface)
+        elif controller.input is Input.ARRAY:
+            _command_array(robot, controller, message)
+        else:
+            _follow_trajectory(robot, controller, message)
+
+    return bus.subscribe(robot.naming.topic(controller.topic), _MESSAGES[controller.input], take)
+
+
+def _command_array(robot: SimulatedRobot, controller: JointController, message: Float64MultiArray) -> None:
+    if len(message.data) != len(controller.joints):
+        raise KbotError(
+            f"{controller.name} commands {len(controller.joints)} joints and got {len(message.data)} numbers"
+        )
+    robot.command_joints(dict(zip(controller.joints, message.data, strict=True)), controller.interface)
+
+
+def _follow_trajectory(robot: SimulatedRobot, controller: JointController, message: JointTrajectory) -> None:
+    require_joints(message.joint_names, controller.joints, allows_partial=controller.allows_partial)
+    points = [
+        (point.time_from_start.seconds, point.positions, point.velocities, point.accelerations)
+        for point in message.points
+    ]
+    robot.follow_trajectory(message.joint_names, points)

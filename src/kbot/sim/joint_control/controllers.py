@@ -1,12 +1,13 @@
-"""The controllers of joints that a robot has: those of ros_control and ros2_control, and Gazebo's plugins."""
+"""The joint controllers of a robot, of ros_control, ros2_control and Gazebo's plugins."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from math import isfinite
 
 from kbot.model import Robot
 from kbot.model.controller_files import unknown_type
-from kbot.model.hardware import hardware_joints
+from kbot.model.hardware import hardware_joints, initial_values
 from kbot.sim.joint_control.control import JointControl, JointController
 from kbot.sim.joint_control.controllers_yaml import Parameters, controller_parameters
 from kbot.sim.joint_control.kinds import (
@@ -18,14 +19,84 @@ from kbot.sim.joint_control.kinds import (
     is_done_elsewhere,
 )
 from kbot.sim.joint_control.plugins import commanded_by, plugins, words_of
-from kbot.sim.joint_control.starts import joint_starts
 from kbot.sim.joint_control.trajectory_goal import Constraints
-from kbot.sim.joint_control.transmissions import joint_interfaces
 from kbot.sim.naming import PLAIN, Naming
 from kbot.sim.plugin_names import PluginNames, is_of_gazebo_ros
-from kbot.text import Origin
+from kbot.text import Element, Origin
+from kbot.text.numbers import to_float
 from kbot.text.suggest import did_you_mean
 from kbot.world.findings import Findings
+
+_INTERFACES = {f"{interface.capitalize()}JointInterface": interface for interface in Interface}
+
+
+def joint_interfaces(robot: Robot, findings: Findings) -> Mapping[str, frozenset[Interface]]:
+    """By joint, what a controller may command of it.
+
+    Commands, states and limits are the joint's, on the far side of the gear, as in ROS: whatever
+    `<mechanicalReduction>` a transmission has, the joint goes where it is told. One that is no number, or
+    0, is none, and its joints cannot be commanded (transmission_interface::SimpleTransmission).
+    """
+    found: dict[str, frozenset[Interface]] = {}
+    for transmission in robot.extensions:
+        if transmission.tag != "transmission" or not _has_gear(transmission, findings):
+            continue
+        for joint in transmission.elements("joint"):
+            name = joint.attributes.get("name", "")
+            found[name] = found.get(name, frozenset()) | set(_interfaces(joint, transmission))
+    return found
+
+
+def _interfaces(joint: Element, transmission: Element) -> Iterator[Interface]:
+    """Those of the joint; of its actuators in descriptions from before Indigo."""
+    for holder in (joint, *transmission.elements("actuator")):
+        written = [element.text.strip() for element in holder.elements("hardwareInterface")]
+        known = [i for word in written if (i := _INTERFACES.get(word.rpartition("/")[2]))]
+        if known:
+            yield from known
+            return
+
+
+def _has_gear(transmission: Element, findings: Findings) -> bool:
+    for element in transmission.descendants():
+        if element.tag != "mechanicalReduction":
+            continue
+        try:
+            reduction = to_float(element.text)
+        except ValueError:
+            reduction = 0.0
+        if not isfinite(reduction) or reduction == 0.0:
+            what = f"a reduction is a number other than 0, not '{element.text.strip()}'"
+            findings.warning("W130", what, element.origin, "the transmission is left out")
+            return False
+    return True
+
+
+def joint_starts(robot: Robot, free: set[str], findings: Findings) -> Iterator[tuple[str, float]]:
+    """Joints that are `free` to be commanded, and their first positions in rad or m; what is no number is
+    said at its line."""
+    for joint, element in _said(robot):
+        if joint not in free:
+            continue
+        try:
+            value = to_float(element.text)
+        except ValueError:
+            value = float("nan")
+        if isfinite(value):
+            yield joint, value
+        else:
+            message = f"the joint '{joint}' starts at no number: '{element.text.strip()}'"
+            findings.warning("W130", message, element.origin, "it starts at 0")
+
+
+def _said(robot: Robot) -> Iterator[tuple[str, Element]]:
+    """The names of joints, and what says where each starts."""
+    yield from initial_values(robot)
+    for plugin in plugins(robot):
+        first = plugin.find("initial_position")
+        said = plugin.find("joint_name")
+        if commanded_by(plugin) is not None and first is not None and said is not None:
+            yield said.text.strip(), first
 
 
 def joint_control(

@@ -15,13 +15,63 @@ from typing import Any
 
 import mujoco
 
-from kbot.model import Robot
+from kbot.model import Joint, JointType, Robot, SafetyController
 from kbot.sim.engine.arrays import numbers
-from kbot.sim.joint_control.bounds import JointBounds
 from kbot.sim.joint_control.kinds import Interface
 from kbot.sim.joint_control.trajectory import Point, Trajectory
 from kbot.sim.numbers import FURTHEST, is_within, shortened
 from kbot.text import KbotError
+
+
+@dataclass(frozen=True, slots=True)
+class JointBounds:
+    """`lower` and `upper` in rad or m; `speed` in rad/s or m/s, `effort` in N m or N: else endless."""
+
+    lower: float
+    upper: float
+    speed: float
+    effort: float
+    safety: SafetyController | None
+
+    @classmethod
+    def of(cls, joint: Joint) -> JointBounds:
+        lower, upper = joint.range
+        limit, safety = joint.limit, joint.safety
+        if joint.type is JointType.CONTINUOUS:
+            # without an end, a safety controller bounds no position
+            safety = None
+        elif safety is not None and safety.soft_lower_limit < safety.soft_upper_limit:
+            lower, upper = max(lower, safety.soft_lower_limit), min(upper, safety.soft_upper_limit)
+        speed = limit.velocity if limit is not None and limit.velocity else inf
+        effort = limit.effort if limit is not None and limit.effort else inf
+        return cls(lower, upper, speed, effort, safety)
+
+    def position(self, wanted: float) -> float:
+        return min(max(wanted, self.lower), self.upper)
+
+    def velocity(self, wanted: float, position: float) -> float:
+        """A speed that may be commanded where the joint stands."""
+        lowest, highest = self._speeds(position)
+        return min(max(wanted, lowest), highest)
+
+    def force(self, wanted: float, position: float, velocity: float) -> float:
+        """An effort that may be commanded where the joint stands and as it moves."""
+        lowest, highest = -self.effort, self.effort
+        if self.safety is not None and self.safety.k_velocity:
+            slowest, fastest = self._speeds(position)
+            k = self.safety.k_velocity
+            lowest = min(max(-k * (velocity - slowest), lowest), self.effort)
+            highest = max(min(-k * (velocity - fastest), highest), -self.effort)
+        return min(max(wanted, lowest), highest)
+
+    def _speeds(self, position: float) -> tuple[float, float]:
+        lowest, highest = -self.speed, self.speed
+        if self.safety is not None and self.safety.k_position:
+            k = self.safety.k_position
+            lowest = min(max(-k * (position - self.lower), lowest), self.speed)
+            highest = max(min(-k * (position - self.upper), highest), -self.speed)
+        return lowest, highest
+
 
 FREQUENCY = 50.0
 """rad/s: how fast a servo mends an error."""
