@@ -5,14 +5,10 @@ from typing import Any
 
 import pytest
 import yaml
-from kbot.messages.gz_services import GzDeleteEntityRequest
 
 from kbot.cli.main import run
 from kbot.cli.ros.graph.asking import tell_of_silence
-from kbot.messages.services import SuccessResponse
-from kbot.ros.bridges.service import Service
 from kbot.ros.graph.server import GraphServer
-from kbot.ros.service_types import service_type
 
 from .conftest import Running, Said, told, wait_until
 
@@ -134,24 +130,6 @@ def test_nodes_and_services(running: Running, graph: GraphServer, capsys: Said) 
     assert "did you mean '/gazebo/pause_physics'" in told(
         capsys, "service", "call", "/gazebo/pause_phsics", status=2
     )
-
-
-def test_a_failure_without_a_reason_is_a_failure_too(
-    running: Running, graph: GraphServer, capsys: Said
-) -> None:
-    """The responses of ros_gz_interfaces have no field for a reason."""
-    name = "/world/empty/remove"
-    kind = service_type("ros_gz_interfaces/DeleteEntity")
-
-    def delete(_: object, request: GzDeleteEntityRequest) -> SuccessResponse:
-        return SuccessResponse(success=request.entity.name == "there")
-
-    running.link.services = {name: Service(name, kind, delete)}
-    assert told(capsys, "service", "call", name, "{entity: {name: there}}") == "success: true\n"
-    assert run(("service", "call", name, "{entity: {name: ghost}}")) == 1
-    failed = capsys.readouterr()
-    assert failed.err == f"{name} failed: why is told where KBot runs\n"
-    assert failed.out == "success: false\n"
 
 
 def test_parameters(running: Running, graph: GraphServer, capsys: Said) -> None:

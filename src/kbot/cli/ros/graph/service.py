@@ -22,7 +22,7 @@ from kbot.text.suggest import did_you_mean
 if TYPE_CHECKING:
     from kbot.ros.graph.client import GraphClient
 
-_OUTCOME = ("success", "status_message", "message")
+_OUTCOME = ("success", "status_message")
 
 
 @click.group(
@@ -100,8 +100,7 @@ def call(service: str, words: tuple[str, ...], as_json: bool, at: str) -> int:
         answer = graph.call(full_name(service), **values)
     failed = answer.get("success") is False
     if failed:
-        reason = answer.get("status_message") or answer.get("message") or "why is told where KBot runs"
-        click.echo(f"{full_name(service)} failed: {reason}", err=True)
+        click.echo(f"{full_name(service)} failed: {answer['status_message']}", err=True)
     if as_json:
         print_json(answer)
     elif answer:
