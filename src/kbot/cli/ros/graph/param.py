@@ -92,12 +92,8 @@ def set_(name: tuple[str, ...], value: str, at: str) -> None:
     parameter = read_word(value, "VALUE", example)
     if parameter is None:
         fail(f"VALUE is empty: write {example}")
-    try:
-        text = json.dumps(parameter)
-    except ValueError:
-        fail("VALUE has an integer with too many digits")
     with ask(at) as graph:
-        graph.call("/rosapi/set_param", name=_found(graph, *name), value=text)
+        graph.call("/rosapi/set_param", name=_found(graph, *name), value=json.dumps(parameter))
 
 
 def _found(graph: GraphClient, *words: str) -> str:
