@@ -30,8 +30,7 @@ from websockets.asyncio.server import ServerConnection, broadcast, serve
 from websockets.typing import Subprotocol
 
 from kbot.ros.bridges.ros1.tcpros import encode_header
-from kbot.ros.bridges.ros2.bridge import LOOPBACK
-from kbot.ros.bridges.ros2.types import sample_of, sample_type
+from kbot.ros.bridges.ros2.bridge import LOOPBACK, sample_of, sample_type
 from kbot.ros.bridges.zenoh.names import topic_key
 
 PERIOD, SCAN_EVERY = 0.02, 5

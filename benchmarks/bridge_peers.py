@@ -69,8 +69,7 @@ def hear_ros2(_: str) -> None:
     from cyclonedds.topic import Topic
     from cyclonedds.util import duration
 
-    from kbot.ros.bridges.ros2.bridge import LOOPBACK
-    from kbot.ros.bridges.ros2.types import sample_type
+    from kbot.ros.bridges.ros2.bridge import LOOPBACK, sample_type
 
     number = int(os.environ["ROS_DOMAIN_ID"])
     domain = Domain(number, LOOPBACK)  # it ends with what holds it

@@ -27,7 +27,7 @@ with atheris.instrument_imports(
     from kbot.ros.gazebo.services import gazebo_services
     from kbot.text import KbotError
     from kbot.workbench.protocol import FromPage
-    from kbot.workbench.protocol.decode import decode
+    from kbot.workbench.protocol.codec import decode
 
 from edits import edited
 

@@ -17,7 +17,7 @@ import atheris
 with atheris.instrument_imports(include=["kbot.world", "kbot.text"]):
     from kbot.text import KbotError
     from kbot.text.render import render_text
-    from kbot.world.maps import map_world
+    from kbot.world.load import map_world
     from kbot.world.sdf import read_sdf
 
 from edits import edited

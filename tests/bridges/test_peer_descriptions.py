@@ -7,7 +7,7 @@ import pytest
 
 from kbot.messages import services as srv
 from kbot.messages import types as msg
-from kbot.record.journal import do_again
+from kbot.record.replay import do_again
 from kbot.sim import Simulation
 
 from .conftest import Running

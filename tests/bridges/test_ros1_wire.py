@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from kbot.ros.bridges.ros1.master import Registry
 from kbot.ros.bridges.ros1.parameters import Parameters, resolve
-from kbot.ros.bridges.ros1.registry import Registry
 from kbot.ros.bridges.ros1.tcpros import ProtocolError, check_header, decode_header, encode_header
 
 NAMES = st.text(st.characters(exclude_characters="=", exclude_categories=("Cs",)), min_size=1)

@@ -14,9 +14,14 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from kbot.record.encodings.types import ros2_definition, ros2_types
 from kbot.record.run_outputs import RunOutputs
-from kbot.ros.bridges.ros2.bridge import LOOPBACK, Ros2Bridge
-from kbot.ros.bridges.ros2.graph import GRAPH_TYPE, node_message
-from kbot.ros.bridges.ros2.types import sample_of, sample_type
+from kbot.ros.bridges.ros2.bridge import (
+    GRAPH_TYPE,
+    LOOPBACK,
+    Ros2Bridge,
+    node_message,
+    sample_of,
+    sample_type,
+)
 from kbot.ros.peers import RosPeers
 from kbot.sim import Simulation
 from kbot.text import KbotError

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from mcap.writer import Writer
 
-from kbot.cli.bag.words import ELSEWHERE
+from kbot.cli.bag.command import ELSEWHERE
 from kbot.cli.main import run
 from kbot.messages import Bus
 from kbot.messages.sensing import Image

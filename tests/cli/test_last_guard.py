@@ -98,7 +98,7 @@ def test_an_error_within_a_recording_names_it(
     file = tmp_path / "run.mcap"
     file.write_bytes(b"\x89MCAP0\r\n")
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("kbot.record.mcap.reader.records", fails(ZeroDivisionError()))
+    monkeypatch.setattr("kbot.record.mcap_file.records", fails(ZeroDivisionError()))
     assert kbot("bag", words[0], str(file), *words[1:]) == 2
     assert f"error: internal error while reading {file} (ZeroDivisionError)" in capsys.readouterr().err
     assert len(list(crashes.iterdir())) == 1

@@ -10,9 +10,8 @@ from kbot.model.load import load_robot
 from kbot.navigation.controller import Observation, twist, wrapped
 from kbot.navigation.footprint import Outline
 from kbot.navigation.goal_status import GoalState
-from kbot.navigation.navigator import Navigator, Settings
+from kbot.navigation.navigator import Navigator, Progress, Settings
 from kbot.navigation.planner import GridPlanner
-from kbot.navigation.progress_checker import Progress
 from kbot.navigation.simulated import Pilot, go_to
 from kbot.sim import Simulation
 from kbot.text import KbotError

@@ -12,9 +12,8 @@ from kbot.kinematics.odometry import arc
 from kbot.navigation.controller import Observation, twist, wrapped
 from kbot.navigation.go_to_pose import GoToPose
 from kbot.navigation.goal_status import GoalState
-from kbot.navigation.navigator import Navigator
+from kbot.navigation.navigator import Navigator, TurningCentre
 from kbot.navigation.planner import GridPlanner
-from kbot.navigation.turning_centre import TurningCentre
 from kbot.sim.report import heading
 from kbot.world.occupancy import OccupancyGrid
 

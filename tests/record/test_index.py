@@ -6,7 +6,7 @@ import pytest
 from mcap.writer import Writer
 
 from kbot.record.index import open_index
-from kbot.record.mcap.index import McapIndex
+from kbot.record.mcap_file import McapIndex
 from kbot.sim import Simulation
 from kbot.text import KbotError
 

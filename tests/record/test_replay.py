@@ -10,9 +10,8 @@ from kbot.kinematics.transform import Transform
 from kbot.messages import String
 from kbot.record import Recorder, Recording, open_writer
 from kbot.record.feed import Feed, Packet
-from kbot.record.journal import do_again
 from kbot.record.recorder import COMMANDS_TOPIC
-from kbot.record.replay import replay
+from kbot.record.replay import do_again, replay
 from kbot.sim import Simulation
 from kbot.sim.faults import Kick, LostCommands, Slip
 from kbot.text import KbotError

@@ -16,9 +16,8 @@ from kbot.workbench.protocol import (
 )
 from kbot.workbench.serve import open_session
 from kbot.workbench.session.session import Session
-from kbot.workbench.source.edits import Editor
+from kbot.workbench.source.authoring import Editor, written_parameters
 from kbot.workbench.source.overrides import Overrides, number_text
-from kbot.workbench.source.parameters import written_parameters
 from kbot.xacro import expand
 from kbot.xacro.packages import SHIPPED
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from kbot.text import Edit, KbotError, Span, read_source
-from kbot.workbench.source.edits import Editor
+from kbot.workbench.source.authoring import Editor
 
 
 def test_dragging_one_number_is_one_change(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from kbot.messages.sensing import LaserScan
 from kbot.sim.faults import LostCommands
 from kbot.text import KbotError
 from kbot.workbench.protocol import Disturb, EndFault, Kick, Push, SetWorld, Spawn
-from kbot.workbench.protocol.encode import encode
+from kbot.workbench.protocol.codec import encode
 from kbot.workbench.serve import open_session
 from kbot.workbench.session.session import Session
 

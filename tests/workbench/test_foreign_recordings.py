@@ -10,12 +10,11 @@ from mcap.writer import Writer
 import kbot
 from kbot.messages import Header, JointState, String, TFMessage
 from kbot.messages.types import Quaternion, Time, Transform, TransformStamped, Vector3
-from kbot.record import Recorder
+from kbot.record import Recorder, mcap_file
 from kbot.record.encodings.type_names import ros_name
 from kbot.record.encodings.types import ros2_definition
 from kbot.record.feed import Feed, Packet
-from kbot.record.mcap import index as mcap_index
-from kbot.record.mcap.records import break_up
+from kbot.record.mcap_file import break_up
 from kbot.sim import Simulation
 from kbot.sim.naming import Naming
 from kbot.text import KbotError
@@ -192,7 +191,7 @@ def test_only_what_is_looked_at_is_read(tmp_path: Path, monkeypatch: pytest.Monk
         *(("/tf", 0.02 * t, moved(0.02 * t, "odom", "base", (0.02 * t, 0, 0))) for t in range(20_000)),
     )
     read: list[object] = []
-    monkeypatch.setattr(mcap_index, "break_up", lambda *a: read.append(a) or break_up(*a))
+    monkeypatch.setattr(mcap_file, "break_up", lambda *a: read.append(a) or break_up(*a))
     session = played_session(path)
     for at in (380.0, 3.0, 200.0):
         session.obey(Seek(at), 1)

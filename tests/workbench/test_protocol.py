@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kbot.workbench.protocol import Drive, FromPage, Refused, Reset, SetJoint, SetSpeed, State
-from kbot.workbench.protocol.decode import BadMessage, decode
-from kbot.workbench.protocol.encode import encode
+from kbot.workbench.protocol.codec import BadMessage, decode, encode
 from kbot.workbench.typescript import generate, generate_kinds, generate_messages
 
 SOURCES = Path(__file__).parents[2] / "web" / "src"

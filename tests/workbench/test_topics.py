@@ -18,8 +18,7 @@ from kbot.tf.state_publishers import StatePublishers
 from kbot.workbench.protocol import Drive, SetWorld
 from kbot.workbench.scene.foreign_frames import ForeignFrames
 from kbot.workbench.serve import open_session
-from kbot.workbench.topics.payload import encode_packet
-from kbot.workbench.topics.relay import TopicRelay
+from kbot.workbench.topics.relay import TopicRelay, encode_packet
 
 from .conftest import until
 

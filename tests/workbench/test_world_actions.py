@@ -6,7 +6,7 @@ from kbot.messages import String
 from kbot.text import KbotError
 from kbot.workbench.driving.world_actions import MOST_MODELS
 from kbot.workbench.protocol import Delete, Disturb, JointSpeed, MoveModel, Publish, ResetPart, Spawn, Things
-from kbot.workbench.protocol.decode import BadMessage, decode
+from kbot.workbench.protocol.codec import BadMessage, decode
 from kbot.workbench.serve import open_session
 from kbot.workbench.session.session import Session
 

@@ -9,7 +9,7 @@ import pytest
 from kbot.text import KbotError
 from kbot.world import load_world
 from kbot.world.images import read_picture
-from kbot.world.maps import rectangles
+from kbot.world.load import rectangles
 
 YAML = "image: {image}\nresolution: 0.5\norigin: [-1.0, -2.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\n"
 

@@ -9,9 +9,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from kbot.checks.config import Config
-from kbot.checks.examination import as_loaded
 from kbot.checks.merge import said_once
 from kbot.checks.registry import find_rule
+from kbot.checks.runner import as_loaded
 from kbot.text import Diagnostic, Severity
 
 if TYPE_CHECKING:

@@ -1,10 +1,22 @@
 """Robot, Link, Joint and what they are made of: frozen, typed, each with the place it was written."""
 
 from kbot.model.geometry import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
-from kbot.model.joint import Dynamics, Joint, JointType, Limit, Mimic, SafetyController
-from kbot.model.link import Collision, Inertial, Link, Material, Pose, Visual
 from kbot.model.read import Reading, read_robot
-from kbot.model.robot import Robot
+from kbot.model.robot import (
+    Collision,
+    Dynamics,
+    Inertial,
+    Joint,
+    JointType,
+    Limit,
+    Link,
+    Material,
+    Mimic,
+    Pose,
+    Robot,
+    SafetyController,
+    Visual,
+)
 
 __all__ = [
     "Box",

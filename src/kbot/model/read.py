@@ -8,16 +8,374 @@ joint without a name, U016 unknown shape.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from kbot.model._joints import read_joint
-from kbot.model._links import read_link, read_material, with_materials
-from kbot.model._tree import check_tree
-from kbot.model._values import MeshFinder, Values
-from kbot.model.joint import Joint
-from kbot.model.link import Link, Material
-from kbot.model.robot import Robot
-from kbot.text import DescriptionError, Diagnostic, Element, Related
+from kbot.model._values import MeshFinder, Values, parts
+from kbot.model.geometry import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
+from kbot.model.robot import (
+    Collision,
+    Dynamics,
+    Inertial,
+    Joint,
+    JointType,
+    Limit,
+    Link,
+    Material,
+    Mimic,
+    Pose,
+    Robot,
+    SafetyController,
+    Visual,
+)
+from kbot.text import DescriptionError, Diagnostic, Element, Origin, Related
+from kbot.text.suggest import did_you_mean, nearest
+
+
+def check_tree(links: Mapping[str, Link], joints: Sequence[Joint], unread: set[str], values: Values) -> bool:
+    """Report what keeps `joints` from making one tree of `links`; True when nothing does.
+
+    `unread` names links whose joint could not be read: they are not blamed for having no parent.
+    """
+    faults = len(values.diagnostics)
+    excused = set(unread)
+    whole: list[Joint] = []
+    for joint in joints:
+        ends = ("U006", joint.parent, joint.parent_origin), ("U007", joint.child, joint.child_origin)
+        missing = [(code, link, origin) for code, link, origin in ends if link not in links]
+        for code, link, origin in missing:
+            excused.update(nearest(link, links), {joint.child})
+            _undefined(code, joint, link, origin, links, values)
+        if not missing:
+            whole.append(joint)
+    parents = _single_parents(whole, values)
+    in_cycle = _report_cycles(parents, values)
+    _report_roots(links, parents, excused | in_cycle, values)
+    return len(values.diagnostics) == faults
+
+
+def _undefined(
+    code: str, joint: Joint, link: str, origin: Origin, links: Mapping[str, Link], values: Values
+) -> None:
+    end = "parent" if code == "U006" else "child"
+    hint = did_you_mean(link, links)
+    values.error(code, f"joint '{joint.name}' has the {end} '{link}', which is no link", origin, hint)
+
+
+def _single_parents(joints: Sequence[Joint], values: Values) -> dict[str, Joint]:
+    """The joint above each link; a second one is an error."""
+    parents: dict[str, Joint] = {}
+    for joint in joints:
+        first = parents.setdefault(joint.child, joint)
+        if first is not joint:
+            values.error(
+                "U010",
+                f"link '{joint.child}' has two parents: '{first.parent}' by joint '{first.name}' "
+                f"and '{joint.parent}' by joint '{joint.name}'",
+                joint.child_origin,
+                "a link is the child of one joint",
+                (Related("the first is here", first.child_origin),),
+            )
+    return parents
+
+
+def _report_cycles(parents: Mapping[str, Joint], values: Values) -> set[str]:
+    """Report each ring of links once; returns the links in rings."""
+    done: set[str] = set()
+    rings: set[str] = set()
+    for start in parents:
+        path: list[str] = []
+        link = start
+        while link in parents and link not in done:
+            done.add(link)
+            path.append(link)
+            link = parents[link].parent
+        if link in path:
+            ring = path[path.index(link) :]
+            rings.update(ring)
+            chain = " -> ".join(f"'{name}'" for name in [link, *reversed(ring)])
+            related = tuple(Related(f"joint '{parents[n].name}'", parents[n].origin) for n in ring[1:])
+            values.error(
+                "U009", f"links hang in a ring: {chain}", parents[link].child_origin, related=related
+            )
+    return rings
+
+
+def _report_roots(
+    links: Mapping[str, Link], parents: Mapping[str, Joint], excused: set[str], values: Values
+) -> None:
+    roots = [name for name in links if name not in parents]
+    if len(roots) < 2:
+        return
+    sizes = dict.fromkeys(roots, 0)
+    for name in links:
+        for _ in links:  # no path is longer than there are links, rings included
+            if name not in parents:
+                sizes[name] += 1
+                break
+            name = parents[name].parent
+    main = max(roots, key=lambda name: (name not in excused, sizes[name]))
+    for root in roots:
+        if root != main and root not in excused:
+            values.error(
+                "U008",
+                f"link '{root}' hangs on nothing: the robot's root is '{main}'",
+                links[root].origin,
+                f"join it by a joint whose child is '{root}'",
+                (Related("the root", links[main].origin),),
+            )
+
+
+_SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")
+
+
+def read_link(element: Element, name: str, values: Values) -> Link:
+    """A link; its materials are as written, not yet looked up."""
+    inertial = element.find("inertial")
+    visuals = (_read_visual(e, values) for e in element.elements("visual"))
+    collisions = (_read_collision(e, values) for e in element.elements("collision"))
+    return Link(
+        name,
+        _read_inertial(inertial, values) if inertial else None,
+        tuple(v for v in visuals if v),
+        tuple(c for c in collisions if c),
+        element.origin,
+    )
+
+
+_ZERO = (0.0, 0.0, 0.0)
+_IDENTITY = Pose()
+
+
+def read_pose(origin: Element | None, values: Values) -> Pose:
+    """An `<origin>`; the identity where there is none."""
+    if origin is None:
+        return _IDENTITY
+    xyz = values.vector(origin, "xyz", _ZERO)
+    values.metres(origin, "xyz", *xyz)
+    return Pose(xyz, values.vector(origin, "rpy", _ZERO), origin.origin)
+
+
+def read_material(element: Element, values: Values) -> Material:
+    """A material as written: without a colour, `rgba` is None."""
+    color = element.find("color")
+    rgba = None
+    if color is not None:
+        r, g, b, a = values.numbers(color, "rgba", 4, None, 1.0)
+        rgba = (r, g, b, a)
+    texture = element.find("texture")
+    file = values.required(texture, "filename") if texture is not None else None
+    return Material(element.attributes.get("name", ""), rgba, file, element.origin)
+
+
+def with_materials(links: dict[str, Link], defined: dict[str, Material]) -> dict[str, Link]:
+    """Links whose visuals have the colour that their material's name stands for.
+
+    The first definition of a name wins, the root's before those in visuals, as in urdfdom;
+    definitions found in visuals are added to `defined`.
+    """
+    return {name: _link_with_materials(link, defined) for name, link in links.items()}
+
+
+def _link_with_materials(link: Link, defined: dict[str, Material]) -> Link:
+    if not any(v.material and v.material.name for v in link.visuals):
+        return link
+    visuals = tuple(_with_material(v, defined) for v in link.visuals)
+    return Link(link.name, link.inertial, visuals, link.collisions, link.origin)
+
+
+def _with_material(visual: Visual, defined: dict[str, Material]) -> Visual:
+    material = visual.material
+    if material is None or not material.name:
+        return visual
+    known = defined.get(material.name)
+    if known is not None:
+        looks = Material(material.name, known.rgba, known.texture, material.origin)
+        return Visual(visual.name, visual.pose, visual.geometry, looks, visual.origin)
+    if material.rgba is not None or material.texture is not None:
+        defined[material.name] = material
+    return visual
+
+
+def _read_inertial(element: Element, values: Values) -> Inertial | None:
+    """None when the mass or the tensor is missing; a number that cannot be read is NaN."""
+    inner = parts(element)
+    mass, inertia = inner.get("mass"), inner.get("inertia")
+    for part, tag in ((mass, "mass"), (inertia, "inertia")):
+        if part is None:
+            values.error("U014", f"<inertial> lacks <{tag}>", element.origin)
+    if mass is None or inertia is None:
+        return None
+    ixx, ixy, ixz, iyy, iyz, izz = (
+        values.number(inertia, name, None) for name in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    )
+    return Inertial(
+        mass=values.number(mass, "value", None),
+        ixx=ixx,
+        ixy=ixy,
+        ixz=ixz,
+        iyy=iyy,
+        iyz=iyz,
+        izz=izz,
+        pose=read_pose(inner.get("origin"), values),
+        origin=element.origin,
+        mass_origin=mass.attribute_origin("value"),
+        inertia_origin=inertia.origin,
+    )
+
+
+def _read_visual(element: Element, values: Values) -> Visual | None:
+    inner = parts(element)
+    geometry = _read_geometry(element, inner.get("geometry"), values)
+    if geometry is None:
+        return None
+    material = inner.get("material")
+    return Visual(
+        element.attributes.get("name", ""),
+        read_pose(inner.get("origin"), values),
+        geometry,
+        read_material(material, values) if material is not None else None,
+        element.origin,
+    )
+
+
+def _read_collision(element: Element, values: Values) -> Collision | None:
+    inner = parts(element)
+    geometry = _read_geometry(element, inner.get("geometry"), values)
+    if geometry is None:
+        return None
+    name = element.attributes.get("name", "")
+    return Collision(name, read_pose(inner.get("origin"), values), geometry, element.origin)
+
+
+def _read_geometry(parent: Element, element: Element | None, values: Values) -> Geometry | None:
+    """The shape, or None and errors when there is none or one of its sizes cannot be read."""
+    if element is None:
+        values.error("U014", f"<{parent.tag}> lacks <geometry>", parent.origin)
+        return None
+    shape = next((e for e in element.elements() if e.tag in _SHAPES), None)
+    if shape is None:
+        unknown = next(element.elements(), None)
+        if unknown is None:
+            values.error("U014", "<geometry> is empty", element.origin, "one of " + ", ".join(_SHAPES))
+        else:
+            hint = did_you_mean(unknown.tag, _SHAPES) or "one of " + ", ".join(_SHAPES)
+            values.error("U016", f"<{unknown.tag}> is not a shape", unknown.origin, hint)
+        return None
+    faults = len(values.diagnostics)
+    geometry = _read_shape(shape, values)
+    return geometry if len(values.diagnostics) == faults else None
+
+
+def _read_shape(shape: Element, values: Values) -> Geometry:
+    origin = shape.origin
+    match shape.tag:
+        case "box":
+            size = values.vector(shape, "size", None)
+            values.metres(shape, "size", *size)
+            return Box(size, origin)
+        case "sphere":
+            radius = values.number(shape, "radius", None)
+            values.metres(shape, "radius", radius)
+            return Sphere(radius, origin)
+        case "mesh":
+            uri = values.required(shape, "filename") or ""
+            scale = values.vector(shape, "scale", (1.0, 1.0, 1.0), 1.0)
+            return Mesh(uri, values.file(uri), scale, origin)
+        case tag:
+            radius = values.number(shape, "radius", None)
+            length = values.number(shape, "length", None)
+            values.metres(shape, "radius", radius)
+            values.metres(shape, "length", length)
+            return (Capsule if tag == "capsule" else Cylinder)(radius, length, origin)
+
+
+_TYPES = [str(t) for t in JointType]
+
+
+def read_joint(element: Element, name: str, values: Values) -> Joint | None:
+    """A joint; None and errors when its type or one of its links is missing or unknown."""
+    kind = _read_type(element, name, values)
+    inner = parts(element)
+    parent, child = (_read_end(element, inner.get(tag), name, tag, values) for tag in ("parent", "child"))
+    axis = inner.get("axis")
+    limit, dynamics = inner.get("limit"), inner.get("dynamics")
+    mimic, safety = inner.get("mimic"), inner.get("safety_controller")
+    pose = read_pose(inner.get("origin"), values)
+    x_axis = (1.0, 0.0, 0.0)
+    direction = x_axis if axis is None else values.vector(axis, "xyz", x_axis)
+    read_limit = _read_limit(limit, values) if limit is not None else None
+    read_dynamics = _read_dynamics(dynamics, values) if dynamics is not None else None
+    read_mimic = _read_mimic(mimic, values) if mimic is not None else None
+    read_safety = _read_safety(safety, values) if safety is not None else None
+    if kind is None or parent is None or child is None:
+        return None
+    return Joint(
+        name=name,
+        type=kind,
+        parent=parent[0],
+        child=child[0],
+        pose=pose,
+        axis=direction,
+        axis_origin=None if axis is None else axis.attribute_origin("xyz"),
+        limit=read_limit,
+        dynamics=read_dynamics,
+        mimic=read_mimic,
+        safety=read_safety,
+        origin=element.origin,
+        parent_origin=parent[1],
+        child_origin=child[1],
+    )
+
+
+def _read_type(element: Element, name: str, values: Values) -> JointType | None:
+    text = values.required(element, "type")
+    if text is None:
+        return None
+    try:
+        return JointType(text)
+    except ValueError:
+        hint = did_you_mean(text, _TYPES) or "one of " + ", ".join(_TYPES)
+        message = f"joint '{name}' has the unknown type '{text}'"
+        values.error("U011", message, element.attribute_origin("type"), hint)
+        return None
+
+
+def _read_end(
+    element: Element, end: Element | None, name: str, tag: str, values: Values
+) -> tuple[str, Origin] | None:
+    if end is None:
+        values.error("U014", f"joint '{name}' lacks <{tag}>", element.origin)
+        return None
+    link = values.required(end, "link")
+    return None if link is None else (link, end.attribute_origin("link"))
+
+
+def _read_limit(element: Element, values: Values) -> Limit:
+    lower, upper, effort, velocity = (
+        values.optional_number(element, name) for name in ("lower", "upper", "effort", "velocity")
+    )
+    return Limit(lower, upper, effort, velocity, element.origin)
+
+
+def _read_dynamics(element: Element, values: Values) -> Dynamics:
+    damping, friction = (values.number(element, name, 0.0, 0.0) for name in ("damping", "friction"))
+    return Dynamics(damping, friction, element.origin)
+
+
+def _read_mimic(element: Element, values: Values) -> Mimic | None:
+    joint = values.required(element, "joint")
+    multiplier = values.number(element, "multiplier", 1.0, 1.0)
+    offset = values.number(element, "offset", 0.0, 0.0)
+    return None if joint is None else Mimic(joint, multiplier, offset, element.origin)
+
+
+def _read_safety(element: Element, values: Values) -> SafetyController:
+    names = ("soft_lower_limit", "soft_upper_limit", "k_position")
+    lower, upper, k_position = (values.number(element, name, 0.0, 0.0) for name in names)
+    k_velocity = values.number(element, "k_velocity", None, 0.0)
+    return SafetyController(lower, upper, k_position, k_velocity, element.origin)
+
 
 _READ = ("link", "joint", "material")
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from kbot.model.geometry import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
-from kbot.model.joint import Joint
-from kbot.model.link import Collision, Inertial, Link, Material, Pose, Visual
-from kbot.model.robot import Robot
+from kbot.model.robot import Collision, Inertial, Joint, Link, Material, Pose, Robot, Visual
 from kbot.text import Element, Source
 from kbot.xacro.serialise import serialise
 

@@ -17,11 +17,81 @@ from kbot.navigation.goal_status import GoalState, GoalStatus
 from kbot.navigation.obstacle_guard import ObstacleGuard
 from kbot.navigation.path import Path
 from kbot.navigation.planner import GridPlanner, NoPath
-from kbot.navigation.progress_checker import Progress
 from kbot.navigation.pure_pursuit import RegulatedPurePursuit
-from kbot.navigation.turning_centre import TurningCentre
 from kbot.sim.numbers import FURTHEST
 from kbot.text import KbotError
+
+_ENOUGH = 0.5
+"""rad of turning before a centre is used. By then 5 mm of drift shift it by 1 cm, which a goal allows."""
+
+
+class TurningCentre:
+    """Watches a robot turn. Skidding wheels, or an axle that is not under the base's origin, move the base.
+
+    Only turns that begin at a standstill count. A robot that still rolls forward as it begins to turn moves
+    as if it turned about a point far to its side.
+    """
+
+    def __init__(self) -> None:
+        self.in_base = PlanarPose()
+        """The centre in the base's frame (its yaw is 0), as of the last turn that ended; m."""
+        self._last: PlanarPose | None = None
+        self._forward = self._left = self._turned = 0.0
+
+    def watch(self, observation: Observation, wanted: Twist) -> None:
+        """Take in where the robot is now, and what it is commanded until the next observation."""
+        if self._last is not None:
+            self._add(self._last, observation.pose)
+        if wanted.linear.x == 0.0 and wanted.angular.z != 0.0:
+            if self._last is not None or observation.stands:
+                self._last = observation.pose
+        elif self._last is not None:
+            self.interrupt()
+            if self._turned >= _ENOUGH:
+                # a base at -c from the centre moves by turn * (c.y, -c.x)
+                self.in_base = PlanarPose(-self._left / self._turned, self._forward / self._turned)
+
+    def interrupt(self) -> None:
+        """Expect the next observation anywhere: the robot may be moved until then."""
+        self._last = None
+
+    def _add(self, before: PlanarPose, now: PlanarPose) -> None:
+        turned = now.yaw - before.yaw
+        half_way = PlanarPose(before.x, before.y, before.yaw + turned / 2.0)
+        forward, left = half_way.local(now.x, now.y)
+        self._forward += math.copysign(forward, forward * turned)
+        self._left += math.copysign(left, left * turned)
+        self._turned += abs(turned)
+
+
+_RADIAN_IN_METRES = 0.1
+"""What turning by a radian counts for beside driving."""
+_LEAST = 0.01
+"""m of progress that count: a robot that pushes a wall slips and rocks by less."""
+
+
+class Progress:
+    """Watches what is left to do. A robot that spins or pushes a wall does not reduce it."""
+
+    def __init__(self, patience: float) -> None:
+        """`patience`: seconds that may pass without any progress."""
+        self.patience = patience
+        self.begin(0.0)
+
+    def begin(self, time: float) -> None:
+        """Start anew, as after a new plan."""
+        self._least, self._since, self._only_turns = math.inf, time, False
+
+    def stalled(self, time: float, metres: float, radians: float) -> bool:
+        """Whether what is left has not become less for longer than the patience lasts."""
+        if metres == 0.0 and not self._only_turns:
+            # the last turn is left, which was not counted before
+            self.begin(time)
+            self._only_turns = True
+        left = metres + _RADIAN_IN_METRES * abs(radians)
+        if left < self._least - _LEAST:
+            self._least, self._since = left, time
+        return time - self._since > self.patience
 
 
 class Follower(Protocol):

@@ -154,7 +154,7 @@ def _source(path: str) -> Source:
 
         return Ros2Source(path) if file.is_dir() else Ros1Source(path)
     if file.suffix == ".mcap":
-        from kbot.record.mcap.reader import McapSource
+        from kbot.record.mcap_file import McapSource
 
         return McapSource(path)
     raise KbotError(f"{path} is no recording: those end in .mcap or .bag, or are folders of rosbag2")

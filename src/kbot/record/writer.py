@@ -30,7 +30,7 @@ def open_writer(path: str, *, compress: bool = True) -> RecordingWriter:
     try:
         match target.suffix:
             case ".mcap":
-                from kbot.record.mcap.writer import McapWriter  # one format needs no other's writer
+                from kbot.record.mcap_file import McapWriter  # one format needs no other's writer
 
                 return McapWriter(path, compress=compress)
             case ".bag":

@@ -15,7 +15,7 @@ from kbot.model import Joint, JointType, Robot
 from kbot.text import KbotError
 from kbot.workbench.page_files import FOLDER
 from kbot.workbench.protocol import Findings, Scene, State
-from kbot.workbench.protocol.encode import encode
+from kbot.workbench.protocol.codec import encode
 from kbot.workbench.scene.scene import position_quaternion
 from kbot.workbench.session.session import Session
 

@@ -2,20 +2,184 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from kbot.cli.arguments import examples, json_option, output_option, package_path_option
-from kbot.cli.bag.words import Bag, Play, read_remaps
 from kbot.cli.numbers import rate_option, seconds_option
 from kbot.cli.output import fail, print_json
 from kbot.cli.outputs import PeerRequest, peer_options
 from kbot.cli.picture_options import parse_size, size_option
+from kbot.text.json_text import parse_json
 
 if TYPE_CHECKING:
+    from kbot.record.reader import Summary
+if TYPE_CHECKING:
     from kbot.record.export import Table
+
+
+ELSEWHERE = {
+    "record": "a run is recorded by kbot sim ROBOT --record FILE",
+    "reindex": "kbot bag convert FILE NEW writes what broke off anew",
+    "check": "kbot bag info FILE says whether it is whole",
+    "filter": "kbot bag cut FILE NEW --topic NAME --start S --end S leaves the rest out",
+    "compress": "kbot bag convert FILE NEW.mcap compresses",
+}
+"""Commands of theirs, and what is there in their place."""
+
+_LISTS = {
+    "--topics": "--topic",
+    "--exclude-topics": "--exclude-topic",
+    "--remap": "--remap",
+    "-m": "--remap",
+}
+"""Options that are followed by several words, and the one that takes each."""
+
+
+class Bag(click.Group):
+    """Says of a command that is not there where it is done."""
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        word = args[0]
+        if word in ELSEWHERE:
+            raise click.UsageError(f"no such command: {word}; {ELSEWHERE[word]}", ctx)
+        return super().resolve_command(ctx, args)
+
+
+class Play(click.Command):
+    """Takes `--topics A B …` as rosbag and ros2 bag do, up to the next option, `A:=B` as rosbag does, and
+    `--clock` with a rate."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        words: list[str] = []
+        one = before = ""
+        for word, after in zip(args, [*args[1:], "-"], strict=True):
+            if word.startswith("-"):
+                one = _LISTS.get(word, "")
+                if one and after.startswith("-"):
+                    raise click.UsageError(f"{word} is followed by names of topics", ctx)
+                words += [] if one else [word]
+            elif ":=" in word:
+                words += ["--remap", word]
+            elif before != "--clock" or not _is_number(word):
+                words += [one, word] if one else [word]
+            before = word
+        return super().parse_args(ctx, words)
+
+
+def read_remaps(words: tuple[str, ...]) -> dict[str, str]:
+    """`/odom:=/odometry`, several of them. Raises UsageError: one is not written so."""
+    for word in words:
+        if not all(word.partition(":=")):
+            raise click.UsageError(f"--remap {word}: a remap is written OLD:=NEW")
+    return dict(word.split(":=", 1) for word in words)
+
+
+def _is_number(word: str) -> bool:
+    return word.replace(".", "", 1).isdecimal()
+
+
+_WALL_CLOCK = 1e9
+"""Seconds (September 2001) from which on a time is taken to be the wall's and not a simulation's."""
+_MAKERS = {"kbot": "KBot", "mujoco": "MuJoCo", "python": "Python", "machine": "on"}
+
+Rows = list[tuple[str, str]]
+
+
+def bag_text(path: str, found: Summary) -> str:
+    """A recording's size, span, topics and facts, a line each."""
+    lines = [f"{path}: {found.kind}, {found.count} messages over {found.seconds:.3f} s"]
+    rows: Rows = [("size", _size(path))]
+    if found.start is not None and found.end is not None:
+        rows.append(("time", f"{_time(found.start)} to {_time(found.end)}"))
+    for name, values in found.notes.items():
+        rows += _facts(name, values)
+    wide = max(len(label) for label, _ in rows)
+    lines += [f"  {label:<{wide}}  {value}" for label, value in rows]
+    wide = max((len(name) for name in found.topics), default=0)
+    lines += [
+        f"  {name:<{wide}}  {topic.count:>8}  {topic.type_name}"
+        for name, topic in sorted(found.topics.items())
+    ]
+    if found.broken:
+        until = f" up to {found.end * 1e-9:.3f} s" if found.end is not None else ""
+        lines.append(f"It is not whole: {found.broken}. The {found.count} messages{until} can be read.")
+    return "\n".join(lines)
+
+
+def _size(path: str) -> str:
+    place = Path(path)
+    files = [file for file in place.iterdir() if file.is_file()] if place.is_dir() else [place]
+    size = float(sum(file.stat().st_size for file in files))
+    for unit in ("bytes", "kB", "MB"):
+        if size < 1000.0:
+            return f"{size:.3g} {unit}" if unit != "bytes" else f"{size:.0f} {unit}"
+        size /= 1000.0
+    return f"{size:.3g} GB"
+
+
+def _time(nanoseconds: int) -> str:
+    seconds = nanoseconds * 1e-9
+    if seconds < _WALL_CLOCK:
+        return f"{seconds:.3f} s"
+    return f"{datetime.fromtimestamp(seconds, UTC):%Y-%m-%d %H:%M:%S} UTC ({seconds:.3f} s)"
+
+
+def _facts(name: str, values: Mapping[str, str]) -> Rows:
+    """KBot's own in words, those of others as they stand."""
+    if name in ("kbot", "kbot.cut"):
+        return list(_run(values, is_part=name == "kbot.cut"))
+    if name == "kbot.end":
+        steps, time, state = (values.get(key, "?") for key in ("steps", "time", "state_sha256"))
+        return [("end", f"after {steps} steps, at {_number(time)} s, in the state {state[:12]}")]
+    return [(f"{name}.{key}" if name else key, " ".join(value.split())) for key, value in values.items()]
+
+
+def _run(values: Mapping[str, str], *, is_part: bool) -> Iterator[tuple[str, str]]:
+    name, namespace, prefix = _list(values, "naming", 3)
+    robot = values.get("robot", "?")
+    called = f", called {name}" if name and name != robot else ""
+    beneath = f", its topics beneath /{namespace}" if namespace else ""
+    framed = f", its frames from {prefix}" if prefix else ""
+    yield "robot", robot + called + beneath + framed
+    yield "world", values.get("world", "?")
+    x, y, yaw = (_number(value) for value in _list(values, "start", 3))
+    if x:
+        yield "start", f"x {x} m, y {y} m, yaw {yaw} rad"
+    step, contacts = _number(values.get("timestep", "?")), values.get("contacts", "?")
+    yield "physics", f"steps of {step} s, contacts {contacts}, seed {values.get('seed', '?')}"
+    if is_part:
+        yield "part", "cut from a longer recording"
+    elif values.get("first_step", "0") != "0":
+        yield "begun", f"at step {values['first_step']} of the run"
+    yield "made by", ", ".join(f"{maker} {values[key]}" for key, maker in _MAKERS.items() if key in values)
+    transforms = values.get("static_transforms", "[]")
+    if transforms != "[]":
+        yield "static", f"{len(_list(values, 'static_transforms', 0))} transforms of the launch"
+
+
+def _list(values: Mapping[str, str], key: str, length: int) -> list[str]:
+    """What is written as JSON; of that length, and empty texts where it is not there."""
+    try:
+        found = parse_json(values.get(key, "[]"))
+    except ValueError:
+        found = []
+    found = [str(item) for item in found] if isinstance(found, list) else []
+    return found if not length or len(found) == length else [""] * length
+
+
+def _number(text: str) -> str:
+    try:
+        return f"{float(text):g}"
+    except ValueError:
+        return text
+
 
 SMALLEST_PLOT = 200
 
@@ -59,7 +223,7 @@ def info(recording: str, as_json: bool) -> int:
 
     Exit status: 0 complete; 1 incomplete or damaged.
     """
-    from kbot.cli.bag.info import bag_text  # lazy in this module: -h is fast
+    from kbot.cli.bag.command import bag_text  # lazy in this module: -h is fast
     from kbot.record import Recording
 
     found = Recording(recording).summary()

@@ -21,8 +21,7 @@ from kbot.cli.numbers import pose_of, speeds_of
 from kbot.cli.output import fail, report
 from kbot.cli.outputs import PeerRequest, peer_options, record_options, run_outputs
 from kbot.cli.progress import loading
-from kbot.cli.sim.goto import run_goto
-from kbot.cli.sim.headless import run_headless
+from kbot.cli.sim.headless import run_goto, run_headless
 from kbot.cli.typed_names import resolve_typed_names
 from kbot.text.files import write_bytes
 

@@ -2,16 +2,107 @@
 
 from __future__ import annotations
 
+import math
 import sys
+import time
+from types import TracebackType
 from typing import TYPE_CHECKING
 
 import click
 
-from kbot.cli.output import print_json
+from kbot.cli.output import print_json, report
+from kbot.cli.progress import PATIENCE
+from kbot.sim import Simulation
 from kbot.text.files import write_bytes
 
 if TYPE_CHECKING:
+    from kbot.kinematics import PlanarPose
     from kbot.sim import Simulation
+if TYPE_CHECKING:
+    from kbot.sim import Simulation
+
+
+def run_goto(simulation: Simulation, goal: PlanarPose, timeout: float | None, as_json: bool) -> int:
+    """Go there by the world's own map; the exit status is 0 where it was reached, else 1.
+
+    Where the description declares a flat lidar, the robot also stops before what that sees.
+    """
+    from kbot.cli.sim.headless import Progress  # lazy in this module: -h is fast
+    from kbot.navigation.simulated import go_to
+    from kbot.sensors import LidarSensor
+    from kbot.sensors.declared import mount_declared
+    from kbot.sim.report import make_report
+
+    sensors, said = mount_declared(simulation)
+    report(said)
+    lidar = next((sensor for sensor in sensors.values() if isinstance(sensor, LidarSensor)), None)
+    with Progress(simulation, None) as progress:
+        trip = go_to(simulation, goal, timeout=timeout, lidar=lidar)
+    run = make_report(simulation, trip.distance, progress.wall)
+    if as_json:
+        navigation = {
+            "goal": {"x": goal.x, "y": goal.y, "yaw": goal.yaw},
+            "state": str(trip.status.state),
+            "reason": trip.status.reason,
+            "off_m": trip.off,
+            "off_rad": trip.turned_off,
+            "time_s": trip.time,
+            "shortest_m": trip.shortest,
+            "odometry_error_m": trip.odometry_error,
+            "collided": trip.collided,
+        }
+        print_json({**run.to_json(), "navigation": navigation})
+    else:
+        planned = f" in {trip.time:.2f} s, {trip.distance:.2f} m of a path of {trip.shortest:.2f} m"
+        click.echo(f"goal        {trip.status}" + (planned if trip.shortest else ""))
+        click.echo(
+            f"            {trip.off * 1000.0:.1f} mm and {math.degrees(trip.turned_off):.1f} deg from it"
+        )
+        click.echo(f"contact     {'with more than' if trip.collided else 'only with'} the ground")
+        click.echo(run.to_text())
+    return 0 if trip.reached else 1
+
+
+INTERVAL = 0.2
+
+
+class Progress:
+    """Shows simulated time and speed on stderr while it is entered; `wall` is how long that was."""
+
+    def __init__(self, simulation: Simulation, seconds: float | None) -> None:
+        """`seconds`: how long the run will be, None where that is not known."""
+        self._simulation, self._seconds = simulation, seconds
+        self.wall = 0.0
+        self._shown = False
+
+    def __enter__(self) -> Progress:
+        self._begin = self._last = time.perf_counter()
+        self._before = self._simulation.time
+        self._timer = None
+        if sys.stderr.isatty():
+            self._timer = self._simulation.clock.every(10.0, self._look)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.wall = time.perf_counter() - self._begin
+        if self._timer is not None:
+            self._timer.cancel()
+        if self._shown:
+            sys.stderr.write("\r\x1b[K")
+
+    def _look(self) -> None:
+        now = time.perf_counter()
+        if now - self._begin < PATIENCE or now - self._last < INTERVAL:
+            return
+        self._last, self._shown = now, True
+        done = self._simulation.time - self._before
+        rate = done / (now - self._begin)
+        share = f" {100 * done / self._seconds:3.0f} %" if self._seconds else ""
+        sys.stderr.write(f"\r\x1b[K{done:10.1f} s simulated{share}   {rate:.0f} times real time")
+        sys.stderr.flush()
+
 
 INTERRUPTED = 130
 """The exit status after Ctrl-C, as a shell has it."""
@@ -26,7 +117,7 @@ def run_headless(
     in_real_time: bool = False,
 ) -> int:
     """Run, then report on stdout; the exit status. `seconds` None is until Ctrl-C."""
-    from kbot.cli.sim.progress import Progress  # lazy in this module: -h is fast
+    from kbot.cli.sim.headless import Progress  # lazy in this module: -h is fast
     from kbot.sim.report import Odometer, make_report
     from kbot.sim.script import ScriptFailed, run_script
 

@@ -16,7 +16,7 @@ from kbot.record.chunks import KeptChunks, in_time_order
 from kbot.record.entry import Entry, Types
 from kbot.record.formats import NOTES_TOPIC, read_note
 from kbot.record.limits import Allowance, TooLarge
-from kbot.record.mcap.index import McapIndex
+from kbot.record.mcap_file import McapIndex
 from kbot.text import KbotError
 
 FIRST_WINDOW = 1_000_000_000

@@ -13,7 +13,7 @@ from kbot.record.chunks import in_time_order
 from kbot.record.entry import Entry, Types
 from kbot.record.formats import BrokenOff, NoIndex, Note
 from kbot.record.limits import Allowance, TooLarge
-from kbot.record.mcap.reader import McapSource
+from kbot.record.mcap_file import McapSource
 from kbot.text import KbotError
 
 UNREADABLE = (ValueError, OSError, sqlite3.Error)

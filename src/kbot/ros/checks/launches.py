@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from kbot.checks.config import Config
-from kbot.checks.examination import examine, findings
 from kbot.checks.facts.drivers import find_drivers
 from kbot.checks.file_kinds import FileKind
+from kbot.checks.runner import examine, findings
 from kbot.model.load import load_robot
 from kbot.ros.launch import Plan, is_ros_2, read_launch, read_launch_2
 from kbot.ros.launch.plan import Description, Param

@@ -10,8 +10,7 @@ from typing import Any
 from kbot.text import KbotError
 from kbot.text.errors import reading
 from kbot.text.files import read_source, write_bytes
-from kbot.workbench.displays.rviz import read_rviz, unwritten, write_rviz
-from kbot.workbench.displays.rviz_standard import Version, version_of
+from kbot.workbench.displays.rviz import Version, read_rviz, unwritten, version_of, write_rviz
 from kbot.workbench.displays.settings import (
     Settings,
     check,

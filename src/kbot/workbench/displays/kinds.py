@@ -5,7 +5,10 @@ Lengths that are 0 by themselves suit the robot's size.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from kbot.workbench.displays.property import (
+    TOPIC,
     DisplayKind,
     choice,
     colour,
@@ -15,7 +18,251 @@ from kbot.workbench.displays.property import (
     switch,
     text,
 )
-from kbot.workbench.displays.topic_kinds import TOPIC_KINDS
+
+_COVARIANCE = (
+    switch("covariance", "Covariance", False, "Covariance/Value"),
+    number("covariance_alpha", "Its opacity", 0.3, 0.0, 1.0, rviz="Covariance/Position/Alpha"),
+)
+_SHAPE = (
+    choice("shape", "Shape", ("arrow", "axes"), "Shape"),
+    number("length", "Length", 0.0, 0.0, 100.0, "m", "Shaft Length", zero="auto"),
+)
+_POINTS = (
+    choice("style", "Style", ("points", "squares", "spheres", "boxes"), "Style"),
+    number("size", "Size of points", 4.0, 1.0, 50.0, "px", "Size (Pixels)"),
+    number("metres", "Size of shapes", 0.01, 0.0001, 100.0, "m", "Size (m)"),
+    number("decay", "Decay time", 0.0, 0.0, 600.0, "s", "Decay Time"),
+    colour("colour", "Colour", "#ff4d6d", "Color"),
+)
+_RANGE = (
+    switch("auto", "Automatic range", True),
+    number("low", "Lowest", 0.0, -1e6, 1e6),
+    number("high", "Highest", 10.0, -1e6, 1e6),
+)
+"""Between which values colours go."""
+_NAMESPACES = (switch("show", "Show", True, "Namespaces"),)
+
+TOPIC_KINDS = (
+    DisplayKind(
+        "LaserScan",
+        "What a lidar sees",
+        (
+            TOPIC,
+            *_POINTS,
+            choice("by", "Colour by", ("colour", "intensity", "distance", "x", "y", "z")),
+            *_RANGE,
+            opacity(),
+        ),
+        topics=("sensor_msgs/msg/LaserScan",),
+        rviz=("LaserScan",),
+    ),
+    DisplayKind(
+        "PointCloud2",
+        "Points in space",
+        (
+            TOPIC,
+            *_POINTS,
+            choice("by", "Colour by", ("z", "x", "y", "distance", "intensity", "rgb", "colour")),
+            text("channel", "Intensity field", "Channel Name"),
+            *_RANGE,
+            opacity(),
+        ),
+        topics=("sensor_msgs/msg/PointCloud2",),
+        rviz=("PointCloud2",),
+    ),
+    DisplayKind(
+        "Path",
+        "A way that was planned or taken",
+        (
+            TOPIC,
+            colour("colour", "Colour", "#19ff00", "Color"),
+            choice("style", "Line style", ("lines", "billboards"), "Line Style"),
+            number("width", "Width of lines", 3.0, 1.0, 50.0, "px"),
+            number("metres", "Width of billboards", 0.03, 0.0001, 100.0, "m", "Line Width"),
+            choice("poses", "Poses", ("none", "arrows", "axes"), "Pose Style"),
+            opacity(),
+        ),
+        topics=("nav_msgs/msg/Path",),
+        rviz=("Path",),
+    ),
+    DisplayKind(
+        "Odometry",
+        "Where the wheels tell that the robot is",
+        (
+            TOPIC,
+            _SHAPE[0],
+            replace(_SHAPE[1], rviz="Shape/Shaft Length"),
+            colour("colour", "Colour", "#ff8a3d", "Shape/Color"),
+            number("keep", "Keep", 100.0, 0.0, 10_000.0, rviz="Keep", zero="all"),
+            number("distance", "Each", 0.05, 0.0, 100.0, "m", "Position Tolerance"),
+            number("angle", "or each", 0.1, 0.0, 3.2, "rad", "Angle Tolerance"),
+            *_COVARIANCE,
+            opacity(rviz="Shape/Alpha"),
+        ),
+        topics=("nav_msgs/msg/Odometry",),
+        rviz=("Odometry",),
+    ),
+    DisplayKind(
+        "Pose",
+        "One pose, as a goal is",
+        (TOPIC, *_SHAPE, colour("colour", "Colour", "#ff1900", "Color"), opacity()),
+        topics=("geometry_msgs/msg/PoseStamped",),
+        rviz=("Pose",),
+    ),
+    DisplayKind(
+        "PoseWithCovariance",
+        "One pose and how sure it is",
+        (
+            TOPIC,
+            *_SHAPE,
+            colour("colour", "Colour", "#b583ff", "Color"),
+            switch("covariance", "Covariance", True, "Covariance/Value"),
+            _COVARIANCE[1],
+            opacity(),
+        ),
+        topics=("geometry_msgs/msg/PoseWithCovarianceStamped",),
+        rviz=("PoseWithCovariance",),
+    ),
+    DisplayKind(
+        "PoseArray",
+        "Many poses, as those of a particle filter",
+        (
+            TOPIC,
+            _SHAPE[0],
+            replace(_SHAPE[1], rviz="Arrow Length"),
+            colour("colour", "Colour", "#ff1900", "Color"),
+            opacity(),
+        ),
+        topics=("geometry_msgs/msg/PoseArray",),
+        rviz=("PoseArray",),
+    ),
+    DisplayKind(
+        "Twist",
+        "A velocity: an arrow for the straight part, one around for the turn",
+        (
+            TOPIC,
+            number("linear_scale", "m for 1 m/s", 0.5, 0.01, 100.0, rviz="Linear Arrow Scale"),
+            number("angular_scale", "m for 1 rad/s", 0.1, 0.01, 100.0, rviz="Angular Arrow Scale"),
+            colour("linear", "Straight", "#46a758", "Linear Color"),
+            colour("angular", "Turn", "#cccc33", "Angular Color"),
+            opacity(),
+        ),
+        topics=("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"),
+        rviz=("TwistStamped",),
+    ),
+    DisplayKind(
+        "Wrench",
+        "A force, and a torque around its axis",
+        (
+            TOPIC,
+            number("linear_scale", "m for 1 N", 0.05, 0.0001, 100.0, rviz="Force Arrow Scale"),
+            number("angular_scale", "m for 1 Nm", 0.1, 0.0001, 100.0, rviz="Torque Arrow Scale"),
+            colour("linear", "Force", "#cc3333", "Force Color"),
+            colour("angular", "Torque", "#cccc33", "Torque Color"),
+            opacity(),
+        ),
+        topics=("geometry_msgs/msg/WrenchStamped",),
+        rviz=("Wrench", "WrenchStamped"),
+    ),
+    DisplayKind(
+        "Polygon",
+        "A closed line, as a robot's footprint is",
+        (
+            TOPIC,
+            colour("colour", "Colour", "#19ff00", "Color"),
+            number("width", "Line width", 3.0, 1.0, 50.0, "px"),
+            opacity(),
+        ),
+        topics=("geometry_msgs/msg/PolygonStamped",),
+        rviz=("Polygon",),
+    ),
+    DisplayKind(
+        "Map",
+        "Where it is free and where not",
+        (
+            TOPIC,
+            choice("scheme", "Colours", ("map", "costmap", "raw"), "Color Scheme"),
+            switch("behind", "Draw behind", False, "Draw Behind"),
+            opacity(0.7),
+        ),
+        topics=("nav_msgs/msg/OccupancyGrid",),
+        rviz=("Map",),
+    ),
+    DisplayKind(
+        "Marker",
+        "A thing that a program draws",
+        (TOPIC,),
+        topics=("visualization_msgs/msg/Marker",),
+        per_namespace=_NAMESPACES,
+        rviz=("Marker",),
+    ),
+    DisplayKind(
+        "MarkerArray",
+        "Things that a program draws",
+        (TOPIC,),
+        topics=("visualization_msgs/msg/MarkerArray",),
+        per_namespace=_NAMESPACES,
+        rviz=("MarkerArray",),
+    ),
+    DisplayKind(
+        "Contacts",
+        "Where the robot is touched, and the forces there",
+        (
+            replace(TOPIC, initial="/contacts"),
+            number("scale", "m for the robot's weight", 0.0, 0.0, 100.0, zero="auto"),
+            colour("colour", "Colour", "#ffd60a"),
+        ),
+        topics=("visualization_msgs/msg/MarkerArray",),
+    ),
+    DisplayKind(
+        "Image",
+        "A camera's picture",
+        (
+            TOPIC,
+            switch("normalize", "Normalize range", True, "Normalize Range"),
+            number("near", "Nearest", 0.0, 0.0, 1e3, "m", "Min Value"),
+            number("far", "Farthest", 5.0, 0.0, 1e3, "m", "Max Value"),
+        ),
+        topics=("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"),
+        rviz=("Image",),
+    ),
+    DisplayKind(
+        "Camera",
+        "The scene as a camera sees it, over its picture",
+        (
+            TOPIC,
+            choice(
+                "rendering", "Picture", ("background and overlay", "background", "overlay"), "Image Rendering"
+            ),
+            number("alpha", "Overlay opacity", 0.5, 0.0, 1.0, rviz="Overlay Alpha"),
+            number("zoom", "Zoom", 1.0, 0.1, 100.0, rviz="Zoom Factor"),
+            number("far", "Farthest", 100.0, 0.1, 1e4, "m", "Far Plane Distance"),
+        ),
+        topics=("sensor_msgs/msg/Image",),
+        per_display=(switch("show", "Show", True, "Visibility"),),
+        rviz=("Camera",),
+    ),
+    DisplayKind(
+        "Range",
+        "A distance, as ultrasound and infrared tell it",
+        (TOPIC, colour("colour", "Colour", "#ffffff", "Color"), opacity(0.5)),
+        topics=("sensor_msgs/msg/Range",),
+        rviz=("Range",),
+    ),
+    DisplayKind(
+        "PointStamped",
+        "A point, as one that was clicked",
+        (
+            TOPIC,
+            number("radius", "Radius", 0.0, 0.0, 10.0, "m", "Radius", zero="auto"),
+            colour("colour", "Colour", "#cc29cc", "Color"),
+            opacity(),
+        ),
+        topics=("geometry_msgs/msg/PointStamped",),
+        rviz=("PointStamped",),
+    ),
+)
+
 
 GLOBALS = (
     frame("frame", "Fixed frame", "Fixed Frame"),

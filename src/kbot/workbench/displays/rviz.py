@@ -7,30 +7,358 @@ properties by the labels they have on screen.
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 from kbot.text import KbotError
 from kbot.workbench.displays.kinds import GLOBALS, KINDS
 from kbot.workbench.displays.marked_yaml import Marked, read_yaml
 from kbot.workbench.displays.property import DisplayKind, Property, Value
-from kbot.workbench.displays.rviz_parts import hidden, read_links, read_namespaces, show, show_namespace
-from kbot.workbench.displays.rviz_special import range_labels, read_special, written
-from kbot.workbench.displays.rviz_standard import (
-    NOT_IN_RVIZ_1,
-    PACKAGES,
-    ROS1,
-    ROS2,
-    Version,
-    is_the_robot,
-    new_document,
-    plugins,
-    version_of,
-)
-from kbot.workbench.displays.rviz_values import read_value, write_value
-from kbot.workbench.displays.rviz_view import read_view, write_view
-from kbot.workbench.displays.settings import Display, Settings, properties_of
+from kbot.workbench.displays.settings import Display, Settings, View, checked_value, properties_of
+
+FIXED_FRAME = "<Fixed Frame>"
+PLANES = ("XY", "XZ", "YZ")
+SCHEMES = ("map", "costmap", "raw")
+RENDERINGS = ("background and overlay", "background", "overlay")
+AS_THEY_ARE = frozenset((*PLANES, *SCHEMES, *RENDERINGS))
+"""Choices that rviz writes as they are called here."""
+ALIKE = {"flat squares": "squares", "tiles": "squares"}
+"""Styles of points that look the same here."""
+
+
+def read_value(property: Property, value: Any) -> Value:  # noqa: ANN401 - what YAML holds
+    """A property's value.
+
+    Raises:
+        KbotError: it is none; the text says what is meant.
+    """
+    if isinstance(value, dict) and "Value" in value:
+        value = value["Value"]
+    match property.kind:
+        case "colour":
+            return _colour(value)
+        case "choice":
+            by_name = {_bare(option): option for option in property.options}
+            if _bare(str(value)) not in by_name:
+                raise KbotError(f"one of {', '.join(property.options)} is known here")
+            return by_name[_bare(str(value))]
+        case "frame":
+            return "" if value == FIXED_FRAME else checked_value(property, value)
+        case "topic" | "text":
+            return checked_value(property, value or "")
+    return checked_value(property, value)
+
+
+def write_value(property: Property, value: Value, ros1: bool) -> Any:  # noqa: ANN401 - what YAML holds
+    """A property's value as rviz reads it."""
+    match property.kind:
+        case "colour":
+            text = str(value) or "#a0a0a4"
+            return "; ".join(str(int(text[at : at + 2], 16)) for at in (1, 3, 5))
+        case "choice":
+            return value if value in AS_THEY_ARE else str(value).capitalize()
+        case "frame":
+            return value or FIXED_FRAME
+        case "topic":
+            return value if ros1 else {"Value": value}
+        case "number":
+            number = float(value)
+            return int(number) if number.is_integer() else number
+    return value
+
+
+def _bare(option: str) -> str:
+    bare = option.lower().removesuffix(" (flat)").strip()
+    return ALIKE.get(bare, bare)
+
+
+def _colour(value: object) -> str:
+    """`#rrggbb` of `r; g; b` in 0..255."""
+    try:
+        red, green, blue = (int(part) for part in str(value).split(";"))
+    except ValueError:
+        raise KbotError("a colour is meant, as in '255; 0; 0'") from None
+    if not all(0 <= part <= 255 for part in (red, green, blue)):
+        raise KbotError("numbers from 0 to 255 are meant")
+    return f"#{red:02x}{green:02x}{blue:02x}"
+
+
+PICTURE_HEIGHT = 800
+"""Pixels of a picture's height, by which the scale of TopDownOrtho (pixels a metre) is understood."""
+HALF_ANGLE = math.radians(16)
+"""Half of the angle that the page sees, upwards."""
+STRAIGHT_DOWN = 1e-3
+ORBITS = ("Orbit", "XYOrbit", "ThirdPersonFollower")
+
+
+def read_view(views: Marked, notes: list[str]) -> View | None:
+    """The current view; where it is of a kind that is not known, a note and None."""
+    current = views.value.get("Current") if isinstance(views.value, dict) else None
+    if current is None or not isinstance(current.value, dict):
+        return None
+    fields = current.plain
+    kind = str(fields.get("Class")).rpartition("/")[2]
+    frame = _target_frame(fields)
+    yaw, pitch = _number(fields, "Yaw", 0.785), _number(fields, "Pitch", 0.785)
+    if kind in ORBITS:
+        target = _triple(fields.get("Focal Point"))
+        distance = max(1e-3, _number(fields, "Distance", 10.0))
+        away = (math.cos(yaw) * math.cos(pitch), math.sin(yaw) * math.cos(pitch), math.sin(pitch))
+        eye = _along(target, away, distance)
+        return View(eye, target, follow=kind == "ThirdPersonFollower" or frame != "", frame=frame)
+    if kind == "FPS":
+        eye = _triple(fields.get("Position"))
+        ahead = (math.cos(yaw) * math.cos(pitch), math.sin(yaw) * math.cos(pitch), -math.sin(pitch))
+        return View(eye, _along(eye, ahead, 1.0), follow=frame != "", frame=frame)
+    if kind == "TopDownOrtho":
+        target = (_number(fields, "X", 0.0), _number(fields, "Y", 0.0), 0.0)
+        scale = max(1e-3, _number(fields, "Scale", 10.0))
+        height = PICTURE_HEIGHT / scale / 2.0 / math.tan(HALF_ANGLE)
+        angle = _number(fields, "Angle", 0.0)
+        back = (STRAIGHT_DOWN * math.sin(angle), -STRAIGHT_DOWN * math.cos(angle), 1.0)
+        return View(_along(target, back, height), target, flat=True, follow=frame != "", frame=frame)
+    notes.append(f"the view {fields.get('Class')}, line {current.line}: there is none such here; it is kept")
+    return None
+
+
+def write_view(view: View, views: dict[str, Any], package: str) -> None:
+    """Put a view in the place of the current one: TopDownOrtho where it is flat and from above, else Orbit,
+    or the follower where that was one."""
+    before = views.get("Current")
+    old = before if isinstance(before, dict) else {}
+    away = [e - t for e, t in zip(view.eye, view.target, strict=True)]
+    distance = math.sqrt(sum(v * v for v in away)) or 1.0
+    pitch = math.asin(max(-1.0, min(1.0, away[2] / distance)))
+    yaw = math.atan2(away[1], away[0])
+    x, y, z = view.target
+    frame = view.frame or (view.follow and _target_frame(old)) or FIXED_FRAME
+    kind = str(old.get("Class")).rpartition("/")[2]
+    if view.flat and pitch > math.radians(89):
+        new: dict[str, Any] = {
+            "Class": f"{package}/TopDownOrtho",
+            "Angle": round((yaw + math.pi / 2.0) % (2.0 * math.pi), 6),
+            "Scale": round(PICTURE_HEIGHT / (2.0 * distance * math.tan(HALF_ANGLE)), 6),
+            "X": x,
+            "Y": y,
+        }
+    elif kind == "FPS":
+        ex, ey, ez = view.eye
+        new = {
+            "Class": f"{package}/FPS",
+            "Position": {"X": ex, "Y": ey, "Z": ez},
+            "Pitch": round(pitch, 6),
+            "Yaw": round((yaw + math.pi) % (2.0 * math.pi), 6),
+        }
+    else:
+        new = {
+            "Class": f"{package}/{kind if kind in ORBITS else 'Orbit'}",
+            "Distance": round(distance, 6),
+            "Focal Point": {"X": x, "Y": y, "Z": z},
+            "Pitch": round(pitch, 6),
+            "Yaw": round(yaw % (2.0 * math.pi), 6),
+        }
+    kept = old if new["Class"] == old.get("Class") else {"Name": "Current View", "Near Clip Distance": 0.01}
+    views["Current"] = {**kept, **new, "Target Frame": frame}
+
+
+def _target_frame(fields: dict[str, Any]) -> str:
+    """The frame that the view goes along with, from whose origin it is told; empty for the fixed one."""
+    frame = str(fields.get("Target Frame", FIXED_FRAME))
+    return "" if frame == FIXED_FRAME else frame
+
+
+def _number(fields: dict[str, Any], name: str, default: float) -> float:
+    value = fields.get(name)
+    usable = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e6
+    return float(value) if usable and value is not None else default
+
+
+def _triple(value: object) -> tuple[float, float, float]:
+    fields = value if isinstance(value, dict) else {}
+    return _number(fields, "X", 0.0), _number(fields, "Y", 0.0), _number(fields, "Z", 0.0)
+
+
+def _along(
+    start: tuple[float, float, float], direction: tuple[float, float, float], distance: float
+) -> tuple[float, float, float]:
+    x, y, z = (s + d * distance for s, d in zip(start, direction, strict=True))
+    return x, y, z
+
+
+Version: TypeAlias = Literal[1, 2]
+ROS1, ROS2 = "rviz", "rviz_default_plugins"
+PACKAGES: Mapping[Version, str] = {1: ROS1, 2: ROS2}
+"""Where displays, tools and views of each version are."""
+NOT_IN_RVIZ_1 = ("TwistStamped", "Wrench")
+TOOLS = ("Interact", "MoveCamera", "Select", "FocusCamera", "Measure")
+TOPICS_OF_TOOLS = {
+    "SetInitialPose": ("/initialpose", "/initialpose"),
+    "SetGoal": ("/move_base_simple/goal", "/goal_pose"),
+    "PublishPoint": ("/clicked_point", "/clicked_point"),
+}
+"""Tools that publish, and where they do in rviz 1 and in rviz 2."""
+
+STANDARD = ("rviz", "rviz_common", "rviz_default_plugins")
+"""Packages whose panels and tools every rviz has."""
+THE_ROBOT = {"Robot Description": "robot_description", "Description Topic": "/robot_description"}
+"""Where rviz 1 and rviz 2 have the robot from that is shown here anyway."""
+
+
+def plugins(entries: object) -> list[str]:
+    """Classes of panels or tools that do not come with rviz."""
+    tables = [entry for entry in entries if isinstance(entry, dict)] if isinstance(entries, list) else []
+    names = [table["Class"] for table in tables if isinstance(table.get("Class"), str)]
+    return [name for name in names if name.partition("/")[0] not in STANDARD]
+
+
+def is_the_robot(label: str, value: Marked) -> bool:
+    """Whether a display's field says no more than that it shows the robot."""
+    said = value.plain.get("Value") if isinstance(value.plain, dict) else value.plain
+    return label in THE_ROBOT and said == THE_ROBOT[label]
+
+
+def version_of(document: Mapping[str, Any]) -> Version:
+    """The rviz that wrote a configuration, by the packages of what is in it; 2 where nothing tells."""
+    return 1 if any(name.startswith(f"{ROS1}/") for name in _classes(document)) else 2
+
+
+def new_document(version: Version) -> dict[str, Any]:
+    """A configuration with no displays; with the tools of a new rviz, which has none but a file's."""
+    package = PACKAGES[version]
+    tools: list[dict[str, Any]] = [{"Class": f"{package}/{name}"} for name in TOOLS]
+    for name, topics in TOPICS_OF_TOOLS.items():
+        topic = topics[version - 1]
+        tools.append({"Class": f"{package}/{name}", "Topic": topic if version == 1 else {"Value": topic}})
+    panels = "rviz" if version == 1 else "rviz_common"
+    return {
+        "Panels": [{"Class": f"{panels}/{name}", "Name": name} for name in ("Displays", "Views")],
+        "Visualization Manager": {
+            "Class": "",
+            "Displays": [],
+            "Enabled": True,
+            "Global Options": {},
+            "Name": "root",
+            "Tools": tools,
+            "Value": True,
+        },
+    }
+
+
+def _classes(part: object) -> Iterator[str]:
+    if isinstance(part, Mapping):
+        if isinstance(part.get("Class"), str):
+            yield part["Class"]
+        part = list(part.values())
+    for inner in part if isinstance(part, list) else ():
+        yield from _classes(inner)
+
+
+COLOUR_BY = {"FlatColor": "colour", "Intensity": "intensity", "RGB8": "rgb", "RGBF32": "rgb"}
+AXES = ("x", "y", "z")
+INTENSITY = {"auto": "Autocompute Intensity Bounds", "low": "Min Intensity", "high": "Max Intensity"}
+AXIS = {
+    "auto": "Autocompute Value Bounds/Value",
+    "low": "Autocompute Value Bounds/Min Value",
+    "high": "Autocompute Value Bounds/Max Value",
+}
+POINTS = {"Color Transformer", "Axis", "Autocompute Value Bounds", *INTENSITY.values()}
+TF_LENGTH = 0.2
+"""Length in m of the axes that rviz draws at marker scale 1."""
+
+
+def read_special(kind: DisplayKind, fields: Mapping[str, Marked], read: set[str]) -> dict[str, Value]:
+    """What a display of rviz says so; adds to `read` the fields that were looked at."""
+    if kind.name in ("LaserScan", "PointCloud2"):
+        read.update(POINTS)
+        return _read_colours(kind, fields)
+    if kind.name == "TF" and "Marker Scale" in fields:
+        read.add("Marker Scale")
+        scale = fields["Marker Scale"].value
+        is_scale = isinstance(scale, int | float) and 0.0 < scale < math.inf
+        return {"length": TF_LENGTH * scale} if is_scale else {}
+    return {}
+
+
+def range_labels(by: Value | None) -> Mapping[str, str]:
+    """Where rviz has the values between which the colours of points go: for an axis and for the intensity
+    there are fields of their own."""
+    return AXIS if by in AXES else INTENSITY if by == "intensity" else {}
+
+
+def written(kind: DisplayKind, values: Mapping[str, Value]) -> Iterator[tuple[str, Any]]:
+    """Labels and values that rviz is to have, the label of one beneath another after a slash."""
+    by = values.get("by")
+    if by is not None:
+        transformers = {ours: theirs for theirs, ours in reversed(COLOUR_BY.items())}
+        yield "Color Transformer", transformers.get(str(by), "AxisColor")
+        if by in AXES:
+            yield "Axis", str(by).upper()
+    if kind.name == "TF" and values.get("length"):
+        yield "Marker Scale", round(float(values["length"]) / TF_LENGTH, 6)
+
+
+def _read_colours(kind: DisplayKind, fields: Mapping[str, Marked]) -> dict[str, Value]:
+    if "Color Transformer" not in fields:
+        return {}
+    transformer = str(fields["Color Transformer"].value)
+    axis = str(fields["Axis"].value).lower() if "Axis" in fields else "z"
+    by = axis if transformer == "AxisColor" else COLOUR_BY.get(transformer, "colour")
+    return {"by": by} if by in next(p.options for p in kind.properties if p.name == "by") else {}
+
+
+def read_links(kind: DisplayKind, links: Marked | None) -> dict[str, Value]:
+    """What `Links` says other than at first, as `link/property`."""
+    found: dict[str, Value] = {}
+    for link, entry in links.value.items() if links is not None and isinstance(links.value, dict) else ():
+        for property in kind.per_link if isinstance(entry.value, dict) else ():
+            value = entry.value.get(property.rviz)
+            if value is not None and value.value != property.initial:
+                found[f"{link}/{property.name}"] = value.value
+    return found
+
+
+def hidden(visibility: object, above: bool = True) -> Iterator[str]:
+    """Names of the displays that a camera's `Visibility` leaves out, alone or with their group."""
+    if not isinstance(visibility, dict):
+        return
+    is_seen = above and visibility.get("Value") is not False
+    for name, value in visibility.items():
+        if isinstance(value, dict):
+            yield from hidden(value, is_seen)
+        elif name != "Value" and not (is_seen and value is not False):
+            yield str(name)
+
+
+def show(camera: dict[str, Any], name: str, is_seen: bool) -> None:
+    """Say in a camera's `Visibility` whether a display is seen, where that is told already or at the end."""
+    visibility = camera.get("Visibility")
+    if not isinstance(visibility, dict):
+        visibility = camera["Visibility"] = {"Value": True}
+    (_holder(visibility, name) or visibility)[name] = is_seen
+
+
+def _holder(visibility: dict[str, Any], name: str) -> dict[str, Any] | None:
+    if isinstance(visibility.get(name), bool):
+        return visibility
+    groups = (group for group in visibility.values() if isinstance(group, dict))
+    return next((found for group in groups if (found := _holder(group, name)) is not None), None)
+
+
+def read_namespaces(namespaces: object) -> dict[str, Value]:
+    """What `Namespaces` hides, as `namespace/show`."""
+    said = namespaces.items() if isinstance(namespaces, dict) else ()
+    return {f"{name}/show": False for name, is_seen in said if is_seen is False}
+
+
+def show_namespace(markers: dict[str, Any], name: str, is_seen: bool) -> None:
+    """Say in a display's `Namespaces` whether the markers of one are seen."""
+    namespaces = markers.get("Namespaces")
+    if not isinstance(namespaces, dict):
+        namespaces = markers["Namespaces"] = {}
+    namespaces[name] = is_seen
+
 
 GROUP = "Group"
 NOTHING = object()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, NoReturn
 
@@ -10,24 +11,53 @@ from kbot.kinematics.transform import Transform
 from kbot.messages import Bus, Clock, Publisher
 from kbot.model import Robot
 from kbot.record.encodings.bytes import decode_cdr
+from kbot.record.formats import Index
 from kbot.record.player import LATCHED
 from kbot.record.world_recorder import POSES_TOPIC
 from kbot.text import KbotError
 from kbot.tf.static_transforms import say_static
 from kbot.workbench.driving.motion import Moment, flat
-from kbot.workbench.playback.damage import Damage, damage_at
 from kbot.workbench.playback.recorded_moves import RecordedMoves
-from kbot.workbench.playback.recorded_run import TF_STATIC, RecordedRun
+from kbot.workbench.playback.recorded_run import TF_STATIC, RecordedRun, Told
 from kbot.workbench.playback.recorded_series import series_of_run
 from kbot.workbench.playback.recorded_way import world_from_root
 from kbot.workbench.playback.recorded_world import RecordedWorld
-from kbot.workbench.playback.told import Told
 from kbot.workbench.protocol import Action, Timeline
 from kbot.workbench.scene.foreign_frames import WORLD, ForeignFrames
 from kbot.workbench.scene.scene import Control
 from kbot.workbench.timeline.recording import RunRecording
 from kbot.workbench.timeline.series import Field, Making
 from kbot.world import World
+
+
+@dataclass(frozen=True, slots=True)
+class Damage:
+    """From when on nothing can be read until when; nanoseconds of the recording's clock. `before` and `after`
+    are the nearest moments that are whole, None where there is none."""
+
+    start: int
+    end: int
+    before: int | None
+    after: int | None
+
+    def nearest(self, nanoseconds: int) -> int:
+        """The moment to show instead of one within."""
+        whole = [moment for moment in (self.before, self.after) if moment is not None]
+        return min(whole, key=lambda moment: abs(moment - nanoseconds), default=nanoseconds)
+
+    def told(self, first: int) -> str:
+        """In words, by the time since `first`."""
+        start, end = (self.start - first) * 1e-9, (self.end - first) * 1e-9
+        return f"the recording is damaged from {start:.2f} s to {end:.2f} s"
+
+
+def damage_at(index: Index, nanoseconds: int) -> Damage | None:
+    """The damage that a moment lies in; None where it is whole. Raises KbotError: the file is gone."""
+    span = index.damage(nanoseconds)
+    if span is None:
+        return None
+    start, end = span
+    return Damage(start, end, start - 1 if start > index.start else None, end if end <= index.end else None)
 
 
 class Playback:

@@ -7,8 +7,7 @@ from typing import Any
 
 from kbot.model import Robot
 from kbot.record.world_recorder import POSES_TOPIC
-from kbot.workbench.playback.recorded_run import RecordedRun
-from kbot.workbench.playback.told import Told
+from kbot.workbench.playback.recorded_run import RecordedRun, Told
 from kbot.workbench.timeline.series import MOST_MOMENTS, Field, Making, Table, number_at
 
 FINEST = 0.02

@@ -14,8 +14,7 @@ from kbot.record.formats import read_fields
 from kbot.record.recorder import COMMANDS_TOPIC
 from kbot.record.world_recorder import POSES_TOPIC
 from kbot.text.json_text import parse_json
-from kbot.workbench.playback.recorded_run import TF, RecordedRun
-from kbot.workbench.playback.told import Told
+from kbot.workbench.playback.recorded_run import TF, RecordedRun, Told
 from kbot.workbench.scene.foreign_frames import MAP, WORLD, read_transform
 from kbot.workbench.timeline.ways import Point, Way
 

@@ -4,23 +4,72 @@ from __future__ import annotations
 
 import asyncio
 import http
-from collections.abc import Awaitable
+from collections.abc import Awaitable, Iterable
 from urllib.parse import urlsplit
 
 from websockets.asyncio.server import ServerConnection
+from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from kbot.net.hosts import only_host
 from kbot.text import KbotError
 from kbot.text.complaints import Complaints
 from kbot.workbench.page_files import load_page, takes_gzip, with_greeting
-from kbot.workbench.protocol.encode import encode
-from kbot.workbench.serving.access import Access
-from kbot.workbench.serving.answers import response
-from kbot.workbench.serving.exports import EXPORTS, described, exported
+from kbot.workbench.protocol.codec import encode
+from kbot.workbench.serving.access import Access, security_headers
 from kbot.workbench.session.deadman import NOBODY
 from kbot.workbench.session.session import Session
 from kbot.workbench.timeline.recording import ADDRESS as RECORDING
+
+_TEXT = "text/plain; charset=utf-8"
+
+
+def response(
+    status: http.HTTPStatus,
+    host: str,
+    body: bytes,
+    kind: str = _TEXT,
+    kept: str = "no-store",
+    scripts: Iterable[str] = (),
+) -> Response:
+    """A whole answer; `kind` is its media type, `kept` how long a browser may keep it, `scripts` the digests
+    of those within it."""
+    headers = Headers(
+        {
+            "Content-Type": kind,
+            "Content-Length": str(len(body)),
+            "Cache-Control": kept,
+            "Connection": "close",
+            **security_headers(host, scripts),
+        }
+    )
+    return Response(status.value, status.phrase, headers, body)
+
+
+EXPORTS = {"/export/robot.glb": "model/gltf-binary", "/export/robot.html": "application/octet-stream"}
+"""Media types; the page's HTML is to be saved, not opened beside the page."""
+
+
+async def exported(session: Session, path: str, host: str) -> Response:
+    """One of `EXPORTS`, made on another thread."""
+    robot, positions = session.standing()
+    if path == "/export/robot.glb":
+        from kbot.render.glb import glb
+
+        body = await asyncio.to_thread(glb, robot, positions)
+    else:
+        from kbot.workbench.saved_page import saved_page
+
+        body = (await asyncio.to_thread(saved_page, session, robot)).encode()
+    return response(http.HTTPStatus.OK, host, body, EXPORTS[path])
+
+
+def described(path: str, host: str) -> Response:
+    """The answer without the file, whose length is not known before it is made."""
+    answer = response(http.HTTPStatus.OK, host, b"", EXPORTS[path])
+    del answer.headers["Content-Length"]
+    return answer
+
 
 _FOR_EVER = "max-age=31536000, immutable"
 

@@ -7,7 +7,7 @@ import itertools
 from collections.abc import Awaitable, Callable, Iterable, Iterator
 
 from kbot.workbench.protocol import Beat, FromServer, Scene, SourceText, State, Things, Timeline
-from kbot.workbench.protocol.encode import encode
+from kbot.workbench.protocol.codec import encode
 
 MAX_PAGES = 500  # each takes a file descriptor, of which a process often has 1024
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from kbot.text import KbotError
 from kbot.workbench.protocol import State, Timeline, Told, Trail
-from kbot.workbench.protocol.encode import encode
+from kbot.workbench.protocol.codec import encode
 from kbot.workbench.serving.hub import Client, Hub
 from kbot.workbench.session.session import Session
 from kbot.workbench.timeline.history import Frame, History

@@ -39,7 +39,7 @@ from kbot.workbench.protocol import (
     Topics,
     Unsubscribe,
 )
-from kbot.workbench.protocol.decode import MAX_MESSAGE, BadMessage, decode
+from kbot.workbench.protocol.codec import MAX_MESSAGE, BadMessage, decode
 from kbot.workbench.serving.access import Access
 from kbot.workbench.serving.file_watcher import Watcher
 from kbot.workbench.serving.files import Files

@@ -7,12 +7,14 @@ from dataclasses import replace
 
 from kbot.model import Robot
 from kbot.workbench.displays.files import DisplayFile
-from kbot.workbench.driving.motion import Motion
+from kbot.workbench.driving.motion import Moment, Motion, flat
 from kbot.workbench.meshes.markers import MarkerMeshes
 from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.playback.recorded_way import RecordedWay
 from kbot.workbench.protocol import (
     About,
+    Action,
+    Advance,
     Drive,
     Findings,
     FromPage,
@@ -21,6 +23,7 @@ from kbot.workbench.protocol import (
     OpenSource,
     Pause,
     Publish,
+    Push,
     RecordRun,
     Refused,
     Reset,
@@ -28,6 +31,9 @@ from kbot.workbench.protocol import (
     SaveDisplays,
     Scene,
     Seek,
+    SetJoint,
+    SetJoints,
+    SetLoop,
     SetSpeed,
     SetWorld,
     State,
@@ -36,11 +42,9 @@ from kbot.workbench.protocol import (
     Told,
 )
 from kbot.workbench.scene.foreign_frames import frame_for_peers
-from kbot.workbench.session.commands import carry_out
 from kbot.workbench.session.deadman import NOBODY, Deadman
 from kbot.workbench.session.offers import Mode, Offers, about
 from kbot.workbench.session.shown_scene import ShownScene
-from kbot.workbench.session.state_message import state_message
 from kbot.workbench.source.description import Reading
 from kbot.workbench.source.shown import Reader, Shown
 from kbot.workbench.timeline.marks import Marks
@@ -48,6 +52,71 @@ from kbot.workbench.timeline.recording import RunRecording
 from kbot.workbench.timeline.series import Field, Making
 from kbot.workbench.topics.relay import TopicRelay
 from kbot.world.world import World
+
+
+def state_message(
+    moment: Moment,
+    robot: Robot,
+    *,
+    revision: int,
+    paused: bool,
+    speed: float,
+    rate: float,
+    driver: int,
+    resets: int,
+    at: float,
+) -> State:
+    """The state of the robot in the scene of a revision, its numbers as short as they can be seen."""
+    return State(
+        revision=revision,
+        time=round(moment.time, 6),
+        paused=paused,
+        speed=speed,
+        rate=round(rate, 3),
+        positions=tuple(round(moment.positions[joint.name], 6) for joint in robot.movable_joints),
+        poses=flat(moment.poses[link] for link in robot.links),
+        bodies=moment.bodies,
+        frames=tuple((name, parent) for name, (parent, _) in moment.frames.items()),
+        frame_poses=flat(pose for _, pose in moment.frames.values()),
+        command=moment.command,
+        twist=tuple(round(v, 5) for v in moment.twist),
+        odometry=tuple(round(v, 6) for v in moment.odometry),
+        driver=driver,
+        resets=resets,
+        at=round(at, 4),
+        faults=moment.faults,
+        fallen=moment.fallen,
+        jumps=moment.jumps,
+    )
+
+
+def carry_out(order: FromPage, motion: Motion) -> bool:
+    """Whether it was something for a motion, which is then done.
+
+    Raises:
+        KbotError: it cannot be done; the text says why.
+    """
+    match order:
+        case SetJoint(name=name, position=position):
+            motion.set_joint(name, position)
+        case SetJoints(preset=preset):
+            motion.set_joints(preset)
+        case Push(link=link, x=x, y=y, z=z, seconds=seconds):
+            motion.push(link, (x, y, z), seconds)
+        case Advance(seconds=seconds):
+            motion.paused = True
+            while seconds > 1e-6 and (done := motion.advance(seconds)) > 0.0:
+                seconds -= done  # a slow machine does it in several goes
+        case Seek(at=at):
+            motion.seek(at)
+        case SetLoop(loop=loop):
+            motion.loop = loop
+        case _ if isinstance(order, Action):
+            motion.act(order)
+        case _:
+            return False
+    return True
+
 
 NOTHING = Offers()
 RECORDED = "the robot is that of a recording, which is not changed"

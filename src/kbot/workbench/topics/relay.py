@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
+import json
+import struct
 import time
 from collections import deque
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from kbot.messages.bus import Bus, absolute
 from kbot.messages.visualization import Marker, MarkerArray, PointStamped
-from kbot.record.encodings.plain import from_plain
+from kbot.record.encodings.plain import from_plain, to_plain
 from kbot.record.encodings.type_names import ros_name
 from kbot.record.encodings.types import known_type
 from kbot.record.feed import Feed, Packet
@@ -17,7 +22,50 @@ from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.workbench.protocol import Topics, TopicView
 from kbot.workbench.topics.marker_state import MarkerState
-from kbot.workbench.topics.payload import encode_packet
+
+_ALIGNED = 8
+
+
+def encode_packet(packet: Packet, is_latched: bool = False) -> str | bytes:
+    """One message of a topic, said before it was asked for where it `is_latched`: text, or bytes where fields
+    of it are arrays or bytes."""
+    message: Any = packet.message
+    fields: dict[str, Any] = {}
+    arrays: dict[str, list[object]] = {}
+    parts: list[bytes] = []
+    at = 0
+    for field in dataclasses.fields(message):
+        value = getattr(message, field.name)
+        if isinstance(value, bytes):
+            value = np.frombuffer(value, np.uint8)
+        if not isinstance(value, np.ndarray):
+            fields[field.name] = to_plain(value)
+            continue
+        data = value.astype(value.dtype.newbyteorder("<"), copy=False).tobytes()
+        arrays[field.name] = [value.dtype.name, at, value.size]
+        parts.append(_padded(data, b"\0"))
+        at += len(parts[-1])
+    header = {
+        "type": "message",
+        "topic": packet.topic,
+        "kind": packet.type_name,
+        "time": packet.nanoseconds * 1e-9,
+        "is_latched": is_latched,
+        "message": fields,
+    }
+    if not arrays:
+        return _json(header)
+    text = _padded(b"    " + _json({**header, "arrays": arrays}).encode(), b" ")[4:]
+    return struct.pack("<I", len(text)) + text + b"".join(parts)
+
+
+def _json(value: object) -> str:
+    return json.dumps(value, separators=(",", ":"), allow_nan=False)
+
+
+def _padded(data: bytes, filling: bytes) -> bytes:
+    return data + filling * (-len(data) % _ALIGNED)
+
 
 FROM_PAGE = (
     "goal_pose",

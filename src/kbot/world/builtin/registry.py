@@ -5,16 +5,252 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable
+from math import cos, pi, radians, sin
 from typing import get_type_hints
 
+import numpy as np
+
+from kbot.kinematics.transform import Transform
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
-from kbot.world.builtin.buildings import corridor, rooms
-from kbot.world.builtin.maze import maze
-from kbot.world.builtin.simple import boxes, empty
-from kbot.world.builtin.terrain import obstacle_course, ramp, stairs
-from kbot.world.builtin.track import track
-from kbot.world.world import World
+from kbot.world.builders import BLACK, GREEN, ORANGE, WOOD, at, box, cylinder, floor, slope, wall
+from kbot.world.world import Body, Box, Part, World
+
+THICKNESS = 0.0004
+
+
+def track(straight: float = 2.0, radius: float = 0.75, line: float = 0.03, segments: int = 48) -> World:
+    """A black line in the shape of a stadium: two straights of `straight` metres joined by half circles
+    of `radius`; the start is on the line, along it, and the way round is to the left. It is paint:
+    seen and not touched."""
+    if not (straight >= 0.0 and radius > 0.1 and 0.0 < line < radius and 4 <= segments <= 1000):
+        raise KbotError(
+            "world 'track' needs a straight of 0 or more, a radius above 0.1 m, a line narrower than it"
+            " and 4 to 1000 segments"
+        )
+    half = straight / 2
+    parts = [_piece(straight, line, at(0.0, 0.0)), _piece(straight, line, at(0.0, 2 * radius))]
+    step = pi / segments
+    chord = step * radius + line * step / 2
+    for index in range(segments):
+        angle = (index + 0.5) * step
+        turn = at(half, radius, 0.0, angle) @ at(0.0, -radius)
+        back = at(-half, radius, 0.0, angle + pi) @ at(0.0, -radius)
+        parts += [_piece(chord, line, turn), _piece(chord, line, back)]
+    return World("track", (floor(), Body("line", tuple(parts))))
+
+
+def _piece(length: float, width: float, pose: Transform) -> Part:
+    return Part(Box((length, width, THICKNESS)), pose, BLACK, solid=False)
+
+
+def ramp(angle: float = 10.0, length: float = 2.0, width: float = 1.5) -> World:
+    """A slope of `angle` degrees half a metre ahead of the start, a level top, and the way down."""
+    if not (0.0 < angle <= 45.0 and length > 0.1 and width > 0.1):
+        raise KbotError(
+            "world 'ramp' needs an angle above 0 and up to 45 degrees, and a length and width above 0.1 m"
+        )
+    rise, run = length * sin(radians(angle)), length * cos(radians(angle))
+    top = 1.0
+    up = slope("ramp_up", length, width, radians(angle), 0.5, 0.0, 0.0)
+    platform = box(
+        "platform", (top, width, 0.04), 0.5 + run + top / 2, 0.0, rise - 0.02, rgba=WOOD, ground=True
+    )
+    down = slope("ramp_down", length, width, -radians(angle), 0.5 + run + top, 0.0, rise)
+    return World("ramp", (floor(), up, platform, down))
+
+
+def stairs(steps: int = 5, height: float = 0.01, depth: float = 0.4, width: float = 1.5) -> World:
+    """Steps up along x, the first half a metre ahead of the start, and a landing behind the last."""
+    if not (1 <= steps <= 200 and height > 0.0 and depth > 0.0 and width > 0.0):
+        raise KbotError("world 'stairs' needs 1 to 200 steps, and a height, depth and width above 0")
+    bodies: list[Body] = [floor()]
+    end = 0.5 + steps * depth + 1.0
+    for step in range(steps):
+        start = 0.5 + step * depth
+        bodies.append(
+            box(
+                f"step_{step}",
+                (end - start, width, height),
+                (start + end) / 2,
+                0.0,
+                (step + 0.5) * height,
+                rgba=WOOD,
+                ground=True,
+            )
+        )
+    return World("stairs", tuple(bodies))
+
+
+def obstacle_course(seed: int = 1) -> World:
+    """A slalom between pillars, sills to drive over, a low gate and a small ramp, along x."""
+    random = np.random.default_rng(seed)
+    bodies: list[Body] = [floor()]
+    for index in range(5):
+        side = 0.12 if index % 2 else -0.12
+        jitter = float(random.uniform(-0.03, 0.03))
+        bodies.append(cylinder(f"pillar_{index}", 0.03, 0.3, 0.7 + 0.6 * index, side + jitter, ORANGE))
+    for index in range(4):
+        height = 0.002 + 0.001 * index
+        bodies.append(
+            box(f"sill_{index}", (0.03, 1.0, height), 3.9 + 0.25 * index, 0.0, rgba=WOOD, ground=True)
+        )
+    bodies += [
+        box("gate_left", (0.05, 0.3, 0.4), 5.2, 0.35, rgba=GREEN),
+        box("gate_right", (0.05, 0.3, 0.4), 5.2, -0.35, rgba=GREEN),
+        box("gate_top", (0.05, 1.0, 0.05), 5.2, 0.0, 0.425, rgba=GREEN),
+        slope("ramp_up", 0.8, 1.0, radians(7.0), 5.7, 0.0, 0.0),
+    ]
+    crest = 5.7 + 0.8 * cos(radians(7.0))
+    bodies.append(slope("ramp_down", 0.8, 1.0, radians(-7.0), crest, 0.0, 0.8 * sin(radians(7.0))))
+    return World("obstacle_course", tuple(bodies))
+
+
+MOST_BOXES = 10_000
+
+
+def empty(friction: float = 1.0) -> World:
+    """A flat floor without end."""
+    return World("empty", (floor(friction=friction),))
+
+
+def boxes(count: int = 12, spread: float = 1.6, seed: int = 1) -> World:
+    """Boxes and pillars strewn around a free place of 0.45 m about the start."""
+    if not 0 <= count <= MOST_BOXES or spread < 0.6:
+        raise KbotError(f"world 'boxes' needs a count of 0 to {MOST_BOXES} and a spread of 0.6 m or more")
+    random = np.random.default_rng(seed)
+    bodies = [floor()]
+    for index in range(count):
+        angle = 2 * pi * (index + random.uniform(-0.25, 0.25)) / count
+        distance = random.uniform(0.45 + 0.13, spread)
+        x, y = distance * cos(angle), distance * sin(angle)
+        size, height = random.uniform(0.08, 0.18), random.uniform(0.08, 0.25)
+        if index % 3 == 2:
+            bodies.append(cylinder(f"pillar_{index}", size / 2, height, x, y, GREEN))
+        else:
+            yaw = random.uniform(0.0, pi)
+            rgba = WOOD if index % 3 else ORANGE
+            bodies.append(box(f"box_{index}", (size, size, height), x, y, yaw=yaw, rgba=rgba))
+    return World("boxes", tuple(bodies))
+
+
+Cell = tuple[int, int]
+
+
+def maze(size: int = 8, seed: int = 1, cell: float = 0.6, height: float = 0.25) -> World:
+    """A perfect maze of `size` x `size` cells of `cell` metres; the start is the middle of a corner
+    cell, whose open side lies ahead or to the left."""
+    if not 1 <= size <= 100 or not cell > 0.05 or not height > 0.0:
+        raise KbotError("world 'maze' needs a size of 1 to 100, cells wider than 0.05 m and a height above 0")
+    bodies: list[Body] = [floor(max(40.0, 2.5 * size * cell))]
+    for index, (start, end) in enumerate(_walls(size, _passages(size, seed))):
+        low = tuple((v - 0.5) * cell for v in start)
+        high = tuple((v - 0.5) * cell for v in end)
+        bodies.append(wall(f"wall_{index}", (low[0], low[1]), (high[0], high[1]), height))
+    return World("maze", tuple(bodies))
+
+
+def _passages(size: int, seed: int) -> set[frozenset[Cell]]:
+    """Pairs of neighbouring cells without a wall between them: a random walk that backs out of dead
+    ends (depth first), so every cell is reached once."""
+    random = np.random.default_rng(seed)
+    passages: set[frozenset[Cell]] = set()
+    path: list[Cell] = [(0, 0)]
+    seen = {(0, 0)}
+    while path:
+        x, y = path[-1]
+        around = ((x + 1, y), (x, y + 1), (x - 1, y), (x, y - 1))
+        free = [c for c in around if min(c) >= 0 and max(c) < size and c not in seen]
+        if not free:
+            path.pop()
+            continue
+        following = free[int(random.integers(len(free)))]
+        passages.add(frozenset((path[-1], following)))
+        seen.add(following)
+        path.append(following)
+    return passages
+
+
+def _walls(size: int, passages: set[frozenset[Cell]]) -> list[tuple[Cell, Cell]]:
+    """Straight walls as pairs of corner points, neighbouring pieces joined to one."""
+    walls: list[tuple[Cell, Cell]] = []
+    for line in range(size + 1):
+        across = [_is_open((at, line - 1), (at, line), passages) for at in range(size)]
+        along = [_is_open((line - 1, at), (line, at), passages) for at in range(size)]
+        walls += [((a, line), (b, line)) for a, b in _closed_runs(across)]
+        walls += [((line, a), (line, b)) for a, b in _closed_runs(along)]
+    return walls
+
+
+def _is_open(one: Cell, other: Cell, passages: set[frozenset[Cell]]) -> bool:
+    return frozenset((one, other)) in passages
+
+
+def _closed_runs(is_open: list[bool]) -> list[tuple[int, int]]:
+    """Start and end of every run of places that are not open."""
+    runs: list[tuple[int, int]] = []
+    start: int | None = None
+    for index, gap in enumerate([*is_open, True]):
+        if not gap and start is None:
+            start = index
+        elif gap and start is not None:
+            runs.append((start, index))
+            start = None
+    return runs
+
+
+def corridor(length: float = 6.0, width: float = 0.8, height: float = 0.3) -> World:
+    """Two walls along x, from 0.5 m behind the start on, closed at the far end."""
+    if not (length > 0.5 and width > 0.2 and height > 0.0):
+        raise KbotError("world 'corridor' needs a length above 0.5 m, a width above 0.2 m, a height above 0")
+    back, front, side = -0.5, length - 0.5, width / 2
+    return World(
+        "corridor",
+        (
+            floor(),
+            wall("left_wall", (back, side), (front, side), height),
+            wall("right_wall", (back, -side), (front, -side), height),
+            wall("end_wall", (front, -side), (front, side), height),
+        ),
+    )
+
+
+def rooms(columns: int = 3, rows: int = 2, size: float = 2.0, door: float = 0.6) -> World:
+    """Rooms of `size` metres in a grid, a door in the middle of every inner wall, a table in every
+    other room; the start is the middle of the first room."""
+    if not (1 <= columns <= 20 and 1 <= rows <= 20 and size > door > 0.0):
+        raise KbotError("world 'rooms' needs 1 to 20 columns and rows, and a size above that of the doors")
+    bodies: list[Body] = [floor(max(40.0, 2.5 * size * max(columns, rows)))]
+    for column in range(columns + 1):
+        for row in range(rows):
+            x, low = (column - 0.5) * size, (row - 0.5) * size
+            inner = 0 < column < columns
+            bodies += _side(f"wall_x{column}_{row}", (x, low), (x, low + size), door if inner else 0.0)
+    for row in range(rows + 1):
+        for column in range(columns):
+            y, low = (row - 0.5) * size, (column - 0.5) * size
+            inner = 0 < row < rows
+            bodies += _side(f"wall_y{column}_{row}", (low, y), (low + size, y), door if inner else 0.0)
+    for column in range(columns):
+        for row in range(rows):
+            if (column + row) % 2:
+                x, y = column * size + size * 0.25, row * size + size * 0.25
+                bodies.append(box(f"table_{column}_{row}", (0.35, 0.25, 0.2), x, y, rgba=WOOD))
+    return World("rooms", tuple(bodies))
+
+
+def _side(name: str, start: tuple[float, float], end: tuple[float, float], door: float) -> list[Body]:
+    """A wall, in two pieces when there is a door in its middle."""
+    if not door:
+        return [wall(name, start, end)]
+    length = abs(end[0] - start[0]) + abs(end[1] - start[1])
+    share = (length - door) / 2 / length
+    across = ((end[0] - start[0]) * share, (end[1] - start[1]) * share)
+    return [
+        wall(f"{name}_a", start, (start[0] + across[0], start[1] + across[1])),
+        wall(f"{name}_b", (end[0] - across[0], end[1] - across[1]), end),
+    ]
+
 
 BUILDERS: dict[str, Callable[..., World]] = {
     builder.__name__: builder

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -11,14 +12,35 @@ from kbot.kinematics.transform import Transform
 from kbot.text import DescriptionError, Diagnostic, Element, KbotError
 from kbot.world.builders import floor
 from kbot.world.findings import Findings
+from kbot.world.georeference import Georeference
 from kbot.world.sdf.articulation import Articulation
 from kbot.world.sdf.entries import Context, Entry
 from kbot.world.sdf.files import WHOLE, Files, fuel_model, read_xml
 from kbot.world.sdf.frames import Frames
 from kbot.world.sdf.reach import Reach
-from kbot.world.sdf.spherical import georeference
 from kbot.world.sdf.values import STRONGEST_PULL, Values
 from kbot.world.world import World
+
+
+def georeference(world: Element, values: Values) -> Georeference | None:
+    """What a `<world>` says of it; None where it says nothing, or nothing that is a place on the earth."""
+    element = world.find("spherical_coordinates")
+    if element is None:
+        return None
+    for tag, usual in (("surface_model", "EARTH_WGS84"), ("world_frame_orientation", "ENU")):
+        said = element.find(tag)
+        if said is not None and said.text.strip() != usual:
+            values.unsupported(said, f"<{tag}> is taken for {usual}")
+    latitude = values.number(element, "latitude_deg", 0.0)
+    longitude = values.number(element, "longitude_deg", 0.0)
+    if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0):
+        values.findings.error(
+            "W204", f"({latitude:g}, {longitude:g}) degrees is no place on the earth", element.origin
+        )
+        return None
+    heading = math.radians(values.number(element, "heading_deg", 0.0))
+    return Georeference(latitude, longitude, values.number(element, "elevation", 0.0), heading)
+
 
 DEEPEST = 20
 MOST_LINKS = 10_000

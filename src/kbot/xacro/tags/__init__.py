@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
-from kbot.xacro.tags.blocks import insert_block, make_element, set_attribute
-from kbot.xacro.tags.calls import call_by_name, call_macro, define_macro
+from kbot.xacro.tags.calls import (
+    call_by_name,
+    call_macro,
+    define_macro,
+    insert_block,
+    make_element,
+    set_attribute,
+)
 from kbot.xacro.tags.conditions import condition
 from kbot.xacro.tags.includes import include
 from kbot.xacro.tags.properties import declare_argument, define_property

@@ -2,28 +2,123 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
+import struct
 import threading
 import time
+import types
+from functools import cache
+from typing import Any
 
 from cyclonedds.core import DDSException, InstanceState, ReadCondition, SampleState, ViewState, WaitSet
 from cyclonedds.domain import Domain, DomainParticipant
+from cyclonedds.idl import IdlStruct
+from cyclonedds.idl import types as idl
 from cyclonedds.pub import DataWriter
 from cyclonedds.qos import Policy, Qos
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic as DdsTopic
 from cyclonedds.util import duration
+from rosbags.interfaces import Nodetype
 
 from kbot.messages.types import Twist, TwistStamped
 from kbot.record.encodings.bytes import decode_cdr
 from kbot.record.encodings.type_names import ros_name
-from kbot.record.encodings.types import ros2_definition
+from kbot.record.encodings.types import ros2_definition, ros2_types
 from kbot.record.feed import Packet
 from kbot.ros.bridges.link import Link, Topic
 from kbot.ros.bridges.loop import Batch, later, wait_for
-from kbot.ros.bridges.ros2.graph import GRAPH_TOPIC, GRAPH_TYPE, node_message
-from kbot.ros.bridges.ros2.types import Dds, sample_of, sample_type
 from kbot.text import KbotError
+
+Dds = Any
+"""What the library gives and takes, which is not typed."""
+
+array: Dds = idl.array
+sequence: Dds = idl.sequence
+PRIMITIVES: dict[str, Dds] = {
+    "bool": bool,
+    "string": str,
+    "byte": idl.uint8,
+    "char": idl.uint8,
+    **{name: getattr(idl, name) for name in ("int8", "int16", "int32", "int64")},
+    **{name: getattr(idl, name) for name in ("uint8", "uint16", "uint32", "uint64", "float32", "float64")},
+}
+
+
+@cache
+def sample_type(name: str) -> Dds:
+    """The class of samples of a ROS type such as `nav_msgs/msg/Odometry`.
+
+    Its fields are there for DDS to know the type by; a sample itself is `sample_of` bytes.
+    """
+    package, _, last = name.partition("/msg/")
+    fields = {field: _field(kind) for field, kind in ros2_types().fielddefs[name][1]}
+    made = types.new_class(
+        f"{last}_",
+        (IdlStruct,),
+        {"typename": f"{package}::msg::dds_::{last}_"},
+        lambda space: space.update({"__annotations__": fields, "__module__": __name__}),
+    )
+    sample: Dds = dataclasses.dataclass(made)
+    sample.serialize = _encoded
+    sample.deserialize = classmethod(_taken)
+    return sample
+
+
+def sample_of(kind: Dds, data: bytes) -> Dds:
+    """A sample that carries a message in CDR, with its header."""
+    sample = object.__new__(kind)
+    sample.encoded = data
+    return sample
+
+
+def _encoded(sample: Dds, **_: object) -> bytes:
+    data: bytes = sample.encoded
+    return data
+
+
+def _taken(kind: Dds, /, data: bytes, **_: object) -> Dds:
+    return sample_of(kind, bytes(data))
+
+
+def _field(kind: Dds) -> Dds:
+    match kind:
+        case (Nodetype.BASE, (base, _)):
+            return PRIMITIVES[base]
+        case (Nodetype.NAME, name):
+            return sample_type(name)
+        case (Nodetype.ARRAY, (item, length)):
+            return array[_field(item), length]
+        case (Nodetype.SEQUENCE, (item, limit)):
+            return sequence[_field(item), limit] if limit else sequence[_field(item)]
+    raise TypeError(f"a field of an unknown kind: {kind!r}")
+
+
+GRAPH_TOPIC = "ros_discovery_info"
+GRAPH_TYPE = "rmw_dds_common/msg/ParticipantEntitiesInfo"
+GID_BYTES = 16
+"""As from ROS 2 Iron on; Humble has 24."""
+
+
+def node_message(participant: bytes, node: str, readers: list[bytes], writers: list[bytes]) -> bytes:
+    """The message, in CDR, of a participant with one node of that full name; GUIDs are 16 bytes."""
+    namespace, _, name = node.rpartition("/")
+    body = _gid(participant) + struct.pack("<I", 1)
+    body = _text(_text(body, namespace or "/"), name)
+    for gids in (readers, writers):
+        body += b"\0" * (-len(body) % 4) + struct.pack("<I", len(gids)) + b"".join(map(_gid, gids))
+    return b"\0\1\0\0" + body
+
+
+def _gid(guid: bytes) -> bytes:
+    return guid.ljust(GID_BYTES, b"\0")[:GID_BYTES]
+
+
+def _text(body: bytes, text: str) -> bytes:
+    body += b"\0" * (-len(body) % 4)
+    return body + struct.pack("<I", len(text) + 1) + text.encode() + b"\0"
+
 
 NODE = "/kbot"
 LOOK_SECONDS = 0.25

@@ -33,10 +33,9 @@ from kbot.ros.bridges.zenoh.names import (
     topic_key,
     type_key,
 )
-from kbot.ros.bridges.zenoh.parameter_events import TOPIC as EVENTS
-from kbot.ros.bridges.zenoh.parameter_events import TYPE as EVENT_TYPE
-from kbot.ros.bridges.zenoh.parameter_events import ParameterEvents
-from kbot.ros.bridges.zenoh.parameters import parameter_services
+from kbot.ros.bridges.zenoh.parameters import TOPIC as EVENTS
+from kbot.ros.bridges.zenoh.parameters import TYPE as EVENT_TYPE
+from kbot.ros.bridges.zenoh.parameters import ParameterEvents, parameter_services
 from kbot.ros.bridges.zenoh.services import ServiceServer, served_of
 from kbot.text import KbotError
 

@@ -7,22 +7,123 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Future
+from contextlib import suppress
 from functools import cache
 from types import SimpleNamespace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kbot.messages.types import Time
 from kbot.record.encodings.types import ros2_types
 from kbot.ros.bridges.link import Link, Value
 from kbot.ros.bridges.zenoh.names import OF_PARAMETERS
-from kbot.ros.bridges.zenoh.parameter_values import NOT_SET, Message, dotted, message_of, type_of, value_of
 from kbot.ros.bridges.zenoh.services import Served
 from kbot.ros.service_types import hash_of_service
 from kbot.text import KbotError
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
+
+
+Message = Any
+"""One of rcl_interfaces, as the library has them."""
+
+_FIELDS: tuple[tuple[str, Any], ...] = (
+    ("bool_value", False),
+    ("integer_value", 0),
+    ("double_value", 0.0),
+    ("string_value", ""),
+    ("byte_array_value", np.empty(0, np.uint8)),
+    ("bool_array_value", np.empty(0, np.bool_)),
+    ("integer_array_value", np.empty(0, np.int64)),
+    ("double_array_value", np.empty(0, np.float64)),
+    ("string_array_value", []),
+)
+"""Where a ParameterValue has its value, by its type from 1 on, and what stands there else."""
+
+NOT_SET = 0
+_INTEGER, _DOUBLE, _STRING, _BYTES = 2, 3, 4, 5
+_KINDS = (bool, 1), (int, _INTEGER), (float, _DOUBLE), (str, _STRING)
+"""The first that a value is of gives its type; a list's is that of its items and `_BYTES` further."""
+
+
+def dotted(name: str) -> str:
+    return name.strip("/").replace("/", ".")
+
+
+def type_of(value: Value) -> int:
+    """ROS 2's number for its type; that of what is not set where there is none."""
+    if isinstance(value, list | tuple):
+        kinds = {_type_of_one(item) for item in value} or {_STRING}
+        kind = _DOUBLE if kinds == {_INTEGER, _DOUBLE} else min(kinds) if len(kinds) == 1 else NOT_SET
+        return kind + _BYTES if kind != NOT_SET else NOT_SET
+    return _type_of_one(value)
+
+
+def message_of(value: Value) -> Message:
+    """A ParameterValue."""
+    kind = type_of(value)
+    fields = dict(_FIELDS)
+    if kind != NOT_SET:
+        name, empty = _FIELDS[kind - 1]
+        fields[name] = np.array(value, empty.dtype) if isinstance(empty, np.ndarray) else value
+    return SimpleNamespace(type=kind, **fields)
+
+
+def value_of(name: str, message: Message) -> Value:
+    """None where it is to be taken away. Raises KbotError: it is of a type that is not kept."""
+    if message.type == NOT_SET:
+        return None
+    if message.type == _BYTES or message.type > len(_FIELDS):
+        kept = "booleans, numbers, texts and lists of them are"
+        raise KbotError(f"{name}: a value of type {message.type} is not kept: {kept}")
+    value = getattr(message, _FIELDS[message.type - 1][0])
+    return value.tolist() if isinstance(value, np.ndarray) else value
+
+
+def _type_of_one(value: Value) -> int:
+    if isinstance(value, int) and not -(1 << 63) <= value < 1 << 63:
+        return NOT_SET
+    return next((number for kind, number in _KINDS if isinstance(value, kind)), NOT_SET)
+
+
+TOPIC, TYPE = "/parameter_events", "rcl_interfaces/msg/ParameterEvent"
+
+
+class ParameterEvents:
+    """Of the parameters that a link has, from the moment this is made; `put` sends a message in CDR."""
+
+    def __init__(self, link: Link, node: str, put: Callable[[bytes], None]) -> None:
+        self._link, self._node, self._put = link, node, put
+        self._told = _known(link)
+
+    def tell(self) -> None:
+        """Say what changed since the last time."""
+        before, now = self._told, _known(self._link)
+        if now == before:
+            return
+        self._told = now
+        event = SimpleNamespace(
+            stamp=Time.from_nanoseconds(self._link.nanoseconds),
+            node=self._node,
+            new_parameters=_messages({name: now[name] for name in now.keys() - before.keys()}),
+            changed_parameters=_messages(
+                {name: now[name] for name in now.keys() & before.keys() if now[name] != before[name]}
+            ),
+            deleted_parameters=_messages({name: before[name] for name in before.keys() - now.keys()}),
+        )
+        with suppress(ValueError):  # a text that is no Unicode
+            self._put(bytes(ros2_types().serialize_cdr(event, TYPE)))
+
+
+def _known(link: Link) -> dict[str, Value]:
+    return {dotted(full): value for full, value in link.parameters.items() if type_of(value) != NOT_SET}
+
+
+def _messages(values: dict[str, Value]) -> list[Message]:
+    return [SimpleNamespace(name=name, value=message_of(values[name])) for name in sorted(values)]
+
 
 MOST_AT_ONCE = 1000
 """Parameters of one call."""

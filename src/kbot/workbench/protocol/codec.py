@@ -11,7 +11,19 @@ from typing import Annotated, Any, Literal
 from kbot.text import KbotError
 from kbot.text.json_text import parse_json
 from kbot.text.suggest import did_you_mean
-from kbot.workbench.protocol import FromPage, Length, Range
+from kbot.workbench.protocol import FromPage, FromServer, Length, Range, State
+
+_STATE_FIELDS = tuple(field.name for field in dataclasses.fields(State))
+
+
+def encode(message: FromServer) -> str:
+    """One message as compact JSON."""
+    if isinstance(message, State):  # fifty times a second, and nearly flat: no need to copy it deeply
+        fields = {name: getattr(message, name) for name in _STATE_FIELDS}
+    else:
+        fields = dataclasses.asdict(message)
+    return json.dumps(fields, separators=(",", ":"), allow_nan=False, default=dataclasses.asdict)
+
 
 MAX_MESSAGE = 64 * 1024
 MOST_LEVELS = 20

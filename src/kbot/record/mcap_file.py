@@ -1,0 +1,506 @@
+"""MCAP files by their index: any moment is found without reading what lies before it."""
+
+from __future__ import annotations
+
+import os
+import zlib
+from bisect import bisect_right
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator
+from importlib.metadata import version
+from io import SEEK_END, BytesIO
+from itertools import pairwise
+from pathlib import Path
+from struct import Struct
+from struct import error as StructError
+from typing import IO, Any, cast
+
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import (
+    Channel,
+    Chunk,
+    ChunkIndex,
+    DataEnd,
+    Footer,
+    Header,
+    McapRecord,
+    Message,
+    Metadata,
+    MetadataIndex,
+    Schema,
+    Statistics,
+)
+from mcap.summary import Summary
+from mcap.writer import CompressionType, Writer
+
+from kbot.record.chunks import KeptChunks, in_time_order
+from kbot.record.encodings.foreign_types import full_name
+from kbot.record.entry import Entry, Types
+from kbot.record.formats import BrokenOff, NoIndex, Note, Recordable
+from kbot.record.limits import Allowance, Damaged, TooLarge, check_length, inflate
+from kbot.text import KbotError
+
+
+class WholeFile:
+    """Unbuffered, so that what was written survives the process; a write that fails leaves no half."""
+
+    def __init__(self, path: str) -> None:
+        """Raises OSError: it exists already, or cannot be made."""
+        self._descriptor = os.open(
+            path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666
+        )
+        self._end = 0
+
+    def write(self, data: bytes) -> int:
+        """Append all of it. Raises OSError with the file as it was before."""
+        view = memoryview(data)
+        try:
+            while view:
+                view = view[os.write(self._descriptor, view) :]
+        except OSError:
+            os.ftruncate(self._descriptor, self._end)
+            raise
+        self._end += len(data)
+        return len(data)
+
+    def tell(self) -> int:
+        return self._end
+
+    def flush(self) -> None:
+        """Nothing is held back."""
+
+    def close(self) -> None:
+        os.close(self._descriptor)
+
+
+CHUNK_BYTES = 256 * 1024
+
+
+class McapWriter:
+    """Writes chunk by chunk: one that is not whole is not there, so a broken run is readable up to it."""
+
+    def __init__(self, path: str, *, compress: bool = True) -> None:
+        """Raises OSError: the file exists or cannot be made."""
+        self._file = WholeFile(path)
+        compression = CompressionType.ZSTD if compress else CompressionType.NONE
+        self._writer: Any = Writer(cast(IO[Any], self._file), CHUNK_BYTES, compression)
+        self._writer.start(profile="ros2", library=f"kbot {version('kbot')}")
+        self._channels: dict[tuple[str, str], int] = {}
+        self._schemas: dict[str, int] = {}
+        self._count = 0
+
+    def write(self, packet: Recordable) -> None:
+        key = (packet.topic, packet.type_name)
+        channel = self._channels.get(key) or self._new_channel(packet)
+        self._count += 1
+        self._writer.add_message(channel, packet.nanoseconds, packet.cdr, packet.nanoseconds, self._count)
+
+    def annotate(self, name: str, values: dict[str, str]) -> None:
+        self._writer.add_metadata(name, values)
+
+    def flush(self) -> None:
+        self._writer.flush()
+
+    def close(self) -> None:
+        self._writer.finish()
+        self._file.close()
+
+    def abandon(self) -> None:
+        self._file.close()
+
+    def _new_channel(self, packet: Recordable) -> int:
+        topic, type_name = packet.topic, packet.type_name
+        if type_name not in self._schemas:
+            text = packet.ros2_definition[0].encode()
+            self._schemas[type_name] = self._writer.register_schema(type_name, "ros2msg", text)
+        schema = self._schemas[type_name]
+        channel: int = self._writer.register_channel(topic, "cdr", schema, {"offered_qos_profiles": ""})
+        self._channels[topic, type_name] = channel
+        return channel
+
+
+MAGIC = b"\x89MCAP0\r\n"
+_HEAD = Struct("<BQ")
+_MESSAGE = Struct("<HIQQ")
+_CRC_BYTES = 1 << 20
+_PARSED: dict[int, Any] = {
+    Opcode.CHANNEL: Channel,
+    Opcode.CHUNK: Chunk,
+    Opcode.CHUNK_INDEX: ChunkIndex,
+    Opcode.DATA_END: DataEnd,
+    Opcode.FOOTER: Footer,
+    Opcode.HEADER: Header,
+    Opcode.METADATA: Metadata,
+    Opcode.METADATA_INDEX: MetadataIndex,
+    Opcode.SCHEMA: Schema,
+    Opcode.STATISTICS: Statistics,
+}
+IN_FILE = (
+    *(Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK, Opcode.METADATA, Opcode.DATA_END),
+    *(Opcode.HEADER, Opcode.FOOTER),
+)
+IN_CHUNK = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE)
+IN_SUMMARY = (
+    *(Opcode.SCHEMA, Opcode.CHANNEL, Opcode.CHUNK_INDEX, Opcode.METADATA_INDEX, Opcode.STATISTICS),
+    Opcode.FOOTER,
+)
+
+
+def records(
+    stream: IO[bytes], start: int, end: int, wanted: Collection[int], allowance: Allowance | None = None
+) -> Iterator[tuple[int, McapRecord]]:
+    """The records between two places of a stream, each with its place; those not wanted are skipped unread.
+
+    Raises:
+        Damaged: a record is.
+        OSError: the file cannot be read.
+        TooLarge: the allowance is used up, of which each record takes a part.
+    """
+    at = start
+    while at < end:
+        if allowance is not None:
+            allowance.charge(records=1)
+        stream.seek(at)
+        head = stream.read(_HEAD.size)
+        if len(head) < _HEAD.size:
+            raise Damaged(f"it ends within the record at byte {at:,}")
+        kind, length = _HEAD.unpack(head)
+        left = end - at - _HEAD.size
+        check_length(at, length, left, is_skipped=kind not in wanted)
+        if kind in wanted:
+            yield at, _parsed(stream, kind, length, at)
+        at += _HEAD.size + length
+
+
+def record_at(stream: IO[bytes], at: int, kind: Opcode) -> McapRecord:
+    """The record at a place that an index gives. Raises Damaged: no such record is there."""
+    end = stream.seek(0, SEEK_END)
+    found_at, record = next(records(stream, at, end, (kind,)), (-1, McapRecord()))
+    if found_at != at:
+        raise Damaged(f"no {kind.name.lower()} is at byte {at:,}")
+    return record
+
+
+def _parsed(stream: IO[bytes], kind: int, length: int, at: int) -> McapRecord:
+    try:
+        if kind == Opcode.MESSAGE:
+            channel, sequence, logged, published = _MESSAGE.unpack(stream.read(min(length, _MESSAGE.size)))
+            return Message(channel, logged, stream.read(length - _MESSAGE.size), published, sequence)
+        found: McapRecord = _PARSED[kind].read(ReadDataStream(BytesIO(stream.read(length))))
+    except (McapError, StructError, ValueError, OverflowError) as error:
+        raise Damaged(f"the record at byte {at:,} is damaged: {error}") from None
+    return found
+
+
+def break_up(chunk: Chunk, at: int, allowance: Allowance) -> list[McapRecord]:
+    """The records in the chunk at a place.
+
+    Raises:
+        Damaged: it is not whole.
+        TooLarge: reading it would cost too much.
+    """
+    try:
+        data = inflate(chunk.data, chunk.compression, chunk.uncompressed_size)
+    except ValueError as error:
+        raise Damaged(f"the chunk at byte {at:,} is damaged: {error}") from None
+    except TooLarge as error:
+        raise TooLarge(f"the chunk at byte {at:,} is not read: {error}") from None
+    allowance.charge(len(data), compression=chunk.compression)
+    if chunk.uncompressed_crc not in (0, zlib.crc32(data)):
+        raise Damaged(f"the chunk at byte {at:,} has another checksum")
+    return [record for _, record in records(BytesIO(data), 0, len(data), IN_CHUNK, allowance)]
+
+
+def read_summary(stream: IO[bytes]) -> Summary | None:
+    """Read the summary section; None if the file has none. Raises Damaged, OSError."""
+    end = stream.seek(0, SEEK_END)
+    footer_at = end - len(MAGIC) - _HEAD.size - 20
+    if footer_at < len(MAGIC):
+        raise Damaged("it ends before its footer")
+    footer = record_at(stream, footer_at, Opcode.FOOTER)
+    start = footer.summary_start if isinstance(footer, Footer) else 0
+    if start == 0:
+        return None
+    summary = Summary()
+    for _, record in records(stream, start, footer_at, IN_SUMMARY):
+        match record:
+            case Statistics():
+                summary.statistics = record
+            case Schema():
+                summary.schemas[record.id] = record
+            case Channel():
+                summary.channels[record.id] = record
+            case ChunkIndex():
+                summary.chunk_indexes.append(record)
+            case MetadataIndex():
+                summary.metadata_indexes.append(record)
+    return summary
+
+
+def check_data(stream: IO[bytes], end: int, data_end: DataEnd) -> None:
+    """Raises Damaged: the file up to the record at `end` has another checksum than that record states."""
+    if data_end.data_section_crc == 0:
+        return
+    stream.seek(0)
+    crc, left = 0, end
+    while left > 0 and (data := stream.read(min(left, _CRC_BYTES))):
+        crc, left = zlib.crc32(data, crc), left - len(data)
+    if crc != data_end.data_section_crc:
+        raise Damaged("its messages have another checksum")
+
+
+CARRIED = ("cdr", "ros1")
+"""Encodings of messages that are read."""
+
+
+class McapSource:
+    """Messages in CDR or in ROS 1's encoding; others are skipped."""
+
+    kind = "MCAP"
+
+    def __init__(self, path: str) -> None:
+        self._path = path
+
+    def entries(self, note: Note) -> Iterator[Entry]:
+        """Raises BrokenOff, KbotError: see `Source`."""
+        try:
+            yield from self._entries(note, Allowance(self._path))
+        except TooLarge as error:
+            raise KbotError(f"{self._path}: {error}") from None
+
+    def _entries(self, note: Note, allowance: Allowance) -> Iterator[Entry]:
+        types, schemas, channels = Types(self._path, allowance), dict[int, Schema](), dict[int, Channel]()
+        for record in self._records(allowance):
+            match record:
+                case Schema():
+                    schemas[record.id] = record
+                    learn(types, record)
+                case Channel():
+                    channels[record.id] = record
+                case Metadata():
+                    note(record.name, dict(record.metadata))
+                case Message():
+                    channel = channels.get(record.channel_id)
+                    schema = schemas.get(channel.schema_id) if channel is not None else None
+                    if channel is None or schema is None or channel.message_encoding not in CARRIED:
+                        continue
+                    is_ros1 = channel.message_encoding == "ros1"
+                    name = full_name(schema.name)
+                    yield Entry(channel.topic, name, record.log_time, record.data, types, is_ros1=is_ros1)
+
+    def _records(self, allowance: Allowance) -> Iterator[McapRecord]:
+        """Those in chunks too, which are whole or left out."""
+        chunks, is_begun = 0, False
+        with Path(self._path).open("rb") as stream:
+            size = stream.seek(0, SEEK_END)
+            stream.seek(0)
+            if stream.read(len(MAGIC)) != MAGIC[:size]:
+                raise KbotError(f"{self._path} is not an MCAP file: it does not begin as one")
+            try:
+                for at, record in records(stream, len(MAGIC), size, IN_FILE):
+                    is_begun = True
+                    match record:
+                        case Chunk():
+                            within = break_up(record, at, allowance)
+                            chunks += 1
+                            yield from within
+                        case DataEnd():
+                            check_data(stream, at, record)
+                        case Footer():
+                            return
+                        case _:
+                            yield record
+                raise Damaged("it has no footer")
+            except Damaged:
+                if not is_begun:
+                    raise KbotError(
+                        f"{self._path} is not an MCAP file: it ends before its first record"
+                    ) from None
+                yield from self._rest(stream, chunks, allowance)
+
+    def _rest(self, stream: IO[bytes], chunks: int, allowance: Allowance) -> Iterator[McapRecord]:
+        """What the index knows after so many chunks that are whole. Raises BrokenOff, at the end."""
+        try:
+            summary = read_summary(stream)
+        except Damaged:
+            summary = None
+        if summary is None:
+            raise BrokenOff("it was not closed: what follows its last whole chunk is lost")
+        yield from (*summary.schemas.values(), *summary.channels.values())
+        in_file = sorted({index.chunk_start_offset for index in summary.chunk_indexes})
+        lost = 0
+        for offset in in_file[chunks:]:
+            try:
+                within = break_up(chunk_at(stream, offset), offset, allowance)
+            except Damaged:
+                lost += 1
+                continue
+            yield from within
+        for index in summary.metadata_indexes:
+            try:
+                yield record_at(stream, index.offset, Opcode.METADATA)
+            except Damaged:
+                continue
+        raise BrokenOff(f"it is damaged: {lost} of its {len(in_file)} chunks cannot be read")
+
+
+def learn(types: Types, schema: Schema) -> None:
+    """Register the type that a ROS schema defines. Raises KbotError: it does not follow ROS's grammar."""
+    if schema.encoding in ("ros2msg", "ros1msg"):
+        types.learn(full_name(schema.name), schema.data.decode(errors="replace"))
+
+
+def chunk_at(stream: IO[bytes], offset: int) -> Chunk:
+    """Raises Damaged: it is not there."""
+    record = record_at(stream, offset, Opcode.CHUNK)
+    if not isinstance(record, Chunk):
+        raise Damaged(f"no chunk is at byte {offset:,}")
+    return record
+
+
+ALLOWED_DISORDER = 100_000_000
+"""Nanoseconds that a message may be written after a later one; more is a clock that was set back."""
+
+
+class McapIndex:
+    """One file, opened for each chunk that is read."""
+
+    broken = ""
+
+    def __init__(self, path: str) -> None:
+        """Raises NoIndex."""
+        self._path = path
+        try:
+            with Path(path).open("rb") as stream:
+                if stream.read(len(MAGIC)) != MAGIC:
+                    raise Damaged("it does not begin as an MCAP file")
+                summary = read_summary(stream)
+                self.notes = dict(_notes(stream, summary.metadata_indexes if summary else ()))
+        except (Damaged, OSError) as error:
+            raise NoIndex(f"{path} has no index: {error}") from None
+        if summary is None or not summary.chunk_indexes:
+            raise NoIndex(f"{path} has no index")
+        by_offset = {index.chunk_start_offset: index for index in summary.chunk_indexes}
+        in_file = [by_offset[offset] for offset in sorted(by_offset)]
+        if any(b.message_start_time < a.message_end_time - ALLOWED_DISORDER for a, b in pairwise(in_file)):
+            raise NoIndex(f"{path} goes back in time")
+        self._chunks = in_file
+        types = Types(path)
+        for schema in summary.schemas.values():
+            learn(types, schema)
+        self._types = types
+        self._channels = {
+            number: (
+                channel.topic,
+                full_name(summary.schemas[channel.schema_id].name),
+                channel.message_encoding,
+            )
+            for number, channel in summary.channels.items()
+            if channel.message_encoding in CARRIED and channel.schema_id in summary.schemas
+        }
+        self.topics = {topic: type_name for topic, type_name, _ in self._channels.values()}
+        counted = summary.statistics.channel_message_counts if summary.statistics else {}
+        self.counts: Counter[str] = Counter()
+        for number, count in counted.items():
+            if number in self._channels:
+                self.counts[self._channels[number][0]] += count
+        self.start = min(index.message_start_time for index in in_file)
+        self.end = max(index.message_end_time for index in in_file)
+        self._opened = KeptChunks()
+        self._lost: set[int] = set()
+        """Where the chunks begin that were found damaged."""
+        last = [entry.nanoseconds for entry in self._read(in_file[-1], Allowance(path))]
+        if any(b < a - ALLOWED_DISORDER for a, b in pairwise(last)):
+            raise NoIndex(f"{path} goes back in time at its end")
+
+    def close(self) -> None:
+        self._opened.clear()
+
+    def newest(self, topic: str, nanoseconds: int) -> Entry | None:
+        """A topic's last message until a time."""
+        allowance = Allowance(self._path)
+        for index in reversed(self._chunks):
+            if index.message_start_time <= nanoseconds and self._has(index, (topic,)):
+                found = [entry for entry in self._entries(index, allowance) if entry.topic == topic]
+                at = bisect_right(found, nanoseconds, key=lambda entry: entry.nanoseconds)
+                if at:
+                    return found[at - 1]
+        return None
+
+    def between(self, topics: Collection[str], after: int, until: int) -> Iterator[Entry]:
+        """The messages of topics after a time and until another, in its order."""
+        first = bisect_right(self._chunks, after, key=lambda index: index.message_end_time)
+        allowance = Allowance(self._path)
+
+        def chunks() -> Iterator[tuple[int, Iterable[Entry]]]:
+            for index in self._chunks[first:]:
+                if index.message_start_time > until:
+                    return
+                if self._has(index, topics):
+                    entries = self._entries(index, allowance)
+                    wanted = (e for e in entries if after < e.nanoseconds <= until and e.topic in topics)
+                    yield index.message_start_time, wanted
+
+        try:
+            yield from in_time_order(chunks())
+        except TooLarge as error:
+            raise KbotError(f"{self._path}: {error}") from None
+
+    def damage(self, nanoseconds: int) -> tuple[int, int] | None:
+        """From when on nothing can be read, and when the next whole chunk begins."""
+        chunks = self._chunks
+        at = bisect_right(chunks, nanoseconds, key=lambda index: index.message_start_time) - 1
+        if at < 0 or not self._is_lost(chunks[at]):
+            return None
+        first, last = at, at
+        while first > 0 and self._is_lost(chunks[first - 1]):
+            first -= 1
+        while last + 1 < len(chunks) and self._is_lost(chunks[last + 1]):
+            last += 1
+        start = chunks[first].message_start_time
+        end = chunks[last].message_end_time + 1
+        return start, max(end, chunks[last + 1].message_start_time) if last + 1 < len(chunks) else end
+
+    def _is_lost(self, index: ChunkIndex) -> bool:
+        self._entries(index, Allowance(self._path))
+        return index.chunk_start_offset in self._lost
+
+    def _has(self, index: ChunkIndex, topics: Collection[str]) -> bool:
+        held = index.message_index_offsets
+        if not held:
+            return True  # written without: only the chunk itself has its topics
+        return any(number in self._channels and self._channels[number][0] in topics for number in held)
+
+    def _entries(self, index: ChunkIndex, allowance: Allowance) -> list[Entry]:
+        return self._opened.entries(index.chunk_start_offset, lambda: self._read(index, allowance))
+
+    def _read(self, index: ChunkIndex, allowance: Allowance) -> list[Entry]:
+        """As it was written; nothing where it is damaged. Raises KbotError: the file is gone."""
+        at = index.chunk_start_offset
+        try:
+            with Path(self._path).open("rb") as stream:
+                found = break_up(chunk_at(stream, at), at, allowance)
+        except OSError as error:
+            raise KbotError(f"{self._path} cannot be read: {error.strerror or error}") from None
+        except TooLarge as error:
+            raise KbotError(f"{self._path}: {error}") from None
+        except Damaged:
+            self._lost.add(at)
+            return []
+        return [self._entry(r) for r in found if isinstance(r, Message) and r.channel_id in self._channels]
+
+    def _entry(self, record: Message) -> Entry:
+        topic, type_name, encoding = self._channels[record.channel_id]
+        return Entry(topic, type_name, record.log_time, record.data, self._types, is_ros1=encoding == "ros1")
+
+
+def _notes(stream: IO[bytes], places: Iterable[MetadataIndex]) -> Iterator[tuple[str, dict[str, str]]]:
+    for place in places:
+        try:
+            found = record_at(stream, place.offset, Opcode.METADATA)
+        except Damaged:
+            continue
+        if isinstance(found, Metadata):
+            yield found.name, dict(found.metadata)
