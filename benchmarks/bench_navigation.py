@@ -110,7 +110,7 @@ def tick() -> float:
     simulation.run(0.1)
     points, _ = seen()
     path = Path.through([(0.0, 0.0), (0.1, 0.0), (0.3, 0.1)])
-    guard = ObstacleGuard(RegulatedPurePursuit(path, proximity=0.3), outline(robot))
+    guard = ObstacleGuard(RegulatedPurePursuit(path, proximity=0.3), outline(robot, "base_footprint"))
     observation = Observation(0.0, PlanarPose(), PlanarTwist(0.3), points, 0.0)
     return best(lambda: guard.update(observation), 200)
 

@@ -17,7 +17,7 @@ from math import sin
 import mujoco
 
 import kbot
-from kbot.kinematics.differential_drive import find_drive
+from kbot.kinematics.drive.drive import find_drive
 from kbot.sim.engine.assembly import compile_model
 from kbot.sim.engine.robot_builder import RobotPlan
 from kbot.sim.recipe import Contacts

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from kbot import model
 from kbot.kinematics import DifferentialDrive, FrameTree, NoDrive, Transform, find_drive
+from kbot.kinematics.drive.drive import SteeredDrive
 from kbot.model.load import Loaded, load_robot, resolve_robot_path
 from kbot.model.writer import to_urdf
 from kbot.text import Diagnostic, KbotError
@@ -53,7 +54,8 @@ class Robot(model.Robot):
     @cached_property
     def drive(self) -> DifferentialDrive | NoDrive:
         """The differential drive found from the model, or why there is none."""
-        return find_drive(self, self.frames)
+        drive = find_drive(self, self.frames)
+        return NoDrive(drive.reason) if isinstance(drive, SteeredDrive) else drive
 
     def pose(
         self, link: str, in_frame: str | None = None, joints: Mapping[str, float] | None = None

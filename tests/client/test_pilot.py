@@ -71,7 +71,7 @@ def test_a_guard_stops_it_before_the_wall(simulation: Simulation) -> None:
         def update(self, observation: Observation) -> Twist:
             return twist(0.3, 0.0)
 
-    guard = ObstacleGuard(Straight(), outline(simulation.robot))
+    guard = ObstacleGuard(Straight(), outline(simulation.robot, "base_footprint"))
     with kbot.Node("driver", ()) as node:
         NodePilot(node, guard)
         assert _until(node, lambda: guard.blocked_since is not None)

@@ -167,7 +167,7 @@ def test_a_line_of_sight_ends_at_a_wall():
 def test_kbots_radius_is_its_plates_far_corner():
     # the plate is 0.16 m square, its middle 0.02 m behind the axle's: hypot(0.10, 0.08)
     robot = load_robot("kbot").require()
-    assert turning_radius(robot) == pytest.approx(math.hypot(0.10, 0.08))
+    assert turning_radius(robot, "base_footprint") == pytest.approx(math.hypot(0.10, 0.08))
 
 
 def test_paths_become_messages_and_come_back():

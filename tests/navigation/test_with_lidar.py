@@ -42,7 +42,8 @@ def test_kbots_outline(robot):
     # 0.07 long, 0.0895 to each side
     half = [(-0.10, 0.08), (-0.035, 0.0895), (0.035, 0.0895), (0.06, 0.08)]
     expected = sorted([*half, *((x, -y) for x, y in half)])
-    assert np.array(sorted(outline(robot).corners.round(9).tolist())) == pytest.approx(np.array(expected))
+    corners = outline(robot, "base_footprint").corners.round(9).tolist()
+    assert np.array(sorted(corners)) == pytest.approx(np.array(expected))
 
 
 def test_an_outline_grows_by_its_margin():
@@ -60,7 +61,7 @@ def test_it_stops_before_a_wall_without_touching_it(robot):
     touches = []
     bumper = simulation.add_sensor(Contact(link="base_link", everywhere=True, rate=500.0))
     simulation.bus.subscribe("bumper", bumper.message_type, lambda m: touches.append(m.data))
-    Pilot(simulation, ObstacleGuard(_Straight(), outline(robot)), seen=LidarPoints(lidar))
+    Pilot(simulation, ObstacleGuard(_Straight(), outline(robot, "base_footprint")), seen=LidarPoints(lidar))
     simulation.run(6.0)
     front = simulation.ground_truth.pose.x + 0.06
     assert 0.93 < front < 1.0

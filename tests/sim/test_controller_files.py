@@ -74,7 +74,7 @@ def test_a_fault_is_said_once_where_it_stands(described, right, wrong, code, pla
     of_the_check = [d for d in check_file(str(path), config=Config()) if d.code[0] in "DW"]
     of_the_run = [d for d in simulated(path).diagnostics if d.code != "W114"]
     for found in (of_the_check, of_the_run):
-        assert [d.code for d in found] == [code]
+        assert [(d.code, d.is_error) for d in found] == [(code, True)]
         span = found[0].origin.span
         assert (Path(span.file).name, span.line, span.column) == ("c.yaml", *place)
         assert words in found[0].message.replace("'/", "'")

@@ -10,14 +10,14 @@ import re
 import pytest
 
 from kbot.cli.main import main
-from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive, find_drive
+from kbot.kinematics.description import describe
+from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, find_drive
+from kbot.kinematics.drive.faults import faults_of
 from kbot.model.load import load_robot, load_robot_text
 from kbot.navigation.simulated import require_turning
 from kbot.sim import Simulation
-from kbot.sim.drive.sides import check_named_joints
 from kbot.text import KbotError
 from kbot.workbench.session.driven_session import why_not
-from kbot.world.findings import Findings
 
 LEFT, RIGHT = "left_wheel_joint", "right_wheel_joint"
 YAML = """controller_manager:
@@ -78,10 +78,16 @@ def test_exchanged_sides_turn_against_the_command_and_the_odometry_agrees_with_i
     assert right.ground_truth.pose.yaw == pytest.approx(0.984, rel=0.03)
     assert wrong.ground_truth.pose.yaw == pytest.approx(-right.ground_truth.pose.yaw, rel=1e-3)
     assert wrong.odometry.pose.yaw == pytest.approx(right.odometry.pose.yaw, rel=1e-3)
-    assert (codes(right), codes(wrong)) == ([], ["W146"])
-    assert wrong.diagnostics[0].message == (
-        f"the drive names '{RIGHT}' as left, and its wheel is on the right: turns are reversed"
+    assert (codes(right), codes(wrong)) == ([], ["D107"])
+    assert wrong.diagnostics[0].message.endswith(
+        f"its left joint '{RIGHT}' turns the wheel at y = -87 mm, on the right: turns are reversed"
     )
+
+
+def test_the_sides_of_a_drive_are_those_of_its_plugin_or_controller(named):
+    robot = named(RIGHT, LEFT)
+    assert (find_drive(robot).left, find_drive(robot).right) == ((RIGHT,), (LEFT,))
+    assert describe(robot)["drive"]["left"] == [RIGHT]
 
 
 def test_exchanged_sides_drive_straight_as_before(named):
@@ -100,7 +106,7 @@ def test_axes_to_the_right_drive_backwards_for_a_drive_that_commands_a_positive_
     sim = driven(named(LEFT, RIGHT, flipped), 0.2, 0.0)
     assert sim.ground_truth.pose.x == pytest.approx(-0.38, rel=0.03)
     assert sim.odometry.pose.x == pytest.approx(0.38, rel=0.03)
-    assert codes(sim) == ["W146"]
+    assert codes(sim) == ["D109"]
     # turned by half a turn the robot is right: exchanged names and axes together turn it as commanded
     assert driven(named(RIGHT, LEFT, flipped), 0.0, 0.5).ground_truth.pose.yaw == pytest.approx(
         0.984, rel=0.03
@@ -109,14 +115,16 @@ def test_axes_to_the_right_drive_backwards_for_a_drive_that_commands_a_positive_
 
 def test_goals_are_refused_for_a_robot_that_turns_against_its_commands(named):
     require_turning(Simulation(named(LEFT, RIGHT)))
-    with pytest.raises(KbotError, match=rf"cannot follow a path: .*'{RIGHT}' as left.*turns are reversed"):
+    with pytest.raises(
+        KbotError, match=rf"cannot follow a path: its left joint '{RIGHT}'.*turns are reversed"
+    ):
         require_turning(Simulation(named(RIGHT, LEFT)))
 
 
 def test_one_joint_on_both_sides_is_not_driven(named):
     robot = named(LEFT, LEFT)
     sim = Simulation(robot)
-    assert codes(sim) == ["W145"]
+    assert codes(sim) == ["D131"]
     assert isinstance(sim.robots.first.drive, NoDrive)
     reason = f"its drive names the joint '{LEFT}' both as left and as right"
     with pytest.raises(KbotError, match=f"robot 'kbot' cannot drive: {reason}"):
@@ -148,7 +156,7 @@ def test_a_joint_twice_on_one_side_is_not_driven(named, left, right, side):
     """gazebo_ros_diff_drive and diff_drive_controller do not start with it."""
     robot = named(left, right, one_tag_each)
     sim = Simulation(robot)
-    assert codes(sim) == ["W145"]
+    assert codes(sim) == ["D131"]
     joint = LEFT if side == "left" else RIGHT
     assert why_not(robot) == f"its drive names the joint '{joint}' twice as {side}"
     with pytest.raises(KbotError, match=f"'{joint}' twice as {side}"):
@@ -218,11 +226,11 @@ MASS = '<inertial><mass value="5"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz=
 @pytest.mark.parametrize(
     ("wrong", "what"),
     [
-        ("ball_joint", "names the joint 'ball_joint', which is not a driving wheel's joint"),
-        ("hat_joint", "names the joint 'hat_joint', which is not a driving wheel's joint"),
-        ("r_wheel", "names the joint 'r_wheel', which the robot does not have"),
-        ("", "names no right joint"),
-        (None, "names no right joint"),
+        ("ball_joint", "the drive names the joint 'ball_joint', which is not a driving wheel's joint"),
+        ("hat_joint", "the drive names the joint 'hat_joint', which is not a driving wheel's joint"),
+        ("r_wheel", "its right joint 'r_wheel' is not a joint of this robot"),
+        ("", "the drive names no right joint"),
+        (None, "the drive names no right joint"),
     ],
 )
 def test_a_drive_that_names_another_joint_than_a_wheel_s_is_reported_with_what_kbot_drives(
@@ -244,9 +252,11 @@ def test_a_drive_that_names_another_joint_than_a_wheel_s_is_reported_with_what_k
     plugin = f"<gazebo><plugin {attributes}>{text}</plugin></gazebo>"
     bodies = wheels.replace("<collision>", f"{MASS}<collision>")  # bodies without mass are not driven
     sim = Simulation(urdf(f'<robot name="r"><link name="base">{MASS}</link>{bodies}{plugin}</robot>'))
-    (found,) = [d for d in sim.diagnostics if d.code == "W134"]
-    assert found.message == (
-        f"the drive {what}: outside KBot the robot does not drive like this; KBot drives 'r' instead"
+    (found,) = [d for d in sim.diagnostics if d.code in ("D101", "W134")]
+    assert found.code == ("D101" if wrong == "r_wheel" else "W134")
+    like_this = "" if wrong == "r_wheel" else " like this"
+    assert found.message.endswith(
+        f"{what}: outside KBot the robot does not drive{like_this}; KBot drives 'r' instead"
     )
     assert found.hint == "name the joint that turns the right wheel: 'r'"
     assert found.origin is not None
@@ -267,6 +277,4 @@ def test_a_plugin_of_another_kind_and_one_with_its_default_names_are_not_reporte
     if "control.so" in plugin:
         wheels = wheels.replace("left_joint", "l").replace("right_joint", "r")
     robot = urdf(f'<robot name="r"><link name="base"/>{wheels}<gazebo>{plugin}</gazebo></robot>')
-    findings = Findings()
-    check_named_joints(robot, find_drive(robot), findings)
-    assert findings.diagnostics == []
+    assert faults_of(robot, find_drive(robot)) == ()

@@ -2,7 +2,7 @@
 
 import pytest
 
-from kbot.kinematics.differential_drive import NoDrive
+from kbot.kinematics.drive.drive import NoDrive
 from kbot.sim import Simulation
 from kbot.text import KbotError
 

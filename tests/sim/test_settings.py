@@ -5,7 +5,7 @@ from math import pi
 
 import pytest
 
-from kbot.kinematics.differential_drive import find_drive
+from kbot.kinematics.drive.drive import find_drive
 from kbot.messages import Odometry, Twist, Vector3
 from kbot.model.load import load_robot, load_robot_text
 from kbot.sim import DriveLimits, Simulation
@@ -13,7 +13,7 @@ from kbot.sim.drive.settings import drive_settings
 from kbot.sim.drive.twist_controller import RateLimiter
 from kbot.sim.engine.robot_builder import link_surfaces
 from kbot.sim.naming import Naming
-from kbot.world.findings import Findings
+from kbot.text import Findings
 
 from .test_spawned_drive import ROVER, WHEEL
 
@@ -116,9 +116,9 @@ def test_a_file_of_parameters_that_is_not_there_is_said(with_extension):
     plugin = (
         '<gazebo><plugin name="r" filename="x"><parameters>/nowhere/c.yaml</parameters></plugin></gazebo>'
     )
-    settings, diagnostics = settings_of(with_extension(plugin))
-    assert [d.code for d in diagnostics] == ["W132"]
-    assert settings.radius == 0.035
+    robot = with_extension(plugin)
+    assert [d.code for d in Simulation(robot).diagnostics] == ["W132"]
+    assert settings_of(robot)[0].radius == 0.035
 
 
 @pytest.mark.parametrize("text", ["a: !!int ''\n", "a: 2020-13-45\n", "a: " + "[" * 5000, "a: [\n"])
@@ -126,7 +126,7 @@ def test_a_file_of_parameters_that_is_no_yaml_is_said(with_extension, tmp_path, 
     file = tmp_path / "c.yaml"
     file.write_text(text)
     plugin = f'<gazebo><plugin name="r" filename="x"><parameters>{file}</parameters></plugin></gazebo>'
-    _, (said,) = settings_of(with_extension(plugin))
+    (said,) = Simulation(with_extension(plugin)).diagnostics
     assert said.code == "W132"
     assert "is no YAML" in said.message
     assert said.origin.span.file == str(file)
@@ -144,22 +144,32 @@ def test_a_size_that_is_none_is_left_out_and_said(with_extension, said, code):
     Simulation(robot).run(0.1)
 
 
+TWICE = "use twice the radius that makes the wheels: 0.07"
+
+
 @pytest.mark.parametrize(
     ("plugin", "hint"),
     [
-        (classic(f"{JOINTS}<wheelDiameter>0.08</wheelDiameter>"), "write 0.07 (twice the radius 0.035 m),"),
-        (classic(f"{JOINTS}<wheel_diameter>0.08</wheel_diameter>"), "write 0.07 (twice the radius 0.035 m),"),
-        (gz(f"{GZ_JOINTS}<wheel_radius>0.04</wheel_radius>"), "write 0.035,"),
+        (
+            classic(f"{JOINTS}<wheelDiameter>0.08</wheelDiameter>"),
+            "use twice the radius that makes the wheels: 0.07",
+        ),
+        (
+            classic(f"{JOINTS}<wheel_diameter>0.08</wheel_diameter>"),
+            "use twice the radius that makes the wheels: 0.07",
+        ),
+        (gz(f"{GZ_JOINTS}<wheel_radius>0.04</wheel_radius>"), "use the radius that makes the wheels: 0.035"),
     ],
 )
 def test_the_hint_gives_what_the_tag_takes(with_extension, plugin, hint):
     """A diameter for a diameter's tag: a robot whose hint is followed has no finding left."""
-    settings, (found,) = settings_of(with_extension(plugin))
-    assert (found.code, settings.radius) == ("W131", pytest.approx(0.04))
-    assert found.hint.startswith(hint)
-    followed = re.sub(r"0\.0[48](?=</wheel)", hint.split()[1].rstrip(","), plugin)
-    settings, diagnostics = settings_of(with_extension(followed))
-    assert (settings.radius, diagnostics) == (pytest.approx(0.035), [])
+    sim = Simulation(with_extension(plugin))
+    (found,) = sim.diagnostics
+    assert (found.code, sim.named().settings.radius) == ("D106", pytest.approx(0.04))
+    assert found.hint == hint
+    followed = re.sub(r"0\.0[48](?=</wheel)", hint.split()[-1], plugin)
+    sim = Simulation(with_extension(followed))
+    assert (sim.named().settings.radius, sim.diagnostics) == (pytest.approx(0.035), ())
 
 
 @pytest.mark.parametrize("said", ["0.156", "0.158", "0.16"])
@@ -169,11 +179,12 @@ def test_of_wheels_that_differ_each_is_named_and_no_mean_is_advised(urdf, said):
     sides += WHEEL.replace('radius="0.1"', 'radius="0.08"').format("right", -0.2)
     joints = "<leftJoint>left_joint</leftJoint><rightJoint>right_joint</rightJoint>"
     robot = urdf(ROVER.format(sides + classic(f"{joints}<wheelDiameter>{said}</wheelDiameter>")))
-    settings, (found,) = settings_of(robot)
-    assert found.code == "W131"
-    assert "which is 0.078 m on 'left_joint' and 0.08 m on 'right_joint'" in found.message
-    assert "0.079" not in found.message.replace("uses 0.079 m", "") + found.hint
-    assert settings.radius == float(said) / 2.0
+    sim = Simulation(robot)
+    (found,) = sim.diagnostics
+    assert found.code == "D106"
+    assert "the wheels have 0.078 on 'left_joint' and 0.08 on 'right_joint'" in found.message
+    assert "0.079" not in found.message.replace("is 0.079 m", "") + found.hint
+    assert sim.named().settings.radius == float(said) / 2.0
 
 
 @pytest.mark.parametrize(
@@ -216,8 +227,8 @@ def test_a_wrong_separation_turns_wrong_and_is_said(with_extension):
     odometry believes in the whole."""
     robot = with_extension(classic(f"{JOINTS}<wheelSeparation>0.15</wheelSeparation>"))
     sim = Simulation(robot)
-    assert [d.code for d in sim.diagnostics] == ["W131"]
-    assert "14 % off" in sim.diagnostics[0].message
+    assert [d.code for d in sim.diagnostics] == ["D105"]
+    assert "+16 % off" in sim.diagnostics[0].message
     sim.cmd_vel(0.0, 1.0)
     sim.run(2 * pi)
     sim.cmd_vel(0.0, 0.0)
@@ -322,7 +333,7 @@ def test_slowing_down_has_its_own_limit():
 def test_joints_that_a_plugin_names_and_that_are_not_there_are_said(with_extension):
     wrong = JOINTS.replace("left_wheel_joint", "left_weel_joint")
     sim = Simulation(with_extension(classic(wrong)))
-    assert [d.code for d in sim.diagnostics] == ["W134"]
+    assert [d.code for d in sim.diagnostics] == ["D101"]
     assert "did you mean 'left_wheel_joint'" in sim.diagnostics[0].hint
 
 

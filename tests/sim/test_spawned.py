@@ -55,7 +55,7 @@ POSITION = """arm:
 
 
 def findings(simulation: Simulation) -> list[tuple[str, str, int]]:
-    found = [(d.code, d.origin) for d in simulation.diagnostics if d.code in ("W130", "W134", "W137", "W138")]
+    found = [(d.code, d.origin) for d in simulation.diagnostics if d.code in ("D101", "W130", "W137", "W138")]
     return [(code, Path(o.span.file).name, o.span.line) for code, o in found]
 
 
@@ -111,7 +111,7 @@ def test_a_controller_of_ros_2_that_no_file_speaks_of_is_said_where_it_is_spawne
         (("    pid: {p: 100.0, i: 0.01, d: 10.0}\n", ""), "W137", 3),
         (("    joint: shoulder\n", ""), "W137", 3),
         (("    type: effort_controllers/JointPositionController\n", ""), "W137", 3),
-        (("joint: shoulder", "joint: shulder"), "W134", 4),
+        (("joint: shoulder", "joint: shulder"), "D101", 4),
         (("effort_controllers", "velocity_controllers"), "W138", 4),
     ],
 )

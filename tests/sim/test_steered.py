@@ -1,12 +1,14 @@
 """Bases with wheels that steer drive as their geometry has it: tricycles and cars; and skid steer slips."""
 
-from math import pi, tan
+from math import inf, pi, tan
 
 import pytest
 
-from kbot.kinematics.steered_drive import SteeredDrive, find_base
+from kbot.kinematics.drive.drive import SteeredDrive, find_drive
 from kbot.messages import Twist, Vector3
 from kbot.sim import Simulation
+from kbot.workbench.protocol import Drive
+from kbot.workbench.serve import open_session
 
 BASE, TRACK, RADIUS = 0.5, 0.4, 0.1
 """Between the axles, between the rear wheels, of the wheels; m."""
@@ -75,7 +77,7 @@ BASES = {"tricycle": TRICYCLE, "front driven": FRONT_DRIVEN, "car": CAR}
     ],
 )
 def test_what_drives_and_what_steers_is_found(urdf, text, traction, steering):
-    drive = find_base(urdf(text))
+    drive = find_drive(urdf(text))
     assert isinstance(drive, SteeredDrive)
     assert drive.joints == traction
     assert tuple(wheel.joint for wheel in drive.steering) == steering
@@ -187,3 +189,18 @@ def test_skid_steer_goes_straight_and_turns_slower_than_its_wheels_say(urdf, axl
     sim.run(4.0)
     turned = sim.ground_truth.pose.yaw - pose.yaw
     assert 0.2 < turned / (sim.odometry.pose.yaw - pose.yaw) < 0.98
+
+
+@pytest.mark.parametrize("base", BASES)
+def test_a_page_drives_it(base, tmp_path, monkeypatch):
+    """0.3 m/s for 2 s, less the ramp of 1 m/s^2 and the servos' lag: about 0.55 m."""
+    monkeypatch.setattr("kbot.workbench.driving.driving.BUSY_SECONDS", inf)
+    (tmp_path / "base.urdf").write_text(BASES[base])
+    session = open_session(str(tmp_path / "base.urdf"), simulate=True)
+    about = session.about()
+    assert about.cannot_drive == ""
+    assert min(about.linear_limit, about.angular_limit) > 0.0
+    for _ in range(20):
+        session.obey(Drive(0.3, 0.0), 1)
+        session.advance(0.1)
+    assert session.state().odometry[0] == pytest.approx(0.55, abs=0.05)

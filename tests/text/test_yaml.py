@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 import yaml
 
-from kbot.checks.facts.drivers import compose
 from kbot.cli.ros.graph.asking import read_yaml as read_word
 from kbot.ros.launch.reporter import Reporter
 from kbot.ros.launch.ros2.markup import read_yaml as read_launch
@@ -48,9 +47,6 @@ class TestDeepNesting:
             name="${xacro.load_yaml('deep.yaml')}"/>"""
         with pytest.raises(DescriptionError, match="nested more than 100 levels deep"):
             expand_text(robot, tmp_path / "r.xacro", root_dir=str(tmp_path)).require()
-
-    def test_check_takes_it_for_a_file_without_controllers(self, text: str) -> None:
-        assert compose(Source("c.yaml", text)) is None
 
 
 def test_a_launch_file_with_a_null_character_is_refused() -> None:

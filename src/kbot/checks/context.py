@@ -9,18 +9,20 @@ from typing import TYPE_CHECKING
 from kbot.checks.config import Config
 from kbot.checks.edits import copy_as_collision, insert_child, set_value
 from kbot.checks.facts.bodies import Body, body_of
-from kbot.checks.facts.drivers import Driver, find_drivers
 from kbot.checks.facts.folders import Folders
-from kbot.checks.facts.mobile_base import MobileBase, find_mobile_base
+from kbot.checks.facts.mobile_base import MOST_JOINTS, MobileBase, Pair, Wheel, find_mobile_base
 from kbot.checks.facts.sources import SourceFile, in_order, read_sources
 from kbot.checks.facts.vocabulary import CHILDREN
-from kbot.kinematics.frames import rest_frames
+from kbot.kinematics.drive.controller_files import ControllerFile, controller_files
+from kbot.kinematics.drive.controllers import DriveController, drive_controllers
+from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, find_drive
+from kbot.kinematics.drive.faults import PlacedWheel, WheelPair, drive_faults, plugin_faults, wheel_pairs
+from kbot.kinematics.frames import FrameTree, rest_frames
 from kbot.kinematics.spatial import Frame
 from kbot.model import Joint, Link, Robot
 from kbot.text import Diagnostic, Element, Fix, Origin, Source, Span
 
 if TYPE_CHECKING:
-    from kbot.model.controller_files import ControllerFile
     from kbot.xacro import Expansion, Packages
 
 
@@ -231,26 +233,54 @@ class Context:
         return {name: body_of(link) for name, link in self.robot.links.items()}
 
     @cached_property
-    def drivers(self) -> tuple[Driver, ...]:
-        """The plugins and controllers that drive wheels, with what they were told."""
-        return tuple(find_drivers(self.robot, self.packages))
+    def drive_controllers(self) -> tuple[DriveController, ...]:
+        """The plugins and controllers that drive wheels."""
+        return drive_controllers(self.robot)
 
     @cached_property
     def controller_files(self) -> tuple[ControllerFile, ...]:
         """The files of controllers' parameters that Gazebo's plugins name."""
-        if not any(extension.tag == "gazebo" for extension in self.robot.extensions):
-            return ()
-        from kbot.model.controller_files import controller_files  # most robots name no such file
-
         return tuple(controller_files(self.robot))
 
     @cached_property
     def mobile_base(self) -> MobileBase | None:
-        named: dict[str, str] = {}
-        for driver in self.drivers:
-            named.update({name.text: side for side, names in driver.sides.items() for name in names})
-        named = {name: side for name, side in named.items() if name in self.robot.joints}
+        sides = [
+            (side, joint.text)
+            for c in self.drive_controllers
+            for side, joints in c.sides.items()
+            for joint in joints
+        ]
+        named = {name: side for side, name in sides if name in self.robot.joints}
         return find_mobile_base(self.robot, self.frames, self.bodies, named)
+
+    @cached_property
+    def drive(self) -> DifferentialDrive | NoDrive | None:
+        """What KBot drives; None where it is not known, or nothing is meant to drive."""
+        is_meant = bool(self.drive_controllers) or self.mobile_base is not None
+        if self.unsure or not is_meant or len(self.robot.joints) > MOST_JOINTS:
+            return None
+        return find_drive(self.robot)
+
+    @cached_property
+    def wheel_pairs(self) -> tuple[WheelPair, ...]:
+        """The wheels that drive; where the robot does not drive, those that are meant to."""
+        if isinstance(self.drive, DifferentialDrive):
+            return wheel_pairs(FrameTree(self.robot), self.drive)
+        return tuple(WheelPair(_placed(pair.left), _placed(pair.right)) for pair in self.level_pairs)
+
+    @cached_property
+    def level_pairs(self) -> tuple[Pair, ...]:
+        """Pairs of wheels that are meant to drive, on the left and the right of each other."""
+        pairs = self.mobile_base.pairs if self.mobile_base is not None else ()
+        return tuple(pair for pair in pairs if pair.is_level and self.unsure.isdisjoint(pair.names))
+
+    @cached_property
+    def drive_faults(self) -> tuple[Diagnostic, ...]:
+        """What is wrong with how plugins and controllers drive the robot."""
+        return (
+            *drive_faults(self.robot, self.drive_controllers, self.drive, self.wheel_pairs),
+            *plugin_faults(self.robot),
+        )
 
     @property
     def base(self) -> MobileBase:
@@ -266,6 +296,11 @@ class Context:
     @cached_property
     def sure_joints(self) -> tuple[Joint, ...]:
         return tuple(joint for name, joint in self.robot.joints.items() if name not in self.unsure)
+
+
+def _placed(wheel: Wheel) -> PlacedWheel:
+    shape = wheel.part.origin if wheel.part is not None else None
+    return PlacedWheel(wheel.joint, wheel.center, wheel.axis, wheel.radius, shape)
 
 
 def _urdf(root: Element) -> Iterator[tuple[Element, Element]]:

@@ -34,6 +34,15 @@ class Finding:
 
 
 Found = Iterator[Finding]
+
+
+def reported(faults: Iterable[Diagnostic], code: str) -> Found:
+    """The faults of a code that the packages below found, as findings of its rule."""
+    for fault in faults:
+        if fault.code == code and fault.origin is not None:
+            yield Finding(fault.origin, fault.message, fault.hint, fault.related, severity=fault.severity)
+
+
 Check = Callable[[Context], Iterable[Finding]]
 
 

@@ -99,7 +99,7 @@ def command(
         found = first_look(loaded, MESHES)
     report(found)
     if shot is not None:
-        from kbot.model.hardware import initial_positions
+        from kbot.model.extensions import initial_positions
         from kbot.render.picture import draw_picture
         from kbot.render.things import robot_alone
 

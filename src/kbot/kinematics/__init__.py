@@ -1,10 +1,10 @@
-"""Rigid transforms, the frame tree, and differential drive found from the model."""
+"""Rigid transforms, the frame tree, and the drive found from the model."""
 
-from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive, find_drive
+from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, find_drive
+from kbot.kinematics.drive.wheels import Wheel
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.odometry import PlanarPose, PlanarTwist, integrate
 from kbot.kinematics.transform import Transform
-from kbot.kinematics.wheels import Wheel
 
 __all__ = [
     "DifferentialDrive",

@@ -7,9 +7,8 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from kbot.kinematics.bodies import center_of_mass, robot_bounds, total_mass
-from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive, find_drive
+from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, SteeredDrive, find_drive
 from kbot.kinematics.frames import FrameTree
-from kbot.kinematics.steered_drive import SteeredDrive, find_base
 from kbot.model import Geometry, Joint, Link, Mesh, Robot
 
 _DEEPEST = 30
@@ -22,7 +21,10 @@ def describe(robot: Robot) -> dict[str, Any]:
     `drive` is None where there is none, and `no_drive` then says why.
     """
     tree = FrameTree(robot)
-    drive = find_drive(robot, tree)
+    return _describe(robot, tree, find_drive(robot, tree))
+
+
+def _describe(robot: Robot, tree: FrameTree, drive: DifferentialDrive | NoDrive) -> dict[str, Any]:
     bounds = robot_bounds(tree)
     center = center_of_mass(tree)
     return {
@@ -31,8 +33,8 @@ def describe(robot: Robot) -> dict[str, Any]:
         "mass": total_mass(robot),
         "center_of_mass": None if center is None else center.tolist(),
         "bounds": None if bounds is None else {"lower": bounds[0].tolist(), "upper": bounds[1].tolist()},
-        "drive": _drive(drive) if isinstance(drive, DifferentialDrive) else None,
-        "no_drive": drive.reason if isinstance(drive, NoDrive) else None,
+        "drive": None if isinstance(drive, SteeredDrive | NoDrive) else _drive(drive),
+        "no_drive": drive.reason if isinstance(drive, SteeredDrive | NoDrive) else None,
         "links": [_link(link) for link in robot.links.values()],
         "joints": [_joint(joint) for joint in robot.joints.values()],
     }
@@ -40,7 +42,9 @@ def describe(robot: Robot) -> dict[str, Any]:
 
 def describe_as_text(robot: Robot) -> str:
     """The same for people: a heading, the tree of links, the drive, the bounds."""
-    data = describe(robot)
+    tree = FrameTree(robot)
+    drive = find_drive(robot, tree)
+    data = _describe(robot, tree, drive)
     links, joints = len(robot.links), len(robot.joints)
     movable = sum(joint.is_movable for joint in robot.joints.values())
     lines = [
@@ -50,30 +54,27 @@ def describe_as_text(robot: Robot) -> str:
         *_tree(robot),
         "",
     ]
-    drive = data["drive"]
-    if drive:
+    if isinstance(drive, SteeredDrive):
+        lines += [
+            "steered drive",
+            f"  driven            {', '.join(drive.joints)}",
+            f"  steered           {', '.join(wheel.joint for wheel in drive.steering)}",
+            f"  wheel radius      {drive.radius:.4g} m",
+            f"  wheel separation  {drive.separation:.4g} m",
+            f"  between the axles {max(abs(wheel.x) for wheel in drive.steering):.4g} m",
+        ]
+    elif isinstance(drive, NoDrive):
+        lines.append(f"no differential drive: {drive.reason}")
+    else:
         lines += [
             "differential drive",
-            f"  left   {', '.join(drive['left'])}",
-            f"  right  {', '.join(drive['right'])}",
-            f"  wheel radius      {drive['radius']:.4g} m",
-            f"  wheel separation  {drive['separation']:.4g} m",
-            f"  axle's middle     {_vector(drive['axle_in_base']['xyz'])} m in {drive['base']}",
-            f"  casters           {', '.join(drive['casters']) or 'none'}",
+            f"  left   {', '.join(drive.left)}",
+            f"  right  {', '.join(drive.right)}",
+            f"  wheel radius      {drive.radius:.4g} m",
+            f"  wheel separation  {drive.separation:.4g} m",
+            f"  axle's middle     {_vector(drive.axle_in_base.translation.tolist())} m in {drive.base}",
+            f"  casters           {', '.join(drive.casters) or 'none'}",
         ]
-    else:
-        base = find_base(robot)
-        if isinstance(base, SteeredDrive):
-            lines += [
-                "steered drive",
-                f"  driven            {', '.join(base.joints)}",
-                f"  steered           {', '.join(wheel.joint for wheel in base.steering)}",
-                f"  wheel radius      {base.radius:.4g} m",
-                f"  wheel separation  {base.separation:.4g} m",
-                f"  between the axles {max(abs(wheel.x) for wheel in base.steering):.4g} m",
-            ]
-        else:
-            lines.append(f"no differential drive: {data['no_drive']}")
     if data["center_of_mass"]:
         lines.append(f"centre of mass  {_vector(data['center_of_mass'])} m in {robot.root}")
     if data["bounds"]:

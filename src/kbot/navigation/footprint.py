@@ -11,7 +11,6 @@ from math import hypot
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.kinematics.differential_drive import NoDrive, find_drive
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.transform import Transform
 from kbot.model import Robot
@@ -61,46 +60,43 @@ class Outline:
         return inside
 
 
-def turning_radius(robot: Robot) -> float:
-    """Metres from the base's origin to the robot's furthest point seen from above, joints at zero: what it
-    takes to stand there with any heading. A box about each shape stands for it.
+def turning_radius(robot: Robot, base: str) -> float:
+    """Metres from the origin of the link `base` to the robot's furthest point seen from above, joints at
+    zero: what it takes to stand there with any heading. A box about each shape stands for it.
 
     Raises:
-        KbotError: the robot does not drive, or has nothing that could touch an obstacle.
+        KbotError: the robot has nothing that could touch an obstacle.
     """
-    return max(hypot(x, y) for x, y in _corners(robot))
+    return max(hypot(x, y) for x, y in _corners(robot, base))
 
 
-def outline(robot: Robot) -> Outline:
-    """The convex outline of all of the robot, joints at zero. Raises KbotError as `turning_radius`."""
-    return Outline(convex_outline(np.array(_corners(robot))))
+def outline(robot: Robot, base: str) -> Outline:
+    """The convex outline of all of the robot in the frame of the link `base`, joints at zero. Raises
+    KbotError as `turning_radius`."""
+    return Outline(convex_outline(np.array(_corners(robot, base))))
 
 
-def height(robot: Robot) -> float:
-    """Metres from the robot's lowest point to its highest, joints at zero. Raises KbotError as above."""
-    heights = [z for _, _, z in _corners_of_shapes(robot)]
+def height(robot: Robot, base: str) -> float:
+    """Metres from the robot's lowest point to its highest along z of the link `base`, joints at zero."""
+    heights = [z for _, _, z in _corners_of_shapes(robot, base)]
     return max(heights) - min(heights) if heights else 0.0
 
 
-def _corners(robot: Robot) -> list[tuple[float, float]]:
-    found = [(x, y) for x, y, _ in _corners_of_shapes(robot)]
+def _corners(robot: Robot, base: str) -> list[tuple[float, float]]:
+    found = [(x, y) for x, y, _ in _corners_of_shapes(robot, base)]
     if not found:
         raise KbotError(f"robot '{robot.name}' has no <collision>: nothing says how much room it needs")
     return found
 
 
-def _corners_of_shapes(robot: Robot) -> Iterator[tuple[float, float, float]]:
+def _corners_of_shapes(robot: Robot, base: str) -> Iterator[tuple[float, float, float]]:
     tree = FrameTree(robot)
-    drive = find_drive(robot, tree)
-    if isinstance(drive, NoDrive):
-        raise KbotError(f"robot '{robot.name}' cannot drive: {drive.reason}")
     for link in robot.links.values():
         for collision in link.collisions:
             reach = bounds(collision.geometry)
             if reach is None:
                 continue
-            pose = Transform.of(collision.pose)
-            in_base = tree.pose(link.name, in_frame=drive.base) @ pose
+            in_base = tree.pose(link.name, in_frame=base) @ Transform.of(collision.pose)
             for corner in product(*zip(*(v.tolist() for v in reach), strict=True)):
                 x, y, z = in_base.apply(corner).tolist()
                 yield x, y, z

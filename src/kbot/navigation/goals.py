@@ -189,13 +189,12 @@ class Goals:
         """Before the first goal: how large the robot is, and what it sees with."""
         if self._radius is not None:
             return
-        require_turning(self._simulation)
-        robot = self._simulation.robot
-        radius = turning_radius(robot)
+        robot, base = self._simulation.robot, require_turning(self._simulation).base
+        radius = turning_radius(robot, base)
         lidar = self._lidar or level_lidar(self._simulation)
         if lidar is not None:
             self._seen = LidarPoints(lidar)
-            self._navigator.watch_out(outline(robot), lidar.spec.rate)
+            self._navigator.watch_out(outline(robot, base), lidar.spec.rate)
         self._radius = radius
 
     def _make(self, around: list[tuple[float, float]]) -> GridPlanner:

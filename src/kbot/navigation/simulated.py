@@ -10,9 +10,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.kinematics.differential_drive import DifferentialDrive
+from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, SteeredDrive
 from kbot.kinematics.odometry import PlanarPose
-from kbot.kinematics.steered_drive import SteeredDrive
 from kbot.navigation.controller import Controller, Observation, wrapped
 from kbot.navigation.footprint import height, outline, turning_radius
 from kbot.navigation.goal_status import GoalState, GoalStatus
@@ -52,26 +51,33 @@ def robot_planner(simulation: Simulation, around: Sequence[tuple[float, float]])
     Raises:
         KbotError: the robot cannot drive, steers or has no size, or the world is too large for a map.
     """
-    require_turning(simulation)
+    base = require_turning(simulation).base
     low, high = HEIGHTS
     robot, world = simulation.robot, simulation.world
-    heights = low, max(high, height(robot))
+    heights = low, max(high, height(robot, base))
     grid = world_grid(world, heights=heights, around=around, margin=MARGIN, most_cells=MOST_CELLS)
 
     def finer() -> OccupancyGrid:
         return world_grid(world, FINE, heights, around, most_cells=MOST_FINE_CELLS)
 
-    return GridPlanner(grid, turning_radius(robot), finer=finer)
+    return GridPlanner(grid, turning_radius(robot, base), finer=finer)
 
 
-def require_turning(simulation: Simulation) -> None:
-    """Raises KbotError for a robot that steers, for paths have corners at which it turns on the spot, and for
-    one that does not move as it is commanded."""
+def require_turning(simulation: Simulation) -> DifferentialDrive:
+    """The drive of a robot that can follow a path.
+
+    Raises:
+        KbotError: the robot does not drive; it steers, and paths have corners at which a robot turns on the
+            spot; or it does not move as it is commanded.
+    """
     drive, name = simulation.robots.first.drive, simulation.robots.first.name
+    if isinstance(drive, NoDrive):
+        raise KbotError(f"robot '{name}' cannot drive: {drive.reason}")
     if isinstance(drive, SteeredDrive):
         raise KbotError(f"robot '{name}' steers: goals are planned for robots that turn on the spot")
-    if isinstance(drive, DifferentialDrive) and drive.mistakes:
+    if drive.mistakes:
         raise KbotError(f"robot '{name}' cannot follow a path: {next(iter(drive.mistakes.values()))}")
+    return drive
 
 
 def level_lidar(simulation: Simulation) -> LidarSensor | None:
@@ -219,13 +225,14 @@ def go_to(
     if navigator is None:
         here = simulation.ground_truth.pose
         around = (here.x, here.y), (goal.x, goal.y)
-        robot = simulation.robot
-        planner = (
-            robot_planner(simulation, around) if grid is None else GridPlanner(grid, turning_radius(robot))
-        )
+        robot, base = simulation.robot, require_turning(simulation).base
+        if grid is None:
+            planner = robot_planner(simulation, around)
+        else:
+            planner = GridPlanner(grid, turning_radius(robot, base))
         navigator = Navigator(planner, settings)
         if lidar is not None:
-            navigator.watch_out(outline(robot), lidar.spec.rate)
+            navigator.watch_out(outline(robot, base), lidar.spec.rate)
     begun = simulation.time
     status = navigator.go(goal, timeout)
     odometer = _Odometer(simulation)

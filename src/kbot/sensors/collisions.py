@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.kinematics.differential_drive import DifferentialDrive
+from kbot.kinematics.drive.drive import DifferentialDrive
 from kbot.sensors.sensor import own_geometries
 from kbot.sim import Simulation
 from kbot.sim.engine.placing import lowest_point

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from kbot.model import Robot
+from kbot.model.extensions import extensions
 from kbot.sensors.camera import Camera
 from kbot.sensors.model_plugins import model_plugins
 from kbot.sensors.readers import read_sensor
@@ -116,7 +117,6 @@ def _left_out(spec: Spec, error: KbotError) -> Diagnostic:
 
 def _elements(robot: Robot) -> Iterator[tuple[str, Element]]:
     """Each `<sensor>`, and the link that it sits on."""
-    for extension in robot.extensions:
-        if extension.tag == "gazebo":
-            for element in extension.elements("sensor"):
-                yield extension.attributes.get("reference", robot.root), element
+    for extension in extensions(robot, "gazebo"):
+        for element in extension.elements("sensor"):
+            yield extension.attributes.get("reference", robot.root), element

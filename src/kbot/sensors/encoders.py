@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from kbot.kinematics.differential_drive import NoDrive
+from kbot.kinematics.drive.drive import NoDrive
 from kbot.messages import JointState
 from kbot.sensors.noise import NONE, Noise
 from kbot.sensors.sensor import Sensor, Spec

@@ -9,9 +9,10 @@ from dataclasses import replace
 from pathlib import PurePosixPath
 from typing import Any
 
-from kbot.kinematics.controllers import drive_plugins, steering_plugins
+from kbot.kinematics.drive.controllers import drive_controllers
 from kbot.kinematics.transform import Transform
 from kbot.model import Robot
+from kbot.model.extensions import extensions
 from kbot.sensors.imu import Imu
 from kbot.sensors.noise import NONE, Noise
 from kbot.sensors.position import Gps, GroundTruth
@@ -50,7 +51,7 @@ _ELSEWHERE = (
 
 def model_plugins(robot: Robot, naming: Naming, diagnostics: list[Diagnostic]) -> Iterator[Spec]:
     """The sensors among a robot's plugins; what cannot be read, or is not run, is in the diagnostics."""
-    driving = [*drive_plugins(robot), *steering_plugins(robot)]
+    driving = [controller.plugin for controller in drive_controllers(robot)]
     for plugin in _plugins(robot):
         values = Values(plugin, diagnostics)
         library = _library(plugin)
@@ -64,11 +65,10 @@ def model_plugins(robot: Robot, naming: Naming, diagnostics: list[Diagnostic]) -
 
 def _plugins(robot: Robot) -> Iterator[Element]:
     """Those of the model, of its links and of what is seen of them; a sensor's are read with the sensor."""
-    for extension in robot.extensions:
-        if extension.tag == "gazebo":
-            yield from extension.elements("plugin")
-            for visual in extension.elements("visual"):
-                yield from visual.elements("plugin")
+    for extension in extensions(robot, "gazebo"):
+        yield from extension.elements("plugin")
+        for visual in extension.elements("visual"):
+            yield from visual.elements("plugin")
 
 
 def _library(plugin: Element) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from kbot.model import Robot
+from kbot.model.extensions import extensions
 from kbot.sensors.force_torque import ForceTorque
 from kbot.sensors.imu import Imu
 from kbot.sensors.position import Gps, GroundTruth
@@ -19,12 +20,11 @@ from kbot.text.suggest import did_you_mean
 
 def ros2_control_sensors(robot: Robot, diagnostics: list[Diagnostic]) -> Iterator[Spec]:
     """Those that a description declares; faults are added to `diagnostics`."""
-    for extension in robot.extensions:
-        if extension.tag == "ros2_control":
-            for element in extension.elements("sensor"):
-                spec = _read(robot, element, Values(element, diagnostics))
-                if spec is not None:
-                    yield spec
+    for extension in extensions(robot, "ros2_control"):
+        for element in extension.elements("sensor"):
+            spec = _read(robot, element, Values(element, diagnostics))
+            if spec is not None:
+                yield spec
 
 
 def _read(robot: Robot, element: Element, values: Values) -> Spec | None:

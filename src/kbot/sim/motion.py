@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import cos, sin
 
-from kbot.kinematics.differential_drive import DifferentialDrive
+from kbot.kinematics.drive.drive import DifferentialDrive
 from kbot.kinematics.odometry import PlanarPose, PlanarTwist
 
 

@@ -7,14 +7,13 @@ import os
 
 import numpy as np
 
-from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
+from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, SteeredDrive, find_drive
+from kbot.kinematics.drive.faults import faults_of
 from kbot.kinematics.odometry import PlanarPose
-from kbot.kinematics.steered_drive import SteeredDrive, find_base
 from kbot.kinematics.transform import Transform
 from kbot.model import Robot
 from kbot.model.load import load_robot
 from kbot.sim.drive.settings import DriveSettings, drive_settings
-from kbot.sim.drive.sides import check_named_joints, commanded
 from kbot.sim.drive.twist_controller import DriveLimits
 from kbot.sim.engine.inertia import drive_with_masses
 from kbot.sim.engine.robot_builder import RobotPlan
@@ -23,8 +22,7 @@ from kbot.sim.joint_control.controllers import joint_control, spawned_for
 from kbot.sim.naming import Naming
 from kbot.sim.numbers import FURTHEST, is_finite, shortened, vector
 from kbot.sim.recipe import Contacts
-from kbot.text import Diagnostic, KbotError
-from kbot.world.findings import Findings
+from kbot.text import Diagnostic, Findings, KbotError
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -59,9 +57,10 @@ def prepare(
 ) -> Prepared:
     """A robot that is called `naming` and begins at a pose in the world; `limits` stand in for those of its
     own controller."""
-    drive = drive_with_masses(robot, _base(robot))
+    found = find_drive(robot)
+    drive = drive_with_masses(robot, _unless_commanded(robot, found))
     findings = Findings()
-    check_named_joints(robot, drive, findings)
+    findings.diagnostics += faults_of(robot, found)
     settings: DriveSettings | None = None
     if isinstance(drive, DifferentialDrive):
         settings = drive_settings(robot, drive, findings, naming)
@@ -79,7 +78,7 @@ def prepare(
 def controller_findings(robot: Robot) -> tuple[Diagnostic, ...]:
     """What is wrong with the controllers of a robot, before it is simulated."""
     findings = Findings()
-    joint_control(robot, _driving_joints(_base(robot)), findings)
+    joint_control(robot, _driving_joints(_unless_commanded(robot, find_drive(robot))), findings)
     return tuple(findings.diagnostics)
 
 
@@ -107,9 +106,8 @@ def read_robot(robot: object) -> Robot:
     )
 
 
-def _base(robot: Robot) -> DifferentialDrive | NoDrive:
-    """What drives a robot, unless a launch has its wheels commanded one by one."""
-    drive = commanded(robot, find_base(robot))
+def _unless_commanded(robot: Robot, drive: DifferentialDrive | NoDrive) -> DifferentialDrive | NoDrive:
+    """The drive, unless a launch has its wheels commanded one by one."""
     reason = spawned_for(robot, _driving_joints(drive))
     return NoDrive(reason) if reason else drive
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
+from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive
 from kbot.kinematics.odometry import PlanarPose, PlanarTwist
 from kbot.kinematics.transform import Transform
 from kbot.sim.commands import Commands

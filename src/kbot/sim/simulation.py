@@ -32,10 +32,9 @@ from kbot.sim.robots import Robots
 from kbot.sim.snapshots import Snapshots, State
 from kbot.sim.stepping import Stepping
 from kbot.sim.topics import joint_state
-from kbot.text import Diagnostic, KbotError
+from kbot.text import Diagnostic, Findings, KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.world import World, load_world
-from kbot.world.findings import Findings
 
 ORIGIN = PlanarPose()
 S = TypeVar("S")

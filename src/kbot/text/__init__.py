@@ -2,14 +2,14 @@
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from kbot.text.diagnostic import Diagnostic, Edit, Fix, Related, Severity
+    from kbot.text.diagnostic import Diagnostic, Edit, Findings, Fix, Related, Severity
     from kbot.text.errors import DescriptionError, KbotError
     from kbot.text.files import read_source, rewrite, write_text
     from kbot.text.span import Call, Origin, Source, Span
     from kbot.text.xml import Comment, Element, Text, parse_xml
 
 _HOMES = {
-    "diagnostic": ("Diagnostic", "Edit", "Fix", "Related", "Severity"),
+    "diagnostic": ("Diagnostic", "Edit", "Findings", "Fix", "Related", "Severity"),
     "errors": ("DescriptionError", "KbotError"),
     "files": ("read_source", "rewrite", "write_text"),
     "span": ("Call", "Origin", "Source", "Span"),
@@ -23,6 +23,7 @@ __all__ = [
     "Diagnostic",
     "Edit",
     "Element",
+    "Findings",
     "Fix",
     "KbotError",
     "Origin",

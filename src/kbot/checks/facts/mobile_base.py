@@ -12,7 +12,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from kbot.checks.facts.bodies import Body, Part, axis_of
-from kbot.checks.facts.part_names import CASTER, WHEEL, mirrored_name, side_of
+from kbot.kinematics.drive.part_names import CASTER, WHEEL, mirrored_name, side_of
+from kbot.kinematics.drive.wheels import movable_above, rigid_links
 from kbot.kinematics.spatial import Frame, Vector, dot, subtract, unit
 from kbot.model import Box, Cylinder, Joint, JointType, Mesh, Robot, Sphere
 
@@ -53,6 +54,17 @@ class Pair:
     def separation(self) -> float:
         """Distance between the wheels' middles along y, m, as they stand."""
         return abs(self.left.center[1] - self.right.center[1])
+
+    @property
+    def is_level(self) -> bool:
+        """Whether the wheels stand across from each other along y."""
+        between = [abs(a - b) for a, b in zip(self.left.center, self.right.center, strict=True)]
+        return between[1] > max(between[0], between[2])
+
+    @property
+    def names(self) -> frozenset[str]:
+        """The wheels' joints and links."""
+        return frozenset(name for wheel in (self.left, self.right) for name in (wheel.joint.name, wheel.link))
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,29 +121,9 @@ def find_mobile_base(
     casters: tuple[Caster, ...] = ()
     if ground is not None:
         size = max(w.radius or 0.0 for p in driven for w in (p.left, p.right))
-        driving = {name for p in driven for w in (p.left, p.right) for name in held(robot, w.link)}
+        driving = {name for p in driven for w in (p.left, p.right) for name in rigid_links(robot, w.link)}
         casters = tuple(_casters(robot, frames, bodies, driving, ground, size))
     return MobileBase(tuple(driven), casters, ground)
-
-
-def held(robot: Robot, link: str) -> Iterator[str]:
-    """`link` and the links that fixed joints hold to it from below."""
-    waiting = [link]
-    while waiting:
-        name = waiting.pop()
-        yield name
-        fixed = [j.child for j in robot.child_joints[name] if j.type is JointType.FIXED]
-        waiting += reversed(fixed)
-
-
-def movable_above(robot: Robot, link: str) -> Joint | None:
-    """The nearest movable joint above a link; None where it hangs rigidly on the root."""
-    while link in robot.parent_joint:
-        joint = robot.parent_joint[link]
-        if joint.type is not JointType.FIXED:
-            return joint
-        link = joint.parent
-    return None
 
 
 def is_caster(joint: Joint) -> bool:
@@ -163,10 +155,11 @@ def _wheel(
     suspends = joint.type is JointType.PRISMATIC and not named and abs(axis[2]) > 0.5
     if suspends or steers or _is_steered(robot, joint):
         return None
-    round_part = _round_part(bodies, list(held(robot, joint.child)), frames, frame)
+    round_part = _round_part(bodies, list(rigid_links(robot, joint.child)), frames, frame)
     if round_part is None:
         shapes = any(
-            robot.links[name].visuals or robot.links[name].collisions for name in held(robot, joint.child)
+            robot.links[name].visuals or robot.links[name].collisions
+            for name in rigid_links(robot, joint.child)
         )
         if not (named or (called and turns and shapes)):
             return None

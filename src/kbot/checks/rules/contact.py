@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 
 from kbot.checks.context import Context
-from kbot.checks.facts.mobile_base import Caster, is_caster, lowest, movable_above
+from kbot.checks.facts.mobile_base import Caster, is_caster, lowest
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rules.wheels import at_both, pose_origin
+from kbot.kinematics.drive.wheels import movable_above
 from kbot.model import Cylinder, JointType, Mesh, Sphere
 from kbot.text import Element, Origin, Related, Severity
 

@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from kbot.checks.context import Context
-from kbot.checks.facts.drivers import Driver, Word
-from kbot.checks.registry import Finding, Found, rule
+from kbot.checks.registry import Finding, Found, reported, rule
+from kbot.kinematics.drive.controllers import DriveController
 from kbot.model import JointType
+from kbot.model.extensions import extensions, hardware_joints
 from kbot.text import Element, Related, Severity
 from kbot.text.suggest import did_you_mean
 
 
 def _gazebo_plugins(context: Context) -> Iterator[Element]:
-    for extension in context.robot.extensions:
-        if extension.tag == "gazebo":
-            yield from (e for e in extension.descendants() if e.tag == "plugin")
+    """Those in sensors too."""
+    for extension in extensions(context.robot, "gazebo"):
+        yield from (e for e in extension.descendants() if e.tag == "plugin")
 
 
 def _unknown_joints(context: Context, holder: Element, what: str) -> Found:
@@ -32,9 +33,10 @@ def _unknown_joints(context: Context, holder: Element, what: str) -> Found:
 
 @rule("D101", "plugin-joint-unknown", Severity.ERROR, "robot")
 def plugin_joint_unknown(context: Context) -> Found:
-    """A drive plugin or controller that names a joint the robot lacks.
+    """A plugin or controller that names a joint that the robot does not have.
 
-    Why: the plugin refuses to load ("Joint 'x' not found"), and the robot does not move.
+    Why: the plugin refuses to load ("Joint 'x' not found"), and the robot does not move. KBot drives the
+    wheels that it finds, and the message names them.
 
     Example: `<left_joint>wheel_left_jiont</left_joint>`
 
@@ -42,28 +44,24 @@ def plugin_joint_unknown(context: Context) -> Found:
 
     Autofix: safe, where the name is a slip of one known name: it is written.
     """
-    joints = context.robot.joints
-    for driver in context.drivers:
-        for side, words in driver.sides.items():
-            for word in words:
-                if word.text and word.text not in joints:
-                    yield Finding(
-                        word.origin,
-                        f"{driver.name}: its {side} joint '{word.text}' is no joint of this robot: the "
-                        "robot does not "
-                        "move",
-                        did_you_mean(word.text, joints),
-                    )
-    for plugin in _gazebo_plugins(context):
-        for element in plugin.elements():
-            if element.tag in ("joint_name", "jointName", "joint") and not element.attributes:
-                name = element.text.strip()
-                if name and " " not in name and "," not in name and name not in joints:
-                    yield Finding(
-                        element.origin,
-                        f"{plugin.attributes.get('name', 'plugin')}: '{name}' is no joint of this robot",
-                        did_you_mean(name, joints),
-                    )
+    return reported(context.drive_faults, "D101")
+
+
+@rule("W134", "drive-joint-unknown", Severity.WARNING, "robot")
+def drive_joint_unknown(context: Context) -> Found:
+    """A drive plugin or controller that names a joint which does not turn a driving wheel, or no joint for
+    one side.
+
+    Why: outside KBot the robot does not follow its commands. A drive that names a caster's joint turns the
+    caster. KBot drives the wheels that it finds, and the message names them.
+
+    Example: `<leftJoint>caster_joint</leftJoint>`
+
+    Fix: name the joint that turns the wheel.
+
+    Autofix: none.
+    """
+    return reported(context.drive_faults, "W134")
 
 
 @rule("D131", "joint-named-twice", Severity.ERROR, "robot")
@@ -80,21 +78,7 @@ def joint_named_twice(context: Context) -> Found:
 
     Autofix: none.
     """
-    for driver in context.drivers:
-        first: dict[str, tuple[str, Word]] = {}
-        for side, words in driver.sides.items():
-            for word in words:
-                if not word.text:
-                    continue
-                before, place = first.setdefault(word.text, (side, word))
-                if place is not word:
-                    twice = f"twice as {side}" if side == before else "both as left and as right"
-                    yield Finding(
-                        word.origin,
-                        f"{driver.name}: it names the joint '{word.text}' {twice}",
-                        "name the joint of each wheel once, on its own side",
-                        (Related("named here first", place.origin),),
-                    )
+    return reported(context.drive_faults, "D131")
 
 
 @rule("D102", "control-joint-unknown", Severity.ERROR, "robot")
@@ -109,9 +93,8 @@ def control_joint_unknown(context: Context) -> Found:
 
     Autofix: safe, where the name is a slip of one known name: it is written.
     """
-    for extension in context.robot.extensions:
-        if extension.tag == "ros2_control":
-            yield from _unknown_joints(context, extension, "<ros2_control>")
+    for extension in extensions(context.robot, "ros2_control"):
+        yield from _unknown_joints(context, extension, "<ros2_control>")
 
 
 @rule("D103", "gazebo-reference-unknown", Severity.WARNING, "robot")
@@ -175,15 +158,15 @@ def plugin_frame_unknown(context: Context) -> Found:
     Autofix: safe, where the name is a slip of one known name: it is written.
     """
     links = context.robot.links
-    for driver in context.drivers:
-        word = driver.base_frame
+    for controller in context.drive_controllers:
+        word = controller.base_frame
         if word is None or not word.text or word.text.lstrip("/") in links or "$" in word.text:
             continue
         if word.text.rsplit("/", 1)[-1] in links:
             continue  # a prefix of tf
         yield Finding(
             word.origin,
-            f"{driver.name}: its base frame '{word.text}' is no link of this robot",
+            f"{controller.name}: its base frame '{word.text}' is no link of this robot",
             did_you_mean(word.text, links) or f"the root is '{context.robot.root}'",
         )
 
@@ -202,26 +185,25 @@ def two_publishers(context: Context) -> Found:
 
     Autofix: none.
     """
-    owner: dict[str, Driver] = {}
-    for driver in context.drivers:
-        words: list[Word] = [w for names in driver.sides.values() for w in names]
-        for word in words:
-            first = owner.setdefault(word.text, driver)
-            if first is not driver and {first.kind, driver.kind} != {"ros2_control"}:
+    owner: dict[str, DriveController] = {}
+    for controller in context.drive_controllers:
+        for joint in (*controller.left, *controller.right):
+            first = owner.setdefault(joint.text, controller)
+            if first is not controller and not (first.plugin is None and controller.plugin is None):
                 yield Finding(
-                    word.origin,
-                    f"'{word.text}' is driven by '{first.name}' and by '{driver.name}'",
+                    joint.origin,
+                    f"'{joint.text}' is driven by '{first.name}' and by '{controller.name}'",
                     "let one of them drive it",
                     (Related(f"'{first.name}'", first.origin),),
                 )
                 break
-    for driver in context.drivers:
-        if driver.publishes_tf:
+    for controller in context.drive_controllers:
+        if controller.publishes_tf:
             place = next((e for e in _plugin_tags(context, ("publishWheelTF", "publish_wheel_tf"))), None)
             tag = place.tag if place else "publishWheelTF"
             yield Finding(
-                place.origin if place else driver.origin,
-                f"{driver.name} publishes the wheels' transforms, and so does robot_state_publisher",
+                place.origin if place else controller.origin,
+                f"{controller.name} publishes the wheels' transforms, and so does robot_state_publisher",
                 f"write <{tag}>false</{tag}>",
             )
 
@@ -245,18 +227,14 @@ def no_velocity_interface(context: Context) -> Found:
     Autofix: none.
     """
     wheels = {w.joint.name for w in context.base.wheels if w.joint.type is JointType.CONTINUOUS}
-    for extension in context.robot.extensions:
-        if extension.tag != "ros2_control":
+    for joint in hardware_joints(context.robot):
+        if joint.attributes.get("name") not in wheels:
             continue
-        for joint in extension.elements("joint"):
-            if joint.attributes.get("name") not in wheels:
-                continue
-            commands = [c.attributes.get("name", "") for c in joint.elements("command_interface")]
-            if "velocity" not in commands:
-                has = f"it has {', '.join(commands)}" if commands else "it has none"
-                yield Finding(
-                    joint.attribute_origin("name"),
-                    f"{joint.attributes.get('name')}: a drive wheel needs a velocity command "
-                    f"interface; {has}",
-                    'add <command_interface name="velocity"/>',
-                )
+        commands = [c.attributes.get("name", "") for c in joint.elements("command_interface")]
+        if "velocity" not in commands:
+            has = f"it has {', '.join(commands)}" if commands else "it has none"
+            yield Finding(
+                joint.attribute_origin("name"),
+                f"{joint.attributes.get('name')}: a drive wheel needs a velocity command interface; {has}",
+                'add <command_interface name="velocity"/>',
+            )

@@ -7,16 +7,13 @@ from collections.abc import Iterator
 
 from kbot.checks.context import Context
 from kbot.checks.facts.mobile_base import Pair
-from kbot.checks.registry import Finding, Found, rule
+from kbot.checks.registry import Finding, Found, reported, rule
+from kbot.kinematics.drive.faults import joint_places, separation_is_off
 from kbot.text import Origin, Related, Severity
 from kbot.text.numbers import NUMBER
 
 _SEPARATION = re.compile(r"(wheels?_?(separation|track|distance|spacing)|track_?width)", re.IGNORECASE)
 _RADIUS = re.compile(r"(drive_?)?wheel_?(radius|diameter)", re.IGNORECASE)
-
-
-def _level_pairs(context: Context) -> list[Pair]:
-    return [p for p in context.base.pairs if p.separation > abs(p.left.center[0] - p.right.center[0])]
 
 
 def _conventions(pair: Pair) -> list[float]:
@@ -25,7 +22,7 @@ def _conventions(pair: Pair) -> list[float]:
     return [pair.separation, pair.separation - width, pair.separation + width]
 
 
-@rule("D105", "separation-differs", Severity.WARNING, "drive")
+@rule("D105", "separation-differs", Severity.WARNING, "robot")
 def separation_differs(context: Context) -> Found:
     """A wheel separation, given to a plugin or controller or as a property, that is not the robot's own.
 
@@ -38,21 +35,11 @@ def separation_differs(context: Context) -> Found:
 
     Autofix: none.
     """
-    pairs = _level_pairs(context)
+    yield from reported(context.drive_faults, "D105")
+    pairs = context.level_pairs
     if not pairs or context.unsure & {w.link for w in context.base.wheels}:
         return
-    true = pairs[0].separation
-    related = _joint_places(pairs[0])
-    for driver in context.drivers:
-        given, word = driver.separation, driver.separation_word
-        if given is None or word is None or given <= 0.0:
-            continue
-        if len(pairs) > 1 and true <= given <= 2.5 * true:
-            continue  # a skid-steer robot is given the track it turns with, which is wider
-        if abs(given - true) > max(0.01 * true, 5e-4):
-            yield Finding(
-                word.origin, f"{driver.name}: " + _apart(given, true), "compute it from the joints", related
-            )
+    true, related = context.wheel_pairs[0].separation, joint_places(context.wheel_pairs[0])
     for name, value, origin in _properties(context, _SEPARATION):
         if (
             all(abs(value - d) > 0.01 * true for d in _conventions(pairs[0]))
@@ -62,24 +49,10 @@ def separation_differs(context: Context) -> Found:
                 continue
             yield Finding(
                 origin,
-                f"property '{name}': " + _apart(value, true),
+                f"property '{name}': " + separation_is_off(value, true),
                 "compute it from what places the joints",
                 related,
             )
-
-
-def _apart(given: float, true: float) -> str:
-    return (
-        f"the wheels are {true:.4g} m apart from middle to middle, not {given:.4g}: yaw computed with it is "
-        f"{(true / given - 1.0) * 100.0:+.0f} % off"
-    )
-
-
-def _joint_places(pair: Pair) -> tuple[Related, ...]:
-    return tuple(
-        Related(f"'{w.joint.name}' at y = {w.center[1]:.4g} m", w.joint.pose.origin or w.joint.origin)
-        for w in (pair.left, pair.right)
-    )
 
 
 def _properties(context: Context, name: re.Pattern[str]) -> Iterator[tuple[str, float, Origin]]:
@@ -93,7 +66,7 @@ def _properties(context: Context, name: re.Pattern[str]) -> Iterator[tuple[str, 
                 yield own, float(value), element.origin
 
 
-@rule("D106", "radius-differs", Severity.WARNING, "drive")
+@rule("D106", "radius-differs", Severity.WARNING, "robot")
 def radius_differs(context: Context) -> Found:
     """A wheel radius or diameter given to a plugin or controller that is not the wheels' own.
 
@@ -106,27 +79,12 @@ def radius_differs(context: Context) -> Found:
 
     Autofix: none.
     """
-    wheels = [w for w in context.base.wheels if w.radius]
+    yield from reported(context.drive_faults, "D106")
+    wheels = [w for w in context.mobile_base.wheels if w.radius] if context.mobile_base is not None else []
     if not wheels or context.unsure & {w.link for w in wheels}:
         return
     radii = [w.radius for w in wheels if w.radius]
     related = tuple(Related(f"the shape of '{w.link}'", w.part.origin) for w in wheels[:1] if w.part)
-    for driver in context.drivers:
-        given, word = driver.radius, driver.radius_word
-        if given is None or word is None or given <= 0.0:
-            continue
-        if all(abs(given - r) > max(0.01 * r, 2e-4) for r in radii):
-            true = radii[0]
-            yield Finding(
-                word.origin,
-                f"{driver.name}: its wheel radius is {given:.4g} m, but the wheels have "
-                f"{true:.4g}: distances "
-                f"are {(given / true - 1.0) * 100.0:+.0f} % off",
-                f"use twice the radius that makes the wheels: {2.0 * true:.4g}"
-                if "diameter" in word.key.lower()
-                else f"use the radius that makes the wheels: {true:.4g}",
-                related,
-            )
     for name, value, origin in _properties(context, _RADIUS):
         given = value / 2.0 if "diameter" in name.lower() else value
         if all(abs(given - r) > 0.01 * r for r in radii):

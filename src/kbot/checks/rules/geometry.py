@@ -5,8 +5,8 @@ from __future__ import annotations
 from kbot.checks.context import Context
 from kbot.checks.facts.bodies import Part, bounds
 from kbot.checks.registry import Finding, Found, rule
+from kbot.kinematics.drive.wheels import rigid_links
 from kbot.kinematics.spatial import Vector, dot, norm, subtract
-from kbot.kinematics.wheels import rigid_links
 from kbot.model import Box, Capsule, Collision, Cylinder, Geometry, Mesh, Sphere, Visual
 from kbot.text import Related, Severity
 from kbot.text.suggest import did_you_mean

@@ -6,7 +6,6 @@ import math
 
 from kbot.checks.context import Context
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.rules.wheels import level_pairs
 from kbot.kinematics.bodies import total_mass
 from kbot.kinematics.spatial import GRAVITY
 from kbot.model import JointType, Mesh
@@ -28,7 +27,7 @@ def wheel_cannot_turn(context: Context) -> Found:
 
     Autofix: none.
     """
-    for pair in level_pairs(context):
+    for pair in context.level_pairs:
         driven = any(w.joint.name in names for w in (pair.left, pair.right) for names in [_driven(context)])
         turning = [w for w in (pair.left, pair.right) if w.joint.type is JointType.CONTINUOUS]
         for wheel in (pair.left, pair.right):
@@ -57,7 +56,7 @@ _MEND = 'type="continuous"'
 
 
 def _driven(context: Context) -> set[str]:
-    return {w.text for d in context.drivers for names in d.sides.values() for w in names}
+    return {joint.text for c in context.drive_controllers for joint in (*c.left, *c.right)}
 
 
 @rule("D119", "wheel-effort-small", Severity.WARNING, "drive")
@@ -73,7 +72,7 @@ def wheel_effort_small(context: Context) -> Found:
 
     Autofix: none.
     """
-    wheels = [w for pair in level_pairs(context) for w in (pair.left, pair.right)]
+    wheels = [w for pair in context.level_pairs for w in (pair.left, pair.right)]
     efforts = [w.joint.limit.effort for w in wheels if w.joint.limit and w.joint.limit.effort]
     radii = [w.radius for w in wheels if w.radius]
     mass = total_mass(context.robot)
@@ -105,7 +104,7 @@ def wheel_mesh_collision(context: Context) -> Found:
 
     Autofix: none.
     """
-    for pair in level_pairs(context):
+    for pair in context.level_pairs:
         for wheel in (pair.left, pair.right):
             for collision in context.robot.links[wheel.link].collisions:
                 if isinstance(collision.geometry, Mesh):
@@ -139,7 +138,7 @@ def wheel_undriven(context: Context) -> Found:
                 driven.add(element.attributes["name"])
             if "oint" in element.tag and element.text.strip():
                 driven.add(element.text.strip())
-    for pair in level_pairs(context):
+    for pair in context.level_pairs:
         for wheel in (pair.left, pair.right):
             joint = wheel.joint
             if joint.name in driven or joint.limit is not None or joint.type is not JointType.CONTINUOUS:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from kbot.checks.context import Context
-from kbot.checks.registry import Finding, Found, rule
+from kbot.checks.registry import Finding, Found, reported, rule
+from kbot.model.extensions import extensions
 from kbot.text import Element, Severity
 from kbot.text.suggest import did_you_mean
 
@@ -57,9 +58,7 @@ def interface_unknown(context: Context) -> Found:
 
     Autofix: safe, where the name is a slip of one known name: it is written.
     """
-    for extension in context.robot.extensions:
-        if extension.tag != "ros2_control":
-            continue
+    for extension in extensions(context.robot, "ros2_control"):
         is_gazebo = any(e.text.strip().partition("/")[0] in _GAZEBO_PACKAGES for e in _plugins_of(extension))
         for joint in extension.elements("joint"):
             for element in (*joint.elements("command_interface"), *joint.elements("state_interface")):
@@ -80,9 +79,8 @@ _GAZEBO_PACKAGES = frozenset(name.partition("/")[0] for name in _GAZEBO)
 
 
 def _plugins(context: Context) -> Iterator[Element]:
-    for extension in context.robot.extensions:
-        if extension.tag == "ros2_control":
-            yield from _plugins_of(extension)
+    for extension in extensions(context.robot, "ros2_control"):
+        yield from _plugins_of(extension)
 
 
 def _plugins_of(control: Element) -> Iterator[Element]:
@@ -91,10 +89,7 @@ def _plugins_of(control: Element) -> Iterator[Element]:
 
 
 def _faults(context: Context, code: str) -> Found:
-    for file in context.controller_files:
-        for fault in file.faults:
-            if fault.code == code and fault.origin is not None:
-                yield Finding(fault.origin, fault.message, fault.hint, severity=fault.severity)
+    return reported((fault for file in context.controller_files for fault in file.faults), code)
 
 
 @rule("W132", "controllers-unreadable", Severity.ERROR, "robot")

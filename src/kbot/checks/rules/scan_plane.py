@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from kbot.checks.context import Context
 from kbot.checks.facts.bodies import Part
 from kbot.checks.facts.rays import distance_along
+from kbot.kinematics.drive.wheels import rigid_links
 from kbot.kinematics.spatial import Frame, Vector, add, dot, norm, scale, subtract
-from kbot.kinematics.wheels import rigid_links
 from kbot.text import Element, Origin
 
 _BEAMS = 360

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from kbot.checks.context import Context
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rules.scan_plane import own_body
+from kbot.kinematics.drive.wheels import rigid_links
 from kbot.kinematics.spatial import dot
-from kbot.kinematics.wheels import rigid_links
 from kbot.model import JointType
 from kbot.text import Element, Related, Severity
 from kbot.text.suggest import did_you_mean

@@ -30,22 +30,23 @@ def turns_short(context: Context) -> Found:
 
     Autofix: none.
     """
-    for driver in context.drivers:
-        named = {word.text for words in driver.sides.values() for word in words}
+    for controller in context.drive_controllers:
+        named = {joint.text for joint in (*controller.left, *controller.right)}
         pairs = [p for p in context.base.pairs if {p.left.joint.name, p.right.joint.name} <= named]
         wheels = {w.link for p in pairs for w in (p.left, p.right)}
-        if len(pairs) < 2 or context.unsure & wheels or driver.separation_word is None:
+        size = controller.separation
+        if len(pairs) < 2 or context.unsure & wheels or size is None:
             continue
-        told, true = driver.separation, pairs[0].separation
-        if told is None or not (told > 0.0 and true > 0.0):
+        true = pairs[0].separation
+        if not (size.value > 0.0 and true > 0.0):
             continue
         needed = 1.0 / turn_share([_place(pair) for pair in pairs], true)
-        made = told / true / needed
+        made = size.value / true / needed
         if made < 1.0 - _WORTH_TELLING:
             yield Finding(
-                driver.separation_word.origin,
-                f"{driver.name}: a turn drags the wheels of {len(pairs)} axles across the ground: the robot "
-                f"turns at least {(1.0 - made) * 100.0:.0f} % less than it is told",
+                size.given.origin,
+                f"{controller.name}: a turn drags the wheels of {len(pairs)} axles across the ground: the "
+                f"robot turns at least {(1.0 - made) * 100.0:.0f} % less than it is told",
                 f"set wheel_separation_multiplier to {needed:.2f} or the separation to {needed * true:.3g} m"
                 "; then measure a turn",
             )

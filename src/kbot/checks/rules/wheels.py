@@ -8,24 +8,13 @@ from collections.abc import Callable, Iterator
 from kbot.checks.context import Context
 from kbot.checks.facts.bodies import axis_of
 from kbot.checks.facts.mobile_base import MOST_JOINTS, Pair, Wheel
-from kbot.checks.facts.part_names import side_of
-from kbot.checks.registry import Finding, Found, rule
+from kbot.checks.registry import Finding, Found, reported, rule
 from kbot.checks.rules.geometry import overlap
+from kbot.kinematics.drive.faults import EXCHANGE_PLACES, axis_faults
+from kbot.kinematics.drive.part_names import side_of
 from kbot.kinematics.spatial import dot, unit
 from kbot.model import Joint, JointType, Mesh
 from kbot.text import Origin, Related, Severity
-
-_EXCHANGE_PLACES = "y points left: exchange the signs of the wheels' y"
-
-
-def level_pairs(context: Context) -> Iterator[Pair]:
-    """Pairs of drive wheels with a left and a right that stand across from each other."""
-    for pair in context.base.pairs:
-        if {pair.left.joint.name, pair.right.joint.name, pair.left.link, pair.right.link} & context.unsure:
-            continue
-        between = [abs(a - b) for a, b in zip(pair.left.center, pair.right.center, strict=True)]
-        if between[1] > max(between[0], between[2]):
-            yield pair
 
 
 def _axis_origin(joint: Joint) -> Origin:
@@ -45,7 +34,7 @@ def pose_origin(joint: Joint) -> Origin:
     return joint.pose.origin or joint.origin
 
 
-@rule("D107", "wheels-exchanged", Severity.WARNING, "drive")
+@rule("D107", "wheels-exchanged", Severity.WARNING, "robot")
 def wheels_exchanged(context: Context) -> Found:
     """A wheel called left that stands on the right, or the other way round.
 
@@ -59,9 +48,9 @@ def wheels_exchanged(context: Context) -> Found:
 
     Autofix: none.
     """
-    said = list(_exchanged_by_drivers(context))
+    said = list(reported(context.drive_faults, "D107"))
     yield from said
-    for pair in level_pairs(context):
+    for pair in context.level_pairs:
         left, right = pair.left, pair.right
         told = side_of(left.joint.name) == "left" and side_of(right.joint.name) == "right"
         if not told and not _named_sides(context, pair):
@@ -71,43 +60,21 @@ def wheels_exchanged(context: Context) -> Found:
                 left.joint.pose.origin or left.joint.origin,
                 f"{left.joint.name}: its wheel stands at y = {left.center[1] * 1e3:.4g} mm, on the right of "
                 f"'{right.joint.name}' at {right.center[1] * 1e3:.4g} mm: turns come out reversed",
-                _EXCHANGE_PLACES,
+                EXCHANGE_PLACES,
                 (Related(f"'{right.joint.name}'", right.joint.pose.origin or right.joint.origin),),
             )
 
 
-def _exchanged_by_drivers(context: Context) -> Found:
-    """Drivers whose left joint stands on the right."""
-    wheels = {w.joint.name: w for w in context.base.wheels}
-    for driver in context.drivers:
-        sides = (driver.sides.get("left", ()), driver.sides.get("right", ()))
-        for word, other in zip(*sides, strict=False):
-            left, right = wheels.get(word.text), wheels.get(other.text)
-            if left is None or right is None or {left.link, right.link} & context.unsure:
-                continue
-            if left.center[1] < right.center[1]:
-                # exchanged names would hide that the wheels themselves are on the wrong sides
-                are_misplaced = side_of(word.text) == "left" and side_of(other.text) == "right"
-                tags = [f"<{w.key}>" if driver.kind != "ros2_control" else w.key for w in (word, other)]
-                yield Finding(
-                    word.origin,
-                    f"{driver.name}: its left joint '{word.text}' turns the wheel at y = "
-                    f"{left.center[1] * 1e3:.4g} mm, on the right: turns come out reversed",
-                    _EXCHANGE_PLACES if are_misplaced else f"exchange the names in {tags[0]} and {tags[1]}",
-                    (Related(f"'{word.text}'", pose_origin(left.joint)),),
-                )
-
-
 def _named_sides(context: Context, pair: Pair) -> bool:
-    for driver in context.drivers:
-        lefts = {w.text for w in driver.sides.get("left", ())}
-        rights = {w.text for w in driver.sides.get("right", ())}
+    for controller in context.drive_controllers:
+        lefts = {joint.text for joint in controller.left}
+        rights = {joint.text for joint in controller.right}
         if pair.left.joint.name in lefts and pair.right.joint.name in rights:
             return True
     return False
 
 
-@rule("D108", "wheel-axes-opposed", Severity.WARNING, "drive")
+@rule("D108", "wheel-axes-opposed", Severity.WARNING, "robot")
 def wheel_axes_opposed(context: Context) -> Found:
     """Two wheels of a pair whose axes point in opposite directions.
 
@@ -120,27 +87,10 @@ def wheel_axes_opposed(context: Context) -> Found:
 
     Autofix: none.
     """
-    for pair in level_pairs(context):
-        if dot(pair.left.axis, pair.right.axis) < -0.5:
-            wrong, other = (pair.left, pair.right) if pair.left.axis[1] < 0.0 else (pair.right, pair.left)
-            yield Finding(
-                _axis_origin(wrong.joint),
-                f"{wrong.joint.name}: its axis points along {_words(wrong)} of the base, that of "
-                f"'{other.joint.name}' along {_words(other)}: equal speeds turn the robot on the spot",
-                "let both axes point along +y",
-                (Related(f"the axis of '{other.joint.name}'", _axis_origin(other.joint)),),
-            )
+    return reported(axis_faults(context.wheel_pairs), "D108")
 
 
-def _words(wheel: Wheel) -> str:
-    """A direction as an axis's name where it is near one."""
-    for i, name in enumerate("xyz"):
-        if abs(wheel.axis[i]) > 0.98:
-            return ("-" if wheel.axis[i] < 0.0 else "+") + name
-    return "(" + ", ".join(f"{v:.2g}" for v in wheel.axis) + ")"
-
-
-@rule("D109", "wheels-drive-backwards", Severity.WARNING, "drive")
+@rule("D109", "wheels-drive-backwards", Severity.WARNING, "robot")
 def wheels_drive_backwards(context: Context) -> Found:
     """Both wheels' axes point along -y.
 
@@ -153,16 +103,7 @@ def wheels_drive_backwards(context: Context) -> Found:
 
     Autofix: none.
     """
-    for pair in level_pairs(context):
-        if pair.left.axis[1] < -0.5 and pair.right.axis[1] < -0.5:
-            for wheel, origin in at_both(pair, _axis_origin):
-                yield Finding(
-                    origin,
-                    f"{wheel.joint.name}: its axis, as its partner's, points along -y of the base: a "
-                    "positive speed "
-                    "drives backwards",
-                    "let both axes point along +y",
-                )
+    return reported(axis_faults(context.wheel_pairs), "D109")
 
 
 @rule("D110", "wheel-axis-askew", Severity.WARNING, "drive")
@@ -178,7 +119,7 @@ def wheel_axis_askew(context: Context) -> Found:
 
     Autofix: none.
     """
-    for pair in level_pairs(context):
+    for pair in context.level_pairs:
         for wheel in (pair.left, pair.right):
             if not any(wheel.axis) or wheel.joint.type is JointType.FIXED:
                 continue
@@ -238,7 +179,7 @@ def wheels_not_mirrored(context: Context) -> Found:
                 (Related(f"'{left.joint.name}'", pose_origin(left.joint)),),
             )
     links = context.robot.links
-    for pair in level_pairs(context):
+    for pair in context.level_pairs:
         left, right = pair.left, pair.right
         size = max(left.radius or 0.0, right.radius or 0.0) or 0.05
         differences: list[str] = []
@@ -276,7 +217,7 @@ def wheel_in_chassis(context: Context) -> Found:
 
     Autofix: none.
     """
-    for pair in level_pairs(context):
+    for pair in context.level_pairs:
         for wheel in (pair.left, pair.right):
             joint = wheel.joint
             if wheel.part is None or wheel.width is None or joint.parent in context.unsure:
@@ -312,7 +253,7 @@ def not_checked(context: Context) -> Found:
     joints = context.robot.joints.values()
     if len(joints) <= MOST_JOINTS:
         return
-    if context.drivers or any(joint.type is JointType.CONTINUOUS for joint in joints):
+    if context.drive_controllers or any(joint.type is JointType.CONTINUOUS for joint in joints):
         yield Finding(
             context.root.origin,
             f"the drive is not checked: the robot has more than {MOST_JOINTS} joints",

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from kbot.checks.config import Config
-from kbot.checks.facts.drivers import find_drivers
 from kbot.checks.file_kinds import FileKind
 from kbot.checks.runner import examine, findings
+from kbot.kinematics.drive.controllers import drive_controllers
 from kbot.model.load import load_robot
 from kbot.ros.launch import Plan, is_ros_2, read_launch, read_launch_2
 from kbot.ros.launch.plan import Description, Param
@@ -80,7 +80,7 @@ def _two_publishers(plan: Plan, packages: Packages) -> Iterator[Diagnostic]:
         if param.description is None:
             continue
         robot = load_robot(param.description.path, param.description.arguments, packages=packages).robot
-        for driver in find_drivers(robot, packages) if robot else ():
+        for driver in drive_controllers(robot) if robot else ():
             if driver.publishes_joints is not None:
                 yield Diagnostic(
                     "D122",

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from kbot.kinematics.drive.controller_files import node_parameters
 from kbot.messages.bus import absolute
-from kbot.model.controller_files import node_parameters
 from kbot.ros.parameter_values import ROSPARAM, convert
 from kbot.text import DescriptionError, KbotError, read_source
 from kbot.text.yaml import YamlError, load_yaml, read_yaml

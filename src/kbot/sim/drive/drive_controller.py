@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from kbot.kinematics.differential_drive import DifferentialDrive
+from kbot.kinematics.drive.drive import DifferentialDrive, SteeredDrive
 from kbot.kinematics.odometry import PlanarPose
-from kbot.kinematics.steered_drive import SteeredDrive
 from kbot.model import Robot
 from kbot.sim.drive.settings import DriveSettings
 from kbot.sim.drive.steered_servos import SteeredServos

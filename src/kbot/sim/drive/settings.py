@@ -3,28 +3,31 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import chain
-from math import inf, isfinite
+from math import inf
 
-from kbot.kinematics.controllers import drive_plugins, steering_plugins
-from kbot.kinematics.differential_drive import DifferentialDrive
+from kbot.kinematics.drive.controller_files import Parameter
+from kbot.kinematics.drive.controllers import (
+    DIAMETER,
+    RADIUS,
+    SEPARATION,
+    DriveController,
+    drive_controller,
+    drive_controllers,
+)
+from kbot.kinematics.drive.drive import DifferentialDrive
 from kbot.messages.types import Twist, TwistStamped
 from kbot.model import Robot
-from kbot.sim.drive.sizes import ABSURD, compared, compared_radius
 from kbot.sim.drive.twist_controller import DriveLimits
-from kbot.sim.joint_control.controllers_yaml import Parameters, diff_drive_parameters
 from kbot.sim.naming import PLAIN, Naming
 from kbot.sim.plugin_names import PluginNames, is_of_gazebo_ros
 from kbot.sim.recipe import ANGULAR_ACCELERATION, LINEAR_ACCELERATION, WATCHDOG
-from kbot.text import Element, Origin
-from kbot.text.numbers import to_float
-from kbot.world.findings import Findings
+from kbot.text import Findings
 
 DEFAULT_LIMITS = DriveLimits()
-TRACK = "distance between the wheels"
-_DIAMETER = ("wheelDiameter", "wheel_diameter")
+ABSURD = 1000.0
+"""A size that is this many times too large or too small is replaced by the robot's own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,91 +75,105 @@ class DriveSettings:
 def drive_settings(
     robot: Robot, drive: DifferentialDrive, findings: Findings, naming: Naming = PLAIN
 ) -> DriveSettings:
-    """Read the robot's own settings; what it does not say is taken from its shapes and the defaults. `naming`
+    """Read the robot's own settings. What it does not give comes from its shapes and the defaults. `naming`
     is what the simulation calls it."""
-    plugin = next(chain(drive_plugins(robot), steering_plugins(robot)), None)
-    if plugin is not None:
-        values = _PluginValues(plugin, findings)
-        settings = _from_plugin(values, drive)
-        if not is_of_gazebo_ros(plugin):
-            return settings
-        names = PluginNames(plugin, naming)
-        return dataclasses.replace(
-            settings,
-            command_topic=names.topic(settings.command_topic),
-            odometry_topic=names.topic(settings.odometry_topic),
-        )
-    found = diff_drive_parameters(robot, findings)
-    if found is not None:
-        return _from_controller(found, drive, findings)
-    return DriveSettings(drive.radius, drive.separation)
+    controller = drive_controller(drive_controllers(robot))
+    if controller is None:
+        return DriveSettings(drive.radius, drive.separation)
+    values = _Values(controller, findings)
+    radius, separation = _radius(values, drive.radius), _separation(values, drive.separation)
+    if controller.plugin is None:
+        return _of_controller(values, radius, separation)
+    settings = _of_plugin(values, radius, separation)
+    if not is_of_gazebo_ros(controller.plugin):
+        return settings
+    names = PluginNames(controller.plugin, naming)
+    return dataclasses.replace(
+        settings,
+        command_topic=names.topic(settings.command_topic),
+        odometry_topic=names.topic(settings.odometry_topic),
+    )
 
 
-class _PluginValues:
-    """Numbers and words of a `<plugin>`, by whichever of several names is there."""
+class _Values:
+    """Numbers and words that a plugin or controller is given, by whichever of several names is there."""
 
-    def __init__(self, plugin: Element, findings: Findings) -> None:
-        self._plugin, self.findings = plugin, findings
-
-    def element(self, *names: str) -> Element | None:
-        return next((e for name in names if (e := self._plugin.find(name)) is not None), None)
-
-    def place(self, *names: str) -> Origin | None:
-        element = self.element(*names)
-        return element.origin if element is not None else None
+    def __init__(self, controller: DriveController, findings: Findings) -> None:
+        self.controller, self.findings = controller, findings
 
     def word(self, default: str, *names: str) -> str:
-        element = self.element(*names)
-        return (element.text.strip() if element is not None else "") or default
+        given = self.controller.first(*names)
+        return (given.text if given is not None else "") or default
+
+    def is_false(self, name: str) -> bool:
+        given = self.controller.first(name)
+        return given is not None and given.value is False
 
     def number(self, *names: str) -> float | None:
-        """A finite number, None where it is not there or, with a finding, is none."""
-        element = self.element(*names)
-        if element is None:
+        """A finite number; None where it is not given or, with a finding, is not one."""
+        given = self.controller.first(*names)
+        if given is None or given.value != given.value:  # NaN in YAML: no limit
             return None
-        try:
-            value = to_float(element.text)
-        except ValueError:
-            value = inf
-        if not isfinite(value):
-            self.findings.warning(
-                "W130", f"<{element.tag}> is not a number: '{element.text.strip()}'", element.origin,
-                "it is left out",
-            )  # fmt: skip
-            return None
-        return value
+        if given.number is None:
+            self._leave_out("W130", given, f"is not a number: '{given.text}'", "it is left out")
+        return given.number
 
     def positive(self, *names: str) -> float | None:
-        """A number above zero, None where there is none, or 0, or, with a finding, one below."""
-        value, element = self.number(*names), self.element(*names)
-        if value is not None and element is not None and value < 0.0:
-            self.findings.warning(
-                "W130", f"<{element.tag}> is above zero, not {value:g}", element.origin, "it is left out"
-            )
+        """A number above zero; None where it is not given, is 0 or, with a finding, is below."""
+        given, value = self.controller.first(*names), self.number(*names)
+        if given is not None and value is not None and value < 0.0:
+            self._leave_out("W130", given, f"is above zero, not {value:g}", "it is left out")
         return value if value is not None and value > 0.0 else None
 
+    def size(self, true: float, *names: str) -> float | None:
+        """A size in m, above zero; None where it is not given or, with a finding, is absurd. `true` is the
+        robot's own."""
+        given, value = self.controller.first(*names), self.positive(*names)
+        if given is None or value is None or true / ABSURD <= value <= true * ABSURD:
+            return value
+        what = f"is {value:g} m, and {true:g} m on the robot: KBot uses {true:g} m"
+        self._leave_out("W131", given, what, f"write {true:g}")
+        return None
 
-def _from_plugin(values: _PluginValues, drive: DifferentialDrive) -> DriveSettings:
-    separation = values.positive("wheelSeparation", "wheel_separation")
-    diameter = values.positive(*_DIAMETER)
-    radius = values.positive("wheel_radius")
-    is_diameter = radius is None
-    if radius is None and diameter is not None:
-        radius = diameter / 2.0
-    if separation is not None:
-        place = values.place("wheelSeparation", "wheel_separation")
-        separation = compared(TRACK, separation, drive.separation, place, values.findings)
-    if radius is not None:
-        place = values.place(*_DIAMETER) if is_diameter else values.place("wheel_radius")
-        radius = compared_radius(radius, drive, place, values.findings, is_diameter=is_diameter)
+    def multiplier(self, name: str, default: float = 1.0) -> float:
+        given, value = self.controller.first(name), self.number(name)
+        if given is None or value is None:
+            return default
+        if 1.0 / ABSURD <= value <= ABSURD:
+            return value
+        self._leave_out(
+            "W130", given, f"is {value:g}: it is left out", "a multiplier is above zero and near 1"
+        )
+        return default
+
+    def _leave_out(self, code: str, given: Parameter, what: str, hint: str) -> None:
+        name = given.name if self.controller.plugin is None else f"<{given.name}>"
+        self.findings.warning(code, f"{name} {what}", given.origin, hint)
+
+
+def _separation(values: _Values, true: float) -> float:
+    """The distance between the wheels that the controller computes with, m."""
+    given = values.size(true, *SEPARATION) or true
+    return given * values.multiplier("wheel_separation_multiplier")
+
+
+def _radius(values: _Values, true: float) -> float:
+    """The radius of the wheels that the controller computes with, m."""
+    radius, diameter = values.size(true, RADIUS), values.size(2.0 * true, *DIAMETER)
+    given = radius or (diameter / 2.0 if diameter is not None else true)
+    both = values.multiplier("wheel_radius_multiplier")
+    left, right = (values.multiplier(f"{side}_wheel_radius_multiplier", both) for side in ("left", "right"))
+    return given * ((left + right) / 2.0)
+
+
+def _of_plugin(values: _Values, radius: float, separation: float) -> DriveSettings:
     _note_source(values)
     rim = values.positive("wheelAcceleration", "max_wheel_acceleration")
-    half = (separation or drive.separation) / 2.0
     linear = values.positive("max_linear_acceleration", "max_acceleration")
     angular = values.positive("max_angular_acceleration")
     if rim is not None:
         # the rim's acceleration in m/s^2 bounds both ways of moving
-        linear, angular = linear or rim, angular or min(rim / half, ANGULAR_ACCELERATION)
+        linear, angular = linear or rim, angular or min(rim / (separation / 2.0), ANGULAR_ACCELERATION)
     limits = DriveLimits(
         linear_velocity=values.positive("max_linear_velocity", "max_velocity") or inf,
         angular_velocity=values.positive("max_angular_velocity") or inf,
@@ -169,8 +186,8 @@ def _from_plugin(values: _PluginValues, drive: DifferentialDrive) -> DriveSettin
         angular_jerk=values.positive("max_angular_jerk") or inf,
     )
     return DriveSettings(
-        radius or drive.radius,
-        separation or drive.separation,
+        radius,
+        separation,
         limits,
         values.positive("wheelTorque", "max_wheel_torque"),
         command_topic=values.word("cmd_vel", "commandTopic", "command_topic", "topic"),
@@ -179,15 +196,15 @@ def _from_plugin(values: _PluginValues, drive: DifferentialDrive) -> DriveSettin
     )
 
 
-def _note_source(values: _PluginValues) -> None:
-    """Gazebo Classic's drive can tell the model's own pose as odometry: `world`, in ROS 2 the number 1."""
-    element = values.element("odometrySource", "odometry_source")
-    if element is not None and element.text.strip() in ("world", "1"):
+def _note_source(values: _Values) -> None:
+    """Gazebo Classic's drive can publish the model's own pose as odometry: `world`, in ROS 2 the number 1."""
+    source = values.controller.first("odometrySource", "odometry_source")
+    if source is not None and source.text in ("world", "1"):
         values.findings.info(
             "W139",
-            f"<{element.tag}> asks for the robot's own pose in the world as odometry: here it is reckoned"
+            f"<{source.name}> asks for the robot's own pose in the world as odometry: here it is computed"
             " from the wheels, and drifts as theirs does",
-            element.origin,
+            source.origin,
             "write encoder, or in ROS 2 the number 0: a real robot has no other",
         )
 
@@ -197,58 +214,28 @@ def _below_zero(value: float | None) -> float | None:
     return -value if value is not None and value < 0.0 else None
 
 
-def _from_controller(found: Parameters, drive: DifferentialDrive, findings: Findings) -> DriveSettings:
-    values = found.values
-
-    def number(name: str, default: float) -> float:
-        value = values.get(name, default)
-        if isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value):
-            return float(value)
-        if not (isinstance(value, float) and value != value):
-            what = f"{name} of the controller is no number: {value}"
-            findings.warning("W130", what, found.place(name))
-        return default
-
-    def multiplier(name: str, default: float = 1.0) -> float:
-        value = number(name, default)
-        if 1.0 / ABSURD <= value <= ABSURD:
-            return value
-        what = f"{name} of the controller is {value:g}: it is left out"
-        findings.warning("W130", what, found.place(name), "a multiplier is above zero and near 1")
-        return default
-
-    separation, radius = number("wheel_separation", 0.0), number("wheel_radius", 0.0)
-    if separation:
-        place = found.place("wheel_separation")
-        separation = compared(TRACK, separation, drive.separation, place, findings)
-    if radius:
-        radius = compared_radius(radius, drive, found.place("wheel_radius"), findings)
-    separation, radius = separation or drive.separation, radius or drive.radius
-    separation *= multiplier("wheel_separation_multiplier")
-    both = multiplier("wheel_radius_multiplier")
-    radius *= sum(multiplier(f"{side}_wheel_radius_multiplier", both) for side in ("left", "right")) / 2.0
+def _of_controller(values: _Values, radius: float, separation: float) -> DriveSettings:
+    controller = values.controller
     return DriveSettings(
         radius,
         separation,
-        _controller_limits(values, number, switched_on=found.ros == 2),
-        watchdog=number("cmd_vel_timeout", WATCHDOG) or WATCHDOG,
-        odometry_frame=str(values.get("odom_frame_id", "odom")),
-        controller=found.controller,
-        ros=found.ros,
-        is_stamped=found.ros == 2 and values.get("use_stamped_vel") is not False,
+        # limits hold where no `has_…_limits` is given, which ROS 1 always requires
+        _controller_limits(values, switched_on=controller.ros == 2),
+        watchdog=values.number("cmd_vel_timeout") or WATCHDOG,
+        odometry_frame=values.word("odom", "odom_frame_id"),
+        controller=controller.name,
+        ros=controller.ros,
+        is_stamped=controller.ros == 2 and not values.is_false("use_stamped_vel"),
     )
 
 
-def _controller_limits(
-    values: Mapping[str, object], number: Callable[[str, float], float], *, switched_on: bool
-) -> DriveLimits:
-    """`switched_on`: whether limits hold where no `has_…_limits` says so, which ROS 1 always wants."""
-
+def _controller_limits(values: _Values, *, switched_on: bool) -> DriveLimits:
     def limit(axis: str, kind: str, end: str = "max") -> float | None:
         """A limit that is given and, in versions with `has_…_limits`, switched on."""
-        if values.get(f"{axis}.has_{kind}_limits", switched_on) is False:
+        switch = values.controller.first(f"{axis}.has_{kind}_limits")
+        if (switch.value if switch is not None else switched_on) is False:
             return None
-        value = number(f"{axis}.{end}_{kind}", 0.0)
+        value = values.number(f"{axis}.{end}_{kind}") or 0.0
         value = -value if end == "min" else value
         return value if value > 0.0 else None
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import mujoco
 
-from kbot.kinematics.steered_drive import SteeredDrive
+from kbot.kinematics.drive.drive import SteeredDrive
 from kbot.sim.drive.wheel_servos import slack
 from kbot.sim.engine.arrays import numbers
 

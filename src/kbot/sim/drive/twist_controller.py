@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import copysign, inf, sqrt
 from typing import Any
 
-from kbot.kinematics.differential_drive import DifferentialDrive
+from kbot.kinematics.drive.drive import DifferentialDrive
 from kbot.sim.recipe import ANGULAR_ACCELERATION, LINEAR_ACCELERATION
 from kbot.text import KbotError
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import mujoco
 
-from kbot.kinematics.differential_drive import DifferentialDrive
+from kbot.kinematics.drive.drive import DifferentialDrive
 from kbot.sim.engine.arrays import numbers
 
 

@@ -17,9 +17,8 @@ from kbot.sim.engine.robot_builder import RobotPlan, add_robot
 from kbot.sim.engine.welds import Weld, add_weld
 from kbot.sim.engine.world_builder import PREFIX, add_world, owner
 from kbot.sim.recipe import IMPRATIO, Contacts
-from kbot.text import DescriptionError, Diagnostic, KbotError, Origin, Severity
+from kbot.text import DescriptionError, Diagnostic, Findings, KbotError, Origin, Severity
 from kbot.world import World
-from kbot.world.findings import Findings
 
 _NAMED = re.compile(r"[Ee]lement(?: name)? '([^']+)'")
 _DEGREE = re.compile(r"at DOF (\d+)")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from kbot.model import Box, Geometry, Mesh, Robot
-from kbot.world.findings import Findings
+from kbot.text import Findings
 from kbot.world.world import FURTHEST, HEAVIEST
 
 DEEPEST = 500

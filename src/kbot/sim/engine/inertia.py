@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.kinematics.bodies import MassProperties, principal_axes
-from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
+from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive
+from kbot.kinematics.drive.wheels import rigid_links
 from kbot.kinematics.transform import Transform
-from kbot.kinematics.wheels import rigid_links
 from kbot.model import Inertial, Link, Robot
-from kbot.world.findings import Findings
+from kbot.text import Findings
 
 SMALLEST = 1e-14
 """Kilograms, or kg m^2: less than this the engine takes for nothing."""

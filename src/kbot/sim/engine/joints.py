@@ -11,7 +11,7 @@ from kbot.kinematics.frames import joint_transform, unit_axis
 from kbot.kinematics.transform import Transform
 from kbot.model import Joint, JointType, Robot
 from kbot.sim.engine.world_joints import set_friction, stiffen
-from kbot.world.findings import Findings
+from kbot.text import Findings
 
 _HINGE = mujoco.mjtJoint.mjJNT_HINGE
 _SLIDE = mujoco.mjtJoint.mjJNT_SLIDE

@@ -10,7 +10,7 @@ from typing import Any
 import mujoco
 
 from kbot.kinematics.bodies import total_mass
-from kbot.kinematics.differential_drive import DifferentialDrive, NoDrive
+from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.transform import Transform
 from kbot.model import Collision, Link, Robot
@@ -21,10 +21,9 @@ from kbot.sim.engine.inertia import check_masses, held_joints, is_fixed, set_ine
 from kbot.sim.engine.joints import add_joint, add_mimics, held_pose
 from kbot.sim.engine.servo import add_drive_servos, add_joint_servos
 from kbot.sim.recipe import FRICTION, Contacts
-from kbot.text import Element, KbotError
+from kbot.text import Element, Findings, KbotError
 from kbot.text.numbers import to_float
 from kbot.text.suggest import did_you_mean
-from kbot.world.findings import Findings
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from typing import Any
 import mujoco
 
 from kbot.kinematics.bodies import total_mass
-from kbot.kinematics.differential_drive import DifferentialDrive
+from kbot.kinematics.drive.drive import DifferentialDrive
 from kbot.kinematics.spatial import GRAVITY
 from kbot.model import Robot
 from kbot.sim.recipe import SERVO_MARGIN, SERVO_STIFFNESS, SERVO_TIME, Contacts

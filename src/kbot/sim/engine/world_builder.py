@@ -14,9 +14,8 @@ from kbot.kinematics.transform import Transform
 from kbot.sim.engine import contacts as touch
 from kbot.sim.engine.geometry import add_shape, wxyz
 from kbot.sim.engine.world_joints import add_world_joint, stiffen
-from kbot.text import KbotError
+from kbot.text import Findings, KbotError
 from kbot.world import world as w
-from kbot.world.findings import Findings
 from kbot.world.joints import Loop
 
 PREFIX = "/"

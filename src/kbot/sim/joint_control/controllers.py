@@ -5,27 +5,31 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from math import isfinite
 
-from kbot.model import Robot
-from kbot.model.controller_files import unknown_type
-from kbot.model.hardware import hardware_joints, initial_values
-from kbot.sim.joint_control.control import JointControl, JointController
-from kbot.sim.joint_control.controllers_yaml import Parameters, controller_parameters
-from kbot.sim.joint_control.kinds import (
+from kbot.kinematics.drive.controller_files import (
     JOINT_STATE,
+    Parameters,
+    controller_parameters,
+    unknown_type,
+)
+from kbot.kinematics.drive.controllers import words_of
+from kbot.kinematics.drive.faults import plugin_faults, unknown_joint
+from kbot.model import Robot
+from kbot.model.extensions import gazebo_plugins, hardware_joints, initial_values
+from kbot.sim.joint_control.control import JointControl, JointController
+from kbot.sim.joint_control.kinds import (
     KINDS,
     Input,
     Interface,
     Kind,
     is_done_elsewhere,
 )
-from kbot.sim.joint_control.plugins import commanded_by, plugins, words_of
+from kbot.sim.joint_control.plugins import commanded_by
 from kbot.sim.joint_control.trajectory_goal import Constraints
 from kbot.sim.naming import PLAIN, Naming
 from kbot.sim.plugin_names import PluginNames, is_of_gazebo_ros
-from kbot.text import Element, Origin
+from kbot.text import Element, Findings
 from kbot.text.numbers import to_float
 from kbot.text.suggest import did_you_mean
-from kbot.world.findings import Findings
 
 _INTERFACES = {f"{interface.capitalize()}JointInterface": interface for interface in Interface}
 
@@ -92,7 +96,7 @@ def joint_starts(robot: Robot, free: set[str], findings: Findings) -> Iterator[t
 def _said(robot: Robot) -> Iterator[tuple[str, Element]]:
     """The names of joints, and what says where each starts."""
     yield from initial_values(robot)
-    for plugin in plugins(robot):
+    for plugin in gazebo_plugins(robot):
         first = plugin.find("initial_position")
         said = plugin.find("joint_name")
         if commanded_by(plugin) is not None and first is not None and said is not None:
@@ -135,7 +139,7 @@ class _Reader:
         self.free = {j.name for j in robot.movable_joints if j.name not in driven and j.mimic is None}
         """The joints that controllers may command."""
         self._offered = joint_interfaces(robot, findings)
-        self._has_manager = any("gazeboroscontrol" in words_of(plugin) for plugin in plugins(robot))
+        self._has_manager = any("gazeboroscontrol" in words_of(plugin) for plugin in gazebo_plugins(robot))
         """Whether gazebo_ros_control runs ROS 1's controller manager."""
         self.state_topics: list[str] = []
 
@@ -155,7 +159,7 @@ class _Reader:
             yield from self._of_kind(kind, found)
         elif found.ros == 2 and (meant := unknown_type(found.kind)) is not None:
             what = f"the controller '{found.controller}' is not loaded: there is no type '{found.kind}'"
-            self.findings.warning("W143", what, found.place(), meant)
+            self.findings.error("W143", what, found.place(), meant)
         elif is_done_elsewhere(found.kind):
             self._of_others(found)
         else:
@@ -176,8 +180,13 @@ class _Reader:
         if not self._has(found, *needed, *([] if words else [kind.joints])):
             return
         interface = self._interface(kind, found)
-        who = f"the controller '{found.controller}'"
-        joints = self._known(words, who, found.place(kind.joints))
+        place = found.place(kind.joints)
+        self.findings.diagnostics += (
+            unknown_joint(self.robot, found.controller, word, place)
+            for word in words
+            if word not in self.robot.joints
+        )
+        joints = tuple(word for word in words if word in self.free)
         if interface is None or (found.is_spawned and not all(word in self.robot.joints for word in words)):
             return
         if found.ros == 1 and not self._is_offered(kind, found, joints):
@@ -239,28 +248,18 @@ class _Reader:
             self.findings.warning("W130", what, where, f"there are {', '.join(Interface)}")
             return None
 
-    def _known(self, names: list[str], who: str, origin: Origin) -> tuple[str, ...]:
-        for name in names:
-            if name not in self.robot.joints:
-                self.findings.warning(
-                    "W134", f"{who} names the joint '{name}', which the robot does not have", origin,
-                    did_you_mean(name, self.robot.joints),
-                )  # fmt: skip
-        return tuple(name for name in names if name in self.free)
-
     def of_plugins(self) -> Iterator[JointController]:
-        for plugin in plugins(self.robot):
+        self.findings.diagnostics += plugin_faults(self.robot)
+        for plugin in gazebo_plugins(self.robot):
             kind = commanded_by(plugin)
             if is_of_gazebo_ros(plugin) and "jointstatepublisher" in words_of(plugin):
                 self.state_topics.append(PluginNames(plugin, self._naming).topic("joint_states"))
             if kind is None:
                 continue
             input_, interface, ending = kind
-            elements = list(plugin.elements("joint_name"))
-            joints: tuple[str, ...] = ()
-            for element in elements:
-                joints += self._known([element.text.strip()], "the plugin", element.origin)
-            if input_ is Input.TRAJECTORY and not elements:
+            names = [element.text.strip() for element in plugin.elements("joint_name")]
+            joints = tuple(name for name in names if name in self.free)
+            if input_ is Input.TRAJECTORY and not names:
                 joints = tuple(j.name for j in self.robot.movable_joints if j.name in self.free)
             said = plugin.find("topic") or plugin.find("topicName")
             topic = said.text.strip() if said is not None else ""

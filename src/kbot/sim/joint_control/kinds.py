@@ -96,16 +96,6 @@ _ROS_2: Mapping[str, Kind] = {
 KINDS: Mapping[int, Mapping[str, Kind]] = {1: _ROS_1, 2: _ROS_2}
 """By ROS 1 or 2, then by type."""
 
-DIFF_DRIVE = "diff_drive_controller/DiffDriveController"
-JOINT_STATE = "joint_state_controller/JointStateController"
-
-OTHERS_NEED: Mapping[tuple[int, str], tuple[str, ...]] = {
-    (1, DIFF_DRIVE): ("left_wheel", "right_wheel"),
-    (2, DIFF_DRIVE): ("left_wheel_names", "right_wheel_names"),
-    (1, JOINT_STATE): ("publish_rate",),
-}
-"""What controllers that command no single joints do not start without, by ROS 1 or 2 and type."""
-
 _ELSEWHERE = (
     "diff_drive_controller",
     "tricycle_controller",

@@ -2,24 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-from kbot.model import Robot
+from kbot.kinematics.drive.controllers import words_of
 from kbot.sim.joint_control.kinds import Input, Interface
 from kbot.text import Element
-
-
-def plugins(robot: Robot) -> Iterator[Element]:
-    """Each `<plugin>`, in the description's order."""
-    for extension in robot.extensions:
-        if extension.tag == "gazebo":
-            yield from extension.elements("plugin")
-
-
-def words_of(plugin: Element) -> str:
-    """A plugin's file and name in small letters, without what separates words."""
-    words = (plugin.attributes.get("filename", "") + plugin.attributes.get("name", "")).lower()
-    return words.replace("_", "").replace("-", "")
 
 
 def commanded_by(plugin: Element) -> tuple[Input, Interface, str] | None:

@@ -10,7 +10,7 @@ from typing import Literal
 from kbot.kinematics.frames import FrameTree
 from kbot.messages import Bus, Clock, Header, JointState
 from kbot.model import Joint, JointType, Robot
-from kbot.model.hardware import initial_positions
+from kbot.model.extensions import initial_positions
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.tf.robot_state_publisher import RobotStatePublisher

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from functools import partial
 
-from kbot.kinematics.differential_drive import NoDrive, find_drive
+from kbot.kinematics.drive.drive import NoDrive, find_drive
 from kbot.kinematics.odometry import PlanarPose
 from kbot.model import Robot
-from kbot.sim.drive.sides import commanded
 from kbot.sim.naming import PLAIN, Naming
 from kbot.sim.simulation import ORIGIN
 from kbot.workbench.driving.driving import Attend, Driving, Setup
@@ -65,7 +64,7 @@ def world_choices(first: str, named: str) -> tuple[WorldChoice, ...]:
 
 def why_not(robot: Robot) -> str:
     """Why a robot cannot drive, empty when it can."""
-    drive = commanded(robot, find_drive(robot))
+    drive = find_drive(robot)
     return drive.reason if isinstance(drive, NoDrive) else ""
 
 

@@ -9,9 +9,8 @@ from pathlib import Path
 
 from kbot.kinematics.spatial import GRAVITY
 from kbot.kinematics.transform import Transform
-from kbot.text import DescriptionError, Diagnostic, Element, KbotError
+from kbot.text import DescriptionError, Diagnostic, Element, Findings, KbotError
 from kbot.world.builders import floor
-from kbot.world.findings import Findings
 from kbot.world.georeference import Georeference
 from kbot.world.sdf.articulation import Articulation
 from kbot.world.sdf.entries import Context, Entry

@@ -5,9 +5,8 @@ from __future__ import annotations
 from math import inf, isfinite, radians
 
 from kbot.kinematics.transform import Transform
-from kbot.text import Element
+from kbot.text import Element, Findings
 from kbot.text.numbers import to_float
-from kbot.world.findings import Findings
 from kbot.world.world import FURTHEST
 
 STRONGEST_PULL = 1e4

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from kbot.model.controller_files import node_parameters
+from kbot.kinematics.drive.controller_files import node_parameters
 from kbot.ros.launch.faults import Fault
 from kbot.ros.launch.includes import charge_yaml
 from kbot.ros.launch.ros2.actions import ParameterFile, ParameterValue, PlacedParameter, is_value

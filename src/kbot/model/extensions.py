@@ -1,4 +1,4 @@
-"""What the hardware of ros2_control says of a robot's joints."""
+"""The extensions of a robot description: the plugins of Gazebo and the hardware of ros2_control."""
 
 from __future__ import annotations
 
@@ -10,15 +10,25 @@ from kbot.text import Element
 from kbot.text.numbers import to_float
 
 
+def extensions(robot: Robot, tag: str) -> Iterator[Element]:
+    """The `<gazebo>`, `<ros2_control>` or `<transmission>` elements, by their tag."""
+    return (extension for extension in robot.extensions if extension.tag == tag)
+
+
+def gazebo_plugins(robot: Robot) -> Iterator[Element]:
+    """Each `<plugin>` of a `<gazebo>`, in the description's order, without those of sensors and visuals."""
+    for extension in extensions(robot, "gazebo"):
+        yield from extension.elements("plugin")
+
+
 def hardware_joints(robot: Robot) -> Iterator[Element]:
-    """Each `<joint>` of the hardware."""
-    for extension in robot.extensions:
-        if extension.tag == "ros2_control":
-            yield from extension.elements("joint")
+    """Each `<joint>` of a `<ros2_control>`."""
+    for extension in extensions(robot, "ros2_control"):
+        yield from extension.elements("joint")
 
 
 def initial_values(robot: Robot) -> Iterator[tuple[str, Element]]:
-    """The names of joints, and what says where each starts."""
+    """The names of joints, each with the element of its initial position."""
     for joint in hardware_joints(robot):
         for state in joint.elements("state_interface"):
             for parameter in state.elements("param"):
@@ -28,7 +38,7 @@ def initial_values(robot: Robot) -> Iterator[tuple[str, Element]]:
 
 
 def initial_positions(robot: Robot) -> dict[str, float]:
-    """Where joints stand at first, in rad or m by name; what is no number is left out."""
+    """Initial positions by joint, in rad or m. A value that is not a number is left out."""
     free = {joint.name for joint in robot.movable_joints if joint.mimic is None}
     found: dict[str, float] = {}
     for joint, element in initial_values(robot):

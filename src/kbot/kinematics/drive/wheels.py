@@ -1,9 +1,9 @@
-"""The wheels of a robot, found from its joints and shapes; names play no part."""
+"""The wheels and casters of a robot, found from its joints and shapes; names play no part."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.frames import FrameTree, unit_axis
 from kbot.kinematics.transform import Transform
-from kbot.model import Capsule, Cylinder, Geometry, Joint, JointType, Link, Mesh, Pose, Robot, Sphere
+from kbot.model import Box, Capsule, Cylinder, Geometry, Joint, JointType, Link, Mesh, Pose, Robot, Sphere
 from kbot.model.shapes import span_along
 from kbot.text import KbotError
 
@@ -32,6 +32,7 @@ class Wheel:
     width: float
     center: Array
     axis: Array
+    shape: Geometry
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,10 +52,9 @@ def rigid_links(robot: Robot, link: str) -> Iterator[str]:
         waiting.extend(j.child for j in robot.child_joints[name] if j.type is JointType.FIXED)
 
 
-def movable_ancestor(robot: Robot, joint: Joint) -> Joint | None:
-    """The nearest joint above that moves by a motor or a spring; None where the joint hangs rigidly on the
-    root, or on a body that floats."""
-    link = joint.parent
+def movable_above(robot: Robot, link: str) -> Joint | None:
+    """The nearest joint above a link that moves by a motor or a spring; None where the link hangs rigidly on
+    the root, or on a body that floats."""
     while link != robot.root:
         above = robot.parent_joint[link]
         if above.is_movable:
@@ -73,11 +73,6 @@ def carrier(robot: Robot, link: str) -> str:
     return link
 
 
-def pose_transform(pose: Pose) -> Transform:
-    """A model pose as a transform."""
-    return Transform.from_xyz_rpy(pose.xyz, pose.rpy)
-
-
 def find_wheel(tree: FrameTree, joint: Joint, base: str) -> Wheel | NoWheel:
     """The wheel on a joint that turns; its size is that of the largest round shape about the axle."""
     robot = tree.robot
@@ -90,7 +85,7 @@ def find_wheel(tree: FrameTree, joint: Joint, base: str) -> Wheel | NoWheel:
     for link in rigid_links(robot, joint.child):
         base_from_link = tree.pose(link, in_frame=base)
         for pose, shape in _shapes(robot.links[link]):
-            base_from_shape = base_from_link @ pose_transform(pose)
+            base_from_shape = base_from_link @ Transform.of(pose)
             size = _round_about(shape, base_from_shape.rotation.T @ axis)
             if isinstance(size, str):
                 unknown = unknown or size
@@ -102,7 +97,7 @@ def find_wheel(tree: FrameTree, joint: Joint, base: str) -> Wheel | NoWheel:
             if off_axle > 0.05 * radius:
                 unknown = unknown or "its shape is not centred on its axis"
             elif best is None or radius > best.radius:
-                best = Wheel(joint.name, joint.child, radius, width, center, axis)
+                best = Wheel(joint.name, joint.child, radius, width, center, axis, shape)
     return best or NoWheel(joint.name, unknown or "it turns no shape")
 
 
@@ -160,3 +155,46 @@ def _round_mesh(mesh: Mesh, axis: Array) -> tuple[float, float, Array] | str:
     for direction, (a, b) in zip((across, up), outline[:2], strict=True):
         middle = middle + direction * (a + b) / 2.0
     return radius, high - low, middle
+
+
+def find_casters(
+    tree: FrameTree, base: str, ground: float, radius: float, wheels: Iterable[str]
+) -> tuple[str, ...]:
+    """Links with a collision shape that ends near the ground, the driving wheels left out.
+
+    `ground`: height of the contact plane in the base frame; `radius`: of the driving wheels; both in m.
+    A ball or a wheel counts when it ends within half a drive wheel's radius of the plane, for that is
+    what a caster of the wrong size looks like; another shape only when it touches.
+    """
+    robot = tree.robot
+    driving = {part for link in wheels for part in rigid_links(robot, link)}
+    return tuple(
+        name
+        for name, link in robot.links.items()
+        if name not in driving and _bears(tree, link, base, ground, radius)
+    )
+
+
+def _bears(tree: FrameTree, link: Link, base: str, ground: float, radius: float) -> bool:
+    base_from_link = tree.pose(link.name, in_frame=base)
+    for collision in link.collisions:
+        base_from_shape = base_from_link @ Transform.of(collision.pose)
+        down = -base_from_shape.rotation[2]
+        try:
+            span = span_along(collision.geometry, down)
+        except KbotError:
+            continue
+        if span is None:
+            continue
+        height = float(base_from_shape.translation[2]) - span[1] - ground
+        reach = 0.5 if _rolls(collision.geometry, base_from_shape) else 0.05
+        if abs(height) <= reach * radius:
+            return True
+    return False
+
+
+def _rolls(shape: Geometry, base_from_shape: Transform) -> bool:
+    """Whether it is a ball or a wheel rather than a foot."""
+    if isinstance(shape, Cylinder):
+        return abs(float(base_from_shape.rotation[2, 2])) < 0.5
+    return not isinstance(shape, Box | Mesh)

@@ -1,0 +1,1 @@
+"""How a robot drives: what commands its wheels, the wheels, the drive that they make, and its faults."""

@@ -1,0 +1,358 @@
+"""The controllers of ros_control and ros2_control: their parameters, from the YAML files that a description
+names and from the launch that spawned them, and what is wrong with these files."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from kbot.model import Robot
+from kbot.model.extensions import gazebo_plugins
+from kbot.model.spawned import Setting, SpawnedController, spawned_controllers
+from kbot.text import (
+    DescriptionError,
+    Diagnostic,
+    Element,
+    Findings,
+    Origin,
+    Severity,
+    read_source,
+)
+from kbot.text.numbers import to_float
+from kbot.text.span import Call
+from kbot.text.suggest import Suggestion, did_you_mean
+from kbot.text.yaml import Document, Keys, YamlError, read_yaml
+
+PARAMETERS = "ros__parameters"
+MANAGER = "controller_manager"
+
+DIFF_DRIVE = "diff_drive_controller/DiffDriveController"
+JOINT_STATE = "joint_state_controller/JointStateController"
+
+OTHERS_NEED: Mapping[tuple[int, str], tuple[str, ...]] = {
+    (1, DIFF_DRIVE): ("left_wheel", "right_wheel"),
+    (2, DIFF_DRIVE): ("left_wheel_names", "right_wheel_names"),
+    (1, JOINT_STATE): ("publish_rate",),
+}
+"""What controllers that command no single joints do not start without, by ROS 1 or 2 and type."""
+
+TYPES = (
+    "ackermann_steering_controller/AckermannSteeringController",
+    "admittance_controller/AdmittanceController",
+    "bicycle_steering_controller/BicycleSteeringController",
+    "chained_filter_controller/ChainedFilter",
+    "diff_drive_controller/DiffDriveController",
+    "effort_controllers/GripperActionController",
+    "effort_controllers/JointGroupEffortController",
+    "force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster",
+    "forward_command_controller/ForwardCommandController",
+    "forward_command_controller/MultiInterfaceForwardCommandController",
+    "gpio_controllers/GpioCommandController",
+    "gps_sensor_broadcaster/GPSSensorBroadcaster",
+    "imu_sensor_broadcaster/IMUSensorBroadcaster",
+    "joint_state_broadcaster/JointStateBroadcaster",
+    "joint_trajectory_controller/JointTrajectoryController",
+    "mecanum_drive_controller/MecanumDriveController",
+    "omni_wheel_drive_controller/OmniWheelDriveController",
+    "parallel_gripper_action_controller/GripperActionController",
+    "pid_controller/PidController",
+    "pose_broadcaster/PoseBroadcaster",
+    "position_controllers/GripperActionController",
+    "position_controllers/JointGroupPositionController",
+    "range_sensor_broadcaster/RangeSensorBroadcaster",
+    "tricycle_controller/TricycleController",
+    "tricycle_steering_controller/TricycleSteeringController",
+    "velocity_controllers/JointGroupVelocityController",
+)
+"""Those of ros2_controllers; other packages have more."""
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A parameter of a controller, or a tag of a plugin.
+
+    value   of YAML, or the text of the tag
+    origin  where the value was written, or the tag
+    key     where its name was written; of a tag and of a spawned controller's parameter the same as `origin`
+    items   where the items of a list were written
+    """
+
+    name: str
+    value: object
+    origin: Origin
+    key: Origin
+    items: tuple[Origin, ...] = ()
+
+    @property
+    def text(self) -> str:
+        return str(self.value)
+
+    @property
+    def number(self) -> float | None:
+        """The value as a finite number, else None."""
+        if isinstance(self.value, bool) or not isinstance(self.value, int | float | str):
+            return None
+        try:
+            number = to_float(self.value) if isinstance(self.value, str) else float(self.value)
+        except (ValueError, OverflowError):
+            return None
+        return number if math.isfinite(number) else None
+
+    def names(self) -> tuple[Parameter, ...]:
+        """The texts of a list, or the one text, each as a parameter of its own."""
+        if not isinstance(self.value, list):
+            return (self,) if isinstance(self.value, str) else ()
+        places = self.items or (self.origin,) * len(self.value)
+        return tuple(
+            Parameter(self.name, item, place, self.key)
+            for item, place in zip(self.value, places, strict=True)
+            if isinstance(item, str)
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class ControllerFile:
+    """A file of parameters; `document` is None if it cannot be read. `named` is where the description names
+    it, `faults` what is wrong with it, and `words` are the keys that hold a node's parameters, misspelt ones
+    too."""
+
+    document: Document | None
+    named: Origin
+    faults: tuple[Diagnostic, ...] = ()
+    words: tuple[str, ...] = (PARAMETERS,)
+
+    def nodes(self) -> Iterator[tuple[str, dict[str, Parameter]]]:
+        """The last name of each node, or its wildcard, and the node's parameters by dotted name."""
+        for keys, values in _sections(self.document.data, (), self.words) if self.document else ():
+            name = "/".join(keys[:-1]).rpartition("/")[2]
+            leaves = [(".".join(below[len(keys) :]), below, value) for below, value in _leaves(values, keys)]
+            yield name, {dotted: self._parameter(dotted, below, value) for dotted, below, value in leaves}
+
+    def parameters(self, node: str) -> dict[str, Parameter]:
+        """The parameters of a node in any namespace, by dotted name; later ones replace earlier ones."""
+        found: dict[str, Parameter] = {}
+        for name, parameters in self.nodes():
+            if matches(name, node):
+                found.update(parameters)
+        return found
+
+    def _parameter(self, name: str, keys: Keys, value: object) -> Parameter:
+        place = self.document.place(*keys) if self.document is not None else None
+        if self.document is None or place is None or place.key is None:
+            return Parameter(name, value, self.named, self.named)
+        count = len(value) if isinstance(value, list) else 0
+        items = [self.document.place(*keys, str(index)) or place for index in range(count)]
+        places = tuple(Origin(item.value) for item in items)
+        return Parameter(name, value, Origin(place.value), Origin(place.key), places)
+
+    def types(self) -> dict[str, Parameter]:
+        """The type of each controller that the controller manager lists."""
+        return {
+            name.removesuffix(".type"): parameter
+            for name, parameter in self.parameters(MANAGER).items()
+            if name.endswith(".type")
+        }
+
+    def unknown_types(self) -> Iterator[tuple[str, str, Origin, Suggestion]]:
+        """Controllers whose type `unknown_type` refuses: name, type, its place, what was meant."""
+        for name, kind in self.types().items():
+            meant = unknown_type(kind.text)
+            if meant is not None:
+                yield name, kind.text, kind.key, meant
+
+
+def controller_files(robot: Robot) -> Iterator[ControllerFile]:
+    """Those of the `<parameters>` of Gazebo's plugins, also those that cannot be used."""
+    for plugin in gazebo_plugins(robot):
+        yield from (_read(e) for e in plugin.elements("parameters") if e.text.strip())
+
+
+def node_parameters(
+    document: Document, node: str | None, call: Call | None = None, words: Collection[str] = (PARAMETERS,)
+) -> dict[str, Setting]:
+    """A node's parameters in a parameter file of ROS 2: nested names are joined by dots, later ones replace
+    earlier ones.
+
+    node    its full name, as `/arm/follow`; a name without a slash is one in any namespace, None every node
+    call    the include that brought the file
+    words   the keys that hold the parameters of a node
+    """
+    found: dict[str, Setting] = {}
+    for keys, values in _sections(document.data, (), words):
+        pattern = "/".join(keys[:-1])
+        if node is not None and "/" not in node:
+            pattern = pattern.rpartition("/")[2]
+        if node is None or matches(pattern, node):
+            for below, value in _leaves(values, keys):
+                name = ".".join(below[len(keys) :])
+                found[name] = Setting(value, Origin(document.span(*below), call))
+    return found
+
+
+def matches(pattern: str, node: str) -> bool:
+    """Whether a parameter file means a node by its full name: `*` stands for one part of it, `**` for any
+    number of them."""
+    names = [part for part in node.split("/") if part]
+    reached = {0}
+    """How many of the names the parts of the pattern so far may stand for."""
+    for part in filter(None, pattern.split("/")):
+        if part == "**":
+            reached = set(range(min(reached, default=len(names) + 1), len(names) + 1))
+        else:
+            reached = {at + 1 for at in reached if at < len(names) and part in ("*", names[at])}
+    return len(names) in reached
+
+
+def _sections(data: object, keys: Keys, words: Collection[str]) -> Iterator[tuple[Keys, Mapping[Any, Any]]]:
+    """The parameters of each node, and the keys that lead to them."""
+    for key, value in data.items() if isinstance(data, dict) else ():
+        below = (*keys, str(key))
+        if key not in words:
+            yield from _sections(value, below, words)
+        elif isinstance(value, dict):
+            yield below, value
+
+
+def _leaves(values: Mapping[Any, Any], keys: Keys) -> Iterator[tuple[Keys, object]]:
+    for key, value in values.items():
+        below = (*keys, str(key))
+        if isinstance(value, dict):
+            yield from _leaves(value, below)
+        else:
+            yield below, value
+
+
+def unknown_type(kind: str) -> Suggestion | None:
+    """The types that were perhaps meant by one that surely is none: it names no package, its package has no
+    such controller, or it is a slip away from one there is. None for a type that may be of somebody's own."""
+    package, slash, _ = kind.partition("/")
+    if not slash and "::" not in kind:
+        return did_you_mean(kind, [one for one in TYPES if one.endswith(f"/{kind}")] or TYPES)
+    hint = did_you_mean(kind, TYPES)
+    is_of_known = any(one.partition("/")[0] == package for one in TYPES)
+    return hint if kind not in TYPES and (hint.sure or is_of_known) else None
+
+
+def _read(element: Element) -> ControllerFile:
+    path = element.text.strip()
+    try:
+        document = read_yaml(read_source(path))
+    except DescriptionError as error:
+        message = f"the controllers' {error.diagnostics[0].message}"
+        # it may be there where the robot runs: a description is also looked at alone
+        fault = Diagnostic("W132", Severity.WARNING, message, element.origin)
+        return ControllerFile(None, element.origin, (fault,))
+    except YamlError as error:
+        span = error.span
+        tab = span.source.data[span.start : span.start + 1] == b"\t"
+        what = "a tab stands where YAML wants blanks" if tab else error.problem
+        message = f"the controllers' file is no YAML, and none of them is loaded: {what}"
+        fault = _fault("W132", message, Origin(span), "indent with blanks" if tab else "")
+        return ControllerFile(None, element.origin, (fault,))
+    misspelt = list(_misspelt(document.data, ()))
+    words = (PARAMETERS, *dict.fromkeys(keys[-1] for keys in misspelt))
+    faults = tuple(_misspelling(keys[-1], Origin(document.span(*keys))) for keys in misspelt)
+    return ControllerFile(document, element.origin, faults, words)
+
+
+def _misspelt(data: object, keys: Keys) -> Iterator[Keys]:
+    """The keys that lead to a word in the place of `ros__parameters` that can mean nothing else."""
+    if not isinstance(data, dict):
+        return
+    for key, value in data.items():
+        word = str(key)
+        if not isinstance(value, dict) or word == PARAMETERS:
+            continue
+        if PARAMETERS not in data and _means_parameters(word):
+            yield (*keys, word)
+        else:
+            yield from _misspelt(value, (*keys, word))
+
+
+def _misspelling(word: str, origin: Origin) -> Diagnostic:
+    message = f"'{word}' is no '{PARAMETERS}': the controller manager refuses the whole file"
+    return _fault("W144", message, origin, did_you_mean(word, (PARAMETERS,)) or f"write '{PARAMETERS}'")
+
+
+def _means_parameters(word: str) -> bool:
+    return word.replace("_", "").lower() == "rosparameters" or bool(did_you_mean(word, (PARAMETERS,)).sure)
+
+
+def _fault(code: str, message: str, origin: Origin, hint: str = "") -> Diagnostic:
+    return Diagnostic(code, Severity.ERROR, message, origin, hint)
+
+
+@dataclass(frozen=True, slots=True)
+class Parameters:
+    """A controller's parameters by dotted name, `type` among them; `origin` is where the description names
+    the file, or the launch the controller."""
+
+    kind: str
+    controller: str
+    given: Mapping[str, Parameter]
+    origin: Origin
+    ros: int = 2
+    is_active: bool = True
+    is_spawned: bool = False
+
+    @property
+    def values(self) -> Mapping[str, object]:
+        return {name: parameter.value for name, parameter in self.given.items()}
+
+    def place(self, *names: str) -> Origin:
+        """Where the first of these parameters that is given was written, else the controller's type."""
+        return next((self.given[n].key for n in (*names, "type") if n in self.given), self.origin)
+
+    def lacking(self, *needed: str) -> list[str]:
+        """Those of the parameters that are needed, and of those that its type does not start without, that a
+        controller that is spawned was not given; of one in the description all is taken to be there."""
+        every = (*needed, *OTHERS_NEED.get((self.ros, self.kind), ()))
+        return [name for name in every if name not in self.given] if self.is_spawned else []
+
+
+def controller_parameters(robot: Robot, findings: Findings) -> Iterator[Parameters]:
+    """Those of every controller that the controller manager lists; where a launch spawns some of them, of
+    those alone. A controller whose type nobody knows is reported at the place that spawns it."""
+    written = {found.controller: found for found in _of_description(robot, findings)}
+    spawned = spawned_controllers(robot)
+    if not spawned:
+        yield from written.values()
+    for controller in spawned:
+        file = written.get(controller.name.rpartition("/")[2])
+        given = dict(file.given) if file else {}
+        for name, setting in controller.settings.items():
+            given[name] = Parameter(name, setting.value, setting.origin, setting.origin)
+        own = controller.settings.get("type")
+        kind = str((own and own.value) or (file.kind if file else ""))
+        if not kind:
+            if controller.settings or not any(d.code == "W132" for d in findings.diagnostics):
+                _report_unknown(controller, spawned, written, findings)
+            continue
+        ros, is_active = controller.ros, controller.is_active
+        yield Parameters(kind, controller.name, given, controller.origin, ros, is_active, True)
+
+
+def _report_unknown(
+    controller: SpawnedController,
+    spawned: Iterable[SpawnedController],
+    written: Mapping[str, Parameters],
+    findings: Findings,
+) -> None:
+    known = [*(other.name for other in spawned if "type" in other.settings), *written]
+    if controller.settings:
+        what = f"the controller {controller.name} has parameters and no type: it is not loaded"
+        where = next(iter(controller.settings.values())).origin
+        findings.warning("W137", what, where, "give it a type, as effort_controllers/JointPositionController")
+        return
+    what = f"the controller {controller.name} has no parameters: it is not loaded"
+    findings.warning("W137", what, controller.origin, did_you_mean(controller.name, known))
+
+
+def _of_description(robot: Robot, findings: Findings) -> Iterator[Parameters]:
+    for file in controller_files(robot):
+        findings.diagnostics += file.faults
+        for controller, kind in file.types().items():
+            given = {"type": replace(kind, name="type")} | file.parameters(controller)
+            yield Parameters(kind.text, controller, given, file.named)

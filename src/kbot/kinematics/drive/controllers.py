@@ -1,0 +1,220 @@
+"""The plugins and controllers of a description that drive its wheels, and what each is given."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from kbot.kinematics.drive.controller_files import (
+    DIFF_DRIVE,
+    Parameter,
+    Parameters,
+    controller_files,
+    controller_parameters,
+)
+from kbot.model import Joint, Robot
+from kbot.model.extensions import gazebo_plugins, hardware_joints
+from kbot.model.spawned import spawned_controllers
+from kbot.text import Element, Findings, Origin
+
+SEPARATION = ("wheelSeparation", "wheel_separation")
+DIAMETER = ("wheelDiameter", "wheel_diameter")
+RADIUS = "wheel_radius"
+
+_LEFT_TAGS = ("leftJoint", "left_joint", "leftFrontJoint", "leftRearJoint")
+_RIGHT_TAGS = ("rightJoint", "right_joint", "rightFrontJoint", "rightRearJoint")
+_LEFT_KEYS, _RIGHT_KEYS = ("left_wheel_names", "left_wheel"), ("right_wheel_names", "right_wheel")
+"""Parameters of diff_drive_controller: ROS 2's and ROS 1's."""
+_TRUE = ("true", "1")
+
+
+class Size(NamedTuple):
+    """A size in m that a controller computes with, and the tag or parameter that gives it."""
+
+    value: float
+    given: Parameter
+
+
+@dataclass(frozen=True, slots=True)
+class DriveController:
+    """A plugin or controller that drives wheels.
+
+    name         of the plugin, or of the controller with its namespace
+    origin       the plugin, or where the controller is listed or its parameters begin
+    plugin       None for a controller
+    is_steering  whether it drives a car or tricycle, and not two sides
+    ros          1 or 2: whose controller it is
+    left, right  the joints that it names, as written; a tag without text has an empty one
+    given        its tags or parameters by name; of several tags of one name the first
+    is_running   a plugin, or a controller that the controller manager lists and starts
+    """
+
+    name: str
+    origin: Origin
+    plugin: Element | None
+    is_steering: bool
+    ros: int
+    left: tuple[Parameter, ...]
+    right: tuple[Parameter, ...]
+    given: Mapping[str, Parameter]
+    is_running: bool
+
+    def first(self, *names: str) -> Parameter | None:
+        """The first of these tags or parameters that is given."""
+        return next((self.given[name] for name in names if name in self.given), None)
+
+    @property
+    def sides(self) -> Mapping[str, tuple[Parameter, ...]]:
+        return {"left": self.left, "right": self.right}
+
+    def place(self, side: str) -> Origin:
+        """Where it names the joints of a side, or should."""
+        keys = {"left": _LEFT_KEYS, "right": _RIGHT_KEYS}[side]
+        given = self.first(*keys) if self.plugin is None else None
+        return given.key if given is not None else self.origin
+
+    @property
+    def separation(self) -> Size | None:
+        """The distance between left and right wheels that it computes with."""
+        given = self.first(*SEPARATION)
+        if given is None or given.number is None:
+            return None
+        return Size(given.number * self._factor("wheel_separation_multiplier"), given)
+
+    @property
+    def radius(self) -> Size | None:
+        """The radius of the wheels that it computes with; a given radius counts before a diameter."""
+        radius, diameter = self.given.get(RADIUS), self.first(*DIAMETER)
+        if radius is not None and radius.number:
+            both = self._factor("wheel_radius_multiplier")
+            left, right = (self._factor(f"{side}_wheel_radius_multiplier", both) for side in self.sides)
+            return Size(radius.number * (left + right) / 2.0, radius)
+        if diameter is not None and diameter.number is not None:
+            return Size(diameter.number / 2.0, diameter)
+        return None
+
+    def _factor(self, name: str, default: float = 1.0) -> float:
+        given = self.given.get(name)
+        return default if given is None or given.number is None else given.number
+
+    @property
+    def base_frame(self) -> Parameter | None:
+        """The link whose motion its odometry is."""
+        if self.plugin is None:
+            return self.given.get("base_frame_id")
+        return self.first("robotBaseFrame", "robot_base_frame", "child_frame_id")
+
+    @property
+    def publishes_joints(self) -> Parameter | None:
+        """The tag by which a plugin publishes the wheels' joint states."""
+        states = self.given.get("publishWheelJointState") if self.plugin is not None else None
+        return states if states is not None and states.text in _TRUE else None
+
+    @property
+    def publishes_tf(self) -> bool:
+        """Whether a plugin publishes the wheels' transforms."""
+        tag = self.first("publishWheelTF", "publish_wheel_tf") if self.plugin is not None else None
+        return tag is not None and tag.text in _TRUE
+
+
+def drive_controllers(robot: Robot) -> tuple[DriveController, ...]:
+    """Drive plugins in the description's order, then controllers. Where a launch spawns controllers, these
+    are all; else a section of a parameter file that names wheels counts too, because a spawner can give the
+    type. Problems of the files are not reported here."""
+    plugins = [found for plugin in gazebo_plugins(robot) if (found := _of_plugin(plugin)) is not None]
+    return (*plugins, *_of_parameters(robot))
+
+
+def drive_controller(controllers: Iterable[DriveController]) -> DriveController | None:
+    """The one that drives: a plugin before a controller, and one of two sides before one that steers."""
+    running = [c for c in controllers if c.is_running]
+    plugins = [c for c in running if c.plugin is not None]
+    sided = [c for c in plugins if not c.is_steering]
+    return next(iter((*sided, *plugins, *running)), None)
+
+
+def words_of(plugin: Element) -> str:
+    """A plugin's file and name in small letters, without what separates words."""
+    words = (plugin.attributes.get("filename", "") + plugin.attributes.get("name", "")).lower()
+    return words.replace("_", "").replace("-", "")
+
+
+def velocity_joints(robot: Robot) -> list[Joint]:
+    """The movable joints that a `<ros2_control>` commands by velocity."""
+    names = [
+        joint.attributes.get("name", "")
+        for joint in hardware_joints(robot)
+        if any(c.attributes.get("name") == "velocity" for c in joint.elements("command_interface"))
+    ]
+    return movable(robot, names)
+
+
+def movable(robot: Robot, names: Iterable[str]) -> list[Joint]:
+    """The joints of these names that have a position, each once."""
+    joints = (robot.joints.get(name) for name in dict.fromkeys(names))
+    return [joint for joint in joints if joint is not None and joint.has_position]
+
+
+def _of_plugin(plugin: Element) -> DriveController | None:
+    words = words_of(plugin)
+    tags = [_tag(element) for element in plugin.elements()]
+    left = tuple(tag for tag in tags if tag.name in _LEFT_TAGS)
+    right = tuple(tag for tag in tags if tag.name in _RIGHT_TAGS)
+    is_steering = not _has_two_sides(plugin, words, has_joints=bool(left or right))
+    if is_steering and not any(word in words for word in ("ackermann", "tricycle")):
+        return None
+    given: dict[str, Parameter] = {}
+    for tag in tags:
+        given.setdefault(tag.name, tag)
+    return DriveController(
+        plugin.attributes.get("name", "the drive plugin"),
+        plugin.origin,
+        plugin,
+        is_steering,
+        2,
+        () if is_steering else left,
+        () if is_steering else right,
+        given,
+        is_running=True,
+    )
+
+
+def _has_two_sides(plugin: Element, words: str, *, has_joints: bool) -> bool:
+    """Whether it is a differential or skid-steer drive. Its name alone does not make it one: a plugin of
+    another kind, such as gazebo_ros_control, may be called `diff_drive_control`."""
+    if not any(word in words for word in ("diffdrive", "skidsteer")):
+        return False
+    file = plugin.attributes.get("filename", "").lower().replace("_", "").replace("-", "")
+    is_by_file = any(word in file for word in ("diffdrive", "skidsteer"))
+    return is_by_file or has_joints or "systems::" in words
+
+
+def _tag(element: Element) -> Parameter:
+    return Parameter(element.tag, element.text.strip(), element.origin, element.origin)
+
+
+def _of_parameters(robot: Robot) -> Iterator[DriveController]:
+    listed = [found for found in controller_parameters(robot, Findings()) if found.kind == DIFF_DRIVE]
+    for found in listed:
+        yield _of_controller(found, is_running=found.is_active and not found.lacking())
+    if spawned_controllers(robot):
+        return
+    known = {name for found in listed for name in (found.controller, "*", "**")}
+    for file in controller_files(robot):
+        for node, given in file.nodes():
+            origin = next((parameter.key for parameter in given.values()), file.named)
+            unlisted = Parameters("", node, given, origin)
+            controller = _of_controller(unlisted, is_running=False)
+            if node not in known and (controller.left or controller.right):
+                yield controller
+
+
+def _of_controller(found: Parameters, *, is_running: bool) -> DriveController:
+    left, right = (
+        next((found.given[key].names() for key in keys if key in found.given), ())
+        for keys in (_LEFT_KEYS, _RIGHT_KEYS)
+    )
+    return DriveController(
+        found.controller, found.place(), None, False, found.ros, left, right, found.given, is_running
+    )

@@ -1,0 +1,465 @@
+"""The drive of a robot, found from the model: which joints drive and steer, how large the wheels are, how far
+apart, and the speeds and motions that go with it.
+
+In a base that steers, as tricycles and cars do, every wheel rolls about the same point (Siegwart,
+Introduction to Autonomous Mobile Robots, 3.2): one at x, y from the middle of the fixed axle goes
+(v - w y, w x) when that goes ahead at v and turns at w.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.kinematics.drive.controllers import (
+    DriveController,
+    drive_controller,
+    drive_controllers,
+    movable,
+    velocity_joints,
+)
+from kbot.kinematics.drive.wheels import (
+    NoWheel,
+    Wheel,
+    carrier,
+    find_casters,
+    find_wheel,
+    movable_above,
+    rigid_links,
+)
+from kbot.kinematics.frames import FrameTree, unit_axis
+from kbot.kinematics.odometry import PlanarPose, integrate
+from kbot.kinematics.transform import Transform
+from kbot.model import Cylinder, Joint, JointType, Robot
+
+Array = NDArray[np.float64]
+
+_EQUAL = 0.1
+"""By how much of a wheel's radius two wheels of a pair may differ in size, and stand apart in x and z."""
+_UPRIGHT = 0.9
+"""Cosine by which a steering axis may lean."""
+_TRACTION = ("left_joint", "right_joint", "rear_left_joint", "rear_right_joint", "actuatedWheel")
+"""Tags of a plugin that steers that name joints which drive."""
+
+
+@dataclass(frozen=True, slots=True)
+class DifferentialDrive:
+    """Two sides of equal wheels on parallel axles.
+
+    `left` and `right` name the driving joints, front to rear. They are the sides that the robot's plugin or
+    controller names; without one, those on which the wheels stand. `forward` is the sign of the speed that a
+    joint is commanded for driving forwards. `radius` is that of the wheels and `separation` the distance
+    between the middles of left and right ones, in m; both are positive. `axle_in_base` is the frame in the
+    middle of the wheels' centres, x forward, y to the wheels that stand on the left, in the frame of the link
+    `base`. `casters` name the links that bear the robot without driving it.
+    """
+
+    left: tuple[str, ...]
+    right: tuple[str, ...]
+    forward: Mapping[str, float]
+    wheels: Mapping[str, Wheel]
+    radius: float
+    separation: float
+    base: str
+    axle_in_base: Transform
+    casters: tuple[str, ...]
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        return self.left + self.right
+
+    @property
+    def sides(self) -> Mapping[str, tuple[str, ...]]:
+        return {"left": self.left, "right": self.right}
+
+    @property
+    def mistakes(self) -> dict[str, str]:
+        """What the plugin or controller gets wrong, by joint: the robot then does not move as commanded."""
+        found: dict[str, str] = {}
+        axle_from_base, leftward = self.axle_in_base.inverse(), self.axle_in_base.rotation[:, 1]
+        for side, names in self.sides.items():
+            for name in names:
+                wheel = self.wheels[name]
+                true = "left" if axle_from_base.apply(wheel.center)[1] > 0.0 else "right"
+                if (wheel.axis @ leftward) * self.forward[name] < 0.0:
+                    found[name] = (
+                        f"the axis of '{name}' points to the right: a positive speed drives backwards"
+                    )
+                elif side != true:
+                    y = f"{float(wheel.center[1]) * 1e3:.4g} mm"
+                    what = f"its {side} joint '{name}' turns the wheel at y = {y}, on the {true}"
+                    found[name] = f"{what}: turns are reversed"
+        return found
+
+    @property
+    def axle_in_base_planar(self) -> PlanarPose:
+        """The axle's middle and heading on the ground plane of the base."""
+        x, y, _ = self.axle_in_base.translation
+        return PlanarPose(float(x), float(y), self.axle_in_base.yaw)
+
+    def wheel_speeds(self, linear: float, angular: float) -> tuple[float, float]:
+        """Left and right wheel speeds in rad/s, forwards positive, for the axle's middle to go `linear` m/s
+        and the robot to turn `angular` rad/s."""
+        half = angular * self.separation / 2.0
+        return (linear - half) / self.radius, (linear + half) / self.radius
+
+    def twist(self, left: float, right: float) -> tuple[float, float]:
+        """Linear (m/s) and angular (rad/s) speed of the axle's middle, from wheel speeds in rad/s."""
+        return (
+            (left + right) * self.radius / 2.0,
+            (right - left) * self.radius / self.separation,
+        )
+
+    def joint_velocities(self, linear: float, angular: float) -> dict[str, float]:
+        """The speed in rad/s that each driving joint takes, its axis's sense considered."""
+        left, right = self.wheel_speeds(linear, angular)
+        speeds = {name: left * self.forward[name] for name in self.left}
+        speeds.update({name: right * self.forward[name] for name in self.right})
+        return speeds
+
+    def integrate(self, pose: PlanarPose, left: float, right: float) -> PlanarPose:
+        """The base's pose after its left and right wheels turned by `left` and `right` rad, forwards
+        positive; exact for constant speeds, and for a base that is not on the axle."""
+        return integrate(
+            pose, left * self.radius, right * self.radius, self.separation, self.axle_in_base_planar
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class SteeringWheel:
+    """A wheel that is turned aside: `x`, `y` (m) of its middle in the frame of the fixed axle. `upward` is
+    1.0 where a positive angle of `joint` turns it to the left, else -1.0. It rolls on the joint `rolls`."""
+
+    joint: str
+    rolls: str
+    x: float
+    y: float
+    upward: float
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True, slots=True)
+class SteeredDrive(DifferentialDrive):
+    """The fixed axle as a differential drive has it, the wheels that steer, the joints that drive, and the
+    reason why it is not a differential drive."""
+
+    steering: tuple[SteeringWheel, ...]
+    traction: tuple[str, ...]
+    reason: str
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Those that drive."""
+        return self.traction
+
+
+@dataclass(frozen=True, slots=True)
+class NoDrive:
+    """Why a robot has no differential drive, in one sentence."""
+
+    reason: str
+
+
+def find_drive(robot: Robot, tree: FrameTree | None = None) -> DifferentialDrive | SteeredDrive | NoDrive:
+    """How a robot drives: by two sides, or by wheels that steer; else why it does not.
+
+    Joints that a drive plugin names come first, then those that ros2_control commands by velocity;
+    where none is named, the largest wheels that come in pairs drive: those that hang rigidly on the
+    base, else those on a suspension. The sides are those that the plugin or controller names. Never raises.
+    """
+    tree = tree or FrameTree(robot)
+    controllers = drive_controllers(robot)
+    plugins = [c for c in controllers if c.plugin is not None and not c.is_steering]
+    drive = _two_sided(robot, tree, *_sides(plugins))
+    if isinstance(drive, NoDrive):
+        steered = _steered(robot, tree, controllers, drive.reason)
+        if steered is not None:
+            return steered
+    controller = None if plugins else drive_controller([c for c in controllers if c.plugin is None])
+    return drive if controller is None else with_sides(drive, *_sides([controller]))
+
+
+def _sides(controllers: Iterable[DriveController]) -> tuple[list[str], list[str]]:
+    """The joints that controllers name as left and as right; of several controllers the first decides."""
+    left, right = list[str](), list[str]()
+    for controller in controllers:
+        known = {*left, *right}
+        for side, named in ((left, controller.left), (right, controller.right)):
+            side += [joint.text for joint in named if joint.text and joint.text not in known]
+    return left, right
+
+
+def _two_sided(
+    robot: Robot, tree: FrameTree, left: Sequence[str], right: Sequence[str]
+) -> DifferentialDrive | NoDrive:
+    """The differential drive; `left` and `right` are the joints that plugins name."""
+    by_plugin = drive_of(robot, tree, movable(robot, [*left, *right]))
+    if isinstance(by_plugin, DifferentialDrive) or named_twice(left, right) is not None:
+        return with_sides(by_plugin, left, right)
+    turning = [j for j in robot.joints.values() if j.type is JointType.CONTINUOUS]
+    if not turning:
+        return NoDrive(_why_nothing_turns(robot))
+    steered = _steered_axle(robot, tree, turning)
+    if steered:
+        return NoDrive(steered)
+    rigid = [joint for joint in turning if movable_above(robot, joint.parent) is None]
+    suspended = [joint for joint in turning if joint not in rigid and _is_suspended(tree, joint)]
+    result: DifferentialDrive | NoDrive | None = None
+    for joints in (velocity_joints(robot), rigid, suspended):
+        if joints:
+            found = drive_of(robot, tree, joints)
+            if isinstance(found, DifferentialDrive):
+                turned = _steered_wheel(tree, found)
+                return NoDrive(turned) if turned else found
+            result = result or found
+    return result or NoDrive(f"'{turning[0].name}' turns, but hangs on another joint that moves")
+
+
+def base_link(robot: Robot, wheel_parent: str) -> str:
+    """The frame odometry is reckoned in: `base_footprint`, else `base_link`, else the root, of those held
+    rigidly to the body that carries the wheels (REP 105)."""
+    body = carrier(robot, wheel_parent)
+    for name in ("base_footprint", "base_link"):
+        if name in robot.links and carrier(robot, name) == body:
+            return name
+    return body
+
+
+def _why_nothing_turns(robot: Robot) -> str:
+    others = [f"'{j.name}' is {j.type}" for j in robot.joints.values() if j.is_movable]
+    if not others:
+        return "the robot has no joint that moves"
+    more = f" and {len(others) - 3} more" if len(others) > 3 else ""
+    return f"no joint is continuous, as a wheel's is: {', '.join(others[:3])}{more}"
+
+
+def _is_suspended(tree: FrameTree, joint: Joint) -> bool:
+    """Whether only springs and rockers are between the joint and the root: nothing that turns it aside."""
+    robot = tree.robot
+    above = movable_above(robot, joint.parent)
+    while above is not None:
+        axis = tree.pose(above.child).rotation @ unit_axis(above)
+        rocks = above.type is JointType.REVOLUTE and abs(axis[2]) < 0.5
+        if not rocks and above.type is not JointType.PRISMATIC:
+            return False
+        above = movable_above(robot, above.parent)
+    return True
+
+
+def drive_of(robot: Robot, tree: FrameTree, joints: Sequence[Joint]) -> DifferentialDrive | NoDrive:
+    """The drive made by the wheels on some of `joints`."""
+    if not joints:
+        return NoDrive("no joint is named to drive")
+    base = base_link(robot, joints[0].parent)
+    found = [find_wheel(tree, joint, base) for joint in joints]
+    wheels = [w for w in found if isinstance(w, Wheel)]
+    if not wheels:
+        first = next(w for w in found if isinstance(w, NoWheel))
+        return NoDrive(f"no joint turns a wheel: '{first.joint}': {first.reason}")
+    pairs = _pairs(wheels)
+    if not pairs:
+        return NoDrive(_why_no_pair(wheels, [w for w in found if isinstance(w, NoWheel)]))
+    largest = max(left.radius for left, _ in pairs)
+    driving = [p for p in pairs if p[0].radius > (1.0 - _EQUAL) * largest]
+    return _build(tree, base, driving)
+
+
+def _why_no_pair(wheels: Sequence[Wheel], others: Sequence[NoWheel]) -> str:
+    reason = f"'{wheels[0].joint}' has no wheel of equal size across from it"
+    if others:
+        reason += f"; '{others[0].joint}': {others[0].reason}"
+    return reason
+
+
+def _leftward(axis: Array) -> Array:
+    """The level unit vector along an axle that points left; forward is then nearest to x, else to y."""
+    level = np.array([axis[0], axis[1], 0.0]) / math.hypot(axis[0], axis[1])
+    forward_x, forward_y = level[1], -level[0]
+    ahead = forward_x if abs(forward_x) > 1e-3 else forward_y
+    return level if ahead > 0.0 else -level
+
+
+def _pairs(wheels: Sequence[Wheel]) -> list[tuple[Wheel, Wheel]]:
+    """Wheels of equal size on one line along their axles, (left, right), front to rear."""
+    pairs: list[tuple[float, Wheel, Wheel]] = []
+    left_over = list(wheels)
+    while left_over:
+        first = left_over.pop(0)
+        partner = next((w for w in left_over if _is_pair(first, w)), None)
+        if partner is None:
+            continue
+        left_over.remove(partner)
+        leftward = _leftward(first.axis)
+        if (first.center - partner.center) @ leftward < 0.0:
+            first, partner = partner, first
+        forward = np.cross(leftward, (0.0, 0.0, 1.0))
+        pairs.append((-float(first.center @ forward), first, partner))
+    return [(left, right) for _, left, right in sorted(pairs, key=lambda p: p[0])]
+
+
+def _is_pair(a: Wheel, b: Wheel) -> bool:
+    near = _EQUAL * max(a.radius, b.radius)
+    if abs(a.radius - b.radius) > near or abs(a.axis @ b.axis) < 0.99:
+        return False
+    between = b.center - a.center
+    along = float(between @ a.axis)
+    off_line = float(np.linalg.norm(between - along * a.axis))
+    return off_line <= near and abs(along) > max(a.width, b.width) / 2.0
+
+
+def _build(tree: FrameTree, base: str, pairs: Sequence[tuple[Wheel, Wheel]]) -> DifferentialDrive:
+    lefts, rights = [left for left, _ in pairs], [right for _, right in pairs]
+    leftward = _leftward(lefts[0].axis)
+    middle_left = np.mean([w.center for w in lefts], axis=0)
+    middle_right = np.mean([w.center for w in rights], axis=0)
+    forward = np.cross(leftward, (0.0, 0.0, 1.0))
+    rotation = np.column_stack([forward, leftward, (0.0, 0.0, 1.0)])
+    axle = Transform.from_rotation_translation(rotation, (middle_left + middle_right) / 2.0)
+    wheels = {w.joint: w for w in lefts + rights}
+    radius = float(np.mean([w.radius for w in wheels.values()]))
+    ground = float(axle.translation[2]) - radius
+    return DifferentialDrive(
+        left=tuple(w.joint for w in lefts),
+        right=tuple(w.joint for w in rights),
+        forward={name: 1.0 if w.axis @ leftward > 0.0 else -1.0 for name, w in wheels.items()},
+        wheels=wheels,
+        radius=radius,
+        separation=float((middle_left - middle_right) @ leftward),
+        base=base,
+        axle_in_base=axle,
+        casters=find_casters(tree, base, ground, radius, {w.link for w in wheels.values()}),
+    )
+
+
+def _steered_axle(robot: Robot, tree: FrameTree, turning: Sequence[Joint]) -> str:
+    """Why the robot steers as a car does, by a wheel whose axle is turned; empty where it does not."""
+    for joint in turning:
+        above = movable_above(robot, joint.parent)
+        if above is None or above.type is not JointType.REVOLUTE:
+            continue
+        upright = abs((tree.pose(above.child).rotation @ unit_axis(above))[2]) > _UPRIGHT
+        if upright and isinstance(find_wheel(tree, joint, carrier(robot, above.parent)), Wheel):
+            return f"the wheel on '{joint.name}' is steered by '{above.name}', as a car's is"
+    return ""
+
+
+def _steered_wheel(tree: FrameTree, drive: DifferentialDrive) -> str:
+    """As `_steered_axle`, for a wheel on the ground that is turned aside but does not roll by a joint."""
+    robot = tree.robot
+    ground = float(drive.axle_in_base.translation[2]) - drive.radius
+    for joint in robot.joints.values():
+        if joint.type is not JointType.REVOLUTE:
+            continue
+        if abs((tree.pose(joint.child, drive.base).rotation @ unit_axis(joint))[2]) < _UPRIGHT:
+            continue
+        for link in rigid_links(robot, joint.child):
+            for collision in robot.links[link].collisions:
+                shape = collision.geometry
+                pose = tree.pose(link, drive.base) @ Transform.of(collision.pose)
+                if not isinstance(shape, Cylinder) or abs(pose.rotation[2, 2]) > 0.1:
+                    continue
+                if abs(float(pose.translation[2]) - shape.radius - ground) < 0.1 * drive.radius:
+                    return f"the wheel '{link}' is steered by '{joint.name}', as a car's is"
+    return ""
+
+
+def _steered(
+    robot: Robot, tree: FrameTree, controllers: Sequence[DriveController], reason: str
+) -> SteeredDrive | None:
+    turning = [joint for joint in robot.joints.values() if joint.type is JointType.CONTINUOUS]
+    steered = [(joint, above) for joint in turning if (above := _steering_joint(tree, joint)) is not None]
+    rigid = [joint for joint in turning if movable_above(robot, joint.parent) is None]
+    axle = drive_of(robot, tree, rigid)
+    if not steered or isinstance(axle, NoDrive) or len(axle.left) != 1:
+        return None
+    found = [(above, find_wheel(tree, joint, axle.base)) for joint, above in steered]
+    wheels = [(above, wheel) for above, wheel in found if isinstance(wheel, Wheel)]
+    steering = tuple(_placed(tree, axle, above, wheel) for above, wheel in wheels)
+    if not steering or any(abs(wheel.x) < axle.radius for wheel in steering):
+        return None
+    own = {field.name: getattr(axle, field.name) for field in fields(DifferentialDrive)}
+    all_wheels = {**axle.wheels, **{wheel.joint: wheel for _, wheel in wheels}}
+    leftward = axle.axle_in_base.rotation[:, 1]
+    own["wheels"] = all_wheels
+    own["forward"] = {
+        name: 1.0 if wheel.axis @ leftward > 0.0 else -1.0 for name, wheel in all_wheels.items()
+    }
+    links = {wheel.link for wheel in all_wheels.values()}
+    own["casters"] = tuple(link for link in axle.casters if link not in links)
+    plugins = [c.plugin for c in controllers if c.plugin is not None and c.is_steering]
+    names = [e.text.strip() for plugin in plugins for e in plugin.elements() if e.tag in _TRACTION]
+    named = [*movable(robot, names), *velocity_joints(robot)]
+    traction = tuple(dict.fromkeys(joint.name for joint in named if joint.name in all_wheels))
+    return SteeredDrive(
+        **own, steering=steering, traction=traction or (*axle.left, *axle.right), reason=reason
+    )
+
+
+def _steering_joint(tree: FrameTree, joint: Joint) -> Joint | None:
+    """The upright joint above a wheel that turns it aside within limits; a swivel caster's has none."""
+    above = movable_above(tree.robot, joint.parent)
+    if (
+        above is None
+        or above.type is not JointType.REVOLUTE
+        or movable_above(tree.robot, above.parent) is not None
+    ):
+        return None
+    axis = tree.pose(above.child).rotation @ unit_axis(above)
+    return above if abs(axis[2]) > _UPRIGHT else None
+
+
+def _placed(tree: FrameTree, axle: DifferentialDrive, above: Joint, wheel: Wheel) -> SteeringWheel:
+    x, y, _ = axle.axle_in_base.inverse().apply(wheel.center).tolist()
+    axis = tree.pose(above.child).rotation @ unit_axis(above)
+    limit = above.limit
+    lower, upper = (limit.lower or 0.0, limit.upper or 0.0) if limit is not None else (0.0, 0.0)
+    return SteeringWheel(above.name, wheel.joint, x, y, 1.0 if axis[2] > 0.0 else -1.0, lower, upper)
+
+
+def named_twice(left: Sequence[str], right: Sequence[str]) -> tuple[str, str] | None:
+    """A joint that is named twice, and in words how; None if each is named once.
+
+    gazebo_ros_diff_drive and diff_drive_controller do not start with such names.
+    """
+    sides: dict[str, str] = {}
+    for side, names in (("left", left), ("right", right)):
+        for name in names:
+            before = sides.get(name)
+            if before is not None:
+                twice = f"twice as {side}" if before == side else "both as left and as right"
+                return name, f"the joint '{name}' {twice}"
+            sides[name] = side
+    return None
+
+
+def with_sides(
+    drive: DifferentialDrive | NoDrive, left: Sequence[str], right: Sequence[str]
+) -> DifferentialDrive | NoDrive:
+    """The drive as its plugin or controller commands it, which names joints as left and as right.
+
+    The plugin decides which joints are left and right, not their position. gazebo_ros_diff_drive, gz's
+    DiffDrive and diff_drive_controller all command (v - w s/2)/r to the joints named left and (v + w s/2)/r
+    to those named right, and compute the turn of their odometry from right minus left. With exchanged names
+    the robot therefore turns against the command, while the odometry agrees with the command. The speed is
+    that of the joint: where its axis points to the right, a positive speed drives backwards. A joint that is
+    not named stays on the side where its wheel stands, and is turned as its axis requires.
+    """
+    twice = named_twice(left, right)
+    if twice is not None:
+        return NoDrive(f"its drive names {twice[1]}")
+    if isinstance(drive, NoDrive):
+        return drive
+    ahead = drive.axle_in_base.rotation[:, 0]
+    joints = sorted(drive.joints, key=lambda name: -float(drive.wheels[name].center @ ahead))
+    lefts = tuple(n for n in joints if n in left or (n in drive.left and n not in right))
+    rights = tuple(n for n in joints if n not in lefts)
+    if not lefts or not rights:
+        return NoDrive(f"its drive names no joint as {'right' if lefts else 'left'}")
+    named = dict.fromkeys((*left, *right), 1.0)
+    forward = {name: named.get(name, sign) for name, sign in drive.forward.items()}
+    return replace(drive, left=lefts, right=rights, forward=forward)

@@ -1,0 +1,303 @@
+"""What is wrong with how plugins and controllers drive a robot, as `kbot check` and `kbot sim` report it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from operator import mul
+
+from kbot.kinematics.drive.controller_files import Parameter
+from kbot.kinematics.drive.controllers import DIAMETER, DriveController, drive_controllers
+from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive
+from kbot.kinematics.drive.part_names import side_of
+from kbot.kinematics.frames import FrameTree
+from kbot.model import Joint, Robot
+from kbot.model.extensions import extensions
+from kbot.text import Diagnostic, Element, Origin, Related, Severity
+from kbot.text.suggest import did_you_mean
+
+UNEQUAL = 0.002
+"""Share by which wheels may differ in radius, as for D111 of `kbot check`."""
+EXCHANGE_PLACES = "y points left: exchange the signs of the wheels' y"
+_JOINT_TAGS = ("joint_name", "jointName", "joint")
+"""Tags of plugins that name a joint."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlacedWheel:
+    """A wheel with every joint at zero: `center` (m) and the unit `axis` in the root's frame, turned so that
+    the robot drives along x. `radius` (m) and the place of its `shape` are None where they are not known."""
+
+    joint: Joint
+    center: Sequence[float]
+    axis: Sequence[float]
+    radius: float | None
+    shape: Origin | None
+
+
+@dataclass(frozen=True, slots=True)
+class WheelPair:
+    """Two wheels across from each other."""
+
+    left: PlacedWheel
+    right: PlacedWheel
+
+    @property
+    def separation(self) -> float:
+        """Distance between the wheels' middles along y, m."""
+        return abs(self.left.center[1] - self.right.center[1])
+
+
+def wheel_pairs(tree: FrameTree, drive: DifferentialDrive) -> tuple[WheelPair, ...]:
+    """The wheels of a drive's two sides, left and right by their position, front to rear."""
+    root_from_base, base_from_axle = tree.pose(drive.base), drive.axle_in_base
+    root_from_axle = root_from_base.rotation @ base_from_axle.rotation
+    sides: tuple[list[PlacedWheel], list[PlacedWheel]] = [], []
+    for name in (*drive.left, *drive.right):
+        wheel = drive.wheels[name]
+        is_left = (base_from_axle.inverse().apply(wheel.center))[1] > 0.0
+        placed = PlacedWheel(
+            tree.robot.joints[name],
+            (root_from_axle.T @ root_from_base.apply(wheel.center)).tolist(),
+            (base_from_axle.rotation.T @ wheel.axis).tolist(),
+            wheel.radius,
+            wheel.shape.origin,
+        )
+        sides[0 if is_left else 1].append(placed)
+    for side in sides:
+        side.sort(key=lambda wheel: -wheel.center[0])
+    return tuple(WheelPair(left, right) for left, right in zip(*sides, strict=False))
+
+
+def faults_of(robot: Robot, drive: DifferentialDrive | NoDrive) -> tuple[Diagnostic, ...]:
+    """What is wrong with the plugins and controllers of a robot whose drive `find_drive` found."""
+    pairs = wheel_pairs(FrameTree(robot), drive) if isinstance(drive, DifferentialDrive) else ()
+    return tuple(drive_faults(robot, drive_controllers(robot), drive, pairs))
+
+
+def drive_faults(
+    robot: Robot,
+    controllers: Sequence[DriveController],
+    drive: DifferentialDrive | NoDrive | None,
+    pairs: Sequence[WheelPair],
+) -> Iterator[Diagnostic]:
+    """What is wrong with plugins and controllers, held against the driving wheels.
+
+    `drive` tells what KBot drives; it is None where that cannot be known.
+    """
+    sided = [controller for controller in controllers if not controller.is_steering]
+    yield from _named_joints(robot, sided, drive)
+    for controller in sided:
+        yield from _named_twice(controller)
+        yield from _exchanged(controller, pairs)
+    named = {joint.text for c in sided for joint in (*c.left, *c.right)}
+    yield from axis_faults([p for p in pairs if {p.left.joint.name, p.right.joint.name} & named])
+    for controller in controllers:
+        yield from _separation(controller, pairs)
+        yield from _radius(controller, pairs)
+
+
+def plugin_faults(robot: Robot) -> Iterator[Diagnostic]:
+    """D101 of the joints that other plugins name, those of sensors too."""
+    for extension in extensions(robot, "gazebo"):
+        for plugin in extension.descendants():
+            if plugin.tag == "plugin":
+                yield from _joints_of_plugin(robot, plugin)
+
+
+def unknown_joint(robot: Robot, name: str, joint: str, origin: Origin) -> Diagnostic:
+    """D101 of a plugin or controller that drives no wheels."""
+    message = f"{name}: '{joint}' is not a joint of this robot"
+    return Diagnostic("D101", Severity.ERROR, message, origin, did_you_mean(joint, robot.joints))
+
+
+def _joints_of_plugin(robot: Robot, plugin: Element) -> Iterator[Diagnostic]:
+    for element in plugin.elements():
+        name = element.text.strip()
+        is_name = element.tag in _JOINT_TAGS and not element.attributes and name and not {" ", ","} & {*name}
+        if is_name and name not in robot.joints:
+            yield unknown_joint(robot, plugin.attributes.get("name", "plugin"), name, element.origin)
+
+
+def _named_joints(
+    robot: Robot, controllers: Sequence[DriveController], drive: DifferentialDrive | NoDrive | None
+) -> Iterator[Diagnostic]:
+    """D101 and W134: joints that the robot does not have, those of other links than driving wheels, and sides
+    without a joint."""
+    driving, sides = (drive.joints, drive.sides) if isinstance(drive, DifferentialDrive) else ((), {})
+    named = {joint.text for c in controllers for joint in (*c.left, *c.right)}
+    free = [joint for joint in driving if joint not in named]
+    for controller, side, name, origin in _every_name(robot, controllers):
+        own = [joint for joint in free if joint in sides.get(side, ())]
+        instead = " and ".join(f"'{joint}'" for joint in own or free)
+        hint = f"name the joint that turns the {side} wheel: {instead}" if instead else ""
+        if name and name not in robot.joints:
+            message = f"{controller.name}: its {side} joint '{name}' is not a joint of this robot"
+            message += ": outside KBot the robot does not drive"
+            message += f"; KBot drives {instead} instead" if instead else ""
+            hint = did_you_mean(name, robot.joints) or hint
+            yield Diagnostic("D101", Severity.ERROR, message, origin, hint)
+        elif drive is not None and (not name or (driving and name not in driving)):
+            which = (
+                f"the joint '{name}', which is not a driving wheel's joint" if name else f"no {side} joint"
+            )
+            message = f"the drive names {which}"
+            if instead:
+                message += f": outside KBot the robot does not drive like this; KBot drives {instead} instead"
+            elif name:
+                message += ": KBot does not drive it"
+            yield Diagnostic("W134", Severity.WARNING, message, origin, hint)
+
+
+def _every_name(
+    robot: Robot, controllers: Iterable[DriveController]
+) -> Iterator[tuple[DriveController, str, str, Origin]]:
+    """Each joint that a controller names, with its side and place. The name is empty for an empty tag, and
+    for a side without a tag or parameter."""
+    for controller in controllers:
+        for side, joints in controller.sides.items():
+            yield from ((controller, side, joint.text, joint.origin) for joint in joints)
+            # gazebo_ros_diff_drive and gazebo_ros_skid_steer_drive have these names as defaults
+            defaults = {f"{side}_joint", f"{side}_front_joint"} if controller.plugin is not None else set()
+            if not joints and controller.is_running and defaults.isdisjoint(robot.joints):
+                yield controller, side, "", controller.place(side)
+
+
+def _named_twice(controller: DriveController) -> Iterator[Diagnostic]:
+    """D131."""
+    first: dict[str, tuple[str, Parameter]] = {}
+    for side, joints in controller.sides.items():
+        for joint in joints:
+            before, place = first.setdefault(joint.text, (side, joint))
+            if joint.text and place is not joint:
+                twice = f"twice as {side}" if side == before else "both as left and as right"
+                yield Diagnostic(
+                    "D131",
+                    Severity.ERROR,
+                    f"{controller.name}: it names the joint '{joint.text}' {twice}: the robot does not drive",
+                    joint.origin,
+                    "name the joint of each wheel once, on its own side",
+                    (Related("named here first", place.origin),),
+                )
+
+
+def _exchanged(controller: DriveController, pairs: Iterable[WheelPair]) -> Iterator[Diagnostic]:
+    """D107 of a joint that is named as left and stands on the right."""
+    wheels = {wheel.joint.name: wheel for pair in pairs for wheel in (pair.left, pair.right)}
+    for one, other in zip(controller.left, controller.right, strict=False):
+        left, right = wheels.get(one.text), wheels.get(other.text)
+        if left is None or right is None or not left.center[1] < right.center[1]:
+            continue
+        # exchanged names would hide that the wheels themselves are on the wrong sides
+        are_misplaced = side_of(one.text) == "left" and side_of(other.text) == "right"
+        tags = [f"<{p.name}>" if controller.plugin is not None else p.name for p in (one, other)]
+        yield Diagnostic(
+            "D107",
+            Severity.WARNING,
+            f"{controller.name}: its left joint '{one.text}' turns the wheel at y = "
+            f"{left.center[1] * 1e3:.4g} mm, on the right: turns are reversed",
+            one.origin,
+            EXCHANGE_PLACES if are_misplaced else f"exchange the names in {tags[0]} and {tags[1]}",
+            (Related(f"'{one.text}'", left.joint.pose.origin or left.joint.origin),),
+        )
+
+
+def axis_faults(pairs: Iterable[WheelPair]) -> Iterator[Diagnostic]:
+    """D108 of two axes in opposite directions, D109 of two that point to the right."""
+    for pair in pairs:
+        left, right = pair.left, pair.right
+        if sum(map(mul, left.axis, right.axis)) < -0.5:
+            wrong, other = (left, right) if left.axis[1] < 0.0 else (right, left)
+            yield Diagnostic(
+                "D108",
+                Severity.WARNING,
+                f"{wrong.joint.name}: its axis points along {_direction(wrong)} of the base, that of "
+                f"'{other.joint.name}' along {_direction(other)}: equal speeds turn the robot on the spot",
+                _axis_origin(wrong),
+                "let both axes point along +y",
+                (Related(f"the axis of '{other.joint.name}'", _axis_origin(other)),),
+            )
+        elif left.axis[1] < -0.5 and right.axis[1] < -0.5:
+            # at the right wheel too where one macro made both, so that the fault is known for the macro's
+            is_shared = _axis_origin(left).span == _axis_origin(right).span
+            for wheel in (left, right) if is_shared else (left,):
+                yield Diagnostic(
+                    "D109",
+                    Severity.WARNING,
+                    f"{wheel.joint.name}: its axis, as its partner's, points along -y of the base: a "
+                    "positive speed drives backwards",
+                    _axis_origin(wheel),
+                    "let both axes point along +y",
+                )
+
+
+def _axis_origin(wheel: PlacedWheel) -> Origin:
+    return wheel.joint.axis_origin or wheel.joint.origin
+
+
+def _direction(wheel: PlacedWheel) -> str:
+    """The direction of an axis as the axis's name where it is near one."""
+    for i, name in enumerate("xyz"):
+        if abs(wheel.axis[i]) > 0.98:
+            return ("-" if wheel.axis[i] < 0.0 else "+") + name
+    return "(" + ", ".join(f"{v:.2g}" for v in wheel.axis) + ")"
+
+
+def _separation(controller: DriveController, pairs: Sequence[WheelPair]) -> Iterator[Diagnostic]:
+    """D105."""
+    size = controller.separation
+    if size is None or size.value <= 0.0 or not pairs:
+        return
+    given, true = size.value, pairs[0].separation
+    if len(pairs) > 1 and true <= given <= 2.5 * true:
+        return  # a skid-steer robot is given the track it turns with, which is wider
+    if abs(given - true) > max(0.01 * true, 5e-4):
+        message = f"{controller.name}: {separation_is_off(given, true)}"
+        places = joint_places(pairs[0])
+        yield Diagnostic(
+            "D105", Severity.WARNING, message, size.given.origin, "compute it from the joints", places
+        )
+
+
+def separation_is_off(given: float, true: float) -> str:
+    """What follows from a wheel separation in m that is not the robot's."""
+    return (
+        f"the wheels are {true:.4g} m apart from middle to middle, not {given:.4g}: yaw computed with it is "
+        f"{(true / given - 1.0) * 100.0:+.0f} % off"
+    )
+
+
+def joint_places(pair: WheelPair) -> tuple[Related, ...]:
+    """Where the joints of two wheels are placed."""
+    return tuple(
+        Related(f"'{w.joint.name}' at y = {w.center[1]:.4g} m", w.joint.pose.origin or w.joint.origin)
+        for w in (pair.left, pair.right)
+    )
+
+
+def _radius(controller: DriveController, pairs: Sequence[WheelPair]) -> Iterator[Diagnostic]:
+    """D106. Of wheels that differ each is named, because their mean is the radius of none."""
+    size = controller.radius
+    wheels = [wheel for pair in pairs for wheel in (pair.left, pair.right) if wheel.radius]
+    if size is None or size.value <= 0.0 or not wheels:
+        return
+    given, true = size.value, wheels[0].radius or 0.0
+    least, most = (of(wheels, key=lambda wheel: wheel.radius or 0.0) for of in (min, max))
+    small, large = least.radius or 0.0, most.radius or 0.0
+    message = f"{controller.name}: its wheel radius is {given:.4g} m, but the wheels have "
+    if large - small > UNEQUAL * large:
+        message += (
+            f"{small:.4g} on '{least.joint.name}' and {large:.4g} on '{most.joint.name}': no radius is right"
+        )
+        hint = "make the wheels by one macro, with one radius"
+    elif abs(given - true) > max(0.01 * true, 2e-4):
+        message += f"{true:.4g}: distances are {(given / true - 1.0) * 100.0:+.0f} % off"
+        is_diameter = size.given.name in DIAMETER
+        hint = f"use {'twice ' if is_diameter else ''}the radius that makes the wheels: "
+        hint += f"{2.0 * true if is_diameter else true:.4g}"
+    else:
+        return
+    shape = wheels[0].shape
+    link = wheels[0].joint.child
+    related = (Related(f"the shape of '{link}'", shape),) if shape is not None else ()
+    yield Diagnostic("D106", Severity.WARNING, message, size.given.origin, hint, related)
