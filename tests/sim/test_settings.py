@@ -165,11 +165,11 @@ def test_the_hint_gives_what_the_tag_takes(with_extension, plugin, hint):
     """A diameter for a diameter's tag: a robot whose hint is followed has no finding left."""
     sim = Simulation(with_extension(plugin))
     (found,) = sim.diagnostics
-    assert (found.code, sim.named().settings.radius) == ("D106", pytest.approx(0.04))
+    assert (found.code, sim.robots.first.settings.radius) == ("D106", pytest.approx(0.04))
     assert found.hint == hint
     followed = re.sub(r"0\.0[48](?=</wheel)", hint.split()[-1], plugin)
     sim = Simulation(with_extension(followed))
-    assert (sim.named().settings.radius, sim.diagnostics) == (pytest.approx(0.035), ())
+    assert (sim.robots.first.settings.radius, sim.diagnostics) == (pytest.approx(0.035), ())
 
 
 @pytest.mark.parametrize("said", ["0.156", "0.158", "0.16"])
@@ -184,7 +184,7 @@ def test_of_wheels_that_differ_each_is_named_and_no_mean_is_advised(urdf, said):
     assert found.code == "D106"
     assert "the wheels have 0.078 on 'left_joint' and 0.08 on 'right_joint'" in found.message
     assert "0.079" not in found.message.replace("is 0.079 m", "") + found.hint
-    assert sim.named().settings.radius == float(said) / 2.0
+    assert sim.robots.first.settings.radius == float(said) / 2.0
 
 
 @pytest.mark.parametrize(
