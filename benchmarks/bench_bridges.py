@@ -35,7 +35,7 @@ import kbot
 from kbot.messages import types as msg
 from kbot.record.feed import Feed, Packet
 from kbot.record.run_outputs import RunOutputs
-from kbot.ros.bridges.link import Link
+from kbot.ros.bridges.link import PeerLink
 from kbot.ros.bridges.ros1.rpc import call
 from kbot.ros.peer_options import PeerOptions
 from kbot.sensors import Lidar
@@ -128,7 +128,7 @@ def _end_peers(peers: dict[str, subprocess.Popen[str]], published: dict[int, flo
 def command_delays() -> list[float]:
     """Simulated seconds from a command's arrival at the link to the step at which the robot obeys."""
     sim = Simulation(kbot.load("kbot"))
-    link = Link(lambda text: None)
+    link = PeerLink(lambda text: None)
     link.attach(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds))
     delays = []
     for number in range(50):

@@ -14,7 +14,7 @@ import atheris
 
 with atheris.instrument_imports(include=["kbot.workbench.displays", "kbot.text"]):
     from kbot.text import KbotError
-    from kbot.workbench.displays.files import DisplayFile
+    from kbot.workbench.displays.display_file import DisplayFile
     from kbot.workbench.protocol.codec import encode
 
 from edits import edited

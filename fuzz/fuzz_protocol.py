@@ -21,10 +21,10 @@ with atheris.instrument_imports(
     import kbot
     from kbot.record.feed import Feed
     from kbot.ros.bridges.foxglove import bridge as foxglove
-    from kbot.ros.bridges.link import Link
+    from kbot.ros.bridges.link import PeerLink
     from kbot.ros.bridges.rosbridge import bridge as rosbridge
     from kbot.ros.bridges.websocket.topic_server import JsonTalk
-    from kbot.ros.gazebo.services import gazebo_services
+    from kbot.ros.gazebo.gazebo_services import gazebo_services
     from kbot.text import KbotError
     from kbot.workbench.protocol import FromPage
     from kbot.workbench.protocol.codec import decode
@@ -74,7 +74,7 @@ class Wire:
 
 
 SIMULATION = kbot.Simulation(kbot.load("kbot"))
-LINK = Link(lambda text: None)
+LINK = PeerLink(lambda text: None)
 LINK.services = gazebo_services("empty")
 LINK.attach(SIMULATION, Feed(SIMULATION.bus, lambda: SIMULATION.clock.nanoseconds))
 BRIDGES: dict[str, Any] = {

@@ -10,8 +10,8 @@ import pytest
 import kbot
 from kbot.cli.main import run
 from kbot.record.feed import Feed
-from kbot.ros.bridges.link import Link
-from kbot.ros.gazebo.services import gazebo_services
+from kbot.ros.bridges.link import PeerLink
+from kbot.ros.gazebo.gazebo_services import gazebo_services
 from kbot.ros.gazebo.states import GazeboTopics
 from kbot.ros.graph.server import GraphServer
 from kbot.sim import Simulation
@@ -23,7 +23,7 @@ class Running:
 
     def __init__(self) -> None:
         self.told: list[str] = []
-        self.link = Link(self.told.append)
+        self.link = PeerLink(self.told.append)
         self.link.services = gazebo_services()
         self.simulation = Simulation(kbot.load("kbot"))
         self._stop = threading.Event()

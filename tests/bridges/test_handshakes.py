@@ -7,7 +7,7 @@ import pytest
 from websockets.sync.client import connect
 
 from kbot.ros.bridges.foxglove.bridge import SUBPROTOCOLS, FoxgloveBridge
-from kbot.ros.bridges.link import Link
+from kbot.ros.bridges.link import PeerLink
 from kbot.ros.bridges.rosbridge.bridge import RosbridgeBridge
 from kbot.workbench.serve import open_session, serving
 
@@ -47,7 +47,7 @@ def address(request: pytest.FixtureRequest) -> Iterator[str]:
             yield url.replace("http:", "ws:") + "ws"
         return
     kind = {"foxglove": FoxgloveBridge, "rosbridge": RosbridgeBridge}[request.param]
-    bridge = kind(Link(print), port=0)
+    bridge = kind(PeerLink(print), port=0)
     yield bridge.address
     bridge.close()
 

@@ -14,7 +14,7 @@ from kbot.net.hosts import (
     is_this_machine,
     only_host,
 )
-from kbot.ros.bridges.ros1.contacts import Contacts
+from kbot.ros.bridges.ros1.allowed_nodes import AllowedNodes
 
 
 @pytest.mark.parametrize(
@@ -80,7 +80,7 @@ def test_names_and_addresses_of_this_machine(monkeypatch: pytest.MonkeyPatch) ->
     for host in ("127.0.0.1", "127.1.2.3", "::1", address, *names):
         assert is_this_machine(host), host
         assert is_served_at(host, "127.0.0.1"), host
-        assert not Contacts("127.0.0.1", asked.append).refusal(host), host
+        assert not AllowedNodes("127.0.0.1", asked.append).refusal(host), host
     for other in (None, "", "0.0.0.0", "::", "224.0.0.1", "192.0.2.7", "2001:db8::7", "127.1", "0x7f000001"):
         assert not is_this_machine(other), other
     for other in ("robot.evil.example", "robot.local.evil.example", "other.local", "local"):

@@ -6,13 +6,13 @@ import kbot
 from kbot.messages import types as msg
 from kbot.messages.navigation import PoseStamped
 from kbot.record.feed import Feed, Packet
-from kbot.ros.bridges.link import WAITING, Link
+from kbot.ros.bridges.link import WAITING, PeerLink
 from kbot.sim import Simulation
 
 
-def linked() -> tuple[Simulation, Link, list[str]]:
+def linked() -> tuple[Simulation, PeerLink, list[str]]:
     sim, told = Simulation(kbot.load("kbot")), list[str]()
-    link = Link(told.append)
+    link = PeerLink(told.append)
     link.attach(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds))
     return sim, link, told
 
@@ -98,14 +98,14 @@ def test_receivers_go_along_to_the_next_simulation_with_their_topics() -> None:
 
 
 def test_a_link_to_nothing_serves_nobody() -> None:
-    Link(print).serve()
+    PeerLink(print).serve()
 
 
 def test_hidden_topics_are_neither_told_of_nor_delivered() -> None:
     sim, told = Simulation(kbot.load("kbot")), list[str]()
     goals: list[PoseStamped] = []
     sim.bus.subscribe("goal_pose", PoseStamped, goals.append)
-    link, got = Link(told.append, frozenset({"/goal_pose", "/odom"})), list[Packet]()
+    link, got = PeerLink(told.append, frozenset({"/goal_pose", "/odom"})), list[Packet]()
     link.open("/odom", got.append)
     link.attach(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds))
     link.send("/goal_pose", PoseStamped())

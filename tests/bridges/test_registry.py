@@ -6,7 +6,7 @@ import pytest
 
 from kbot.ros.bridges import zenoh
 from kbot.ros.bridges.registry import bridges_with_peers
-from kbot.ros.bridges.ros1.contacts import Contacts
+from kbot.ros.bridges.ros1.allowed_nodes import AllowedNodes
 from kbot.ros.bridges.ros1.master import Master
 
 
@@ -29,7 +29,7 @@ def test_nobody_is_there() -> None:
 
 
 def test_a_master_a_ros_2_and_a_router(monkeypatch: pytest.MonkeyPatch) -> None:
-    master = Master("127.0.0.1", 0, Contacts("127.0.0.1", print))
+    master = Master("127.0.0.1", 0, AllowedNodes("127.0.0.1", print))
     monkeypatch.setenv("ROS_MASTER_URI", master.uri)
     monkeypatch.setenv("ROS_DOMAIN_ID", "5")
     with socket.create_server(("127.0.0.1", 0)) as router:

@@ -11,10 +11,10 @@ from typing import Any
 import pytest
 
 from kbot.messages.types import Twist
-from kbot.ros.bridges.link import Link, Topic
+from kbot.ros.bridges.link import PeerLink, Topic
 from kbot.ros.bridges.ros1 import subscriber
+from kbot.ros.bridges.ros1.allowed_nodes import AllowedNodes
 from kbot.ros.bridges.ros1.bridge import Ros1Bridge
-from kbot.ros.bridges.ros1.contacts import Contacts
 from kbot.ros.bridges.ros1.master import Master
 from kbot.ros.bridges.ros1.rpc import DEEPEST, LARGEST_BODY, RpcFailed, RpcServer, call, read_answer
 from kbot.ros.bridges.ros1.subscriber import Incoming
@@ -38,7 +38,7 @@ def notes() -> list[str]:
 def master(notes: list[str], monkeypatch: pytest.MonkeyPatch) -> Iterator[Master]:
     """A master with a description to protect."""
     monkeypatch.setattr("kbot.ros.bridges.ros1.rpc.LOOK_SECONDS", 0.01)  # it ends at once
-    found = Master("127.0.0.1", 0, Contacts("127.0.0.1", notes.append))
+    found = Master("127.0.0.1", 0, AllowedNodes("127.0.0.1", notes.append))
     call(found.uri, "setParam", ME, "/robot_description", "<robot/>")
     try:
         yield found
@@ -212,7 +212,7 @@ def test_a_node_of_this_machine_registers(master: Master, notes: list[str], meth
 
 
 def test_with_bridge_host_a_node_elsewhere_registers(notes: list[str]) -> None:
-    master = Master("127.0.0.1", 0, Contacts("127.0.0.1", notes.append, other_machines=True))
+    master = Master("127.0.0.1", 0, AllowedNodes("127.0.0.1", notes.append, other_machines=True))
     try:
         register(master.uri, "registerPublisher", f"http://{ELSEWHERE}:1/")
         assert call(master.uri, "getSystemState", ME)[0] == [["/cmd_vel", ["/other"]]]
@@ -229,9 +229,9 @@ def test_a_publisher_elsewhere_is_not_contacted(monkeypatch: pytest.MonkeyPatch)
         raise RpcFailed("it is not there")
 
     monkeypatch.setattr(subscriber, "call", contact)
-    link = Link(notes.append)
+    link = PeerLink(notes.append)
     topic = Topic("/cmd_vel", Twist, is_input=True, is_latched=False)
-    incoming = Incoming(link, topic, "/kbot", Contacts("127.0.0.1", link.tell))
+    incoming = Incoming(link, topic, "/kbot", AllowedNodes("127.0.0.1", link.tell))
     strangers = [f"http://{ELSEWHERE}:{port}/" for port in range(subscriber.MOST_PUBLISHERS)]
     own = "http://127.0.0.1:1/"
     incoming.update([*strangers, own])
@@ -251,9 +251,9 @@ def test_a_publisher_here_cannot_send_kbot_elsewhere(monkeypatch: pytest.MonkeyP
         connections.append(address[0])
         return connect(address, *rest)
 
-    link = Link(notes.append)
+    link = PeerLink(notes.append)
     topic = Topic("/cmd_vel", Twist, is_input=True, is_latched=False)
-    incoming = Incoming(link, topic, "/kbot", Contacts("127.0.0.1", link.tell))
+    incoming = Incoming(link, topic, "/kbot", AllowedNodes("127.0.0.1", link.tell))
     node = RpcServer("127.0.0.1", 0, {"requestTopic": lambda *_: (1, "", ["TCPROS", ELSEWHERE, 22])})
     monkeypatch.setattr(socket, "create_connection", recorded)
     try:
@@ -268,7 +268,7 @@ def test_a_publisher_here_cannot_send_kbot_elsewhere(monkeypatch: pytest.MonkeyP
 def test_the_publisher_of_the_issue(running: Running, monkeypatch: pytest.MonkeyPatch) -> None:
     """A master names a publisher elsewhere. ROS_IP does not replace --bridge-host."""
     monkeypatch.setenv("ROS_IP", "127.0.0.1")
-    open_master = Master("127.0.0.1", 0, Contacts("127.0.0.1", print, other_machines=True))
+    open_master = Master("127.0.0.1", 0, AllowedNodes("127.0.0.1", print, other_machines=True))
     register(open_master.uri, "registerPublisher", f"http://{ELSEWHERE}:1/")
     contacted = []
     monkeypatch.setattr(subscriber, "call", lambda uri, *_: contacted.append(uri))

@@ -15,8 +15,8 @@ import pytest
 from kbot.messages import types as msg
 from kbot.record.encodings.bytes import decode_ros1, encode_ros1
 from kbot.record.encodings.types import ros1_definition
+from kbot.ros.bridges.ros1.allowed_nodes import AllowedNodes
 from kbot.ros.bridges.ros1.bridge import Ros1Bridge
-from kbot.ros.bridges.ros1.contacts import Contacts
 from kbot.ros.bridges.ros1.master import Master
 from kbot.ros.bridges.ros1.rpc import LARGEST_BODY, RpcFailed, RpcServer, call
 from kbot.ros.bridges.ros1.tcpros import encode_header, read_block, read_header
@@ -240,14 +240,14 @@ def test_calls_with_wrong_arguments_are_answered(bridge: Ros1Bridge) -> None:
 def test_a_master_that_comes_back_is_told_again(running: Running, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("kbot.ros.bridges.ros1.bridge.CHECK_SECONDS", 0.1)
     monkeypatch.delenv("ROS_IP", raising=False)
-    master = Master("127.0.0.1", 0, Contacts("127.0.0.1", print))
+    master = Master("127.0.0.1", 0, AllowedNodes("127.0.0.1", print))
     bridge = Ros1Bridge(running.link, master=master.uri)
     try:
         wait_until(lambda: "/odom" in dict(call(master.uri, "getPublishedTopics", ME, "")))
         port = int(master.uri.rstrip("/").rpartition(":")[2])
         master.close()
         wait_until(lambda: any("the master is gone" in text for text in running.told))
-        master = Master("127.0.0.1", port, Contacts("127.0.0.1", print))
+        master = Master("127.0.0.1", port, AllowedNodes("127.0.0.1", print))
         wait_until(lambda: "/odom" in dict(call(master.uri, "getPublishedTopics", ME, "")))
         assert call(master.uri, "getParam", ME, "/use_sim_time") is True
         assert running.goes_on()
@@ -257,7 +257,7 @@ def test_a_master_that_comes_back_is_told_again(running: Running, monkeypatch: p
 
 
 def test_leaving_takes_everything_off_the_master(running: Running) -> None:
-    master = Master("127.0.0.1", 0, Contacts("127.0.0.1", print))
+    master = Master("127.0.0.1", 0, AllowedNodes("127.0.0.1", print))
     bridge = Ros1Bridge(running.link, master=master.uri)
     wait_until(lambda: "/odom" in dict(call(master.uri, "getPublishedTopics", ME, "")))
     bridge.close()

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kbot.ros.bridges.ros1.master import Registry
-from kbot.ros.bridges.ros1.parameters import Parameters, resolve
+from kbot.ros.bridges.ros1.parameter_server import ParameterServer, resolve
 from kbot.ros.bridges.ros1.tcpros import ProtocolError, check_header, decode_header, encode_header
 
 NAMES = st.text(st.characters(exclude_characters="=", exclude_categories=("Cs",)), min_size=1)
@@ -46,7 +46,7 @@ def test_another_type_sum_or_topic_is_refused(wrong: dict[str, str]) -> None:
 
 
 def test_parameters_are_a_tree() -> None:
-    found = Parameters()
+    found = ParameterServer()
     found.set("/a/b/c", 1)
     found.set("/a/d", [1, "x"])
     assert found.get("/") == {"a": {"b": {"c": 1}, "d": [1, "x"]}}
@@ -64,7 +64,7 @@ def test_parameters_are_a_tree() -> None:
 
 def test_a_parameter_is_searched_upwards() -> None:
     """The example of http://wiki.ros.org/Parameter%20Server on searching."""
-    found = Parameters()
+    found = ParameterServer()
     found.set("/camera/resolution", 1)
     found.set("/robot/name", "r2")
     assert found.search("/camera/left/driver", "resolution") == "/camera/resolution"

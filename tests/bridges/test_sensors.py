@@ -11,7 +11,7 @@ from kbot.messages.sensing import LaserScan
 from kbot.record import Recorder, Recording
 from kbot.record.encodings.bytes import decode_cdr, decode_ros1
 from kbot.record.feed import Feed
-from kbot.ros.bridges.link import Link
+from kbot.ros.bridges.link import PeerLink
 from kbot.ros.bridges.rosbridge.bridge import RosbridgeBridge
 from kbot.sensors import Lidar
 from kbot.sim import Simulation
@@ -37,7 +37,7 @@ def test_scans_are_recorded_as_they_were_said(tmp_path: Path) -> None:
 
 def test_a_sensor_that_is_mounted_later_is_offered_to_peers() -> None:
     sim = Simulation(kbot.load("kbot"), "boxes")
-    link = Link(print)
+    link = PeerLink(print)
     link.attach(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds))
     bridge = RosbridgeBridge(link, port=0)
     try:

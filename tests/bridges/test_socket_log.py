@@ -8,7 +8,7 @@ from websockets.exceptions import InvalidMessage, InvalidStatus
 from websockets.sync.client import connect
 
 from kbot.net.socket_log import socket_logger
-from kbot.ros.bridges.link import Link
+from kbot.ros.bridges.link import PeerLink
 from kbot.ros.bridges.rosbridge.bridge import RosbridgeBridge
 from kbot.text.complaints import Complaints
 
@@ -48,7 +48,7 @@ def test_a_fault_in_a_handshake_has_a_crash_file(
     complaints = Complaints(logging.getLogger("complaints"))
     monkeypatch.setattr("kbot.ros.bridges.websocket.server.FAULTS", complaints)
     monkeypatch.setattr("kbot.ros.bridges.websocket.server.accepts_host", broken)
-    bridge = RosbridgeBridge(Link(print), port=0)
+    bridge = RosbridgeBridge(PeerLink(print), port=0)
     try:
         with pytest.raises(InvalidStatus) as caught:
             connect(bridge.address)

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from kbot.ros.bridges.foxglove.bridge import FoxgloveBridge
-from kbot.ros.bridges.link import Link
+from kbot.ros.bridges.link import PeerLink
 from kbot.ros.bridges.ros1.bridge import Ros1Bridge
 from kbot.ros.bridges.ros1.rpc import call
 from kbot.ros.bridges.rosbridge.bridge import RosbridgeBridge
@@ -70,7 +70,7 @@ def node(port: int, monkeypatch: pytest.MonkeyPatch) -> Iterator[Ros1Bridge]:
     """A node with a master of its own at a port, which has a description."""
     for name in ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME"):
         monkeypatch.delenv(name, raising=False)
-    link = Link(print)
+    link = PeerLink(print)
     link.parameters = {"/robot_description": DESCRIPTION}
     found = Ros1Bridge(link, master=f"http://127.0.0.1:{port}/")
     try:
@@ -149,7 +149,7 @@ OPEN = """([url, protocols]) => new Promise((done) => {
 
 @pytest.mark.parametrize("kind", [FoxgloveBridge, RosbridgeBridge])
 def test_a_stranger_opens_no_socket(page: Any, kind: type) -> None:
-    server = kind(Link(print), port=0)
+    server = kind(PeerLink(print), port=0)
     protocols = ["foxglove.sdk.v1"] if kind is FoxgloveBridge else []
 
     def opened(host: str) -> str:

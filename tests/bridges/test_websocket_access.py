@@ -9,7 +9,7 @@ from urllib.parse import urlsplit
 import pytest
 
 from kbot.ros.bridges.foxglove.bridge import FoxgloveBridge
-from kbot.ros.bridges.link import Link
+from kbot.ros.bridges.link import PeerLink
 from kbot.ros.bridges.rosbridge.bridge import RosbridgeBridge
 from kbot.ros.bridges.websocket.topic_server import TopicServer
 from kbot.ros.graph.server import GraphServer
@@ -23,7 +23,7 @@ HANDSHAKE = [
     ("Sec-WebSocket-Version", "13"),
     ("Sec-WebSocket-Protocol", "foxglove.sdk.v1"),
 ]
-SERVERS: dict[str, Callable[[Link], TopicServer]] = {
+SERVERS: dict[str, Callable[[PeerLink], TopicServer]] = {
     "foxglove": partial(FoxgloveBridge, port=0),
     "rosbridge": partial(RosbridgeBridge, port=0),
     "graph": GraphServer,
@@ -32,7 +32,7 @@ SERVERS: dict[str, Callable[[Link], TopicServer]] = {
 
 @pytest.fixture(params=SERVERS)
 def server(request: pytest.FixtureRequest) -> Iterator[TopicServer]:
-    found = SERVERS[request.param](Link(print))
+    found = SERVERS[request.param](PeerLink(print))
     try:
         yield found
     finally:
@@ -89,7 +89,7 @@ def test_a_foreign_page_is_refused(server: TopicServer, origins: list[str]) -> N
 @pytest.mark.parametrize("kind", [FoxgloveBridge, RosbridgeBridge])
 def test_other_machines_come_by_address_or_by_the_name_served_at(kind: type[TopicServer]) -> None:
     """Behind address translation the address in Host is not this machine's, but a page cannot rebind it."""
-    server = kind(Link(print), host="0.0.0.0", port=0)
+    server = kind(PeerLink(print), host="0.0.0.0", port=0)
     try:
         assert status(server, [f"{ELSEWHERE}:8765"], []) == 101
         assert status(server, ["localhost:8765"], []) == 101

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from kbot.ros.bridges.link import Link
+from kbot.ros.bridges.link import PeerLink
 from kbot.ros.bridges.zenoh.bridge import ZenohBridge
 from kbot.ros.bridges.zenoh.names import topic_key, type_key
 from kbot.ros.bridges.zenoh.parameters import parameter_services
@@ -31,7 +31,7 @@ ADD_TWO_INTS = "RIHS01_e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858
 
 
 def test_types_are_those_of_ros_2() -> None:
-    offered = parameter_services(Link(print), "/kbot")
+    offered = parameter_services(PeerLink(print), "/kbot")
     assert {one.type_name.rpartition("/")[2]: one.type_hash for one in offered} == HASHES
     assert {one.name for one in offered} == {
         f"/kbot/{name}"

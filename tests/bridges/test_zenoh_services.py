@@ -17,7 +17,7 @@ from kbot.messages import services as srv
 from kbot.record.encodings.bytes import encode_cdr
 from kbot.ros.bridges.service import Service
 from kbot.ros.bridges.zenoh.bridge import ZenohBridge
-from kbot.ros.bridges.zenoh.services import LARGEST_REQUEST, MOST_QUERIES, ServiceServer
+from kbot.ros.bridges.zenoh.queryables import LARGEST_REQUEST, MOST_QUERIES, ServiceServer
 from kbot.ros.service_types import service_hash, service_type
 from kbot.text import KbotError
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kbot.checks.facts.bodies import Body, body_of
+from kbot.checks.facts.bodies import LinkBody, body_of
 from kbot.model import Box, Capsule, Collision, Cylinder, Geometry, Link, Pose, Sphere
 from kbot.text import Origin, Source
 
@@ -20,7 +20,7 @@ SHAPES = {
 }
 
 
-def body(shape: Geometry) -> Body:
+def body(shape: Geometry) -> LinkBody:
     """Of a link that has the shape alone, in its middle."""
     return body_of(Link("link", None, (), (Collision("", Pose(), shape, HERE),), HERE))
 

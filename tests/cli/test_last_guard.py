@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 import pytest
 
 from kbot.cli import start
-from kbot.record.entry import Entry, Types
+from kbot.record.entry import RecordedMessage, Types
 from kbot.record.index import open_index
 from kbot.record.reader import Recording
 from kbot.text import crash
@@ -111,7 +111,7 @@ def test_an_error_within_a_recording_names_it(
 def test_an_error_within_a_message_names_the_recording(monkeypatch: pytest.MonkeyPatch) -> None:
     types = Types("run.mcap")
     monkeypatch.setattr(types.ros2, "deserialize_cdr", fails(ZeroDivisionError()), raising=False)
-    entry = Entry("/chatter", "std_msgs/msg/String", 1, b"", types)
+    entry = RecordedMessage("/chatter", "std_msgs/msg/String", 1, b"", types)
     with pytest.raises(ZeroDivisionError) as failure:
         entry.message()
     assert failure.value.__notes__ == ["while reading run.mcap"]

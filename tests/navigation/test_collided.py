@@ -17,7 +17,7 @@ from kbot.sim.recipe import CONTROL_PERIOD
 from kbot.world import World
 from kbot.world.builders import at, box, cylinder, floor, slope
 from kbot.world.occupancy import OccupancyGrid
-from kbot.world.world import Body, Box, HeightField, Mesh, Part, Sphere
+from kbot.world.world import Body, Box, HeightField, Part, Sphere, TriangleMesh
 
 FREE = OccupancyGrid(np.zeros((80, 80), np.int8), 0.05, PlanarPose(-2.0, -2.0))
 """A map that shows none of what stands in a world."""
@@ -81,7 +81,7 @@ def _plate_mesh():
         (2, 7, 6),
         (0, 2, 6),
     ]
-    return Mesh(corners, np.array([*faces, (0, 6, 4), (1, 5, 7), (1, 7, 3)], np.int32))
+    return TriangleMesh(corners, np.array([*faces, (0, 6, 4), (1, 5, 7), (1, 7, 3)], np.int32))
 
 
 def _hills():

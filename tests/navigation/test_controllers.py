@@ -7,7 +7,7 @@ import pytest
 
 from kbot.kinematics import PlanarPose, PlanarTwist
 from kbot.kinematics.odometry import arc
-from kbot.navigation.controller import Limits, Observation, twist, wrapped
+from kbot.navigation.controller import ControllerLimits, Observation, twist, wrapped
 from kbot.navigation.footprint import Outline
 from kbot.navigation.go_to_pose import GoToPose
 from kbot.navigation.obstacle_guard import ObstacleGuard
@@ -79,8 +79,12 @@ def test_a_path_that_crosses_itself_is_followed_in_order():
 
 def test_regulation_slows_in_tight_curves_and_near_obstacles():
     path = Path.through([(0, 0.03), (3, 0.03)])
-    regulated = RegulatedPurePursuit(path, Limits(linear=0.5), lookahead=0.3, least_radius=2.0, proximity=0.5)
-    straight = RegulatedPurePursuit(Path.through([(0, 0), (3, 0)]), Limits(linear=0.5), proximity=0.5)
+    regulated = RegulatedPurePursuit(
+        path, ControllerLimits(linear=0.5), lookahead=0.3, least_radius=2.0, proximity=0.5
+    )
+    straight = RegulatedPurePursuit(
+        Path.through([(0, 0), (3, 0)]), ControllerLimits(linear=0.5), proximity=0.5
+    )
     near = np.array([[0.0, 0.25]])
     for _ in range(2):
         curved = regulated.update(Observation(0.0, PlanarPose(), PlanarTwist(0.5)))

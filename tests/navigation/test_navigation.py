@@ -10,7 +10,7 @@ from kbot.model.load import load_robot
 from kbot.navigation.controller import Observation, twist, wrapped
 from kbot.navigation.footprint import Outline
 from kbot.navigation.goal_status import GoalState
-from kbot.navigation.navigator import Navigator, Progress, Settings
+from kbot.navigation.navigator import Navigator, NavigatorSettings, ProgressChecker
 from kbot.navigation.planner import GridPlanner
 from kbot.navigation.simulated import Pilot, go_to
 from kbot.sim import Simulation
@@ -66,7 +66,7 @@ def test_without_a_map_a_goal_is_refused(robot):
 def test_a_wall_that_is_not_on_the_map_ends_in_stuck(robot):
     world = World("wall", (floor(), box("wall", (0.1, 6.0, 0.3), 0.6, 0.0)))
     empty = OccupancyGrid(np.zeros((100, 100), dtype=np.int8), 0.05, PlanarPose(-2.5, -2.5))
-    settings = Settings(patience=1.0, attempts=2)
+    settings = NavigatorSettings(patience=1.0, attempts=2)
     trip = go_to(Simulation(robot, world), PlanarPose(1.5, 0.0), empty, settings=settings)
     assert trip.status.state is GoalState.STUCK
     assert "tried 3 times" in trip.status.reason
@@ -97,7 +97,7 @@ def test_cancelling_stops_the_robot(robot):
 def _lidar_navigator(**settings):
     grid = OccupancyGrid(np.zeros((100, 100), dtype=np.int8), 0.05, PlanarPose(-2.5, -2.5))
     return Navigator(
-        GridPlanner(grid, 0.13), Settings(**settings), Outline.rectangle(-0.1, 0.06, -0.09, 0.09)
+        GridPlanner(grid, 0.13), NavigatorSettings(**settings), Outline.rectangle(-0.1, 0.06, -0.09, 0.09)
     )
 
 
@@ -158,14 +158,14 @@ def test_numbers_that_are_none_are_refused(robot):
 
 
 def test_a_last_turn_that_takes_longer_than_the_patience_is_progress():
-    progress = Progress(4.0)
+    progress = ProgressChecker(4.0)
     assert not any(progress.stalled(0.1 * tick, 0.3 - 0.03 * tick, 0.0) for tick in range(10))
     # half a turn at 0.3 rad/s
     assert not any(progress.stalled(1.0 + 0.1 * tick, 0.0, 3.1 - 0.03 * tick) for tick in range(100))
 
 
 def test_a_last_turn_that_does_not_come_to_an_end_is_a_stall():
-    progress = Progress(4.0)
+    progress = ProgressChecker(4.0)
     assert not progress.stalled(1.0, 0.0, 3.1)
     assert not progress.stalled(4.9, 0.0, 3.1)
     assert progress.stalled(5.1, 0.0, 3.1)

@@ -10,7 +10,7 @@ from kbot.model.load import load_robot
 from kbot.navigation.controller import twist
 from kbot.navigation.footprint import Outline, outline
 from kbot.navigation.goal_status import GoalState
-from kbot.navigation.navigator import Settings
+from kbot.navigation.navigator import NavigatorSettings
 from kbot.navigation.obstacle_guard import ObstacleGuard
 from kbot.navigation.simulated import LidarPoints, Pilot, go_to
 from kbot.sensors import Contact, Lidar
@@ -72,7 +72,7 @@ def test_it_goes_around_a_box_that_is_not_on_the_map(robot):
     simulation = Simulation(robot, World("box", (floor(), box("box", (0.2, 0.5, 0.3), 0.7, 0.0))))
     trip = go_to(
         simulation, PlanarPose(1.6, 0.0), EMPTY, lidar=simulation.add_sensor(SENSOR),
-        settings=Settings(patience=1.0),
+        settings=NavigatorSettings(patience=1.0),
     )  # fmt: skip
     assert trip.reached, trip.status
     assert math.hypot(trip.pose.x - 1.6, trip.pose.y) < 0.02
@@ -82,7 +82,7 @@ def test_a_closed_way_ends_in_stuck_with_its_reason(robot):
     simulation = Simulation(robot, World("wall", (floor(), box("wall", (0.1, 9.0, 0.3), 0.7, 0.0))))
     trip = go_to(
         simulation, PlanarPose(1.6, 0.0), EMPTY, lidar=simulation.add_sensor(SENSOR),
-        settings=Settings(patience=1.0, attempts=1),
+        settings=NavigatorSettings(patience=1.0, attempts=1),
     )  # fmt: skip
     assert trip.status.state is GoalState.STUCK
     assert trip.status.reason

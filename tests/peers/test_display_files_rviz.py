@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 import yaml
 
+from kbot.workbench.displays.display_settings import Display, DisplaySettings
 from kbot.workbench.displays.kinds import KINDS
 from kbot.workbench.displays.rviz import write_rviz
-from kbot.workbench.displays.settings import Display, Settings
 
 from .conftest import Ros, stop, wait_until
 from .test_bridge_rviz import CONFIG, said, stands
@@ -32,7 +32,7 @@ def opened(ros: Ros, display: Path, tmp_path: Path) -> Iterator[tuple[Ros, Path]
         if kind.name != "RobotModel"
     ]
     config = tmp_path / "written.rviz"
-    config.write_text(write_rviz(Settings({}, tuple(displays)), original))
+    config.write_text(write_rviz(DisplaySettings({}, tuple(displays)), original))
     running = [ros.start(sys.executable, "-m", "kbot", "sim", "kbot", "--headless", "--ros1")]
     log = ros.home / "rviz.log"
     log.unlink(missing_ok=True)

@@ -11,9 +11,9 @@ from mcap.writer import Writer
 
 from kbot.record import Recording
 from kbot.record.copy import copy_recording
-from kbot.record.export import Table
+from kbot.record.export import MessageTable
 from kbot.record.index import open_index
-from kbot.record.limits import LARGEST_PIECE, Allowance, TooLarge, inflate
+from kbot.record.limits import LARGEST_PIECE, Allowance, RecordingTooLarge, inflate
 from kbot.text import KbotError
 
 from .hostile import (
@@ -195,7 +195,7 @@ def test_a_type_that_is_not_defined_in_full_is_only_refused_when_it_is_needed(tm
     for use in (
         lambda: copy_recording(path, str(tmp_path / "b.mcap")),
         lambda: copy_recording(path, str(tmp_path / "b.bag")),
-        lambda: Table.of(path, "/topic0"),
+        lambda: MessageTable.of(path, "/topic0"),
     ):
         refused("the type b/msg/U is not defined", use)
 
@@ -208,7 +208,7 @@ def test_a_list_that_states_more_than_there_is_ends_at_once(
     """The bytes are copied as they are where no conversion is needed."""
     data = ENDLESS if encoding == "ros1" else b"\0\1\0\0" + ENDLESS
     path = str(mcap_of(tmp_path / "a.mcap", {POLYGON: "Point32[] points"}, data=data, encoding=encoding))
-    refused(f"/topic0 at 0.000 s is not a {POLYGON}", lambda: Table.of(path, "/topic0"))
+    refused(f"/topic0 at 0.000 s is not a {POLYGON}", lambda: MessageTable.of(path, "/topic0"))
     if target.endswith("bag" if encoding == "cdr" else "mcap"):
         refused(
             f"a.mcap: /topic0 at 0.000 s is not a {POLYGON}",
@@ -231,7 +231,7 @@ def test_a_table_of_a_small_file_has_bounded_columns(tmp_path: Path) -> None:
         mcap_record(4, channel),
         mcap_chunk(PACK["zstd"](message), "zstd", len(message)),
     )
-    refused("wide.mcap: /a has too many values for a table", lambda: Table.of(str(path), "/a"))
+    refused("wide.mcap: /a has too many values for a table", lambda: MessageTable.of(str(path), "/a"))
 
 
 @pytest.mark.parametrize(
@@ -489,5 +489,5 @@ def test_what_reading_may_cost_grows_with_the_file(tmp_path: Path) -> None:
     file.write_bytes(bytes(1_000_000))
     allowance = Allowance(file)
     allowance.charge((2 << 30) + 1_900_000_000)  # of 2 GiB, and 2000 times the file
-    with pytest.raises(TooLarge, match="it decompresses to too much data for its 1,000,000 bytes"):
+    with pytest.raises(RecordingTooLarge, match="it decompresses to too much data for its 1,000,000 bytes"):
         allowance.charge(LARGEST_PIECE)

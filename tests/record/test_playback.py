@@ -7,7 +7,7 @@ import pytest
 from kbot.messages import Bus, Clock, Odometry, String, Twist, Vector3
 from kbot.record import Recorder
 from kbot.record.feed import Feed
-from kbot.ros.nodes.rosbag_play import Playback, Playing
+from kbot.ros.nodes.rosbag_play import BusPlayback, Playing
 from kbot.sim import Simulation
 from kbot.text import DescriptionError, KbotError, Origin, Source
 
@@ -35,7 +35,7 @@ class Listener:
         more = {key: how.pop(key) for key in ("theirs", "instead") if key in how}
         self.bus.subscribe(topic, Twist, lambda message: self.heard.append(message.linear.x))
         playing = Playing((recording,), ORIGIN, **how)
-        self.playback = Playback(
+        self.playback = BusPlayback(
             self.bus, self.clock, playing, self.told.append, on_end=self._end, **more
         )  # fmt: skip
 
@@ -106,7 +106,7 @@ def test_a_topic_may_be_handed_on(recording: str) -> None:
 def test_a_topic_of_another_type_is_told_of(recording: str) -> None:
     bus, told = Bus(), list[str]()
     bus.subscribe("/cmd_vel", String, lambda message: None)
-    Playback(bus, Clock(), Playing((recording,), ORIGIN), told.append)
+    BusPlayback(bus, Clock(), Playing((recording,), ORIGIN), told.append)
     assert [line for line in told if "/cmd_vel carries String, not Twist" in line]
 
 

@@ -322,12 +322,14 @@ def test_a_robot_is_put_upon_a_height_field_and_drives_on_it(kbot_robot):
 def test_the_engine_has_meshes_of_the_same_points_once(kbot_robot):
     import trimesh
 
-    from kbot.world import Body, Mesh, Part, World
+    from kbot.world import Body, Part, TriangleMesh, World
     from kbot.world.builders import at, floor
 
     ball, block = trimesh.creation.icosphere(1), trimesh.creation.box((1, 1, 1))
     bodies = (
-        Body(f"{i}", (Part(Mesh(solid.vertices.copy(), solid.faces.astype("int32"))),), at(i, 3.0, 2.0))
+        Body(
+            f"{i}", (Part(TriangleMesh(solid.vertices.copy(), solid.faces.astype("int32"))),), at(i, 3.0, 2.0)
+        )
         for i, solid in enumerate((ball, ball, block))
     )
     sim = Simulation(kbot_robot, world=World("yard", (floor(), *bodies)))

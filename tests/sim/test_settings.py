@@ -13,7 +13,7 @@ from kbot.sim.drive.settings import drive_settings
 from kbot.sim.drive.twist_controller import RateLimiter
 from kbot.sim.engine.robot_builder import link_surfaces
 from kbot.sim.naming import Naming
-from kbot.text import Findings
+from kbot.text import DiagnosticCollector
 
 from .test_spawned_drive import ROVER, WHEEL
 
@@ -33,7 +33,7 @@ def with_extension(plain):
 
 
 def settings_of(robot):
-    findings = Findings()
+    findings = DiagnosticCollector()
     settings = drive_settings(robot, find_drive(robot), findings)
     return settings, findings.diagnostics
 
@@ -285,7 +285,7 @@ def test_friction_of_a_link_is_read(with_extension):
         '<gazebo reference="left_weel"><mu1>1</mu1></gazebo>'
         '<gazebo reference="right_wheel"><mu1>x</mu1></gazebo>'
     )
-    findings = Findings()
+    findings = DiagnosticCollector()
     surfaces = link_surfaces(robot, findings)
     assert surfaces["left_wheel"].friction == 0.2
     assert not surfaces["base_link"].gravity
@@ -339,6 +339,6 @@ def test_joints_that_a_plugin_names_and_that_are_not_there_are_said(with_extensi
 
 def test_old_gazebo_writes_friction_as_an_attribute(with_extension):
     robot = with_extension('<gazebo reference="left_wheel"><mu1 value="0.3"/></gazebo>')
-    findings = Findings()
+    findings = DiagnosticCollector()
     assert link_surfaces(robot, findings)["left_wheel"].friction == 0.3
     assert findings.diagnostics == []

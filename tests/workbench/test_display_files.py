@@ -6,9 +6,15 @@ import pytest
 import yaml
 
 from kbot.text import KbotError
-from kbot.workbench.displays.files import DisplayFile
+from kbot.workbench.displays.display_file import DisplayFile
+from kbot.workbench.displays.display_settings import (
+    Display,
+    DisplaySettings,
+    View,
+    read_settings,
+    write_settings,
+)
 from kbot.workbench.displays.kinds import KINDS
-from kbot.workbench.displays.settings import Display, Settings, View, read_settings, write_settings
 from kbot.workbench.protocol import DisplaysSaved, DisplaysText
 
 from .rviz_texts import RVIZ1
@@ -22,7 +28,7 @@ def test_every_kind_has_properties_that_are_told_apart() -> None:
 
 
 def test_own_files_say_all_that_is_set() -> None:
-    settings = Settings(
+    settings = DisplaySettings(
         {"frame": "map", "light": 0.5},
         (
             Display("Grid", "Boden", False, {"cell": 0.5}),

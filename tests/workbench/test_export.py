@@ -19,7 +19,7 @@ from kbot.render.glb import Y_UP_FROM_Z_UP, glb
 from kbot.render.look import FIELD_OF_VIEW, Look
 from kbot.render.normals import creased
 from kbot.render.picture import draw_picture
-from kbot.render.things import Things, robot_alone
+from kbot.render.picture_scene import PictureScene, robot_alone
 from kbot.render.tree import tree_svg
 from kbot.text import KbotError
 
@@ -53,7 +53,7 @@ def arm(tmp_path: Path) -> Path:
     return path
 
 
-def perspective(things: Things, look: Look) -> np.ndarray:
+def perspective(things: PictureScene, look: Look) -> np.ndarray:
     """`clip_from_world` (4, 4) by OpenGL's formulas, of a camera as `Look` describes it."""
     away = things.view_radius * 1.35 * 1.05 / np.sin(np.radians(16.0)) / min(1.0, look.aspect)
     world = np.eye(4)

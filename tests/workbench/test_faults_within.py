@@ -107,7 +107,7 @@ def test_an_unusual_target_that_fails_is_answered(
     driving: tuple[str, Session], target: str, name: str, monkeypatch: Any, caplog: pytest.LogCaptureFixture
 ) -> None:
     address, _ = driving
-    monkeypatch.setattr("kbot.workbench.serving.files.Files._found", broken)
+    monkeypatch.setattr("kbot.workbench.serving.page_files.PageFiles._found", broken)
     status, _, body = get(address, target)
     assert (status, body.decode()) == (500, f"500: {FAILED}\n")
     assert caplog.messages[0].startswith(f"GET /{name} failed: internal error (ZeroDivisionError)")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import yaml
 
-from kbot.workbench.displays.files import DisplayFile
+from kbot.workbench.displays.display_file import DisplayFile
 from kbot.workbench.serve import open_session, serving
 
 from .conftest import until, wait_for_page

@@ -9,7 +9,7 @@ from http.client import HTTPMessage
 
 import pytest
 
-from kbot.workbench.page_files import takes_gzip
+from kbot.workbench.built_page import takes_gzip
 
 
 def get(address: str, **headers: str) -> tuple[bytes, HTTPMessage]:

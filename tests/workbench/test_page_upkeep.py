@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from kbot.workbench.displays.files import DisplayFile
+from kbot.workbench.displays.display_file import DisplayFile
 from kbot.workbench.protocol import RecordRun
 from kbot.workbench.serve import open_session, serving
 from kbot.workbench.session.played_session import played_session

@@ -18,8 +18,8 @@ from kbot.tf.robot_state_publisher import RobotStatePublisher
 from kbot.workbench.protocol import ApplyFix, Drive, EditSource, Pause, Reset, Seek, SetLoop, Undo
 from kbot.workbench.session.played_session import played_session
 from kbot.workbench.session.session import Session
-from kbot.workbench.timeline.series import Making, Table
-from kbot.workbench.timeline.ways import Point
+from kbot.workbench.timeline.series import Making, SeriesTable
+from kbot.workbench.timeline.ways import TrailPoint
 
 pytestmark = pytest.mark.usefixtures("keeps_up")
 
@@ -153,22 +153,22 @@ def test_the_trail_is_the_way_of_the_whole_recording(run: Run) -> None:
     assert whole(session) == way
 
 
-def whole(session: Session) -> list[Point]:
+def whole(session: Session) -> list[TrailPoint]:
     making = session.way(0.01) if session.way is not None else iter(())
     while True:
         try:
             next(making)
         except StopIteration as done:
-            way: list[Point] = done.value
+            way: list[TrailPoint] = done.value
             return way
 
 
-def finished(making: Making) -> Table:
+def finished(making: Making) -> SeriesTable:
     while True:
         try:
             next(making)
         except StopIteration as done:
-            table: Table = done.value
+            table: SeriesTable = done.value
             return table
 
 

@@ -9,9 +9,9 @@ import yaml
 import kbot
 from kbot.templates import Sizes, make_package
 from kbot.text import KbotError
+from kbot.workbench.displays.display_settings import Display, DisplaySettings
 from kbot.workbench.displays.marked_yaml import read_yaml
 from kbot.workbench.displays.rviz import read_rviz, write_rviz
-from kbot.workbench.displays.settings import Display, Settings
 
 from .rviz_texts import RVIZ1, RVIZ2
 
@@ -124,7 +124,7 @@ def _flat(value: object) -> list[float]:
 def test_changes_are_written_where_rviz_reads_them() -> None:
     found = read_rviz(RVIZ1, "a.rviz")
     _, lidar, _, robot, world = found.settings.displays
-    changed = Settings(
+    changed = DisplaySettings(
         {"frame": "map"},
         (
             Display(
@@ -153,7 +153,7 @@ def test_changes_are_written_where_rviz_reads_them() -> None:
 
 
 def test_a_new_file_for_rviz_is_one_of_rviz_2() -> None:
-    text = write_rviz(Settings({}, (Display("LaserScan", "Lidar", True, {"topic": "/scan"}),)))
+    text = write_rviz(DisplaySettings({}, (Display("LaserScan", "Lidar", True, {"topic": "/scan"}),)))
     (lidar,) = yaml.safe_load(text)["Visualization Manager"]["Displays"]
     assert lidar["Class"] == "rviz_default_plugins/LaserScan"
     assert lidar["Topic"] == {"Value": "/scan"}

@@ -8,9 +8,9 @@ from typing import Any, Literal
 import pytest
 import yaml
 
-from kbot.workbench.displays.files import DisplayFile
+from kbot.workbench.displays.display_file import DisplayFile
+from kbot.workbench.displays.display_settings import Display, DisplaySettings, plain
 from kbot.workbench.displays.rviz import read_rviz, write_rviz
-from kbot.workbench.displays.settings import Display, Settings, plain
 from kbot.workbench.protocol import DisplaysSaved, DisplaysText, SaveDisplays
 from kbot.workbench.session.session import Session
 
@@ -34,14 +34,14 @@ Visualization Manager:
     - Class: {package}/Interact
 """
 TOPICS = {"rviz": "Image Topic: /eye/image", "rviz_default_plugins": "Topic: {Value: /eye/image, Depth: 5}"}
-LIDAR = Settings(
+LIDAR = DisplaySettings(
     {},
     (
         Display("LaserScan", "Lidar", True, {"topic": "/scan"}),
         Display("Twist", "Speed", True, {"topic": "/v"}),
     ),
 )
-MARKS = Settings(
+MARKS = DisplaySettings(
     {},
     (
         Display("Marker", "One", True, {"topic": "/mark"}),
@@ -64,7 +64,7 @@ def test_a_camera_is_read_and_written(package: str) -> None:
         "Grid/show": False,
     }
     assert not any("Visibility" in note for note in found.notes)
-    changed = Settings(
+    changed = DisplaySettings(
         {}, (Display("Camera", "Eye", True, {**camera.properties, "rendering": "overlay"}, 0),)
     )
     (entry,) = yaml.safe_load(write_rviz(changed, found.document))["Visualization Manager"]["Displays"]
@@ -91,14 +91,14 @@ def test_a_camera_sees_the_displays_that_its_visibility_says() -> None:
         "Map/show": False,
     }
     shown = {**camera.properties, "TF/show": True, "Scan/show": False}
-    changed = Settings({}, (Display("Camera", "Eye", True, shown, 0),))
+    changed = DisplaySettings({}, (Display("Camera", "Eye", True, shown, 0),))
     (entry,) = yaml.safe_load(write_rviz(changed, found.document))["Visualization Manager"]["Displays"]
     assert entry["Visibility"]["Robot"] == {"TF": True, "RobotModel": True, "Value": True}
     assert entry["Visibility"]["Scan"] is False
 
 
 def copied(
-    file: DisplayFile, kind: str, settings: Settings = LIDAR
+    file: DisplayFile, kind: str, settings: DisplaySettings = LIDAR
 ) -> tuple[dict[str, Any], tuple[str, ...]]:
     answer = file.save(kind, plain(settings))
     assert isinstance(answer, DisplaysText)
@@ -237,7 +237,7 @@ def test_points_and_namespaces_are_read_and_only_what_changed_is_written() -> No
     assert [{**entry, **old} for entry, old in zip(kept, before, strict=True)] == kept
     told = {**cloud.properties, "by": "intensity", "style": "boxes", "high": 9.0}
     hidden = {**marks.properties, "/show": False}
-    changed = Settings({}, (replace(cloud, properties=told), replace(marks, properties=hidden)))
+    changed = DisplaySettings({}, (replace(cloud, properties=told), replace(marks, properties=hidden)))
     one, two = yaml.safe_load(write_rviz(changed, found.document))["Visualization Manager"]["Displays"]
     assert (one["Color Transformer"], one["Style"], one["Max Intensity"]) == ("Intensity", "Boxes", 9.0)
     assert one["Autocompute Value Bounds"] == before[0]["Autocompute Value Bounds"]
@@ -258,7 +258,7 @@ def test_an_end_of_the_colours_that_is_no_number_is_named_and_kept() -> None:
 
 @pytest.mark.parametrize(("version", "name"), [(1, "rviz/WrenchStamped"), (2, "rviz_default_plugins/Wrench")])
 def test_each_rviz_has_its_name_for_a_wrench(version: Literal[1, 2], name: str) -> None:
-    force = Settings({}, (Display("Wrench", "Force", True, {"topic": "/f", "linear_scale": 0.5}),))
+    force = DisplaySettings({}, (Display("Wrench", "Force", True, {"topic": "/f", "linear_scale": 0.5}),))
     text = write_rviz(force, None, version)
     (entry,) = yaml.safe_load(text)["Visualization Manager"]["Displays"]
     assert (entry["Class"], entry["Force Arrow Scale"]) == (name, 0.5)

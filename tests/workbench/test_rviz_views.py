@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import yaml
 
+from kbot.workbench.displays.display_settings import DisplaySettings, View, read_settings, write_settings
 from kbot.workbench.displays.rviz import read_rviz, write_rviz
-from kbot.workbench.displays.settings import Settings, View, read_settings, write_settings
 
 from .rviz_texts import RVIZ1
 
@@ -47,7 +47,7 @@ Visualization Manager:
     assert view.follow == (kind == "ThirdPersonFollower")
     if kind == "FPS":
         assert np.allclose(view.target, (2.0, 2.0, 0.5))  # it looks ahead, along x
-    again = yaml.safe_load(write_rviz(Settings({}, (), view), read_rviz(text, "a.rviz").document))
+    again = yaml.safe_load(write_rviz(DisplaySettings({}, (), view), read_rviz(text, "a.rviz").document))
     assert read_rviz(yaml.safe_dump(again), "b.rviz").settings.view == View(
         tuple(round(v, 6) for v in view.eye),
         view.target,
@@ -75,7 +75,7 @@ Visualization Manager:
     assert read_settings(kept, "a.kbot.yaml").view == found.settings.view
 
     def written(view: View) -> str:
-        current = yaml.safe_load(write_rviz(Settings({}, (), view), found.document))
+        current = yaml.safe_load(write_rviz(DisplaySettings({}, (), view), found.document))
         return str(current["Visualization Manager"]["Views"]["Current"]["Target Frame"])
 
     eye, at = (1.0, 0.0, 0.0), (0.0, 0.0, 0.0)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from kbot.model.load import load_robot_text
-from kbot.render.things import robot_alone, robot_in_world
+from kbot.render.picture_scene import robot_alone, robot_in_world
 from kbot.sim import Simulation
 from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.protocol import Scene

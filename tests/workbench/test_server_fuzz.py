@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from kbot.workbench.protocol import FromPage, Length, Range
+from kbot.workbench.protocol import Bounds, FromPage, Length
 from kbot.workbench.serve import open_session, serving
 from kbot.workbench.session.session import Session
 
@@ -63,7 +63,7 @@ def meant(hint: Any) -> st.SearchStrategy[Any]:
     if typing.get_origin(hint) is Literal:
         return st.sampled_from(typing.get_args(hint))
     if hint is float:
-        assert isinstance(bound, Range)
+        assert isinstance(bound, Bounds)
         return st.sampled_from([bound.low, bound.high]) | st.floats(bound.low, bound.high)
     if hint is bool:
         return st.booleans()

@@ -4,11 +4,11 @@ import numpy as np
 import trimesh
 
 from kbot.world.convex_decomposition import convex_pieces
-from kbot.world.world import Mesh
+from kbot.world.world import TriangleMesh
 
 
-def mesh(solid: trimesh.Trimesh) -> Mesh:
-    return Mesh(np.array(solid.vertices, dtype=np.float64), np.array(solid.faces, dtype=np.int32))
+def mesh(solid: trimesh.Trimesh) -> TriangleMesh:
+    return TriangleMesh(np.array(solid.vertices, dtype=np.float64), np.array(solid.faces, dtype=np.int32))
 
 
 def test_a_convex_mesh_stays_whole():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from kbot.text import DescriptionError
-from kbot.world import Box, Cylinder, Mesh, Plane, Sphere, load_world
+from kbot.world import Box, Cylinder, Plane, Sphere, TriangleMesh, load_world
 from kbot.world.sdf.model_paths import LIBRARY
 
 BOX = "<geometry><box><size>1 2 0.1</size></box></geometry>"
@@ -131,7 +131,7 @@ def test_a_cone_is_a_mesh_of_its_volume(world):
 
     cone = "<geometry><cone><radius>0.5</radius><length>2</length></cone></geometry>"
     (part,) = world(static(link(f"<collision name='c'>{cone}</collision>"))).bodies[0].parts
-    assert isinstance(part.shape, Mesh)
+    assert isinstance(part.shape, TriangleMesh)
     assert volume_of(part.shape) == pytest.approx(pi * 0.25 * 2 / 3, rel=0.01)
 
 

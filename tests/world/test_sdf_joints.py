@@ -6,7 +6,7 @@ import pytest
 
 from kbot.text import DescriptionError
 from kbot.world import load_world
-from kbot.world.joints import Motion
+from kbot.world.body_joints import JointMotion
 
 BALL = "<collision name='c'><geometry><sphere><radius>0.1</radius></sphere></geometry></collision>"
 
@@ -52,7 +52,7 @@ def test_a_hinge_has_its_anchor_axis_limits_and_dynamics(world):
     hung = bodies[1].joint
     assert (hung.parent, hung.anchor) == ("m", pytest.approx((0.5, 0, 0)))
     (freedom,) = hung.freedoms
-    assert freedom.motion is Motion.TURN
+    assert freedom.motion is JointMotion.TURN
     assert freedom.axis == pytest.approx((0, 1, 0))
     assert (freedom.lower, freedom.upper) == (-1, inf)
     assert (freedom.damping, freedom.friction) == (0.1, 0.2)

@@ -7,10 +7,10 @@ import pytest
 from kbot.xacro import Limits, expand_text
 from kbot.xacro.expressions.compiler import compiled
 from kbot.xacro.expressions.operations import InvalidExpression
-from kbot.xacro.faults import Fault
 from kbot.xacro.packages import Packages
 from kbot.xacro.run import Run
 from kbot.xacro.scope import Scope
+from kbot.xacro.xacro_error import XacroError
 
 HEAD = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro">'
 
@@ -68,7 +68,7 @@ def codes(body: str, limits: Limits | None = None) -> list[str]:
     ],
 )
 def test_expressions_are_bounded(expression: str) -> None:
-    with pytest.raises(Fault) as caught:
+    with pytest.raises(XacroError) as caught:
         evaluate(expression)
     assert caught.value.code == "X190"
 
@@ -87,7 +87,7 @@ def test_expressions_are_bounded(expression: str) -> None:
     ],
 )
 def test_python_is_out_of_reach(expression: str) -> None:
-    with pytest.raises(Fault) as caught:
+    with pytest.raises(XacroError) as caught:
         evaluate(expression)
     assert caught.value.code == "X191"
 
@@ -112,7 +112,7 @@ def test_python_is_out_of_reach(expression: str) -> None:
     ],
 )
 def test_attributes_lead_only_to_data(expression: str) -> None:
-    with pytest.raises((AttributeError, Fault)):
+    with pytest.raises((AttributeError, XacroError)):
         evaluate(expression)
 
 
@@ -120,7 +120,7 @@ def test_attributes_lead_only_to_data(expression: str) -> None:
     "name", ["open", "eval", "exec", "getattr", "print", "input", "compile", "globals", "object"]
 )
 def test_dangerous_functions_are_not_there(name: str) -> None:
-    with pytest.raises(Fault) as caught:
+    with pytest.raises(XacroError) as caught:
         evaluate(name)
     assert caught.value.code == "X103"
 
@@ -143,7 +143,7 @@ def test_dangerous_functions_are_not_there(name: str) -> None:
     ],
 )
 def test_odd_syntax_ends_in_a_value_or_a_typed_error(expression: str) -> None:
-    with contextlib.suppress(InvalidExpression, Fault, RecursionError):
+    with contextlib.suppress(InvalidExpression, XacroError, RecursionError):
         evaluate(expression)
 
 
@@ -154,7 +154,7 @@ def test_tokenize_takes_no_patterns(separators: str) -> None:
 
 
 def test_limits_can_be_raised() -> None:
-    with pytest.raises(Fault):
+    with pytest.raises(XacroError):
         evaluate("2**40000")
     assert evaluate("2**40000", Limits(bits=50_000)) == 2**40000
 

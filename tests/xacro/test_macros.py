@@ -5,10 +5,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import xacro
-from kbot.xacro.macros import Parameter, parse_default, parse_parameters
+from kbot.xacro.macros import MacroParameter, parse_default, parse_parameters
 
 
-def shown(parameter: Parameter) -> tuple[str, bool, str | None]:
+def shown(parameter: MacroParameter) -> tuple[str, bool, str | None]:
     return parameter.name, parameter.forwarded, parameter.default
 
 

@@ -16,12 +16,12 @@ from kbot.text.depth import room_for
 from kbot.xacro import Limits, expand, expand_text
 from kbot.xacro.expressions.compiler import compiled
 from kbot.xacro.expressions.costs import FUNCTIONS, METHODS, measured
-from kbot.xacro.faults import LimitFault
 from kbot.xacro.names import _MATH, _PYTHON
 from kbot.xacro.packages import Packages
 from kbot.xacro.run import Run
 from kbot.xacro.scope import Scope
 from kbot.xacro.values import _PUBLIC
+from kbot.xacro.xacro_error import LimitFault
 
 HEAD = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
 MOST_CPU_S = 5.0

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from kbot.checks.config import Config
 from kbot.checks.edits import copy_as_collision, insert_child, set_value
-from kbot.checks.facts.bodies import Body, body_of
+from kbot.checks.facts.bodies import LinkBody, body_of
 from kbot.checks.facts.folders import Folders
-from kbot.checks.facts.mobile_base import MOST_JOINTS, MobileBase, Pair, Wheel, find_mobile_base
+from kbot.checks.facts.mobile_base import MOST_JOINTS, MeantWheel, MobileBase, Pair, find_mobile_base
 from kbot.checks.facts.sources import SourceFile, in_order, read_sources
 from kbot.checks.facts.vocabulary import CHILDREN
 from kbot.kinematics.drive.controller_files import ControllerFile, controller_files
@@ -18,7 +18,7 @@ from kbot.kinematics.drive.controllers import DriveController, drive_controllers
 from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, find_drive
 from kbot.kinematics.drive.faults import PlacedWheel, WheelPair, drive_faults, plugin_faults, wheel_pairs
 from kbot.kinematics.frames import FrameTree, rest_frames
-from kbot.kinematics.spatial import Frame
+from kbot.kinematics.spatial import SpatialFrame
 from kbot.model import Joint, Link, Robot
 from kbot.text import Diagnostic, Element, Fix, Origin, Source, Span
 
@@ -224,12 +224,12 @@ class Context:
         return insert_child(element, text, title, safe) if element is not None else None
 
     @cached_property
-    def frames(self) -> Mapping[str, Frame]:
+    def frames(self) -> Mapping[str, SpatialFrame]:
         """The pose of each link in the root's frame with every joint at 0."""
         return rest_frames(self.robot)
 
     @cached_property
-    def bodies(self) -> Mapping[str, Body]:
+    def bodies(self) -> Mapping[str, LinkBody]:
         return {name: body_of(link) for name, link in self.robot.links.items()}
 
     @cached_property
@@ -298,7 +298,7 @@ class Context:
         return tuple(joint for name, joint in self.robot.joints.items() if name not in self.unsure)
 
 
-def _placed(wheel: Wheel) -> PlacedWheel:
+def _placed(wheel: MeantWheel) -> PlacedWheel:
     shape = wheel.part.origin if wheel.part is not None else None
     return PlacedWheel(wheel.joint, wheel.center, wheel.axis, wheel.radius, shape)
 

@@ -14,10 +14,10 @@ from kbot.checks.context import Context
 from kbot.checks.edits import insert_child, rename_tag
 from kbot.text import Diagnostic, Edit, Fix, Span
 from kbot.text.suggest import Suggestion
-from kbot.xacro.faults import Fault
 from kbot.xacro.location import UNIT
 from kbot.xacro.scope import NO_VALUE
 from kbot.xacro.templates import pieces
+from kbot.xacro.xacro_error import XacroError
 
 _VALUE = re.compile(rb"""[\w:.\-]\s*=\s*("[^"]*"|'[^']*')""")
 _BLANKS = str.maketrans("\r\n\t", "   ")
@@ -95,7 +95,7 @@ def _starts(text: str, name: str) -> Iterator[int]:
     """The characters at which a name begins in the expressions and commands of a text."""
     try:
         found = pieces(text)
-    except Fault:
+    except XacroError:
         return
     for piece in found:
         first = piece.start + 2

@@ -14,7 +14,7 @@ import click
 from kbot.text.errors import KbotError
 
 if TYPE_CHECKING:
-    from kbot.workbench.displays.files import DisplayFile
+    from kbot.workbench.displays.display_file import DisplayFile
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 _NEARLY = re.compile(r"([A-Za-z_][\w.\-]*)\s*(=|:)(.*)", re.DOTALL)
@@ -114,7 +114,7 @@ def read_displays(path: str) -> DisplayFile:
     Raises:
         KbotError: it is of another kind, cannot be read, or is malformed; with file:line.
     """
-    from kbot.workbench.displays.files import DisplayFile  # lazy in this module: -h is fast
+    from kbot.workbench.displays.display_file import DisplayFile  # lazy in this module: -h is fast
 
     displays = DisplayFile(path)
     for note in displays.greeting.notes if displays.greeting is not None else ():

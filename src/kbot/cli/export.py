@@ -107,7 +107,7 @@ def _drawn(robot: Robot, kind: str, joints: dict[str, float], look: Look) -> byt
 
         return tree_svg(robot).encode()
     from kbot.render.picture import draw_picture
-    from kbot.render.things import robot_alone
+    from kbot.render.picture_scene import robot_alone
 
     return draw_picture(robot_alone(robot, joints), look)
 

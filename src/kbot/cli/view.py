@@ -22,7 +22,7 @@ from kbot.text.files import write_bytes
 
 if TYPE_CHECKING:
     from kbot.render.look import Look
-    from kbot.workbench.displays.files import DisplayFile
+    from kbot.workbench.displays.display_file import DisplayFile
 
 
 @click.command(
@@ -101,7 +101,7 @@ def command(
     if shot is not None:
         from kbot.model.extensions import initial_positions
         from kbot.render.picture import draw_picture
-        from kbot.render.things import robot_alone
+        from kbot.render.picture_scene import robot_alone
 
         robot = loaded.require()
         write_bytes(shot, draw_picture(robot_alone(robot, initial_positions(robot)), look))

@@ -99,20 +99,20 @@ def quaternion_product(a: Quaternion, b: Quaternion) -> Quaternion:
     return (x, y, z, w) if w >= 0.0 else (-x, -y, -z, -w)
 
 
-class Frame(NamedTuple):
+class SpatialFrame(NamedTuple):
     """Where an inner frame stands in an outer one."""
 
     rotation: Matrix = IDENTITY
     translation: Vector = ZERO
 
     @classmethod
-    def of(cls, pose: Pose) -> Frame:
+    def of(cls, pose: Pose) -> SpatialFrame:
         """The frame that an `<origin>` gives."""
         return cls(rotation(pose.rpy), pose.xyz)
 
-    def then(self, inner: Frame) -> Frame:
+    def then(self, inner: SpatialFrame) -> SpatialFrame:
         """outer_from_inmost = outer_from_inner.then(inner_from_inmost)."""
-        return Frame(multiply(self.rotation, inner.rotation), self.point(inner.translation))
+        return SpatialFrame(multiply(self.rotation, inner.rotation), self.point(inner.translation))
 
     def point(self, p: Vector) -> Vector:
         """A point of the inner frame in the outer one."""

@@ -1,7 +1,7 @@
 """Robot, Link, Joint and what they are made of: frozen, typed, each with the place it was written."""
 
 from kbot.model.geometry import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
-from kbot.model.read import Reading, read_robot
+from kbot.model.read import RobotReading, read_robot
 from kbot.model.robot import (
     Collision,
     Dynamics,
@@ -34,8 +34,8 @@ __all__ = [
     "Mesh",
     "Mimic",
     "Pose",
-    "Reading",
     "Robot",
+    "RobotReading",
     "SafetyController",
     "Sphere",
     "Visual",

@@ -51,7 +51,7 @@ MOST_TEXELS = 64_000_000
 """Pixels of a texture, and of all textures of a file as they are kept: 256 MB."""
 
 
-class TooLarge(ValueError):
+class MeshTooLarge(ValueError):
     """A mesh file would cost more than a mesh may."""
 
 
@@ -59,7 +59,7 @@ def check_costs(path: str, extension: str) -> None:
     """Look at what a file claims before the loader believes it.
 
     Raises:
-        TooLarge: it would cost more than a mesh may.
+        MeshTooLarge: it would cost more than a mesh may.
         ValueError: it is broken, or uses what no mesh needs.
     """
     data = _read(path, MOST_BYTES[extension])
@@ -75,8 +75,8 @@ def _read(path: str, limit: int) -> bytes:
         raise _too_large(Path(path).stat().st_size, "bytes", limit) from None
 
 
-def _too_large(count: int, what: str, limit: int) -> TooLarge:
-    return TooLarge(f"it has {count} {what}, more than {limit}. Simplify the mesh")
+def _too_large(count: int, what: str, limit: int) -> MeshTooLarge:
+    return MeshTooLarge(f"it has {count} {what}, more than {limit}. Simplify the mesh")
 
 
 def _check_count(count: int, what: str, limit: int = MOST_PLACEMENTS) -> None:
@@ -111,7 +111,9 @@ def _check_obj(data: bytes) -> None:
     materials = len(set(re.findall(rb"^[ \t]*usemtl\b(.*)", data, re.MULTILINE)))
     _check_count(materials, "materials")
     if materials * data.count(b"\nv ") > MOST_MASKED:
-        raise TooLarge(f"it has {materials} materials, too many for so many vertices. Merge the materials")
+        raise MeshTooLarge(
+            f"it has {materials} materials, too many for so many vertices. Merge the materials"
+        )
 
 
 def _check_collada(data: bytes) -> None:

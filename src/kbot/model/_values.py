@@ -24,7 +24,7 @@ class MeshFinder(Protocol):
     def resolve(self, uri: str) -> str | None: ...
 
 
-class Values:
+class AttributeReader:
     """Reads attributes and collects what is wrong with them.
 
     A number that cannot be read becomes `fallback`, and an error is kept: a reader goes on to

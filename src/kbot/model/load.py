@@ -13,8 +13,8 @@ from kbot.model.read import read_robot
 from kbot.model.robot import Robot
 from kbot.text import DescriptionError, Diagnostic, Element, Origin, Severity, Source
 from kbot.text.errors import reading
-from kbot.text.nodes import Comment, Instruction
 from kbot.text.xml import MAX_READ_NESTING, parse_document
+from kbot.text.xml_nodes import Comment, Instruction
 from kbot.xacro import Expansion, Packages, expand, expand_text
 from kbot.xacro.packages import SHIPPED
 

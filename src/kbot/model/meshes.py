@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.model._mesh_limits import MOST_CORNERS, MOST_TEXELS, TooLarge, check_costs
+from kbot.model._mesh_limits import MOST_CORNERS, MOST_TEXELS, MeshTooLarge, check_costs
 from kbot.text import KbotError
 from kbot.text.files import check_regular
 
@@ -171,7 +171,7 @@ def _parts(scene: trimesh.Scene, unit: float) -> Iterable[MeshPart]:
             continue
         corners += len(mesh.vertices) + 3 * len(faces)  # also of a mesh that is placed many times
         if corners > MOST_CORNERS:
-            raise TooLarge(
+            raise MeshTooLarge(
                 f"it has more than {MOST_CORNERS} vertices and corners of triangles. Simplify the mesh"
             )
         vertices = np.asarray(mesh.vertices, dtype=np.float64) @ matrix[:3, :3].T + matrix[:3, 3]

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from kbot.model._values import MeshFinder, Values, parts
+from kbot.model._values import AttributeReader, MeshFinder, parts
 from kbot.model.geometry import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
 from kbot.model.robot import (
     Collision,
@@ -32,7 +32,9 @@ from kbot.text import DescriptionError, Diagnostic, Element, Origin, Related
 from kbot.text.suggest import did_you_mean, nearest
 
 
-def check_tree(links: Mapping[str, Link], joints: Sequence[Joint], unread: set[str], values: Values) -> bool:
+def check_tree(
+    links: Mapping[str, Link], joints: Sequence[Joint], unread: set[str], values: AttributeReader
+) -> bool:
     """Report what keeps `joints` from making one tree of `links`; True when nothing does.
 
     `unread` names links whose joint could not be read: they are not blamed for having no parent.
@@ -55,14 +57,14 @@ def check_tree(links: Mapping[str, Link], joints: Sequence[Joint], unread: set[s
 
 
 def _undefined(
-    code: str, joint: Joint, link: str, origin: Origin, links: Mapping[str, Link], values: Values
+    code: str, joint: Joint, link: str, origin: Origin, links: Mapping[str, Link], values: AttributeReader
 ) -> None:
     end = "parent" if code == "U006" else "child"
     hint = did_you_mean(link, links)
     values.error(code, f"joint '{joint.name}' has the {end} '{link}', which is no link", origin, hint)
 
 
-def _single_parents(joints: Sequence[Joint], values: Values) -> dict[str, Joint]:
+def _single_parents(joints: Sequence[Joint], values: AttributeReader) -> dict[str, Joint]:
     """The joint above each link; a second one is an error."""
     parents: dict[str, Joint] = {}
     for joint in joints:
@@ -79,7 +81,7 @@ def _single_parents(joints: Sequence[Joint], values: Values) -> dict[str, Joint]
     return parents
 
 
-def _report_cycles(parents: Mapping[str, Joint], values: Values) -> set[str]:
+def _report_cycles(parents: Mapping[str, Joint], values: AttributeReader) -> set[str]:
     """Report each ring of links once; returns the links in rings."""
     done: set[str] = set()
     rings: set[str] = set()
@@ -102,7 +104,7 @@ def _report_cycles(parents: Mapping[str, Joint], values: Values) -> set[str]:
 
 
 def _report_roots(
-    links: Mapping[str, Link], parents: Mapping[str, Joint], excused: set[str], values: Values
+    links: Mapping[str, Link], parents: Mapping[str, Joint], excused: set[str], values: AttributeReader
 ) -> None:
     roots = [name for name in links if name not in parents]
     if len(roots) < 2:
@@ -129,7 +131,7 @@ def _report_roots(
 _SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")
 
 
-def read_link(element: Element, name: str, values: Values) -> Link:
+def read_link(element: Element, name: str, values: AttributeReader) -> Link:
     """A link; its materials are as written, not yet looked up."""
     inertial = element.find("inertial")
     visuals = (_read_visual(e, values) for e in element.elements("visual"))
@@ -147,7 +149,7 @@ _ZERO = (0.0, 0.0, 0.0)
 _IDENTITY = Pose()
 
 
-def read_pose(origin: Element | None, values: Values) -> Pose:
+def read_pose(origin: Element | None, values: AttributeReader) -> Pose:
     """An `<origin>`; the identity where there is none."""
     if origin is None:
         return _IDENTITY
@@ -156,7 +158,7 @@ def read_pose(origin: Element | None, values: Values) -> Pose:
     return Pose(xyz, values.vector(origin, "rpy", _ZERO), origin.origin)
 
 
-def read_material(element: Element, values: Values) -> Material:
+def read_material(element: Element, values: AttributeReader) -> Material:
     """A material as written: without a colour, `rgba` is None."""
     color = element.find("color")
     rgba = None
@@ -197,7 +199,7 @@ def _with_material(visual: Visual, defined: dict[str, Material]) -> Visual:
     return visual
 
 
-def _read_inertial(element: Element, values: Values) -> Inertial | None:
+def _read_inertial(element: Element, values: AttributeReader) -> Inertial | None:
     """None when the mass or the tensor is missing; a number that cannot be read is NaN."""
     inner = parts(element)
     mass, inertia = inner.get("mass"), inner.get("inertia")
@@ -224,7 +226,7 @@ def _read_inertial(element: Element, values: Values) -> Inertial | None:
     )
 
 
-def _read_visual(element: Element, values: Values) -> Visual | None:
+def _read_visual(element: Element, values: AttributeReader) -> Visual | None:
     inner = parts(element)
     geometry = _read_geometry(element, inner.get("geometry"), values)
     if geometry is None:
@@ -239,7 +241,7 @@ def _read_visual(element: Element, values: Values) -> Visual | None:
     )
 
 
-def _read_collision(element: Element, values: Values) -> Collision | None:
+def _read_collision(element: Element, values: AttributeReader) -> Collision | None:
     inner = parts(element)
     geometry = _read_geometry(element, inner.get("geometry"), values)
     if geometry is None:
@@ -248,7 +250,7 @@ def _read_collision(element: Element, values: Values) -> Collision | None:
     return Collision(name, read_pose(inner.get("origin"), values), geometry, element.origin)
 
 
-def _read_geometry(parent: Element, element: Element | None, values: Values) -> Geometry | None:
+def _read_geometry(parent: Element, element: Element | None, values: AttributeReader) -> Geometry | None:
     """The shape, or None and errors when there is none or one of its sizes cannot be read."""
     if element is None:
         values.error("U014", f"<{parent.tag}> lacks <geometry>", parent.origin)
@@ -267,7 +269,7 @@ def _read_geometry(parent: Element, element: Element | None, values: Values) -> 
     return geometry if len(values.diagnostics) == faults else None
 
 
-def _read_shape(shape: Element, values: Values) -> Geometry:
+def _read_shape(shape: Element, values: AttributeReader) -> Geometry:
     origin = shape.origin
     match shape.tag:
         case "box":
@@ -293,7 +295,7 @@ def _read_shape(shape: Element, values: Values) -> Geometry:
 _TYPES = [str(t) for t in JointType]
 
 
-def read_joint(element: Element, name: str, values: Values) -> Joint | None:
+def read_joint(element: Element, name: str, values: AttributeReader) -> Joint | None:
     """A joint; None and errors when its type or one of its links is missing or unknown."""
     kind = _read_type(element, name, values)
     inner = parts(element)
@@ -328,7 +330,7 @@ def read_joint(element: Element, name: str, values: Values) -> Joint | None:
     )
 
 
-def _read_type(element: Element, name: str, values: Values) -> JointType | None:
+def _read_type(element: Element, name: str, values: AttributeReader) -> JointType | None:
     text = values.required(element, "type")
     if text is None:
         return None
@@ -342,7 +344,7 @@ def _read_type(element: Element, name: str, values: Values) -> JointType | None:
 
 
 def _read_end(
-    element: Element, end: Element | None, name: str, tag: str, values: Values
+    element: Element, end: Element | None, name: str, tag: str, values: AttributeReader
 ) -> tuple[str, Origin] | None:
     if end is None:
         values.error("U014", f"joint '{name}' lacks <{tag}>", element.origin)
@@ -351,26 +353,26 @@ def _read_end(
     return None if link is None else (link, end.attribute_origin("link"))
 
 
-def _read_limit(element: Element, values: Values) -> Limit:
+def _read_limit(element: Element, values: AttributeReader) -> Limit:
     lower, upper, effort, velocity = (
         values.optional_number(element, name) for name in ("lower", "upper", "effort", "velocity")
     )
     return Limit(lower, upper, effort, velocity, element.origin)
 
 
-def _read_dynamics(element: Element, values: Values) -> Dynamics:
+def _read_dynamics(element: Element, values: AttributeReader) -> Dynamics:
     damping, friction = (values.number(element, name, 0.0, 0.0) for name in ("damping", "friction"))
     return Dynamics(damping, friction, element.origin)
 
 
-def _read_mimic(element: Element, values: Values) -> Mimic | None:
+def _read_mimic(element: Element, values: AttributeReader) -> Mimic | None:
     joint = values.required(element, "joint")
     multiplier = values.number(element, "multiplier", 1.0, 1.0)
     offset = values.number(element, "offset", 0.0, 0.0)
     return None if joint is None else Mimic(joint, multiplier, offset, element.origin)
 
 
-def _read_safety(element: Element, values: Values) -> SafetyController:
+def _read_safety(element: Element, values: AttributeReader) -> SafetyController:
     names = ("soft_lower_limit", "soft_upper_limit", "k_position")
     lower, upper, k_position = (values.number(element, name, 0.0, 0.0) for name in names)
     k_velocity = values.number(element, "k_velocity", None, 0.0)
@@ -381,7 +383,7 @@ _READ = ("link", "joint", "material")
 
 
 @dataclass(frozen=True)
-class Reading:
+class RobotReading:
     """What came of a document; `robot` is None where links and joints make no tree."""
 
     robot: Robot | None
@@ -398,18 +400,18 @@ class Reading:
         return self.robot
 
 
-def read_robot(document: Element, packages: MeshFinder | None = None) -> Reading:
+def read_robot(document: Element, packages: MeshFinder | None = None) -> RobotReading:
     """Read the root element of an expanded description. Never raises for what is written there.
 
     Reading goes on after an error. In a robot that came with errors, a number that could not be
     read stands as NaN in an inertial and as 0 in a pose or axis, and a shape that could not be read
     is left out. `packages` finds the meshes' files; one that is not found is no error here.
     """
-    values = Values(packages)
+    values = AttributeReader(packages)
     if document.tag != "robot":
         hint = "a robot starts with <robot name='…'>"
         values.error("U001", f"<{document.tag}> is not a robot", document.origin, hint)
-        return Reading(None, tuple(values.diagnostics))
+        return RobotReading(None, tuple(values.diagnostics))
     name = document.attributes.get("name")
     if name is None or not name.strip():
         values.error("U002", "the robot has no name", document.origin, "add name='…' to <robot>")
@@ -424,10 +426,10 @@ def read_robot(document: Element, packages: MeshFinder | None = None) -> Reading
         links = with_materials(links, materials)
         by_name = {joint.name: joint for joint in joints}
         robot = Robot(name or "", links, by_name, materials, extensions, document.origin)
-    return Reading(robot, tuple(values.diagnostics))
+    return RobotReading(robot, tuple(values.diagnostics))
 
 
-def _read_materials(document: Element, values: Values) -> dict[str, Material]:
+def _read_materials(document: Element, values: AttributeReader) -> dict[str, Material]:
     """The materials that the root defines, the first of each name."""
     materials: dict[str, Material] = {}
     for element in document.elements("material"):
@@ -439,7 +441,7 @@ def _read_materials(document: Element, values: Values) -> dict[str, Material]:
     return materials
 
 
-def _read_links(document: Element, values: Values) -> dict[str, Link]:
+def _read_links(document: Element, values: AttributeReader) -> dict[str, Link]:
     links: dict[str, Link] = {}
     for element in document.elements("link"):
         name = values.name(element)
@@ -457,7 +459,9 @@ def _read_links(document: Element, values: Values) -> dict[str, Link]:
     return links
 
 
-def _read_joints(document: Element, links: dict[str, Link], values: Values) -> tuple[list[Joint], bool]:
+def _read_joints(
+    document: Element, links: dict[str, Link], values: AttributeReader
+) -> tuple[list[Joint], bool]:
     """The joints, and whether they make one tree of the links."""
     joints: list[Joint] = []
     by_name: dict[str, Element] = {}

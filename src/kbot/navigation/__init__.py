@@ -5,12 +5,12 @@ trip = go_to(sim, kbot.PlanarPose(1.8, 1.8, 0.0))
 trip.status.state, trip.status.reason
 """
 
-from kbot.navigation.controller import Controller, Limits, Observation, twist
+from kbot.navigation.controller import Controller, ControllerLimits, Observation, twist
 from kbot.navigation.footprint import Outline, outline, turning_radius
 from kbot.navigation.go_to_pose import GoToPose
-from kbot.navigation.goal_status import GoalState, GoalStatus
+from kbot.navigation.goal_status import GoalReport, GoalState
 from kbot.navigation.goals import Goals
-from kbot.navigation.navigator import Navigator, Settings
+from kbot.navigation.navigator import Navigator, NavigatorSettings
 from kbot.navigation.obstacle_guard import ObstacleGuard
 from kbot.navigation.path import Path, from_pose_stamped, to_pose_stamped
 from kbot.navigation.planner import GridPlanner, NoPath, Refusal
@@ -20,15 +20,16 @@ from kbot.navigation.topics import NavigationTopics
 
 __all__ = [
     "Controller",
+    "ControllerLimits",
     "GoToPose",
+    "GoalReport",
     "GoalState",
-    "GoalStatus",
     "Goals",
     "GridPlanner",
     "LidarPoints",
-    "Limits",
     "NavigationTopics",
     "Navigator",
+    "NavigatorSettings",
     "NoPath",
     "Observation",
     "ObstacleGuard",
@@ -38,7 +39,6 @@ __all__ = [
     "PurePursuit",
     "Refusal",
     "RegulatedPurePursuit",
-    "Settings",
     "Trip",
     "from_pose_stamped",
     "go_to",

@@ -83,7 +83,7 @@ def going_on(angle: float, before: float) -> float:
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class ControllerLimits:
     """How fast a controller drives and turns (m/s, rad/s), how hard it brakes (m/s^2, rad/s^2), and what
     is near enough (m, rad)."""
 
@@ -104,4 +104,4 @@ class Limits:
         return math.copysign(fastest, angle)
 
 
-GENTLE = Limits()
+GENTLE = ControllerLimits()

@@ -6,7 +6,7 @@ import math
 
 from kbot.kinematics.odometry import PlanarPose
 from kbot.messages import Twist
-from kbot.navigation.controller import GENTLE, STILL, Limits, Observation, going_on, twist, wrapped
+from kbot.navigation.controller import GENTLE, STILL, ControllerLimits, Observation, going_on, twist, wrapped
 
 _AIMED = math.radians(30)
 """Off by more than this, the robot turns before it drives."""
@@ -19,7 +19,9 @@ _BEHIND = math.radians(120)
 class GoToPose:
     """`is_done` once the pose is reached; from then on the robot stands still."""
 
-    def __init__(self, goal: PlanarPose, limits: Limits = GENTLE, any_heading: bool = False) -> None:
+    def __init__(
+        self, goal: PlanarPose, limits: ControllerLimits = GENTLE, any_heading: bool = False
+    ) -> None:
         """`any_heading`: the goal's yaw does not matter."""
         self.goal, self.limits, self.any_heading = goal, limits, any_heading
         self.is_done = False

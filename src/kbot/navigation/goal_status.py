@@ -24,7 +24,7 @@ class GoalState(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class GoalStatus:
+class GoalReport:
     """How a goal stands, and why in one sentence; the reason is empty where there is nothing to say."""
 
     goal: PlanarPose

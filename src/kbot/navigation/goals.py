@@ -11,8 +11,8 @@ from kbot.kinematics.odometry import PlanarPose
 from kbot.messages import Twist
 from kbot.navigation.controller import STILL, Observation
 from kbot.navigation.footprint import outline, turning_radius
-from kbot.navigation.goal_status import GoalStatus
-from kbot.navigation.navigator import DEFAULTS, Navigator, Settings
+from kbot.navigation.goal_status import GoalReport
+from kbot.navigation.navigator import DEFAULTS, Navigator, NavigatorSettings
 from kbot.navigation.path import Path
 from kbot.navigation.planner import GridPlanner
 from kbot.navigation.simulated import LidarPoints, Pilot, level_lidar, lies, require_turning, robot_planner
@@ -39,7 +39,7 @@ class Goals:
         simulation: Simulation,
         grid: OccupancyGrid | None = None,
         lidar: LidarSensor | None = None,
-        settings: Settings = DEFAULTS,
+        settings: NavigatorSettings = DEFAULTS,
         in_background: bool = False,
     ) -> None:
         """`grid` stands in for the map of the world, `lidar` for the one that the description declares.
@@ -56,12 +56,12 @@ class Goals:
         self._prepared: PlanarPose | None = None
         self._time = -math.inf
         self._watchers: list[Callable[[], None]] = []
-        self._told: tuple[int, GoalStatus | None, Path | None] = (0, None, None)
+        self._told: tuple[int, GoalReport | None, Path | None] = (0, None, None)
         self.count = 0
         """How many goals it was given."""
 
     @property
-    def status(self) -> GoalStatus | None:
+    def status(self) -> GoalReport | None:
         """How the last goal stands; None before the first."""
         return self._navigator.status
 

@@ -10,10 +10,10 @@ from typing import Protocol
 
 from kbot.kinematics.odometry import PlanarPose
 from kbot.messages import Twist
-from kbot.navigation.controller import GENTLE, STILL, Limits, Observation, twist, wrapped
+from kbot.navigation.controller import GENTLE, STILL, ControllerLimits, Observation, twist, wrapped
 from kbot.navigation.footprint import Outline
 from kbot.navigation.go_to_pose import GoToPose
-from kbot.navigation.goal_status import GoalState, GoalStatus
+from kbot.navigation.goal_status import GoalReport, GoalState
 from kbot.navigation.obstacle_guard import ObstacleGuard
 from kbot.navigation.path import Path
 from kbot.navigation.planner import GridPlanner, NoPath
@@ -70,7 +70,7 @@ _LEAST = 0.01
 """m of progress that count: a robot that pushes a wall slips and rocks by less."""
 
 
-class Progress:
+class ProgressChecker:
     """Watches what is left to do. A robot that spins or pushes a wall does not reduce it."""
 
     def __init__(self, patience: float) -> None:
@@ -94,7 +94,7 @@ class Progress:
         return time - self._since > self.patience
 
 
-class Follower(Protocol):
+class PathFollower(Protocol):
     """A controller that follows a path and says how much of it is left."""
 
     is_done: bool
@@ -105,7 +105,7 @@ class Follower(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class NavigatorSettings:
     """Bounds within which every goal ends; seconds, metres, tries.
 
     `patience`: without progress before it is tried anew. `attempts`: how often, each after backing up by
@@ -114,7 +114,7 @@ class Settings:
     many times the time that its path needs at full speed, and `grace` more, whatever else happens.
     """
 
-    limits: Limits = GENTLE
+    limits: ControllerLimits = GENTLE
     patience: float = 4.0
     attempts: int = 3
     back_up: float = 0.15
@@ -124,7 +124,7 @@ class Settings:
     grace: float = 20.0
 
 
-DEFAULTS = Settings()
+DEFAULTS = NavigatorSettings()
 
 _BACKWARDS = 0.1
 """m/s."""
@@ -140,7 +140,7 @@ def require_goal(goal: PlanarPose) -> None:
         raise KbotError(f"a goal is at most {FURTHEST:g} m away, unlike ({goal.x:g}, {goal.y:g})")
 
 
-def follow(path: Path, limits: Limits) -> Follower:
+def follow(path: Path, limits: ControllerLimits) -> PathFollower:
     """Regulated pure pursuit that cuts a corner by less than the room there is beside the path."""
     room = 0.06 if path.margin is None else path.margin
     return RegulatedPurePursuit(path, limits, lookahead=min(0.15, max(0.06, 2.5 * room)))
@@ -153,7 +153,7 @@ class _Run:
     goal: PlanarPose
     begun: float = math.nan
     deadline: float = math.inf
-    follower: Follower | None = None
+    follower: PathFollower | None = None
     attempts: int = 0
     corrections: int = 0
     backing_until: float = -math.inf
@@ -169,17 +169,17 @@ class Navigator:
     def __init__(
         self,
         planner: GridPlanner | None,
-        settings: Settings = DEFAULTS,
+        settings: NavigatorSettings = DEFAULTS,
         outline: Outline | None = None,
-        follower: Callable[[Path, Limits], Follower] = follow,
+        follower: Callable[[Path, ControllerLimits], PathFollower] = follow,
     ) -> None:
         """Without a planner every goal is refused, for there is no map. With an `outline` the robot stops
         before what a lidar sees, and relies on it."""
         self.planner, self.settings = planner, settings
         self.path: Path | None = None
-        self.status: GoalStatus | None = None
+        self.status: GoalReport | None = None
         self._make_follower = follower
-        self._progress = Progress(settings.patience)
+        self._progress = ProgressChecker(settings.patience)
         self._turning_centre = TurningCentre()
         self._guard: ObstacleGuard | None = None
         if outline is not None:
@@ -187,7 +187,7 @@ class Navigator:
         self._run: _Run | None = None
         self._timeout: float | None = None
 
-    def go(self, goal: PlanarPose, timeout: float | None = None) -> GoalStatus:
+    def go(self, goal: PlanarPose, timeout: float | None = None) -> GoalReport:
         """Take a goal in place of any other; `timeout` in s replaces the bound that its path gives.
 
         Raises:
@@ -313,7 +313,7 @@ class Navigator:
         self._say(GoalState.DRIVING)
         return True
 
-    def _follower(self, run: _Run, path: Path) -> Follower:
+    def _follower(self, run: _Run, path: Path) -> PathFollower:
         """What drives a path. A correction is driven gently, and backwards where that is nearer."""
         limits = self.settings.limits
         if not run.corrections:
@@ -340,9 +340,9 @@ class Navigator:
     def _left(self, run: _Run) -> str:
         return f"{run.follower.remaining:.2f} m" if run.follower is not None else "the whole way"
 
-    def _say(self, state: GoalState, reason: str = "") -> GoalStatus:
+    def _say(self, state: GoalState, reason: str = "") -> GoalReport:
         assert self._run is not None
-        self.status = GoalStatus(self._run.goal, state, reason)
+        self.status = GoalReport(self._run.goal, state, reason)
         return self.status
 
     def _end(self, state: GoalState, reason: str) -> Twist:

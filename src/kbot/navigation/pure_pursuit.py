@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from kbot.messages import Twist
-from kbot.navigation.controller import GENTLE, STILL, Limits, Observation, going_on, twist, wrapped
+from kbot.navigation.controller import GENTLE, STILL, ControllerLimits, Observation, going_on, twist, wrapped
 from kbot.navigation.path import Path
 from kbot.text import KbotError
 
@@ -25,7 +25,7 @@ _AIMED = math.radians(10)
 class PurePursuit:
     """Follows a path at an even speed, and turns to its last heading. `is_done` at its end."""
 
-    def __init__(self, path: Path, limits: Limits = GENTLE, lookahead: float = 0.15) -> None:
+    def __init__(self, path: Path, limits: ControllerLimits = GENTLE, lookahead: float = 0.15) -> None:
         """`lookahead` in m. Raises KbotError where it is not above 0."""
         if not (math.isfinite(lookahead) and lookahead > 0.0):
             raise KbotError(f"a lookahead is a length above 0 m, not {lookahead}")
@@ -130,7 +130,7 @@ class RegulatedPurePursuit(PurePursuit):
     def __init__(
         self,
         path: Path,
-        limits: Limits = GENTLE,
+        limits: ControllerLimits = GENTLE,
         lookahead: float = 0.15,
         lookahead_time: float = 0.5,
         least_radius: float = 0.3,

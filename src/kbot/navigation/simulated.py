@@ -14,8 +14,8 @@ from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, SteeredDrive
 from kbot.kinematics.odometry import PlanarPose
 from kbot.navigation.controller import Controller, Observation, wrapped
 from kbot.navigation.footprint import height, outline, turning_radius
-from kbot.navigation.goal_status import GoalState, GoalStatus
-from kbot.navigation.navigator import DEFAULTS, Navigator, Settings, require_goal
+from kbot.navigation.goal_status import GoalReport, GoalState
+from kbot.navigation.navigator import DEFAULTS, Navigator, NavigatorSettings, require_goal
 from kbot.navigation.planner import GridPlanner
 from kbot.sensors.collisions import CollisionWatch
 from kbot.sensors.declared import mount_declared
@@ -179,7 +179,7 @@ class Trip:
     `distance` the way driven, `shortest` the planned path's length; m, s. `collided`: whether the robot
     touched anything but the ground, as `CollisionWatch` defines it."""
 
-    status: GoalStatus
+    status: GoalReport
     time: float
     distance: float
     shortest: float
@@ -208,7 +208,7 @@ def go_to(
     goal: PlanarPose,
     grid: OccupancyGrid | None = None,
     timeout: float | None = None,
-    settings: Settings = DEFAULTS,
+    settings: NavigatorSettings = DEFAULTS,
     pose: PoseSource = "ground_truth",
     navigator: Navigator | None = None,
     lidar: LidarSensor | None = None,

@@ -6,8 +6,8 @@ import heapq
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Iterator
 
-from kbot.record.entry import Entry
-from kbot.record.limits import LARGEST_PIECE, TooLarge
+from kbot.record.entry import RecordedMessage
+from kbot.record.limits import LARGEST_PIECE, RecordingTooLarge
 
 _KEPT_CHUNKS = 8
 """Few chunks overlap in time, and a reader that steps back and forth crosses few borders. Writers begin a new
@@ -18,9 +18,9 @@ class KeptChunks:
     """The messages of the chunks that were read last, sorted by time."""
 
     def __init__(self) -> None:
-        self._kept: OrderedDict[int, tuple[int, list[Entry]]] = OrderedDict()
+        self._kept: OrderedDict[int, tuple[int, list[RecordedMessage]]] = OrderedDict()
 
-    def entries(self, place: int, read: Callable[[], Iterable[Entry]]) -> list[Entry]:
+    def entries(self, place: int, read: Callable[[], Iterable[RecordedMessage]]) -> list[RecordedMessage]:
         """Those of the chunk at a place; `read` reads them where they are not kept."""
         if place in self._kept:
             self._kept.move_to_end(place)
@@ -39,12 +39,12 @@ class KeptChunks:
         return sum(size for size, _ in self._kept.values())
 
 
-def in_time_order(chunks: Iterable[tuple[int, Iterable[Entry]]]) -> Iterator[Entry]:
+def in_time_order(chunks: Iterable[tuple[int, Iterable[RecordedMessage]]]) -> Iterator[RecordedMessage]:
     """The messages of chunks, which come with their first times and in the order of these.
 
-    Raises TooLarge: so many chunks overlap that their messages cannot be held at once.
+    Raises RecordingTooLarge: so many chunks overlap that their messages cannot be held at once.
     """
-    waiting: list[tuple[int, int, Entry]] = []
+    waiting: list[tuple[int, int, RecordedMessage]] = []
     held = count = 0
     for start, entries in chunks:
         while waiting and waiting[0][0] <= start:
@@ -56,6 +56,6 @@ def in_time_order(chunks: Iterable[tuple[int, Iterable[Entry]]]) -> Iterator[Ent
             held += len(entry.data)
             heapq.heappush(waiting, (entry.nanoseconds, count, entry))
         if held > LARGEST_PIECE:
-            raise TooLarge(f"its chunks overlap in time by more than {LARGEST_PIECE:,} bytes")
+            raise RecordingTooLarge(f"its chunks overlap in time by more than {LARGEST_PIECE:,} bytes")
     while waiting:
         yield heapq.heappop(waiting)[2]

@@ -7,7 +7,7 @@ from pathlib import Path
 from struct import error as StructError
 from typing import NamedTuple
 
-from kbot.record.entry import Entry
+from kbot.record.entry import RecordedMessage
 from kbot.record.formats import NOTES_TOPIC
 from kbot.record.reader import Recording
 from kbot.record.recorder import DESCRIPTION_TOPIC
@@ -80,7 +80,7 @@ def copy_recording(
     return Copied(count, summary.broken)
 
 
-def _wanted(entry: Entry, first: int | None, last: int | None, topics: tuple[str, ...]) -> bool:
+def _wanted(entry: RecordedMessage, first: int | None, last: int | None, topics: tuple[str, ...]) -> bool:
     if entry.topic == NOTES_TOPIC or (topics and entry.topic not in topics):
         return False
     if last is not None and entry.nanoseconds > last:

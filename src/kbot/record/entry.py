@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from kbot.record.encodings.bytes import ONLY_ON_THE_WIRE, decode_cdr, decode_ros1, encode_cdr, encode_ros1
 from kbot.record.encodings.foreign_types import ShapeCheck, code_cost, read_definition
 from kbot.record.encodings.types import known_type, ros1_types, ros2_types
-from kbot.record.limits import Allowance, TooLarge
+from kbot.record.limits import Allowance, RecordingTooLarge
 from kbot.text import KbotError
 from kbot.text.errors import reading
 
@@ -79,7 +79,7 @@ class Types:
         return self._ros1
 
     def converted(self, convert: Callable[[bytes, str], memoryview], data: bytes, name: str) -> bytes:
-        """Raises TooLarge: more was converted than a recording of this size has."""
+        """Raises RecordingTooLarge: more was converted than a recording of this size has."""
         before = self.ros2.converted_parts
         found = bytes(convert(data, name))
         if self._allowance is not None:
@@ -130,7 +130,7 @@ def _layout(store: Typestore, name: str) -> Iterator[object]:
                 yield part
 
 
-class Entry:
+class RecordedMessage:
     """A message as it was recorded; `Recordable`, so that it can be written again."""
 
     def __init__(
@@ -156,9 +156,11 @@ class Entry:
         topic = self.topic if self.topic.isprintable() else repr(self.topic)
         return f"{self._types.path}: {topic} at {self.nanoseconds * 1e-9:.3f} s"
 
-    def with_data(self, data: bytes) -> Entry:
+    def with_data(self, data: bytes) -> RecordedMessage:
         """The same message with other bytes."""
-        return Entry(self.topic, self.type_name, self.nanoseconds, data, self._types, is_ros1=self._is_ros1)
+        return RecordedMessage(
+            self.topic, self.type_name, self.nanoseconds, data, self._types, is_ros1=self._is_ros1
+        )
 
     @cached_property
     def cdr(self) -> bytes:
@@ -218,7 +220,7 @@ class Entry:
         try:
             with reading(self._types.path):
                 return read()
-        except TooLarge as error:
+        except RecordingTooLarge as error:
             raise KbotError(f"{self.place}: {error}") from None
         except (SerdeError, LookupError, ValueError, MemoryError) as error:
             raise KbotError(f"{self.place} is not a {self.type_name}: {error}") from None

@@ -27,7 +27,7 @@ zeros is compressed to nothing, and is a column for each of them."""
 
 
 @dataclass(frozen=True)
-class Table:
+class MessageTable:
     """A topic's messages. The first column is `time` in seconds; a list's entries are numbered, those of
     joint states named by joint; bytes, as of images, are Base64 in one column."""
 
@@ -36,7 +36,7 @@ class Table:
     rows: tuple[Mapping[str, Cell], ...]
 
     @classmethod
-    def of(cls, path: str, topic: str) -> Table:
+    def of(cls, path: str, topic: str) -> MessageTable:
         """Raises KbotError: no such recording or topic, or its messages cannot be read."""
         recording = Recording(path)
         (topic,) = recording.require_topics((topic,))
@@ -56,7 +56,7 @@ class Table:
             raise KbotError(f"{path} holds no messages on {topic}")
         return cls(topic, tuple(columns), tuple(rows))
 
-    def only(self, names: Sequence[str]) -> Table:
+    def only(self, names: Sequence[str]) -> MessageTable:
         """Of these columns, beside the time; all where none is named. Raises KbotError: there is none."""
         for name in names:
             if name not in self.columns:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any, Protocol
 
-from kbot.record.entry import Entry
+from kbot.record.entry import RecordedMessage
 from kbot.text import KbotError
 from kbot.text.json_text import parse_json
 
@@ -61,12 +61,12 @@ class RecordingWriter(Protocol):
         ...
 
 
-class Source(Protocol):
+class RecordingSource(Protocol):
     """One kind of file."""
 
     kind: str
 
-    def entries(self, note: Note) -> Iterator[Entry]:
+    def entries(self, note: Note) -> Iterator[RecordedMessage]:
         """Every message in the order it was written; `note` is told of metadata on the way.
 
         Raises BrokenOff where the file ends early, after all that is whole.
@@ -101,12 +101,12 @@ class Index(Protocol):
         """Facts of the run by their names, as its recorder annotated them."""
         ...
 
-    def newest(self, topic: str, nanoseconds: int) -> Entry | None:
+    def newest(self, topic: str, nanoseconds: int) -> RecordedMessage | None:
         """What a topic said last until a time; None where it said nothing yet. What is damaged is passed over
         where the format tells which part that is. Raises KbotError: damaged, or gone."""
         ...
 
-    def between(self, topics: Collection[str], after: int, until: int) -> Iterator[Entry]:
+    def between(self, topics: Collection[str], after: int, until: int) -> Iterator[RecordedMessage]:
         """What topics said after a time and until another, in its order; as `newest`."""
         ...
 
@@ -123,13 +123,13 @@ class NoIndex(KbotError):
     """The recording has no index, or one that does not put its messages in the order of time."""
 
 
-def read_note(entry: Entry) -> tuple[str, dict[str, str]]:
+def read_note(entry: RecordedMessage) -> tuple[str, dict[str, str]]:
     """The name and the facts in a message on NOTES_TOPIC. Raises KbotError: the message is none of KBot's."""
     values = {key: str(value) for key, value in read_fields(entry).items()}
     return values.pop("name", ""), values
 
 
-def read_fields(entry: Entry) -> dict[str, Any]:
+def read_fields(entry: RecordedMessage) -> dict[str, Any]:
     """What is in a message of KBot's own, as JSON in a String. Raises KbotError: it is none of KBot's."""
     try:
         found = parse_json(read_text(entry))
@@ -140,7 +140,7 @@ def read_fields(entry: Entry) -> dict[str, Any]:
     return found
 
 
-def read_text(entry: Entry) -> str:
+def read_text(entry: RecordedMessage) -> str:
     """What is in a String. Raises KbotError: it is another message, or the bytes are none."""
     if entry.type_name != TEXT:
         raise KbotError(f"{entry.place} carries {entry.type_name}, not {TEXT}")

@@ -7,7 +7,7 @@ from bisect import bisect_right
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 
-from kbot.record.entry import Entry
+from kbot.record.entry import RecordedMessage
 from kbot.record.formats import NOTES_TOPIC, Index, NoIndex
 from kbot.record.limits import kept_bytes
 from kbot.record.reader import Recording
@@ -23,7 +23,7 @@ class WholeIndex:
 
     def __init__(self, path: str) -> None:
         """Raises KbotError: there is no such recording."""
-        entries: dict[str, list[Entry]] = {}
+        entries: dict[str, list[RecordedMessage]] = {}
         recording = Recording(path)
         summary = recording.summary()
         self.notes: Mapping[str, Mapping[str, str]] = summary.notes
@@ -45,11 +45,11 @@ class WholeIndex:
         self.start = min((times[0] for times in self._times.values()), default=0)
         self.end = max((times[-1] for times in self._times.values()), default=0)
 
-    def newest(self, topic: str, nanoseconds: int) -> Entry | None:
+    def newest(self, topic: str, nanoseconds: int) -> RecordedMessage | None:
         index = bisect_right(self._times.get(topic, []), nanoseconds)
         return self._entries[topic][index - 1] if index else None
 
-    def between(self, topics: Collection[str], after: int, until: int) -> Iterator[Entry]:
+    def between(self, topics: Collection[str], after: int, until: int) -> Iterator[RecordedMessage]:
         parts = [self._part(topic, after, until) for topic in topics if topic in self._times]
         return heapq.merge(*parts, key=lambda entry: entry.nanoseconds)
 
@@ -60,7 +60,7 @@ class WholeIndex:
         self._entries.clear()
         self._times.clear()
 
-    def _part(self, topic: str, after: int, until: int) -> list[Entry]:
+    def _part(self, topic: str, after: int, until: int) -> list[RecordedMessage]:
         times = self._times[topic]
         return self._entries[topic][bisect_right(times, after) : bisect_right(times, until)]
 

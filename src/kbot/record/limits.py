@@ -25,7 +25,7 @@ _KEPT = 1 << 29
 """Bytes of a recording without a usable index that are held in memory, whatever its size on disk."""
 
 
-class TooLarge(KbotError):
+class RecordingTooLarge(KbotError):
     """Reading it would take more time or memory than a recording of its size may."""
 
 
@@ -41,10 +41,12 @@ class Allowance:
         self._left = _FREE + _RATIO * self._size
 
     def charge(self, size: int = 0, *, records: int = 0, parts: int = 0, compression: str = "") -> None:
-        """Raises TooLarge: it is used up by bytes that were decompressed, records, or parts of messages."""
+        """Raises RecordingTooLarge: it is used up by decompressed bytes, records or parts of messages."""
         self._left -= size * _SLOWNESS.get(compression, 1) + records * _RECORD + parts * _PART
         if self._left < 0:
-            raise TooLarge(f"it decompresses to too much data for its {self._size:,} bytes; reading stopped")
+            raise RecordingTooLarge(
+                f"it decompresses to too much data for its {self._size:,} bytes; reading stopped"
+            )
 
 
 def check_length(at: int, stated: int, left: int, *, is_skipped: bool = False) -> None:
@@ -75,14 +77,14 @@ def inflate(data: bytes, compression: str, size: int | None = None) -> bytes:
 
     Raises:
         ValueError: it is damaged, not of that size, or of an unknown compression.
-        TooLarge: it is larger than LARGEST_PIECE.
+        RecordingTooLarge: it is larger than LARGEST_PIECE.
     """
     is_large = size is not None and size > LARGEST_PIECE
     most = LARGEST_PIECE if size is None or is_large else size
     # read one byte more than expected, to detect longer data
     found = _inflated(data, compression, most + 1)
     if len(found) > LARGEST_PIECE:
-        raise TooLarge(f"it decompresses to more than {LARGEST_PIECE:,} bytes")
+        raise RecordingTooLarge(f"it decompresses to more than {LARGEST_PIECE:,} bytes")
     if size is not None and len(found) != size:
         raise ValueError(f"{size:,} bytes are stated, and {len(found):,} or more are there")
     return found

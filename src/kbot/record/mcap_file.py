@@ -37,9 +37,9 @@ from mcap.writer import CompressionType, Writer
 
 from kbot.record.chunks import KeptChunks, in_time_order
 from kbot.record.encodings.foreign_types import full_name
-from kbot.record.entry import Entry, Types
+from kbot.record.entry import RecordedMessage, Types
 from kbot.record.formats import BrokenOff, NoIndex, Note, Recordable
-from kbot.record.limits import Allowance, Damaged, TooLarge, check_length, inflate
+from kbot.record.limits import Allowance, Damaged, RecordingTooLarge, check_length, inflate
 from kbot.text import KbotError
 
 
@@ -156,7 +156,7 @@ def records(
     Raises:
         Damaged: a record is.
         OSError: the file cannot be read.
-        TooLarge: the allowance is used up, of which each record takes a part.
+        RecordingTooLarge: the allowance is used up, of which each record takes a part.
     """
     at = start
     while at < end:
@@ -199,14 +199,14 @@ def break_up(chunk: Chunk, at: int, allowance: Allowance) -> list[McapRecord]:
 
     Raises:
         Damaged: it is not whole.
-        TooLarge: reading it would cost too much.
+        RecordingTooLarge: reading it would cost too much.
     """
     try:
         data = inflate(chunk.data, chunk.compression, chunk.uncompressed_size)
     except ValueError as error:
         raise Damaged(f"the chunk at byte {at:,} is damaged: {error}") from None
-    except TooLarge as error:
-        raise TooLarge(f"the chunk at byte {at:,} is not read: {error}") from None
+    except RecordingTooLarge as error:
+        raise RecordingTooLarge(f"the chunk at byte {at:,} is not read: {error}") from None
     allowance.charge(len(data), compression=chunk.compression)
     if chunk.uncompressed_crc not in (0, zlib.crc32(data)):
         raise Damaged(f"the chunk at byte {at:,} has another checksum")
@@ -263,14 +263,14 @@ class McapSource:
     def __init__(self, path: str) -> None:
         self._path = path
 
-    def entries(self, note: Note) -> Iterator[Entry]:
+    def entries(self, note: Note) -> Iterator[RecordedMessage]:
         """Raises BrokenOff, KbotError: see `Source`."""
         try:
             yield from self._entries(note, Allowance(self._path))
-        except TooLarge as error:
+        except RecordingTooLarge as error:
             raise KbotError(f"{self._path}: {error}") from None
 
-    def _entries(self, note: Note, allowance: Allowance) -> Iterator[Entry]:
+    def _entries(self, note: Note, allowance: Allowance) -> Iterator[RecordedMessage]:
         types, schemas, channels = Types(self._path, allowance), dict[int, Schema](), dict[int, Channel]()
         for record in self._records(allowance):
             match record:
@@ -288,7 +288,9 @@ class McapSource:
                         continue
                     is_ros1 = channel.message_encoding == "ros1"
                     name = full_name(schema.name)
-                    yield Entry(channel.topic, name, record.log_time, record.data, types, is_ros1=is_ros1)
+                    yield RecordedMessage(
+                        channel.topic, name, record.log_time, record.data, types, is_ros1=is_ros1
+                    )
 
     def _records(self, allowance: Allowance) -> Iterator[McapRecord]:
         """Those in chunks too, which are whole or left out."""
@@ -418,7 +420,7 @@ class McapIndex:
     def close(self) -> None:
         self._opened.clear()
 
-    def newest(self, topic: str, nanoseconds: int) -> Entry | None:
+    def newest(self, topic: str, nanoseconds: int) -> RecordedMessage | None:
         """A topic's last message until a time."""
         allowance = Allowance(self._path)
         for index in reversed(self._chunks):
@@ -429,12 +431,12 @@ class McapIndex:
                     return found[at - 1]
         return None
 
-    def between(self, topics: Collection[str], after: int, until: int) -> Iterator[Entry]:
+    def between(self, topics: Collection[str], after: int, until: int) -> Iterator[RecordedMessage]:
         """The messages of topics after a time and until another, in its order."""
         first = bisect_right(self._chunks, after, key=lambda index: index.message_end_time)
         allowance = Allowance(self._path)
 
-        def chunks() -> Iterator[tuple[int, Iterable[Entry]]]:
+        def chunks() -> Iterator[tuple[int, Iterable[RecordedMessage]]]:
             for index in self._chunks[first:]:
                 if index.message_start_time > until:
                     return
@@ -445,7 +447,7 @@ class McapIndex:
 
         try:
             yield from in_time_order(chunks())
-        except TooLarge as error:
+        except RecordingTooLarge as error:
             raise KbotError(f"{self._path}: {error}") from None
 
     def damage(self, nanoseconds: int) -> tuple[int, int] | None:
@@ -473,10 +475,10 @@ class McapIndex:
             return True  # written without: only the chunk itself has its topics
         return any(number in self._channels and self._channels[number][0] in topics for number in held)
 
-    def _entries(self, index: ChunkIndex, allowance: Allowance) -> list[Entry]:
+    def _entries(self, index: ChunkIndex, allowance: Allowance) -> list[RecordedMessage]:
         return self._opened.entries(index.chunk_start_offset, lambda: self._read(index, allowance))
 
-    def _read(self, index: ChunkIndex, allowance: Allowance) -> list[Entry]:
+    def _read(self, index: ChunkIndex, allowance: Allowance) -> list[RecordedMessage]:
         """As it was written; nothing where it is damaged. Raises KbotError: the file is gone."""
         at = index.chunk_start_offset
         try:
@@ -484,16 +486,18 @@ class McapIndex:
                 found = break_up(chunk_at(stream, at), at, allowance)
         except OSError as error:
             raise KbotError(f"{self._path} cannot be read: {error.strerror or error}") from None
-        except TooLarge as error:
+        except RecordingTooLarge as error:
             raise KbotError(f"{self._path}: {error}") from None
         except Damaged:
             self._lost.add(at)
             return []
         return [self._entry(r) for r in found if isinstance(r, Message) and r.channel_id in self._channels]
 
-    def _entry(self, record: Message) -> Entry:
+    def _entry(self, record: Message) -> RecordedMessage:
         topic, type_name, encoding = self._channels[record.channel_id]
-        return Entry(topic, type_name, record.log_time, record.data, self._types, is_ros1=encoding == "ros1")
+        return RecordedMessage(
+            topic, type_name, record.log_time, record.data, self._types, is_ros1=encoding == "ros1"
+        )
 
 
 def _notes(stream: IO[bytes], places: Iterable[MetadataIndex]) -> Iterator[tuple[str, dict[str, str]]]:

@@ -9,7 +9,7 @@ from kbot.messages import Bus, Clock, Publisher, TFMessage
 from kbot.messages.bus import absolute
 from kbot.record.encodings.bytes import decode_cdr
 from kbot.record.encodings.types import known_type
-from kbot.record.entry import Entry
+from kbot.record.entry import RecordedMessage
 from kbot.record.formats import NOTES_TOPIC, TEXT
 from kbot.record.reader import Recordings, Summary, require_topics
 from kbot.record.recorder import COMMANDS_TOPIC, DESCRIPTION_TOPIC
@@ -124,7 +124,7 @@ class Player:
         self.clock.advance_to(until)
         return self._next is not None and until < self._last
 
-    def _wanted(self) -> Iterator[Entry]:
+    def _wanted(self) -> Iterator[RecordedMessage]:
         for entry in self._recording.entries():
             is_latched = entry.topic in LATCHED and entry.nanoseconds < self._first
             if entry.topic in self._publishers and (

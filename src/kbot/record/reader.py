@@ -8,8 +8,8 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from kbot.record.entry import Entry
-from kbot.record.formats import NOTES_TOPIC, BrokenOff, Source, read_note
+from kbot.record.entry import RecordedMessage
+from kbot.record.formats import NOTES_TOPIC, BrokenOff, RecordingSource, read_note
 from kbot.record.names import BAGS
 from kbot.text import KbotError
 from kbot.text.errors import reading
@@ -51,7 +51,7 @@ class Recording:
         self.path = path
         self._source = _source(path)
 
-    def entries(self) -> Iterator[Entry]:
+    def entries(self) -> Iterator[RecordedMessage]:
         """Every message up to the end, or to where the file breaks off."""
         with reading(self.path), suppress(BrokenOff):
             yield from self._source.entries(lambda name, values: None)
@@ -91,7 +91,7 @@ class Recordings:
         self._all = [Recording(path) for path in paths]
         self.path = ", ".join(paths)
 
-    def entries(self) -> Iterator[Entry]:
+    def entries(self) -> Iterator[RecordedMessage]:
         """Every message of each up to its end, or to where its file breaks off."""
         return heapq.merge(*(one.entries() for one in self._all), key=lambda entry: entry.nanoseconds)
 
@@ -141,7 +141,7 @@ def kept(path: str) -> str:
     return f"{found.count} messages up to {found.end * 1e-9:.2f} s can be read"
 
 
-def _source(path: str) -> Source:
+def _source(path: str) -> RecordingSource:
     file = Path(path)
     if not file.exists():
         siblings = [item.name for item in file.parent.iterdir()] if file.parent.is_dir() else []

@@ -10,7 +10,7 @@ from typing import Any
 from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.model.load import load_robot_text
-from kbot.record.entry import Entry
+from kbot.record.entry import RecordedMessage
 from kbot.record.feed import Feed, Packet
 from kbot.record.formats import FIRST_MOMENT, read_fields, read_text
 from kbot.record.reader import Recording, Summary
@@ -29,7 +29,7 @@ from kbot.xacro import Packages
 Note = Mapping[str, Any]
 
 
-def read_command(entry: Entry) -> dict[str, Any]:
+def read_command(entry: RecordedMessage) -> dict[str, Any]:
     """What was done, and at which step. Raises KbotError: the message is none of KBot's."""
     command = read_fields(entry)
     is_told = isinstance(command.get("do"), str) and isinstance(command.get("step"), int)
@@ -285,7 +285,7 @@ class _Comparison:
         self._others: Counter[str] = Counter()
         self._waiting = set(topics)
         self._feed: Feed | None = None
-        self._recorded: dict[str, list[Entry]] = defaultdict(list)
+        self._recorded: dict[str, list[RecordedMessage]] = defaultdict(list)
         for entry in recording.entries():
             if entry.topic in topics:
                 self._recorded[entry.topic].append(entry)

@@ -17,8 +17,8 @@ from kbot.render.offscreen import add_triangles
 from kbot.sim import Simulation
 from kbot.sim.engine.geometry import add_shape, mesh_name, wxyz
 from kbot.text import KbotError
-from kbot.world import Mesh as WorldMesh
 from kbot.world import Shape
+from kbot.world import TriangleMesh as WorldMesh
 from kbot.world.sdf.materials import link_colours
 
 GREY = (0.6, 0.6, 0.6, 1.0)

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from kbot.render.look import FIELD_OF_VIEW, Look
 from kbot.render.palette import AXIS_X, AXIS_Y, Palette
-from kbot.render.things import Things
+from kbot.render.picture_scene import PictureScene
 
 Array = NDArray[np.float64]
 
 
-def draw_floor(things: Things, look: Look, palette: Palette) -> tuple[Array, Array, Array]:
+def draw_floor(things: PictureScene, look: Look, palette: Palette) -> tuple[Array, Array, Array]:
     """Colours (h, w, 3) and opacity (h, w) in 0..1, and the distance along the camera's axis in m (h, w),
     inf where there is no floor; rows from the top."""
     away = look.distance(things.view_radius)

@@ -11,7 +11,7 @@ from kbot.kinematics import FrameTree
 from kbot.kinematics.transform import Transform
 from kbot.model import Robot
 from kbot.render.normals import creased
-from kbot.render.surfaces import Surface, robot_surfaces
+from kbot.render.surfaces import PaintedSurface, robot_surfaces
 
 if TYPE_CHECKING:
     import trimesh
@@ -58,7 +58,7 @@ def glb(robot: Robot, joints: Mapping[str, float] | None = None) -> bytes:
     return packed
 
 
-def _mesh(surface: Surface, name: str) -> trimesh.Trimesh:
+def _mesh(surface: PaintedSurface, name: str) -> trimesh.Trimesh:
     import trimesh
     from trimesh.visual import TextureVisuals
     from trimesh.visual.material import PBRMaterial

@@ -19,8 +19,8 @@ from kbot.render.look import FIELD_OF_VIEW, Look
 from kbot.render.normals import face_normals
 from kbot.render.offscreen import Canvas, add_triangles, at_least_four
 from kbot.render.palette import PALETTES
-from kbot.render.surfaces import Surface
-from kbot.render.things import Things
+from kbot.render.picture_scene import PictureScene
+from kbot.render.surfaces import PaintedSurface
 from kbot.text import KbotError
 
 Array = NDArray[np.float64]
@@ -34,7 +34,7 @@ _SMALLEST = (
 _AMBIENT, _SUN, _FILL = 0.46, 0.52, 0.2
 
 
-def draw_picture(things: Things, look: Look) -> bytes:
+def draw_picture(things: PictureScene, look: Look) -> bytes:
     """A PNG of exactly the size of `look`: with the floor, or the things alone where it is transparent.
 
     Raises:
@@ -51,7 +51,7 @@ def draw_picture(things: Things, look: Look) -> bytes:
     return packed.getvalue()
 
 
-def _on_floor(things: Things, look: Look, colours: Array, opacity: Array, depth: Array) -> Array:
+def _on_floor(things: PictureScene, look: Look, colours: Array, opacity: Array, depth: Array) -> Array:
     palette = PALETTES[look.theme]
     floor, floor_opacity, floor_depth = draw_floor(things, look, palette)
     ground = palette.background * (1.0 - floor_opacity[..., None]) + floor * floor_opacity[..., None]
@@ -59,7 +59,7 @@ def _on_floor(things: Things, look: Look, colours: Array, opacity: Array, depth:
     return colours * over + ground * (1.0 - over)
 
 
-def _draw_things(things: Things, look: Look, finer: int) -> tuple[Array, Array, Array]:
+def _draw_things(things: PictureScene, look: Look, finer: int) -> tuple[Array, Array, Array]:
     """Colours (h, w, 3) and opacity (h, w) in 0..1, and least distance along the axis in m, (h, w)."""
     width, height = look.width * finer, look.height * finer
     model = _model(things, look, width, height)
@@ -79,7 +79,7 @@ def _draw_things(things: Things, look: Look, finer: int) -> tuple[Array, Array, 
     return colours, covered, distances.reshape(blocks).min(axis=(1, 3))
 
 
-def _model(things: Things, look: Look, width: int, height: int) -> Any:
+def _model(things: PictureScene, look: Look, width: int, height: int) -> Any:
     spec = mujoco.MjSpec()
     visual = spec.visual
     visual.global_.offwidth, visual.global_.offheight = width, height
@@ -109,12 +109,12 @@ def _model(things: Things, look: Look, width: int, height: int) -> Any:
     return spec.compile()
 
 
-def _area(surface: Surface) -> float:
+def _area(surface: PaintedSurface) -> float:
     """Square metres."""
     return float(np.linalg.norm(face_normals(surface.vertices, surface.faces), axis=1).sum()) / 2.0
 
 
-def _add(spec: Any, name: str, surface: Surface) -> None:
+def _add(spec: Any, name: str, surface: PaintedSurface) -> None:
     faces, texture = surface.faces, surface.texture
     mesh = add_triangles(spec, name, surface.vertices, faces)
     geom = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name)

@@ -27,7 +27,7 @@ RGBA = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Surface:
+class PaintedSurface:
     """Triangles of one colour in some frame: `vertices` (n, 3) in m, `faces` (m, 3) indices, rgba in 0..1."""
 
     vertices: Array
@@ -35,21 +35,21 @@ class Surface:
     rgba: RGBA
     texture: Texture | None = None
 
-    def moved(self, pose: Transform) -> Surface:
+    def moved(self, pose: Transform) -> PaintedSurface:
         """The same in the frame in which its own frame stands at `pose`."""
-        return Surface(pose.apply(self.vertices), self.faces, self.rgba, self.texture)
+        return PaintedSurface(pose.apply(self.vertices), self.faces, self.rgba, self.texture)
 
 
 def robot_surfaces(
     robot: Robot, colours: Mapping[str, RGBA] = MappingProxyType({})
-) -> Mapping[str, tuple[Surface, ...]]:
+) -> Mapping[str, tuple[PaintedSurface, ...]]:
     """The visuals of each link in its own frame. A mesh that cannot be read is left out. `colours` of links
     count instead of the description's own.
 
     Raises:
         KbotError: the visuals have more than MOST_TRIANGLES in all.
     """
-    made: dict[str, tuple[Surface, ...]] = {}
+    made: dict[str, tuple[PaintedSurface, ...]] = {}
     left = MOST_TRIANGLES
     for name, link in robot.links.items():
         surfaces = []
@@ -65,22 +65,22 @@ def robot_surfaces(
     return made
 
 
-def _link_surfaces(link: Link, colour: RGBA | None) -> Iterator[Surface]:
+def _link_surfaces(link: Link, colour: RGBA | None) -> Iterator[PaintedSurface]:
     for visual in link.visuals:
         pose = Transform.of(visual.pose)
         rgba = colour or (visual.material.rgba if visual.material else None)
         for part in filter(_has_faces, parts(visual.geometry)):
             own = rgba or part.rgba or PLAIN
             texture = None if rgba else part.texture
-            yield Surface(part.vertices, part.faces, own, texture).moved(pose)
+            yield PaintedSurface(part.vertices, part.faces, own, texture).moved(pose)
 
 
-def body_surfaces(body: things.Body) -> Iterator[Surface]:
+def body_surfaces(body: things.Body) -> Iterator[PaintedSurface]:
     """What is seen of a body of a world, in its own frame; not the level ground, which is the floor."""
     for part in body.parts:
         if part.visible and not is_the_ground(body, part):
             for one in filter(_has_faces, parts(part.shape)):
-                yield Surface(one.vertices, one.faces, part.rgba).moved(part.pose)
+                yield PaintedSurface(one.vertices, one.faces, part.rgba).moved(part.pose)
 
 
 def parts(shape: Geometry | things.Shape) -> tuple[MeshPart, ...]:
@@ -100,7 +100,7 @@ def parts(shape: Geometry | things.Shape) -> tuple[MeshPart, ...]:
             made = creation.uv_sphere(radius=1.0, count=[AROUND // 2, AROUND]).apply_scale(radii)
         case things.Plane(size=(x, y)):
             made = creation.box((x, y, 1e-4))
-        case things.Mesh(vertices=vertices, faces=faces):
+        case things.TriangleMesh(vertices=vertices, faces=faces):
             return (MeshPart(vertices, faces.astype(np.int64), None),)
         case things.HeightField():
             return (MeshPart(*height_field_triangles(shape), None),)

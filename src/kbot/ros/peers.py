@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from kbot.messages.live import Live
 from kbot.record.feed import Feed
 from kbot.ros.bridges.kind import Bridge
-from kbot.ros.bridges.link import Link
+from kbot.ros.bridges.link import PeerLink
 from kbot.ros.bridges.registry import BRIDGES
 from kbot.ros.graph.server import GraphServer
 from kbot.text import KbotError
@@ -36,7 +36,7 @@ class RosPeers:
         self._kinds = [kind for kind in BRIDGES if kind.name in bridges]
         self._host = host
         self._parameters = dict(parameters or {})
-        self._link = Link(report, frozenset() if navigation else _navigation_topics())
+        self._link = PeerLink(report, frozenset() if navigation else _navigation_topics())
         self._bridges: list[Bridge] = []
         self._gazebo: GazeboTopics | None = None
         self._simulation: Simulation | None = None
@@ -47,7 +47,7 @@ class RosPeers:
         Raises:
             KbotError: a bridge cannot be opened.
         """
-        from kbot.ros.gazebo.services import gazebo_services  # for a simulation: they load the engine
+        from kbot.ros.gazebo.gazebo_services import gazebo_services  # for a simulation: they load the engine
         from kbot.ros.gazebo.states import GazeboTopics
 
         self._simulation = simulation

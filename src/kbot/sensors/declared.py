@@ -17,7 +17,7 @@ from kbot.sensors.camera import Camera
 from kbot.sensors.model_plugins import model_plugins
 from kbot.sensors.readers import read_sensor
 from kbot.sensors.ros2_control import ros2_control_sensors
-from kbot.sensors.sdf_values import Values
+from kbot.sensors.sdf_values import SensorValues
 from kbot.sensors.sensor import Sensor, Spec, require_sensor_topic
 from kbot.sim import Simulation
 from kbot.sim.naming import PLAIN, Naming
@@ -45,7 +45,7 @@ def declared_sensors(robot: Robot, naming: Naming = PLAIN) -> Declared:
     diagnostics: list[Diagnostic] = []
     specs: list[Spec] = []
     for link, element in _elements(robot):
-        values = Values(element, diagnostics)
+        values = SensorValues(element, diagnostics)
         known = robot.joints if element.attributes.get("type") == "force_torque" else robot.links
         if link not in known:
             what = "joint" if known is robot.joints else "link"

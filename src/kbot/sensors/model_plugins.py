@@ -16,7 +16,7 @@ from kbot.model.extensions import extensions
 from kbot.sensors.imu import Imu
 from kbot.sensors.noise import NONE, Noise
 from kbot.sensors.position import Gps, GroundTruth
-from kbot.sensors.sdf_values import Values
+from kbot.sensors.sdf_values import SensorValues
 from kbot.sensors.sensor import Spec
 from kbot.sim.naming import Naming
 from kbot.sim.plugin_names import PluginNames
@@ -24,7 +24,7 @@ from kbot.text import Diagnostic, Element, KbotError
 from kbot.text.numbers import to_float
 from kbot.text.suggest import did_you_mean
 
-Read = Callable[[Values, dict[str, Any]], Spec]
+Read = Callable[[SensorValues, dict[str, Any]], Spec]
 
 _UNLIKE: Mapping[str, str] = {
     "gazebo_ros_planar_move": "no base goes sideways here: it stands, or drives as its wheels do",
@@ -53,7 +53,7 @@ def model_plugins(robot: Robot, naming: Naming, diagnostics: list[Diagnostic]) -
     """The sensors among a robot's plugins; what cannot be read, or is not run, is in the diagnostics."""
     driving = [controller.plugin for controller in drive_controllers(robot)]
     for plugin in _plugins(robot):
-        values = Values(plugin, diagnostics)
+        values = SensorValues(plugin, diagnostics)
         library = _library(plugin)
         read = _READERS.get(library)
         if read is not None:
@@ -82,7 +82,7 @@ def _is_done_elsewhere(plugin: Element) -> bool:
     return library not in _UNLIKE and (is_of_gz or any(word in library for word in _ELSEWHERE))
 
 
-def _sensor(values: Values, read: Read, robot: Robot, naming: Naming) -> Iterator[Spec]:
+def _sensor(values: SensorValues, read: Read, robot: Robot, naming: Naming) -> Iterator[Spec]:
     plugin = values.element
     link = values.text("bodyName", "body_name")
     if link not in robot.links:
@@ -110,7 +110,7 @@ def _sensor(values: Values, read: Read, robot: Robot, naming: Naming) -> Iterato
         yield replace(spec, topic=PluginNames(plugin, naming).topic(topic or default))
 
 
-def _p3d(values: Values, common: dict[str, Any]) -> Spec:
+def _p3d(values: SensorValues, common: dict[str, Any]) -> Spec:
     spread = abs(values.number(0.0, "gaussianNoise", "gaussian_noise"))
     return GroundTruth(
         fixed_frame=values.text("frameName", "frame_name").strip("/") or "world",
@@ -120,14 +120,14 @@ def _p3d(values: Values, common: dict[str, Any]) -> Spec:
     )
 
 
-def _imu(values: Values, common: dict[str, Any]) -> Spec:
+def _imu(values: SensorValues, common: dict[str, Any]) -> Spec:
     """The offsets turn and move what is said to be the sensor's place on its link."""
     spread = abs(values.number(0.0, "gaussianNoise", "gaussian_noise"))
     noise = Noise(stddev=spread)
     return Imu(gyroscope=noise, accelerometer=noise, **common, pose=_offset(values))
 
 
-def _hector_imu(values: Values, common: dict[str, Any]) -> Spec:
+def _hector_imu(values: SensorValues, common: dict[str, Any]) -> Spec:
     return Imu(
         gyroscope=_hector_noise(values, "rate"),
         accelerometer=_hector_noise(values, "accel"),
@@ -137,7 +137,7 @@ def _hector_imu(values: Values, common: dict[str, Any]) -> Spec:
     )
 
 
-def _hector_gps(values: Values, common: dict[str, Any]) -> Spec:
+def _hector_gps(values: SensorValues, common: dict[str, Any]) -> Spec:
     """Its x points north at a heading of 0 and east at 90 degrees, which is how a world lies here."""
     heading = values.find("referenceHeading")
     turned = values.number(0.0, "referenceHeading")
@@ -162,14 +162,14 @@ def _hector_gps(values: Values, common: dict[str, Any]) -> Spec:
     )
 
 
-def _hector_noise(values: Values, what: str) -> Noise:
+def _hector_noise(values: SensorValues, what: str) -> Noise:
     """What is said of the x axis stands for all three."""
     drift = _numbers(values, f"{what}Drift")[0]
     time = _drift_time(values, f"{what}DriftFrequency")
     return _drifting(_numbers(values, f"{what}GaussianNoise")[0], drift, time)
 
 
-def _drift_time(values: Values, name: str) -> float:
+def _drift_time(values: SensorValues, name: str) -> float:
     """Seconds in which a drift comes back: an hour, where no frequency (Hz) is given."""
     frequency = values.number(1.0 / 3600.0, name)
     return 1.0 / frequency if frequency > 0.0 else math.inf
@@ -185,14 +185,14 @@ def _drifting(stddev: float, drift: float, time: float) -> Noise:
     return Noise(stddev=abs(stddev), walk=abs(drift) * math.sqrt(2.0 / time), correlation_time=time)
 
 
-def _offset(values: Values) -> Transform:
+def _offset(values: SensorValues) -> Transform:
     """`<xyzOffsets>` in m and `<rpyOffsets>` in rad."""
     xyz = _numbers(values, "xyzOffsets", "xyz_offsets", "xyz_offset", "xyzOffset")
     rpy = _numbers(values, "rpyOffsets", "rpy_offsets", "rpy_offset", "rpyOffset")
     return Transform.from_xyz_rpy(xyz, rpy)
 
 
-def _numbers(values: Values, *names: str) -> tuple[float, float, float]:
+def _numbers(values: SensorValues, *names: str) -> tuple[float, float, float]:
     """Three numbers, or one that counts three times; 0 where there is none."""
     found = values.find(*names)
     if found is None:

@@ -14,7 +14,7 @@ from kbot.sensors.lidar import Lidar
 from kbot.sensors.noise import Noise
 from kbot.sensors.position import Gps
 from kbot.sensors.proximity import Range
-from kbot.sensors.sdf_values import Values
+from kbot.sensors.sdf_values import SensorValues
 from kbot.sensors.sensor import Spec
 from kbot.sim.naming import PLAIN, Naming
 from kbot.sim.plugin_names import PluginNames, is_of_gazebo_ros
@@ -25,7 +25,7 @@ _ROS1_CAMERA = ("cameraName", "imageTopicName", "cameraInfoTopicName")
 _NAMED = ("topicName", "topic_name", "bumperTopicName")
 
 
-def sensor_topics(values: Values, naming: Naming, *, has_pictures: bool) -> dict[str, str]:
+def sensor_topics(values: SensorValues, naming: Naming, *, has_pictures: bool) -> dict[str, str]:
     """`topic`, and of a camera also `info_topic` and `depth_topic`, for its spec; what is not there is the
     spec's own. Those of a plugin of gazebo_ros are full names."""
     plugin = values.find("plugin")
@@ -43,7 +43,7 @@ def sensor_topics(values: Values, naming: Naming, *, has_pictures: bool) -> dict
     return {"topic": names.topic(own)} if own else {}
 
 
-def _pictures(values: Values, names: PluginNames) -> dict[str, str]:
+def _pictures(values: SensorValues, names: PluginNames) -> dict[str, str]:
     """Of ROS 2 they stand beneath `<camera_name>`, else the sensor's name; of ROS 1 beneath `<cameraName>`,
     else at the root of its namespace."""
     if names.is_ros_2 or values.find(*(f"plugin/{tag}" for tag in _ROS1_CAMERA)) is None:
@@ -67,7 +67,7 @@ def _pictures(values: Values, names: PluginNames) -> dict[str, str]:
     }
 
 
-def _of_gz(values: Values, *, has_pictures: bool) -> dict[str, str]:
+def _of_gz(values: SensorValues, *, has_pictures: bool) -> dict[str, str]:
     """`<topic>`: of a camera its pictures, of one for depths the depths, of one for both what both are
     beneath."""
     topic = values.text("topic").strip("/")
@@ -83,12 +83,12 @@ def _of_gz(values: Values, *, has_pictures: bool) -> dict[str, str]:
     return {"topic": topic, "info_topic": info}
 
 
-Read = Callable[[Values, dict[str, Any]], Spec]
+Read = Callable[[SensorValues, dict[str, Any]], Spec]
 
 _RATES = ("update_rate", "plugin/updateRate", "plugin/updateRateHZ", "plugin/update_rate")
 
 
-def read_sensor(values: Values, link: str, naming: Naming = PLAIN) -> Spec | None:
+def read_sensor(values: SensorValues, link: str, naming: Naming = PLAIN) -> Spec | None:
     """The sensor of an element that sits on a link (or, for force_torque, in a joint), of the robot that the
     simulation calls `naming`; None, with a finding, where it is none that is simulated."""
     element = values.element
@@ -122,14 +122,14 @@ def read_sensor(values: Values, link: str, naming: Naming = PLAIN) -> Spec | Non
     return spec
 
 
-def _frame(values: Values) -> str:
+def _frame(values: SensorValues) -> str:
     named = values.text(
         "gz_frame_id", "ignition_frame_id", "plugin/frameName", "plugin/frame_name", "plugin/frame_id"
     )
     return named.rsplit("/", 1)[-1]
 
 
-def _lidar(values: Values, common: dict[str, Any]) -> Spec:
+def _lidar(values: SensorValues, common: dict[str, Any]) -> Spec:
     """`<ray>` of Classic, `<lidar>` of gz."""
     plugin = values.find("plugin")
     file = plugin.attributes.get("filename", "") if plugin is not None else ""
@@ -169,7 +169,7 @@ def _lidar(values: Values, common: dict[str, Any]) -> Spec:
     )
 
 
-def _imu(values: Values, common: dict[str, Any]) -> Spec:
+def _imu(values: SensorValues, common: dict[str, Any]) -> Spec:
     """SDFormat 1.5 and later, its older `<noise><rate>`, or the plugin's `<gaussianNoise>`; what is said of
     the x axis stands for all three."""
     spread = values.number(0.0, "plugin/gaussianNoise", "plugin/gaussian_noise")
@@ -180,11 +180,11 @@ def _imu(values: Values, common: dict[str, Any]) -> Spec:
     return Imu(gyroscope=gyroscope, accelerometer=accelerometer, **common)
 
 
-def _contact(values: Values, common: dict[str, Any]) -> Spec:
+def _contact(values: SensorValues, common: dict[str, Any]) -> Spec:
     return Contact(**common)
 
 
-def _gps(values: Values, common: dict[str, Any]) -> Spec:
+def _gps(values: SensorValues, common: dict[str, Any]) -> Spec:
     horizontal = values.noise(
         "gps/position_sensing/horizontal/noise", "navsat/position_sensing/horizontal/noise"
     )
@@ -192,7 +192,7 @@ def _gps(values: Values, common: dict[str, Any]) -> Spec:
     return Gps(horizontal=horizontal, vertical=vertical, **common)
 
 
-def _sonar(values: Values, common: dict[str, Any]) -> Spec:
+def _sonar(values: SensorValues, common: dict[str, Any]) -> Spec:
     """A cone as wide as `<radius>` at its far end."""
     most = values.number(1.0, "sonar/max")
     radius = values.number(0.5, "sonar/radius")
@@ -203,7 +203,7 @@ def _sonar(values: Values, common: dict[str, Any]) -> Spec:
     )  # fmt: skip
 
 
-def _camera(values: Values, common: dict[str, Any]) -> Spec:
+def _camera(values: SensorValues, common: dict[str, Any]) -> Spec:
     """Depth is said by the types depth, depth_camera, rgbd and rgbd_camera."""
     kind = values.element.attributes["type"]
     frame = common.pop("frame") or values.text("camera/optical_frame_id").rsplit("/", 1)[-1]
@@ -220,7 +220,7 @@ def _camera(values: Values, common: dict[str, Any]) -> Spec:
     )
 
 
-def _force_torque(values: Values, common: dict[str, Any]) -> Spec:
+def _force_torque(values: SensorValues, common: dict[str, Any]) -> Spec:
     """Of Gazebo: `<frame>` is child, parent or sensor."""
     axes = values.word("child", ("child", "parent", "sensor"), "force_torque/frame")
     directions = ("child_to_parent", "parent_to_child")

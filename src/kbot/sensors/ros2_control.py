@@ -11,7 +11,7 @@ from kbot.sensors.force_torque import ForceTorque
 from kbot.sensors.imu import Imu
 from kbot.sensors.position import Gps, GroundTruth
 from kbot.sensors.proximity import Range
-from kbot.sensors.sdf_values import Values
+from kbot.sensors.sdf_values import SensorValues
 from kbot.sensors.sensor import Spec
 from kbot.text import Diagnostic, Element, KbotError
 from kbot.text.numbers import to_float
@@ -22,12 +22,12 @@ def ros2_control_sensors(robot: Robot, diagnostics: list[Diagnostic]) -> Iterato
     """Those that a description declares; faults are added to `diagnostics`."""
     for extension in extensions(robot, "ros2_control"):
         for element in extension.elements("sensor"):
-            spec = _read(robot, element, Values(element, diagnostics))
+            spec = _read(robot, element, SensorValues(element, diagnostics))
             if spec is not None:
                 yield spec
 
 
-def _read(robot: Robot, element: Element, values: Values) -> Spec | None:
+def _read(robot: Robot, element: Element, values: SensorValues) -> Spec | None:
     """The link is that of `<param name="frame_id">`, by default the root; the rate is `update_rate`."""
     interfaces = {e.attributes.get("name", "") for e in element.elements("state_interface")}
     params = {e.attributes.get("name", ""): e for e in element.elements("param")}
@@ -53,7 +53,11 @@ def _read(robot: Robot, element: Element, values: Values) -> Spec | None:
 
 
 def _by_interfaces(
-    robot: Robot, interfaces: set[str], common: dict[str, Any], params: dict[str, Element], values: Values
+    robot: Robot,
+    interfaces: set[str],
+    common: dict[str, Any],
+    params: dict[str, Element],
+    values: SensorValues,
 ) -> Spec | None:
     stems = {name.partition(".")[0] for name in interfaces}
     if stems & {"angular_velocity", "linear_acceleration"}:

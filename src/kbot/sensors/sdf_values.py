@@ -10,7 +10,7 @@ from kbot.text import Diagnostic, Element, KbotError, Origin, Severity
 from kbot.text.numbers import to_float
 
 
-class Values:
+class SensorValues:
     """Reads beneath one element by paths such as `ray/scan/horizontal/samples`; faults are collected."""
 
     def __init__(self, element: Element, diagnostics: list[Diagnostic]) -> None:
@@ -71,7 +71,7 @@ class Values:
         found = self.find(*paths)
         if found is None:
             return NONE
-        inner = Values(found, self.diagnostics)
+        inner = SensorValues(found, self.diagnostics)
         kind = found.attributes.get("type") or inner.text("type") or "gaussian"
         if kind == "none":
             return NONE

@@ -20,7 +20,7 @@ FOREVER = 1 << 62
 """A step that is never reached."""
 
 
-class Push(NamedTuple):
+class BodyWrench(NamedTuple):
     """A force (N) and torque (N m) along the world's axes on a body's centre of mass, until a step."""
 
     body: str
@@ -29,7 +29,7 @@ class Push(NamedTuple):
     until: int
 
 
-class Placed(NamedTuple):
+class ScheduledFault(NamedTuple):
     """A scheduled fault that acts from `start` to `stop`: s of simulated time, inf for good."""
 
     number: int
@@ -56,7 +56,7 @@ class Disturbances:
     ) -> None:
         self._engine, self._robots, self._journal = engine, robots, journal
         self._target = Target(engine, bus, commands, robots)
-        self.pushes: tuple[Push, ...] = ()
+        self.pushes: tuple[BodyWrench, ...] = ()
         self._faults: list[_Entry] = []
         """In the order in which they were scheduled."""
         self._scheduled = 0
@@ -85,7 +85,7 @@ class Disturbances:
         if body == STANDING:
             raise KbotError(f"'{link}' stands still for good: nothing pushes it")
         until = self._engine.steps + max(1, round(duration / self._engine.timestep))
-        self._use_pushes((*self.pushes, Push(body, force, torque, until)))
+        self._use_pushes((*self.pushes, BodyWrench(body, force, torque, until)))
         self._find_due()
         self._journal.note(
             "apply_body_wrench", link=link, robot=robot, force=force, torque=torque, until=until
@@ -152,11 +152,11 @@ class Disturbances:
         self._journal.note("end_fault", number=int(number))
 
     @property
-    def faults(self) -> tuple[Placed, ...]:
+    def faults(self) -> tuple[ScheduledFault, ...]:
         """The faults that act now or will begin."""
         timestep = self._engine.timestep
         return tuple(
-            Placed(
+            ScheduledFault(
                 entry.number,
                 entry.fault,
                 entry.start * timestep,
@@ -213,7 +213,7 @@ class Disturbances:
         step = self._engine.steps
         self.due = min((time for time in times if time > step), default=FOREVER)
 
-    def _use_pushes(self, pushes: tuple[Push, ...]) -> None:
+    def _use_pushes(self, pushes: tuple[BodyWrench, ...]) -> None:
         """Let these, and no others, act in the engine."""
         self.pushes = pushes
         model, data = self._engine.model, self._engine.data

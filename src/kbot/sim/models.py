@@ -29,7 +29,7 @@ from kbot.sim.robot import SimulatedRobot
 from kbot.sim.robots import Robots
 from kbot.text import Diagnostic, KbotError
 from kbot.text.suggest import did_you_mean
-from kbot.world.joints import Loop
+from kbot.world.body_joints import Loop
 from kbot.world.sdf.reach import Reach
 from kbot.world.things import model_of_sdf, thing
 from kbot.world.world import Body, HeightField, Plane

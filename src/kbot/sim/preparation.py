@@ -22,7 +22,7 @@ from kbot.sim.joint_control.controllers import joint_control, spawned_for
 from kbot.sim.naming import Naming
 from kbot.sim.numbers import FURTHEST, is_finite, shortened, vector
 from kbot.sim.recipe import Contacts
-from kbot.text import Diagnostic, Findings, KbotError
+from kbot.text import Diagnostic, DiagnosticCollector, KbotError
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ def prepare(
     own controller."""
     found = find_drive(robot)
     drive = drive_with_masses(robot, _unless_commanded(robot, found))
-    findings = Findings()
+    findings = DiagnosticCollector()
     findings.diagnostics += faults_of(robot, found)
     settings: DriveSettings | None = None
     if isinstance(drive, DifferentialDrive):
@@ -77,7 +77,7 @@ def prepare(
 
 def controller_findings(robot: Robot) -> tuple[Diagnostic, ...]:
     """What is wrong with the controllers of a robot, before it is simulated."""
-    findings = Findings()
+    findings = DiagnosticCollector()
     joint_control(robot, _driving_joints(_unless_commanded(robot, find_drive(robot))), findings)
     return tuple(findings.diagnostics)
 

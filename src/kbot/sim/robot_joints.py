@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from kbot.sim.engine.engine import Engine
 from kbot.sim.joint_control.kinds import Interface
 from kbot.sim.joint_control.servos import JointServos
-from kbot.sim.joint_control.trajectory import Point
+from kbot.sim.joint_control.trajectory import TrajectoryPoint
 from kbot.sim.preparation import Prepared
 from kbot.sim.robot_body import RobotBody
 from kbot.text import KbotError
@@ -61,7 +61,7 @@ class RobotJoints:
         if interface is Interface.POSITION:
             self._report_beyond(values.items())
 
-    def follow(self, joints: tuple[str, ...], points: tuple[Point, ...], step: int) -> None:
+    def follow(self, joints: tuple[str, ...], points: tuple[TrajectoryPoint, ...], step: int) -> None:
         """Let joints follow points from a step on. Raises KbotError as `command` does."""
         for joint in joints:
             self._require_free(joint)

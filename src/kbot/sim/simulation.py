@@ -32,7 +32,7 @@ from kbot.sim.robots import Robots
 from kbot.sim.snapshots import Snapshots, State
 from kbot.sim.stepping import Stepping
 from kbot.sim.topics import joint_state
-from kbot.text import Diagnostic, Findings, KbotError
+from kbot.text import Diagnostic, DiagnosticCollector, KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.world import World, load_world
 
@@ -289,7 +289,7 @@ def _contacts(contacts: str | Contacts) -> Contacts:
 
 
 def _starts_inside(world: World, robot: str, inside: str) -> tuple[Diagnostic, ...]:
-    findings = Findings()
+    findings = DiagnosticCollector()
     if inside:
         findings.warning(
             "W111",

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.sim.commands import Commands
-from kbot.sim.disturbances import Disturbances, Push
+from kbot.sim.disturbances import BodyWrench, Disturbances
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.welds import Weld
 from kbot.sim.journal import Journal
@@ -40,7 +40,7 @@ class State:
     vector: NDArray[np.float64]
     engine: Any
     robots: dict[str, tuple[Any, ...]]
-    pushes: tuple[Push, ...]
+    pushes: tuple[BodyWrench, ...]
     welds: tuple[Weld, ...]
     random: dict[str, Any]
     built: World

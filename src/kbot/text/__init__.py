@@ -2,14 +2,14 @@
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from kbot.text.diagnostic import Diagnostic, Edit, Findings, Fix, Related, Severity
+    from kbot.text.diagnostic import Diagnostic, DiagnosticCollector, Edit, Fix, Related, Severity
     from kbot.text.errors import DescriptionError, KbotError
     from kbot.text.files import read_source, rewrite, write_text
     from kbot.text.span import Call, Origin, Source, Span
     from kbot.text.xml import Comment, Element, Text, parse_xml
 
 _HOMES = {
-    "diagnostic": ("Diagnostic", "Edit", "Findings", "Fix", "Related", "Severity"),
+    "diagnostic": ("Diagnostic", "Edit", "DiagnosticCollector", "Fix", "Related", "Severity"),
     "errors": ("DescriptionError", "KbotError"),
     "files": ("read_source", "rewrite", "write_text"),
     "span": ("Call", "Origin", "Source", "Span"),
@@ -21,9 +21,9 @@ __all__ = [
     "Comment",
     "DescriptionError",
     "Diagnostic",
+    "DiagnosticCollector",
     "Edit",
     "Element",
-    "Findings",
     "Fix",
     "KbotError",
     "Origin",

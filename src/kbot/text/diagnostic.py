@@ -77,7 +77,7 @@ class Diagnostic:
         return f"{where}{self.severity}: {self.message} [{self.code}]"
 
 
-class Findings:
+class DiagnosticCollector:
     """Collects diagnostics, so that one run reports them all."""
 
     def __init__(self) -> None:

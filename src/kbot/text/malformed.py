@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from kbot.text.diagnostic import Diagnostic, Edit, Fix, Related, Severity
-from kbot.text.nodes import Element
 from kbot.text.span import Origin, Source, Span
 from kbot.text.suggest import did_you_mean
+from kbot.text.xml_nodes import Element
 
 _A_ROBOT = 'a robot is written in <robot name="…"> … </robot>'
 _SPLIT_ROOT = re.compile(rb"<robot\s*>(\s*)<(xmlns:xacro\s*=)")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from kbot.text.nodes import Element, markup_end
 from kbot.text.span import Origin, Source, Span
+from kbot.text.xml_nodes import Element, markup_end
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from xml.parsers import expat
 
 from kbot.text.errors import DescriptionError
-from kbot.text.nodes import CData, Comment, Document, Element, Instruction, Text, markup_end
 from kbot.text.prefixes import Prefixes, fault
 from kbot.text.span import Source
+from kbot.text.xml_nodes import CData, Comment, Element, Instruction, Text, XmlDocument, markup_end
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from kbot.text.diagnostic import Diagnostic
 
-__all__ = ["CData", "Comment", "Document", "Element", "Instruction", "Text", "parse_document", "parse_xml"]
+__all__ = ["CData", "Comment", "Element", "Instruction", "Text", "XmlDocument", "parse_document", "parse_xml"]
 
 MAX_NESTING = 1000
 MAX_READ_NESTING = 100
@@ -40,7 +40,7 @@ def parse_xml(source: Source) -> Element:
     return document.root
 
 
-def parse_document(source: Source, max_nesting: int = MAX_NESTING, max_nodes: int = MAX_NODES) -> Document:
+def parse_document(source: Source, max_nesting: int = MAX_NESTING, max_nodes: int = MAX_NODES) -> XmlDocument:
     """Parse a source into all that stands in it.
 
     An undeclared prefix (P004) is a diagnostic of the document, which is usable nevertheless.
@@ -57,7 +57,7 @@ def parse_document(source: Source, max_nesting: int = MAX_NESTING, max_nodes: in
             0,
             "a robot starts with <robot name='…'>, a launch file with <launch>",
         )
-    document = Document(source)
+    document = XmlDocument(source)
     parser = expat.ParserCreate("UTF-8")
     parser.buffer_text = True
     parser.buffer_size = 1 << 16
@@ -95,7 +95,7 @@ def _specials(data: bytes) -> list[int]:
 
 
 def _handle(
-    parser: expat.XMLParserType, document: Document, max_nesting: int, max_nodes: int
+    parser: expat.XMLParserType, document: XmlDocument, max_nesting: int, max_nodes: int
 ) -> tuple[list[Diagnostic], list[Element]]:
     """Set the parser's handlers, which build the document. Closures: they run for every event.
 

@@ -92,7 +92,7 @@ TEXT = Dialect(as_text=True)
 """For files whose reader decides what a scalar is. Merge keys (`<<`) are texts, too."""
 
 
-class Place:
+class YamlPlace:
     """Where a value was written, and its key; None for items of lists and for the root. Not to be changed."""
 
     __slots__ = ("key", "value")
@@ -102,7 +102,7 @@ class Place:
         self.value = value
 
 
-class Document:
+class YamlDocument:
     """A text of YAML that was read. Not to be changed."""
 
     def __init__(self, source: Source, data: Any, root: Any, made: Mapping[Any, Any]) -> None:  # noqa: ANN401
@@ -114,14 +114,14 @@ class Document:
         """What each node of PyYAML's tree became."""
         self._parts: dict[int, dict[str, tuple[Any, Any]]] = {}
 
-    def place(self, *keys: str) -> Place | None:
+    def place(self, *keys: str) -> YamlPlace | None:
         """Where the value that `keys` lead to was written; None if there is no such value. What an alias
         repeats was written at its anchor."""
         nodes = self._nodes(keys)
         if len(nodes) <= len(keys):
             return None
         key, value = nodes[-1]
-        return Place(None if key is None else self._span(key), self._span(value))
+        return YamlPlace(None if key is None else self._span(key), self._span(value))
 
     def span(self, *keys: str) -> Span:
         """The span of the last key; of the item if it is one of a list; of the nearest value above if there
@@ -166,7 +166,7 @@ def read_yaml(
     dialect: Dialect = PLAIN,
     most_values: int = MOST_VALUES,
     charge: Callable[[int], object] | None = None,
-) -> Document:
+) -> YamlDocument:
     """What a text holds, with places.
 
     With `charge`, the caller bounds what aliases stand for: it is called with the number of keys of each
@@ -237,7 +237,7 @@ def _document(
     loader_class: Any,  # noqa: ANN401 - of `Dialect.loaders`
     most_values: int,
     charge: Callable[[int], object] | None,
-) -> Document:
+) -> YamlDocument:
     """Raises yaml.YAMLError, UnicodeEncodeError, RecursionError."""
     import yaml
 
@@ -252,7 +252,7 @@ def _document(
         data = None if root is None else loader.construct_document(root)
     finally:
         loader.dispose()
-    return Document(source, data, root, made)
+    return YamlDocument(source, data, root, made)
 
 
 def _at(source: Source, mark: Any) -> Span:  # noqa: ANN401 - marks of C and of Python

@@ -13,14 +13,14 @@ from kbot.model.load import Loaded
 from kbot.sim import Simulation
 from kbot.sim import State as Moment
 from kbot.text.files import write_text
-from kbot.workbench.driving.motion import Moment as Standing
-from kbot.workbench.driving.motion import flat
+from kbot.workbench.driving.mover import Moment as Standing
+from kbot.workbench.driving.mover import flat
 from kbot.workbench.driving.sliders import Sliders
 from kbot.workbench.protocol import SetJoint, State
 from kbot.workbench.saved_page import saved_page
 from kbot.workbench.scene.scene import Control
 from kbot.workbench.session.session import Session
-from kbot.workbench.source.description import Reading, findings_of_sensors
+from kbot.workbench.source.description import DescriptionReading, findings_of_sensors
 from kbot.workbench.source.overrides import Overrides
 
 
@@ -122,21 +122,21 @@ class _Still(Sliders):
 class _Read:
     """A description that was read already."""
 
-    reading: Reading
+    reading: DescriptionReading
     overrides: Overrides = field(default_factory=lambda: Overrides(None))
     package_path: tuple[str, ...] = ()
 
-    def read(self) -> Reading:
+    def read(self) -> DescriptionReading:
         return self.reading
 
 
-def _reading(robot: Robot) -> Reading:
+def _reading(robot: Robot) -> DescriptionReading:
     """What a robot was read from, where it knows."""
     loaded: Loaded | None = getattr(robot, "loaded", None)
     if loaded is None:
-        return Reading(robot, True, None, (), (robot.name,))
+        return DescriptionReading(robot, True, None, (), (robot.name,))
     expansion = loaded.expansion
     findings = (*check_loaded(loaded), *findings_of_sensors(robot))
     document = expansion.document
     files = (*((document.source.path,) if document else ()), *expansion.dependencies)
-    return Reading(robot, True, expansion, findings, tuple(dict.fromkeys(files)) or (robot.name,))
+    return DescriptionReading(robot, True, expansion, findings, tuple(dict.fromkeys(files)) or (robot.name,))

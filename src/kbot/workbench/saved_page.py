@@ -13,7 +13,7 @@ from kbot.kinematics.frames import mimics, unit_axis
 from kbot.kinematics.transform import Transform
 from kbot.model import Joint, JointType, Robot
 from kbot.text import KbotError
-from kbot.workbench.page_files import FOLDER
+from kbot.workbench.built_page import FOLDER
 from kbot.workbench.protocol import Findings, Scene, State
 from kbot.workbench.protocol.codec import encode
 from kbot.workbench.scene.scene import position_quaternion

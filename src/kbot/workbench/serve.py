@@ -16,7 +16,7 @@ from kbot.model.load import resolve_robot_path
 from kbot.workbench.address import Address, bound
 from kbot.workbench.serving.server import Server
 from kbot.workbench.session.session import Session
-from kbot.workbench.source.description import Description
+from kbot.workbench.source.description import DescriptionFile
 from kbot.world import load_world
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def open_session(
         DescriptionError: it makes no robot; with everything that is wrong.
         KbotError: there is no such world.
     """
-    description = Description(resolve_robot_path(path), arguments, package_path, properties=properties)
+    description = DescriptionFile(resolve_robot_path(path), arguments, package_path, properties=properties)
     if simulate:
         from kbot.workbench.session.driven_session import driven_session
 

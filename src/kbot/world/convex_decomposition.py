@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.world.world import Mesh
+from kbot.world.world import TriangleMesh
 
 THICKNESS = 0.005
 """Metres of a plate that stands for one triangle of a hollow surface, behind it."""
@@ -21,19 +21,19 @@ _PRISM = np.array(
 
 
 @lru_cache(maxsize=64)
-def convex_pieces(mesh: Mesh) -> tuple[Mesh, ...] | None:
+def convex_pieces(mesh: TriangleMesh) -> tuple[TriangleMesh, ...] | None:
     """The mesh itself where it is convex; else its connected parts, and a part that is hollow as one thin
     plate a triangle. None where that would be too many."""
     vertices, indices = np.unique(np.round(mesh.vertices, 7), axis=0, return_inverse=True)
     faces = indices.reshape(-1)[mesh.faces]
     if _is_convex(vertices, faces):
         return (mesh,)
-    pieces: list[Mesh] = []
+    pieces: list[TriangleMesh] = []
     for part in _connected(len(vertices), faces):
         used, renumbered = np.unique(part, return_inverse=True)
         own, own_faces = vertices[used], renumbered.reshape(part.shape)
         if _is_convex(own, own_faces):
-            pieces.append(Mesh(own, own_faces.astype(np.int32)))
+            pieces.append(TriangleMesh(own, own_faces.astype(np.int32)))
         else:
             pieces += _plates(own, own_faces)
         if len(pieces) > MOST_PIECES:
@@ -75,7 +75,7 @@ def _connected(count: int, faces: NDArray[np.intp]) -> list[NDArray[np.intp]]:
     return [faces[of_face == value] for value in np.unique(of_face)]
 
 
-def _plates(vertices: NDArray[np.float64], faces: NDArray[np.intp]) -> list[Mesh]:
+def _plates(vertices: NDArray[np.float64], faces: NDArray[np.intp]) -> list[TriangleMesh]:
     """A thin prism behind every triangle that has an area."""
     plates = []
     for triangle in vertices[faces]:
@@ -83,5 +83,5 @@ def _plates(vertices: NDArray[np.float64], faces: NDArray[np.intp]) -> list[Mesh
         length = float(np.linalg.norm(normal))
         if length > 1e-9:
             back = triangle - normal / length * THICKNESS
-            plates.append(Mesh(np.vstack([back, triangle]), _PRISM))
+            plates.append(TriangleMesh(np.vstack([back, triangle]), _PRISM))
     return plates

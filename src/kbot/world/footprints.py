@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.planar import convex_hull
 from kbot.kinematics.transform import Transform
-from kbot.world.world import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Sphere
+from kbot.world.world import Box, Capsule, Cylinder, Ellipsoid, Shape, Sphere, TriangleMesh
 
 Points = NDArray[np.float64]
 
@@ -61,7 +61,7 @@ def _corners(shape: Shape) -> Points | None:
         case Capsule(radius=radius, length=length):
             ball = _ball() * radius
             return np.concatenate([ball + np.array((0.0, 0.0, z)) for z in (-length / 2, length / 2)])
-        case Mesh(vertices=vertices):
+        case TriangleMesh(vertices=vertices):
             return _extreme(vertices)
     return None
 

@@ -9,12 +9,12 @@ from kbot.kinematics.transform import Transform
 from kbot.text import DescriptionError, KbotError, Severity
 from kbot.text.files import unsaved
 from kbot.text.suggest import did_you_mean
+from kbot.world.body_joints import Loop
 from kbot.world.builders import WOOD
-from kbot.world.joints import Loop
 from kbot.world.sdf import read_sdf
-from kbot.world.sdf.files import read_xml
 from kbot.world.sdf.model_paths import LIBRARY
 from kbot.world.sdf.reach import Reach
+from kbot.world.sdf.resources import read_xml
 from kbot.world.world import Body, Box, Part
 
 BOX = "box"

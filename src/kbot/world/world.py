@@ -14,8 +14,8 @@ from kbot.model.primitives import Capsule as Capsule
 from kbot.model.primitives import Cylinder as Cylinder
 from kbot.model.primitives import Sphere as Sphere
 from kbot.text import Diagnostic, Origin
+from kbot.world.body_joints import BodyJoint, Loop
 from kbot.world.georeference import Georeference
-from kbot.world.joints import Joint, Loop
 
 Rgba = tuple[float, float, float, float]
 
@@ -42,7 +42,7 @@ class Ellipsoid:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Mesh:
+class TriangleMesh:
     """Triangles: `vertices` (n, 3) in metres, `faces` (m, 3) indices. Touched as its convex hull."""
 
     vertices: NDArray[np.float64]
@@ -57,7 +57,7 @@ class HeightField:
     size: tuple[float, float]
 
 
-Shape = Plane | Box | Cylinder | Sphere | Capsule | Ellipsoid | Mesh | HeightField
+Shape = Plane | Box | Cylinder | Sphere | Capsule | Ellipsoid | TriangleMesh | HeightField
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +97,7 @@ class Body:
     centre_of_mass: tuple[float, float, float] | None = None
     inertia: tuple[float, float, float, float, float, float] | None = None
     origin: Origin | None = None
-    joint: Joint | None = None
+    joint: BodyJoint | None = None
     model: str = ""
     weightless: float = 0.0
 

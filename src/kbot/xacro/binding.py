@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from kbot.text.span import Call, Origin
 from kbot.text.xml import Element
-from kbot.xacro.faults import Problem
 from kbot.xacro.values import Value
+from kbot.xacro.xacro_error import Problem
 
 READY, LAZY, BUSY, FAILED = range(4)
 

@@ -6,8 +6,8 @@ memory, so that a bound on steps is a bound on both. Work is charged before it i
 
 from __future__ import annotations
 
-from kbot.xacro.faults import Fault, LimitFault
 from kbot.xacro.values import YamlList
+from kbot.xacro.xacro_error import LimitFault, XacroError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -168,7 +168,7 @@ class Budget:
         """`str(value)`.
 
         Raises:
-            Fault: X104, a whole number in it has more digits than Python writes.
+            XacroError: X104, a whole number in it has more digits than Python writes.
         """
         kind = type(value)
         if kind is str:
@@ -179,7 +179,7 @@ class Budget:
         try:
             return str(value)
         except ValueError as error:
-            raise Fault("X104", f"the value cannot be written as text: {error}") from None
+            raise XacroError("X104", f"the value cannot be written as text: {error}") from None
 
     def keys(self, size: int, keys: Iterable[Value]) -> None:
         """Charge finding or inserting keys in a container that has `size` of them before.

@@ -9,17 +9,17 @@ from kbot.text.depth import room_for
 from kbot.text.errors import DescriptionError, reading
 from kbot.text.span import Origin, Source, Span
 from kbot.text.suggest import did_you_mean, nearest
-from kbot.text.xml import Document, Element
+from kbot.text.xml import Element, XmlDocument
 from kbot.xacro import files, templates
 from kbot.xacro.expander import Expander
 from kbot.xacro.expressions import compiler
-from kbot.xacro.faults import LimitFault, Problem
 from kbot.xacro.limits import DEFAULT, Limits
 from kbot.xacro.result import Expansion
 from kbot.xacro.run import Log, Run
 from kbot.xacro.scope import Scope
 from kbot.xacro.tags import TAGS, call_macro
 from kbot.xacro.values import Value
+from kbot.xacro.xacro_error import LimitFault, Problem
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -125,7 +125,7 @@ def _expand(source: Source, name: str, run: Run, properties: Mapping[str, Value]
     )
 
 
-def _walk(document: Document, expander: Expander, scope: Scope) -> Element:
+def _walk(document: XmlDocument, expander: Expander, scope: Scope) -> Element:
     root = expander.root(document.root, scope)
     expander.run.check_result(root)
     expander.run.point_at_later_definitions(scope.find)

@@ -14,13 +14,13 @@ from kbot.text.span import Call
 from kbot.text.xml import Comment, Element, Text
 from kbot.xacro.binding import FAILED, Binding
 from kbot.xacro.comments import Gap
-from kbot.xacro.faults import Fault, Problem
+from kbot.xacro.expansion_context import ExpansionContext, Node
 from kbot.xacro.macros import MacroTable
-from kbot.xacro.place import Node, Place
 from kbot.xacro.run import Run
 from kbot.xacro.scope import Scope
 from kbot.xacro.templates import evaluate, shortened
 from kbot.xacro.values import Value, truth
+from kbot.xacro.xacro_error import Problem, XacroError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 _EVALUATED = 32
 """What each evaluated text counts for beyond its own characters: evaluating an empty one takes time too."""
 
-Handler = Callable[["Expander", Element, Place, bool], None]
+Handler = Callable[["Expander", Element, ExpansionContext, bool], None]
 """What does a tag: the expander, the tag, the place, and whether anything follows the tag."""
 
 
@@ -63,10 +63,12 @@ class Expander:
                 attributes["xmlns"] = self._attribute(
                     element, "xacro:targetNamespace", target, scope, None, made
                 )
-        self.children(element.children, Place(scope, self.macros, None, attributes, made.children, made))
+        self.children(
+            element.children, ExpansionContext(scope, self.macros, None, attributes, made.children, made)
+        )
         return made
 
-    def children(self, nodes: Sequence[Node], place: Place) -> None:
+    def children(self, nodes: Sequence[Node], place: ExpansionContext) -> None:
         """Expand nodes into `place.out`."""
         run = self.run
         out, depth, macro_depth = place.out, run.depth, run.macro_depth
@@ -83,7 +85,7 @@ class Expander:
                 else:
                     try:
                         self.tag(node, place, index < last)
-                    except Fault as fault:
+                    except XacroError as fault:
                         run.report(fault, node, "", place.call)
                         run.depth, run.macro_depth = depth, macro_depth
             elif type(node) is Text:
@@ -102,7 +104,7 @@ class Expander:
             else:
                 out.append(node)
 
-    def element(self, node: Element, place: Place) -> Element:
+    def element(self, node: Element, place: ExpansionContext) -> Element:
         """Expand an element that is none of xacro's own."""
         run, call = self.run, place.call
         depth = run.depth
@@ -137,7 +139,7 @@ class Expander:
         made.children = children
         return made
 
-    def tag(self, node: Element, place: Place, has_next: bool) -> None:
+    def tag(self, node: Element, place: ExpansionContext, has_next: bool) -> None:
         """Do what one of xacro's own tags says."""
         run = self.run
         run.depth += 1
@@ -146,7 +148,7 @@ class Expander:
         self.tags.get(node.tag, self._call_macro)(self, node, place, has_next)
         run.depth -= 1
 
-    def _deeper(self, depth: int, node: Element, place: Place) -> None:
+    def _deeper(self, depth: int, node: Element, place: ExpansionContext) -> None:
         """Check the bounds on nodes and nesting, where one of them may be reached."""
         run = self.run
         run.deepest = max(run.deepest, depth)
@@ -185,7 +187,7 @@ class Expander:
             value = evaluate(text, scope)
             if type(value) is not str:
                 value = run.budget.text(value)
-        except Fault as fault:
+        except XacroError as fault:
             run.report(fault, node, name, call)
             return text
         if used:
@@ -203,11 +205,11 @@ class Expander:
         if run.characters < 0:
             run.report(run.budget.exceeded("text", "the evaluated texts are too long"), node, "", call)
 
-    def _text(self, node: Text, place: Place) -> Text:
+    def _text(self, node: Text, place: ExpansionContext) -> Text:
         run = self.run
         try:
             value = run.budget.text(evaluate(node.value, place.scope))
-        except Fault as fault:
+        except XacroError as fault:
             run.report(fault, node, "", place.call)
             return node
         if run.pending:
@@ -215,72 +217,74 @@ class Expander:
         self._count(value, node, place.call)
         return node.brought_by(place.call, value)
 
-    def _comment(self, node: Text, place: Place) -> Text:
+    def _comment(self, node: Text, place: ExpansionContext) -> Text:
         made = self._text(node, place) if "$" in node.value else node
         if "--" in made.value:
-            fault = Fault("X134", "the evaluated comment holds '--', which XML does not allow in one")
+            fault = XacroError("X134", "the evaluated comment holds '--', which XML does not allow in one")
             self.run.report(fault, node, "", place.call)
         return made
 
-    def evaluated(self, node: Element, name: str, place: Place) -> Value:
+    def evaluated(self, node: Element, name: str, place: ExpansionContext) -> Value:
         """The value of an attribute of a xacro tag.
 
         Raises:
-            Fault: what is wrong with it, already reported.
+            XacroError: what is wrong with it, already reported.
         """
         text = node.attributes[name]
         if "$" not in text:
             return text
         try:
             value = evaluate(text, place.scope)
-        except Fault as fault:
+        except XacroError as fault:
             raise self.reported(fault, node, name, place) from None
         if self.run.pending:
             self.run.flush(node, name, place.call)
         return value
 
-    def truth(self, value: Value, node: Element, name: str, place: Place) -> bool:
+    def truth(self, value: Value, node: Element, name: str, place: ExpansionContext) -> bool:
         """The truth of an attribute's value.
 
         Raises:
-            Fault: it has none; already reported.
+            XacroError: it has none; already reported.
         """
         try:
             return truth(value)
         except (ValueError, TypeError):
             text, result = shortened(node.attributes[name], 60), shortened(self.run.budget.text(value), 60)
             shown = f"'{text}' is" if text == result else f"'{text}' evaluates to '{result}', which is"
-            fault = Fault(
+            fault = XacroError(
                 "X128", f"{shown} neither true nor false", "write true, false, or a comparison: ${a == b}"
             )
             raise self.reported(fault, node, name, place) from None
 
     # --- for the modules of the tags ---------------------------------------------------------
 
-    def reported(self, fault: Fault, node: Element, name: str, place: Place) -> Fault:
+    def reported(self, fault: XacroError, node: Element, name: str, place: ExpansionContext) -> XacroError:
         """Report a fault of an attribute; what may be raised to leave the tag without another report."""
         problem = self.run.report(fault, node, name, place.call)
-        return Fault(fault.code, fault.message, problem=problem, origin=fault.origin)
+        return XacroError(fault.code, fault.message, problem=problem, origin=fault.origin)
 
-    def poison(self, name: str, scope: Scope, node: Element, place: Place, problem: Problem) -> None:
+    def poison(
+        self, name: str, scope: Scope, node: Element, place: ExpansionContext, problem: Problem
+    ) -> None:
         """Bind a name to a problem, so that its uses are no errors of their own."""
         binding = Binding(name, None, FAILED, node, "", place.call)
         binding.problem = problem
         scope.values[name] = binding
 
-    def splice(self, content: list[Node], place: Place) -> None:
+    def splice(self, content: list[Node], place: ExpansionContext) -> None:
         """Put nodes at the end of the place."""
         place.out.extend(content)
         self.gap.spliced(content, place.out)
 
-    def replace(self, content: list[Node], place: Place, has_next: bool) -> None:
+    def replace(self, content: list[Node], place: ExpansionContext, has_next: bool) -> None:
         """Put the content in a tag's place, and take the comments before the tag away."""
         tail: list[Node] = []
         self.gap.drop_comments(place.out, tail, has_next)
         self.splice(content, place)
         self.splice(tail, place)
 
-    def lift(self, attributes: dict[str, str], place: Place, node: Element) -> None:
+    def lift(self, attributes: dict[str, str], place: ExpansionContext, node: Element) -> None:
         """Bring the namespaces that were declared within up to the element around."""
         for name, value in attributes.items():
             if name.startswith("xmlns:"):

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from kbot.text.span import Source
-from kbot.text.xml import MAX_NESTING, MAX_NODES, Document, parse_document
+from kbot.text.xml import MAX_NESTING, MAX_NODES, XmlDocument, parse_document
 
 _CACHE_SIZE = 500
-_cache: dict[str, Document] = {}
+_cache: dict[str, XmlDocument] = {}
 
 
 def clear_cache() -> None:
@@ -14,7 +14,7 @@ def clear_cache() -> None:
     _cache.clear()
 
 
-def parsed(source: Source, max_nesting: int = MAX_NESTING, max_nodes: int = MAX_NODES) -> Document:
+def parsed(source: Source, max_nesting: int = MAX_NESTING, max_nodes: int = MAX_NODES) -> XmlDocument:
     """The document of a source; the one parsed before where the text is the same.
 
     Raises:

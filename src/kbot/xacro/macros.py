@@ -6,7 +6,7 @@ import re
 
 from kbot.text.span import Call
 from kbot.text.xml import Element
-from kbot.xacro.faults import Problem
+from kbot.xacro.xacro_error import Problem
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ _BLANK = re.compile(r"\s*")
 _FORWARDS = ("^|", "^", "")
 
 
-class Parameter:
+class MacroParameter:
     """A parameter: `forwarded` takes the caller's value of the same name, `default` stands in."""
 
     __slots__ = ("default", "forwarded", "name")
@@ -51,7 +51,7 @@ class Macro:
         self,
         name: str,
         body: Element,
-        parameters: tuple[Parameter, ...],
+        parameters: tuple[MacroParameter, ...],
         call: Call | None = None,
         problem: Problem | None = None,
     ) -> None:
@@ -96,7 +96,7 @@ class MacroTable:
         return found
 
 
-def parse_parameters(text: str) -> tuple[Parameter, ...]:
+def parse_parameters(text: str) -> tuple[MacroParameter, ...]:
     """The parameters of a macro's `params`: names, each with `:=` and a default or without.
 
     Raises:
@@ -111,12 +111,12 @@ def parse_parameters(text: str) -> tuple[Parameter, ...]:
             words = text.split(None, 1)
             if not words:
                 raise ValueError("params holds nothing but blanks")
-            parameter, text = Parameter(words[0]), words[1] if len(words) > 1 else ""
+            parameter, text = MacroParameter(words[0]), words[1] if len(words) > 1 else ""
         parameters.append(parameter)
     return tuple(parameters)
 
 
-def parse_default(text: str) -> tuple[Parameter, str] | None:
+def parse_default(text: str) -> tuple[MacroParameter, str] | None:
     """The parameter with a default that a text begins with, and the rest of it; None where none does.
 
     The official implementation has one regular expression for this, which takes exponential time
@@ -132,7 +132,7 @@ def parse_default(text: str) -> tuple[Parameter, str] | None:
             begin = start + len(forward)
             end = _default_end(text, begin)
             if end is not None:
-                parameter = Parameter(head["name"], forward != "", text[begin:end] or None)
+                parameter = MacroParameter(head["name"], forward != "", text[begin:end] or None)
                 blank = _BLANK.match(text, end)
                 return parameter, text[blank.end() if blank else end :].partition("\n")[0]
     return None

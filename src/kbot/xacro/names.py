@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import re
 
-from kbot.xacro.faults import Fault
 from kbot.xacro.values import Value, YamlDict, attribute
+from kbot.xacro.xacro_error import XacroError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -153,7 +153,7 @@ def _deprecated(run: Run, name: str, space: str, function: Callable[..., Value])
 
 
 def _fatal(text: Callable[[Value], str], *args: Value) -> Value:
-    raise Fault("X118", " ".join(map(text, args)) or "xacro.fatal() was called")
+    raise XacroError("X118", " ".join(map(text, args)) or "xacro.fatal() was called")
 
 
 def _speaker(run: Run, kind: str) -> Callable[..., str]:

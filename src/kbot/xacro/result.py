@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 
 from kbot.text.errors import DescriptionError
-from kbot.text.xml import Document, Element, Text
+from kbot.text.xml import Element, Text, XmlDocument
 from kbot.xacro.serialise import banner, serialise
 
 TYPE_CHECKING = False
@@ -33,7 +33,7 @@ class Expansion:
     def __init__(
         self,
         path: str | None,
-        source: Document | None,
+        source: XmlDocument | None,
         document: Element | None,
         diagnostics: tuple[Diagnostic, ...],
         dependencies: tuple[str, ...],

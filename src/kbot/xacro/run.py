@@ -12,16 +12,16 @@ from kbot.text.span import Call, Origin, Source, Span
 from kbot.text.suggest import did_you_mean
 from kbot.text.xml import Element, Text
 from kbot.xacro.budget import Budget
-from kbot.xacro.faults import Fault, LimitFault, Problem, consequence
 from kbot.xacro.files import parsed
 from kbot.xacro.location import locate
 from kbot.xacro.serialise import written_size
 from kbot.xacro.values import Value
+from kbot.xacro.xacro_error import LimitFault, Problem, XacroError, consequence
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from kbot.text.diagnostic import Diagnostic
-    from kbot.text.xml import Document
+    from kbot.text.xml import XmlDocument
     from kbot.xacro.binding import Binding
     from kbot.xacro.limits import Limits
     from kbot.xacro.packages import Packages
@@ -109,7 +109,7 @@ class Run:
         self.budget.charge(len(source.text) >> 8)  # a file can be read any number of times
         return source if path == name else Source(name, source.text)
 
-    def parsed(self, source: Source) -> Document:
+    def parsed(self, source: Source) -> XmlDocument:
         """The document of a file that is expanded."""
         document = parsed(source, self.limits.nesting, self.limits.nodes)
         self.copied += len(source.text)
@@ -137,7 +137,7 @@ class Run:
         """The value of `$(arg name)`.
 
         Raises:
-            Fault: X112, it is neither declared nor given.
+            XacroError: X112, it is neither declared nor given.
         """
         try:
             value = self.arguments[name]
@@ -147,7 +147,7 @@ class Run:
             hint = did_you_mean(str(name), self.arguments) or (
                 f'declare it before: <xacro:arg name="{name}" default="…"/>, or give {name}:=…'
             )
-            fault = Fault("X112", f"the argument '{name}' is not defined", hint, key=("argument", name))
+            fault = XacroError("X112", f"the argument '{name}' is not defined", hint, key=("argument", name))
             fault.near = hint.startswith("did")
             raise fault from None
         self.declared.add(name)
@@ -163,7 +163,7 @@ class Run:
             source = self.read(name)
         except DescriptionError as error:
             cause = error.diagnostics[0]
-            fault = Fault("X117", cause.message, cause.hint, key=("file", name))
+            fault = XacroError("X117", cause.message, cause.hint, key=("file", name))
             raise fault from None
         self.files.append(name)
         try:
@@ -173,7 +173,7 @@ class Run:
 
     # --- what is wrong -----------------------------------------------------------------------
 
-    def report(self, fault: Fault, node: Element | Text, attribute: str, call: Call | None) -> Problem:
+    def report(self, fault: XacroError, node: Element | Text, attribute: str, call: Call | None) -> Problem:
         """Report a fault of an attribute's value, of a text, or (attribute empty) of a tag.
 
         Raises:
@@ -185,14 +185,14 @@ class Run:
             raise fault
         return self._add(fault, fault.origin)
 
-    def report_value(self, fault: Fault, binding: Binding) -> Problem:
+    def report_value(self, fault: XacroError, binding: Binding) -> Problem:
         """Report a fault of a property's own value."""
         if binding.node is not None:
             return self.report(fault, binding.node, binding.attribute, binding.call)
         fault.origin = fault.origin or self._start()
         return self._add(fault, fault.origin)
 
-    def _add(self, fault: Fault, origin: Origin) -> Problem:
+    def _add(self, fault: XacroError, origin: Origin) -> Problem:
         if fault.problem is not None:
             fault.problem.also("needed here", origin)
             return fault.problem
@@ -221,7 +221,7 @@ class Run:
         first: Problem | None = None
         for d in diagnostics:
             origin = Origin(d.origin.span, call) if d.origin else self._start()
-            fault = Fault(d.code, d.message, d.hint, origin=origin)
+            fault = XacroError(d.code, d.message, d.hint, origin=origin)
             problem = self._add(fault, origin)
             problem.fix = d.fix
             first = first or problem

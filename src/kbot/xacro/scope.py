@@ -5,10 +5,10 @@ from __future__ import annotations
 from kbot.text.suggest import Suggestion, did_you_mean
 from kbot.xacro.binding import BUSY, FAILED, LAZY, READY, Binding
 from kbot.xacro.budget import Budget
-from kbot.xacro.faults import Fault, consequence
 from kbot.xacro.names import FUNCTIONS, GLOBAL, KNOWN, run_name
 from kbot.xacro.templates import evaluate, expression
 from kbot.xacro.values import Value, literal
+from kbot.xacro.xacro_error import XacroError, consequence
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class Scope:
         """The value of a name, computed now if nobody asked before.
 
         Raises:
-            Fault: X103 not defined, X105 defined by itself, or a consequence of another problem.
+            XacroError: X103 not defined, X105 defined by itself, or a consequence of another problem.
         """
         scope: Scope | None = self
         while scope is not None:
@@ -142,11 +142,11 @@ class Scope:
         mark = len(run.used)
         try:
             value = literal(evaluate(binding.value, self))
-        except Fault as error:
+        except XacroError as error:
             fault = error
             if binding.value == NO_VALUE:
                 hint = f"write its value in place of {NO_VALUE}"
-                fault = Fault("X100", f"the property '{binding.name}' has no value", hint)
+                fault = XacroError("X100", f"the property '{binding.name}' has no value", hint)
             binding.problem = run.report_value(fault, binding)
             binding.state = FAILED
             raise _failed(binding) from None
@@ -160,25 +160,25 @@ class Scope:
             run.log("use", self, binding.name, value)
         return value
 
-    def _circular(self, binding: Binding) -> Fault:
+    def _circular(self, binding: Binding) -> XacroError:
         resolving = self.run.resolving
         chain = [b.name for b in resolving[resolving.index(binding) :]] + [binding.name]
-        return Fault(
+        return XacroError(
             "X105",
             f"circular definition: {' -> '.join(chain)}",
             'give one of them a value of its own, or evaluate it at once with lazy_eval="false"',
             key=("circular", frozenset(chain)),
         )
 
-    def _undefined(self, name: str) -> Fault:
+    def _undefined(self, name: str) -> XacroError:
         near = did_you_mean(name, self.known())
         hint = near or Suggestion(f'Define it with <xacro:property name="{name}" value="…"/>', name)
-        fault = Fault("X103", f"unknown property '{name}'", hint, key=("undefined", name))
+        fault = XacroError("X103", f"unknown property '{name}'", hint, key=("undefined", name))
         fault.near = bool(near)
         return fault
 
 
-def _failed(binding: Binding) -> Fault:
+def _failed(binding: Binding) -> XacroError:
     if binding.problem is None:
-        return Fault("X100", f"'{binding.name}' has no value")
+        return XacroError("X100", f"'{binding.name}' has no value")
     return consequence(binding.problem)

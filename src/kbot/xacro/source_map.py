@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from kbot.text.errors import DescriptionError
 from kbot.text.span import Call, Origin, Source, Span
 from kbot.text.xml import Element, parse_document
-from kbot.xacro.faults import Fault
 from kbot.xacro.location import within
 from kbot.xacro.templates import pieces
+from kbot.xacro.xacro_error import XacroError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -130,7 +130,7 @@ def expressions(span: Span) -> tuple[Span, ...]:
         return ()
     try:
         found = [piece for piece in pieces(text) if piece.kind != "text"]
-    except Fault:
+    except XacroError:
         return ()
     return tuple(within(span, text, piece.start, piece.end) for piece in found)
 

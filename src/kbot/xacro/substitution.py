@@ -7,10 +7,10 @@ import os
 from collections.abc import Callable
 
 from kbot.text.suggest import did_you_mean
-from kbot.xacro.expressions.operations import Frame
-from kbot.xacro.faults import Fault
+from kbot.xacro.expressions.operations import CallFrame
 from kbot.xacro.templates import expression
 from kbot.xacro.values import Value
+from kbot.xacro.xacro_error import XacroError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def substitute(content: str, run: Run) -> str:
     """The text that stands for `$(content)`.
 
     Raises:
-        Fault: X110 no such command, X111 wrong number of words, X112 an argument that is not
+        XacroError: X110 no such command, X111 wrong number of words, X112 an argument that is not
             defined, X113 an environment variable that is not set, X114 a package that is not
             found, X115 a bracket or dollar sign in the wrong place.
     """
@@ -60,11 +60,11 @@ Command = Callable[["Run", list[str]], str]
 def _command(content: str, run: Run, commands: dict[str, Command]) -> str:
     words = [word for word in content.split(" ") if word]
     if not words:
-        raise Fault("X110", "the brackets of '$( )' name no command", f"one of {', '.join(_COMMANDS)}")
+        raise XacroError("X110", "the brackets of '$( )' name no command", f"one of {', '.join(_COMMANDS)}")
     name = words[0]
     if name not in _COMMANDS:
         hint = did_you_mean(name, _COMMANDS) or f"the commands are {', '.join(_COMMANDS)}, eval and cwd"
-        raise Fault("X110", f"'{name}' is no command of '$(…)'", hint)
+        raise XacroError("X110", f"'{name}' is no command of '$(…)'", hint)
     command = commands.get(name)
     return f"$({content})" if command is None else command(run, words[1:])
 
@@ -76,7 +76,7 @@ def _scan(text: str, run: Run, commands: dict[str, Command]) -> str:
         end = text.find(")", start)
         content = text[start + 2 : end] if end >= 0 else text[start + 2 :]
         if "$" in content or "(" in content:
-            raise Fault("X115", f"'$' and '(' have no place within '$(…)': '$({content})'")
+            raise XacroError("X115", f"'$' and '(' have no place within '$(…)': '$({content})'")
         if end < 0:
             break
         out += [text[at:start], _command(content, run, commands) if content else "$()"]
@@ -86,19 +86,19 @@ def _scan(text: str, run: Run, commands: dict[str, Command]) -> str:
 
 def _arg(run: Run, words: list[str]) -> str:
     if len(words) != 1:
-        raise Fault("X111", f"$(arg NAME) takes one name, not {len(words)}")
+        raise XacroError("X111", f"$(arg NAME) takes one name, not {len(words)}")
     return run.argument(words[0])
 
 
 def _find(run: Run, words: list[str]) -> str:
     if len(words) != 1:
-        raise Fault("X111", f"$(find PACKAGE) takes one name, not {len(words)}")
+        raise XacroError("X111", f"$(find PACKAGE) takes one name, not {len(words)}")
     from kbot.xacro.packages import PackageNotFound  # not every description has packages: start-up time
 
     try:
         return run.packages.find(words[0])
     except PackageNotFound as error:
-        fault = Fault(
+        fault = XacroError(
             "X114", f"the package '{error.name}' is not found", error.hint, key=("package", error.name)
         )
         fault.missing_file = True
@@ -107,19 +107,19 @@ def _find(run: Run, words: list[str]) -> str:
 
 def _env(run: Run, words: list[str]) -> str:
     if len(words) != 1:
-        raise Fault("X111", f"$(env VARIABLE) takes one name, not {len(words)}")
+        raise XacroError("X111", f"$(env VARIABLE) takes one name, not {len(words)}")
     value = os.environ.get(words[0])
     if value is None:
         hint = (
             did_you_mean(words[0], os.environ) or f"set it, or give a default: $(optenv {words[0]} default)"
         )
-        raise Fault("X113", f"the environment variable '{words[0]}' is not set", hint)
+        raise XacroError("X113", f"the environment variable '{words[0]}' is not set", hint)
     return value
 
 
 def _optenv(run: Run, words: list[str]) -> str:
     if not words:
-        raise Fault("X111", "$(optenv VARIABLE default) takes a name")
+        raise XacroError("X111", "$(optenv VARIABLE default) takes a name")
     return os.environ.get(words[0], " ".join(words[1:]))
 
 
@@ -130,7 +130,7 @@ def _dirname(run: Run, words: list[str]) -> str:
 def _anon(run: Run, words: list[str]) -> str:
     """A name of one's own: the same for the same word, and in every run, so that results repeat."""
     if len(words) != 1:
-        raise Fault("X111", f"$(anon NAME) takes one name, not {len(words)}")
+        raise XacroError("X111", f"$(anon NAME) takes one name, not {len(words)}")
     import hashlib  # rarely needed: start-up time
 
     seed = f"{run.files[0]}\0{words[0]}"
@@ -165,10 +165,10 @@ class _Names:
         return convert(run.argument(name))
 
     def assign(self, name: str, value: Value) -> None:
-        raise Fault("X191", "nothing can be assigned within $(eval …)")
+        raise XacroError("X191", "nothing can be assigned within $(eval …)")
 
 
 def _evaluate(source: str, run: Run) -> str:
     if "__" in source:
-        raise Fault("X191", "two underscores in a row are refused within $(eval …)")
-    return run.budget.text(expression(source, Frame(_Names(run), {})))
+        raise XacroError("X191", "two underscores in a row are refused within $(eval …)")
+    return run.budget.text(expression(source, CallFrame(_Names(run), {})))

@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 from kbot.xacro.expressions.compiler import compiled
 from kbot.xacro.expressions.operations import InvalidExpression
-from kbot.xacro.faults import Fault, LimitFault
 from kbot.xacro.values import Value
+from kbot.xacro.xacro_error import LimitFault, XacroError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def pieces(text: str) -> list[Piece]:
     """Take a text apart.
 
     Raises:
-        Fault: X101, a dollar sign that begins something and does not end it.
+        XacroError: X101, a dollar sign that begins something and does not end it.
     """
     found: list[Piece] = []
     at = 0
@@ -85,16 +85,16 @@ def pieces(text: str) -> list[Piece]:
     return found
 
 
-def _unclosed(text: str, at: int) -> Fault:
+def _unclosed(text: str, at: int) -> XacroError:
     match = _UNCLOSED.match(text, at)
     mark = match[0] if match else text[at]
     closing = {"{": "}", "(": ")"}.get(mark[-1])
     if closing:
         mark = shortened(mark, 20)
         hint = f"close it with '{closing}', or write '${mark}' for the text"
-        fault = Fault("X101", f"'{mark}' is never closed", hint)
+        fault = XacroError("X101", f"'{mark}' is never closed", hint)
     else:
-        fault = Fault("X101", f"'{shortened(mark, 20)}' begins neither '${{' nor '$('")
+        fault = XacroError("X101", f"'{shortened(mark, 20)}' begins neither '${{' nor '$('")
     fault.part = (at, match.end() if match else at + 1)
     return fault
 
@@ -122,7 +122,7 @@ class Template:
         """The value: of its own type where the text is one expression, a text otherwise.
 
         Raises:
-            Fault: with the part of the text that it comes of.
+            XacroError: with the part of the text that it comes of.
         """
         done = 0
         try:
@@ -146,7 +146,7 @@ class Template:
                 done = next(index for index, part in enumerate(parts) if _HALF.search(part))
                 _writable(parts[done])
             return text
-        except Fault as fault:
+        except XacroError as fault:
             if fault.part is None:
                 found = pieces(self.text)[done : done + 1]  # none where all together are too long
                 fault.part = (found[0].start, found[0].end) if found else (0, len(self.text))
@@ -154,9 +154,9 @@ class Template:
 
 
 def _writable(value: Value) -> Value:
-    """The same. Raises Fault: it is a text with half a character, which cannot be encoded."""
+    """The same. Raises XacroError: it is a text with half a character, which cannot be encoded."""
     if type(value) is str and not value.isascii() and _HALF.search(value):
-        raise Fault("X104", "the text holds half of a character, from U+D800 to U+DFFF")
+        raise XacroError("X104", "the text holds half of a character, from U+D800 to U+DFFF")
     return value
 
 
@@ -173,7 +173,7 @@ def evaluate(text: str, scope: Names) -> Value:
     """The value of a text in a scope.
 
     Raises:
-        Fault: with the part of the text that it comes of.
+        XacroError: with the part of the text that it comes of.
     """
     if "$" not in text:
         return text
@@ -208,7 +208,7 @@ def _expression_evaluator(content: str, start: int, end: int) -> Evaluator:
         fault = invalid(error)
         fault.part = (start, end)
         raise fault from None
-    except Fault as fault:
+    except XacroError as fault:
         fault.part = (start, end)
         raise
 
@@ -224,22 +224,22 @@ def _expression_evaluator(content: str, start: int, end: int) -> Evaluator:
 def _text(content: str, scope: Names) -> str:
     try:
         value = evaluate(content, scope)
-    except Fault as fault:
+    except XacroError as fault:
         fault.part = None
         raise
     return value if type(value) is str else scope.budget.text(value)
 
 
-def invalid(error: InvalidExpression) -> Fault:
+def invalid(error: InvalidExpression) -> XacroError:
     """The fault of a syntax error."""
-    return Fault("X102", f"invalid expression: {error}")
+    return XacroError("X102", f"invalid expression: {error}")
 
 
 def expression(content: str, names: Environment) -> Value:
     """The value of an expression, as in `${…}` and in `$(eval …)`.
 
     Raises:
-        Fault: X102, it is not a valid expression; X104, it cannot be computed; X190, a limit is reached.
+        XacroError: X102, it is not a valid expression; X104, it cannot be computed; X190, a limit is reached.
     """
     names.budget.charge(len(content))
     try:
@@ -252,7 +252,7 @@ def expression(content: str, names: Environment) -> Value:
         raise failed(error, content) from None
 
 
-def failed(error: Exception, content: str) -> Fault:
+def failed(error: Exception, content: str) -> XacroError:
     """The fault of an expression that raised an error."""
     wanted = getattr(error, "wanted", None)
     hint = ""
@@ -267,7 +267,7 @@ def failed(error: Exception, content: str) -> Fault:
         reason = "it is nested too deeply"
     elif isinstance(error, MemoryError):
         reason = "it needs too much memory"
-    return Fault("X104", f"{reason}, in '{shortened(' '.join(content.split()), 60)}'", hint)
+    return XacroError("X104", f"{reason}, in '{shortened(' '.join(content.split()), 60)}'", hint)
 
 
 def shortened(text: str, size: int = 200) -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import re
 
-from kbot.xacro.faults import Fault
 from kbot.xacro.values import Value, wrap
+from kbot.xacro.xacro_error import XacroError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def load(source: Source, evaluate: Callable[[str], Value], budget: Budget) -> Va
     """The data of a YAML file. `evaluate` computes the expression behind a unit.
 
     Raises:
-        Fault: X116, the file is not valid YAML; X190, reading it takes too much work.
+        XacroError: X116, the file is not valid YAML; X190, reading it takes too much work.
     """
     from kbot.text.yaml import YamlError  # lazy in this module: clear_cache imports this module
 
@@ -58,10 +58,10 @@ def load(source: Source, evaluate: Callable[[str], Value], budget: Budget) -> Va
         except _NotPlain:
             data = _any_data(source, evaluate, budget)
     except YamlError as error:
-        raise Fault("X116", f"{error.span} is not valid YAML: {error.problem}") from None
+        raise XacroError("X116", f"{error.span} is not valid YAML: {error.problem}") from None
     size = _size(data)
     if size is None:
-        raise Fault("X190", f"{source.path} holds too much data, or data within itself")
+        raise XacroError("X190", f"{source.path} holds too much data, or data within itself")
     budget.charge(size)
     _cache[source.path] = (source.text, data, size)
     return wrap(_copied(data))

@@ -10,8 +10,8 @@ from functools import cached_property
 from kbot.checks.facts.mesh_files import mesh_facts
 from kbot.kinematics.spatial import (
     IDENTITY,
-    Frame,
     Matrix,
+    SpatialFrame,
     Vector,
     add_matrix,
     diagonal,
@@ -32,7 +32,7 @@ def link_tensor(inertial: Inertial) -> Matrix:
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class LinkShape:
     """One shape of a link, in the link's frame. A mesh stands as the box around it.
 
     `half` are half extents along the shape's own axes; `volume` is None for a mesh that is not
@@ -40,7 +40,7 @@ class Part:
     """
 
     geometry: Geometry
-    frame: Frame
+    frame: SpatialFrame
     half: Vector
     volume: float | None
     origin: Origin
@@ -95,20 +95,20 @@ class Solid:
     volume: float
     center: Vector
     unit_tensor: Matrix
-    parts: tuple[Part, ...]
+    parts: tuple[LinkShape, ...]
 
 
 @dataclass(frozen=True)
-class Body:
+class LinkBody:
     """A link's shapes: all of them, and those that its mass is judged by."""
 
-    visuals: tuple[Part, ...]
-    collisions: tuple[Part, ...]
+    visuals: tuple[LinkShape, ...]
+    collisions: tuple[LinkShape, ...]
     complete: bool
     """Whether every shape is known: no mesh is missing."""
 
     @cached_property
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[LinkShape, ...]:
         return (*self.visuals, *self.collisions)
 
     def reach(self, point: Vector) -> float:
@@ -126,17 +126,17 @@ class Body:
         return solid(self.collisions) if self.collisions else solid(self.visuals)
 
 
-def body_of(link: Link) -> Body:
+def body_of(link: Link) -> LinkBody:
     visuals = [_part(v) for v in link.visuals]
     collisions = [_part(c) for c in link.collisions]
-    return Body(
+    return LinkBody(
         tuple(p for p in visuals if p),
         tuple(p for p in collisions if p),
         None not in visuals and None not in collisions,
     )
 
 
-def bounds(parts: Sequence[Part], frame: Frame | None = None) -> tuple[Vector, Vector] | None:
+def bounds(parts: Sequence[LinkShape], frame: SpatialFrame | None = None) -> tuple[Vector, Vector] | None:
     """Lowest and highest coordinates of parts, in the link's frame or in one it stands in."""
     if not parts:
         return None
@@ -151,7 +151,7 @@ def bounds(parts: Sequence[Part], frame: Frame | None = None) -> tuple[Vector, V
     return (low[0], low[1], low[2]), (high[0], high[1], high[2])
 
 
-def solid(parts: Sequence[Part]) -> Solid | None:
+def solid(parts: Sequence[LinkShape]) -> Solid | None:
     """Shapes filled evenly; None when there is none or a volume is not known. Overlaps count twice."""
     volume, moment, kept = 0.0, [0.0, 0.0, 0.0], []
     for part in parts:
@@ -173,9 +173,9 @@ def solid(parts: Sequence[Part]) -> Solid | None:
     return Solid(volume, center, tensor, tuple(kept))
 
 
-def _part(shape: Visual | Collision) -> Part | None:
+def _part(shape: Visual | Collision) -> LinkShape | None:
     """None for a mesh whose file is not there, and for a size that is not positive."""
-    geometry, frame = shape.geometry, Frame.of(shape.pose)
+    geometry, frame = shape.geometry, SpatialFrame.of(shape.pose)
     origin = geometry.origin
     match geometry:
         case Box(size=size):
@@ -192,10 +192,10 @@ def _part(shape: Visual | Collision) -> Part | None:
             volume = math.pi * r * r * (length + 4.0 / 3.0 * r)
         case Mesh():
             return _mesh_part(geometry, frame)
-    return Part(geometry, frame, half, volume, origin) if min(half) > 0.0 else None
+    return LinkShape(geometry, frame, half, volume, origin) if min(half) > 0.0 else None
 
 
-def _mesh_part(mesh: Mesh, frame: Frame) -> Part | None:
+def _mesh_part(mesh: Mesh, frame: SpatialFrame) -> LinkShape | None:
     facts = mesh_facts(mesh.path) if mesh.path else None
     if facts is None:
         return None
@@ -203,8 +203,8 @@ def _mesh_part(mesh: Mesh, frame: Frame) -> Part | None:
     x, y, z = ((low + high) / 2.0 for low, high in ends)
     a, b, c = ((high - low) / 2.0 for low, high in ends)
     volume = facts.volume * abs(mesh.scale[0] * mesh.scale[1] * mesh.scale[2]) if facts.volume else None
-    placed = Frame(frame.rotation, frame.point((x, y, z)))
-    return Part(mesh, placed, (a, b, c), volume, mesh.origin)
+    placed = SpatialFrame(frame.rotation, frame.point((x, y, z)))
+    return LinkShape(mesh, placed, (a, b, c), volume, mesh.origin)
 
 
 def _capsule_moments(r: float, length: float) -> Vector:
@@ -219,7 +219,7 @@ def _capsule_moments(r: float, length: float) -> Vector:
     return (across, across, along)
 
 
-def axis_of(part: Part) -> Vector | None:
+def axis_of(part: LinkShape) -> Vector | None:
     """The axis of symmetry of a cylinder or capsule, in the link's frame."""
     if isinstance(part.geometry, Cylinder | Capsule):
         return part.frame.direction((0.0, 0.0, 1.0))

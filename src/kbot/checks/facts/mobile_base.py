@@ -11,10 +11,10 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from kbot.checks.facts.bodies import Body, Part, axis_of
+from kbot.checks.facts.bodies import LinkBody, LinkShape, axis_of
 from kbot.kinematics.drive.part_names import CASTER, WHEEL, mirrored_name, side_of
 from kbot.kinematics.drive.wheels import movable_above, rigid_links
-from kbot.kinematics.spatial import Frame, Vector, dot, subtract, unit
+from kbot.kinematics.spatial import SpatialFrame, Vector, dot, subtract, unit
 from kbot.model import Box, Cylinder, Joint, JointType, Mesh, Robot, Sphere
 
 MOST_JOINTS = 1_000
@@ -23,7 +23,7 @@ A robot with more gets the finding K003."""
 
 
 @dataclass(frozen=True, slots=True)
-class Wheel:
+class MeantWheel:
     """A wheel as it is meant; positions in the root's frame, m.
 
     `axis` is the joint's, a unit vector in the root's frame; `radius` and `width` are None where the
@@ -36,7 +36,7 @@ class Wheel:
     axis: Vector
     radius: float | None
     width: float | None
-    part: Part | None
+    part: LinkShape | None
 
     @property
     def bottom(self) -> float | None:
@@ -47,8 +47,8 @@ class Wheel:
 class Pair:
     """Two wheels across from each other, as their names say (else as they stand)."""
 
-    left: Wheel
-    right: Wheel
+    left: MeantWheel
+    right: MeantWheel
 
     @property
     def separation(self) -> float:
@@ -75,7 +75,7 @@ class Caster:
     """
 
     link: str
-    part: Part
+    part: LinkShape
     bottom: float
     center: Vector
     joint: Joint
@@ -91,14 +91,14 @@ class MobileBase:
     ground: float | None
 
     @property
-    def wheels(self) -> tuple[Wheel, ...]:
+    def wheels(self) -> tuple[MeantWheel, ...]:
         return tuple(w for pair in self.pairs for w in (pair.left, pair.right))
 
 
 def find_mobile_base(
     robot: Robot,
-    frames: Mapping[str, Frame],
-    bodies: Mapping[str, Body],
+    frames: Mapping[str, SpatialFrame],
+    bodies: Mapping[str, LinkBody],
     named: Mapping[str, str],
 ) -> MobileBase | None:
     """The base of a robot with at least one pair of drive wheels, else None.
@@ -131,15 +131,19 @@ def is_caster(joint: Joint) -> bool:
     return bool(CASTER.search(joint.child) or CASTER.search(joint.name))
 
 
-def lowest(part: Part, frame: Frame) -> float:
+def lowest(part: LinkShape, frame: SpatialFrame) -> float:
     """Height of a part's lowest point in the root's frame, `frame` being its link's."""
     down = frame.local_direction((0.0, 0.0, -1.0))
     return frame.point(part.frame.translation)[2] - part.support(down)
 
 
 def _wheel(
-    robot: Robot, joint: Joint, frames: Mapping[str, Frame], bodies: Mapping[str, Body], named: bool
-) -> Wheel | None:
+    robot: Robot,
+    joint: Joint,
+    frames: Mapping[str, SpatialFrame],
+    bodies: Mapping[str, LinkBody],
+    named: bool,
+) -> MeantWheel | None:
     called = bool(WHEEL.search(joint.name) or WHEEL.search(joint.child))
     turns = joint.type is JointType.CONTINUOUS
     if not named and not (called or turns):
@@ -163,13 +167,13 @@ def _wheel(
         )
         if not (named or (called and turns and shapes)):
             return None
-        return Wheel(joint, joint.child, frame.translation, axis, None, None, None)
+        return MeantWheel(joint, joint.child, frame.translation, axis, None, None, None)
     part, center, radius, width = round_part
     if not named and not called and abs(axis[2]) > 0.5:
         return None
     if not named and not isinstance(part.geometry, Cylinder | Sphere) and not called:
         return None
-    return Wheel(joint, joint.child, center, axis, radius, width, part)
+    return MeantWheel(joint, joint.child, center, axis, radius, width, part)
 
 
 def _is_steered(robot: Robot, joint: Joint) -> bool:
@@ -179,10 +183,10 @@ def _is_steered(robot: Robot, joint: Joint) -> bool:
 
 
 def _round_part(
-    bodies: Mapping[str, Body], links: list[str], frames: Mapping[str, Frame], own: Frame
-) -> tuple[Part, Vector, float, float] | None:
+    bodies: Mapping[str, LinkBody], links: list[str], frames: Mapping[str, SpatialFrame], own: SpatialFrame
+) -> tuple[LinkShape, Vector, float, float] | None:
     """The largest round shape at the joint: part, centre in the root's frame, radius, width."""
-    best: tuple[Part, Vector, float, float] | None = None
+    best: tuple[LinkShape, Vector, float, float] | None = None
     for link in links:
         body = bodies[link]
         for part in body.collisions or body.visuals:
@@ -204,7 +208,7 @@ def _round_part(
     return best
 
 
-def _pairs(wheels: list[Wheel], named: Mapping[str, str]) -> list[Pair]:
+def _pairs(wheels: list[MeantWheel], named: Mapping[str, str]) -> list[Pair]:
     """Wheels across from each other: first those whose names mirror, then those that stand so."""
     by_joint = {w.joint.name: w for w in wheels}
     pairs: list[Pair] = []
@@ -237,7 +241,7 @@ def _pairs(wheels: list[Wheel], named: Mapping[str, str]) -> list[Pair]:
     return pairs
 
 
-def _across(a: Wheel, b: Wheel) -> bool:
+def _across(a: MeantWheel, b: MeantWheel) -> bool:
     if a.radius is None or b.radius is None:
         return False
     near = 0.1 * max(a.radius, b.radius)
@@ -254,8 +258,8 @@ def _across(a: Wheel, b: Wheel) -> bool:
 
 def _casters(
     robot: Robot,
-    frames: Mapping[str, Frame],
-    bodies: Mapping[str, Body],
+    frames: Mapping[str, SpatialFrame],
+    bodies: Mapping[str, LinkBody],
     driving: set[str],
     ground: float,
     size: float,
@@ -283,6 +287,6 @@ def _casters(
             )
 
 
-def _rolls(part: Part, frame: Frame) -> bool:
+def _rolls(part: LinkShape, frame: SpatialFrame) -> bool:
     axis = axis_of(part)
     return axis is not None and abs(frame.direction(axis)[2]) < math.sin(math.radians(30.0))

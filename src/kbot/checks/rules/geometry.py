@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from kbot.checks.context import Context
-from kbot.checks.facts.bodies import Part, bounds
+from kbot.checks.facts.bodies import LinkShape, bounds
 from kbot.checks.registry import Finding, Found, rule
 from kbot.kinematics.drive.wheels import rigid_links
 from kbot.kinematics.spatial import Vector, dot, norm, subtract
@@ -256,7 +256,7 @@ def _group(context: Context, link: str) -> str:
     return link
 
 
-def overlap(context: Context, a: str, one: Part, b: str, other: Part) -> float:
+def overlap(context: Context, a: str, one: LinkShape, b: str, other: LinkShape) -> float:
     """A lower bound of how deep two shapes lie in each other, along the best of a few directions, m.
 
     Separating axes: each shape's own three axes and the line between the centres. Where none separates

@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterator
 
 from kbot.checks.context import Context
-from kbot.checks.facts.bodies import Part
+from kbot.checks.facts.bodies import LinkShape
 from kbot.checks.facts.rays import distance_along
 from kbot.kinematics.drive.wheels import rigid_links
-from kbot.kinematics.spatial import Frame, Vector, add, dot, norm, scale, subtract
+from kbot.kinematics.spatial import SpatialFrame, Vector, add, dot, norm, scale, subtract
 from kbot.text import Element, Origin
 
 _BEAMS = 360
@@ -28,7 +28,7 @@ def own_body(
             return None
         if any(rpy):
             return None
-        frame = Frame(frame.rotation, frame.point((x, y, z)))
+        frame = SpatialFrame(frame.rotation, frame.point((x, y, z)))
     cut = _in_plane(context, frame, set(rigid_links(context.robot, link)))
     # each beam's nearest hit: distance, link, place
     nearest_hits: dict[int, tuple[float, str, Origin]] = {}
@@ -71,7 +71,9 @@ def _beams_towards(center: Vector, reach: float, angles: tuple[float, float]) ->
         yield from range(max(first, 0), min(last, _BEAMS - 1) + 1)
 
 
-def _in_plane(context: Context, frame: Frame, own: set[str]) -> list[tuple[str, Part, Frame]]:
+def _in_plane(
+    context: Context, frame: SpatialFrame, own: set[str]
+) -> list[tuple[str, LinkShape, SpatialFrame]]:
     """The shapes of other links that the lidar's plane cuts, and where they stand in the root's frame."""
     up = frame.direction((0.0, 0.0, 1.0))
     cut = []

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from kbot.checks.context import Context
-from kbot.checks.facts.bodies import Body, Part, Solid, axis_of, link_tensor
+from kbot.checks.facts.bodies import LinkBody, LinkShape, Solid, axis_of, link_tensor
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rules.inertia import breaks_triangle, is_finite, sound, weighed
 from kbot.checks.rules.inertia_fixes import exchanging_fix, turning_fix
 from kbot.kinematics.spatial import (
-    Frame,
     Matrix,
+    SpatialFrame,
     Vector,
     dot,
     eigenvalues,
@@ -29,7 +29,7 @@ _SMALL = 1e-3  # m: bodies smaller than this are markers, not parts
 _AXES = "xyz"
 
 
-def geometry_of(body: Body, name: str = "") -> tuple[Related, ...]:
+def geometry_of(body: LinkBody, name: str = "") -> tuple[Related, ...]:
     parts = body.collisions or body.visuals
     what = f"the shape of '{name}'" if name else "the shape it is compared with"
     return (Related(what, parts[0].origin),) if parts else ()
@@ -61,7 +61,7 @@ def mass_outside_shape(context: Context) -> Found:
             )
 
 
-def _outside(body: Body, point: Vector) -> float:
+def _outside(body: LinkBody, point: Vector) -> float:
     """How far a point of the link's frame lies outside the box around its shapes, m; 0 within."""
     bounds = body.ends
     if bounds is None or not body.complete:
@@ -86,7 +86,7 @@ def _elsewhere(context: Context, link: Link, inertial: Inertial) -> str:
         return ""
     middle = tuple((start + end) / 2.0 for start, end in zip(*bounds, strict=True))
     size = norm(subtract(bounds[1], bounds[0]))
-    own = Frame.of(joint.pose)
+    own = SpatialFrame.of(joint.pose)
     for name, frame in ((joint.parent, own), (context.robot.root, context.frames[link.name])):
         local = frame.local(inertial.pose.xyz)
         away = norm(subtract(local, (middle[0], middle[1], middle[2])))
@@ -224,7 +224,7 @@ def part_rpy(context: Context, link: Link) -> str:
     return " ".join(f"{v:.10g}" for v in shape.pose.rpy) if any(shape.pose.rpy) else ""
 
 
-def _only_round(body: Body) -> Part | None:
+def _only_round(body: LinkBody) -> LinkShape | None:
     """The link's cylinder, when it has one and no other shape by which its mass is judged."""
     parts = body.collisions or body.visuals
     if len(parts) == 1 and isinstance(parts[0].geometry, Sphere) and len(body.visuals) == 1:

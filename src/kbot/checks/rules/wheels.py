@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 
 from kbot.checks.context import Context
 from kbot.checks.facts.bodies import axis_of
-from kbot.checks.facts.mobile_base import MOST_JOINTS, Pair, Wheel
+from kbot.checks.facts.mobile_base import MOST_JOINTS, MeantWheel, Pair
 from kbot.checks.registry import Finding, Found, reported, rule
 from kbot.checks.rules.geometry import overlap
 from kbot.kinematics.drive.faults import EXCHANGE_PLACES, axis_faults
@@ -21,7 +21,7 @@ def _axis_origin(joint: Joint) -> Origin:
     return joint.axis_origin or joint.origin
 
 
-def at_both(pair: Pair, place: Callable[[Joint], Origin]) -> Iterator[tuple[Wheel, Origin]]:
+def at_both(pair: Pair, place: Callable[[Joint], Origin]) -> Iterator[tuple[MeantWheel, Origin]]:
     """Where to say what both wheels have in common: at the left one's place, and at the right one's where
     one macro made both, so that it is known for the macro's own."""
     left, right = place(pair.left.joint), place(pair.right.joint)
@@ -147,7 +147,7 @@ def wheel_axis_askew(context: Context) -> Found:
 
 
 def _part_direction(
-    context: Context, wheel: Wheel, own: tuple[float, float, float], link: str
+    context: Context, wheel: MeantWheel, own: tuple[float, float, float], link: str
 ) -> tuple[float, float, float]:
     """A direction of the wheel's part in the root's frame; the part may be on a link fixed to the wheel's."""
     for name, body in context.bodies.items():

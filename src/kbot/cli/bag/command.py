@@ -19,7 +19,7 @@ from kbot.text.json_text import parse_json
 if TYPE_CHECKING:
     from kbot.record.reader import Summary
 if TYPE_CHECKING:
-    from kbot.record.export import Table
+    from kbot.record.export import MessageTable
 
 
 ELSEWHERE = {
@@ -322,7 +322,7 @@ def export(
     A table (csv, parquet) has one row per message. Its first column is the time in seconds. A plot (svg)
     has one curve per field.
     """
-    from kbot.record.export import Table
+    from kbot.record.export import MessageTable
     from kbot.record.writer import spare_recording, spare_recordings
     from kbot.text.files import write_bytes, write_text
 
@@ -332,7 +332,7 @@ def export(
     kind = kind or {".svg": "svg", ".parquet": "parquet"}.get(Path(output or "").suffix.lower(), "csv")
     if kind == "parquet" and output is None:
         fail("a Parquet file is no text to print: name it with -o FILE")
-    table = Table.of(recording, topic)
+    table = MessageTable.of(recording, topic)
     if kind == "svg" and not fields:
         fail(f"a plot is of --field NAME; {topic} has {', '.join(table.numbers) or 'no numbers'}")
     table = table.only(fields)
@@ -346,7 +346,7 @@ def export(
         write_text(output, text)
 
 
-def _plot(table: Table, size: str) -> str:
+def _plot(table: MessageTable, size: str) -> str:
     from kbot.render.plot import Curve, plot_svg
 
     width, height = parse_size(size)

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from kbot.model.load import Loaded
     from kbot.record.record_options import RecordOptions
     from kbot.sim import Simulation
-    from kbot.workbench.displays.files import DisplayFile
+    from kbot.workbench.displays.display_file import DisplayFile
 
 DURATION = 10.0
 
@@ -181,9 +181,9 @@ def command(
             with loading(world):
                 from kbot.workbench.serve import serve_session
                 from kbot.workbench.session.driven_session import driven_session
-                from kbot.workbench.source.description import Description
+                from kbot.workbench.source.description import DescriptionFile
 
-                description = Description(
+                description = DescriptionFile(
                     resolve_robot_path(file), given.arguments, package_path, properties=given.properties
                 )
                 session = driven_session(
@@ -250,7 +250,7 @@ def command(
 def _draw_end(simulation: Simulation, path: str) -> None:
     from kbot.render.look import Look
     from kbot.render.picture import draw_picture
-    from kbot.render.things import robot_in_world
+    from kbot.render.picture_scene import robot_in_world
 
     write_bytes(path, draw_picture(robot_in_world(simulation), Look()))
 

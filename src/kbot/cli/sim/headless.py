@@ -27,7 +27,7 @@ def run_goto(simulation: Simulation, goal: PlanarPose, timeout: float | None, as
 
     Where the description declares a flat lidar, the robot also stops before what that sees.
     """
-    from kbot.cli.sim.headless import Progress  # lazy in this module: -h is fast
+    from kbot.cli.sim.headless import ProgressLine  # lazy in this module: -h is fast
     from kbot.navigation.simulated import go_to
     from kbot.sensors import LidarSensor
     from kbot.sensors.declared import mount_declared
@@ -36,7 +36,7 @@ def run_goto(simulation: Simulation, goal: PlanarPose, timeout: float | None, as
     sensors, said = mount_declared(simulation)
     report(said)
     lidar = next((sensor for sensor in sensors.values() if isinstance(sensor, LidarSensor)), None)
-    with Progress(simulation, None) as progress:
+    with ProgressLine(simulation, None) as progress:
         trip = go_to(simulation, goal, timeout=timeout, lidar=lidar)
     run = make_report(simulation, trip.distance, progress.wall)
     if as_json:
@@ -66,7 +66,7 @@ def run_goto(simulation: Simulation, goal: PlanarPose, timeout: float | None, as
 INTERVAL = 0.2
 
 
-class Progress:
+class ProgressLine:
     """Shows simulated time and speed on stderr while it is entered; `wall` is how long that was."""
 
     def __init__(self, simulation: Simulation, seconds: float | None) -> None:
@@ -75,7 +75,7 @@ class Progress:
         self.wall = 0.0
         self._shown = False
 
-    def __enter__(self) -> Progress:
+    def __enter__(self) -> ProgressLine:
         self._begin = self._last = time.perf_counter()
         self._before = self._simulation.time
         self._timer = None
@@ -117,14 +117,14 @@ def run_headless(
     in_real_time: bool = False,
 ) -> int:
     """Run, then report on stdout; the exit status. `seconds` None is until Ctrl-C."""
-    from kbot.cli.sim.headless import Progress  # lazy in this module: -h is fast
+    from kbot.cli.sim.headless import ProgressLine  # lazy in this module: -h is fast
     from kbot.sim.report import Odometer, make_report
     from kbot.sim.script import ScriptFailed, run_script
 
     odometer = Odometer(simulation, keeps=plot is not None)
     failed: ScriptFailed | None = None
     interrupted = False
-    with Progress(simulation, seconds if script is None else None) as progress:
+    with ProgressLine(simulation, seconds if script is None else None) as progress:
         try:
             if in_real_time or seconds is None:
                 from kbot.sim.real_time import run_in_real_time

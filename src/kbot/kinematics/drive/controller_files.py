@@ -14,8 +14,8 @@ from kbot.model.spawned import Setting, SpawnedController, spawned_controllers
 from kbot.text import (
     DescriptionError,
     Diagnostic,
+    DiagnosticCollector,
     Element,
-    Findings,
     Origin,
     Severity,
     read_source,
@@ -23,7 +23,7 @@ from kbot.text import (
 from kbot.text.numbers import to_float
 from kbot.text.span import Call
 from kbot.text.suggest import Suggestion, did_you_mean
-from kbot.text.yaml import Document, Keys, YamlError, read_yaml
+from kbot.text.yaml import Keys, YamlDocument, YamlError, read_yaml
 
 PARAMETERS = "ros__parameters"
 MANAGER = "controller_manager"
@@ -118,7 +118,7 @@ class ControllerFile:
     it, `faults` what is wrong with it, and `words` are the keys that hold a node's parameters, misspelt ones
     too."""
 
-    document: Document | None
+    document: YamlDocument | None
     named: Origin
     faults: tuple[Diagnostic, ...] = ()
     words: tuple[str, ...] = (PARAMETERS,)
@@ -170,7 +170,7 @@ def controller_files(robot: Robot) -> Iterator[ControllerFile]:
 
 
 def node_parameters(
-    document: Document, node: str | None, call: Call | None = None, words: Collection[str] = (PARAMETERS,)
+    document: YamlDocument, node: str | None, call: Call | None = None, words: Collection[str] = (PARAMETERS,)
 ) -> dict[str, Setting]:
     """A node's parameters in a parameter file of ROS 2: nested names are joined by dots, later ones replace
     earlier ones.
@@ -312,7 +312,7 @@ class Parameters:
         return [name for name in every if name not in self.given] if self.is_spawned else []
 
 
-def controller_parameters(robot: Robot, findings: Findings) -> Iterator[Parameters]:
+def controller_parameters(robot: Robot, findings: DiagnosticCollector) -> Iterator[Parameters]:
     """Those of every controller that the controller manager lists; where a launch spawns some of them, of
     those alone. A controller whose type nobody knows is reported at the place that spawns it."""
     written = {found.controller: found for found in _of_description(robot, findings)}
@@ -338,7 +338,7 @@ def _report_unknown(
     controller: SpawnedController,
     spawned: Iterable[SpawnedController],
     written: Mapping[str, Parameters],
-    findings: Findings,
+    findings: DiagnosticCollector,
 ) -> None:
     known = [*(other.name for other in spawned if "type" in other.settings), *written]
     if controller.settings:
@@ -350,7 +350,7 @@ def _report_unknown(
     findings.warning("W137", what, controller.origin, did_you_mean(controller.name, known))
 
 
-def _of_description(robot: Robot, findings: Findings) -> Iterator[Parameters]:
+def _of_description(robot: Robot, findings: DiagnosticCollector) -> Iterator[Parameters]:
     for file in controller_files(robot):
         findings.diagnostics += file.faults
         for controller, kind in file.types().items():

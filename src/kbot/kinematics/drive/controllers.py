@@ -16,7 +16,7 @@ from kbot.kinematics.drive.controller_files import (
 from kbot.model import Joint, Robot
 from kbot.model.extensions import gazebo_plugins, hardware_joints
 from kbot.model.spawned import spawned_controllers
-from kbot.text import Element, Findings, Origin
+from kbot.text import DiagnosticCollector, Element, Origin
 
 SEPARATION = ("wheelSeparation", "wheel_separation")
 DIAMETER = ("wheelDiameter", "wheel_diameter")
@@ -195,7 +195,9 @@ def _tag(element: Element) -> Parameter:
 
 
 def _of_parameters(robot: Robot) -> Iterator[DriveController]:
-    listed = [found for found in controller_parameters(robot, Findings()) if found.kind == DIFF_DRIVE]
+    listed = [
+        found for found in controller_parameters(robot, DiagnosticCollector()) if found.kind == DIFF_DRIVE
+    ]
     for found in listed:
         yield _of_controller(found, is_running=found.is_active and not found.lacking())
     if spawned_controllers(robot):

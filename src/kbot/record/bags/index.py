@@ -13,16 +13,16 @@ from kbot.record.bags.reader import UNREADABLE, one_line, read_folder, unread
 from kbot.record.bags.ros1_reader import Chunk, Ros1Bag
 from kbot.record.bags.sqlite_file import SqliteFile
 from kbot.record.chunks import KeptChunks, in_time_order
-from kbot.record.entry import Entry, Types
+from kbot.record.entry import RecordedMessage, Types
 from kbot.record.formats import NOTES_TOPIC, read_note
-from kbot.record.limits import Allowance, TooLarge
+from kbot.record.limits import Allowance, RecordingTooLarge
 from kbot.record.mcap_file import McapIndex
 from kbot.text import KbotError
 
 FIRST_WINDOW = 1_000_000_000
 """Nanoseconds before a time in which a topic's last message is looked for first; then in eight times that."""
 
-Between = Callable[[Collection[str], int, int], Iterator[Entry]]
+Between = Callable[[Collection[str], int, int], Iterator[RecordedMessage]]
 
 
 class Ros1Index:
@@ -52,15 +52,15 @@ class Ros1Index:
     def close(self) -> None:
         self._opened.clear()
 
-    def newest(self, topic: str, nanoseconds: int) -> Entry | None:
+    def newest(self, topic: str, nanoseconds: int) -> RecordedMessage | None:
         """A topic's last message until a time."""
         return _newest(self.between, topic, self.start, nanoseconds) if topic in self.topics else None
 
-    def between(self, topics: Collection[str], after: int, until: int) -> Iterator[Entry]:
+    def between(self, topics: Collection[str], after: int, until: int) -> Iterator[RecordedMessage]:
         """The messages of topics after a time and until another, in its order."""
         allowance, bag = Allowance(self._path), self._bag
 
-        def messages(chunk: Chunk) -> Iterator[Entry]:
+        def messages(chunk: Chunk) -> Iterator[RecordedMessage]:
             for entry in self._opened.entries(chunk.at, lambda: bag.messages(chunk, allowance)):
                 if after < entry.nanoseconds <= until and entry.topic in topics:
                     yield entry
@@ -73,7 +73,7 @@ class Ros1Index:
         )
         try:
             yield from in_time_order(chunks)
-        except TooLarge as error:
+        except RecordingTooLarge as error:
             raise KbotError(f"{self._path}: {error}") from None
 
 
@@ -113,7 +113,7 @@ class Ros2Index:
         except UNREADABLE as error:
             self.close()
             raise unread(self._path, error) from None
-        except TooLarge as error:
+        except RecordingTooLarge as error:
             self.close()
             raise KbotError(f"{path}: {error}") from None
         except KbotError:
@@ -133,11 +133,11 @@ class Ros2Index:
     def close(self) -> None:
         self._closing()
 
-    def newest(self, topic: str, nanoseconds: int) -> Entry | None:
+    def newest(self, topic: str, nanoseconds: int) -> RecordedMessage | None:
         """A topic's last message until a time."""
         return _newest(self.between, topic, self.start, nanoseconds) if topic in self.topics else None
 
-    def between(self, topics: Collection[str], after: int, until: int) -> Iterator[Entry]:
+    def between(self, topics: Collection[str], after: int, until: int) -> Iterator[RecordedMessage]:
         """The messages of topics after a time and until another, in its order."""
         allowance = Allowance(self._path)
         try:
@@ -151,11 +151,11 @@ class Ros2Index:
                 yield self._folder.whole(entry, allowance)
         except UNREADABLE as error:
             raise KbotError(f"{self._path} is damaged: {one_line(error)}") from None
-        except TooLarge as error:
+        except RecordingTooLarge as error:
             raise KbotError(f"{self._path}: {error}") from None
 
 
-def _newest(between: Between, topic: str, start: int, nanoseconds: int) -> Entry | None:
+def _newest(between: Between, topic: str, start: int, nanoseconds: int) -> RecordedMessage | None:
     window, before = FIRST_WINDOW, nanoseconds
     while before >= start:
         after = max(nanoseconds - window, start - 1)

@@ -10,9 +10,9 @@ from kbot.record.bags.ros1_reader import Ros1Bag
 from kbot.record.bags.ros2_folder import Folder
 from kbot.record.bags.sqlite_file import SqliteFile
 from kbot.record.chunks import in_time_order
-from kbot.record.entry import Entry, Types
+from kbot.record.entry import RecordedMessage, Types
 from kbot.record.formats import BrokenOff, NoIndex, Note
-from kbot.record.limits import Allowance, TooLarge
+from kbot.record.limits import Allowance, RecordingTooLarge
 from kbot.record.mcap_file import McapSource
 from kbot.text import KbotError
 
@@ -30,7 +30,7 @@ class Ros1Source:
     def __init__(self, path: str) -> None:
         self._path = path
 
-    def entries(self, note: Note) -> Iterator[Entry]:
+    def entries(self, note: Note) -> Iterator[RecordedMessage]:
         """Raises KbotError: it is damaged, or not such a bag; BrokenOff after all that is whole."""
         allowance = Allowance(self._path)
         bag = Ros1Bag(self._path, allowance)
@@ -41,7 +41,7 @@ class Ros1Source:
             raise BrokenOff(str(missing)) from None
         try:
             yield from in_time_order((chunk.start, bag.messages(chunk, allowance)) for chunk in bag.chunks)
-        except TooLarge as error:
+        except RecordingTooLarge as error:
             raise KbotError(f"{self._path}: {error}") from None
 
 
@@ -53,7 +53,7 @@ class Ros2Source:
     def __init__(self, path: str) -> None:
         self._path = Path(path)
 
-    def entries(self, note: Note) -> Iterator[Entry]:
+    def entries(self, note: Note) -> Iterator[RecordedMessage]:
         """Raises KbotError: it is damaged, or not such a folder; BrokenOff after all that is whole."""
         allowance = Allowance(self._path)
         try:
@@ -74,10 +74,10 @@ class Ros2Source:
                         yield folder.whole(entry, allowance)
         except UNREADABLE as error:
             raise unread(self._path, error) from None
-        except TooLarge as error:
+        except RecordingTooLarge as error:
             raise KbotError(f"{self._path}: {error}") from None
 
-    def _salvaged(self, allowance: Allowance) -> Iterator[Entry]:
+    def _salvaged(self, allowance: Allowance) -> Iterator[RecordedMessage]:
         """Every message that was committed, in the order it was written."""
         types = Types(self._path, allowance)
         files = filter(Path.is_file, self._path.glob("*.db3"))
@@ -118,7 +118,7 @@ def one_line(error: Exception) -> str:
     return " ".join(str(error).split())[:300]
 
 
-def _messages(file: Path, types: Types, allowance: Allowance) -> Iterator[Entry]:
+def _messages(file: Path, types: Types, allowance: Allowance) -> Iterator[RecordedMessage]:
     database = SqliteFile(file, types, is_closed=True)
     try:
         yield from database.between(None, *_ALL, allowance)

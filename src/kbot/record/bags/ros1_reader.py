@@ -17,9 +17,9 @@ from rosbags.rosbag1 import ReaderError
 from rosbags.rosbag1.reader import Header, RecordType
 
 from kbot.record.encodings.foreign_types import full_name
-from kbot.record.entry import Entry, Types
+from kbot.record.entry import RecordedMessage, Types
 from kbot.record.formats import NoIndex
-from kbot.record.limits import Allowance, Damaged, TooLarge, check_length, inflate
+from kbot.record.limits import Allowance, Damaged, RecordingTooLarge, check_length, inflate
 from kbot.text import KbotError
 
 _MAGIC = b"#ROSBAG V2.0\n"
@@ -104,7 +104,7 @@ class Ros1Bag:
             raise Damaged("its index has a chunk twice")
         self.chunks.sort(key=lambda chunk: chunk.start)
 
-    def messages(self, chunk: Chunk, allowance: Allowance) -> list[Entry]:
+    def messages(self, chunk: Chunk, allowance: Allowance) -> list[RecordedMessage]:
         """Those of a chunk of the index. Raises KbotError: it is damaged, or too large."""
         try:
             with self._path.open("rb") as stream:
@@ -122,11 +122,11 @@ class Ros1Bag:
                 raise Damaged(f"the chunk at byte {chunk.at:,} has other messages than its index states")
         except (Damaged, ReaderError, OSError) as error:
             raise self.unread(error) from None
-        except TooLarge as error:
+        except RecordingTooLarge as error:
             raise KbotError(f"{self._path}: {error}") from None
         return entries
 
-    def salvaged(self, allowance: Allowance) -> Iterator[Entry]:
+    def salvaged(self, allowance: Allowance) -> Iterator[RecordedMessage]:
         """Every whole message in the order it was written, without the index; also those of a chunk that
         breaks off: one that rosbag did not finish states that it is empty, and its records follow."""
         with self._path.open("rb") as stream:
@@ -139,17 +139,17 @@ class Ros1Bag:
                         yield found[1]
             except (Damaged, ReaderError):
                 return
-            except TooLarge as error:
+            except RecordingTooLarge as error:
                 raise KbotError(f"{self._path}: {error}") from None
 
-    def _whole_ones(self, data: bytes, allowance: Allowance) -> Iterator[Entry]:
+    def _whole_ones(self, data: bytes, allowance: Allowance) -> Iterator[RecordedMessage]:
         try:
             for _, entry in self._within(data, allowance):
                 yield entry
         except (Damaged, ReaderError):
             return
 
-    def _within(self, data: bytes, allowance: Allowance) -> Iterator[tuple[int, Entry]]:
+    def _within(self, data: bytes, allowance: Allowance) -> Iterator[tuple[int, RecordedMessage]]:
         """The messages of a chunk's data, with the numbers of their connections."""
         stream = BytesIO(data)
         for record in _records(stream, 0, len(data)):
@@ -158,7 +158,7 @@ class Ros1Bag:
             if found is not None:
                 yield found
 
-    def _read(self, stream: IO[bytes], record: _Record) -> tuple[int, Entry] | None:
+    def _read(self, stream: IO[bytes], record: _Record) -> tuple[int, RecordedMessage] | None:
         """A message with the number of its connection; None for any other record."""
         match record.kind:
             case RecordType.CONNECTION:
@@ -168,7 +168,7 @@ class Ros1Bag:
                 if number not in self.connections:
                     raise Damaged(f"a message is of connection {number}, which is not there")
                 at, data = record.header.get_time("time"), _data(stream, record)
-                return number, Entry(*self.connections[number], at, data, self.types, is_ros1=True)
+                return number, RecordedMessage(*self.connections[number], at, data, self.types, is_ros1=True)
         return None
 
     def _connect(self, record: _Record, data: bytes) -> None:
@@ -195,8 +195,8 @@ class Ros1Bag:
             found = inflate(data, compression, len(data) if is_cut and compression == "none" else stated)
         except ValueError as error:
             raise Damaged(f"the chunk at byte {record.at:,} is damaged: {error}") from None
-        except TooLarge as error:
-            raise TooLarge(f"the chunk at byte {record.at:,} is not read: {error}") from None
+        except RecordingTooLarge as error:
+            raise RecordingTooLarge(f"the chunk at byte {record.at:,} is not read: {error}") from None
         allowance.charge(len(found), compression=compression)
         return found
 

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path, PurePath
 from typing import Any
 
-from kbot.record.entry import Entry
-from kbot.record.limits import Allowance, TooLarge, inflate
+from kbot.record.entry import RecordedMessage
+from kbot.record.limits import Allowance, RecordingTooLarge, inflate
 from kbot.text.files import read_bytes
 from kbot.text.yaml import TEXT, YamlError, load_yaml
 
@@ -55,7 +55,7 @@ class Folder:
 
         Raises:
             ValueError, OSError: a file is damaged, or cannot be decompressed to the disk.
-            TooLarge: the allowance is used up.
+            RecordingTooLarge: the allowance is used up.
         """
         if not self.is_compressed:
             yield self.files
@@ -71,14 +71,14 @@ class Folder:
         finally:
             shutil.rmtree(folder, ignore_errors=True)
 
-    def whole(self, entry: Entry, allowance: Allowance) -> Entry:
+    def whole(self, entry: RecordedMessage, allowance: Allowance) -> RecordedMessage:
         """A message as it was before it was compressed. Raises ValueError: it is damaged."""
         if not self.has_compressed_messages:
             return entry
         try:
             data = inflate(entry.data, "zstd")
-        except TooLarge as error:
-            raise TooLarge(f"{entry.topic} at {entry.nanoseconds * 1e-9:.3f} s: {error}") from None
+        except RecordingTooLarge as error:
+            raise RecordingTooLarge(f"{entry.topic} at {entry.nanoseconds * 1e-9:.3f} s: {error}") from None
         allowance.charge(len(data))
         return entry.with_data(data)
 
@@ -96,7 +96,7 @@ def _metadata(file: Path) -> dict[str, Any]:
 
 
 def _decompress(file: Path, target: Path, allowance: Allowance) -> None:
-    """Raises ValueError: it is damaged; TooLarge: the allowance is used up."""
+    """Raises ValueError: it is damaged; RecordingTooLarge: the allowance is used up."""
     import zstandard
 
     try:

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any
 
-from kbot.record.entry import Entry, Types
+from kbot.record.entry import RecordedMessage, Types
 from kbot.record.limits import LARGEST_PIECE, Allowance, size_on_disk
 
 AT_ONCE = 1000
@@ -70,7 +70,7 @@ class SqliteFile:
 
     def between(
         self, topics: Collection[str] | None, after: int, until: int, allowance: Allowance
-    ) -> Iterator[Entry]:
+    ) -> Iterator[RecordedMessage]:
         """The messages of topics, None for all, after a time and until another, in its order."""
         numbers = [n for n, (name, _) in self.topics.items() if topics is None or name in topics]
         of_topics = ",".join("?" * len(numbers))
@@ -84,7 +84,7 @@ class SqliteFile:
         for row in rows:
             yield self._entry(row, allowance)
 
-    def written(self, allowance: Allowance) -> Iterator[Entry]:
+    def written(self, allowance: Allowance) -> Iterator[RecordedMessage]:
         """Every message in the order it was written, so many at once that a writer is not kept waiting."""
         last: int | None = -1
         damage: sqlite3.Error | None = None
@@ -106,7 +106,7 @@ class SqliteFile:
         if damage is not None:
             raise damage
 
-    def _entry(self, row: Row, allowance: Allowance) -> Entry:
+    def _entry(self, row: Row, allowance: Allowance) -> RecordedMessage:
         """Raises ValueError: a column holds something else."""
         _, number, nanoseconds, data = row
         topic, type_name = self.topics[number]
@@ -115,7 +115,7 @@ class SqliteFile:
         if not isinstance(data, bytes):
             raise ValueError(f"a message of {topic} has {type(data).__name__} in the place of its bytes")
         allowance.charge(len(data), records=1)
-        return Entry(topic, type_name, nanoseconds, data, self._types)
+        return RecordedMessage(topic, type_name, nanoseconds, data, self._types)
 
     def _read_tables(self) -> set[str]:
         """The tables that are there. Raises ValueError: one is computed, so that reading it runs its code."""

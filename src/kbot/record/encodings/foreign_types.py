@@ -227,7 +227,7 @@ def field_parts(described: FieldDesc) -> FieldParts:
     return FieldParts(described[0], kind, inner if kind == Nodetype.NAME else inner[0], length)
 
 
-class Shape(NamedTuple):
+class FieldShape(NamedTuple):
     """What a type costs: types within types, parts of a fixed message, and its fewest bytes in ROS 1."""
 
     depth: int
@@ -241,8 +241,8 @@ class ShapeCheck:
     def __init__(self, known: Typesdict) -> None:
         """`known` are those that need no check by themselves."""
         self._fields = dict(known)
-        self._whole: dict[str, Shape] = {}
-        self._partial: dict[str, Shape] = {}
+        self._whole: dict[str, FieldShape] = {}
+        self._partial: dict[str, FieldShape] = {}
         """Of types that may name others which are not there yet."""
 
     def add(self, types: Typesdict) -> None:
@@ -265,7 +265,9 @@ class ShapeCheck:
         """Raises KbotError: the type contains itself, is too large, or names a type that is not there."""
         self._shape(name, (), self._whole, may_lack=False)
 
-    def _shape(self, name: str, above: tuple[str, ...], known: dict[str, Shape], *, may_lack: bool) -> Shape:
+    def _shape(
+        self, name: str, above: tuple[str, ...], known: dict[str, FieldShape], *, may_lack: bool
+    ) -> FieldShape:
         from rosbags.interfaces import Nodetype
 
         if name in known:
@@ -277,7 +279,7 @@ class ShapeCheck:
         if name not in self._fields:
             if not may_lack:
                 raise KbotError(f"the type {name} is not defined")
-            return Shape(1, 1, 1)
+            return FieldShape(1, 1, 1)
         depth, parts, size = 1, 1, 0
         for field, described in self._fields[name][1]:
             if field == EMPTY:
@@ -288,7 +290,7 @@ class ShapeCheck:
                 if outer != Nodetype.NAME and of.size == 0:
                     raise KbotError(f"{name} has a list of {of_type}, which has no fields")
             else:
-                of = Shape(0, 1, _WIDTHS.get(of_type, 4))  # a string's length takes 4 bytes
+                of = FieldShape(0, 1, _WIDTHS.get(of_type, 4))  # a string's length takes 4 bytes
             depth = max(depth, 1 + of.depth)
             if outer == Nodetype.SEQUENCE:
                 parts, size = parts + of.parts, size + 4
@@ -301,7 +303,7 @@ class ShapeCheck:
                 f"{name} is too large: {depth} types deep, {parts:,} parts and {size:,} bytes; the limits "
                 f"are {MOST_DEPTH}, {MOST_PARTS:,} and {MOST_BYTES:,}"
             )
-        known[name] = Shape(depth, parts, size)
+        known[name] = FieldShape(depth, parts, size)
         return known[name]
 
 

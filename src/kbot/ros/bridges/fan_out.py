@@ -19,7 +19,7 @@ def _at_once() -> None:
     """Of sinks that keep nothing back."""
 
 
-class Source(Protocol):
+class TopicSource(Protocol):
     """Where messages come from; `stir` calls back when all of one moment have been received."""
 
     def open(self, topic: str, receiver: Sink) -> None: ...
@@ -37,7 +37,7 @@ class FanOut:
     """Opens a topic while somebody wants it, once for the peers of all bridges, so that they share what a
     message is encoded to. `want` and `leave` are called on the loop, sinks too."""
 
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: TopicSource) -> None:
         self._source = source
         self._peers: dict[Flush, dict[str, list[Sink]]] = {_at_once: {}}
         """The sinks of each topic, by what sends on what they collect."""

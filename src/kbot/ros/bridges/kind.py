@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from kbot.ros.bridges.link import Link
+from kbot.ros.bridges.link import PeerLink
 
 
 class Bridge(Protocol):
@@ -29,7 +29,7 @@ class BridgeKind:
     """The name in sentences."""
     help: str
     """The option's help."""
-    open: Callable[[Link, str | None], Bridge]
+    open: Callable[[PeerLink, str | None], Bridge]
     """Open it at the address `host`, the loopback if None. Imports the protocol's library. Raises KbotError:
     the extra is not installed, or the address cannot be served."""
     why_no_peer: Callable[[], str] = lambda: ""

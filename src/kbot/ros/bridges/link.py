@@ -52,7 +52,7 @@ class Topic:
         return ros_name(self.message_type)
 
 
-class Link:
+class PeerLink:
     """Thread-safe but for `attach`, `detach`, `serve` and `work`, which are the simulation's thread's."""
 
     def __init__(

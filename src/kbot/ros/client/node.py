@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 from kbot.messages import Bus, Clock, ClockMessage, Publisher, Subscription, Timer
 from kbot.record.feed import Feed
-from kbot.ros.bridges.link import Link
+from kbot.ros.bridges.link import PeerLink
 from kbot.ros.client.arguments import read_arguments
 from kbot.ros.client.transports import open_transport, wanted_transport
 from kbot.text import KbotError
@@ -56,7 +56,7 @@ class Node:
         self._arguments = read_arguments(name, sys.argv[1:] if argv is None else argv, os.environ)
         self._wall = _Wall()
         self._clock = Clock()
-        self._link = Link(_say, raises_errors=True)
+        self._link = PeerLink(_say, raises_errors=True)
         self._publishers: dict[str, Publisher[Any]] = {}
         kind = transport or wanted_transport(os.environ)
         self._transport = open_transport(kind, self._link, self._arguments)

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 from kbot.record.encodings.plain import from_plain, to_plain
 from kbot.record.feed import Packet
 from kbot.ros.bridges import ros2
-from kbot.ros.bridges.link import Link, Topic
+from kbot.ros.bridges.link import PeerLink, Topic
 from kbot.ros.client.arguments import NodeArguments
 from kbot.ros.graph.client import GraphClient
 from kbot.ros.graph.presence import find
@@ -23,7 +23,7 @@ class LocalTransport:
 
     uses_sim_time = True
 
-    def __init__(self, link: Link) -> None:
+    def __init__(self, link: PeerLink) -> None:
         """Raises KbotError: no KBot runs here, or several and KBOT_AT names none of them."""
         address = find(os.environ.get("KBOT_AT", ""), "KBOT_AT=NUMBER")
         self._link = link
@@ -125,7 +125,7 @@ def wanted_transport(environment: Mapping[str, str]) -> str:
     return "ros2" if environment.get("ROS_DISTRO") else "local"
 
 
-def open_transport(kind: str, link: Link, node: NodeArguments) -> Transport:
+def open_transport(kind: str, link: PeerLink, node: NodeArguments) -> Transport:
     """Raises KbotError: there is nothing to reach that way; the text says what to start."""
     if kind == "local":
         from kbot.ros.client.transports import LocalTransport
@@ -140,7 +140,7 @@ class _Ros1:
     failure: KbotError | None = None
     """Never: a master may come back."""
 
-    def __init__(self, link: Link, node: NodeArguments) -> None:
+    def __init__(self, link: PeerLink, node: NodeArguments) -> None:
         from kbot.ros.bridges.ros1.bridge import Ros1Bridge
 
         self._node = node.full_name
@@ -165,7 +165,7 @@ class _Ros1:
 class _Ros2:
     failure: KbotError | None = None
 
-    def __init__(self, link: Link, node: NodeArguments) -> None:
+    def __init__(self, link: PeerLink, node: NodeArguments) -> None:
         self._bridge = ros2.open_bridge(link, None, node.full_name)
         self.uses_sim_time = bool(node.parameters.get("use_sim_time"))
 

@@ -12,8 +12,8 @@ from kbot.sim import Simulation
 from kbot.sim.naming import is_model_name
 from kbot.sim.numbers import shortened
 from kbot.text import DescriptionError, Diagnostic, KbotError, Origin, Severity
-from kbot.world.sdf.files import NOT_IN_REACH
 from kbot.world.sdf.reach import Reach
+from kbot.world.sdf.resources import NOT_IN_REACH
 
 _FIRST_TAG = re.compile(r"(?>\s|<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>]*>)*+<(?P<tag>[\w:.-]+)", re.DOTALL)
 

@@ -10,7 +10,7 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
-from kbot.ros.bridges.link import Link
+from kbot.ros.bridges.link import PeerLink
 from kbot.ros.bridges.rosbridge.bridge import RosbridgeBridge
 from kbot.ros.graph.presence import Presence, announce
 
@@ -19,7 +19,7 @@ class GraphServer(RosbridgeBridge):
     """Rosbridge on this machine alone, on any free port; numbers that JSON lacks are sent as Python reads
     and writes them."""
 
-    def __init__(self, link: Link) -> None:
+    def __init__(self, link: PeerLink) -> None:
         """Raises KbotError: no port is free."""
         super().__init__(link, port=0, token=secrets.token_urlsafe(18), exact=True)
         self._file: Path | None = None

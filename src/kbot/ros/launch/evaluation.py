@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from kbot.ros.launch.faults import Fault
 from kbot.xacro.budget import Budget
-from kbot.xacro.faults import Fault as ExpressionFault
-from kbot.xacro.faults import LimitFault
 from kbot.xacro.templates import expression as value_of
+from kbot.xacro.xacro_error import LimitFault
+from kbot.xacro.xacro_error import XacroError as ExpressionFault
 
 if TYPE_CHECKING:
     from kbot.xacro.expressions.operations import Environment

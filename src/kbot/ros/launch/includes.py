@@ -5,7 +5,7 @@ from __future__ import annotations
 from kbot.ros.launch.faults import Fault
 from kbot.text import Source
 from kbot.xacro.budget import Budget
-from kbot.xacro.faults import LimitFault
+from kbot.xacro.xacro_error import LimitFault
 
 MOST_LEVELS = 64
 MOST_FILES = 1000

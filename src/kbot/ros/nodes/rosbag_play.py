@@ -9,7 +9,7 @@ from typing import Any
 from kbot.messages import Bus, Clock, Publisher, TFMessage
 from kbot.record.encodings.bytes import decode_cdr
 from kbot.record.encodings.types import known_type
-from kbot.record.entry import Entry
+from kbot.record.entry import RecordedMessage
 from kbot.record.formats import TEXT
 from kbot.record.player import LATCHED, NOT_SAID
 from kbot.record.reader import Recordings, require_topics
@@ -51,7 +51,7 @@ RATE = 100.0
 Say = Callable[[Any], None]
 
 
-class Playback:
+class BusPlayback:
     """Says what is due until the end, or for good where it loops."""
 
     def __init__(
@@ -133,7 +133,7 @@ class Playback:
         found = (e for e in self._recording.entries() if (e.topic, e.type_name) == (DESCRIPTION_TOPIC, TEXT))
         return next((str(e.message().data) for e in found), "")
 
-    def go_on_from(self, other: Playback) -> None:
+    def go_on_from(self, other: BusPlayback) -> None:
         """Stand where another of the same recording does; what is latched is said again."""
         self._at = other._at
         while self._next is not None and self._next.nanoseconds <= self._at:
@@ -173,7 +173,7 @@ class Playback:
         if self._next is None and self._at >= self._last:
             self._end()
 
-    def _speak(self, entry: Entry) -> None:
+    def _speak(self, entry: RecordedMessage) -> None:
         say, kind = self._say[entry.topic]
         say(decode_cdr(entry.cdr, kind))
 
@@ -186,7 +186,7 @@ class Playback:
         self._timer.cancel()
         self._on_end()
 
-    def _wanted(self) -> Iterator[Entry]:
+    def _wanted(self) -> Iterator[RecordedMessage]:
         for entry in self._recording.entries():
             is_early = entry.topic in LATCHED and entry.nanoseconds < self._first
             if entry.topic in self._say and (is_early or self._first <= entry.nanoseconds <= self._last):

@@ -23,7 +23,7 @@ from kbot.sim.drive.twist_controller import DriveLimits
 from kbot.sim.naming import PLAIN, Naming
 from kbot.sim.plugin_names import PluginNames, is_of_gazebo_ros
 from kbot.sim.recipe import ANGULAR_ACCELERATION, LINEAR_ACCELERATION, WATCHDOG
-from kbot.text import Findings
+from kbot.text import DiagnosticCollector
 
 DEFAULT_LIMITS = DriveLimits()
 ABSURD = 1000.0
@@ -73,7 +73,7 @@ class DriveSettings:
 
 
 def drive_settings(
-    robot: Robot, drive: DifferentialDrive, findings: Findings, naming: Naming = PLAIN
+    robot: Robot, drive: DifferentialDrive, findings: DiagnosticCollector, naming: Naming = PLAIN
 ) -> DriveSettings:
     """Read the robot's own settings. What it does not give comes from its shapes and the defaults. `naming`
     is what the simulation calls it."""
@@ -98,7 +98,7 @@ def drive_settings(
 class _Values:
     """Numbers and words that a plugin or controller is given, by whichever of several names is there."""
 
-    def __init__(self, controller: DriveController, findings: Findings) -> None:
+    def __init__(self, controller: DriveController, findings: DiagnosticCollector) -> None:
         self.controller, self.findings = controller, findings
 
     def word(self, default: str, *names: str) -> str:

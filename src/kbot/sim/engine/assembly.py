@@ -17,7 +17,7 @@ from kbot.sim.engine.robot_builder import RobotPlan, add_robot
 from kbot.sim.engine.welds import Weld, add_weld
 from kbot.sim.engine.world_builder import PREFIX, add_world, owner
 from kbot.sim.recipe import IMPRATIO, Contacts
-from kbot.text import DescriptionError, Diagnostic, Findings, KbotError, Origin, Severity
+from kbot.text import DescriptionError, Diagnostic, DiagnosticCollector, KbotError, Origin, Severity
 from kbot.world import World
 
 _NAMED = re.compile(r"[Ee]lement(?: name)? '([^']+)'")
@@ -35,7 +35,7 @@ def compile_model(
         DescriptionError: the world or a robot cannot be simulated; every reason at its line.
     """
     _keep_quiet()
-    findings = Findings()
+    findings = DiagnosticCollector()
     spec = mujoco.MjSpec()
     _set_options(spec, timestep, sleeps=any(not body.is_static for body in world.bodies))
     add_world(spec, world, findings)

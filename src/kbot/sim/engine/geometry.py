@@ -41,7 +41,7 @@ def add_shape(spec: Any, body: Any, shape: Geometry | w.Shape, pose: Transform) 
             size = (0.0, 0.0, 1.0)
         case Mesh():
             named["meshname"] = _mesh_of_file(spec, shape)
-        case w.Mesh():
+        case w.TriangleMesh():
             named["meshname"] = _mesh_of_points(spec, shape)
         case w.HeightField():
             named["hfieldname"] = _add_height_field(spec, shape)
@@ -81,7 +81,7 @@ def _mesh_of_file(spec: Any, mesh: Mesh) -> str:
     return name
 
 
-def _mesh_of_points(spec: Any, mesh: w.Mesh) -> str:
+def _mesh_of_points(spec: Any, mesh: w.TriangleMesh) -> str:
     name = mesh_name(mesh.vertices)
     if spec.mesh(name) is None:
         _add_mesh(spec, name, mesh.vertices)

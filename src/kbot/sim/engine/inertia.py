@@ -12,13 +12,13 @@ from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive
 from kbot.kinematics.drive.wheels import rigid_links
 from kbot.kinematics.transform import Transform
 from kbot.model import Inertial, Link, Robot
-from kbot.text import Findings
+from kbot.text import DiagnosticCollector
 
 SMALLEST = 1e-14
 """Kilograms, or kg m^2: less than this the engine takes for nothing."""
 
 
-def set_inertial(body: Any, link: Link, findings: Findings) -> None:
+def set_inertial(body: Any, link: Link, findings: DiagnosticCollector) -> None:
     """Give a body its link's mass, centre of mass and inertia; a link without inertial weighs nothing."""
     inertial = link.inertial
     if inertial is None or inertial.mass == 0.0:
@@ -44,7 +44,7 @@ def set_inertial(body: Any, link: Link, findings: Findings) -> None:
     body.fullinertia = (m[0, 0], m[1, 1], m[2, 2], m[0, 1], m[0, 2], m[1, 2])
 
 
-def check_masses(robot: Robot, findings: Findings) -> None:
+def check_masses(robot: Robot, findings: DiagnosticCollector) -> None:
     """Say which parts weigh nothing, and so cannot move as they should; see `is_fixed` and `held_joints`."""
     for head in moving_parts(robot):
         inertials = _inertials(robot, head)
@@ -111,7 +111,7 @@ def _weighs(inertials: list[Inertial]) -> bool:
     return any(abs(i.mass) > SMALLEST or not np.isfinite(i.mass) for i in inertials)
 
 
-def _possible(link: Link, inertial: Inertial, findings: Findings) -> NDArray[np.float64] | None:
+def _possible(link: Link, inertial: Inertial, findings: DiagnosticCollector) -> NDArray[np.float64] | None:
     """The link's tensor; the nearest that a body can have, with a warning, where it is one that none can
     (one principal moment above the sum of the other two)."""
     matrix = np.array(inertial.tensor)

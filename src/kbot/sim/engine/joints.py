@@ -11,14 +11,14 @@ from kbot.kinematics.frames import joint_transform, unit_axis
 from kbot.kinematics.transform import Transform
 from kbot.model import Joint, JointType, Robot
 from kbot.sim.engine.world_joints import set_friction, stiffen
-from kbot.text import Findings
+from kbot.text import DiagnosticCollector
 
 _HINGE = mujoco.mjtJoint.mjJNT_HINGE
 _SLIDE = mujoco.mjtJoint.mjJNT_SLIDE
 _BALL = mujoco.mjtJoint.mjJNT_BALL
 
 
-def add_joint(body: Any, joint: Joint, prefix: str, findings: Findings) -> None:
+def add_joint(body: Any, joint: Joint, prefix: str, findings: DiagnosticCollector) -> None:
     """Let a body move as its joint says. A planar joint slides in the plane across its axis and turns
     about it; the engine's joints of planar and floating ones are named `joint:x` and so on."""
     name = prefix + joint.name
@@ -51,7 +51,7 @@ def add_joint(body: Any, joint: Joint, prefix: str, findings: Findings) -> None:
     _limit(added, joint, findings)
 
 
-def _limit(added: Any, joint: Joint, findings: Findings) -> None:
+def _limit(added: Any, joint: Joint, findings: DiagnosticCollector) -> None:
     if joint.type is JointType.CONTINUOUS or joint.limit is None:
         return
     lower, upper = joint.range
@@ -84,7 +84,7 @@ def add_mimics(
     robot: Robot,
     held: frozenset[str],
     prefix: str,
-    findings: Findings,
+    findings: DiagnosticCollector,
 ) -> None:
     """Couple each mimic joint to the one it follows; joints that are `held` follow none."""
     for joint in robot.joints.values():

@@ -21,13 +21,13 @@ from kbot.sim.engine.inertia import check_masses, held_joints, is_fixed, set_ine
 from kbot.sim.engine.joints import add_joint, add_mimics, held_pose
 from kbot.sim.engine.servo import add_drive_servos, add_joint_servos
 from kbot.sim.recipe import FRICTION, Contacts
-from kbot.text import Element, Findings, KbotError
+from kbot.text import DiagnosticCollector, Element, KbotError
 from kbot.text.numbers import to_float
 from kbot.text.suggest import did_you_mean
 
 
 @dataclass(frozen=True, slots=True)
-class Surface:
+class ContactSurface:
     """`friction`: sliding coefficient (mu1). `self_collide`: touches other such links of its own robot.
     `gravity`: whether the link falls. `stiffness` (kp, N/m) and `damping` (kd, N s/m) of its contacts, None
     where nothing is said."""
@@ -39,12 +39,12 @@ class Surface:
     damping: float = 0.0
 
 
-PLAIN = Surface()
+PLAIN = ContactSurface()
 
 
-def link_surfaces(robot: Robot, findings: Findings) -> Mapping[str, Surface]:
+def link_surfaces(robot: Robot, findings: DiagnosticCollector) -> Mapping[str, ContactSurface]:
     """The surfaces of the links that something is said of."""
-    surfaces: dict[str, Surface] = {}
+    surfaces: dict[str, ContactSurface] = {}
     everywhere = PLAIN
     for extension in robot.extensions:
         if extension.tag != "gazebo":
@@ -66,7 +66,9 @@ def link_surfaces(robot: Robot, findings: Findings) -> Mapping[str, Surface]:
     return surfaces
 
 
-def _read(element: Element, surface: Surface, findings: Findings, whole: bool = False) -> Surface:
+def _read(
+    element: Element, surface: ContactSurface, findings: DiagnosticCollector, whole: bool = False
+) -> ContactSurface:
     collides = _truth(element, ("selfCollide", "self_collide"), surface.self_collide)
     if whole:
         return replace(surface, self_collide=collides)
@@ -81,7 +83,7 @@ def _read(element: Element, surface: Surface, findings: Findings, whole: bool = 
     gravity = _truth(element, ("gravity",), surface.gravity) and not _truth(
         element, ("turnGravityOff",), default=False
     )
-    return Surface(
+    return ContactSurface(
         surface.friction if friction is None else friction,
         collides,
         gravity,
@@ -90,7 +92,9 @@ def _read(element: Element, surface: Surface, findings: Findings, whole: bool = 
     )
 
 
-def _number(element: Element, tags: tuple[str, ...], what: str, findings: Findings) -> float | None:
+def _number(
+    element: Element, tags: tuple[str, ...], what: str, findings: DiagnosticCollector
+) -> float | None:
     """A number from 0 on; None where it is not there or, with a finding, is none."""
     said = next((found for tag in tags if (found := element.find(tag)) is not None), None)
     if said is None:
@@ -136,7 +140,7 @@ class RobotPlan:
         return f"{self.name}/"
 
 
-def add_robot(spec: Any, plan: RobotPlan, findings: Findings) -> None:
+def add_robot(spec: Any, plan: RobotPlan, findings: DiagnosticCollector) -> None:
     """Add a robot's bodies to the engine's model. Faults of the description go to `findings`."""
     robot, prefix = plan.robot, plan.prefix
     check_bounds(robot, findings)
@@ -172,7 +176,7 @@ def add_robot(spec: Any, plan: RobotPlan, findings: Findings) -> None:
 class _Shapes:
     """The shapes of one robot's links."""
 
-    def __init__(self, spec: Any, plan: RobotPlan, findings: Findings) -> None:
+    def __init__(self, spec: Any, plan: RobotPlan, findings: DiagnosticCollector) -> None:
         self.spec, self.plan, self.findings = spec, plan, findings
         self.touching: list[str] = []
         self.mass = total_mass(plan.robot)

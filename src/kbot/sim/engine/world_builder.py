@@ -14,15 +14,15 @@ from kbot.kinematics.transform import Transform
 from kbot.sim.engine import contacts as touch
 from kbot.sim.engine.geometry import add_shape, wxyz
 from kbot.sim.engine.world_joints import add_world_joint, stiffen
-from kbot.text import Findings, KbotError
+from kbot.text import DiagnosticCollector, KbotError
 from kbot.world import world as w
-from kbot.world.joints import Loop
+from kbot.world.body_joints import Loop
 
 PREFIX = "/"
 """A robot has a name before the slash, the world has none."""
 
 
-def add_world(spec: Any, world: w.World, findings: Findings) -> None:
+def add_world(spec: Any, world: w.World, findings: DiagnosticCollector) -> None:
     """Add what the robot stands on and runs into. Shapes that cannot be built go to `findings`."""
     spec.option.gravity = world.gravity
     moving_models = {body.model for body in world.bodies if not body.is_static}
@@ -121,7 +121,7 @@ def _add_part(
     body: w.Body,
     part: w.Part,
     pose: Transform,
-    findings: Findings,
+    findings: DiagnosticCollector,
 ) -> Any:
     if not body.is_static and isinstance(part.shape, w.Plane | w.HeightField):
         why = "a plane or a height field cannot move; make its model static"
@@ -165,7 +165,7 @@ def volume(shape: w.Shape) -> float:
             return pi * r * r * length + 4 / 3 * pi * r**3
         case w.Ellipsoid(radii=(a, b, c)):
             return 4 / 3 * pi * a * b * c
-        case w.Mesh(vertices=vertices, faces=faces):
+        case w.TriangleMesh(vertices=vertices, faces=faces):
             one, two, three = (vertices[faces[:, i]] for i in range(3))
             return abs(float(np.einsum("ij,ij->", one, np.cross(two, three)))) / 6
     return 0.0

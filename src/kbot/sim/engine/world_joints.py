@@ -8,18 +8,18 @@ from typing import Any
 import mujoco
 
 from kbot.sim.recipe import SOLIMP, SOLREF
-from kbot.world.joints import Freedom, Joint, Motion
+from kbot.world.body_joints import BodyJoint, Freedom, JointMotion
 
 _TYPES = {
-    Motion.TURN: mujoco.mjtJoint.mjJNT_HINGE,
-    Motion.SLIDE: mujoco.mjtJoint.mjJNT_SLIDE,
-    Motion.BALL: mujoco.mjtJoint.mjJNT_BALL,
+    JointMotion.TURN: mujoco.mjtJoint.mjJNT_HINGE,
+    JointMotion.SLIDE: mujoco.mjtJoint.mjJNT_SLIDE,
+    JointMotion.BALL: mujoco.mjtJoint.mjJNT_BALL,
 }
 _SHUT = 1e-6
 """Rad or m that a joint moves whose limits are one number."""
 
 
-def add_world_joint(spec: Any, body: Any, owner: str, joint: Joint) -> None:
+def add_world_joint(spec: Any, body: Any, owner: str, joint: BodyJoint) -> None:
     """Let an engine's body move as the joint says; `owner` is the name of the world's body."""
     names = [f"/{owner}~{index}" for index in range(len(joint.freedoms))]
     for name, freedom in zip(names, joint.freedoms, strict=True):
@@ -46,7 +46,7 @@ def set_friction(joint: Any, friction: float) -> None:
 
 def _add(body: Any, name: str, freedom: Freedom, anchor: tuple[float, float, float]) -> None:
     added = body.add_joint(name=name, type=_TYPES[freedom.motion], pos=anchor)
-    if freedom.motion is not Motion.BALL:
+    if freedom.motion is not JointMotion.BALL:
         added.axis = freedom.axis
     added.damping[0] = freedom.damping
     set_friction(added, freedom.friction)

@@ -27,14 +27,14 @@ from kbot.sim.joint_control.plugins import commanded_by
 from kbot.sim.joint_control.trajectory_goal import Constraints
 from kbot.sim.naming import PLAIN, Naming
 from kbot.sim.plugin_names import PluginNames, is_of_gazebo_ros
-from kbot.text import Element, Findings
+from kbot.text import DiagnosticCollector, Element
 from kbot.text.numbers import to_float
 from kbot.text.suggest import did_you_mean
 
 _INTERFACES = {f"{interface.capitalize()}JointInterface": interface for interface in Interface}
 
 
-def joint_interfaces(robot: Robot, findings: Findings) -> Mapping[str, frozenset[Interface]]:
+def joint_interfaces(robot: Robot, findings: DiagnosticCollector) -> Mapping[str, frozenset[Interface]]:
     """By joint, what a controller may command of it.
 
     Commands, states and limits are the joint's, on the far side of the gear, as in ROS: whatever
@@ -61,7 +61,7 @@ def _interfaces(joint: Element, transmission: Element) -> Iterator[Interface]:
             return
 
 
-def _has_gear(transmission: Element, findings: Findings) -> bool:
+def _has_gear(transmission: Element, findings: DiagnosticCollector) -> bool:
     for element in transmission.descendants():
         if element.tag != "mechanicalReduction":
             continue
@@ -76,7 +76,7 @@ def _has_gear(transmission: Element, findings: Findings) -> bool:
     return True
 
 
-def joint_starts(robot: Robot, free: set[str], findings: Findings) -> Iterator[tuple[str, float]]:
+def joint_starts(robot: Robot, free: set[str], findings: DiagnosticCollector) -> Iterator[tuple[str, float]]:
     """Joints that are `free` to be commanded, and their first positions in rad or m; what is no number is
     said at its line."""
     for joint, element in _said(robot):
@@ -104,7 +104,7 @@ def _said(robot: Robot) -> Iterator[tuple[str, Element]]:
 
 
 def joint_control(
-    robot: Robot, driven: tuple[str, ...], findings: Findings, naming: Naming = PLAIN
+    robot: Robot, driven: tuple[str, ...], findings: DiagnosticCollector, naming: Naming = PLAIN
 ) -> JointControl:
     """How the description has its joints commanded, those that are `driven` left out, of a robot that the
     simulation calls `naming`. What it names and the robot does not have is said at its line."""
@@ -124,7 +124,7 @@ def joints_of(kind: Kind, found: Parameters) -> list[str]:
 
 def spawned_for(robot: Robot, joints: Iterable[str]) -> str:
     """Why joints that would drive do not: a controller was spawned to command one of them; else empty."""
-    for found in controller_parameters(robot, Findings()):
+    for found in controller_parameters(robot, DiagnosticCollector()):
         kind = KINDS[found.ros].get(found.kind)
         if kind is not None and found.is_spawned and found.is_active:
             taken = set(joints_of(kind, found)).intersection(joints)
@@ -134,7 +134,9 @@ def spawned_for(robot: Robot, joints: Iterable[str]) -> str:
 
 
 class _Reader:
-    def __init__(self, robot: Robot, driven: tuple[str, ...], findings: Findings, naming: Naming) -> None:
+    def __init__(
+        self, robot: Robot, driven: tuple[str, ...], findings: DiagnosticCollector, naming: Naming
+    ) -> None:
         self.robot, self.findings, self._naming = robot, findings, naming
         self.free = {j.name for j in robot.movable_joints if j.name not in driven and j.mimic is None}
         """The joints that controllers may command."""

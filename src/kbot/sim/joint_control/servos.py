@@ -18,7 +18,7 @@ import mujoco
 from kbot.model import Joint, JointType, Robot, SafetyController
 from kbot.sim.engine.arrays import numbers
 from kbot.sim.joint_control.kinds import Interface
-from kbot.sim.joint_control.trajectory import Point, Trajectory
+from kbot.sim.joint_control.trajectory import Trajectory, TrajectoryPoint
 from kbot.sim.numbers import FURTHEST, is_within, shortened
 from kbot.text import KbotError
 
@@ -167,14 +167,14 @@ class JointServos:
             self._leave_ways(joint)
             self._take(joint, _Order(interface, float(value), self.told(joint)))
 
-    def follow(self, joints: tuple[str, ...], points: Iterable[Point], step: int) -> None:
+    def follow(self, joints: tuple[str, ...], points: Iterable[TrajectoryPoint], step: int) -> None:
         """Go through points from this step on, from where the joints are told to be now."""
         for joint in joints:
             self._leave_ways(joint)
             self._take(joint, _Order(Interface.POSITION, self.told(joint), self.told(joint)))
         here = tuple(self._orders[joint].now for joint in joints)
         still = (0.0,) * len(joints)
-        way = _Way(joints, Trajectory(Point(0.0, here, still, still), tuple(points)), step)
+        way = _Way(joints, Trajectory(TrajectoryPoint(0.0, here, still, still), tuple(points)), step)
         self._ways = (*self._ways, way)
 
     def desired(

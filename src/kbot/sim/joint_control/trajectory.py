@@ -22,7 +22,7 @@ from kbot.text.suggest import did_you_mean
 Array = NDArray[np.float64]
 
 
-class Point(NamedTuple):
+class TrajectoryPoint(NamedTuple):
     """Seconds from the start, and a number a joint: rad or m, and their derivatives where they are given."""
 
     time: float
@@ -42,7 +42,7 @@ class Sample(NamedTuple):
 class Trajectory:
     """Goes from `start`, which is where the joints are at time 0, through `points` in the order of time."""
 
-    def __init__(self, start: Point, points: Sequence[Point]) -> None:
+    def __init__(self, start: TrajectoryPoint, points: Sequence[TrajectoryPoint]) -> None:
         self._points = [start, *points]
 
     @property
@@ -60,7 +60,7 @@ class Trajectory:
         return _between(self._points[after - 1], self._points[after], time)
 
 
-def _between(a: Point, b: Point, time: float) -> Sample:
+def _between(a: TrajectoryPoint, b: TrajectoryPoint, time: float) -> Sample:
     """On the polynomial of the least degree that has what both points give."""
     length, t = b.time - a.time, time - a.time
     p, q = np.array(a.positions), np.array(b.positions)
@@ -110,7 +110,7 @@ def joint_command(values: Any, interface: Any) -> tuple[dict[str, float], Interf
         raise KbotError(f"joints have no interface {shortened(interface)}: {hint}") from None
 
 
-def trajectory_points(joints: Any, points: Any) -> tuple[tuple[str, ...], tuple[Point, ...]]:
+def trajectory_points(joints: Any, points: Any) -> tuple[tuple[str, ...], tuple[TrajectoryPoint, ...]]:
     """Raises KbotError for points that are none, or whose times do not grow."""
     if isinstance(joints, str) or not isinstance(joints, Sequence) or not isinstance(points, Sequence):
         raise KbotError("a trajectory is a list of joints and a list of points")
@@ -130,7 +130,7 @@ def trajectory_points(joints: Any, points: Any) -> tuple[tuple[str, ...], tuple[
     return names, made
 
 
-def _point(point: Any, count: int) -> Point:
+def _point(point: Any, count: int) -> TrajectoryPoint:
     if not _is_list(point) or not 2 <= len(point) <= 4:
         raise KbotError(f"a point is a time, positions, and if wanted velocities, not {shortened(point)}")
     time, *lists = point
@@ -143,7 +143,7 @@ def _point(point: Any, count: int) -> Point:
             raise KbotError(f"a point has {count} numbers, one a joint, not {len(values)}")
         if not all(map(_is_sound, values)):
             raise KbotError(f"a point is made of finite numbers, not {shortened(values)}")
-    return Point(float(time), *(tuple(map(float, values)) for values in lists))
+    return TrajectoryPoint(float(time), *(tuple(map(float, values)) for values in lists))
 
 
 def _is_list(value: Any) -> bool:

@@ -9,7 +9,7 @@ from math import inf
 from typing import NamedTuple
 
 from kbot.messages.actions import FollowJointTrajectoryGoal, FollowJointTrajectoryResult, JointTolerance
-from kbot.sim.joint_control.trajectory import Point, trajectory_points
+from kbot.sim.joint_control.trajectory import TrajectoryPoint, trajectory_points
 from kbot.sim.numbers import FURTHEST, is_within
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
@@ -61,7 +61,7 @@ class Constraints:
 @dataclass(frozen=True, slots=True)
 class TrajectoryGoal:
     joints: tuple[str, ...]
-    points: tuple[Point, ...]
+    points: tuple[TrajectoryPoint, ...]
     constraints: Constraints
 
     @property

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from kbot.text import KbotError, Source
-from kbot.text.yaml import PLAIN, Document, Keys, YamlError
+from kbot.text.yaml import PLAIN, Keys, YamlDocument, YamlError
 from kbot.text.yaml import read_yaml as read_document
 
 MOST_VALUES = 50_000
@@ -76,7 +76,7 @@ def read_yaml(text: str, file: str) -> Marked:
     return _marked(document, document.data, ())
 
 
-def _marked(document: Document, value: Any, keys: Keys) -> Marked:  # noqa: ANN401 - what YAML holds
+def _marked(document: YamlDocument, value: Any, keys: Keys) -> Marked:  # noqa: ANN401 - what YAML holds
     place = document.place(*keys)
     line = place.value.line if place else 1
     if isinstance(value, dict):

@@ -13,10 +13,16 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeAlias
 
 from kbot.text import KbotError
+from kbot.workbench.displays.display_settings import (
+    Display,
+    DisplaySettings,
+    View,
+    checked_value,
+    properties_of,
+)
 from kbot.workbench.displays.kinds import GLOBALS, KINDS
 from kbot.workbench.displays.marked_yaml import Marked, read_yaml
 from kbot.workbench.displays.property import DisplayKind, Property, Value
-from kbot.workbench.displays.settings import Display, Settings, View, checked_value, properties_of
 
 FIXED_FRAME = "<Fixed Frame>"
 PLANES = ("XY", "XZ", "YZ")
@@ -379,7 +385,7 @@ class RvizFile:
     """A configuration as it was read: `settings` of what both have, `notes` of what was left out and why, and
     the whole `document`, so that all that is not known here is written back."""
 
-    settings: Settings
+    settings: DisplaySettings
     notes: tuple[str, ...]
     document: Mapping[str, Any]
 
@@ -414,10 +420,12 @@ def read_rviz(text: str, file: str) -> RvizFile:
     for holder, part in ((document.fields, "Panels"), (fields, "Tools")):
         if part in holder:
             notes += [f"{name} of {part}: kept in the file" for name in plugins(holder[part].plain)]
-    return RvizFile(Settings(options, tuple(displays), view), tuple(notes), document.plain)
+    return RvizFile(DisplaySettings(options, tuple(displays), view), tuple(notes), document.plain)
 
 
-def write_rviz(settings: Settings, original: Mapping[str, Any] | None = None, version: Version = 2) -> str:
+def write_rviz(
+    settings: DisplaySettings, original: Mapping[str, Any] | None = None, version: Version = 2
+) -> str:
     """A configuration that reads as these settings. What `original` has besides stays as it is; without one
     it is a new one for that version of rviz."""
     import yaml
@@ -451,7 +459,7 @@ def write_rviz(settings: Settings, original: Mapping[str, Any] | None = None, ve
     return str(yaml.safe_dump(document, sort_keys=False, allow_unicode=True, width=4096))
 
 
-def unwritten(settings: Settings, version: Version) -> tuple[str, ...]:
+def unwritten(settings: DisplaySettings, version: Version) -> tuple[str, ...]:
     """What that rviz has no display for."""
     have_none = {kind.name for kind in KINDS if not _class_in(kind, version)} - {"World"}
     return tuple(f"{d.name} ({d.kind})" for d in settings.displays if d.kind in have_none)

@@ -24,7 +24,7 @@ from kbot.sim.simulation import ORIGIN
 from kbot.sim.snapshots import State
 from kbot.text import KbotError
 from kbot.workbench.driving.contact_forces import ContactForces
-from kbot.workbench.driving.motion import Moment, flat
+from kbot.workbench.driving.mover import Moment, flat
 from kbot.workbench.driving.out_of_world import OutOfWorld
 from kbot.workbench.driving.world_actions import (
     WorldActions,
@@ -59,7 +59,7 @@ Attend: TypeAlias = Callable[[Simulation], None]
 
 
 @dataclass(frozen=True, slots=True)
-class Setup:
+class RunSetup:
     """What stays when the robot changes."""
 
     world: World
@@ -77,7 +77,7 @@ class Setup:
 class Driving:
     """A running simulation."""
 
-    def __init__(self, robot: Robot, setup: Setup, simulation: Simulation | None = None) -> None:
+    def __init__(self, robot: Robot, setup: RunSetup, simulation: Simulation | None = None) -> None:
         """Starts a simulation, or goes on with one.
 
         Raises:

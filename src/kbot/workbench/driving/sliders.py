@@ -14,7 +14,7 @@ from kbot.model.extensions import initial_positions
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.tf.robot_state_publisher import RobotStatePublisher
-from kbot.workbench.driving.motion import Moment, Motion
+from kbot.workbench.driving.mover import Moment, Mover
 from kbot.workbench.protocol import Action, Timeline
 from kbot.workbench.scene.scene import Control, slider_range
 from kbot.workbench.timeline.recording import RunRecording
@@ -118,7 +118,7 @@ class Sliders:
     def record(self, recording: RunRecording) -> None:
         raise KbotError("nothing is simulated here, so there is nothing to record: kbot sim does it")
 
-    def enter(self, world: str, seed: int) -> tuple[Motion, World]:
+    def enter(self, world: str, seed: int) -> tuple[Mover, World]:
         raise KbotError("nothing is simulated here, so there is no world: kbot sim has them")
 
     def set_joint(self, name: str, position: float) -> None:

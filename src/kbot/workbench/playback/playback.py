@@ -16,9 +16,9 @@ from kbot.record.player import LATCHED
 from kbot.record.world_recorder import POSES_TOPIC
 from kbot.text import KbotError
 from kbot.tf.static_transforms import say_static
-from kbot.workbench.driving.motion import Moment, flat
+from kbot.workbench.driving.mover import Moment, flat
 from kbot.workbench.playback.recorded_moves import RecordedMoves
-from kbot.workbench.playback.recorded_run import TF_STATIC, RecordedRun, Told
+from kbot.workbench.playback.recorded_run import TF_STATIC, RecordedRun, RecordedState
 from kbot.workbench.playback.recorded_series import series_of_run
 from kbot.workbench.playback.recorded_way import world_from_root
 from kbot.workbench.playback.recorded_world import RecordedWorld
@@ -60,7 +60,7 @@ def damage_at(index: Index, nanoseconds: int) -> Damage | None:
     return Damage(start, end, start - 1 if start > index.start else None, end if end <= index.end else None)
 
 
-class Playback:
+class PlayedRun:
     """Says on its bus what was recorded, as time passes; the robot stands as /tf and /joint_states tell."""
 
     def __init__(
@@ -68,11 +68,11 @@ class Playback:
         robot: Robot,
         run: RecordedRun,
         world: RecordedWorld,
-        attend: Callable[[Playback], None] = lambda playback: None,
+        attend: Callable[[PlayedRun], None] = lambda playback: None,
     ) -> None:
         """`attend` is told of it before it plays, and of each that takes its place."""
         self._robot, self._run, self._world, self._attend = robot, run, world, attend
-        self._told = Told(robot)
+        self._told = RecordedState(robot)
         self.bus, self.clock = Bus(), Clock()
         self.errands: list[Callable[[], bool]] = []
         """What is to be done between two steps, also while it is paused."""
@@ -262,9 +262,9 @@ class Playback:
     def present(self) -> tuple[World | None, Mapping[str, Robot]]:
         return self._world.present
 
-    def replace(self, robot: Robot) -> Playback:
+    def replace(self, robot: Robot) -> PlayedRun:
         """The same moment with a changed robot."""
-        other = Playback(robot, self._run, self._world, self._attend)
+        other = PlayedRun(robot, self._run, self._world, self._attend)
         other._go_to((self.clock.nanoseconds - self._run.index.start) * 1e-9)
         other.loop, other.paused = self.loop, self.paused
         return other

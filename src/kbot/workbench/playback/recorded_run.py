@@ -18,7 +18,7 @@ from kbot.messages import JointState, Odometry, TFMessage
 from kbot.model import JointType, Robot
 from kbot.record.encodings.bytes import decode_cdr
 from kbot.record.encodings.types import known_type
-from kbot.record.entry import Entry
+from kbot.record.entry import RecordedMessage
 from kbot.record.index import open_index
 from kbot.record.world_recorder import POSES_TOPIC
 from kbot.text import KbotError
@@ -26,7 +26,7 @@ from kbot.text.json_text import parse_json
 from kbot.workbench.scene.foreign_frames import plain, read_transform
 
 
-class Told:
+class RecordedState:
     """Hears messages one after the other, and keeps what holds since the last of each."""
 
     def __init__(self, robot: Robot) -> None:
@@ -172,12 +172,12 @@ class RecordedRun:
         """The stamps of messages at a time of the recording's clock."""
         return (nanoseconds + self.stamp_offset) * 1e-9
 
-    def read(self, entry: Entry) -> Any:  # noqa: ANN401 - whatever its type says
+    def read(self, entry: RecordedMessage) -> Any:  # noqa: ANN401 - whatever its type says
         """The message, None where KBot has no such type. Raises KbotError: the bytes are none."""
         kind = self.topics.get(entry.topic)
         return None if kind is None else decode_cdr(entry.cdr, kind)
 
-    def samples(self) -> Iterator[Entry]:
+    def samples(self) -> Iterator[RecordedMessage]:
         """What is said of movement at the start and at the end."""
         span = round(FIRST_SECONDS * 1e9)
         start, end = self.index.start, self.index.end

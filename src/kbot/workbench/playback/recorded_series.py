@@ -7,8 +7,8 @@ from typing import Any
 
 from kbot.model import Robot
 from kbot.record.world_recorder import POSES_TOPIC
-from kbot.workbench.playback.recorded_run import RecordedRun, Told
-from kbot.workbench.timeline.series import MOST_MOMENTS, Field, Making, Table, number_at
+from kbot.workbench.playback.recorded_run import RecordedRun, RecordedState
+from kbot.workbench.timeline.series import MOST_MOMENTS, Field, Making, SeriesTable, number_at
 
 FINEST = 0.02
 """Seconds between two moments, at the least."""
@@ -27,7 +27,7 @@ def series_of_run(
         if any(not one.topic for one in fields)
         else []
     )
-    told, newest = Told(robot), dict[str, Any]()
+    told, newest = RecordedState(robot), dict[str, Any]()
     first = index.start + round(start * 1e9)
     last = min(index.start + round(end * 1e9), index.end)
     for topic in (*topics, *moving):
@@ -37,7 +37,7 @@ def series_of_run(
             told.hear(message)
             newest[topic] = message
     step = max(round(FINEST * 1e9), (last - first) // MOST_MOMENTS + 1)
-    table = Table(is_thinned=step > FINEST * 1e9)
+    table = SeriesTable(is_thinned=step > FINEST * 1e9)
 
     def row(moment: int) -> tuple[float | None, ...]:
         if index.damage(moment) is not None:

@@ -9,17 +9,17 @@ from dataclasses import dataclass
 from kbot.kinematics.transform import Transform
 from kbot.messages import Odometry, TFMessage
 from kbot.model import Robot
-from kbot.record.entry import Entry
+from kbot.record.entry import RecordedMessage
 from kbot.record.formats import read_fields
 from kbot.record.recorder import COMMANDS_TOPIC
 from kbot.record.world_recorder import POSES_TOPIC
 from kbot.text.json_text import parse_json
-from kbot.workbench.playback.recorded_run import TF, RecordedRun, Told
+from kbot.workbench.playback.recorded_run import TF, RecordedRun, RecordedState
 from kbot.workbench.scene.foreign_frames import MAP, WORLD, read_transform
-from kbot.workbench.timeline.ways import Point, Way
+from kbot.workbench.timeline.ways import TrailPoint, Way
 
 MOST_PLACES = 3000
-Finding = Generator[None, None, list[Point]]
+Finding = Generator[None, None, list[TrailPoint]]
 """A way that is being read, which may be left alone for a while at each `None`."""
 FINEST = 0.05
 """Seconds between two places, at the least."""
@@ -35,7 +35,9 @@ PUTS = frozenset({"place", "reset", "reset_world", "restore", "set_model_state",
 """What is done to a simulation, by its journal, that puts a robot elsewhere."""
 
 
-def world_from_root(run: RecordedRun, robot: Robot, told: Told, truth: Transform | None) -> Transform:
+def world_from_root(
+    run: RecordedRun, robot: Robot, told: RecordedState, truth: Transform | None
+) -> Transform:
     """Where the robot truly was, or else as tf has it; what odometry tells is from where it started."""
     if truth is not None:
         return truth
@@ -44,7 +46,7 @@ def world_from_root(run: RecordedRun, robot: Robot, told: Told, truth: Transform
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class WayPoint:
     """Where the robot was at a time of the recording's clock and one of the messages' stamps, in
     nanoseconds; how fast by its odometry, in m/s, nan where none was heard yet. With `put` it was put there,
     as is told."""
@@ -61,7 +63,7 @@ class RecordedWay:
 
     def __init__(self, run: RecordedRun, robot: Robot) -> None:
         self._run, self._robot = run, robot
-        self._known: list[Point] | None = None
+        self._known: list[TrailPoint] | None = None
 
     def __call__(self, spacing: float) -> Finding:
         """Its places, in m, at least `spacing` apart."""
@@ -85,12 +87,12 @@ def _found(run: RecordedRun, robot: Robot, spacing: float) -> Finding:
     return way.points
 
 
-def _places(run: RecordedRun, robot: Robot) -> Iterator[list[Place]]:
+def _places(run: RecordedRun, robot: Robot) -> Iterator[list[WayPoint]]:
     """Those that are told in each piece of the recording."""
     index = run.index
     moves = [POSES_TOPIC] if POSES_TOPIC in run.topics else _transforms(run)
     topics, name = [COMMANDS_TOPIC, *moves, *run.odometry], _name(run, robot)
-    told, speed = Told(robot), math.nan
+    told, speed = RecordedState(robot), math.nan
     for message in run.statics:
         told.hear(message)
     every = max(round(FINEST * 1e9), (index.end - index.start) // MOST_PLACES)
@@ -115,7 +117,7 @@ def _places(run: RecordedRun, robot: Robot) -> Iterator[list[Place]]:
                 truth = _truth(message, robot.root) if entry.topic == POSES_TOPIC else None
                 x, y, _ = world_from_root(run, robot, told, truth).translation
                 # what was done at the moment of a place may have come before it or after
-                found.append(Place(now, _stamp(message), (float(x), float(y)), speed, put >= last))
+                found.append(WayPoint(now, _stamp(message), (float(x), float(y)), speed, put >= last))
                 last = now
         after = until
         yield found
@@ -133,13 +135,13 @@ def _name(run: RecordedRun, robot: Robot) -> str:
     return str(name) or robot.name
 
 
-def _puts(entry: Entry, robot: str) -> bool:
+def _puts(entry: RecordedMessage, robot: str) -> bool:
     """Whether the journal tells that the robot was put elsewhere."""
     note = read_fields(entry)
     return note.get("do") in PUTS and note.get("robot", note.get("model", robot)) == robot
 
 
-def _was_put(before: Place, now: Place, told_speeds: bool) -> bool:
+def _was_put(before: WayPoint, now: WayPoint, told_speeds: bool) -> bool:
     """Whether it cannot have driven from one place to the next: faster than any robot or, where odometry
     tells speeds, than it was. Messages that were late by their stamps tell of a longer time."""
     away, seconds = math.dist(before.xy, now.xy), (now.at - before.at) * 1e-9

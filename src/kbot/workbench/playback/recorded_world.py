@@ -12,7 +12,7 @@ from kbot.kinematics.transform import Transform
 from kbot.messages import TFMessage
 from kbot.model import Robot
 from kbot.model.load import load_robot_text
-from kbot.record.entry import Entry
+from kbot.record.entry import RecordedMessage
 from kbot.record.formats import read_text
 from kbot.record.world_recorder import WORLD_TOPIC
 from kbot.text import KbotError
@@ -58,7 +58,7 @@ class RecordedWorld:
         for entry in self._run.index.between((WORLD_TOPIC,), after, until):
             self._take(entry)
 
-    def _take(self, entry: Entry | None) -> None:
+    def _take(self, entry: RecordedMessage | None) -> None:
         text = "[]" if entry is None else read_text(entry)
         if self._built is None or text == self._text:
             return

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 from kbot.text import KbotError
 from kbot.text.json_text import parse_json
 from kbot.text.suggest import did_you_mean
-from kbot.workbench.protocol import FromPage, FromServer, Length, Range, State
+from kbot.workbench.protocol import Bounds, FromPage, FromServer, Length, State
 
 _STATE_FIELDS = tuple(field.name for field in dataclasses.fields(State))
 
@@ -77,7 +77,7 @@ def _fields(cls: type) -> dict[str, Any]:
 
 
 def _check(value: object, hint: Any, where: str) -> object:  # noqa: ANN401 - a type hint
-    bound: Range | Length | None = None
+    bound: Bounds | Length | None = None
     if typing.get_origin(hint) is Annotated:
         hint, bound = typing.get_args(hint)
     if typing.get_origin(hint) is Literal:
@@ -88,7 +88,7 @@ def _check(value: object, hint: Any, where: str) -> object:  # noqa: ANN401 - a 
     if hint is float:
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise BadMessage(f"{where} is {_short(value)}, not a number")
-        if isinstance(bound, Range) and not bound.low <= value <= bound.high:
+        if isinstance(bound, Bounds) and not bound.low <= value <= bound.high:
             raise BadMessage(f"{where} is {_short(value)}, not between {bound.low:g} and {bound.high:g}")
         return float(value)
     if hint is bool:

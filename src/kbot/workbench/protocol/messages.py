@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 
 @dataclass(frozen=True, slots=True)
-class Range:
+class Bounds:
     """The finite numbers from `low` to `high` that a page may send."""
 
     low: float
@@ -79,7 +79,7 @@ class SetWorld:
     that the run was started in. `seed` is that of whatever is random in a run, as the noise of sensors is."""
 
     world: PathName
-    seed: Annotated[float, Range(0, 2**53)]
+    seed: Annotated[float, Bounds(0, 2**53)]
     type: Literal["set_world"] = "set_world"
 
 
@@ -97,13 +97,13 @@ class Spawn:
     long, wide and high as asked; everything else has its own size."""
 
     what: Name
-    x: Annotated[float, Range(-1e4, 1e4)]
-    y: Annotated[float, Range(-1e4, 1e4)]
-    z: Annotated[float, Range(-1e3, 1e3)]
-    yaw: Annotated[float, Range(-10, 10)]
-    length: Annotated[float, Range(0.01, 10)]
-    width: Annotated[float, Range(0.01, 10)]
-    height: Annotated[float, Range(0.01, 10)]
+    x: Annotated[float, Bounds(-1e4, 1e4)]
+    y: Annotated[float, Bounds(-1e4, 1e4)]
+    z: Annotated[float, Bounds(-1e3, 1e3)]
+    yaw: Annotated[float, Bounds(-10, 10)]
+    length: Annotated[float, Bounds(0.01, 10)]
+    width: Annotated[float, Bounds(0.01, 10)]
+    height: Annotated[float, Bounds(0.01, 10)]
     type: Literal["spawn"] = "spawn"
 
 
@@ -120,10 +120,10 @@ class MoveModel:
     """Put a robot (on the ground) or a thing somewhere else, standing still: metres and radians."""
 
     name: Name
-    x: Annotated[float, Range(-1e4, 1e4)]
-    y: Annotated[float, Range(-1e4, 1e4)]
-    z: Annotated[float, Range(-1e3, 1e3)]
-    yaw: Annotated[float, Range(-10, 10)]
+    x: Annotated[float, Bounds(-1e4, 1e4)]
+    y: Annotated[float, Bounds(-1e4, 1e4)]
+    z: Annotated[float, Bounds(-1e3, 1e3)]
+    yaw: Annotated[float, Bounds(-10, 10)]
     type: Literal["move_model"] = "move_model"
 
 
@@ -133,10 +133,10 @@ class Push:
     of simulated time."""
 
     link: Name
-    x: Annotated[float, Range(-1000, 1000)]
-    y: Annotated[float, Range(-1000, 1000)]
-    z: Annotated[float, Range(-1000, 1000)]
-    seconds: Annotated[float, Range(0.001, 10)]
+    x: Annotated[float, Bounds(-1000, 1000)]
+    y: Annotated[float, Bounds(-1000, 1000)]
+    z: Annotated[float, Bounds(-1000, 1000)]
+    seconds: Annotated[float, Bounds(0.001, 10)]
     type: Literal["push"] = "push"
 
 
@@ -144,9 +144,9 @@ class Push:
 class Kick:
     """Give the robot a speed at once, m/s along the world's axes."""
 
-    x: Annotated[float, Range(-100, 100)]
-    y: Annotated[float, Range(-100, 100)]
-    z: Annotated[float, Range(-100, 100)]
+    x: Annotated[float, Bounds(-100, 100)]
+    y: Annotated[float, Bounds(-100, 100)]
+    z: Annotated[float, Bounds(-100, 100)]
     type: Literal["kick"] = "kick"
 
 
@@ -157,8 +157,8 @@ class Disturb:
 
     fault: Literal["slip", "payload", "blocked", "silent"]
     target: Name
-    value: Annotated[float, Range(-1e3, 1e3)]
-    seconds: Annotated[float, Range(0.01, 3600)]
+    value: Annotated[float, Bounds(-1e3, 1e3)]
+    seconds: Annotated[float, Bounds(0.01, 3600)]
     type: Literal["disturb"] = "disturb"
 
 
@@ -166,7 +166,7 @@ class Disturb:
 class EndFault:
     """Let a fault of `State.faults` be over, and not come again."""
 
-    number: Annotated[float, Range(0, 1e9)]
+    number: Annotated[float, Bounds(0, 1e9)]
     type: Literal["end_fault"] = "end_fault"
 
 
@@ -195,7 +195,7 @@ class JointSpeed:
     """Let a joint that has a controller go at a speed, rad/s or m/s."""
 
     name: Name
-    velocity: Annotated[float, Range(-1e3, 1e3)]
+    velocity: Annotated[float, Bounds(-1e3, 1e3)]
     type: Literal["joint_speed"] = "joint_speed"
 
 
@@ -268,7 +268,7 @@ class Seek:
     """Show the moment `at` seconds along the timeline: to this page alone, or where a recording is played to
     all."""
 
-    at: Annotated[float, Range(0, 1e12)]
+    at: Annotated[float, Bounds(0, 1e12)]
     type: Literal["seek"] = "seek"
 
 
@@ -298,7 +298,7 @@ class SetLoop:
 class AskTrail:
     """Say which way the robot took since the simulation was reset so many times."""
 
-    resets: Annotated[float, Range(0, 1e12)]
+    resets: Annotated[float, Bounds(0, 1e12)]
     type: Literal["ask_trail"] = "ask_trail"
 
 
@@ -320,8 +320,8 @@ class Trail:
 class Mark:
     """Bookmark the moment `at` seconds along the timeline, which is `time` by the simulation's clock."""
 
-    at: Annotated[float, Range(0, 1e12)]
-    time: Annotated[float, Range(-1e12, 1e12)]
+    at: Annotated[float, Bounds(0, 1e12)]
+    time: Annotated[float, Bounds(-1e12, 1e12)]
     type: Literal["mark"] = "mark"
 
 
@@ -329,14 +329,14 @@ class Mark:
 class NoteMark:
     """Write on a bookmark."""
 
-    number: Annotated[float, Range(0, 1e15)]
+    number: Annotated[float, Bounds(0, 1e15)]
     note: Name
     type: Literal["note_mark"] = "note_mark"
 
 
 @dataclass(frozen=True, slots=True)
 class RemoveMark:
-    number: Annotated[float, Range(0, 1e15)]
+    number: Annotated[float, Bounds(0, 1e15)]
     type: Literal["remove_mark"] = "remove_mark"
 
 
@@ -512,7 +512,7 @@ class SetParameter:
 
     kind: Literal["arg", "property"]
     name: Name
-    value: Annotated[float, Range(-1e9, 1e9)]
+    value: Annotated[float, Bounds(-1e9, 1e9)]
     type: Literal["set_parameter"] = "set_parameter"
 
 
@@ -535,8 +535,8 @@ class EditSource:
     """Replace `was`, which stands at a line and column (1-based) of one of the files, by `text`."""
 
     file: PathName
-    line: Annotated[float, Range(1, 1e9)]
-    column: Annotated[float, Range(1, 1e9)]
+    line: Annotated[float, Bounds(1, 1e9)]
+    column: Annotated[float, Bounds(1, 1e9)]
     was: Name
     text: Name
     type: Literal["edit_source"] = "edit_source"
@@ -546,8 +546,8 @@ class EditSource:
 class ApplyFix:
     """Carry out the fix of a finding of the list with this serial."""
 
-    serial: Annotated[float, Range(0, 1e15)]
-    index: Annotated[float, Range(0, 1e6)]
+    serial: Annotated[float, Bounds(0, 1e15)]
+    index: Annotated[float, Bounds(0, 1e6)]
     type: Literal["apply_fix"] = "apply_fix"
 
 
@@ -654,10 +654,10 @@ class AskSeries:
     answer. A field is `/topic path.to.it`, or `state path.to.it` of the State, whose positions go by
     joint."""
 
-    number: Annotated[float, Range(0, 1e15)]
+    number: Annotated[float, Bounds(0, 1e15)]
     fields: Fields
-    start: Annotated[float, Range(0, 1e12)]
-    end: Annotated[float, Range(0, 1e12)]
+    start: Annotated[float, Bounds(0, 1e12)]
+    end: Annotated[float, Bounds(0, 1e12)]
     type: Literal["ask_series"] = "ask_series"
 
 
@@ -667,11 +667,11 @@ class DrawPlot:
 
     fields: Fields
     labels: Fields
-    start: Annotated[float, Range(0, 1e12)]
-    end: Annotated[float, Range(0, 1e12)]
+    start: Annotated[float, Bounds(0, 1e12)]
+    end: Annotated[float, Bounds(0, 1e12)]
     theme: Literal["dark", "light"]
-    width: Annotated[float, Range(100, 8192)]
-    height: Annotated[float, Range(100, 8192)]
+    width: Annotated[float, Bounds(100, 8192)]
+    height: Annotated[float, Bounds(100, 8192)]
     type: Literal["draw_plot"] = "draw_plot"
 
 
@@ -856,8 +856,8 @@ FromServer = (
 class Drive:
     """Forward speed in m/s and turning speed in rad/s, held until changed or the page falls silent."""
 
-    linear: Annotated[float, Range(-10, 10)]
-    angular: Annotated[float, Range(-50, 50)]
+    linear: Annotated[float, Bounds(-10, 10)]
+    angular: Annotated[float, Bounds(-50, 50)]
     type: Literal["drive"] = "drive"
 
 
@@ -871,7 +871,7 @@ class Stop:
 @dataclass(frozen=True, slots=True)
 class SetJoint:
     name: Name
-    position: Annotated[float, Range(-1e6, 1e6)]
+    position: Annotated[float, Bounds(-1e6, 1e6)]
     type: Literal["set_joint"] = "set_joint"
 
 
@@ -893,7 +893,7 @@ class Pause:
 class Advance:
     """Simulate a little while paused."""
 
-    seconds: Annotated[float, Range(0.001, 1)]
+    seconds: Annotated[float, Bounds(0.001, 1)]
     type: Literal["advance"] = "advance"
 
 
@@ -906,7 +906,7 @@ class Reset:
 class SetSpeed:
     """Simulated seconds per second of wall time."""
 
-    factor: Annotated[float, Range(0.1, 10)]
+    factor: Annotated[float, Bounds(0.1, 10)]
     type: Literal["set_speed"] = "set_speed"
 
 

@@ -15,9 +15,9 @@ from kbot.world.world import (
     Cylinder,
     Ellipsoid,
     HeightField,
-    Mesh,
     Plane,
     Sphere,
+    TriangleMesh,
     World,
 )
 
@@ -55,7 +55,7 @@ def _parts(body: Body, meshes: MeshStore) -> Iterator[Shape]:
                 kind, size = kind_and_size(shape)
             case Ellipsoid(radii=size):
                 kind = "ellipsoid"
-            case Mesh(vertices=vertices, faces=faces):
+            case TriangleMesh(vertices=vertices, faces=faces):
                 kind, size, mesh = "mesh", (1.0, 1.0, 1.0), meshes.add_triangles(vertices, faces)
             case HeightField():
                 kind, size, mesh = (

@@ -12,7 +12,7 @@ from kbot.text.complaints import Complaints
 from kbot.workbench.protocol import AskSeries, AskTrail, DrawPlot, FromServer, PlotDrawn, Refused, Series
 from kbot.workbench.serving.hub import Client
 from kbot.workbench.serving.past import Past
-from kbot.workbench.timeline.series import Field, Table
+from kbot.workbench.timeline.series import Field, SeriesTable
 
 Asked: TypeAlias = AskSeries | AskTrail | DrawPlot
 
@@ -69,7 +69,7 @@ def _check(asked: AskSeries | DrawPlot) -> None:
         raise KbotError(f"{len(asked.fields)} fields have as many labels, not {len(asked.labels)}")
 
 
-def _answer_to(asked: AskSeries | DrawPlot, table: Table) -> FromServer:
+def _answer_to(asked: AskSeries | DrawPlot, table: SeriesTable) -> FromServer:
     columns = table.columns(len(asked.fields))
     if isinstance(asked, AskSeries):
         return Series(

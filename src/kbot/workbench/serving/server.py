@@ -42,8 +42,8 @@ from kbot.workbench.protocol import (
 from kbot.workbench.protocol.codec import MAX_MESSAGE, BadMessage, decode
 from kbot.workbench.serving.access import Access
 from kbot.workbench.serving.file_watcher import Watcher
-from kbot.workbench.serving.files import Files
 from kbot.workbench.serving.hub import MAX_PAGES, Client, Hub
+from kbot.workbench.serving.page_files import PageFiles
 from kbot.workbench.serving.past import Past
 from kbot.workbench.serving.plotting import Plotting
 from kbot.workbench.session.session import Session
@@ -91,7 +91,7 @@ class Server:
         self.past = Past(session, self.hub)
         self._complaints = Complaints(log)
         self._plotting = Plotting(self.past, self._complaints)
-        self._files = Files(session, access, self._complaints)
+        self._files = PageFiles(session, access, self._complaints)
         self._changed = True
         self._topics: Topics | None = None
         self._reading = asyncio.Lock()

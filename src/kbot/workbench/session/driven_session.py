@@ -9,7 +9,7 @@ from kbot.kinematics.odometry import PlanarPose
 from kbot.model import Robot
 from kbot.sim.naming import PLAIN, Naming
 from kbot.sim.simulation import ORIGIN
-from kbot.workbench.driving.driving import Attend, Driving, Setup
+from kbot.workbench.driving.driving import Attend, Driving, RunSetup
 from kbot.workbench.driving.world_actions import SPAWNED
 from kbot.workbench.protocol import WorldChoice, WorldParameter
 from kbot.workbench.session.offers import Offers
@@ -35,7 +35,7 @@ def driven_session(
     Raises:
         DescriptionError: it makes no robot, or one that cannot be simulated.
     """
-    setup = Setup(world, named, named, seed, contacts, attend, start, naming)
+    setup = RunSetup(world, named, named, seed, contacts, attend, start, naming)
     return Session(
         reader,
         "sim",

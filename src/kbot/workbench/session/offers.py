@@ -8,7 +8,7 @@ from typing import Literal, TypeAlias
 
 from kbot.model import Robot
 from kbot.workbench.protocol import About, WorldChoice
-from kbot.workbench.source.shown import Shown
+from kbot.workbench.source.shown import ShownDescription
 from kbot.world import built_in
 from kbot.world.world import World
 
@@ -29,7 +29,7 @@ class Offers:
 
 
 def about(
-    shown: Shown,
+    shown: ShownDescription,
     mode: Mode,
     world: World | None,
     offers: Offers,

@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from kbot.workbench.playback.playback import Playback
+from kbot.workbench.playback.playback import PlayedRun
 from kbot.workbench.playback.recorded_run import RecordedRun
 from kbot.workbench.playback.recorded_way import RecordedWay
 from kbot.workbench.playback.recorded_world import RecordedWorld
 from kbot.workbench.session.session import Session
-from kbot.workbench.source.description import Description
+from kbot.workbench.source.description import DescriptionFile
 from kbot.workbench.timeline.marks import Marks
 
 
 def played_session(
     path: str,
     package_path: Sequence[str] = (),
-    attend: Callable[[Playback], None] = lambda playback: None,
+    attend: Callable[[PlayedRun], None] = lambda playback: None,
 ) -> Session:
     """A session that plays a recording; meshes are looked for in packages around it too. `attend` is told of
     what plays it.
@@ -30,9 +30,9 @@ def played_session(
     world = RecordedWorld(run)
     around = str(Path(path).absolute().parent)
     session = Session(
-        Description(run.description, None, (*package_path, around)),
+        DescriptionFile(run.description, None, (*package_path, around)),
         "play",
-        lambda robot: Playback(robot, run, world, attend),
+        lambda robot: PlayedRun(robot, run, world, attend),
     )
     session.played, session.marks = path, Marks(path)
     session.way = RecordedWay(run, session.shown.robot)

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from kbot.model import Robot
-from kbot.workbench.displays.files import DisplayFile
-from kbot.workbench.driving.motion import Moment, Motion, flat
+from kbot.workbench.displays.display_file import DisplayFile
+from kbot.workbench.driving.mover import Moment, Mover, flat
 from kbot.workbench.meshes.markers import MarkerMeshes
 from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.playback.recorded_way import RecordedWay
@@ -45,8 +45,8 @@ from kbot.workbench.scene.foreign_frames import frame_for_peers
 from kbot.workbench.session.deadman import NOBODY, Deadman
 from kbot.workbench.session.offers import Mode, Offers, about
 from kbot.workbench.session.shown_scene import ShownScene
-from kbot.workbench.source.description import Reading
-from kbot.workbench.source.shown import Reader, Shown
+from kbot.workbench.source.description import DescriptionReading
+from kbot.workbench.source.shown import Reader, ShownDescription
 from kbot.workbench.timeline.marks import Marks
 from kbot.workbench.timeline.recording import RunRecording
 from kbot.workbench.timeline.series import Field, Making
@@ -90,7 +90,7 @@ def state_message(
     )
 
 
-def carry_out(order: FromPage, motion: Motion) -> bool:
+def carry_out(order: FromPage, motion: Mover) -> bool:
     """Whether it was something for a motion, which is then done.
 
     Raises:
@@ -129,7 +129,7 @@ class Session:
         self,
         reader: Reader,
         mode: Mode,
-        make_motion: Callable[[Robot], Motion],
+        make_motion: Callable[[Robot], Mover],
         world: World | None = None,
         offers: Offers = NOTHING,
     ) -> None:
@@ -141,7 +141,7 @@ class Session:
         self.mode = mode
         self._offers = offers
         self.meshes = MeshStore()
-        self.shown = Shown(reader, self.meshes, RECORDED if mode == "play" else "")
+        self.shown = ShownDescription(reader, self.meshes, RECORDED if mode == "play" else "")
         self.display_file = DisplayFile()
         self.recording = RunRecording()
         self.played = ""
@@ -174,11 +174,11 @@ class Session:
         """All that is drawn."""
         return self._scene.scene
 
-    def read(self) -> Reading:
+    def read(self) -> DescriptionReading:
         """Read the description again; may run on another thread."""
         return self.shown.read()
 
-    def adopt(self, reading: Reading) -> list[FromServer]:
+    def adopt(self, reading: DescriptionReading) -> list[FromServer]:
         """Take over a new reading, and say what changed; a broken one keeps the last good robot."""
         refused = self.shown.take(reading, self._replace)
         messages: list[FromServer] = [Refused(refused)] if refused else []

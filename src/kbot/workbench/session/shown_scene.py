@@ -5,11 +5,11 @@ from __future__ import annotations
 import dataclasses
 
 from kbot.model import Robot
-from kbot.workbench.driving.motion import Motion
+from kbot.workbench.driving.mover import Mover
 from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.protocol import Scene, Things
 from kbot.workbench.scene.scene import all_bodies, build_scene
-from kbot.workbench.source.shown import Shown
+from kbot.workbench.source.shown import ShownDescription
 from kbot.world.world import World
 
 
@@ -17,7 +17,13 @@ class ShownScene:
     """What the pages draw; each change of it has a `revision` of its own."""
 
     def __init__(
-        self, shown: Shown, meshes: MeshStore, motion: Motion, world: World | None, *, on_ground: bool
+        self,
+        shown: ShownDescription,
+        meshes: MeshStore,
+        motion: Mover,
+        world: World | None,
+        *,
+        on_ground: bool,
     ) -> None:
         """`on_ground`: the robot stands where the frame of the poses has its floor."""
         self._shown, self._meshes, self._on_ground = shown, meshes, on_ground
@@ -27,7 +33,7 @@ class ShownScene:
         """What is said of meshes from elsewhere of robots beside the one on show; they are not sent."""
         self.scene = self.build(motion)
 
-    def build(self, motion: Motion) -> Scene:
+    def build(self, motion: Mover) -> Scene:
         """All of it anew."""
         others = self._look(motion)
         self.scene = build_scene(
@@ -42,7 +48,7 @@ class ShownScene:
         )
         return self.scene
 
-    def look_around(self, motion: Motion) -> Things | None:
+    def look_around(self, motion: Mover) -> Things | None:
         """What is there now besides the robot, where anything came or went."""
         world, others = motion.present
         if world is self._present[0] and others == self._present[1]:
@@ -52,7 +58,7 @@ class ShownScene:
         self.scene = dataclasses.replace(self.scene, revision=self.revision, bodies=bodies)
         return Things(self.revision, bodies)
 
-    def _look(self, motion: Motion) -> dict[str, Robot]:
+    def _look(self, motion: Mover) -> dict[str, Robot]:
         """The robots beside the one on show, as a page may see them."""
         self._present = world, others = motion.present
         self.world = world or self.world

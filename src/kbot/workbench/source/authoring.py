@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from kbot.xacro import Expansion
     from kbot.xacro.binding import Binding
 if TYPE_CHECKING:
-    from kbot.workbench.source.description import Reading
+    from kbot.workbench.source.description import DescriptionReading
 
 
 @dataclass(frozen=True, slots=True)
@@ -271,7 +271,7 @@ class Authoring:
         self._findings: tuple[Diagnostic, ...] = ()
         self.serial = 0
 
-    def look_at(self, reading: Reading, findings: tuple[Diagnostic, ...]) -> None:
+    def look_at(self, reading: DescriptionReading, findings: tuple[Diagnostic, ...]) -> None:
         """Take note of a new reading, and of its findings in the order the page has them."""
         self._files = reading.files
         self._written = written_parameters(reading.expansion)

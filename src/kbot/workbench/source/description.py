@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
+class DescriptionReading:
     """One reading: `usable` when it makes a robot without an error on the way; `findings` say more.
 
     `files` are all that it was read from, the description itself first; `meshes` the mesh files that it
@@ -50,7 +50,7 @@ class Reading:
         return self.robot
 
 
-class Description:
+class DescriptionFile:
     """A xacro or URDF file with the arguments it is expanded with.
 
     The findings are those of the file with the values given on the command line and the arguments set in the
@@ -71,7 +71,7 @@ class Description:
         self.package_path = tuple(package_path)
         self._alter = alter
 
-    def read(self) -> Reading:
+    def read(self) -> DescriptionReading:
         """Expand, read and check the file as it is now. Never raises for faults of the description."""
         from kbot.checks import check_file
         from kbot.model.load import load_robot
@@ -89,11 +89,13 @@ class Description:
             findings = (*findings, *findings_of_sensors(loaded.robot))
         files = dict.fromkeys((self.path, *loaded.expansion.dependencies))
         if loaded.robot is None:
-            return Reading(None, usable, loaded.expansion, tuple(findings), tuple(files), began=began)
+            return DescriptionReading(
+                None, usable, loaded.expansion, tuple(findings), tuple(files), began=began
+            )
         confined = confine(self._alter(loaded.robot), MeshRoots(self.path, packages))
         findings = (*findings, *confined.findings)
         meshes = _mesh_files(confined.robot, packages)
-        return Reading(
+        return DescriptionReading(
             confined.robot, usable, loaded.expansion, findings, tuple(files), confined.outside, began, meshes
         )
 

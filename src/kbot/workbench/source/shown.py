@@ -15,7 +15,7 @@ from kbot.workbench.meshes.roots import Confined, MeshRoots, confine
 from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.protocol import Findings, Hint, SourceText
 from kbot.workbench.source.authoring import Authoring
-from kbot.workbench.source.description import Reading
+from kbot.workbench.source.description import DescriptionReading
 from kbot.workbench.source.overrides import Overrides
 from kbot.workbench.source.ownership import Ownership
 from kbot.workbench.source.places import findings_for_page, gravest_first, place_of_span
@@ -97,10 +97,10 @@ class Reader(Protocol):
     overrides: Overrides
     package_path: tuple[str, ...]
 
-    def read(self) -> Reading: ...
+    def read(self) -> DescriptionReading: ...
 
 
-class Shown:
+class ShownDescription:
     """A reading that makes no robot leaves the last good one on show, which is then stale."""
 
     def __init__(self, reader: Reader, meshes: MeshStore, why_not: str = "") -> None:
@@ -151,11 +151,11 @@ class Shown:
         packages = Packages(self.package_path, around=self.file)
         return confine(robot, MeshRoots(self.file, packages))
 
-    def read(self) -> Reading:
+    def read(self) -> DescriptionReading:
         """Read the description again; may run on another thread."""
         return self._reader.read()
 
-    def take(self, reading: Reading, use: Callable[[Robot], None]) -> str:
+    def take(self, reading: DescriptionReading, use: Callable[[Robot], None]) -> str:
         """Take over a new reading, and hand its robot to `use`, which may refuse it with a KbotError; why it
         did, else nothing."""
         self._latest = reading

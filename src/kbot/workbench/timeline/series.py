@@ -22,7 +22,7 @@ Number = float | None
 
 
 @dataclass(slots=True)
-class Table:
+class SeriesTable:
     """Moments along the timeline, what the simulation's clock said then, and a row of values for each."""
 
     at: list[float] = field(default_factory=list)
@@ -44,7 +44,7 @@ class Table:
         return tuple(zip(*self.rows, strict=True)) if self.rows else ((),) * count
 
 
-Making = Generator[None, None, Table]
+Making = Generator[None, None, SeriesTable]
 """A table in the making, which may be left alone for a while at each `None`."""
 
 
@@ -82,7 +82,7 @@ def series_of_history(history: History, fields: Sequence[Field], start: float, e
     """What was kept from `start` to `end`: a row for each state, with what topics had said until then."""
     keys = {STATE, SCENE, *(TOPIC + one.topic for one in fields if one.topic)}
     before = start - 1e-9
-    table = Table()
+    table = SeriesTable()
     stride = math.ceil(history.count(STATE, before, end) / MOST_MOMENTS)
     table.is_thinned = stride > 1
     newest: dict[str, Any] = {key: _read(frame) for key, frame in history.at(before, keys - {STATE}).items()}

@@ -12,7 +12,7 @@ MOST_POINTS = 8000
 """Of one way; of a longer one the older half is forgotten."""
 
 
-class Point(NamedTuple):
+class TrailPoint(NamedTuple):
     """When the robot came there, in s along the timeline, and x and y in m of the world; with `is_jump` it
     did not drive there from the point before, but was put there."""
 
@@ -28,17 +28,17 @@ class Way:
 
     resets: int
     began: float
-    points: list[Point] = field(default_factory=list)
+    points: list[TrailPoint] = field(default_factory=list)
 
     def add(self, at: float, x: float, y: float, spacing: float, is_jump: bool) -> None:
         """The robot is at a place; one nearer to the last than `spacing`, in m, is passed over."""
         if self.points and math.hypot(x - self.points[-1].x, y - self.points[-1].y) < spacing:
             return
-        self.points.append(Point(round(at, 4), round(x, 4), round(y, 4), is_jump and bool(self.points)))
+        self.points.append(TrailPoint(round(at, 4), round(x, 4), round(y, 4), is_jump and bool(self.points)))
         if len(self.points) > MOST_POINTS:
             del self.points[: MOST_POINTS // 2]
 
-    def until(self, at: float) -> list[Point]:
+    def until(self, at: float) -> list[TrailPoint]:
         """What of it was gone by a moment."""
         return self.points[: bisect_right(self.points, at, key=lambda point: point.at)]
 
@@ -49,7 +49,7 @@ class Ways:
     def __init__(self) -> None:
         self._all: deque[Way] = deque()
         self._jumps = 0
-        self._before: list[Point] = []
+        self._before: list[TrailPoint] = []
         """The way to the state that the simulation goes on from next."""
 
     def go_on_from(self, at: float) -> None:
@@ -70,6 +70,6 @@ class Ways:
         while len(self._all) > 1 and self._all[1].began < start:
             self._all.popleft()
 
-    def of(self, resets: int) -> list[Point]:
+    def of(self, resets: int) -> list[TrailPoint]:
         """The way since so many resets, empty where it is not known."""
         return next((way.points for way in self._all if way.resets == resets), [])

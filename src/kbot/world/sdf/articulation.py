@@ -13,26 +13,26 @@ from kbot.kinematics.bodies import MassProperties
 from kbot.kinematics.transform import Transform
 from kbot.text import Element
 from kbot.text.suggest import did_you_mean
-from kbot.world.joints import Freedom, Joint, Loop, Motion
-from kbot.world.sdf.entries import Context, Entry
-from kbot.world.sdf.files import Files
+from kbot.world.body_joints import BodyJoint, Freedom, JointMotion, Loop
+from kbot.world.sdf.entries import ModelEntry, SdfContext
 from kbot.world.sdf.frames import Frames
 from kbot.world.sdf.geometry import Shapes
 from kbot.world.sdf.links import Links
-from kbot.world.sdf.values import Values
+from kbot.world.sdf.resources import ResourceFinder
+from kbot.world.sdf.values import SdfValues
 from kbot.world.world import FURTHEST, Body, Part
 
 Array = NDArray[np.float64]
 
 FREEDOMS = {
-    "revolute": (Motion.TURN,),
-    "continuous": (Motion.TURN,),
-    "prismatic": (Motion.SLIDE,),
-    "ball": (Motion.BALL,),
-    "universal": (Motion.TURN, Motion.TURN),
-    "revolute2": (Motion.TURN, Motion.TURN),
-    "screw": (Motion.TURN, Motion.SLIDE),
-    "gearbox": (Motion.TURN,),
+    "revolute": (JointMotion.TURN,),
+    "continuous": (JointMotion.TURN,),
+    "prismatic": (JointMotion.SLIDE,),
+    "ball": (JointMotion.BALL,),
+    "universal": (JointMotion.TURN, JointMotion.TURN),
+    "revolute2": (JointMotion.TURN, JointMotion.TURN),
+    "screw": (JointMotion.TURN, JointMotion.SLIDE),
+    "gearbox": (JointMotion.TURN,),
     "fixed": (),
 }
 ENDLESS = 1e15
@@ -42,7 +42,7 @@ ENDLESS = 1e15
 class Joints:
     """Reads the freedoms of joints. Directions are along the model's axes."""
 
-    def __init__(self, values: Values) -> None:
+    def __init__(self, values: SdfValues) -> None:
         self._values = values
 
     def kind(self, joint: Element) -> str:
@@ -56,7 +56,7 @@ class Joints:
         self._values.findings.error("W205", f"joint '{name}' has {what}", joint.origin, hint)
         return "fixed"
 
-    def freedoms(self, joint: Element, frames: Frames, context: Context) -> tuple[Freedom, ...]:
+    def freedoms(self, joint: Element, frames: Frames, context: SdfContext) -> tuple[Freedom, ...]:
         """How the child moves, the first way nearest to the parent."""
         kind = self.kind(joint)
         if kind == "gearbox":
@@ -65,11 +65,11 @@ class Joints:
         tags = ("axis", "axis2") if kind in ("universal", "revolute2") else ("axis",) * len(motions)
         made = []
         for motion, tag in zip(motions, tags, strict=True):
-            if motion is Motion.BALL:
+            if motion is JointMotion.BALL:
                 made.append(Freedom(motion, damping=self._damping(joint.find("axis"))))
             else:
                 axis = self._axis(joint, tag)
-                bounded = kind != "continuous" and not (kind == "screw" and motion is Motion.SLIDE)
+                bounded = kind != "continuous" and not (kind == "screw" and motion is JointMotion.SLIDE)
                 made.append(self._about(axis, motion, bounded, joint, frames, context))
         return tuple(made)
 
@@ -93,11 +93,11 @@ class Joints:
     def _about(
         self,
         axis: Element | None,
-        motion: Motion,
+        motion: JointMotion,
         bounded: bool,
         joint: Element,
         frames: Frames,
-        context: Context,
+        context: SdfContext,
     ) -> Freedom:
         x, y, z = self._direction(axis, joint, frames, context).tolist()
         limit = axis.find("limit") if axis is not None else None
@@ -133,7 +133,7 @@ class Joints:
             return -inf if written.text.strip().startswith("-") else inf
         return self._values.number(limit, tag, default)
 
-    def _direction(self, axis: Element | None, joint: Element, frames: Frames, context: Context) -> Array:
+    def _direction(self, axis: Element | None, joint: Element, frames: Frames, context: SdfContext) -> Array:
         """Unit vector (3,) along the model's axes."""
         written = axis.find("xyz") if axis is not None else None
         values = self._values.numbers(written, 3, FURTHEST) if written is not None else (0.0, 0.0, 1.0)
@@ -160,9 +160,9 @@ WORLD = ""
 
 @dataclass(frozen=True, slots=True)
 class _Link:
-    entry: Entry
+    entry: ModelEntry
     element: Element
-    context: Context
+    context: SdfContext
     world_from_link: Transform
     model: str
     """The outermost model it is of."""
@@ -191,12 +191,12 @@ class Articulation:
 
     def __init__(
         self,
-        values: Values,
-        files: Files,
-        entries: list[Entry],
+        values: SdfValues,
+        files: ResourceFinder,
+        entries: list[ModelEntry],
         frames: Frames,
         world: Element,
-        context: Context,
+        context: SdfContext,
     ) -> None:
         self.values = values
         self._files = files
@@ -212,7 +212,7 @@ class Articulation:
         self.loops: list[Loop] = []
         self.bodies = self._in_order(list(self._bodies()))
 
-    def _collect(self, entry: Entry, world_from_model: Transform, outermost: str) -> None:
+    def _collect(self, entry: ModelEntry, world_from_model: Transform, outermost: str) -> None:
         """Note the links and joints of a model and of those within it."""
         prefix, frames = entry.context.prefix, entry.frames
         for element, context in entry.elements("link"):
@@ -227,7 +227,7 @@ class Articulation:
             self._connect(joint, frames, prefix, world_from_model, context)
 
     def _connect(
-        self, joint: Element, frames: Frames, prefix: str, world_from_model: Transform, context: Context
+        self, joint: Element, frames: Frames, prefix: str, world_from_model: Transform, context: SdfContext
     ) -> None:
         parent, child = (self._end(joint, tag, frames, prefix) for tag in ("parent", "child"))
         freedoms = self._joints.freedoms(joint, frames, context)
@@ -321,10 +321,10 @@ class Articulation:
         motions = [freedom.motion for freedom in hinge.freedoms]
         anchor = hinge.world_from_joint.translation
         points = [anchor]
-        if motions == [Motion.TURN]:
+        if motions == [JointMotion.TURN]:
             axis = np.array(hinge.freedoms[0].axis)
             points = [anchor - 0.1 * axis, anchor + 0.1 * axis]
-        elif motions != [Motion.BALL]:
+        elif motions != [JointMotion.BALL]:
             what = f"joint '{hinge.name}' closes a ring of joints and is not revolute or ball: it is left out"
             self.values.unsupported(hinge.element, what)
             return
@@ -379,13 +379,13 @@ class Articulation:
         return "" if touches else link.model
 
     @staticmethod
-    def _joint(world_from_body: Transform, parent: str, hinge: _Hinge) -> Joint:
+    def _joint(world_from_body: Transform, parent: str, hinge: _Hinge) -> BodyJoint:
         body_from_world = world_from_body.inverse()
         anchor = body_from_world.apply(hinge.world_from_joint.translation)
         freedoms = tuple(
             replace(f, axis=_vector(body_from_world.rotation @ np.array(f.axis))) for f in hinge.freedoms
         )
-        return Joint(hinge.name, parent, _vector(anchor), freedoms, hinge.lead, hinge.element.origin)
+        return BodyJoint(hinge.name, parent, _vector(anchor), freedoms, hinge.lead, hinge.element.origin)
 
     @staticmethod
     def _in_order(bodies: list[Body]) -> list[Body]:

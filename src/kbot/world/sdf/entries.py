@@ -11,7 +11,7 @@ from kbot.world.sdf.frames import Frames
 
 
 @dataclass(frozen=True, slots=True)
-class Context:
+class SdfContext:
     """The file that is read and its SDF version, the files that include it, and the models around."""
 
     file: str
@@ -22,7 +22,7 @@ class Context:
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class ModelEntry:
     """A model. `merged` are the models that an include made part of it, each with the file it is in."""
 
     name: str
@@ -31,11 +31,11 @@ class Entry:
     pose: Element | None
     offset: Transform
     frames: Frames
-    nested: list[Entry]
-    context: Context
-    merged: list[tuple[Element, Context]] = field(default_factory=list)
+    nested: list[ModelEntry]
+    context: SdfContext
+    merged: list[tuple[Element, SdfContext]] = field(default_factory=list)
 
-    def elements(self, tag: str) -> Iterator[tuple[Element, Context]]:
+    def elements(self, tag: str) -> Iterator[tuple[Element, SdfContext]]:
         """Its own children of a tag and those of the models merged into it."""
         for model, context in ((self.model, self.context), *self.merged):
             for element in model.elements(tag):

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from kbot.kinematics.transform import Transform
 from kbot.text import Element
 from kbot.text.suggest import did_you_mean
-from kbot.world.sdf.values import Values
+from kbot.world.sdf.values import SdfValues
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +24,7 @@ class Frames:
     """The frames of one model (root `__model__`) or world (root `world`)."""
 
     root: str
-    values: Values
+    values: SdfValues
     renames: bool = False
     """Whether a joint or frame may have the name of something else, as until SDF 1.6."""
     nested: dict[str, Frames] = field(default_factory=dict)

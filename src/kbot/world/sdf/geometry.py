@@ -12,7 +12,7 @@ from kbot.kinematics.transform import Transform
 from kbot.model.meshes import MeshData, load_mesh
 from kbot.text import Element, KbotError
 from kbot.world.images import read_picture
-from kbot.world.sdf.values import Values
+from kbot.world.sdf.values import SdfValues
 from kbot.world.world import (
     FURTHEST,
     Box,
@@ -20,10 +20,10 @@ from kbot.world.world import (
     Cylinder,
     Ellipsoid,
     HeightField,
-    Mesh,
     Plane,
     Shape,
     Sphere,
+    TriangleMesh,
 )
 
 Placed = tuple[Shape, Transform]
@@ -37,7 +37,7 @@ SHAPES = ("box", "sphere", "cylinder", "capsule", "ellipsoid", "cone", "plane", 
 class Shapes:
     """Makes shapes of `<geometry>`; `find_file` leads a `<uri>` to a file."""
 
-    def __init__(self, values: Values, find_file: FindFile) -> None:
+    def __init__(self, values: SdfValues, find_file: FindFile) -> None:
         self._values, self._find_file = values, find_file
 
     def read(self, geometry: Element | None, parent: Element) -> list[Placed]:
@@ -108,7 +108,7 @@ class Shapes:
         side = np.column_stack([at, after, np.full(CONE_SIDES, CONE_SIDES)])
         bottom = np.column_stack([after, at, np.full(CONE_SIDES, CONE_SIDES + 1)])
         faces = np.vstack([side, bottom]).astype(np.int32)
-        return [(Mesh(vertices, faces), Transform.identity())]
+        return [(TriangleMesh(vertices, faces), Transform.identity())]
 
     def _plane(self, shape: Element) -> list[Placed]:
         written = shape.find("size")
@@ -141,9 +141,9 @@ class Shapes:
 
 
 @lru_cache(maxsize=64)
-def _scaled(data: MeshData, scale: tuple[float, ...]) -> Mesh:
+def _scaled(data: MeshData, scale: tuple[float, ...]) -> TriangleMesh:
     """One for all who use it, so that it is taken into convex pieces once."""
-    return Mesh(data.vertices * np.array(scale), data.faces.astype(np.int32))
+    return TriangleMesh(data.vertices * np.array(scale), data.faces.astype(np.int32))
 
 
 def _turned_to(normal: np.ndarray) -> Transform:

@@ -12,8 +12,8 @@ from kbot.world.convex_decomposition import convex_pieces
 from kbot.world.sdf.frames import Frames
 from kbot.world.sdf.geometry import Shapes
 from kbot.world.sdf.materials import colour
-from kbot.world.sdf.values import Values
-from kbot.world.world import HEAVIEST, Box, HeightField, Mesh, Part, Plane, Shape
+from kbot.world.sdf.values import SdfValues
+from kbot.world.world import HEAVIEST, Box, HeightField, Part, Plane, Shape, TriangleMesh
 
 Array = NDArray[np.float64]
 FLATNESS = 0.25
@@ -23,7 +23,7 @@ MOST_FRICTION = 1e3
 class Links:
     """Reads links; `shapes` knows the file they stand in."""
 
-    def __init__(self, values: Values, shapes: Shapes) -> None:
+    def __init__(self, values: SdfValues, shapes: Shapes) -> None:
         self._values, self._shapes = values, shapes
 
     def parts(self, link: Element, frames: Frames, world_from_link: Transform) -> list[Part]:
@@ -93,7 +93,7 @@ class Links:
 
     def _touched(self, shape: Shape, collision: Element) -> list[Shape]:
         """A mesh in convex pieces, other shapes as they are."""
-        if not isinstance(shape, Mesh):
+        if not isinstance(shape, TriangleMesh):
             return [shape]
         pieces = convex_pieces(shape)
         if pieces is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from kbot.model import Robot
 from kbot.text import Element
-from kbot.world.sdf.values import Values
+from kbot.world.sdf.values import SdfValues
 from kbot.world.world import GREY, Rgba
 
 NAMED: dict[str, Rgba] = {
@@ -37,7 +37,7 @@ NAMED: dict[str, Rgba] = {
 }
 
 
-def colour(visual: Element, values: Values) -> Rgba:
+def colour(visual: Element, values: SdfValues) -> Rgba:
     """A visual's colour: its diffuse one, else its ambient one, else by the script's name, else grey."""
     material = visual.find("material")
     opacity = 1.0 - min(max(values.number(visual, "transparency", 0.0), 0.0), 1.0)

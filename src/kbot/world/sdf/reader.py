@@ -9,19 +9,19 @@ from pathlib import Path
 
 from kbot.kinematics.spatial import GRAVITY
 from kbot.kinematics.transform import Transform
-from kbot.text import DescriptionError, Diagnostic, Element, Findings, KbotError
+from kbot.text import DescriptionError, Diagnostic, DiagnosticCollector, Element, KbotError
 from kbot.world.builders import floor
 from kbot.world.georeference import Georeference
 from kbot.world.sdf.articulation import Articulation
-from kbot.world.sdf.entries import Context, Entry
-from kbot.world.sdf.files import WHOLE, Files, fuel_model, read_xml
+from kbot.world.sdf.entries import ModelEntry, SdfContext
 from kbot.world.sdf.frames import Frames
 from kbot.world.sdf.reach import Reach
-from kbot.world.sdf.values import STRONGEST_PULL, Values
+from kbot.world.sdf.resources import WHOLE, ResourceFinder, fuel_model, read_xml
+from kbot.world.sdf.values import STRONGEST_PULL, SdfValues
 from kbot.world.world import World
 
 
-def georeference(world: Element, values: Values) -> Georeference | None:
+def georeference(world: Element, values: SdfValues) -> Georeference | None:
     """What a `<world>` says of it; None where it says nothing, or nothing that is a place on the earth."""
     element = world.find("spherical_coordinates")
     if element is None:
@@ -64,17 +64,17 @@ def read_sdf(path: str, with_floor: bool = True, reach: Reach | None = None) -> 
         DescriptionError: the file cannot be used; it carries every finding.
         KbotError: the world is too large.
     """
-    findings = Findings()
+    findings = DiagnosticCollector()
     world = _Reader(findings, reach).world(path, with_floor)
     findings.require()
     return replace(world, diagnostics=tuple(findings.diagnostics))
 
 
 class _Reader:
-    def __init__(self, findings: Findings, reach: Reach | None) -> None:
+    def __init__(self, findings: DiagnosticCollector, reach: Reach | None) -> None:
         self.findings = findings
-        self.values = Values(findings)
-        self.files = Files(self.values, reach)
+        self.values = SdfValues(findings)
+        self.files = ResourceFinder(self.values, reach)
         self.unnamed = 0
         self._links = 0
 
@@ -82,7 +82,7 @@ class _Reader:
         root = read_xml(path)
         if root.tag not in ("sdf", "gazebo"):
             raise DescriptionError(self._no_sdf(root))
-        context = Context(path, (str(Path(path).absolute()),), _version(root))
+        context = SdfContext(path, (str(Path(path).absolute()),), _version(root))
         element = root.find("world")
         if element is None:
             first = next((e for e in root.elements() if e.tag in ("model", "actor", "light")), None)
@@ -111,7 +111,7 @@ class _Reader:
         )  # fmt: skip
         return tuple(self.findings.diagnostics)
 
-    def _models(self, parent: Element, context: Context) -> Articulation:
+    def _models(self, parent: Element, context: SdfContext) -> Articulation:
         """The bodies of the models and includes directly within a world, in the world's frame."""
         frames = Frames("world", self.values, renames=True)
         entries = list(self._entries(parent, context))
@@ -126,7 +126,7 @@ class _Reader:
         self._say_what_is_left_out(parent)
         return Articulation(self.values, self.files, entries, frames, parent, context)
 
-    def _entries(self, parent: Element, context: Context) -> Iterator[Entry]:
+    def _entries(self, parent: Element, context: SdfContext) -> Iterator[ModelEntry]:
         """The models and includes within a world or model."""
         for element in parent.elements():
             if element.tag == "model":
@@ -136,7 +136,7 @@ class _Reader:
                 if entry is not None:
                     yield entry
 
-    def _include(self, include: Element, context: Context) -> Entry | None:
+    def _include(self, include: Element, context: SdfContext) -> ModelEntry | None:
         uri = include.find("uri")
         if uri is None:
             self.findings.error("W205", "<include> has no <uri>", include.origin)
@@ -169,7 +169,9 @@ class _Reader:
         inner = replace(context, file=file, files=(*context.files, absolute), version=_version(root))
         return self._entry(model, include, include, inner)
 
-    def _entry(self, model: Element, placed_by: Element, include: Element | None, context: Context) -> Entry:
+    def _entry(
+        self, model: Element, placed_by: Element, include: Element | None, context: SdfContext
+    ) -> ModelEntry:
         self._links += sum(1 for _ in model.elements("link"))
         if self._links > MOST_LINKS:
             raise KbotError(f"{placed_by.origin}: the world has more than {MOST_LINKS} links")
@@ -192,28 +194,28 @@ class _Reader:
         prefix = context.prefix if merges and context.prefix else f"{context.prefix}{name}::"
         inner = replace(context, static=static, prefix=prefix)
         frames = Frames("__model__", self.values, renames=context.version < (1, 7))
-        nested: list[Entry] = []
-        becoming_part: list[Entry] = []
+        nested: list[ModelEntry] = []
+        becoming_part: list[ModelEntry] = []
         for entry in self._entries(model, inner):
             (becoming_part if entry.context.prefix == prefix else nested).append(entry)
         self._add_frames(model, frames, nested)
-        merged: list[tuple[Element, Context]] = []
+        merged: list[tuple[Element, SdfContext]] = []
         for entry in becoming_part:
             merged += self._merge(entry, frames)
             nested += entry.nested
         offset = frames.pose(placement, placed_by).inverse() if placement else Transform.identity()
         self._say_what_is_left_out(model)
-        return Entry(name, model, placed_by, pose, offset, frames, nested, inner, merged)
+        return ModelEntry(name, model, placed_by, pose, offset, frames, nested, inner, merged)
 
     @staticmethod
-    def _merge(entry: Entry, frames: Frames) -> list[tuple[Element, Context]]:
+    def _merge(entry: ModelEntry, frames: Frames) -> list[tuple[Element, SdfContext]]:
         """Make a model part of the one around it; what has become part of that, with the files it is in."""
         proxy = f"_merged__{entry.name}__model__"
         frames.add(proxy, entry.placed_by, "__model__", entry.pose, entry.offset, entry.frames.canonical)
         frames.merge(entry.frames, proxy)
         return [(entry.model, entry.context), *entry.merged]
 
-    def _add_frames(self, model: Element, frames: Frames, nested: list[Entry]) -> None:
+    def _add_frames(self, model: Element, frames: Frames, nested: list[ModelEntry]) -> None:
         for link in model.elements("link"):
             frames.add(link.attributes.get("name", ""), link, "__model__")
             frames.canonical = frames.canonical or link.attributes.get("name", "")

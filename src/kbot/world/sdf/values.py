@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import inf, isfinite, radians
 
 from kbot.kinematics.transform import Transform
-from kbot.text import Element, Findings
+from kbot.text import DiagnosticCollector, Element
 from kbot.text.numbers import to_float
 from kbot.world.world import FURTHEST
 
@@ -13,10 +13,10 @@ STRONGEST_PULL = 1e4
 """m/s^2: a thousand times the earth's."""
 
 
-class Values:
+class SdfValues:
     """Reads values and keeps what was wrong with them."""
 
-    def __init__(self, findings: Findings) -> None:
+    def __init__(self, findings: DiagnosticCollector) -> None:
         self.findings = findings
         self._told: set[str] = set()
 

@@ -40,7 +40,7 @@ def closure_of(node: ast.expr) -> Closure:
 
     Raises:
         InvalidExpression: it holds something that has no place in an expression.
-        Fault: X191, it uses a name that is refused.
+        XacroError: X191, it uses a name that is refused.
     """
     make = _MAKERS.get(type(node))
     if make is None:

@@ -85,7 +85,7 @@ def compiled(expression: str) -> Closure:
 
     Raises:
         InvalidExpression: it is not one.
-        Fault: X191, it uses a name that is refused.
+        XacroError: X191, it uses a name that is refused.
     """
     closure = _cache.get(expression)
     if closure is None:

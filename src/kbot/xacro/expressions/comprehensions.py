@@ -6,7 +6,7 @@ import ast
 from collections.abc import Callable
 
 from kbot.xacro.expressions.iterators import Counted
-from kbot.xacro.expressions.operations import Closure, Frame, InvalidExpression
+from kbot.xacro.expressions.operations import CallFrame, Closure, InvalidExpression
 from kbot.xacro.values import Value, YamlList
 
 TYPE_CHECKING = False
@@ -69,7 +69,7 @@ def lambda_closure(node: ast.Lambda) -> Closure:
             budget.charge(steps)
             budget.enter()
             try:
-                return body(Frame(env, variables))
+                return body(CallFrame(env, variables))
             finally:
                 budget.leave()
 
@@ -78,7 +78,7 @@ def lambda_closure(node: ast.Lambda) -> Closure:
     return make
 
 
-Binder = Callable[[Frame, Value], None]
+Binder = Callable[[CallFrame, Value], None]
 
 
 def _target(node: ast.expr) -> Binder:
@@ -86,7 +86,7 @@ def _target(node: ast.expr) -> Binder:
     if isinstance(node, ast.Name):
         name = node.id
 
-        def bind_name(frame: Frame, value: Value) -> None:
+        def bind_name(frame: CallFrame, value: Value) -> None:
             frame.variables[name] = value
 
         return bind_name
@@ -94,7 +94,7 @@ def _target(node: ast.expr) -> Binder:
         raise InvalidExpression("a loop's variable is a name or some names here", node.col_offset)
     binders = [_target(element) for element in node.elts]
 
-    def bind_names(frame: Frame, value: Value) -> None:
+    def bind_names(frame: CallFrame, value: Value) -> None:
         frame.budget.measure(value)
         frame.budget.spread(value)
         values = list(value)
@@ -108,7 +108,7 @@ def _target(node: ast.expr) -> Binder:
 
 def _loops(
     generators: list[ast.comprehension], *results: ast.expr
-) -> Callable[[Environment], Iterator[Frame]]:
+) -> Callable[[Environment], Iterator[CallFrame]]:
     """An iterator over the frames of a comprehension's innermost loop, in which `results` are computed."""
     parts = []
     for generator in generators:
@@ -118,7 +118,7 @@ def _loops(
         steps = 1 + steps_of(*generator.ifs, *(results if generator is generators[-1] else ()))
         parts.append((_closure(generator.iter), _target(generator.target), tests, steps))
 
-    def run(env: Environment, frame: Frame, level: int) -> Iterator[Frame]:
+    def run(env: Environment, frame: CallFrame, level: int) -> Iterator[CallFrame]:
         iterable, bind, tests, steps = parts[level]
         budget = frame.budget
         items = iterable(env)
@@ -133,7 +133,7 @@ def _loops(
                 else:
                     yield frame
 
-    return lambda env: run(env, Frame(env, {}), 0)
+    return lambda env: run(env, CallFrame(env, {}), 0)
 
 
 def list_comprehension_closure(node: ast.ListComp) -> Closure:

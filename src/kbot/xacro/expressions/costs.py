@@ -13,9 +13,9 @@ from collections.abc import Callable
 from kbot.xacro.budget import HASHED, SIZED, Budget
 from kbot.xacro.expressions.formatting import format_text
 from kbot.xacro.expressions.iterators import Counted
-from kbot.xacro.faults import Fault
 from kbot.xacro.names import has_attribute, tokenize
 from kbot.xacro.values import Value, YamlDict
+from kbot.xacro.xacro_error import XacroError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -72,12 +72,12 @@ def weighed(budget: Budget, owner: Value, args: list[Value], named: dict[str, Va
 
 
 def _refused(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
-    raise Fault("X191", "this function is refused: it leads to Python's internals")
+    raise XacroError("X191", "this function is refused: it leads to Python's internals")
 
 
 def _type(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
     if len(args) != 1 or named:
-        raise Fault("X191", "type() makes no new types here", "give it one argument")
+        raise XacroError("X191", "type() makes no new types here", "give it one argument")
 
 
 # --- functions that take or give iterators ----------------------------------------------------

@@ -6,8 +6,8 @@ from types import FunctionType, MethodDescriptorType, MethodType
 
 from kbot.xacro.budget import Budget
 from kbot.xacro.expressions.costs import FUNCTIONS, METHODS, Cost, measured
-from kbot.xacro.faults import Fault
 from kbot.xacro.values import Value, attribute
+from kbot.xacro.xacro_error import XacroError
 
 
 def call(budget: Budget, function: Value, args: list[Value], named: dict[str, Value]) -> Value:
@@ -15,7 +15,7 @@ def call(budget: Budget, function: Value, args: list[Value], named: dict[str, Va
 
     Raises:
         LimitFault: the call would cost too much.
-        Fault: X191, the function leads out of plain data.
+        XacroError: X191, the function leads out of plain data.
     """
     if type(function) is MethodDescriptorType:  # a method taken from its type, as in str.upper(text)
         if not args or not isinstance(args[0], function.__objclass__):
@@ -44,4 +44,4 @@ def _cost(function: Value, owner: Value) -> Cost:
         methods = METHODS.get(base)
         if methods is not None:
             return methods.get(function.__name__, measured)
-    raise Fault("X191", f"{getattr(function, '__name__', 'it')}() cannot be called from an expression")
+    raise XacroError("X191", f"{getattr(function, '__name__', 'it')}() cannot be called from an expression")

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from kbot.xacro.expressions import operators
-from kbot.xacro.faults import Fault
 from kbot.xacro.names import FUNCTIONS
 from kbot.xacro.values import Value
+from kbot.xacro.xacro_error import XacroError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ class InvalidExpression(Exception):
         self.column = column
 
 
-class Frame:
+class CallFrame:
     """The variables of a comprehension or of a lambda function, before those around it."""
 
     __slots__ = ("budget", "outer", "variables")
@@ -60,7 +60,7 @@ class Frame:
 def refuse_private(name: str) -> None:
     """Refuse a name of Python's own."""
     if name.startswith("__"):
-        raise Fault(
+        raise XacroError(
             "X191", f"the name '{name}' is refused: names with two leading underscores are Python's own"
         )
 
@@ -78,13 +78,15 @@ def function_closure(identifier: str) -> Closure:
     def function(env: Environment) -> Value:
         try:
             return env.lookup(identifier)
-        except Fault as fault:
+        except XacroError as fault:
             if fault.code != "X103" or fault.problem is not None:  # the name has a value, which is at fault
                 raise
         from kbot.text.suggest import did_you_mean  # only for an error: start-up time
 
         near = did_you_mean(identifier, FUNCTIONS)
-        unknown = Fault("X103", f"unknown function '{identifier}'", near or "", key=("undefined", identifier))
+        unknown = XacroError(
+            "X103", f"unknown function '{identifier}'", near or "", key=("undefined", identifier)
+        )
         unknown.near = bool(near)
         raise unknown
 

@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 from kbot.text.suggest import did_you_mean
-from kbot.xacro.faults import Fault
 from kbot.xacro.location import name_span
+from kbot.xacro.xacro_error import XacroError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from kbot.text.nodes import Element
-    from kbot.xacro.place import Place
+    from kbot.text.xml_nodes import Element
+    from kbot.xacro.expansion_context import ExpansionContext
     from kbot.xacro.run import Run
 
 
 def check_attributes(
-    run: Run, node: Element, place: Place, required: tuple[str, ...], optional: tuple[str, ...] = ()
+    run: Run,
+    node: Element,
+    place: ExpansionContext,
+    required: tuple[str, ...],
+    optional: tuple[str, ...] = (),
 ) -> None:
     """Warn of attributes that a tag does not have.
 
     Raises:
-        Fault: one that it needs is missing.
+        XacroError: one that it needs is missing.
     """
     attributes = node.attributes
     if tuple(attributes) == required:
@@ -29,7 +33,7 @@ def check_attributes(
     for name in required:
         if name not in attributes:
             hint = f"'{unknown[0]}' was given" if did_you_mean(name, unknown) or len(unknown) == 1 else ""
-            raise Fault("X120", f"<{node.tag}> has no attribute '{name}'", hint)
+            raise XacroError("X120", f"<{node.tag}> has no attribute '{name}'", hint)
     for name in unknown:
         hint = did_you_mean(name, [n for n in known if n not in attributes])
         run.warn_at(

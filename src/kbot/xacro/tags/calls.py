@@ -7,18 +7,18 @@ from kbot.text.suggest import did_you_mean
 from kbot.text.xml import Element
 from kbot.xacro.binding import FAILED, READY, Binding
 from kbot.xacro.expander import Expander
-from kbot.xacro.faults import Fault
+from kbot.xacro.expansion_context import ExpansionContext, Node
 from kbot.xacro.location import locate, name_span
-from kbot.xacro.macros import Macro, MacroTable, Parameter, parse_parameters
-from kbot.xacro.place import Node, Place
+from kbot.xacro.macros import Macro, MacroParameter, MacroTable, parse_parameters
 from kbot.xacro.scope import Scope
 from kbot.xacro.tags.attributes import check_attributes
 from kbot.xacro.tags.properties import compute
 from kbot.xacro.templates import evaluate
 from kbot.xacro.values import Value
+from kbot.xacro.xacro_error import XacroError
 
 
-def insert_block(walk: Expander, node: Element, place: Place, has_next: bool) -> None:
+def insert_block(walk: Expander, node: Element, place: ExpansionContext, has_next: bool) -> None:
     """Put a block here, expanded again: its element, or (`**`) what stands within it."""
     check_attributes(walk.run, node, place, ("name",))
     name, scope = node.attributes["name"], place.scope
@@ -39,27 +39,27 @@ def insert_block(walk: Expander, node: Element, place: Place, has_next: bool) ->
     walk.splice(content, place)
 
 
-def _undefined(name: str, node: Element, place: Place, scope: Scope) -> Fault:
+def _undefined(name: str, node: Element, place: ExpansionContext, scope: Scope) -> XacroError:
     known = scope.find(name)
     if known is not None and known.state == FAILED and known.problem is not None:
-        return Fault("X129", "", problem=known.problem)
+        return XacroError("X129", "", problem=known.problem)
     hint: str = did_you_mean(name, scope.blocks())
     if not hint and known is not None:
         hint = f"'{name}' is a property with a value: write ${{{name}}}"
     origin = locate(node, "name", place.call, None)
-    fault = Fault("X129", f"the block '{name}' is not defined", hint, key=("block", name), origin=origin)
+    fault = XacroError("X129", f"the block '{name}' is not defined", hint, key=("block", name), origin=origin)
     fault.near = bool(hint)
     return fault
 
 
-def make_element(walk: Expander, node: Element, place: Place, has_next: bool) -> None:
+def make_element(walk: Expander, node: Element, place: ExpansionContext, has_next: bool) -> None:
     """An element whose name is computed; it may be one of xacro's own."""
     if "xacro:name" not in node.attributes:
-        raise Fault("X120", "<xacro:element> has no attribute 'xacro:name'")
+        raise XacroError("X120", "<xacro:element> has no attribute 'xacro:name'")
     name = walk.evaluated(node, "xacro:name", place)
     if not name:
         origin = locate(node, "xacro:name", place.call, None)
-        raise Fault("X130", "the element's name is empty", origin=origin)
+        raise XacroError("X130", "the element's name is empty", origin=origin)
     attributes = {key: value for key, value in node.attributes.items() if key != "xacro:name"}
     renamed = node.made_by(node.call, walk.run.budget.text(name), attributes)
     renamed.children = node.children
@@ -69,16 +69,18 @@ def make_element(walk: Expander, node: Element, place: Place, has_next: bool) ->
         place.out.append(walk.element(renamed, place))
 
 
-def set_attribute(walk: Expander, node: Element, place: Place, has_next: bool) -> None:
+def set_attribute(walk: Expander, node: Element, place: ExpansionContext, has_next: bool) -> None:
     """Give the element around an attribute whose name is computed."""
     for required in ("name", "value"):
         if required not in node.attributes:
-            raise Fault("X120", f"<xacro:attribute> has no attribute '{required}'")
+            raise XacroError("X120", f"<xacro:attribute> has no attribute '{required}'")
     name = walk.evaluated(node, "name", place)
     value = walk.evaluated(node, "value", place)
     origin = locate(node, "value", place.call, None)
     if not name:
-        raise Fault("X130", "the attribute's name is empty", origin=locate(node, "name", place.call, None))
+        raise XacroError(
+            "X130", "the attribute's name is empty", origin=locate(node, "name", place.call, None)
+        )
     if not value and value != "":
         # the official writer leaves out what is false and no text
         walk.run.warn_at(
@@ -98,7 +100,7 @@ _PARAMETER_STEPS = 4
 """What binding a parameter takes: about 250 bytes."""
 
 
-def define_macro(walk: Expander, node: Element, place: Place, has_next: bool) -> None:
+def define_macro(walk: Expander, node: Element, place: ExpansionContext, has_next: bool) -> None:
     """Remember a macro."""
     walk.gap.drop_comments(place.out, place.out, has_next)
     check_attributes(walk.run, node, place, ("name",), ("params",))
@@ -106,7 +108,7 @@ def define_macro(walk: Expander, node: Element, place: Place, has_next: bool) ->
     if name == "call" or "." in name:
         hint = "a dot stands between a namespace and a macro" if "." in name else "it is a tag of xacro's own"
         origin = locate(node, "name", place.call, None)
-        raise Fault("X131", f"no macro can be named '{name}'", hint, origin=origin)
+        raise XacroError("X131", f"no macro can be named '{name}'", hint, origin=origin)
     if name.startswith("xacro:"):
         origin = locate(node, "name", place.call, None)
         walk.run.warn_at(
@@ -122,14 +124,14 @@ def define_macro(walk: Expander, node: Element, place: Place, has_next: bool) ->
     try:
         macro.parameters = parse_parameters(node.attributes.get("params", ""))
     except ValueError as error:
-        macro.problem = walk.run.report(Fault("X131", str(error)), node, "params", place.call)
+        macro.problem = walk.run.report(XacroError("X131", str(error)), node, "params", place.call)
     place.macros.own[name] = macro
 
 
-def call_by_name(walk: Expander, node: Element, place: Place, has_next: bool) -> None:
+def call_by_name(walk: Expander, node: Element, place: ExpansionContext, has_next: bool) -> None:
     """Call the macro whose name is computed."""
     if not node.attributes.get("macro"):
-        raise Fault("X120", "<xacro:call> has no attribute 'macro'")
+        raise XacroError("X120", "<xacro:call> has no attribute 'macro'")
     name = walk.run.budget.text(walk.evaluated(node, "macro", place))
     attributes = {key: value for key, value in node.attributes.items() if key != "macro"}
     renamed = node.made_by(node.call, f"xacro:{name}", attributes)
@@ -137,12 +139,12 @@ def call_by_name(walk: Expander, node: Element, place: Place, has_next: bool) ->
     call_macro(walk, renamed, place, has_next)
 
 
-def call_macro(walk: Expander, node: Element, place: Place, has_next: bool) -> None:
+def call_macro(walk: Expander, node: Element, place: ExpansionContext, has_next: bool) -> None:
     """Expand a macro's body in the place of the call."""
     run = walk.run
     macro, macros, outer = _find(walk, node, place)
     if macro.problem is not None:
-        raise Fault("X131", "", problem=macro.problem)
+        raise XacroError("X131", "", problem=macro.problem)
     run.copied += macro.size
     run.budget.charge(_PARAMETER_STEPS * len(macro.parameters))
     run.macro_depth += 1
@@ -168,14 +170,14 @@ def call_macro(walk: Expander, node: Element, place: Place, has_next: bool) -> N
         attributes = walk.attributes(body, local, origin, body.made_by(None, body.tag, {}))
     call = Call("macro", macro.name, Span(node.source, node.start, node.tag_end), place.call)
     content: list[Node] = []
-    walk.children(body.children, Place(local, MacroTable(macros), call, attributes, content))
+    walk.children(body.children, ExpansionContext(local, MacroTable(macros), call, attributes, content))
     if attributes:
         walk.lift(attributes, place, node)
     walk.replace(content, place, has_next)
     run.macro_depth -= 1
 
 
-def _find(walk: Expander, node: Element, place: Place) -> tuple[Macro, MacroTable, Scope]:
+def _find(walk: Expander, node: Element, place: ExpansionContext) -> tuple[Macro, MacroTable, Scope]:
     """The macro a tag calls, and the macros and names its body sees."""
     name = node.tag[6:]
     macros, scope = place.macros, place.scope
@@ -193,20 +195,22 @@ def _find(walk: Expander, node: Element, place: Place) -> tuple[Macro, MacroTabl
     return found, macros, scope
 
 
-def _unknown(walk: Expander, name: str, place: Place) -> Fault:
+def _unknown(walk: Expander, name: str, place: ExpansionContext) -> XacroError:
     near = did_you_mean(name, [*place.macros.names(), *(tag[6:] for tag in walk.tags)])
     hint = near or f'define it before: <xacro:macro name="{name}">, or include the file that does'
-    fault = Fault("X121", f"there is no macro '{name}'", hint, key=("macro", name))
+    fault = XacroError("X121", f"there is no macro '{name}'", hint, key=("macro", name))
     fault.near = bool(near)
     return fault
 
 
-def _unknown_parameter(walk: Expander, node: Element, name: str, macro: Macro, place: Place) -> None:
+def _unknown_parameter(
+    walk: Expander, node: Element, name: str, macro: Macro, place: ExpansionContext
+) -> None:
     names = [p.name for p in macro.parameters if not p.is_block]
     listed = f"its parameters are {', '.join(names)}" if names else "it has none"
     hint = did_you_mean(name, [n for n in names if n not in node.attributes]) or listed
     message = f"the macro '{macro.name}' has no parameter '{name}'"
-    fault = Fault("X122", message, hint, origin=name_span(node, name, place.call))
+    fault = XacroError("X122", message, hint, origin=name_span(node, name, place.call))
     walk.run.report(fault, node, name, place.call)
 
 
@@ -214,9 +218,9 @@ def _fill_blocks(
     walk: Expander,
     node: Element,
     macro: Macro,
-    missing: dict[str, Parameter],
+    missing: dict[str, MacroParameter],
     local: Scope,
-    place: Place,
+    place: ExpansionContext,
 ) -> None:
     """Evaluate what stands within a call, and hand its elements to the block parameters in order."""
     content: list[Node] = []
@@ -229,14 +233,14 @@ def _fill_blocks(
     if absent:
         names = ", ".join(f"'{name.lstrip('*')}'" for name in absent)
         hint = f"write {len(wanted)} element{'s' * (len(wanted) > 1)} within the call"
-        fault = Fault("X124", f"the macro '{macro.name}' misses the block {names}", hint)
+        fault = XacroError("X124", f"the macro '{macro.name}' misses the block {names}", hint)
         problem = walk.run.report(fault, node, "", place.call)
         for name in absent:
             walk.poison(name.lstrip("*"), local, node, place, problem)
     elif len(blocks) > len(wanted):
         extra = blocks[len(wanted)]
         message = f"the macro '{macro.name}' has no use for the block <{extra.tag}>"
-        fault = Fault("X125", message, f"it takes {len(wanted) or 'none'}")
+        fault = XacroError("X125", message, f"it takes {len(wanted) or 'none'}")
         walk.run.report(fault, extra, "", place.call)
     for name in wanted:
         del missing[name]
@@ -246,13 +250,13 @@ def _fill_defaults(
     walk: Expander,
     node: Element,
     macro: Macro,
-    missing: dict[str, Parameter],
+    missing: dict[str, MacroParameter],
     local: Scope,
-    place: Place,
+    place: ExpansionContext,
 ) -> None:
     """Give the parameters left their defaults, evaluated in the scope of the call."""
     current = {parameter.name: parameter for parameter in macro.parameters}
-    missing = {name: current.get(name, Parameter(name)) for name in missing}
+    missing = {name: current.get(name, MacroParameter(name)) for name in missing}
     absent = [name for name, parameter in missing.items() if not parameter.is_optional]
     for name, parameter in missing.items():
         if not parameter.is_optional:
@@ -260,7 +264,7 @@ def _fill_defaults(
         binding = Binding(name, None, READY, macro.body, "params", macro.call)
         try:
             binding.value = _default(parameter, macro, node, place)
-        except Fault as fault:
+        except XacroError as fault:
             binding.problem = walk.run.report(fault, macro.body, "params", place.call)
             binding.state = FAILED
         local.define(binding)
@@ -271,26 +275,26 @@ def _fill_defaults(
         if unknown and did_you_mean(absent[0], unknown):  # said already, and said better
             problem = walk.run.problems[-1]
         else:
-            problem = walk.run.report(Fault("X123", message), node, "", place.call)
+            problem = walk.run.report(XacroError("X123", message), node, "", place.call)
         for name in absent:
             walk.poison(name, local, node, place, problem)
 
 
-def _default(parameter: Parameter, macro: Macro, node: Element, place: Place) -> Value:
+def _default(parameter: MacroParameter, macro: Macro, node: Element, place: ExpansionContext) -> Value:
     scope, name = place.scope, parameter.name
     if parameter.forwarded and name in scope:
         try:
             return scope.lookup(name)
-        except Fault as fault:
+        except XacroError as fault:
             fault.origin = node.origin
             raise
     if parameter.default is None:
         message = f"there is no '{name}' to forward to the macro '{macro.name}'"
         hint = f"give it: {name}=…, or define the property before"
-        raise Fault("X133", message, hint, origin=locate(node, "", place.call, None))
+        raise XacroError("X133", message, hint, origin=locate(node, "", place.call, None))
     try:
         return evaluate(parameter.default, scope)
-    except Fault as fault:
+    except XacroError as fault:
         if fault.part is not None:
             start = macro.body.attributes["params"].find(parameter.default)
             fault.part = (fault.part[0] + start, fault.part[1] + start)

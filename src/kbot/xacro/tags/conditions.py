@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from kbot.text.xml import Element
 from kbot.xacro.expander import Expander
-from kbot.xacro.faults import Fault, Problem
+from kbot.xacro.expansion_context import ExpansionContext, Node
 from kbot.xacro.macros import Macro
-from kbot.xacro.place import Node, Place
 from kbot.xacro.tags.attributes import check_attributes
+from kbot.xacro.xacro_error import Problem, XacroError
 
 
-def condition(walk: Expander, node: Element, place: Place, has_next: bool) -> None:
+def condition(walk: Expander, node: Element, place: ExpansionContext, has_next: bool) -> None:
     """Expand what stands within, or leave it out."""
     tail: list[Node] = []
     walk.gap.drop_comments(place.out, tail, has_next)
     check_attributes(walk.run, node, place, ("value",))
     try:
         keep = walk.truth(walk.evaluated(node, "value", place), node, "value", place)
-    except Fault as fault:
+    except XacroError as fault:
         if fault.problem is None:  # a limit
             raise
         _forgive(walk, node, place, fault.problem)
@@ -29,7 +29,7 @@ def condition(walk: Expander, node: Element, place: Place, has_next: bool) -> No
     walk.splice(tail, place)
 
 
-def _forgive(walk: Expander, node: Element, place: Place, problem: Problem) -> None:
+def _forgive(walk: Expander, node: Element, place: ExpansionContext, problem: Problem) -> None:
     """What a part that could not be expanded would have defined, is not to be missed."""
     for child in node.elements():
         name = child.attributes.get("name", "")

@@ -11,12 +11,12 @@ from kbot.text.span import Call, Span
 from kbot.text.xml import Element
 from kbot.xacro.binding import READY, Binding
 from kbot.xacro.expander import Expander
-from kbot.xacro.faults import Fault
+from kbot.xacro.expansion_context import ExpansionContext, Node
 from kbot.xacro.location import locate
 from kbot.xacro.macros import MacroTable
-from kbot.xacro.place import Node, Place
 from kbot.xacro.scope import Scope
 from kbot.xacro.tags.attributes import check_attributes
+from kbot.xacro.xacro_error import XacroError
 
 _PATTERN = re.compile(r"[*[?]")
 _MOST_MATCHES = 500
@@ -25,7 +25,7 @@ _MOST_WILD = 3
 """Parts of a pattern that may hold wildcards: each multiplies the folders that are looked through."""
 
 
-def include(walk: Expander, node: Element, place: Place, has_next: bool) -> None:
+def include(walk: Expander, node: Element, place: ExpansionContext, has_next: bool) -> None:
     """Expand what other files hold in the place of the tag."""
     run, attributes = walk.run, node.attributes
     check_attributes(walk.run, node, place, ("filename",), ("ns", "optional"))
@@ -41,7 +41,7 @@ def include(walk: Expander, node: Element, place: Place, has_next: bool) -> None
         run.warn_at("X208", "what stands within <xacro:include> is ignored", node.origin)
     try:
         name = run.absolute(run.budget.text(walk.evaluated(node, "filename", place)))
-    except Fault as fault:
+    except XacroError as fault:
         run.incomplete = run.incomplete or fault.problem
         raise
     content: list[Node] = []
@@ -53,7 +53,7 @@ def include(walk: Expander, node: Element, place: Place, has_next: bool) -> None
     walk.replace(content, place, has_next)
 
 
-def _files(walk: Expander, name: str, node: Element, place: Place) -> list[str]:
+def _files(walk: Expander, name: str, node: Element, place: ExpansionContext) -> list[str]:
     names = [name]
     if _PATTERN.search(name):
         import glob  # rarely needed: start-up time
@@ -64,7 +64,7 @@ def _files(walk: Expander, name: str, node: Element, place: Place) -> list[str]:
             what = f"matches more than {_MOST_MATCHES} files"
             if wild > _MOST_WILD:
                 what = f"has wildcards in more than {_MOST_WILD} of its parts"
-            fault = Fault("X117", f"cannot include: '{name}' {what}", "name the files more closely")
+            fault = XacroError("X117", f"cannot include: '{name}' {what}", "name the files more closely")
             problem = walk.run.report(fault, node, "filename", place.call)
             walk.run.incomplete = walk.run.incomplete or problem
             return []
@@ -76,7 +76,12 @@ def _files(walk: Expander, name: str, node: Element, place: Place) -> list[str]:
 
 
 def _include_file(
-    walk: Expander, file: str, node: Element, place: Place, target: Place, optional: bool
+    walk: Expander,
+    file: str,
+    node: Element,
+    place: ExpansionContext,
+    target: ExpansionContext,
+    optional: bool,
 ) -> None:
     run = walk.run
     if len(run.files) > run.limits.includes:
@@ -99,7 +104,12 @@ def _include_file(
 
 
 def _unreadable(
-    walk: Expander, error: DescriptionError, node: Element, place: Place, optional: bool, call: Call
+    walk: Expander,
+    error: DescriptionError,
+    node: Element,
+    place: ExpansionContext,
+    optional: bool,
+    call: Call,
 ) -> None:
     run, cause = walk.run, error.diagnostics[0]
     if not cause.code.startswith("F"):
@@ -107,6 +117,6 @@ def _unreadable(
     elif optional:
         return
     else:
-        fault = Fault("X117", f"cannot include: {cause.message}", cause.hint)
+        fault = XacroError("X117", f"cannot include: {cause.message}", cause.hint)
         problem = run.report(fault, node, "filename", place.call)
     run.incomplete = run.incomplete or problem

@@ -5,18 +5,18 @@ from __future__ import annotations
 from kbot.text.xml import Element
 from kbot.xacro.binding import FAILED, LAZY, READY, Binding
 from kbot.xacro.expander import Expander
+from kbot.xacro.expansion_context import ExpansionContext
 from kbot.xacro.expressions.compiler import is_identifier
-from kbot.xacro.faults import Fault
 from kbot.xacro.location import locate, name_span
-from kbot.xacro.place import Place
 from kbot.xacro.scope import Scope
 from kbot.xacro.tags.attributes import check_attributes
 from kbot.xacro.templates import shortened
+from kbot.xacro.xacro_error import XacroError
 
 _OPTIONAL = ("value", "default", "remove", "scope", "lazy_eval")
 
 
-def declare_argument(walk: Expander, node: Element, place: Place, has_next: bool) -> None:
+def declare_argument(walk: Expander, node: Element, place: ExpansionContext, has_next: bool) -> None:
     """Give an argument its default, where it was not given."""
     check_attributes(walk.run, node, place, ("name", "default"))
     run, name = walk.run, node.attributes["name"]
@@ -25,14 +25,14 @@ def declare_argument(walk: Expander, node: Element, place: Place, has_next: bool
     if name not in run.arguments:
         try:
             run.arguments[name] = run.budget.text(walk.evaluated(node, "default", place))
-        except Fault as fault:
+        except XacroError as fault:
             if fault.problem is None:
                 raise
             run.failed_arguments[name] = fault.problem
     walk.gap.drop_comments(place.out, place.out, has_next)
 
 
-def define_property(walk: Expander, node: Element, place: Place, has_next: bool) -> None:
+def define_property(walk: Expander, node: Element, place: ExpansionContext, has_next: bool) -> None:
     """Define, or remove, a property or a block."""
     walk.gap.drop_comments(place.out, place.out, has_next)
     scope, attributes = place.scope, node.attributes
@@ -45,7 +45,7 @@ def define_property(walk: Expander, node: Element, place: Place, has_next: bool)
     name = _name(walk, node, place)
     remove = "remove" in attributes and _flag(walk, node, "remove", place)
     if ("value" in attributes) + ("default" in attributes) + remove > 1:
-        raise Fault("X127", f"value, default and remove exclude one another (property '{name}')")
+        raise XacroError("X127", f"value, default and remove exclude one another (property '{name}')")
     if remove and name in scope:
         scope.remove(name)
         return
@@ -58,7 +58,7 @@ def define_property(walk: Expander, node: Element, place: Place, has_next: bool)
     _bind(walk, name, node, place)
 
 
-def _bind(walk: Expander, name: str, node: Element, place: Place) -> None:
+def _bind(walk: Expander, name: str, node: Element, place: ExpansionContext) -> None:
     attributes, scope = node.attributes, place.scope
     source = "default" if "default" in attributes else "value"
     lazy = "lazy_eval" not in attributes or _flag(walk, node, "lazy_eval", place)
@@ -79,7 +79,7 @@ def _bind(walk: Expander, name: str, node: Element, place: Place) -> None:
     target.define(binding)
 
 
-def compute(walk: Expander, binding: Binding, node: Element, attribute: str, place: Place) -> None:
+def compute(walk: Expander, binding: Binding, node: Element, attribute: str, place: ExpansionContext) -> None:
     """Give a binding the value of an attribute, evaluated at once."""
     used = walk.run.used
     used.clear()
@@ -88,14 +88,14 @@ def compute(walk: Expander, binding: Binding, node: Element, attribute: str, pla
         binding.state = READY
         if used:
             binding.fed = tuple(used)
-    except Fault as fault:
+    except XacroError as fault:
         if fault.problem is None:  # a limit
             raise
         binding.problem = fault.problem
         binding.state = FAILED
 
 
-def _name(walk: Expander, node: Element, place: Place) -> str:
+def _name(walk: Expander, node: Element, place: ExpansionContext) -> str:
     name = walk.evaluated(node, "name", place)
     if type(name) is not str or not is_identifier(name):
         shown = shortened(walk.run.budget.text(name), 60)
@@ -105,19 +105,21 @@ def _name(walk: Expander, node: Element, place: Place) -> str:
         message, hint = f"the property name '{name}' begins with two underscores", "take one away"
     else:
         return name
-    raise Fault("X126", message, hint, origin=locate(node, "name", place.call, None))
+    raise XacroError("X126", message, hint, origin=locate(node, "name", place.call, None))
 
 
-def _flag(walk: Expander, node: Element, name: str, place: Place) -> bool:
+def _flag(walk: Expander, node: Element, name: str, place: ExpansionContext) -> bool:
     return walk.truth(walk.evaluated(node, name, place), node, name, place)
 
 
-def _parent(node: Element, scope: Scope, place: Place) -> Scope:
+def _parent(node: Element, scope: Scope, place: ExpansionContext) -> Scope:
     """The scope of the caller, namespaces left out."""
     target = scope.parent
     if target is None:
         origin = locate(node, "scope", place.call, None)
-        raise Fault("X132", "there is no scope around this one", 'leave scope="parent" out', origin=origin)
+        raise XacroError(
+            "X132", "there is no scope around this one", 'leave scope="parent" out', origin=origin
+        )
     if not scope.is_namespace:
         while target.is_namespace and target.parent is not None:
             target = target.parent

@@ -23,10 +23,10 @@ from kbot.model.writer import to_urdf
 from kbot.ros.nodes.joint_state_publisher import with_dependent_joints
 from kbot.ros.nodes.teleop_twist_keyboard import HELP, RATE, TeleopKeys
 from kbot.text import KbotError
-from kbot.workbench.displays.files import DisplayFile
+from kbot.workbench.displays.display_file import DisplayFile
 from kbot.workbench.serve import serve_session
 from kbot.workbench.session.session import Session
-from kbot.workbench.source.description import Description
+from kbot.workbench.source.description import DescriptionFile
 
 if TYPE_CHECKING:
     from kbot.cli.ros.launch.place import Place
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from kbot.record.run_outputs import RunOutputs
     from kbot.ros.launch import Plan
     from kbot.ros.launch.staging import Stage
-    from kbot.ros.nodes.rosbag_play import Playback
+    from kbot.ros.nodes.rosbag_play import BusPlayback
     from kbot.ros.peer_options import PeerOptions
     from kbot.sim import Simulation
     from kbot.workbench.address import Address
@@ -108,14 +108,14 @@ def _simulated(
     from kbot.workbench.session.driven_session import driven_session
 
     spawn = staged.spawn
-    description = Description(
+    description = DescriptionFile(
         str(staged.path),
         staged.arguments,
         package_path,
         lambda robot: with_controllers(robot, staged.controllers),
     )
 
-    players: list[Playback] = []
+    players: list[BusPlayback] = []
 
     def attend(simulation: Simulation) -> None:
         publish_maps(simulation.bus, staged)
@@ -153,7 +153,7 @@ def _shown(staged: Stage, outputs: RunOutputs, package_path: Sequence[str]) -> S
     from kbot.workbench.driving.sliders import Sliders, SliderSetting
 
     joints = staged.joints
-    players: list[Playback] = []
+    players: list[BusPlayback] = []
 
     def attend(sliders: Sliders) -> None:
         publish_maps(sliders.bus, staged)
@@ -171,7 +171,7 @@ def _shown(staged: Stage, outputs: RunOutputs, package_path: Sequence[str]) -> S
         instead = {"/joint_states": take_over}
         players[:] = _play(staged, sliders.bus, sliders.clock, players, instead=instead)
 
-    description = Description(
+    description = DescriptionFile(
         str(staged.path),
         staged.arguments,
         package_path,
@@ -185,21 +185,21 @@ def _play(
     staged: Stage,
     bus: Bus,
     clock: Clock,
-    before: list[Playback],
+    before: list[BusPlayback],
     theirs: Collection[str] = (),
     instead: Mapping[str, Callable[[Any], None]] | None = None,
-) -> list[Playback]:
+) -> list[BusPlayback]:
     """Let the launch's recordings be said; those that were said `before`, to a bus that is no more, go on.
 
     Raises:
         KbotError: one cannot be read, or has nothing of what is asked for.
     """
-    from kbot.ros.nodes.rosbag_play import Playback
+    from kbot.ros.nodes.rosbag_play import BusPlayback
 
     for playback in before:
         playback.close()
     players = [
-        Playback(
+        BusPlayback(
             bus,
             clock,
             playing,

@@ -18,7 +18,7 @@ from kbot.cli.ros.launch.programs import clear_on_master, live_for_programs, sta
 from kbot.messages import Bus, Clock, Twist, Vector3
 from kbot.record.encodings.plain import to_plain
 from kbot.ros.graph.presence import find, running
-from kbot.ros.nodes.rosbag_play import Playback
+from kbot.ros.nodes.rosbag_play import BusPlayback
 
 if TYPE_CHECKING:
     from kbot.record.record_options import RecordOptions
@@ -78,7 +78,7 @@ def run_without_robot(plan: Plan, staged: Stage, record: RecordOptions, peers: P
         clear_on_master(plan)
     with ExitStack() as stack:
         players = [
-            Playback(
+            BusPlayback(
                 said.bus, said.clock, playing, print_note, on_end=end if playing.required else lambda: None
             )
             for playing in playings
@@ -105,7 +105,11 @@ def run_without_robot(plan: Plan, staged: Stage, record: RecordOptions, peers: P
 
 
 def _run(
-    said: _Said, players: Sequence[Playback], speed: float, processes: Processes | None, is_over: list[bool]
+    said: _Said,
+    players: Sequence[BusPlayback],
+    speed: float,
+    processes: Processes | None,
+    is_over: list[bool],
 ) -> None:
     """Let time pass, at `speed` times the wall's where there are players, until it is over."""
     due = time.monotonic()

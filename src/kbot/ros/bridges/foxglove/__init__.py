@@ -8,10 +8,10 @@ from kbot.ros.bridges.kind import BridgeKind
 
 if TYPE_CHECKING:
     from kbot.ros.bridges.foxglove.bridge import FoxgloveBridge
-    from kbot.ros.bridges.link import Link
+    from kbot.ros.bridges.link import PeerLink
 
 
-def _open(link: Link, host: str | None) -> FoxgloveBridge:
+def _open(link: PeerLink, host: str | None) -> FoxgloveBridge:
     from kbot.ros.bridges.foxglove.bridge import FoxgloveBridge  # when opened: websockets takes start-up time
 
     return FoxgloveBridge(link, host)

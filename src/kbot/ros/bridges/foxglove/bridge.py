@@ -17,7 +17,7 @@ from kbot.record.encodings.bytes import decode_cdr, encode_cdr
 from kbot.record.encodings.plain import from_plain, to_plain
 from kbot.record.encodings.types import known_type, ros2_definition
 from kbot.record.feed import Packet
-from kbot.ros.bridges.link import Link, Topic
+from kbot.ros.bridges.link import PeerLink, Topic
 from kbot.ros.bridges.loop import later
 from kbot.ros.bridges.service import Service
 from kbot.ros.bridges.websocket.server import Data, Wire
@@ -109,7 +109,7 @@ class FoxgloveBridge(TopicServer):
     """Channels in CDR with ROS 2 definitions, latched ones also for those who come late; clients may
     publish on inputs in CDR or JSON, call services, and read and set parameters."""
 
-    def __init__(self, link: Link, host: str | None = None, port: int = PORT) -> None:
+    def __init__(self, link: PeerLink, host: str | None = None, port: int = PORT) -> None:
         """Raises KbotError: no port is free, or the address is not this machine's."""
         self.channels: dict[str, int] = {}
         self.session = f"{time.time_ns()}"

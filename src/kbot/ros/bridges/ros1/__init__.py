@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 from kbot.ros.bridges.kind import BridgeKind
 
 if TYPE_CHECKING:
-    from kbot.ros.bridges.link import Link
+    from kbot.ros.bridges.link import PeerLink
     from kbot.ros.bridges.ros1.bridge import Ros1Bridge
 
 
-def _open(link: Link, host: str | None) -> Ros1Bridge:
+def _open(link: PeerLink, host: str | None) -> Ros1Bridge:
     from kbot.ros.bridges.ros1.bridge import Ros1Bridge  # when opened: sockets and XML-RPC take start-up time
 
     return Ros1Bridge(link, host)

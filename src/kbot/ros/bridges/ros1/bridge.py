@@ -8,10 +8,10 @@ from typing import Any
 
 from kbot.net.hosts import host_and_port_of_uri, is_loopback, is_served_at
 from kbot.record.encodings.types import ros1_types
-from kbot.ros.bridges.link import Link, Value
-from kbot.ros.bridges.ros1.contacts import Contacts
+from kbot.ros.bridges.link import PeerLink, Value
+from kbot.ros.bridges.ros1.allowed_nodes import AllowedNodes
 from kbot.ros.bridges.ros1.master import Master
-from kbot.ros.bridges.ros1.parameters import flat_parameters, is_plain
+from kbot.ros.bridges.ros1.parameter_server import flat_parameters, is_plain
 from kbot.ros.bridges.ros1.publisher import Outgoing
 from kbot.ros.bridges.ros1.rpc import Reply, RpcFailed, RpcServer, call, why_not_sent
 from kbot.ros.bridges.ros1.subscriber import Incoming
@@ -34,7 +34,7 @@ class Ros1Bridge:
 
     def __init__(
         self,
-        link: Link,
+        link: PeerLink,
         host: str | None = None,
         master: str | None = None,
         *,
@@ -54,7 +54,7 @@ class Ros1Bridge:
         self._host = host or environment("ROS_IP") or environment("ROS_HOSTNAME") or LOOPBACK
         self._link, self._node = link, node
         other_machines = other_machines or (host is not None and not is_loopback(host))
-        self._contacts = Contacts(self._host, link.tell, other_machines)
+        self._contacts = AllowedNodes(self._host, link.tell, other_machines)
         self._own_master: Master | None = None
         self.master = self._find_master(master or environment("ROS_MASTER_URI") or DEFAULT_MASTER, own_master)
         self._outgoing: dict[str, Outgoing] = {}

@@ -9,14 +9,14 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from kbot.ros.bridges.link import Value
-from kbot.ros.bridges.ros1.contacts import Contacts
-from kbot.ros.bridges.ros1.parameters import Parameters, resolve
+from kbot.ros.bridges.ros1.allowed_nodes import AllowedNodes
+from kbot.ros.bridges.ros1.parameter_server import ParameterServer, resolve
 from kbot.ros.bridges.ros1.rpc import Reply, RpcFailed, RpcServer, call
 
 Graph = list[list[object]]
 
 
-class Table:
+class RegistryTable:
     """Names, and the nodes registered under each, in the order they came."""
 
     def __init__(self) -> None:
@@ -56,7 +56,7 @@ class Registry:
     """The whole graph. Not thread-safe: its owner locks."""
 
     def __init__(self) -> None:
-        self.publishers, self.subscribers, self.services = Table(), Table(), Table()
+        self.publishers, self.subscribers, self.services = RegistryTable(), RegistryTable(), RegistryTable()
         self.service_uris: dict[str, str] = {}
         self.nodes: dict[str, str] = {}
         self.topic_types: dict[str, str] = {}
@@ -102,7 +102,7 @@ NOTIFIERS = 4
 class Master:
     """Answers as `roscore` does, but for the log."""
 
-    def __init__(self, host: str, port: int, contacts: Contacts) -> None:
+    def __init__(self, host: str, port: int, contacts: AllowedNodes) -> None:
         """Only nodes that `contacts` allows can register.
 
         Raises:
@@ -110,7 +110,7 @@ class Master:
         """
         self._contacts = contacts
         self._lock = threading.RLock()
-        self._registry, self._parameters = Registry(), Parameters()
+        self._registry, self._parameters = Registry(), ParameterServer()
         self._parameter_watchers: dict[str, dict[str, str]] = {}
         self._calls: queue.Queue[tuple[str, str, tuple[Any, ...]] | None] = queue.Queue(MOST_WAITING)
         self._server = RpcServer(

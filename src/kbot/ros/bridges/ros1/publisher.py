@@ -7,7 +7,7 @@ import struct
 from collections import deque
 
 from kbot.record.feed import Packet
-from kbot.ros.bridges.link import Link, Topic
+from kbot.ros.bridges.link import PeerLink, Topic
 from kbot.ros.bridges.loop import later
 from kbot.ros.bridges.ros1.tcpros import encode_header
 from kbot.ros.bridges.ros1.topic import TopicEnd
@@ -22,7 +22,7 @@ READ = 1 << 12
 class Outgoing(TopicEnd):
     """A topic that subscribers come to. It is heard of the simulation while one is there."""
 
-    def __init__(self, link: Link, topic: Topic, node: str) -> None:
+    def __init__(self, link: PeerLink, topic: Topic, node: str) -> None:
         super().__init__(link, topic, node)
         self._subscribers: list[_Subscriber] = []
 

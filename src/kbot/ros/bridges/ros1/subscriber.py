@@ -7,8 +7,8 @@ import socket
 import threading
 
 from kbot.record.encodings.bytes import decode_ros1
-from kbot.ros.bridges.link import Link, Topic
-from kbot.ros.bridges.ros1.contacts import Contacts
+from kbot.ros.bridges.link import PeerLink, Topic
+from kbot.ros.bridges.ros1.allowed_nodes import AllowedNodes
 from kbot.ros.bridges.ros1.rpc import RpcFailed, call
 from kbot.ros.bridges.ros1.tcpros import (
     HANDSHAKE_SECONDS,
@@ -27,7 +27,7 @@ MOST_PUBLISHERS = 32
 class Incoming(TopicEnd):
     """Connects to each publisher of a topic and passes its messages on."""
 
-    def __init__(self, link: Link, topic: Topic, node: str, contacts: Contacts) -> None:
+    def __init__(self, link: PeerLink, topic: Topic, node: str, contacts: AllowedNodes) -> None:
         super().__init__(link, topic, node)
         self.contacts = contacts
         self._lock = threading.Lock()
@@ -55,7 +55,7 @@ class Incoming(TopicEnd):
 
 
 class _Publisher:
-    def __init__(self, incoming: Incoming, link: Link, node: str, uri: str) -> None:
+    def __init__(self, incoming: Incoming, link: PeerLink, node: str, uri: str) -> None:
         self._incoming, self._link, self._node, self._uri = incoming, link, node, uri
         self._closed = threading.Event()
         self._connection: socket.socket | None = None

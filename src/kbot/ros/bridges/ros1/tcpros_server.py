@@ -7,10 +7,10 @@ import contextlib
 import socket
 from collections.abc import Mapping
 
-from kbot.ros.bridges.link import Link
+from kbot.ros.bridges.link import PeerLink
 from kbot.ros.bridges.loop import wait_for
 from kbot.ros.bridges.ros1.publisher import Outgoing
-from kbot.ros.bridges.ros1.services import serve_service
+from kbot.ros.bridges.ros1.service_server import serve_service
 from kbot.ros.bridges.ros1.tcpros import HANDSHAKE_SECONDS, ProtocolError, encode_header, receive_header
 
 MOST = 200
@@ -20,7 +20,7 @@ MOST = 200
 class TcprosServer:
     """Served on the loop of the bridges."""
 
-    def __init__(self, host: str, link: Link, node: str, topics: Mapping[str, Outgoing]) -> None:
+    def __init__(self, host: str, link: PeerLink, node: str, topics: Mapping[str, Outgoing]) -> None:
         """`topics` may change while it is open. Raises OSError: the address is not this machine's."""
         self._link, self._node, self._topics = link, node, topics
         self._writers: set[asyncio.StreamWriter] = set()

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from kbot.record.encodings.types import ros1_definition
-from kbot.ros.bridges.link import Link, Topic
+from kbot.ros.bridges.link import PeerLink, Topic
 from kbot.ros.bridges.ros1.tcpros import check_header
 
 
 class TopicEnd:
     """What a publisher and a subscriber of a topic have in common."""
 
-    def __init__(self, link: Link, topic: Topic, node: str) -> None:
+    def __init__(self, link: PeerLink, topic: Topic, node: str) -> None:
         self.topic = topic
         self.type_name = topic.type_name.replace("/msg/", "/")
         self._definition, self._md5 = ros1_definition(topic.type_name)

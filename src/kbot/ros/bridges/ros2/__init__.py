@@ -11,11 +11,11 @@ from kbot.ros.bridges.kind import BridgeKind
 from kbot.text import KbotError
 
 if TYPE_CHECKING:
-    from kbot.ros.bridges.link import Link
+    from kbot.ros.bridges.link import PeerLink
     from kbot.ros.bridges.ros2.bridge import Ros2Bridge
 
 
-def open_bridge(link: Link, host: str | None, node: str = "/kbot") -> Ros2Bridge:
+def open_bridge(link: PeerLink, host: str | None, node: str = "/kbot") -> Ros2Bridge:
     """Connect as the node `node`. Raises KbotError: the extra is not installed, or DDS cannot be served."""
     try:
         from kbot.ros.bridges.ros2.bridge import Ros2Bridge  # needs the extra

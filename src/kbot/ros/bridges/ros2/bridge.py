@@ -27,7 +27,7 @@ from kbot.record.encodings.bytes import decode_cdr
 from kbot.record.encodings.type_names import ros_name
 from kbot.record.encodings.types import ros2_definition, ros2_types
 from kbot.record.feed import Packet
-from kbot.ros.bridges.link import Link, Topic
+from kbot.ros.bridges.link import PeerLink, Topic
 from kbot.ros.bridges.loop import Batch, later, wait_for
 from kbot.text import KbotError
 
@@ -137,7 +137,7 @@ class Ros2Bridge:
     """A node /kbot: topics out reliably, latched ones also for those who come late, commands in by best
     effort. A thread of its own hears them, and finds out who is there."""
 
-    def __init__(self, link: Link, host: str | None = None, node: str = NODE) -> None:
+    def __init__(self, link: PeerLink, host: str | None = None, node: str = NODE) -> None:
         """The domain is ROS_DOMAIN_ID's, else 0. It stays on this machine unless `host` is the address of
         one of its networks. `node` is its full name.
 
@@ -259,7 +259,7 @@ class _Outgoing:
     """One topic. What is latched is kept by DDS for those who come late; else only what is heard is made."""
 
     def __init__(
-        self, link: Link, topic: Topic, writer: Dds, kind: Dds, batch: Batch[tuple[Dds, Dds]]
+        self, link: PeerLink, topic: Topic, writer: Dds, kind: Dds, batch: Batch[tuple[Dds, Dds]]
     ) -> None:
         self.writer = writer
         self._link, self._topic, self._kind, self._batch = link, topic, kind, batch

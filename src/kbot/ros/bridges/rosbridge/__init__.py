@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 from kbot.ros.bridges.kind import BridgeKind
 
 if TYPE_CHECKING:
-    from kbot.ros.bridges.link import Link
+    from kbot.ros.bridges.link import PeerLink
     from kbot.ros.bridges.rosbridge.bridge import RosbridgeBridge
 
 
-def _open(link: Link, host: str | None) -> RosbridgeBridge:
+def _open(link: PeerLink, host: str | None) -> RosbridgeBridge:
     from kbot.ros.bridges.rosbridge.bridge import (
         RosbridgeBridge,  # when opened: websockets takes start-up time
     )

@@ -16,7 +16,7 @@ from kbot.record.encodings.plain import from_plain, to_plain
 from kbot.record.encodings.type_names import ros_name
 from kbot.record.encodings.types import known_type
 from kbot.record.feed import Packet
-from kbot.ros.bridges.link import Link, Topic
+from kbot.ros.bridges.link import PeerLink, Topic
 from kbot.ros.bridges.loop import later
 from kbot.ros.bridges.websocket.server import Wire
 from kbot.ros.bridges.websocket.topic_server import MOST_SUBSCRIPTIONS, JsonTalk, Request, TopicServer
@@ -29,7 +29,7 @@ NODE = "/kbot"
 Values = dict[str, Any]
 
 
-def call_rosapi(link: Link, service: str, arguments: Values) -> Values:
+def call_rosapi(link: PeerLink, service: str, arguments: Values) -> Values:
     """The answer of one service; parameters' values are JSON, as rosapi has them.
 
     Raises:
@@ -48,32 +48,32 @@ def _short(name: str) -> str:
     return name.replace("/msg/", "/")
 
 
-def _topics(link: Link, arguments: Values) -> Values:
+def _topics(link: PeerLink, arguments: Values) -> Values:
     topics = link.topics.values()
     return {"topics": [t.name for t in topics], "types": [_short(t.type_name) for t in topics]}
 
 
-def _topics_for_type(link: Link, arguments: Values) -> Values:
+def _topics_for_type(link: PeerLink, arguments: Values) -> Values:
     wanted = _short(str(arguments.get("type", "")))
     return {"topics": [t.name for t in link.topics.values() if _short(t.type_name) == wanted]}
 
 
-def _topic_type(link: Link, arguments: Values) -> Values:
+def _topic_type(link: PeerLink, arguments: Values) -> Values:
     topic = link.topics.get(str(arguments.get("topic", "")))
     return {"type": _short(topic.type_name) if topic else ""}
 
 
-def _publishers(link: Link, arguments: Values) -> Values:
+def _publishers(link: PeerLink, arguments: Values) -> Values:
     topic = link.topics.get(str(arguments.get("topic", "")))
     return {"publishers": [NODE] if topic and not topic.is_input else []}
 
 
-def _subscribers(link: Link, arguments: Values) -> Values:
+def _subscribers(link: PeerLink, arguments: Values) -> Values:
     topic = link.topics.get(str(arguments.get("topic", "")))
     return {"subscribers": [NODE] if topic and topic.is_input else []}
 
 
-def _get_param(link: Link, arguments: Values) -> Values:
+def _get_param(link: PeerLink, arguments: Values) -> Values:
     name = str(arguments.get("name", ""))
     if name not in link.parameters:
         if arguments.get("default"):
@@ -83,7 +83,7 @@ def _get_param(link: Link, arguments: Values) -> Values:
     return {"value": json.dumps(link.parameters[name])}
 
 
-def _set_param(link: Link, arguments: Values) -> Values:
+def _set_param(link: PeerLink, arguments: Values) -> Values:
     """The value is JSON, as rosapi has it."""
     name = str(arguments.get("name", ""))
     try:
@@ -94,25 +94,25 @@ def _set_param(link: Link, arguments: Values) -> Values:
     return {}
 
 
-def _delete_param(link: Link, arguments: Values) -> Values:
+def _delete_param(link: PeerLink, arguments: Values) -> Values:
     link.set_parameter(str(arguments.get("name", "")), None)
     return {}
 
 
-def _types(link: Link) -> Values:
+def _types(link: PeerLink) -> Values:
     return {name: service.type.name for name, service in link.services.items()}
 
 
-def _service_type(link: Link, arguments: Values) -> Values:
+def _service_type(link: PeerLink, arguments: Values) -> Values:
     return {"type": _types(link).get(str(arguments.get("service", "")), "")}
 
 
-def _services_for_type(link: Link, arguments: Values) -> Values:
+def _services_for_type(link: PeerLink, arguments: Values) -> Values:
     wanted = str(arguments.get("type", "")).replace("/srv/", "/")
     return {"services": [name for name, kind in _types(link).items() if kind == wanted]}
 
 
-def _node_details(link: Link, arguments: Values) -> Values:
+def _node_details(link: PeerLink, arguments: Values) -> Values:
     topics = link.topics.values()
     return {
         "publishing": [topic.name for topic in topics if not topic.is_input],
@@ -121,16 +121,16 @@ def _node_details(link: Link, arguments: Values) -> Values:
     }
 
 
-def _service_node(link: Link, arguments: Values) -> Values:
+def _service_node(link: PeerLink, arguments: Values) -> Values:
     return {"node": NODE if arguments.get("service") in link.services else ""}
 
 
-def _get_time(link: Link, arguments: Values) -> Values:
+def _get_time(link: PeerLink, arguments: Values) -> Values:
     now = Time.from_nanoseconds(link.nanoseconds)
     return {"time": {"secs": now.sec, "nsecs": now.nanosec}}
 
 
-SERVICES: dict[str, Callable[[Link, Values], Values]] = {
+SERVICES: dict[str, Callable[[PeerLink, Values], Values]] = {
     "topics": _topics,
     "topics_for_type": _topics_for_type,
     "topic_type": _topic_type,
@@ -160,7 +160,7 @@ class RosbridgeBridge(TopicServer):
 
     def __init__(
         self,
-        link: Link,
+        link: PeerLink,
         host: str | None = None,
         port: int = PORT,
         *,

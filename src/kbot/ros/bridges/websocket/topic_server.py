@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from kbot.ros.bridges.link import Link
+from kbot.ros.bridges.link import PeerLink
 from kbot.ros.bridges.websocket.server import Data, Talk, WebSocketBridge, Wire
 from kbot.text import KbotError
 from kbot.text.json_text import parse_json
@@ -23,7 +23,7 @@ class TopicServer:
     def __init__(
         self,
         name: str,
-        link: Link,
+        link: PeerLink,
         host: str | None,
         port: int,
         make_talk: Callable[[Wire], Talk],

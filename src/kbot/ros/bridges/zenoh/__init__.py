@@ -11,7 +11,7 @@ from kbot.ros.bridges.kind import BridgeKind
 from kbot.text import KbotError
 
 if TYPE_CHECKING:
-    from kbot.ros.bridges.link import Link
+    from kbot.ros.bridges.link import PeerLink
     from kbot.ros.bridges.zenoh.bridge import ZenohBridge
 
 ROUTER_PORT = 7447
@@ -19,7 +19,7 @@ _CONNECT_TIMEOUT = 0.3
 """Seconds; a router on this machine accepts at once."""
 
 
-def _open(link: Link, host: str | None) -> ZenohBridge:
+def _open(link: PeerLink, host: str | None) -> ZenohBridge:
     try:
         from kbot.ros.bridges.zenoh.bridge import ZenohBridge  # needs the extra
     except ModuleNotFoundError as error:

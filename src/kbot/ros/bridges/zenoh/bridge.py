@@ -21,8 +21,9 @@ from kbot.record.encodings.bytes import decode_cdr
 from kbot.record.encodings.type_names import ros_name
 from kbot.record.encodings.types import ros2_definition
 from kbot.record.feed import Packet
-from kbot.ros.bridges.link import Link, Topic
+from kbot.ros.bridges.link import PeerLink, Topic
 from kbot.ros.bridges.loop import Batch, later, wait_for
+from kbot.ros.bridges.zenoh import ROUTER_PORT
 from kbot.ros.bridges.zenoh.names import (
     ATTACHED,
     LATCHED,
@@ -36,11 +37,10 @@ from kbot.ros.bridges.zenoh.names import (
 from kbot.ros.bridges.zenoh.parameters import TOPIC as EVENTS
 from kbot.ros.bridges.zenoh.parameters import TYPE as EVENT_TYPE
 from kbot.ros.bridges.zenoh.parameters import ParameterEvents, parameter_services
-from kbot.ros.bridges.zenoh.services import ServiceServer, served_of
+from kbot.ros.bridges.zenoh.queryables import ServiceServer, served_of
 from kbot.text import KbotError
 
 NODE = "kbot"
-ROUTER_PORT = 7447
 
 OfZenoh = Any
 """What the library gives and takes, which is not typed."""
@@ -53,7 +53,7 @@ class ZenohBridge:
     """A node /kbot: topics out, latched ones also for those who come late, commands and calls of services
     in. It meets peers through the router where one answers, else it listens in the router's place."""
 
-    def __init__(self, link: Link, host: str | None = None) -> None:
+    def __init__(self, link: PeerLink, host: str | None = None) -> None:
         """The domain is ROS_DOMAIN_ID's, else 0. `host` is the address that peers reach it at where it
         listens itself; ZENOH_CONNECT names another router's, as in tcp/10.0.0.2:7447.
 
@@ -166,7 +166,7 @@ class _Outgoing:
 
     def __init__(
         self,
-        link: Link,
+        link: PeerLink,
         topic: Topic,
         session: OfZenoh,
         key: str,

@@ -16,9 +16,9 @@ import numpy as np
 
 from kbot.messages.types import Time
 from kbot.record.encodings.types import ros2_types
-from kbot.ros.bridges.link import Link, Value
+from kbot.ros.bridges.link import PeerLink, Value
 from kbot.ros.bridges.zenoh.names import OF_PARAMETERS
-from kbot.ros.bridges.zenoh.services import Served
+from kbot.ros.bridges.zenoh.queryables import Served
 from kbot.ros.service_types import hash_of_service
 from kbot.text import KbotError
 
@@ -94,7 +94,7 @@ TOPIC, TYPE = "/parameter_events", "rcl_interfaces/msg/ParameterEvent"
 class ParameterEvents:
     """Of the parameters that a link has, from the moment this is made; `put` sends a message in CDR."""
 
-    def __init__(self, link: Link, node: str, put: Callable[[bytes], None]) -> None:
+    def __init__(self, link: PeerLink, node: str, put: Callable[[bytes], None]) -> None:
         self._link, self._node, self._put = link, node, put
         self._told = _known(link)
 
@@ -117,7 +117,7 @@ class ParameterEvents:
             self._put(bytes(ros2_types().serialize_cdr(event, TYPE)))
 
 
-def _known(link: Link) -> dict[str, Value]:
+def _known(link: PeerLink) -> dict[str, Value]:
     return {dotted(full): value for full, value in link.parameters.items() if type_of(value) != NOT_SET}
 
 
@@ -145,7 +145,7 @@ _SERVICES = {
 """Each with the fields of its request and of its response."""
 
 
-def parameter_services(link: Link, node: str) -> list[Served]:
+def parameter_services(link: PeerLink, node: str) -> list[Served]:
     """The services of a node, by its full name."""
     asked = _Parameters(link)
     return [_served(f"{node}/{name}", name, getattr(asked, name)) for name in _SERVICES]
@@ -198,7 +198,7 @@ def _type_names(service: str) -> tuple[str, str, str]:
 class _Parameters:
     """Each service's work: of its request the one field of its response."""
 
-    def __init__(self, link: Link) -> None:
+    def __init__(self, link: PeerLink) -> None:
         self._link = link
         self._known: tuple[dict[str, Value], dict[str, str]] = {}, {}
 

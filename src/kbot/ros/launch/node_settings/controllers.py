@@ -14,7 +14,7 @@ from kbot.ros.parameter_values import ROSPARAM
 from kbot.text import DescriptionError, Diagnostic, Origin, Severity, read_source
 from kbot.text.span import Call
 from kbot.text.suggest import did_you_mean
-from kbot.text.yaml import Document, YamlError, read_yaml
+from kbot.text.yaml import YamlDocument, YamlError, read_yaml
 
 _SPAWNER_1 = {"--stopped": 0, "--no-timeout": 0} | dict.fromkeys(
     ("--wait-for", "--namespace", "--timeout", "--shutdown-timeout"), 1
@@ -46,7 +46,7 @@ class _Wish:
 class _File:
     """A parameter file of ROS 2, and who loads it."""
 
-    document: Document
+    document: YamlDocument
     call: Call
 
 

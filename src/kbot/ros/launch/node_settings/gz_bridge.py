@@ -16,7 +16,7 @@ from kbot.ros.parameter_values import ROSPARAM
 from kbot.text import DescriptionError, Diagnostic, Origin, Severity, read_source
 from kbot.text.span import Call
 from kbot.text.suggest import did_you_mean
-from kbot.text.yaml import Document, Keys, YamlError, read_yaml
+from kbot.text.yaml import Keys, YamlDocument, YamlError, read_yaml
 
 _MARKS = {"@": Direction.BOTH, "[": Direction.TO_ROS, "]": Direction.TO_GZ}
 _ARGUMENT = re.compile(r"(?P<topic>[^@\s]+)@(?P<ros>[\w/]+)(?P<mark>[@\[\]])(?P<gz>[\w.]+)")
@@ -237,7 +237,7 @@ class _Reader:
 
 @dataclass(frozen=True, slots=True)
 class _Places:
-    document: Document
+    document: YamlDocument
     call: Call
 
     def of(self, *keys: str) -> Origin:

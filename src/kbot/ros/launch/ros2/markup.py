@@ -15,7 +15,7 @@ from kbot.ros.launch.ros2.substitutions import CommandLine
 from kbot.ros.parameter_values import ROSPARAM
 from kbot.text import DescriptionError, Diagnostic, Element, Origin, Severity, Source, Span, Text, parse_xml
 from kbot.text.suggest import did_you_mean
-from kbot.text.yaml import TEXT, Document, Keys, YamlError, load_yaml
+from kbot.text.yaml import TEXT, Keys, YamlDocument, YamlError, load_yaml
 from kbot.text.yaml import read_yaml as read_document
 
 _LISTS = {"arg", "let", "param", "remap", "env", "keep"}
@@ -55,7 +55,7 @@ def _no_launch(origin: Origin) -> Diagnostic:
     return Diagnostic("L001", Severity.ERROR, "this is no launch file", origin, "it starts with 'launch'")
 
 
-def _elements(document: Document, items: object, keys: Keys) -> list[Element | Text]:
+def _elements(document: YamlDocument, items: object, keys: Keys) -> list[Element | Text]:
     """Elements of a list of one-key mappings at `keys`, as the XML of the same launch file has them."""
     return [
         _element(document, tag, value, document.span(*keys, str(number), tag), (*keys, str(number), tag))
@@ -64,7 +64,7 @@ def _elements(document: Document, items: object, keys: Keys) -> list[Element | T
     ]
 
 
-def _element(document: Document, tag: str, value: object, key: Span, keys: Keys) -> Element:
+def _element(document: YamlDocument, tag: str, value: object, key: Span, keys: Keys) -> Element:
     """The element of the value at `keys`, which begins at its `key`."""
     place = document.place(*keys)
     element = Element(tag, {}, document.source, key.start, place.value.end if place else key.end)

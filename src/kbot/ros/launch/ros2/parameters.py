@@ -15,7 +15,7 @@ from kbot.ros.launch.ros2.places import parameter_place
 from kbot.ros.launch.ros2.substitutions import performed
 from kbot.ros.parameter_values import ROSPARAM
 from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Source, Span, read_source
-from kbot.text.yaml import Document, Keys, YamlError, load_yaml, read_yaml
+from kbot.text.yaml import Keys, YamlDocument, YamlError, load_yaml, read_yaml
 
 Place = Callable[[Keys], Origin | None]
 
@@ -80,7 +80,7 @@ def read_parameter_file(path: str) -> dict[str, Any]:
     return data
 
 
-def _read(source: Source) -> Document:
+def _read(source: Source) -> YamlDocument:
     try:
         document = read_yaml(source, ROSPARAM)
     except YamlError as error:

@@ -196,7 +196,7 @@ class _LateOrigin(Origin):
         return self.span
 
 
-class Document:
+class XmlDocument:
     """A parsed file: what stands before the root, the root, what stands after it.
 
     `diagnostics` holds what is wrong but leaves a tree to work with. `nodes` counts elements and

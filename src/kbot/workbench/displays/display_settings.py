@@ -43,13 +43,13 @@ class View:
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class DisplaySettings:
     globals: Mapping[str, Value]
     displays: tuple[Display, ...]
     view: View | None = None
 
 
-def read_settings(text: str, file: str) -> Settings:
+def read_settings(text: str, file: str) -> DisplaySettings:
     """The settings in a `.kbot.yaml`.
 
     Raises:
@@ -59,7 +59,7 @@ def read_settings(text: str, file: str) -> Settings:
     return check(document)
 
 
-def check(document: Marked) -> Settings:
+def check(document: Marked) -> DisplaySettings:
     """Settings out of fields by name, as files and pages have them.
 
     Raises:
@@ -72,21 +72,21 @@ def check(document: Marked) -> Settings:
         raise document.error(f"{len(displays)} displays: at most {MOST_DISPLAYS} are shown")
     options = {property.name: property for property in GLOBALS}
     view = entries.get("view")
-    return Settings(
+    return DisplaySettings(
         _values(entries["globals"], options, "global option") if "globals" in entries else {},
         tuple(_display(entry) for entry in displays),
         _view(view) if view is not None and view.value is not None else None,
     )
 
 
-def write_settings(settings: Settings) -> str:
+def write_settings(settings: DisplaySettings) -> str:
     """A `.kbot.yaml` that reads as these settings."""
     import yaml
 
     return HEADER + str(yaml.safe_dump(plain(settings, sources=False), sort_keys=False, allow_unicode=True))
 
 
-def plain(settings: Settings, *, sources: bool = True) -> dict[str, Any]:
+def plain(settings: DisplaySettings, *, sources: bool = True) -> dict[str, Any]:
     """As `check` takes it, with the `sources` of displays or without."""
     found: dict[str, Any] = {
         "globals": dict(settings.globals),

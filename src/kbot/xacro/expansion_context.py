@@ -10,7 +10,7 @@ from kbot.xacro.scope import Scope
 Node = Element | Text
 
 
-class Place:
+class ExpansionContext:
     """Whose names are seen, what brought the walk here, and where the result goes.
 
     `attributes` and `parent` are those of the element whose children are being made; `parent` is
@@ -35,6 +35,6 @@ class Place:
         self.out = out
         self.parent = parent
 
-    def within(self, attributes: dict[str, str], out: list[Node]) -> Place:
+    def within(self, attributes: dict[str, str], out: list[Node]) -> ExpansionContext:
         """The same place with a result of its own, as within a xacro tag."""
-        return Place(self.scope, self.macros, self.call, attributes, out)
+        return ExpansionContext(self.scope, self.macros, self.call, attributes, out)

@@ -35,7 +35,7 @@ class Moment:
     """How often the robot was put elsewhere."""
 
 
-class Motion(Protocol):
+class Mover(Protocol):
     """One way to move a robot."""
 
     @property
@@ -128,11 +128,11 @@ class Motion(Protocol):
         """Go on from what `save` gave, not driven. Raises KbotError: it is of another simulation."""
         ...
 
-    def replace(self, robot: Robot) -> Motion:
+    def replace(self, robot: Robot) -> Mover:
         """The same with a changed robot, standing as this one does. Raises KbotError."""
         ...
 
-    def enter(self, world: str, seed: int) -> tuple[Motion, World]:
+    def enter(self, world: str, seed: int) -> tuple[Mover, World]:
         """The same robot at the start of another world. Raises KbotError."""
         ...
 

@@ -19,7 +19,7 @@ from typing import Any
 import zenoh
 
 from kbot.record.encodings.bytes import decode_cdr, encode_cdr
-from kbot.ros.bridges.link import Link
+from kbot.ros.bridges.link import PeerLink
 from kbot.ros.bridges.loop import FAULTS
 from kbot.ros.bridges.service import Service
 from kbot.ros.bridges.zenoh.names import ATTACHED, VOLATILE, topic_key, type_key
@@ -52,7 +52,7 @@ class Served:
     quality: str = VOLATILE
 
 
-def served_of(link: Link, service: Service) -> Served:
+def served_of(link: PeerLink, service: Service) -> Served:
     """One of those that every bridge offers."""
     kind = service.type
 

@@ -1,6 +1,6 @@
 """Errors on their way from where they are noticed to where they are reported.
 
-A Fault starts out with a place in the text it was noticed in; whoever knows which attribute that
+A XacroError starts out with a place in the text it was noticed in; whoever knows which attribute that
 text is, gives it an origin; the run reports it once and turns it into a Diagnostic at the end.
 """
 
@@ -44,7 +44,7 @@ class Problem:
         return Diagnostic(self.code, self.severity, self.message, self.origin, self.hint, related, self.fix)
 
 
-class Fault(Exception):
+class XacroError(Exception):
     """Something is wrong with the description.
 
     part     characters from and to, within the text that is being evaluated
@@ -76,10 +76,10 @@ class Fault(Exception):
         self.missing_file = False
 
 
-class LimitFault(Fault):
+class LimitFault(XacroError):
     """A bound was reached: nothing more is expanded."""
 
 
-def consequence(problem: Problem) -> Fault:
+def consequence(problem: Problem) -> XacroError:
     """A fault that is no news: it comes of a problem that is reported already."""
-    return Fault(problem.code, problem.message, problem=problem)
+    return XacroError(problem.code, problem.message, problem=problem)

@@ -10,7 +10,7 @@ from kbot.ros.bridges.link import Value
 Tree = dict[str, Value]
 
 
-class Parameters:
+class ParameterServer:
     """Values are numbers, strings, booleans, lists and, as inner nodes, dictionaries.
 
     Every method raises KeyError where there is no such parameter. Not thread-safe: its owner locks.

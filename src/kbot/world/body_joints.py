@@ -11,7 +11,7 @@ from kbot.text import Origin
 Vector = tuple[float, float, float]
 
 
-class Motion(StrEnum):
+class JointMotion(StrEnum):
     TURN = "turn"
     SLIDE = "slide"
     BALL = "ball"
@@ -23,7 +23,7 @@ class Freedom:
     ball). Limits in rad or m from there; damping in N m s/rad or N s/m, friction in N m or N, stiffness of a
     spring in N m/rad or N/m, which is at rest at `spring_reference`."""
 
-    motion: Motion
+    motion: JointMotion
     axis: Vector = (0.0, 0.0, 1.0)
     lower: float = -inf
     upper: float = inf
@@ -34,7 +34,7 @@ class Freedom:
 
 
 @dataclass(frozen=True, slots=True)
-class Joint:
+class BodyJoint:
     """`parent`: the body it hangs on, empty for the world. `anchor` (m, in the body's frame): the point about
     which it turns. The freedoms follow one another from the parent on; with a `lead` (m/rad) the second, a
     slide, follows the first as a nut its screw."""

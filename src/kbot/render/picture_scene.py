@@ -12,25 +12,25 @@ from kbot.kinematics import FrameTree
 from kbot.kinematics.transform import Transform
 from kbot.model import Robot
 from kbot.render.bounds import robot_bounds
-from kbot.render.surfaces import Surface, body_surfaces, robot_surfaces
+from kbot.render.surfaces import PaintedSurface, body_surfaces, robot_surfaces
 from kbot.sim import Simulation
 from kbot.world.sdf.materials import link_colours
 
 
 @dataclass(frozen=True, slots=True)
-class Things:
+class PictureScene:
     """What is seen of each link, and of all else, in the world's frame. `centre` (3,) and `radius` are those
     of the robot, `ground` is the height of the floor, `view_radius` that of what a picture shows; metres."""
 
-    links: Mapping[str, tuple[Surface, ...]]
-    others: tuple[Surface, ...]
+    links: Mapping[str, tuple[PaintedSurface, ...]]
+    others: tuple[PaintedSurface, ...]
     centre: NDArray[np.float64]
     radius: float
     ground: float
     view_radius: float
 
 
-def robot_alone(robot: Robot, joints: Mapping[str, float] | None = None) -> Things:
+def robot_alone(robot: Robot, joints: Mapping[str, float] | None = None) -> PictureScene:
     """A robot standing as `joints` say (rad, m), those not given at 0, on a floor beneath its lowest point.
 
     Raises:
@@ -39,7 +39,7 @@ def robot_alone(robot: Robot, joints: Mapping[str, float] | None = None) -> Thin
     return _things(robot, FrameTree(robot).poses(joints), (), on_ground=False)
 
 
-def robot_in_world(simulation: Simulation) -> Things:
+def robot_in_world(simulation: Simulation) -> PictureScene:
     """A simulated robot and its world as they stand now, in Gazebo's colours where they are written."""
     now = simulation.models.body_poses()
     others = (
@@ -51,8 +51,8 @@ def robot_in_world(simulation: Simulation) -> Things:
 
 
 def _things(
-    robot: Robot, poses: Mapping[str, Transform], others: Iterable[Surface], *, on_ground: bool
-) -> Things:
+    robot: Robot, poses: Mapping[str, Transform], others: Iterable[PaintedSurface], *, on_ground: bool
+) -> PictureScene:
     low, high = robot_bounds(robot)
     colours = link_colours(robot) if on_ground else {}
     links = {
@@ -63,4 +63,4 @@ def _things(
     ground = 0.0 if on_ground else min(0.0, *(float(part[:, 2].min()) for part in corners), 0.0)
     centre = poses[robot.root].translation + (low + high) / 2.0
     radius = max(0.02, float(np.linalg.norm(high - low)) / 2.0)
-    return Things(links, tuple(others), centre, radius, ground, radius * (2.0 if on_ground else 1.0))
+    return PictureScene(links, tuple(others), centre, radius, ground, radius * (2.0 if on_ground else 1.0))

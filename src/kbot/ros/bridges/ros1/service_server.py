@@ -7,7 +7,7 @@ import asyncio
 import struct
 
 from kbot.record.encodings.bytes import decode_ros1, encode_ros1
-from kbot.ros.bridges.link import Link
+from kbot.ros.bridges.link import PeerLink
 from kbot.ros.bridges.ros1.tcpros import ProtocolError, encode_header, receive_block
 from kbot.ros.bridges.service import require_service
 from kbot.text import KbotError
@@ -16,7 +16,7 @@ ANSWER_SECONDS = 30.0
 
 
 async def serve_service(
-    link: Link,
+    link: PeerLink,
     node: str,
     reader: asyncio.StreamReader,
     writer: asyncio.StreamWriter,

@@ -10,15 +10,15 @@ from typing import Any
 from kbot.text import KbotError
 from kbot.text.errors import reading
 from kbot.text.files import read_source, write_bytes
-from kbot.workbench.displays.rviz import Version, read_rviz, unwritten, version_of, write_rviz
-from kbot.workbench.displays.settings import (
-    Settings,
+from kbot.workbench.displays.display_settings import (
+    DisplaySettings,
     check,
     marked,
     plain,
     read_settings,
     write_settings,
 )
+from kbot.workbench.displays.rviz import Version, read_rviz, unwritten, version_of, write_rviz
 from kbot.workbench.protocol import Displays, DisplaysSaved, DisplaysText
 
 RVIZ = ".rviz"
@@ -90,7 +90,9 @@ class DisplayFile:
         """That of the file of rviz that was read, or that a new one is for."""
         return 2 if self._rviz is None else version_of(self._rviz)
 
-    def _text(self, settings: Settings, version: Version | None, frame: str) -> tuple[str, tuple[str, ...]]:
+    def _text(
+        self, settings: DisplaySettings, version: Version | None, frame: str
+    ) -> tuple[str, tuple[str, ...]]:
         if version is None:
             return write_settings(settings), ()
         if frame and not settings.globals.get("frame"):

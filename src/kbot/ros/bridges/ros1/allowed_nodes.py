@@ -12,7 +12,7 @@ _SHOWN = 80
 
 
 @dataclass(frozen=True, slots=True)
-class Contacts:
+class AllowedNodes:
     """Nodes of this machine, and of other machines if `other_machines` allows them.
 
     ROS 1 has no passwords: whoever reaches a master can register a node at any address. Without a limit,

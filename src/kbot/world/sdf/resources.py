@@ -14,7 +14,7 @@ from kbot.text.suggest import did_you_mean
 from kbot.text.xml import MAX_READ_NESTING, parse_document
 from kbot.world.sdf.model_paths import LIBRARY, fuel_stores, model_paths
 from kbot.world.sdf.reach import Reach
-from kbot.world.sdf.values import Values
+from kbot.world.sdf.values import SdfValues
 from kbot.xacro import Packages
 
 NOT_IN_REACH = "{} is not found among the models and packages here"
@@ -41,12 +41,12 @@ def read_xml(path: str | Path) -> Element:
     return document.root
 
 
-class Files:
+class ResourceFinder:
     """Finds files as Gazebo does: in the folders of its variables, then around the file that names them,
     then among the models that ship with KBot. What was found once is kept: a world may name it a thousand
     times. Within a `reach`, no others than its files are found."""
 
-    def __init__(self, values: Values, reach: Reach | None = None) -> None:
+    def __init__(self, values: SdfValues, reach: Reach | None = None) -> None:
         self._values, self._reach = values, reach
         self._found: dict[tuple[str, str], str] = {}
         self._models: dict[str, tuple[str, Element]] = {}

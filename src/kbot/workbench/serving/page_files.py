@@ -14,7 +14,7 @@ from websockets.http11 import Request, Response
 from kbot.net.hosts import only_host
 from kbot.text import KbotError
 from kbot.text.complaints import Complaints
-from kbot.workbench.page_files import load_page, takes_gzip, with_greeting
+from kbot.workbench.built_page import load_page, takes_gzip, with_greeting
 from kbot.workbench.protocol.codec import encode
 from kbot.workbench.serving.access import Access, security_headers
 from kbot.workbench.session.deadman import NOBODY
@@ -74,7 +74,7 @@ def described(path: str, host: str) -> Response:
 _FOR_EVER = "max-age=31536000, immutable"
 
 
-class Files:
+class PageFiles:
     """What a session's server gives to who may have it."""
 
     def __init__(self, session: Session, access: Access, complaints: Complaints) -> None:
