@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from kbot.ros.launch import read_launch
-from kbot.ros.launch.node_settings.spawning import Spawn
+from kbot.ros.launch.node_settings.spawning import SpawnRequest
 from kbot.ros.launch.staging import Stage, stage
 from kbot.xacro import Packages
 
@@ -52,7 +52,7 @@ def test_a_file_that_is_spawned_is_the_robot(folder: Path) -> None:
 def test_the_start_is_where_the_spawner_is_told(folder: Path) -> None:
     more = " -x 1 -y -2.5 -z 0.3 -R 0.1 -P 0.2 -Y 0.5 -J arm 0.7 -J lift -1"
     found = staged(folder, GAZEBO.format(passed="", param="other", more=more))
-    assert found.spawn == Spawn(1.0, -2.5, 0.3, 0.1, 0.2, 0.5, {"arm": 0.7, "lift": -1.0}, model="m")
+    assert found.spawn == SpawnRequest(1.0, -2.5, 0.3, 0.1, 0.2, 0.5, {"arm": 0.7, "lift": -1.0}, model="m")
     assert found.notes == ()
 
 

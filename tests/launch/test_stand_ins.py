@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from kbot.ros.launch import read_launch, read_launch_2
-from kbot.ros.launch.node_settings.rosbag_record import Recording
+from kbot.ros.launch.node_settings.rosbag_record import RecordRequest
 from kbot.ros.launch.staging import Stage, stage
 from kbot.ros.nodes.joint_state_publisher import Dependent
 
@@ -101,7 +101,7 @@ def test_rosbag_record(tmp_path: Path, args: str, path: str | None, topics: tupl
     (recording,) = found.recordings
     assert recording.topics == topics
     if path is not None:
-        assert recording == Recording(path, topics)
+        assert recording == RecordRequest(path, topics)
     else:
         assert recording.path.endswith(".bag")
 
@@ -114,7 +114,7 @@ def test_ros2_bag_record_as_a_process(tmp_path: Path) -> None:
         "        cmd=['ros2', 'bag', 'record', '-o', 'a run', '/odom', 'scan'])])\n"
     )
     found = stage(read_launch_2(str(file), trusted=True).require())
-    assert found.recordings == (Recording("a run", ("/odom", "/scan")),)
+    assert found.recordings == (RecordRequest("a run", ("/odom", "/scan")),)
 
 
 def test_a_map_server_s_map(tmp_path: Path) -> None:

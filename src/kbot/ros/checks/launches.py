@@ -10,7 +10,7 @@ from kbot.checks.runner import examine, findings
 from kbot.kinematics.drive.controllers import drive_controllers
 from kbot.model.load import load_robot
 from kbot.ros.launch import Plan, is_ros_2, read_launch, read_launch_2
-from kbot.ros.launch.plan import Description, Param
+from kbot.ros.launch.plan import Param, RobotDescription
 from kbot.ros.launch.staging import missing_displays
 from kbot.text import DescriptionError, Diagnostic, Origin, Related, Severity, Source, read_source
 from kbot.xacro import Packages
@@ -56,7 +56,7 @@ def check_launch(
     return list(dict.fromkeys((*own, *of_robots))), sources
 
 
-def _descriptions(plan: Plan) -> list[tuple[Description, Origin]]:
+def _descriptions(plan: Plan) -> list[tuple[RobotDescription, Origin]]:
     """The robot files that the parameters hold, each once with the same arguments, and the place of the first
     parameter."""
     found: dict[tuple[str, tuple[tuple[str, str], ...]], Param] = {}

@@ -1,6 +1,6 @@
 """ROS launch files: a plan of what would run, with which parameters, and from which line."""
 
-from kbot.ros.launch.plan import Argument, Description, Included, Machine, Node, Param, Plan
+from kbot.ros.launch.plan import Argument, Included, Machine, Param, Plan, PlannedNode, RobotDescription
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -12,12 +12,12 @@ _READERS = {"is_ros_2": "ros_version", "read_launch": "ros1", "read_launch_2": "
 
 __all__ = [
     "Argument",
-    "Description",
     "Included",
     "Machine",
-    "Node",
     "Param",
     "Plan",
+    "PlannedNode",
+    "RobotDescription",
     "is_ros_2",
     "read_launch",
     "read_launch_2",

@@ -8,9 +8,9 @@ from collections.abc import Callable, Mapping
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
-from kbot.ros.launch.faults import Fault
 from kbot.ros.launch.includes import charge
-from kbot.ros.launch.plan import Description
+from kbot.ros.launch.launch_error import LaunchError
+from kbot.ros.launch.plan import RobotDescription
 from kbot.ros.launch.quoting import split_words
 from kbot.ros.launch.reporter import part_of
 from kbot.text import Diagnostic, Origin, Severity, read_source
@@ -31,20 +31,20 @@ Note = Callable[[Diagnostic], None]
 
 def run(
     command: str, packages: Packages, origin: Origin, note: Note, budget: Budget, allowed: bool
-) -> tuple[str, Description | None]:
+) -> tuple[str, RobotDescription | None]:
     """What a command prints, and the description it expands if it is xacro.
 
     Faults of the description are notes: the launch goes on, to show what can be shown of it.
 
     Raises:
-        Fault: L040 the command is not xacro or cat, L041 it fails, L070 it takes too much work.
+        LaunchError: L040 the command is not xacro or cat, L041 it fails, L070 it takes too much work.
     """
     try:
         words = split_words(command)
     except ValueError as error:
-        raise Fault("L041", f"the command cannot be split into words: {error}", "", command) from None
+        raise LaunchError("L041", f"the command cannot be split into words: {error}", "", command) from None
     if not words:
-        raise Fault("L041", "the command is empty")
+        raise LaunchError("L041", "the command is empty")
     name = PurePath(words[0]).name
     if name in ("xacro", "xacro.py"):
         return _xacro(words, packages, origin, note, budget)
@@ -53,21 +53,21 @@ def run(
         return text, description_of(words[1], text)
     if not allowed:
         hint = "KBot runs xacro and cat itself; --allow-commands lets a launch file run anything"
-        raise Fault("L040", f"the command '{name}' is not run", hint, words[0])
+        raise LaunchError("L040", f"the command '{name}' is not run", hint, words[0])
     return _process(words), None
 
 
-def description_of(path: str, text: str) -> Description | None:
+def description_of(path: str, text: str) -> RobotDescription | None:
     """The robot that a file's text is as it stands; xacro would have to be expanded first."""
     is_robot = "<robot" in text and "xacro:" not in _COMMENT.sub("", text)
-    return Description(path, {}) if is_robot else None
+    return RobotDescription(path, {}) if is_robot else None
 
 
 def expand_within(budget: Budget, file: str, arguments: Mapping[str, str], packages: Packages) -> Expansion:
     """Expand a description. The work counts toward what the launch file may take.
 
     Raises:
-        Fault: L070, all descriptions and files together take too much work.
+        LaunchError: L070, all descriptions and files together take too much work.
     """
     from kbot.xacro import expand
 
@@ -79,7 +79,7 @@ def expand_within(budget: Budget, file: str, arguments: Mapping[str, str], packa
 
 def _xacro(
     words: list[str], packages: Packages, origin: Origin, note: Note, budget: Budget
-) -> tuple[str, Description | None]:
+) -> tuple[str, RobotDescription | None]:
     files: list[str] = []
     arguments: dict[str, str] = {}
     if PurePath(words[0]).name == "xacro.py":
@@ -96,27 +96,27 @@ def _xacro(
         elif word in _XACRO_VALUES:
             next(rest, None)
         elif word.startswith("-") and word not in _XACRO_FLAGS:
-            raise Fault("L056", f"xacro has no option {word}", "", word)
+            raise LaunchError("L056", f"xacro has no option {word}", "", word)
         elif not word.startswith("-"):
             files.append(word)
     if len(files) != 1:
-        raise Fault("L041", f"xacro takes one file, not {len(files)}")
+        raise LaunchError("L041", f"xacro takes one file, not {len(files)}")
     from kbot.text.installed import find_file
 
     file = find_file(files[0]) or files[0]
     expansion = expand_within(budget, file, arguments, packages)
     for diagnostic in expansion.diagnostics:
         note(diagnostic)
-    return expansion.text, Description(file, arguments)
+    return expansion.text, RobotDescription(file, arguments)
 
 
 def _process(words: list[str]) -> str:
     try:
         done = subprocess.run(words, capture_output=True, timeout=_TIMEOUT_S, check=False)
     except (OSError, subprocess.TimeoutExpired) as error:
-        raise Fault("L041", f"the command cannot be run: {error}", "", words[0]) from None
+        raise LaunchError("L041", f"the command cannot be run: {error}", "", words[0]) from None
     if done.returncode:
         last = done.stderr.decode("utf-8", "replace").strip().splitlines()[-1:]
         said = f": {last[0]}" if last else ""
-        raise Fault("L041", f"the command ended with status {done.returncode}{said}", "", words[0])
+        raise LaunchError("L041", f"the command ended with status {done.returncode}{said}", "", words[0])
     return done.stdout.decode("utf-8", "replace")

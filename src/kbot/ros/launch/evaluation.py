@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from kbot.ros.launch.faults import Fault
+from kbot.ros.launch.launch_error import LaunchError
 from kbot.xacro.budget import Budget
 from kbot.xacro.templates import expression as value_of
 from kbot.xacro.xacro_error import LimitFault
@@ -42,12 +42,12 @@ def joined(parts: Sequence[str], budget: Budget) -> str:
     """Texts one after the other.
 
     Raises:
-        Fault: L015, they are too long, alone or with all that the file's substitutions made before.
+        LaunchError: L015, they are too long, alone or with all that the file's substitutions made before.
     """
     try:
         return budget.joined(parts)
     except LimitFault as error:
-        raise Fault("L015", error.message, error.hint, is_limit=True) from None
+        raise LaunchError("L015", error.message, error.hint, is_limit=True) from None
 
 
 def evaluated(expression: str, names: Environment) -> str:
@@ -55,13 +55,13 @@ def evaluated(expression: str, names: Environment) -> str:
     nothing more.
 
     Raises:
-        Fault: L014, or what looking up a name raised.
+        LaunchError: L014, or what looking up a name raised.
     """
     try:
         return names.budget.text(value_of(expression, names))
-    except Fault as fault:
+    except LaunchError as fault:
         fault.piece = fault.piece or expression
         raise
     except ExpressionFault as error:
         is_limit = isinstance(error, LimitFault)
-        raise Fault("L014", error.message, error.hint, expression, is_limit=is_limit) from None
+        raise LaunchError("L014", error.message, error.hint, expression, is_limit=is_limit) from None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kbot.ros.launch.faults import Fault
+from kbot.ros.launch.launch_error import LaunchError
 from kbot.text import Source
 from kbot.xacro.budget import Budget
 from kbot.xacro.xacro_error import LimitFault
@@ -15,12 +15,12 @@ def require_end(path: str, levels: int, files: int) -> None:
     """Check that a file may be included so many levels deep, after so many others.
 
     Raises:
-        Fault: L070, it may not.
+        LaunchError: L070, it may not.
     """
     is_deep = levels > MOST_LEVELS
     if is_deep or files >= MOST_FILES:
         bound = f"more than {MOST_LEVELS} levels deep" if is_deep else f"after {MOST_FILES:,} others"
-        raise Fault("L070", f"{path} is included {bound}", "does it include itself?")
+        raise LaunchError("L070", f"{path} is included {bound}", "does it include itself?")
 
 
 _YAML_STEPS = 3
@@ -31,7 +31,7 @@ def charge_file(budget: Budget, source: Source) -> None:
     """Charge reading a file.
 
     Raises:
-        Fault: L070, the files are too large together.
+        LaunchError: L070, the files are too large together.
     """
     if source.path.endswith((".yaml", ".yml")):
         charge_yaml(budget, source.path, source.text)
@@ -43,7 +43,7 @@ def charge_yaml(budget: Budget, path: str, text: str) -> None:
     """Charge reading YAML of a file.
 
     Raises:
-        Fault: L070, as `charge_file` does.
+        LaunchError: L070, as `charge_file` does.
     """
     charge(budget, path, len(text) * _YAML_STEPS)
 
@@ -52,7 +52,7 @@ def charge_text(budget: Budget, path: str, text: str | bytes) -> None:
     """Charge reading a file, and keeping its text: about a microsecond for 8 characters.
 
     Raises:
-        Fault: L070, as `charge_file` does.
+        LaunchError: L070, as `charge_file` does.
     """
     charge(budget, path, len(text) >> 3)
 
@@ -61,10 +61,10 @@ def charge(budget: Budget, path: str, steps: int, fault: str = "is too large") -
     """Charge the work that a file takes.
 
     Raises:
-        Fault: L070, as `charge_file` does.
+        LaunchError: L070, as `charge_file` does.
     """
     try:
         budget.charge(steps)
     except LimitFault:
         message = f"{path} {fault}, with all files read before it"
-        raise Fault("L070", message, "split the launch file", is_limit=True) from None
+        raise LaunchError("L070", message, "split the launch file", is_limit=True) from None

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from kbot.ros.launch.plan import Node
+from kbot.ros.launch.plan import PlannedNode
 from kbot.ros.launch.quoting import split_words
 from kbot.text import Diagnostic, Origin, Severity, Span
 from kbot.text.numbers import to_float
@@ -17,7 +17,7 @@ from kbot.text.numbers import to_float
 class Options:
     """Words after each option that was given (the last of its name counts), and all other words."""
 
-    node: Node
+    node: PlannedNode
     given: Mapping[str, tuple[str, ...]]
     rest: tuple[str, ...]
     notes: list[Diagnostic] = field(default_factory=list)
@@ -37,7 +37,7 @@ class Options:
         return default if word is None else number(self.node, word, name, default, self.notes)
 
 
-def split(node: Node) -> list[str]:
+def split(node: PlannedNode) -> list[str]:
     """The words of a node's arguments; none where a quote is not closed."""
     try:
         return split_words(node.args)
@@ -45,7 +45,7 @@ def split(node: Node) -> list[str]:
         return []
 
 
-def read_options(node: Node, values: Mapping[str, int]) -> Options:
+def read_options(node: PlannedNode, values: Mapping[str, int]) -> Options:
     """`values` tells how many words follow each option that there is; `-1` is all up to the next option.
     A long one may have its word after a `=` too."""
     given: dict[str, tuple[str, ...]] = {}
@@ -70,7 +70,7 @@ def read_options(node: Node, values: Mapping[str, int]) -> Options:
     return Options(node, given, tuple(rest))
 
 
-def number(node: Node, word: str, what: str, default: float, notes: list[Diagnostic]) -> float:
+def number(node: PlannedNode, word: str, what: str, default: float, notes: list[Diagnostic]) -> float:
     """A finite number of a node's arguments; what is none is a note, and the default."""
     try:
         value = to_float(word)
@@ -87,14 +87,14 @@ _WRITTEN = re.compile(r"(?:\$\([^)]*(?:\)|\Z)|\S)+")
 """A word as it is written, `$(find a)/b` among them."""
 
 
-def place_of(node: Node, word: str) -> Origin:
+def place_of(node: PlannedNode, word: str) -> Origin:
     """Where a word of a node's arguments was written; all of them where it is not found."""
     origin = node.spans.get("args", node.origin)
     words = _WRITTEN.findall(origin.span.text)
     return _nth(origin, words.index(word)) if word in words else origin
 
 
-def place_of_value(node: Node, option: str) -> Origin:
+def place_of_value(node: PlannedNode, option: str) -> Origin:
     """Where the word that an option gives was written (the last of its name counts), with the option where a
     `=` joins them; all of the arguments where it is not found."""
     origin = node.spans.get("args", node.origin)

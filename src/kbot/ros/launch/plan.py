@@ -11,7 +11,7 @@ from kbot.text import DescriptionError, Diagnostic, Origin
 
 
 @dataclass(frozen=True, slots=True)
-class Description:
+class RobotDescription:
     """The robot file that a parameter's `command=` expands, with its xacro arguments."""
 
     path: str
@@ -25,7 +25,7 @@ class Param:
     name: str
     value: Any
     origin: Origin
-    description: Description | None = None
+    description: RobotDescription | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +53,7 @@ class Machine:
 
 
 @dataclass(frozen=True, slots=True)
-class Node:
+class PlannedNode:
     """A process to run. `namespace` has a slash at both ends; `remaps` are (from, to)."""
 
     package: str
@@ -115,7 +115,7 @@ class Plan:
     """
 
     path: str
-    nodes: tuple[Node, ...] = ()
+    nodes: tuple[PlannedNode, ...] = ()
     params: Mapping[str, Param] = field(default_factory=dict)
     arguments: Mapping[str, Argument] = field(default_factory=dict)
     included: tuple[Included, ...] = ()

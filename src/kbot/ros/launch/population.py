@@ -9,22 +9,22 @@ from pathlib import Path
 
 from kbot.model.spawned import SpawnedController
 from kbot.ros.launch.known_packages import Role, role
-from kbot.ros.launch.node_settings.spawning import Spawn, SpawnedRobot, is_sdf, read_spawn, spawned
-from kbot.ros.launch.plan import Description, Node, Param, Plan
+from kbot.ros.launch.node_settings.spawning import SpawnedRobot, SpawnRequest, is_sdf, read_spawn, spawned
+from kbot.ros.launch.plan import Param, Plan, PlannedNode, RobotDescription
 from kbot.text import DescriptionError, Diagnostic, Severity, read_source
 
 _LINK = re.compile(r"<link\s+name\s*=\s*[\"']([^\"']+)")
 
 
 def read_population(
-    plan: Plan, spawners: Sequence[Node], controllers: Iterable[SpawnedController]
+    plan: Plan, spawners: Sequence[PlannedNode], controllers: Iterable[SpawnedController]
 ) -> tuple[list[SpawnedRobot], list[SpawnedRobot], list[Diagnostic]]:
     """The robots of a launch, the first being the one that is shown where nothing is spawned, none where no
     parameter holds a robot; models of SDF; and what is wrong with spawners."""
     notes: list[Diagnostic] = []
     robots: list[SpawnedRobot] = []
     models: list[SpawnedRobot] = []
-    strangers: list[Node] = []
+    strangers: list[PlannedNode] = []
     for node in spawners:
         spawn, found = read_spawn(node)
         notes += found
@@ -54,12 +54,12 @@ def read_population(
     return _with_controllers(robots, controllers), models, notes
 
 
-def _robot(plan: Plan, node: Node, description: Description, spawn: Spawn) -> SpawnedRobot:
+def _robot(plan: Plan, node: PlannedNode, description: RobotDescription, spawn: SpawnRequest) -> SpawnedRobot:
     prefix = _frame_prefix(plan, node, spawn.namespace)
     return SpawnedRobot(description.path, description.arguments, spawn, node.origin, prefix)
 
 
-def _first(plan: Plan, spawners: Sequence[Node]) -> list[SpawnedRobot]:
+def _first(plan: Plan, spawners: Sequence[PlannedNode]) -> list[SpawnedRobot]:
     """The robot that the launch's parameters hold, where no spawner names one."""
     described = {name: param for name, param in plan.params.items() if param.description}
     param = described.get("/robot_description") or next(iter(described.values()), None)
@@ -68,7 +68,7 @@ def _first(plan: Plan, spawners: Sequence[Node]) -> list[SpawnedRobot]:
         return []
     for node in spawners:
         return [_robot(plan, node, description, read_spawn(node)[0])]
-    return [SpawnedRobot(description.path, description.arguments, Spawn(), param.origin)]
+    return [SpawnedRobot(description.path, description.arguments, SpawnRequest(), param.origin)]
 
 
 def _is_robot(model: SpawnedRobot, plan: Plan) -> bool:
@@ -90,11 +90,11 @@ def _in_its_place(model: SpawnedRobot, robot: SpawnedRobot) -> Diagnostic:
     return Diagnostic("L063", Severity.INFO, message, model.origin, hint)
 
 
-def _described(found: Param | Description | None) -> Description | None:
+def _described(found: Param | RobotDescription | None) -> RobotDescription | None:
     return found.description if isinstance(found, Param) else found
 
 
-def _frame_prefix(plan: Plan, spawner: Node, namespace: str) -> str:
+def _frame_prefix(plan: Plan, spawner: PlannedNode, namespace: str) -> str:
     """What robot_state_publisher is told to put before frames: `tf_prefix` of ROS 1, which holds for all in a
     namespace, `frame_prefix` of ROS 2."""
     below = {f"/{namespace}/" if namespace else "/", spawner.namespace}
@@ -153,13 +153,13 @@ def _with_controllers(
     return [replace(r, controllers=tuple(own.get(number, ()))) for number, r in enumerate(robots)]
 
 
-def _taken(node: Node, spawn: Spawn) -> Diagnostic:
+def _taken(node: PlannedNode, spawn: SpawnRequest) -> Diagnostic:
     message = f"{node.full_name} spawns no further '{spawn.model}': the world has a model of that name"
     hint = "each model has a name of its own: -model NAME"
     return Diagnostic("L062", Severity.WARNING, message, node.origin, hint)
 
 
-def _no_robot(node: Node) -> Diagnostic:
+def _no_robot(node: PlannedNode) -> Diagnostic:
     message = f"{node.full_name} spawns nothing: it names no robot that this launch sets"
     hint = "-param NAME of a parameter that xacro fills, or -file FILE"
     return Diagnostic("L062", Severity.WARNING, message, node.origin, hint)

@@ -1,10 +1,10 @@
-"""What is wrong with a launch file, collected."""
+"""The problems and findings of a launch file, collected."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
-from kbot.ros.launch.faults import Fault
+from kbot.ros.launch.launch_error import LaunchError
 from kbot.text import Diagnostic, Origin, Related, Severity, Span
 from kbot.xacro.budget import Budget
 from kbot.xacro.limits import DEFAULT
@@ -12,7 +12,7 @@ from kbot.xacro.packages import Packages
 
 
 class Reporter:
-    """Collects what is wrong; the same fault at the same place is reported once."""
+    """Collects problems and findings. The same problem at the same place is reported once."""
 
     def __init__(self, packages: Packages) -> None:
         self.packages = packages
@@ -33,21 +33,21 @@ class Reporter:
         warning: bool = False,
         related: Iterable[Related] = (),
     ) -> None:
-        """Report what keeps the file from being read as it is meant."""
+        """Report what prevents the file from being read as intended."""
         severity = Severity.WARNING if warning else Severity.ERROR
         key = (code, message, origin.span.file, origin.span.start)
         if key not in self._seen:
             self._seen.add(key)
             self.problems.append(Diagnostic(code, severity, message, origin, hint, tuple(related)))
 
-    def fault(self, fault: Fault, origin: Origin) -> None:
-        """Report a fault, unless a limit was reached before: what follows is missing because of that."""
+    def fault(self, error: LaunchError, origin: Origin) -> None:
+        """Report an error, unless a limit was reached before: later errors are only its consequences."""
         if not self._is_limit_reached:
-            self.problem(fault.code, fault.message, origin, fault.hint)
-            self._is_limit_reached = fault.is_limit
+            self.problem(error.code, error.message, origin, error.hint)
+            self._is_limit_reached = error.is_limit
 
     def finding(self, diagnostic: Diagnostic) -> None:
-        """Report what a ROS would stumble over."""
+        """Report what ROS would reject."""
         if diagnostic not in self.findings:
             self.findings.append(diagnostic)
 

@@ -11,16 +11,16 @@ from typing import TypeVar
 from kbot.model.spawned import SpawnedController
 from kbot.ros.launch.known_packages import NODES, RENAMED, Role, role
 from kbot.ros.launch.node_arguments import place_of_value, split
-from kbot.ros.launch.node_settings.controllers import read_controllers, runs_hardware
 from kbot.ros.launch.node_settings.gazebo import read_gazebo
 from kbot.ros.launch.node_settings.gz_bridge import read_bridged
 from kbot.ros.launch.node_settings.joint_states import read_joint_states
 from kbot.ros.launch.node_settings.rosbag_play import read_playing
-from kbot.ros.launch.node_settings.rosbag_record import Recording, read_recording
-from kbot.ros.launch.node_settings.spawning import Spawn, SpawnedRobot
+from kbot.ros.launch.node_settings.rosbag_record import RecordRequest, read_recording
+from kbot.ros.launch.node_settings.spawner import read_controllers, runs_hardware
+from kbot.ros.launch.node_settings.spawning import SpawnedRobot, SpawnRequest
 from kbot.ros.launch.node_settings.static_transforms import read_static_transform
 from kbot.ros.launch.node_settings.teleop import read_keys
-from kbot.ros.launch.plan import Node, Plan
+from kbot.ros.launch.plan import Plan, PlannedNode
 from kbot.ros.launch.population import read_population
 from kbot.ros.launch.running.programs import Program, find_program
 from kbot.ros.nodes.gz_bridge import Bridged
@@ -67,14 +67,14 @@ class Stage:
     window: bool
     displays: str
     fixed_frame: str
-    spawn: Spawn
+    spawn: SpawnRequest
     frame_prefix: str
     others: tuple[SpawnedRobot, ...]
     models: tuple[SpawnedRobot, ...]
     joints: JointStateSettings
     transforms: tuple[StaticTransform, ...]
     maps: tuple[str, ...]
-    recordings: tuple[Recording, ...]
+    recordings: tuple[RecordRequest, ...]
     playings: tuple[Playing, ...]
     keys: Keys | None
     controllers: tuple[SpawnedController, ...]
@@ -88,7 +88,7 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
     rostest, as roslaunch leaves them."""
     packages = packages or Packages(around=plan.path)
     plan = replace(plan, nodes=tuple(node for node in plan.nodes if not node.is_test))
-    cast: dict[Role | None, list[Node]] = {}
+    cast: dict[Role | None, list[PlannedNode]] = {}
     for node in plan.nodes:
         cast.setdefault(role(node.package, node.type, node.args), []).append(node)
     notes: list[Diagnostic] = []
@@ -113,7 +113,7 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
     robots, models, found = read_population(plan, spawners, controllers)
     notes += found
     first = robots[0] if robots else None
-    spawn = first.spawn if first else Spawn()
+    spawn = first.spawn if first else SpawnRequest()
     viewers = cast.get(Role.VIEWER, [])
     notes += missing_displays(viewers)
     displays = next((file for node in viewers if (file := display_config(node.args))), "")
@@ -149,7 +149,7 @@ def display_config(arguments: str) -> str:
     return _option(arguments, "-d", "--display-config")
 
 
-def missing_displays(nodes: Iterable[Node]) -> list[Diagnostic]:
+def missing_displays(nodes: Iterable[PlannedNode]) -> list[Diagnostic]:
     """A warning for each rviz among the nodes that is told to show a file that is not there."""
     found = []
     for node in nodes:
@@ -190,7 +190,7 @@ def _taken(read: tuple[_T, list[Diagnostic]], notes: list[Diagnostic]) -> _T:
     return value
 
 
-def _programs(nodes: list[Node], packages: Packages, notes: list[Diagnostic]) -> list[Program]:
+def _programs(nodes: list[PlannedNode], packages: Packages, notes: list[Diagnostic]) -> list[Program]:
     programs = []
     for node in nodes:
         if node.package in NODES or (node.package, node.type) in RENAMED or not node.package:
@@ -204,7 +204,7 @@ def _programs(nodes: list[Node], packages: Packages, notes: list[Diagnostic]) ->
     return programs
 
 
-def _unknown(node: Node) -> Diagnostic:
+def _unknown(node: PlannedNode) -> Diagnostic:
     severity = Severity.ERROR if node.required else Severity.WARNING
     what = f"node {node.package}/{node.type}" if node.package else f"program {node.type}"
     message = f"nothing stands in for the {what}: {node.full_name} is not run"
@@ -213,13 +213,13 @@ def _unknown(node: Node) -> Diagnostic:
     return Diagnostic("L055", severity, message, node.spans["type"], hint)
 
 
-def _gamepad(node: Node) -> Diagnostic:
+def _gamepad(node: PlannedNode) -> Diagnostic:
     message = f"node {node.package}/{node.type} is not run: the page reads gamepads"
     hint = "connect the gamepad to the machine that shows the page; its left stick drives the robot"
     return Diagnostic("L055", Severity.INFO, message, node.spans["type"], hint)
 
 
-def _maps(plan: Plan, servers: list[Node], notes: list[Diagnostic]) -> list[str]:
+def _maps(plan: Plan, servers: list[PlannedNode], notes: list[Diagnostic]) -> list[str]:
     """The map files of ROS 1's arguments and of ROS 2's parameter."""
     found = []
     for node in servers:

@@ -19,7 +19,7 @@ from kbot.ros.launch.running.programs import Program, command_line, environment
 from kbot.text import KbotError
 
 if TYPE_CHECKING:
-    from kbot.ros.launch import Node, Plan
+    from kbot.ros.launch import Plan, PlannedNode
     from kbot.ros.peer_options import PeerOptions
 
 _LOOK_SECONDS = 0.1
@@ -105,14 +105,14 @@ def _tell_master(plan: Plan) -> None:
         raise KbotError(f"{failed}: start roscore, or kbot sim kbot --ros1") from None
 
 
-def _words(plan: Plan, node: Node) -> list[str]:
+def _words(plan: Plan, node: PlannedNode) -> list[str]:
     """A node's own parameters, where there is no store to have them from."""
     if plan.is_ros_2:
         return []  # they are in its parameter file
     return [f"_{name}:={value}" for name, value in _own(plan, node).items() if not isinstance(value, list)]
 
 
-def _own(plan: Plan, node: Node) -> dict[str, Any]:
+def _own(plan: Plan, node: PlannedNode) -> dict[str, Any]:
     prefix = f"{node.full_name}/"
     return {n.removeprefix(prefix): p.value for n, p in plan.params.items() if n.startswith(prefix)}
 
@@ -151,7 +151,7 @@ def _process(plan: Plan, program: Program, logs: Path, told: Mapping[str, str]) 
     )
 
 
-def _folder(node: Node, program: Program) -> str:
+def _folder(node: PlannedNode, program: Program) -> str:
     """`cwd="node"` is the program's folder, ROS_HOME that of ROS; by default where the launch was begun."""
     if node.cwd == "node":
         return str(Path(program.file).parent)
@@ -162,7 +162,7 @@ def _folder(node: Node, program: Program) -> str:
     return str(Path.cwd())
 
 
-def _parameter_file(plan: Plan, node: Node, path: Path) -> str:
+def _parameter_file(plan: Plan, node: PlannedNode, path: Path) -> str:
     """A file of ROS 2 with the node's parameters; none for ROS 1, where they are the master's."""
     own = _own(plan, node)
     if not plan.is_ros_2 or not own:

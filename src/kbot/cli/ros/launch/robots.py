@@ -11,7 +11,7 @@ from kbot.model.spawned import with_controllers
 from kbot.text import DescriptionError, KbotError
 
 if TYPE_CHECKING:
-    from kbot.ros.launch.node_settings.spawning import Spawn, SpawnedRobot
+    from kbot.ros.launch.node_settings.spawning import SpawnedRobot, SpawnRequest
     from kbot.ros.launch.staging import Stage
     from kbot.sim import Simulation
 
@@ -63,7 +63,7 @@ def _spawn_thing(simulation: Simulation, model: SpawnedRobot) -> None:
         raise KbotError(f"{model.origin}: {error}") from None
 
 
-def _put(simulation: Simulation, spawn: Spawn, name: str | None = None) -> None:
+def _put(simulation: Simulation, spawn: SpawnRequest, name: str | None = None) -> None:
     """The joints that were given, and the height and attitude, where the ground does not say them."""
     if spawn.joints:
         simulation.models.place(simulation.start, spawn.joints)

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import click
 
-from kbot.ros.launch import Node, Plan
+from kbot.ros.launch import Plan, PlannedNode
 from kbot.ros.launch.known_packages import role
-from kbot.ros.launch.node_settings.spawning import Spawn
+from kbot.ros.launch.node_settings.spawning import SpawnRequest
 from kbot.ros.launch.staging import Stage
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
@@ -38,12 +38,12 @@ def table(plan: Plan, staged: Stage) -> str:
     )
 
 
-def _robot(path: str, arguments: Mapping[str, str], spawn: Spawn) -> str:
+def _robot(path: str, arguments: Mapping[str, str], spawn: SpawnRequest) -> str:
     given = "".join(f" {name}:={value}" for name, value in arguments.items())
     return f"  robot: {path}{given}" + (f"  in /{spawn.namespace}" if spawn.namespace else "")
 
 
-def _what(node: Node, running: Collection[str]) -> str:
+def _what(node: PlannedNode, running: Collection[str]) -> str:
     if node.is_test:
         return "a test, not run"
     own = "a program of its own" if node.full_name in running else "not run"

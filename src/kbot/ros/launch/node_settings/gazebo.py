@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from kbot.ros.launch.known_packages import Role, role
 from kbot.ros.launch.node_arguments import split
-from kbot.ros.launch.plan import Included, Node, Plan
+from kbot.ros.launch.plan import Included, Plan, PlannedNode
 from kbot.ros.launch.quoting import split_words
 from kbot.text import Diagnostic, Severity
 
@@ -79,13 +79,13 @@ def _gz(words: str, given: Mapping[str, str]) -> GazeboSettings:
     return GazeboSettings(world or "empty", paused=not runs, window="-s" not in parts)
 
 
-def _gz_process(node: Node) -> GazeboSettings | None:
+def _gz_process(node: PlannedNode) -> GazeboSettings | None:
     """`gz sim …` and `ign gazebo …`; None for any other."""
     _, _, words = node.args.partition(" ")
     return _gz(words, {}) if node.type in ("gz", "ign") and not node.package else None
 
 
-def _server(node: Node) -> GazeboSettings:
+def _server(node: PlannedNode) -> GazeboSettings:
     """gazebo or gzserver as a node, with the world among its arguments."""
     words = split(node)
     worlds = [word for word in words if word.endswith((".world", ".sdf"))]

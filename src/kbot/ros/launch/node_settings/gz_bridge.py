@@ -10,7 +10,7 @@ from typing import Any
 
 from kbot.ros import names
 from kbot.ros.launch.node_arguments import place_of, split
-from kbot.ros.launch.plan import Node, Plan
+from kbot.ros.launch.plan import Plan, PlannedNode
 from kbot.ros.nodes.gz_bridge import Bridged, Direction
 from kbot.ros.parameter_values import ROSPARAM
 from kbot.text import DescriptionError, Diagnostic, Origin, Severity, read_source
@@ -76,7 +76,7 @@ TYPES: Mapping[str, tuple[str, ...]] = {
 """Types of ROS and what each is in gz.msgs, as ros_gz_bridge converts them."""
 
 
-def read_bridged(plan: Plan, nodes: Iterable[Node]) -> tuple[tuple[Bridged, ...], list[Diagnostic]]:
+def read_bridged(plan: Plan, nodes: Iterable[PlannedNode]) -> tuple[tuple[Bridged, ...], list[Diagnostic]]:
     """What a launch's bridges carry, and what is wrong with what they are told."""
     reader = _Reader(plan)
     for node in nodes:
@@ -94,7 +94,7 @@ class _Reader:
         self.found: list[Bridged] = []
         self.notes: list[Diagnostic] = []
 
-    def node(self, node: Node) -> None:
+    def node(self, node: PlannedNode) -> None:
         words = split(node)
         remaps = dict(node.remaps) | dict(word.split(":=", 1) for word in words if ":=" in word)
         told = {
@@ -109,7 +109,7 @@ class _Reader:
             if ":=" not in word and not word.startswith("-"):
                 self._argument(node, word, told)
 
-    def _argument(self, node: Node, word: str, remaps: Mapping[str, str]) -> None:
+    def _argument(self, node: PlannedNode, word: str, remaps: Mapping[str, str]) -> None:
         where = place_of(node, word)
         if node.type == "image_bridge":
             topic = _full(word, "/")

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from kbot.ros.launch.known_packages import Role, role
-from kbot.ros.launch.plan import Node, Param, Plan
+from kbot.ros.launch.plan import Param, Plan, PlannedNode
 from kbot.ros.nodes.joint_state_publisher import RATE, Dependent, JointStateSettings
 from kbot.text import Diagnostic, Severity
 from kbot.text.suggest import did_you_mean
@@ -28,7 +28,7 @@ def read_joint_states(plan: Plan) -> tuple[JointStateSettings, list[Diagnostic]]
 
 
 class _Reader:
-    def __init__(self, plan: Plan, node: Node, notes: list[Diagnostic]) -> None:
+    def __init__(self, plan: Plan, node: PlannedNode, notes: list[Diagnostic]) -> None:
         prefix = f"{node.full_name}/"
         own = {n.removeprefix(prefix): p for n, p in plan.params.items() if n.startswith(prefix)}
         # ROS 2 writes nested names with dots

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from kbot.ros import names
 from kbot.ros.launch.node_arguments import Options, place_of, place_of_value, read_options
-from kbot.ros.launch.plan import Node
+from kbot.ros.launch.plan import PlannedNode
 from kbot.ros.nodes.rosbag_play import Playing
 from kbot.text import Diagnostic, Severity
 
@@ -45,7 +45,7 @@ _NOT_DONE: Mapping[str, str] = {
 }
 
 
-def read_playing(node: Node, *, can_wait: bool = False) -> tuple[Playing | None, list[Diagnostic]]:
+def read_playing(node: PlannedNode, *, can_wait: bool = False) -> tuple[Playing | None, list[Diagnostic]]:
     """What a player of ROS 1 (rosbag play) or of ROS 2 (ros2 bag play) would say; None where no recording is
     there. `can_wait`: whether something lets one that is paused go on."""
     is_ros_2 = node.package != "rosbag"
@@ -133,7 +133,7 @@ def _absolute(topic: str) -> str:
     return names.canonical(f"/{topic}")
 
 
-def _nothing(node: Node, missing: list[str]) -> Diagnostic:
+def _nothing(node: PlannedNode, missing: list[str]) -> Diagnostic:
     what = f"the recording {missing[0]} is not there" if missing else "no recording is named"
     where = place_of(node, missing[0]) if missing else node.spans.get("args", node.origin)
     severity = Severity.ERROR if node.required else Severity.WARNING

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from datetime import datetime
 
 from kbot.ros.launch.node_arguments import Options, place_of, read_options
-from kbot.ros.launch.plan import Node
+from kbot.ros.launch.plan import PlannedNode
 from kbot.text import Diagnostic, Severity
 
 _ROS1: Mapping[str, int] = {
@@ -29,14 +29,14 @@ _CHOICES = ("-e", "--regex", "-x", "--exclude", "--node", "--duration", "--split
 
 
 @dataclass(frozen=True, slots=True)
-class Recording:
+class RecordRequest:
     """A file, and the topics that are recorded; all where there are none."""
 
     path: str
     topics: tuple[str, ...]
 
 
-def read_recording(node: Node, now: datetime) -> tuple[Recording, list[Diagnostic]]:
+def read_recording(node: PlannedNode, now: datetime) -> tuple[RecordRequest, list[Diagnostic]]:
     """What a recorder of ROS 1 (rosbag record) or of ROS 2 (ros2 bag record) would write.
 
     `now` names the file where its arguments do not, as those programs do.
@@ -51,7 +51,7 @@ def read_recording(node: Node, now: datetime) -> tuple[Recording, list[Diagnosti
             options.notes.append(Diagnostic("L063", Severity.WARNING, message, place_of(node, option)))
     chosen = () if options.has("-a", "--all", "-e", "--regex") else tuple(topics)
     path = _rosbag2(options, now) if ros2 else _bag(options, now)
-    return Recording(path, tuple(f"/{t.lstrip('/')}" for t in chosen if ":=" not in t)), options.notes
+    return RecordRequest(path, tuple(f"/{t.lstrip('/')}" for t in chosen if ":=" not in t)), options.notes
 
 
 def _bag(options: Options, now: datetime) -> str:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from kbot.model.spawned import SpawnedController
 from kbot.ros.launch.known_packages import SPAWN_MODEL_VALUES
 from kbot.ros.launch.node_arguments import Options, number, place_of, read_options
-from kbot.ros.launch.plan import Description, Node, Param, Plan
+from kbot.ros.launch.plan import Param, Plan, PlannedNode, RobotDescription
 from kbot.text import Diagnostic, Origin, Severity
 
 _CREATE_VALUES: Mapping[str, int] = {
@@ -26,7 +26,7 @@ _WORLD_FRAMES = ("", "world", "map", "odom")
 
 
 @dataclass(frozen=True, slots=True)
-class Spawn:
+class SpawnRequest:
     """Where a robot starts in the world: m and rad. `z` is None where it is put on the ground. `model` is
     what it is called, empty for its own name; its topics are in the `namespace`, as `a/b`, or at the root."""
 
@@ -48,16 +48,16 @@ class SpawnedRobot:
 
     path: str
     arguments: Mapping[str, str]
-    spawn: Spawn
+    spawn: SpawnRequest
     origin: Origin
     frame_prefix: str = ""
     controllers: tuple[SpawnedController, ...] = ()
 
 
-def read_spawn(node: Node) -> tuple[Spawn, list[Diagnostic]]:
+def read_spawn(node: PlannedNode) -> tuple[SpawnRequest, list[Diagnostic]]:
     """What a spawner's arguments ask for, and what of it is not done."""
     options = _options(node)
-    spawn = Spawn(
+    spawn = SpawnRequest(
         x=options.number("-x"),
         y=options.number("-y"),
         z=options.number("-z") if options.has("-z") else None,
@@ -81,12 +81,12 @@ def read_spawn(node: Node) -> tuple[Spawn, list[Diagnostic]]:
     return spawn, options.notes
 
 
-def spawned(plan: Plan, node: Node) -> Param | Description | None:
+def spawned(plan: Plan, node: PlannedNode) -> Param | RobotDescription | None:
     """The description that a spawner names: a parameter that is set, or a file."""
     options = _options(node)
     file = options.text("-file")
     if file:
-        return Description(file, {})
+        return RobotDescription(file, {})
     described = {name: param for name, param in plan.params.items() if param.description}
     topic = options.text("-topic")
     name = options.text("-param") or (topic and topic.rpartition("/")[2])
@@ -100,12 +100,12 @@ def spawned(plan: Plan, node: Node) -> Param | Description | None:
     return None
 
 
-def is_sdf(node: Node, path: str) -> bool:
+def is_sdf(node: PlannedNode, path: str) -> bool:
     """Whether what a spawner names is a model of SDF, and no robot of URDF."""
     return path.endswith(".sdf") or (_options(node).has("-sdf") and not path.endswith((".urdf", ".xacro")))
 
 
-def _namespace(node: Node, options: Options) -> str:
+def _namespace(node: PlannedNode, options: Options) -> str:
     """Plugins of Gazebo for ROS are in the spawner's own namespace, unless it is told another; gz knows of
     none."""
     given = options.text("-robot_namespace") if options.has("-robot_namespace") else None
@@ -114,7 +114,7 @@ def _namespace(node: Node, options: Options) -> str:
     return (node.namespace if given is None else given).strip("/")
 
 
-def _options(node: Node) -> Options:
+def _options(node: PlannedNode) -> Options:
     values = {"create": _CREATE_VALUES, "spawn_model": SPAWN_MODEL_VALUES}.get(
         node.type, _SPAWN_ENTITY_VALUES
     )
@@ -128,5 +128,5 @@ def _joints(options: Options) -> dict[str, float]:
     return {joint: number(options.node, word, f"-J {joint}", 0.0, notes) for joint, word in pairs}
 
 
-def _partly(node: Node, option: str, why: str) -> Diagnostic:
+def _partly(node: PlannedNode, option: str, why: str) -> Diagnostic:
     return Diagnostic("L063", Severity.WARNING, f"{option}: {why}", place_of(node, option))

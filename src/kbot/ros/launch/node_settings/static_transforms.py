@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 
 from kbot.ros.launch.node_arguments import number, read_options
-from kbot.ros.launch.plan import Node
+from kbot.ros.launch.plan import PlannedNode
 from kbot.text import Diagnostic, Severity
 from kbot.tf.static_transforms import StaticTransform
 
@@ -14,7 +14,7 @@ _NAMES = ("x", "y", "z", "qx", "qy", "qz", "qw", "roll", "pitch", "yaw")
 _FLAGS: Mapping[str, int] = {f"--{name}": 1 for name in (*_NAMES, "frame-id", "child-frame-id")}
 
 
-def read_static_transform(node: Node) -> tuple[StaticTransform | None, list[Diagnostic]]:
+def read_static_transform(node: PlannedNode) -> tuple[StaticTransform | None, list[Diagnostic]]:
     """What the node would publish; None where its arguments are of no form that it takes.
 
     The order is x y z yaw pitch roll, or x y z qx qy qz qw; then the frames, and for tf a period.
@@ -61,7 +61,7 @@ def _quaternion(values: Mapping[str, float]) -> tuple[float, float, float, float
     )
 
 
-def _no_form(node: Node, count: int) -> Diagnostic:
+def _no_form(node: PlannedNode, count: int) -> Diagnostic:
     period = " PERIOD_MS" if node.package == "tf" else ""
     hint = f"x y z yaw pitch roll FRAME CHILD{period}, or qx qy qz qw for the angles"
     message = f"static_transform_publisher makes no transform of {count} values"

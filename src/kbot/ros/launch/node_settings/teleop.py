@@ -8,12 +8,12 @@ from typing import Any
 
 from kbot.ros import names
 from kbot.ros.launch.node_arguments import split
-from kbot.ros.launch.plan import Node, Param, Plan
+from kbot.ros.launch.plan import Param, Plan, PlannedNode
 from kbot.ros.nodes.teleop_twist_keyboard import Keys
 from kbot.text import Diagnostic, Severity
 
 
-def read_keys(plan: Plan, nodes: Sequence[Node]) -> tuple[Keys | None, list[Diagnostic]]:
+def read_keys(plan: Plan, nodes: Sequence[PlannedNode]) -> tuple[Keys | None, list[Diagnostic]]:
     """The settings of the first teleop_twist_keyboard, and what is wrong with its parameters."""
     if not nodes:
         return None, []
@@ -25,7 +25,7 @@ def read_keys(plan: Plan, nodes: Sequence[Node]) -> tuple[Keys | None, list[Diag
 class _Params:
     """A node's own parameters. In ROS 1 its command line can set them, too."""
 
-    def __init__(self, plan: Plan, node: Node, notes: list[Diagnostic]) -> None:
+    def __init__(self, plan: Plan, node: PlannedNode, notes: list[Diagnostic]) -> None:
         self._node, self._notes = node, notes
         prefix = f"{node.full_name}/"
         self._params: dict[str, Param] = {

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from kbot.ros.launch.faults import Fault
+from kbot.ros.launch.launch_error import LaunchError
 from kbot.ros.launch.reporter import Reporter, part_of
-from kbot.ros.launch.ros1.context import Context
+from kbot.ros.launch.ros1.context import LaunchScope
 from kbot.ros.launch.ros1.schema import ATTRIBUTES, REQUIRED
-from kbot.ros.launch.ros1.substitutions import Scope
+from kbot.ros.launch.ros1.substitutions import SubstitutionScope
 from kbot.ros.parameter_values import convert
 from kbot.text import Element, Origin
 from kbot.text.suggest import did_you_mean
-from kbot.xacro.packages import Packages
 
 
 class Attributes(dict[str, str]):
@@ -19,15 +18,16 @@ class Attributes(dict[str, str]):
     ok = True
 
 
-class TagReporter(Reporter):
-    """A reporter that reads tags. `anonymous` remembers the names that `$(anon …)` gave; None leaves such
-    substitutions as they are."""
+class TagReader:
+    """Reads tags and reports what is wrong with them.
 
-    def __init__(self, packages: Packages, anonymous: dict[str, str] | None) -> None:
-        super().__init__(packages)
-        self.anonymous = anonymous
+    `anonymous` remembers the names that `$(anon …)` made. If it is None, such substitutions are not changed.
+    """
 
-    def attributes(self, element: Element, context: Context) -> Attributes:
+    def __init__(self, reporter: Reporter, anonymous: dict[str, str] | None) -> None:
+        self.reporter, self.anonymous = reporter, anonymous
+
+    def attributes(self, element: Element, context: LaunchScope) -> Attributes:
         """An element's attributes, checked against its tag's and with their substitutions made."""
         known = ATTRIBUTES[element.tag]
         found = Attributes()
@@ -38,7 +38,9 @@ class TagReporter(Reporter):
                 spans = element.attribute_spans().get(name)
                 origin = Origin(spans[0], context.call) if spans else context.origin(element)
                 hint = did_you_mean(name, known) or f"it may have {', '.join(known)}"
-                self.problem("L003", f"<{element.tag}> has no attribute '{name}'", origin, hint, warning=True)
+                self.reporter.problem(
+                    "L003", f"<{element.tag}> has no attribute '{name}'", origin, hint, warning=True
+                )
                 continue
             value = self.resolve(element, name, raw, context)
             if value is None:
@@ -48,39 +50,41 @@ class TagReporter(Reporter):
         for name in REQUIRED.get(element.tag, ()):
             if name not in element.attributes:
                 found.ok = False
-                self.problem("L004", f"<{element.tag}> lacks its attribute '{name}'", context.origin(element))
+                self.reporter.problem(
+                    "L004", f"<{element.tag}> lacks its attribute '{name}'", context.origin(element)
+                )
         return found
 
-    def _scope(self, context: Context) -> Scope:
-        packages = self.packages.beside(context.file)
-        return Scope(context.file, packages, context.args, self.budget, self.anonymous)
+    def _scope(self, context: LaunchScope) -> SubstitutionScope:
+        packages = self.reporter.packages.beside(context.file)
+        return SubstitutionScope(context.file, packages, context.args, self.reporter.budget, self.anonymous)
 
-    def resolve(self, element: Element, name: str, raw: str, context: Context) -> str | None:
+    def resolve(self, element: Element, name: str, raw: str, context: LaunchScope) -> str | None:
         """An attribute's value with its substitutions made; None, and a problem, where that fails."""
         scope = self._scope(context)
         try:
             return scope.resolve(raw)
-        except Fault as fault:
+        except LaunchError as fault:
             origin = part_of(context.attribute_origin(element, name), fault.piece)
-            self.fault(fault, origin)
+            self.reporter.fault(fault, origin)
             return None
 
-    def resolve_text(self, text: str, element: Element, context: Context) -> str | None:
+    def resolve_text(self, text: str, element: Element, context: LaunchScope) -> str | None:
         """The text within an element with its substitutions made, as `subst_value` asks for."""
         scope = self._scope(context)
         try:
             return scope.resolve(text)
-        except Fault as fault:
-            self.fault(fault, context.origin(element))
+        except LaunchError as fault:
+            self.reporter.fault(fault, context.origin(element))
             return None
 
-    def applies(self, element: Element, context: Context) -> bool:
+    def applies(self, element: Element, context: LaunchScope) -> bool:
         """Whether an element's `if` and `unless` let it stand."""
         given = [name for name in ("if", "unless") if name in element.attributes]
         if not given:
             return True
         if len(given) == 2:
-            self.problem("L006", "a tag cannot have both 'if' and 'unless'", context.origin(element))
+            self.reporter.problem("L006", "a tag cannot have both 'if' and 'unless'", context.origin(element))
             return False
         value = self.resolve(element, given[0], element.attributes[given[0]], context)
         if value is None:
@@ -89,26 +93,26 @@ class TagReporter(Reporter):
             return bool(convert(value, "bool")) is (given[0] == "if")
         except ValueError as error:
             hint = "true, false, 1 and 0 are understood"
-            self.problem("L005", str(error), context.attribute_origin(element, given[0]), hint)
+            self.reporter.problem("L005", str(error), context.attribute_origin(element, given[0]), hint)
             return False
 
-    def namespace(self, element: Element, found: Attributes, context: Context) -> bool:
+    def namespace(self, element: Element, found: Attributes, context: LaunchScope) -> bool:
         """Whether what an element gives as `ns` can be one; it may give none."""
         given = found.get("ns", "/")
         if given and not given.startswith("~"):
             return True
         says = "an empty 'ns' says nothing" if not given else f"'{given}' is private to a node, no namespace"
-        self.problem("L005", says, context.attribute_origin(element, "ns"), "leave it out")
+        self.reporter.problem("L005", says, context.attribute_origin(element, "ns"), "leave it out")
         return False
 
-    def flag(self, element: Element, found: Attributes, name: str, context: Context) -> bool:
+    def flag(self, element: Element, found: Attributes, name: str, context: LaunchScope) -> bool:
         """A yes-or-no attribute, false where it is not given."""
         word = found.get(name, "false").lower()
         if name == "clear_params" and not word:  # roslaunch passes over this one alone
             return False
         if word not in ("true", "false"):
             origin = context.attribute_origin(element, name)
-            self.problem("L005", f"'{name}' is true or false, not '{found[name]}'", origin)
+            self.reporter.problem("L005", f"'{name}' is true or false, not '{found[name]}'", origin)
         return word == "true"
 
     def number(
@@ -116,7 +120,7 @@ class TagReporter(Reporter):
         element: Element,
         found: Attributes,
         name: str,
-        context: Context,
+        context: LaunchScope,
         *,
         whole: bool = False,
         signed: bool = False,
@@ -130,5 +134,5 @@ class TagReporter(Reporter):
             return value
         what = f"{'a whole number' if whole else 'a number'}{'' if signed else ' above 0'}"
         origin = context.attribute_origin(element, name)
-        self.problem("L005", f"'{name}' is {what}, not '{found[name]}'", origin)
+        self.reporter.problem("L005", f"'{name}' is {what}, not '{found[name]}'", origin)
         return None

@@ -1,4 +1,4 @@
-"""What a launch file has said so far, at one place in it: namespace, arguments, remaps, environment."""
+"""The state at one place in a launch file: namespace, arguments, remaps, environment."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from kbot.text import Call, Element, Origin
 
 
 @dataclass
-class Context:
+class LaunchScope:
     """The surroundings of an element. Groups, nodes and included files get a child of it.
 
     args       values that `$(arg …)` gives here
@@ -33,12 +33,12 @@ class Context:
     machine: str | None = None
     is_root: bool = False
 
-    def child(self, namespace: str | None = None) -> Context:
+    def child(self, namespace: str | None = None) -> LaunchScope:
         """A copy whose changes do not reach this one, in a namespace below (or a global one)."""
         below = self.namespace
         if namespace:
             below = names.as_namespace(names.join(below, namespace))
-        return Context(
+        return LaunchScope(
             self.file,
             below,
             self.call,
@@ -50,7 +50,7 @@ class Context:
             machine=self.machine,
         )
 
-    def included(self, namespace: str | None, file: str, args: dict[str, str], at: Element) -> Context:
+    def included(self, namespace: str | None, file: str, args: dict[str, str], at: Element) -> LaunchScope:
         """The surroundings of a file that is included here: nothing is declared, `args` are passed."""
         inner = self.child(namespace)
         inner.call = Call("include", file, at.origin.span, self.call)

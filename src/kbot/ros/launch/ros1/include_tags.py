@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from kbot.ros.launch.ros1.attributes import TagReporter
-from kbot.ros.launch.ros1.context import Context
+from kbot.ros.launch.reporter import Reporter
+from kbot.ros.launch.ros1.attributes import TagReader
+from kbot.ros.launch.ros1.context import LaunchScope
 from kbot.ros.launch.ros1.node_tags import read_env
 from kbot.ros.launch.ros1.schema import CHILDREN
 from kbot.text import Element, Origin
@@ -14,7 +15,7 @@ Passed = dict[str, tuple[str, Origin]]
 
 
 def read_passed(
-    element: Element, context: Context, reporter: TagReporter, passing_all: bool
+    element: Element, context: LaunchScope, tags: TagReader, passing_all: bool
 ) -> tuple[Passed, list[tuple[str, str]]]:
     """The arguments and the environment that an `<include>` gives the file."""
     here = context.origin(element)
@@ -26,33 +27,33 @@ def read_passed(
         if child.tag not in CHILDREN["include"]:
             hint = did_you_mean(child.tag, CHILDREN["include"])
             message = f"<{child.tag}> has no place in <include>"
-            reporter.problem("L002", message, context.origin(child), hint, warning=True)
+            tags.reporter.problem("L002", message, context.origin(child), hint, warning=True)
             continue
-        if not reporter.applies(child, context):
+        if not tags.applies(child, context):
             continue
         if child.tag == "env":
-            read_env(child, surroundings, reporter)
+            read_env(child, surroundings, tags)
             continue
-        found = reporter.attributes(child, context)
+        found = tags.attributes(child, context)
         if not found.ok:
             continue
         origin = Origin(child.attribute_origin("name").span, context.call)
         name, value, default = found["name"], found.get("value"), found.get("default")
         if value is not None and default is not None:
-            reporter.problem("L020", f"the argument '{name}' has a value and a default", origin)
+            tags.reporter.problem("L020", f"the argument '{name}' has a value and a default", origin)
         elif name in own and not passing_all:
-            reporter.problem("L021", f"the argument '{name}' is passed twice", origin)
+            tags.reporter.problem("L021", f"the argument '{name}' is passed twice", origin)
         elif value is not None:
             passed[name] = (value, origin)
         elif default is not None:
             passed.setdefault(name, (default, origin))
         elif name not in passed:
-            reporter.problem("L020", f"the argument '{name}' is passed without a value", origin)
+            tags.reporter.problem("L020", f"the argument '{name}' is passed without a value", origin)
         own.add(name)
     return passed, surroundings.env
 
 
-def tell_unused(passed: Passed, declared: set[str], file: str, reporter: TagReporter) -> None:
+def tell_unused(passed: Passed, declared: set[str], file: str, reporter: Reporter) -> None:
     """Tell of arguments that the file does not declare."""
     for name, (_, origin) in passed.items():
         if name not in declared:

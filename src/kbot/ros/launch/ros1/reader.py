@@ -8,15 +8,16 @@ from pathlib import Path
 
 from kbot.ros import names
 from kbot.ros.launch import known_packages
-from kbot.ros.launch.faults import Fault
 from kbot.ros.launch.includes import charge_file, require_end
-from kbot.ros.launch.plan import Argument, Included, Machine, Node, Param, Plan
-from kbot.ros.launch.ros1.attributes import TagReporter
-from kbot.ros.launch.ros1.context import Context
+from kbot.ros.launch.launch_error import LaunchError
+from kbot.ros.launch.plan import Argument, Included, Machine, Param, Plan, PlannedNode
+from kbot.ros.launch.reporter import Reporter
+from kbot.ros.launch.ros1.attributes import TagReader
+from kbot.ros.launch.ros1.context import LaunchScope
 from kbot.ros.launch.ros1.include_tags import Passed, read_passed, tell_unused
 from kbot.ros.launch.ros1.machine_tags import read_machine
 from kbot.ros.launch.ros1.node_tags import read_env, read_node, read_remap
-from kbot.ros.launch.ros1.parameters import Parameters
+from kbot.ros.launch.ros1.param_tags import ParameterStore
 from kbot.ros.launch.ros1.schema import CHILDREN
 from kbot.text import DescriptionError, Element, Origin, Related, Source, parse_xml, read_source
 from kbot.text.errors import reading
@@ -40,16 +41,16 @@ def read_launch(
     it is. `allow_commands` lets `command=` run any program.
     """
     anonymous: dict[str, str] | None = {} if resolve_anonymous else None
-    reader = _Reader(TagReporter(packages or Packages(around=path), anonymous), allow_commands)
+    reader = _Reader(TagReader(Reporter(packages or Packages(around=path)), anonymous), allow_commands)
     with reading(path):
         return reader.read(path, dict(arguments or {}), source)
 
 
 class _Reader:
-    def __init__(self, reporter: TagReporter, allow_commands: bool) -> None:
-        self.reporter = reporter
-        self.parameters = Parameters(reporter, allow_commands)
-        self.nodes: dict[str, Node] = {}
+    def __init__(self, tags: TagReader, allow_commands: bool) -> None:
+        self.tags, self.reporter = tags, tags.reporter
+        self.parameters = ParameterStore(tags, allow_commands)
+        self.nodes: dict[str, PlannedNode] = {}
         self.arguments: dict[str, Argument] = {}
         self.declared: set[str] = set()
         self.included: list[Included] = []
@@ -58,7 +59,7 @@ class _Reader:
         self.clear: list[str] = []
 
     def read(self, path: str, given: dict[str, str], source: Source | None) -> Plan:
-        context = Context(path, args=dict(given), is_root=True)
+        context = LaunchScope(path, args=dict(given), is_root=True)
         try:
             root = self._root(source or read_source(path))
         except DescriptionError as error:
@@ -93,16 +94,16 @@ class _Reader:
             raise DescriptionError(self.reporter.problems)
         return root
 
-    def _elements(self, parent: Element, context: Context) -> None:
+    def _elements(self, parent: Element, context: LaunchScope) -> None:
         for element in parent.elements():
             if element.tag not in CHILDREN["launch"]:
                 hint = did_you_mean(element.tag, CHILDREN["launch"])
                 origin = context.origin(element)
                 self.reporter.problem("L002", f"there is no tag <{element.tag}>", origin, hint, warning=True)
-            elif self.reporter.applies(element, context):
+            elif self.tags.applies(element, context):
                 self._element(element, context)
 
-    def _element(self, element: Element, context: Context) -> None:
+    def _element(self, element: Element, context: LaunchScope) -> None:
         match element.tag:
             case "arg":
                 self._arg(element, context)
@@ -117,14 +118,14 @@ class _Reader:
             case "group":
                 self._group(element, context)
             case "remap":
-                read_remap(element, context, self.reporter)
+                read_remap(element, context, self.tags)
             case "env":
-                read_env(element, context, self.reporter)
+                read_env(element, context, self.tags)
             case "machine":
                 self._machine(element, context)
 
-    def _arg(self, element: Element, context: Context) -> None:
-        found = self.reporter.attributes(element, context)
+    def _arg(self, element: Element, context: LaunchScope) -> None:
+        found = self.tags.attributes(element, context)
         name, value, default = found.get("name"), found.get("value"), found.get("default")
         if name is None:
             return
@@ -148,7 +149,7 @@ class _Reader:
             current = context.args.get(name)
             self.arguments[name] = Argument(name, current, default, found.get("doc"), origin)
 
-    def _param(self, element: Element, context: Context) -> None:
+    def _param(self, element: Element, context: LaunchScope) -> None:
         param = self.parameters.param(element, context)
         if param is None:
             return
@@ -159,8 +160,8 @@ class _Reader:
             name = names.canonical(names.join(context.namespace, param.name))
             self.parameters.add(Param(name, param.value, param.origin, param.description))
 
-    def _node(self, element: Element, context: Context) -> None:
-        node = read_node(element, context, self.reporter, self.parameters, self.clear)
+    def _node(self, element: Element, context: LaunchScope) -> None:
+        node = read_node(element, context, self.tags, self.parameters, self.clear)
         if node is None:
             return
         twin = self.nodes.get(node.full_name)
@@ -174,8 +175,8 @@ class _Reader:
             self.reporter.problem("L061", message, node.origin, "the node is run here", warning=True)
         self.nodes[node.full_name] = node
 
-    def _machine(self, element: Element, context: Context) -> None:
-        machine = read_machine(element, context, self.reporter)
+    def _machine(self, element: Element, context: LaunchScope) -> None:
+        machine = read_machine(element, context, self.tags)
         if machine is None:
             return
         twin = self.machines.setdefault(machine.name, machine)
@@ -184,16 +185,16 @@ class _Reader:
             message = f"two machines have the name '{machine.name}'"
             self.reporter.problem("L050", message, machine.origin, "names are unique", related=related)
 
-    def _group(self, element: Element, context: Context) -> None:
-        found = self.reporter.attributes(element, context)
-        if not found.ok or not self.reporter.namespace(element, found, context):
+    def _group(self, element: Element, context: LaunchScope) -> None:
+        found = self.tags.attributes(element, context)
+        if not found.ok or not self.tags.namespace(element, found, context):
             return
         inner = context.child(found.get("ns"))
-        self._clear(element, context, inner, self.reporter.flag(element, found, "clear_params", context))
+        self._clear(element, context, inner, self.tags.flag(element, found, "clear_params", context))
         self._elements(element, inner)
         context.machine = inner.machine  # as roslaunch has it: the default machine outlives its group
 
-    def _clear(self, element: Element, context: Context, inner: Context, asked: bool) -> None:
+    def _clear(self, element: Element, context: LaunchScope, inner: LaunchScope, asked: bool) -> None:
         if not asked:
             return
         if "ns" not in element.attributes:
@@ -202,18 +203,18 @@ class _Reader:
             return
         self.clear.append(inner.namespace)
 
-    def _include(self, element: Element, context: Context) -> None:
-        found = self.reporter.attributes(element, context)
-        passing_all = self.reporter.flag(element, found, "pass_all_args", context)
-        passed, env = read_passed(element, context, self.reporter, passing_all)
-        if not found.ok or not self.reporter.namespace(element, found, context):
+    def _include(self, element: Element, context: LaunchScope) -> None:
+        found = self.tags.attributes(element, context)
+        passing_all = self.tags.flag(element, found, "pass_all_args", context)
+        passed, env = read_passed(element, context, self.tags, passing_all)
+        if not found.ok or not self.tags.namespace(element, found, context):
             return
         file = found["file"]
         args = {name: value for name, (value, _) in passed.items()}
         inner = context.included(found.get("ns"), file, args, element)
         inner.env += env
         inner.forgiving = passing_all
-        self._clear(element, context, inner, self.reporter.flag(element, found, "clear_params", context))
+        self._clear(element, context, inner, self.tags.flag(element, found, "clear_params", context))
         stand_in = known_packages.stand_in_file(file)
         if stand_in:
             self._stand_in(element, context, inner, *stand_in, passed)
@@ -222,7 +223,7 @@ class _Reader:
         try:
             require_end(file, levels, len(self.files))
             root = self._root(read_source(file))
-        except Fault as fault:
+        except LaunchError as fault:
             self.reporter.fault(fault, context.origin(element))
             return
         except DescriptionError as error:
@@ -240,8 +241,8 @@ class _Reader:
     def _stand_in(
         self,
         element: Element,
-        context: Context,
-        inner: Context,
+        context: LaunchScope,
+        inner: LaunchScope,
         package: str,
         file: str,
         passed: Passed,

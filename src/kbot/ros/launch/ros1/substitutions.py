@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from kbot.ros.launch.evaluation import BUILTINS, evaluated, joined
-from kbot.ros.launch.faults import Fault
 from kbot.ros.launch.known_packages import STAND_IN_PACKAGES, share_of
+from kbot.ros.launch.launch_error import LaunchError
 from kbot.ros.parameter_values import convert
 from kbot.text.suggest import did_you_mean
 from kbot.xacro.budget import Budget
@@ -22,7 +22,7 @@ COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg", "eval")
 
 
 @dataclass
-class Scope:
+class SubstitutionScope:
     """What substitutions can see.
 
     `anonymous` remembers the names that `$(anon …)` gave; None leaves such substitutions as they are.
@@ -38,7 +38,7 @@ class Scope:
         """The text with its substitutions made.
 
         Raises:
-            Fault: L010 to L016.
+            LaunchError: L010 to L016.
         """
         if "$" not in text:
             return text
@@ -56,10 +56,10 @@ class Scope:
             at = end
             word, *rest = whole[2:-1].split() or [""]
             if word == "eval":
-                raise Fault("L015", "$(eval …) must be the whole value", "put the rest into it", whole)
+                raise LaunchError("L015", "$(eval …) must be the whole value", "put the rest into it", whole)
             if word not in COMMANDS:
                 hint = did_you_mean(word, COMMANDS) or f"there are {', '.join(COMMANDS)}"
-                raise Fault("L010", f"unknown substitution $({word})", hint, whole)
+                raise LaunchError("L010", f"unknown substitution $({word})", hint, whole)
             value = self._command(word, rest, whole) if (word == "find") is finding else whole
             if finding and word == "find":
                 value, at = _before_path(value, text, end)
@@ -72,15 +72,15 @@ class Scope:
         if word == "optenv" and rest:
             return self.optenv(rest[0], " ".join(rest[1:]))
         if len(rest) != 1:
-            raise Fault("L015", f"$({word} …) takes one name, not {len(rest)}", "", whole)
+            raise LaunchError("L015", f"$({word} …) takes one name, not {len(rest)}", "", whole)
         if word == "anon":
             return whole if self.anonymous is None else self.anon(rest[0])
         lookups: dict[str, Callable[[str], str]] = {"find": self.find, "env": self.env, "arg": self.arg}
         if word not in lookups:
-            raise Fault("L015", f"$({word} …) needs a name", "", whole)
+            raise LaunchError("L015", f"$({word} …) needs a name", "", whole)
         try:
             return lookups[word](rest[0])
-        except Fault as fault:
+        except LaunchError as fault:
             fault.piece = fault.piece or whole
             raise
 
@@ -90,11 +90,13 @@ class Scope:
         except PackageNotFound as error:
             if name in STAND_IN_PACKAGES:
                 return share_of(name)
-            raise Fault("L012", f"the package '{name}' is not found", error.hint) from None
+            raise LaunchError("L012", f"the package '{name}' is not found", error.hint) from None
 
     def env(self, name: str) -> str:
         if name not in os.environ:
-            raise Fault("L013", f"the environment variable {name} is not set", f"$(optenv {name} DEFAULT)")
+            raise LaunchError(
+                "L013", f"the environment variable {name} is not set", f"$(optenv {name} DEFAULT)"
+            )
         return os.environ[name]
 
     def optenv(self, name: str, default: str = "") -> str:
@@ -111,7 +113,7 @@ class Scope:
     def arg(self, name: str) -> str:
         if name not in self.arguments:
             hint = did_you_mean(name, self.arguments) or f"declare it with <arg name='{name}'/>"
-            raise Fault("L011", f"the argument '{name}' is not set", hint)
+            raise LaunchError("L011", f"the argument '{name}' is not set", hint)
         return self.arguments[name]
 
     def _eval(self, expression: str) -> str:
@@ -121,7 +123,7 @@ class Scope:
 class _Names:
     """What an `$(eval …)` may name: the substitutions as functions, mathematics, the arguments."""
 
-    def __init__(self, scope: Scope) -> None:
+    def __init__(self, scope: SubstitutionScope) -> None:
         import math
 
         self.budget = scope.budget
@@ -146,10 +148,10 @@ class _Names:
         if name in BUILTINS:  # roslaunch lets arguments of these names come first
             return BUILTINS[name]
         hint = did_you_mean(name, [*self._known, *self._scope.arguments, *BUILTINS])
-        raise Fault("L014", f"the name '{name}' is not defined", hint, name)
+        raise LaunchError("L014", f"the name '{name}' is not defined", hint, name)
 
     def assign(self, name: str, value: object) -> None:
-        raise Fault("L014", f"an expression cannot set '{name}'", "", name)
+        raise LaunchError("L014", f"an expression cannot set '{name}'", "", name)
 
 
 def _before_path(folder: str, text: str, at: int) -> tuple[str, int]:
@@ -167,7 +169,7 @@ def _substitutions(text: str) -> list[tuple[int, int]]:
     """Start and end of each `$(…)`, the end not included; one that is never closed stays as it is.
 
     Raises:
-        Fault: L015, a `$` or `(` within one.
+        LaunchError: L015, a `$` or `(` within one.
     """
     found: list[tuple[int, int]] = []
     at = text.find("$(")
@@ -178,7 +180,7 @@ def _substitutions(text: str) -> list[tuple[int, int]]:
         stop = mark.start()
         if text[stop] != ")":
             piece = text[at : stop + 1]
-            raise Fault("L015", f"'{text[stop]}' cannot stand within $(…)", "they do not nest", piece)
+            raise LaunchError("L015", f"'{text[stop]}' cannot stand within $(…)", "they do not nest", piece)
         if stop > at + 2:
             found.append((at, stop + 1))
         at = text.find("$(", stop)

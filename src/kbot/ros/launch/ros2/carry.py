@@ -10,15 +10,15 @@ from typing import Any
 from kbot.ros import names
 from kbot.ros.launch import known_packages
 from kbot.ros.launch.evaluation import joined
-from kbot.ros.launch.faults import Fault
 from kbot.ros.launch.includes import charge_file, require_end
-from kbot.ros.launch.plan import Argument, Included, Node, Param, Plan
+from kbot.ros.launch.launch_error import LaunchError
+from kbot.ros.launch.plan import Argument, Included, Param, Plan, PlannedNode
 from kbot.ros.launch.reporter import Reporter
 from kbot.ros.launch.ros2 import actions as act
 from kbot.ros.launch.ros2 import neighbours
-from kbot.ros.launch.ros2.context import Context
+from kbot.ros.launch.ros2.context import LaunchContext
 from kbot.ros.launch.ros2.handlers import EventHandler, RegisterEventHandler
-from kbot.ros.launch.ros2.parameters import Placed, parameters_of, parameters_of_file, plain
+from kbot.ros.launch.ros2.parameters import PlacedValue, parameters_of, parameters_of_file, plain
 from kbot.ros.launch.ros2.processes import ends_launch, node_of, process_of, seconds_of
 from kbot.ros.launch.ros2.substitutions import is_true, performed
 from kbot.text import Diagnostic, Origin, Severity, Source, read_source
@@ -31,9 +31,9 @@ Load = Callable[[Source, "Carrier"], list[object]]
 class Carrier:
     """Visits actions in order; what they come to is in `plan()`."""
 
-    def __init__(self, context: Context, reporter: Reporter, given: dict[str, str], load: Load) -> None:
+    def __init__(self, context: LaunchContext, reporter: Reporter, given: dict[str, str], load: Load) -> None:
         self.context, self.reporter, self.given, self.load = context, reporter, given, load
-        self.nodes: list[Node] = []
+        self.nodes: list[PlannedNode] = []
         self.params: dict[str, Param] = {}
         context.launched = self.params
         self.arguments: dict[str, Argument] = {}
@@ -89,7 +89,7 @@ class Carrier:
         try:
             if action.condition is None or action.condition.evaluate(self.context):
                 self._visit(action, origin)
-        except Fault as fault:
+        except LaunchError as fault:
             self.reporter.fault(fault, origin)
         except DescriptionError as error:
             for diagnostic in error.diagnostics:
@@ -132,7 +132,7 @@ class Carrier:
                     (performed(action.pair[0], context), performed(action.pair[1], context))
                 )
             case act.SetParameter():
-                value = Placed(plain(action.value, context), origin)
+                value = PlacedValue(plain(action.value, context), origin)
                 context.parameters[performed(action.name, context)] = value
             case act.SetParametersFromFile():
                 found = parameters_of_file(performed(action.filename, context), None, context)
@@ -164,12 +164,14 @@ class Carrier:
         if name not in context.launch_configurations:
             if default is None:
                 hint = f"give it: {name}:=…"
-                raise Fault("L011", f"the launch argument '{name}' has no default and was not given", hint)
+                raise LaunchError(
+                    "L011", f"the launch argument '{name}' has no default and was not given", hint
+                )
             context.launch_configurations[name] = default
         value = context.launch_configurations[name]
         if action.choices is not None and value not in action.choices:
             hint = did_you_mean(value, action.choices) or f"there are {', '.join(action.choices)}"
-            raise Fault("L025", f"the launch argument '{name}' cannot be '{value}'", hint)
+            raise LaunchError("L025", f"the launch argument '{name}' cannot be '{value}'", hint)
         if self.depth == 1 or name not in self.arguments:
             self.arguments[name] = Argument(name, value, default, action.description, origin)
 
@@ -234,7 +236,7 @@ class Carrier:
                 return
             if (package, name) not in known_packages.LAUNCH_FILES_2:
                 message = f"the package '{package}' is not here, and KBot has nothing in place of its {name}"
-                raise Fault("L012", message, "install the package, or leave the include out")
+                raise LaunchError("L012", message, "install the package, or leave the include out")
             self.included.append(Included(package, name, passed, context.namespace, origin))
             return
         require_end(path, self.depth, len(self.files))

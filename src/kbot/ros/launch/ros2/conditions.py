@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kbot.ros.launch.ros2.context import Context
+from kbot.ros.launch.ros2.context import LaunchContext
 from kbot.ros.launch.ros2.substitutions import as_substitution, is_true, performed
 
 
@@ -12,7 +12,7 @@ class Condition:
     def __init__(self, predicate: object) -> None:
         self.predicate = as_substitution(predicate)
 
-    def evaluate(self, context: Context) -> bool:
+    def evaluate(self, context: LaunchContext) -> bool:
         return is_true(self.predicate.perform(context))
 
 
@@ -21,7 +21,7 @@ class IfCondition(Condition):
 
 
 class UnlessCondition(Condition):
-    def evaluate(self, context: Context) -> bool:
+    def evaluate(self, context: LaunchContext) -> bool:
         return not super().evaluate(context)
 
 
@@ -29,14 +29,14 @@ class LaunchConfigurationEquals(Condition):
     def __init__(self, launch_configuration_name: str, expected_value: object) -> None:
         self.name, self.expected = launch_configuration_name, expected_value
 
-    def evaluate(self, context: Context) -> bool:
+    def evaluate(self, context: LaunchContext) -> bool:
         return self._is(context)
 
-    def _is(self, context: Context) -> bool:
+    def _is(self, context: LaunchContext) -> bool:
         actual = context.launch_configurations.get(self.name)
         return actual == (None if self.expected is None else performed(self.expected, context))
 
 
 class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
-    def evaluate(self, context: Context) -> bool:
+    def evaluate(self, context: LaunchContext) -> bool:
         return not self._is(context)

@@ -8,9 +8,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from kbot.ros.launch.faults import Fault
+from kbot.ros.launch.launch_error import LaunchError
 from kbot.ros.launch.ros2 import actions, conditions, handlers, nav2, neighbours, substitutions
-from kbot.ros.launch.ros2.context import Context
+from kbot.ros.launch.ros2.context import LaunchContext
 from kbot.ros.launch.ros2.xacro import xacro_functions
 from kbot.text.suggest import did_you_mean
 
@@ -55,13 +55,13 @@ class Module(ModuleType):
         raise AttributeError(f"KBot has no {self.__name__}.{name}" + (f": {hint}" if hint else ""))
 
 
-def modules_of(context: Context) -> dict[str, ModuleType]:
+def modules_of(context: LaunchContext) -> dict[str, ModuleType]:
     """The modules that launch files import, by name."""
     ament = {
         "get_package_share_directory": context.share,
         "get_package_share_path": lambda n: Path(context.share(n)),
         "get_package_prefix": context.prefix,
-        "PackageNotFoundError": Fault,
+        "PackageNotFoundError": LaunchError,
     }
     finders = {
         name: type(name, (value,), {"find": lambda _, package: context.share(package)})

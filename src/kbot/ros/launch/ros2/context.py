@@ -1,4 +1,4 @@
-"""What substitutions see while a ROS 2 launch file is carried out, and what is known by then."""
+"""The state of a ROS 2 launch file while it runs, which its substitutions read."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from typing import Any, Protocol
 
 from kbot.ros.launch import commands
 from kbot.ros.launch.evaluation import BUILTINS, evaluated
-from kbot.ros.launch.faults import Fault
 from kbot.ros.launch.known_packages import STAND_IN_PACKAGES, share_of
-from kbot.ros.launch.plan import Description, Param
+from kbot.ros.launch.launch_error import LaunchError
+from kbot.ros.launch.plan import Param, RobotDescription
 from kbot.ros.launch.ros2.scratch import scratch_file
 from kbot.text import Diagnostic, Origin
 from kbot.xacro.budget import Budget
@@ -26,13 +26,13 @@ _ADDRESS = re.compile(r"(?:package|model|file)://[^\"']*/")
 class Performed(Protocol):
     """A substitution."""
 
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         """Its text, now."""
         ...
 
 
 @dataclass
-class Context:
+class LaunchContext:
     """The state of a launch. `descriptions`: which robot file each expanded text came from."""
 
     file: str
@@ -47,7 +47,7 @@ class Context:
     namespace: str = "/"
     remaps: list[tuple[str, str]] = field(default_factory=list)
     parameters: dict[str, Any] = field(default_factory=dict)
-    descriptions: dict[str, Description] = field(default_factory=dict)
+    descriptions: dict[str, RobotDescription] = field(default_factory=dict)
     launched: Mapping[str, Param] = field(default_factory=dict)
     """The parameters of the nodes so far, by full name."""
 
@@ -55,7 +55,7 @@ class Context:
         """The text of a substitution, as launch files ask for it."""
         return substitution.perform(self)
 
-    def described(self, text: str) -> Description | None:
+    def described(self, text: str) -> RobotDescription | None:
         """Which robot file a text came from, also where a launch file has changed it since: the addresses of
         its files alone, or more, and then it is a file of its own."""
         known = self.descriptions.get(text)
@@ -65,7 +65,7 @@ class Context:
         for own, description in self.descriptions.items():
             if _without_folders(own) == same:
                 return description
-        found = self.descriptions[text] = Description(scratch_file(text, ".urdf"), {})
+        found = self.descriptions[text] = RobotDescription(scratch_file(text, ".urdf"), {})
         return found
 
     def begin_anew(self) -> None:
@@ -77,14 +77,14 @@ class Context:
         """A package's share folder, or that which stands in for a package KBot knows.
 
         Raises:
-            Fault: L012, no such package.
+            LaunchError: L012, no such package.
         """
         try:
             return str(self.packages.beside(self.file).find(package))
         except PackageNotFound as error:
             if package in STAND_IN_PACKAGES:
                 return share_of(package)
-            raise Fault("L012", f"the package '{package}' is not found", error.hint, package) from None
+            raise LaunchError("L012", f"the package '{package}' is not found", error.hint, package) from None
 
     def prefix(self, package: str) -> str:
         """Where a package is installed: two above its share folder. Raises as `share` does."""
@@ -94,7 +94,7 @@ class Context:
         """The prefix of a package, of the kind `packages`, or no; nothing else is indexed here."""
         try:
             return self.prefix(name) if kind == "packages" else False
-        except Fault:
+        except LaunchError:
             return False
 
     def command(self, text: str, origin: Origin | None) -> str:
@@ -114,7 +114,7 @@ class Context:
         found = self.launched.get(f"/{node.strip('/')}/{name}")
         if found is None:
             hint = "the node that has it stands before in the launch file"
-            raise Fault("L041", f"no node {node} with the parameter '{name}' is launched yet", hint)
+            raise LaunchError("L041", f"no node {node} with the parameter '{name}' is launched yet", hint)
         return str(found.value)
 
     def evaluate(self, expression: str) -> str:
@@ -140,8 +140,10 @@ class _Names:
 
     def lookup(self, name: str) -> Any:
         if name not in self._known:
-            raise Fault("L014", f"the name '{name}' is not defined", "a text needs quotes around it", name)
+            raise LaunchError(
+                "L014", f"the name '{name}' is not defined", "a text needs quotes around it", name
+            )
         return self._known[name]
 
     def assign(self, name: str, value: object) -> None:
-        raise Fault("L014", f"an expression cannot set '{name}'", "", name)
+        raise LaunchError("L014", f"an expression cannot set '{name}'", "", name)

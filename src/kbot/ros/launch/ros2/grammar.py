@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
-from kbot.ros.launch.faults import Fault
+from kbot.ros.launch.launch_error import LaunchError
 from kbot.ros.launch.quoting import split_words
 from kbot.ros.launch.ros2 import substitutions as sub
 from kbot.text.suggest import did_you_mean
@@ -45,11 +45,11 @@ def parse(text: str) -> sub.Substitution:
     """A text with its `$(…)` taken apart.
 
     Raises:
-        Fault: L010 an unknown one, L015 one that is malformed.
+        LaunchError: L010 an unknown one, L015 one that is malformed.
     """
     parts, at = _parts(text, 0, inside=False)
     if at != len(text):
-        raise Fault("L015", "a ')' without its '$('", "", text[at:])
+        raise LaunchError("L015", "a ')' without its '$('", "", text[at:])
     return sub.Sequence(parts)
 
 
@@ -65,7 +65,7 @@ def _parts(text: str, at: int, *, inside: bool) -> tuple[list[object], int]:
                 plain = []
             inner, end = _parts(text, at + 2, inside=True)
             if end >= len(text):
-                raise Fault("L015", "a '$(' without its ')'", "", text[at:])
+                raise LaunchError("L015", "a '$(' without its ')'", "", text[at:])
             parts.append(_made(inner, text[at : end + 1]))
             at = end + 1
             continue
@@ -95,13 +95,13 @@ def _made(inner: list[object], whole: str) -> sub.Substitution:
         return _WHOLE[word](sub.Sequence(texts))
     if word not in _MAKERS:
         known = [*_MAKERS, *_WHOLE]
-        raise Fault("L010", f"unknown substitution $({word})", did_you_mean(word, known), whole)
+        raise LaunchError("L010", f"unknown substitution $({word})", did_you_mean(word, known), whole)
     arguments = _split([rest, *inner[1:]], whole)
     try:
         return _MAKERS[word](*arguments)
     except TypeError:
         message = f"$({word} …) does not take {len(arguments)} values"
-        raise Fault("L015", message, "", whole) from None
+        raise LaunchError("L015", message, "", whole) from None
 
 
 def _unquoted(pieces: list[object]) -> list[object]:
@@ -129,7 +129,7 @@ def _split(pieces: list[object], whole: str) -> list[object]:
         try:
             words = split_words(piece)
         except ValueError:
-            raise Fault("L015", "a quote is not closed", "", whole) from None
+            raise LaunchError("L015", "a quote is not closed", "", whole) from None
         for number, word in enumerate(words):
             if number == 0 and joined and not piece[:1].isspace():
                 values[-1].append(word)

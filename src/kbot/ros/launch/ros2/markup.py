@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from kbot.ros.launch.faults import Fault
+from kbot.ros.launch.launch_error import LaunchError
 from kbot.ros.launch.reporter import Reporter
 from kbot.ros.launch.ros2 import actions as act
 from kbot.ros.launch.ros2 import neighbours
@@ -141,7 +141,7 @@ class _Markup:
             try:
                 action = maker(element)
                 action.condition = self._condition(element)
-            except Fault as fault:
+            except LaunchError as fault:
                 self.reporter.fault(fault, element.origin)
             else:
                 action.origin = element.origin
@@ -150,7 +150,7 @@ class _Markup:
 
     def _of(self, element: Element, name: str) -> object:
         if name not in element.attributes:
-            raise Fault("L004", f"<{element.tag}> lacks its attribute '{name}'")
+            raise LaunchError("L004", f"<{element.tag}> lacks its attribute '{name}'")
         return parse(element.attributes[name])
 
     def _get(self, element: Element, name: str) -> object:
@@ -171,7 +171,7 @@ class _Markup:
 
     def _condition(self, element: Element) -> Condition | None:
         if "if" in element.attributes and "unless" in element.attributes:
-            raise Fault("L006", "a tag cannot have both 'if' and 'unless'")
+            raise LaunchError("L006", "a tag cannot have both 'if' and 'unless'")
         if "if" in element.attributes:
             return IfCondition(parse(element.attributes["if"]))
         return (
@@ -180,7 +180,7 @@ class _Markup:
 
     def _arg(self, element: Element) -> act.Action:
         if "name" not in element.attributes:
-            raise Fault("L004", "<arg> lacks its attribute 'name'")
+            raise LaunchError("L004", "<arg> lacks its attribute 'name'")
         default, description = self._get(element, "default"), element.attributes.get("description")
         return act.DeclareLaunchArgument(
             element.attributes["name"], default_value=default, description=description

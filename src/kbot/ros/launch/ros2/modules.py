@@ -13,11 +13,11 @@ from pathlib import Path
 from types import ModuleType
 from typing import IO, Any
 
-from kbot.ros.launch.faults import Fault
-from kbot.ros.launch.plan import Description
+from kbot.ros.launch.launch_error import LaunchError
+from kbot.ros.launch.plan import RobotDescription
 from kbot.ros.launch.ros2 import actions
 from kbot.ros.launch.ros2.contents import Module, modules_of
-from kbot.ros.launch.ros2.context import Context
+from kbot.ros.launch.ros2.context import LaunchContext
 from kbot.ros.launch.ros2.places import line_origin, place, running
 from kbot.text import Diagnostic, KbotError, Origin, Severity, Source, read_source
 from kbot.text.errors import DescriptionError
@@ -63,7 +63,7 @@ def _said(error: BaseException) -> tuple[str, str]:
 class PythonFiles:
     """Runs launch files in Python within one context."""
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: LaunchContext) -> None:
         self.context = context
         self._modules = modules_of(context)
 
@@ -104,7 +104,7 @@ class PythonFiles:
             return work()
         except KbotError:
             raise
-        except Fault as fault:
+        except LaunchError as fault:
             where = (_places(fault) or [line_origin(source, 1)])[-1]
             found = Diagnostic(fault.code, Severity.ERROR, fault.message, where, fault.hint)
         except SyntaxError as error:
@@ -120,6 +120,6 @@ class PythonFiles:
         """`open`, remembering which text came from which robot file."""
         if mode in ("r", "rt") and Path(path).suffix in (".urdf", ".xacro", ".xml"):
             text = read_source(path).text
-            self.context.descriptions[text] = Description(str(path), {})
+            self.context.descriptions[text] = RobotDescription(str(path), {})
             return StringIO(text)
         return open(path, mode, *args, **more)  # noqa: PTH123 - the caller closes it

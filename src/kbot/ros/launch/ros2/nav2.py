@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from kbot.ros.launch.ros2.conditions import Condition
-from kbot.ros.launch.ros2.context import Context
+from kbot.ros.launch.ros2.context import LaunchContext
 from kbot.ros.launch.ros2.parameters import read_parameter_file
 from kbot.ros.launch.ros2.scratch import scratch_file
 from kbot.ros.launch.ros2.substitutions import Substitution, as_substitution, is_true, performed
@@ -32,7 +32,7 @@ class RewrittenYaml(Substitution):
         self.source, self.root_key, self.convert_types = as_substitution(source_file), root_key, convert_types
         self.values, self.keys = dict(param_rewrites), dict(key_rewrites or {})
 
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         import yaml
 
         values = {name: performed(value, context) for name, value in self.values.items()}
@@ -67,7 +67,7 @@ class ReplaceString(Substitution):
     ) -> None:
         self.source, self.replacements, self.condition = as_substitution(source_file), replacements, condition
 
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         path = self.source.perform(context)
         if self.condition is not None and not self.condition.evaluate(context):
             return path
@@ -83,7 +83,7 @@ class HasNodeParams(Substitution):
     def __init__(self, source_file: object, node_name: object) -> None:
         self.source, self.node = as_substitution(source_file), as_substitution(node_name)
 
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         return str(self.node.perform(context) in read_parameter_file(self.source.perform(context)))
 
 
@@ -93,5 +93,5 @@ class LaunchConfigAsBool(Substitution):
     def __init__(self, name: str) -> None:
         self.name = name
 
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         return str(is_true(context.launch_configurations.get(self.name, "false")))

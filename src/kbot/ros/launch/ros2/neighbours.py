@@ -8,7 +8,7 @@ from typing import Any
 
 from kbot.ros.launch.known_packages import share_of
 from kbot.ros.launch.ros2 import actions as act
-from kbot.ros.launch.ros2.context import Context
+from kbot.ros.launch.ros2.context import LaunchContext
 from kbot.ros.launch.ros2.substitutions import LaunchConfiguration, performed
 
 _SPAWN_OPTIONS = {
@@ -39,7 +39,7 @@ def ros_gz_bridge(*, condition: Any = None, **given: Any) -> act.IncludeLaunchDe
 def gz_spawn_model(*, condition: Any = None, **given: Any) -> act.OpaqueFunction:
     """The program `create`, with the options that are not empty."""
 
-    def spawn(context: Context) -> list[act.Action]:
+    def spawn(context: LaunchContext) -> list[act.Action]:
         texts = {name: performed(value, context) for name, value in given.items() if name in _SPAWN_OPTIONS}
         words = [word for name, text in texts.items() if text for word in (_SPAWN_OPTIONS[name], text)]
         return [act.Node(package="ros_gz_sim", executable="create", arguments=words)]

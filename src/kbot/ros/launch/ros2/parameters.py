@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from kbot.kinematics.drive.controller_files import node_parameters
-from kbot.ros.launch.faults import Fault
 from kbot.ros.launch.includes import charge_yaml
+from kbot.ros.launch.launch_error import LaunchError
 from kbot.ros.launch.ros2.actions import ParameterFile, ParameterValue, PlacedParameter, is_value
-from kbot.ros.launch.ros2.context import Context
+from kbot.ros.launch.ros2.context import LaunchContext
 from kbot.ros.launch.ros2.places import parameter_place
 from kbot.ros.launch.ros2.substitutions import performed
 from kbot.ros.parameter_values import ROSPARAM
@@ -23,17 +23,19 @@ _TYPES = {"str": str, "int": int, "float": float, "bool": bool}
 
 
 @dataclass(frozen=True, slots=True)
-class Placed:
+class PlacedValue:
     """A parameter's value, and where it was written; None for a place that only its node tells."""
 
     value: Any
     origin: Origin | None = None
 
 
-def parameters_of(given: Iterable[Any], node: str, context: Context, origin: Origin) -> dict[str, Placed]:
+def parameters_of(
+    given: Iterable[Any], node: str, context: LaunchContext, origin: Origin
+) -> dict[str, PlacedValue]:
     """The parameters of a node that was made at `origin`, by name (`a.b` for nested ones); later ones replace
     earlier ones."""
-    found: dict[str, Placed] = {}
+    found: dict[str, PlacedValue] = {}
     for item in given:
         if isinstance(item, PlacedParameter):
             found.update(_flat(item.values, context, _always(item.origin)))
@@ -48,21 +50,21 @@ def _always(origin: Origin) -> Place:
     return lambda keys: origin
 
 
-def parameter_files(given: Iterable[Any], context: Context) -> tuple[str, ...]:
+def parameter_files(given: Iterable[Any], context: LaunchContext) -> tuple[str, ...]:
     """The paths of the files among the parameters of a node."""
     return tuple(_path(item, context) for item in given if not isinstance(item, Mapping | PlacedParameter))
 
 
-def _path(item: Any, context: Context) -> str:
+def _path(item: Any, context: LaunchContext) -> str:
     return performed(item.file if isinstance(item, ParameterFile) else item, context)
 
 
-def parameters_of_file(path: str, node: str | None, context: Context) -> dict[str, Placed]:
+def parameters_of_file(path: str, node: str | None, context: LaunchContext) -> dict[str, PlacedValue]:
     """The parameters of a node in a parameter file, of every node for None.
 
     Raises:
         DescriptionError: L033, it is no parameter file; or it cannot be read.
-        Fault: L070, it is too large, with all files read before it.
+        LaunchError: L070, it is too large, with all files read before it.
     """
     source = read_source(path)
     charge_yaml(context.budget, path, source.text)
@@ -94,10 +96,10 @@ def _read(source: Source) -> YamlDocument:
 
 
 def _flat(
-    values: Mapping[Any, Any], context: Context, place: Place, keys: Keys = (), prefix: str = ""
-) -> dict[str, Placed]:
+    values: Mapping[Any, Any], context: LaunchContext, place: Place, keys: Keys = (), prefix: str = ""
+) -> dict[str, PlacedValue]:
     """`place` tells where the value beneath some keys was written."""
-    found: dict[str, Placed] = {}
+    found: dict[str, PlacedValue] = {}
     for key, value in values.items():
         own = performed(key, context) if is_value(key) else str(key)
         name, below = prefix + own, (*keys, str(key))
@@ -108,17 +110,17 @@ def _flat(
     return found
 
 
-def _placed(value: Any, context: Context, origin: Origin | None) -> Placed:
+def _placed(value: Any, context: LaunchContext, origin: Origin | None) -> PlacedValue:
     try:
-        return Placed(plain(value, context), origin)
-    except Fault as fault:
+        return PlacedValue(plain(value, context), origin)
+    except LaunchError as fault:
         if origin is None or fault.is_limit:  # the reporter has to know that a limit is reached
             raise
         found = Diagnostic(fault.code, Severity.ERROR, fault.message, origin, fault.hint)
         raise DescriptionError([found]) from None
 
 
-def plain(value: Any, context: Context) -> Any:
+def plain(value: Any, context: LaunchContext) -> Any:
     """A parameter's value: texts made of substitutions are read as YAML, unless a type is said."""
     if isinstance(value, ParameterValue):
         text = plain(value.value, context) if not is_value(value.value) else performed(value.value, context)
@@ -143,7 +145,7 @@ def _typed(text: Any, type_: Any) -> Any:
         if type_ is float and isinstance(value, int):
             value = float(value)
         if not isinstance(value, _TYPES[wanted]):
-            raise Fault("L031", f"'{text}' is no {wanted}", "", text)
+            raise LaunchError("L031", f"'{text}' is no {wanted}", "", text)
         return value
     try:
         value = load_yaml(text, ROSPARAM)
@@ -151,4 +153,6 @@ def _typed(text: Any, type_: Any) -> Any:
     except ValueError:
         hint = "say that it is a text: ParameterValue(…, value_type=str)"
         short = text if len(text) < 40 else text[:40] + "…"
-        raise Fault("L031", f"the parameter's text is read as YAML, and is none: {short}", hint) from None
+        raise LaunchError(
+            "L031", f"the parameter's text is read as YAML, and is none: {short}", hint
+        ) from None

@@ -7,25 +7,25 @@ from pathlib import Path
 from typing import Any
 
 from kbot.ros import names
-from kbot.ros.launch.faults import Fault
-from kbot.ros.launch.plan import Node
+from kbot.ros.launch.launch_error import LaunchError
+from kbot.ros.launch.plan import PlannedNode
 from kbot.ros.launch.quoting import split_words
 from kbot.ros.launch.ros2 import actions as act
-from kbot.ros.launch.ros2.context import Context
+from kbot.ros.launch.ros2.context import LaunchContext
 from kbot.ros.launch.ros2.parameters import parameter_files
 from kbot.ros.launch.ros2.substitutions import CommandLine, is_true, performed
 from kbot.text import Origin
 from kbot.text.numbers import to_float
 
 
-def node_of(action: act.Node, context: Context, origin: Origin) -> Node:
+def node_of(action: act.Node, context: LaunchContext, origin: Origin) -> PlannedNode:
     """The node that an action starts."""
     package = performed(action.package, context) if action.package is not None else ""
     executable = performed(action.executable, context)
     name = performed(action.name, context) if action.name is not None else executable
     own = performed(action.namespace, context) if action.namespace is not None else ""
     namespace = names.as_namespace(names.join(context.namespace, own)) if own else context.namespace
-    return Node(
+    return PlannedNode(
         package=package,
         type=executable,
         name=name,
@@ -47,14 +47,14 @@ def node_of(action: act.Node, context: Context, origin: Origin) -> Node:
     )
 
 
-def process_of(action: act.ExecuteProcess, context: Context, origin: Origin) -> Node:
+def process_of(action: act.ExecuteProcess, context: LaunchContext, origin: Origin) -> PlannedNode:
     """The process that an action starts, as a node without a package."""
     words = [word for written in action.command for word in _words(written, context)]
     if is_true(performed(action.shell, context)):
         words = split_words(" ".join(words))
     program = Path(words[0]).name if words else ""
     name = performed(action.name, context) if action.name is not None else program
-    return Node(
+    return PlannedNode(
         package="",
         type=program,
         name=name,
@@ -66,13 +66,13 @@ def process_of(action: act.ExecuteProcess, context: Context, origin: Origin) -> 
     )
 
 
-def seconds_of(value: Any, context: Context) -> float:
-    """A delay or a period. Raises Fault: L005, it is no number."""
+def seconds_of(value: Any, context: LaunchContext) -> float:
+    """A delay or a period. Raises LaunchError: L005, it is no number."""
     text = performed(value, context) if act.is_value(value) else str(value)
     try:
         return to_float(text)
     except ValueError:
-        raise Fault("L005", f"'{text}' is no number of seconds", "", text) from None
+        raise LaunchError("L005", f"'{text}' is no number of seconds", "", text) from None
 
 
 def ends_launch(on_exit: Any) -> bool:
@@ -85,7 +85,7 @@ def ends_launch(on_exit: Any) -> bool:
     )
 
 
-def _words(written: Any, context: Context) -> list[str]:
+def _words(written: Any, context: LaunchContext) -> list[str]:
     """One word of a command, or all of a command line."""
     text = performed(written, context)
     return split_words(text) if isinstance(written, CommandLine) else [text]

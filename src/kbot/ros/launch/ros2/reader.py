@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from kbot.ros.launch.plan import Plan
 from kbot.ros.launch.reporter import Reporter
 from kbot.ros.launch.ros2.carry import Carrier
-from kbot.ros.launch.ros2.context import Context
+from kbot.ros.launch.ros2.context import LaunchContext
 from kbot.ros.launch.ros2.markup import read_xml, read_yaml
 from kbot.ros.launch.ros2.modules import PythonFiles
 from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Source, read_source
@@ -36,7 +36,7 @@ def read_launch_2(
         return Plan(path, problems=error.diagnostics)
     reporter = Reporter(packages or Packages(around=path))
     start = Origin(source.whole())
-    context = Context(
+    context = LaunchContext(
         path, reporter.packages, start, reporter.finding, reporter.budget, allow_commands, dict(given)
     )
     python = PythonFiles(context)

@@ -11,8 +11,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from kbot.ros.launch.evaluation import joined
-from kbot.ros.launch.faults import Fault
-from kbot.ros.launch.ros2.context import Context
+from kbot.ros.launch.launch_error import LaunchError
+from kbot.ros.launch.ros2.context import LaunchContext
 from kbot.ros.launch.ros2.places import here
 from kbot.text import read_source
 from kbot.text.suggest import did_you_mean
@@ -21,7 +21,7 @@ from kbot.text.suggest import did_you_mean
 class Substitution:
     """A text that is made when it is asked for."""
 
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         raise NotImplementedError
 
 
@@ -34,7 +34,7 @@ def as_substitution(value: object) -> Substitution:
     return TextSubstitution(text=str(value))
 
 
-def performed(value: object, context: Context) -> str:
+def performed(value: object, context: LaunchContext) -> str:
     """The text of whatever may stand where a substitution is expected."""
     return as_substitution(value).perform(context)
 
@@ -43,21 +43,21 @@ def is_true(text: str) -> bool:
     """A condition's text as yes or no.
 
     Raises:
-        Fault: L005, it is neither.
+        LaunchError: L005, it is neither.
     """
     word = text.strip().lower()
     if word in ("true", "1"):
         return True
     if word in ("false", "0"):
         return False
-    raise Fault("L005", f"'{text}' is neither true nor false", "true, false, 1 and 0 are understood")
+    raise LaunchError("L005", f"'{text}' is neither true nor false", "true, false, 1 and 0 are understood")
 
 
 class TextSubstitution(Substitution):
     def __init__(self, *, text: str) -> None:
         self.text = text
 
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         return self.text
 
 
@@ -67,7 +67,7 @@ class Sequence(Substitution):
     def __init__(self, parts: Iterable[object]) -> None:
         self.parts = [as_substitution(part) for part in parts]
 
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         return joined([part.perform(context) for part in self.parts], context.budget)
 
 
@@ -80,21 +80,21 @@ class LaunchConfiguration(Substitution):
         self.name, self.default = as_substitution(variable_name), default
         self.origin = here()
 
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         name = self.name.perform(context)
         if name in context.launch_configurations:
             return context.launch_configurations[name]
         if self.default is not None:
             return performed(self.default, context)
         hint = did_you_mean(name, context.launch_configurations) or f"declare the launch argument '{name}'"
-        raise Fault("L011", f"the launch configuration '{name}' is not set", hint, name)
+        raise LaunchError("L011", f"the launch configuration '{name}' is not set", hint, name)
 
 
 class PathJoinSubstitution(Substitution):
     def __init__(self, substitutions: Iterable[object]) -> None:
         self.parts = [as_substitution(part) for part in substitutions]
 
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         parts = [part.perform(context) for part in self.parts]
         joined(parts, context.budget)
         return str(Path(*parts))
@@ -112,7 +112,7 @@ class FindPackageShare(Substitution):
     def __init__(self, package: object) -> None:
         self.package = as_substitution(package)
 
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         return context.share(self.package.perform(context))
 
     def __truediv__(self, other: object) -> PathJoinSubstitution:
@@ -120,7 +120,7 @@ class FindPackageShare(Substitution):
 
 
 class FindPackagePrefix(FindPackageShare):
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         return context.prefix(self.package.perform(context))
 
 
@@ -129,7 +129,7 @@ class Command(Substitution):
         self.command = as_substitution(command)
         self.origin = here()
 
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         return context.command(self.command.perform(context), self.origin)
 
 
@@ -137,7 +137,7 @@ class FindExecutable(Substitution):
     def __init__(self, *, name: object) -> None:
         self.name = as_substitution(name)
 
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         return self.name.perform(context)
 
 
@@ -148,31 +148,31 @@ class EnvironmentVariable(Substitution):
     def __init__(self, name: object, *, default_value: object = None) -> None:
         self.name, self.default = as_substitution(name), default_value
 
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         name = self.name.perform(context)
         if name in context.environment:
             return context.environment[name]
         if self.default is not None:
             return performed(self.default, context)
         hint = f"set it: {name}=… kbot launch …"
-        raise Fault("L013", f"the environment variable {name} is not set", hint, name)
+        raise LaunchError("L013", f"the environment variable {name} is not set", hint, name)
 
 
 class PythonExpression(Substitution):
     def __init__(self, expression: object, python_modules: Iterable[object] = ("math",)) -> None:
         self.expression = as_substitution(expression)
 
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         return context.evaluate(self.expression.perform(context))
 
 
 class ThisLaunchFile(Substitution):
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         return str(Path(context.file).absolute())
 
 
 class ThisLaunchFileDir(Substitution):
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         return str(Path(context.file).absolute().parent)
 
 
@@ -180,7 +180,7 @@ class AnonName(Substitution):
     def __init__(self, name: object) -> None:
         self.name = as_substitution(name)
 
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         name = self.name.perform(context)
         return context.anonymous.setdefault(name, f"{name}_{os.getpid()}_{len(context.anonymous) + 1}")
 
@@ -189,7 +189,7 @@ class NotSubstitution(Substitution):
     def __init__(self, value: object) -> None:
         self.value = as_substitution(value)
 
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         return str(not is_true(self.value.perform(context))).lower()
 
 
@@ -197,7 +197,7 @@ class FileContent(Substitution):
     def __init__(self, path: object) -> None:
         self.path = as_substitution(path)
 
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         return read_source(self.path.perform(context)).text
 
 
@@ -207,18 +207,18 @@ class Parameter(Substitution):
     def __init__(self, name: object, *, default: object = None) -> None:
         self.name, self.default = as_substitution(name), default
 
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         name = self.name.perform(context)
         if name in context.parameters:
             return context.budget.text(context.parameters[name].value)
         if self.default is not None:
             return performed(self.default, context)
         hint = did_you_mean(name, context.parameters)
-        raise Fault("L011", f"the parameter '{name}' is set for no node here", hint, name)
+        raise LaunchError("L011", f"the parameter '{name}' is set for no node here", hint, name)
 
 
 class LaunchLogDir(Substitution):
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         folder = context.environment.get("ROS_LOG_DIR")
         return folder or str(Path(context.environment.get("ROS_HOME", "~/.ros")).expanduser() / "log")
 
@@ -227,18 +227,18 @@ class _Several(Substitution):
     def __init__(self, *values: object) -> None:
         self.values = [as_substitution(value) for value in values]
 
-    def truths(self, context: Context) -> list[bool]:
+    def truths(self, context: LaunchContext) -> list[bool]:
         """Of all of them, so that one that is neither is told whatever the others are."""
         return [is_true(value.perform(context)) for value in self.values]
 
 
 class AnySubstitution(_Several):
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         return str(any(self.truths(context))).lower()
 
 
 class AllSubstitution(_Several):
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         return str(all(self.truths(context))).lower()
 
 
@@ -256,7 +256,7 @@ class _Pair(Substitution):
     def __init__(self, left: object, right: object) -> None:
         self.left, self.right = as_substitution(left), as_substitution(right)
 
-    def texts(self, context: Context) -> tuple[str, str]:
+    def texts(self, context: LaunchContext) -> tuple[str, str]:
         return self.left.perform(context), self.right.perform(context)
 
 
@@ -272,12 +272,12 @@ def _equal(left: str, right: str) -> bool:
 
 
 class EqualsSubstitution(_Pair):
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         return str(_equal(*self.texts(context))).lower()
 
 
 class NotEqualsSubstitution(_Pair):
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         return str(not _equal(*self.texts(context))).lower()
 
 
@@ -287,6 +287,6 @@ class IfElseSubstitution(Substitution):
             as_substitution, (condition, if_value, else_value)
         )
 
-    def perform(self, context: Context) -> str:
+    def perform(self, context: LaunchContext) -> str:
         chosen = self.if_value if is_true(self.condition.perform(context)) else self.else_value
         return chosen.perform(context)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from kbot.ros.launch.commands import expand_within
-from kbot.ros.launch.plan import Description
-from kbot.ros.launch.ros2.context import Context
+from kbot.ros.launch.plan import RobotDescription
+from kbot.ros.launch.ros2.context import LaunchContext
 from kbot.text import read_source
 
 
-def xacro_functions(context: Context) -> dict[str, object]:
+def xacro_functions(context: LaunchContext) -> dict[str, object]:
     """The module's functions by name; what they expand is known to the context as that file's robot."""
     xacro = _Xacro(context)
     return {name: getattr(xacro, name) for name in ("process_file", "process", "parse", "process_doc")}
@@ -29,7 +29,7 @@ class _Document:
 
 
 class _Xacro:
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: LaunchContext) -> None:
         self.context = context
 
     def process_file(
@@ -39,7 +39,7 @@ class _Xacro:
         expansion = expand_within(self.context.budget, str(path), arguments, self.context.packages)
         for diagnostic in expansion.diagnostics:
             self.context.note(diagnostic)
-        self.context.descriptions[expansion.text] = Description(str(path), arguments)
+        self.context.descriptions[expansion.text] = RobotDescription(str(path), arguments)
         return _Document(expansion.text)
 
     def parse(self, source: object, filename: object = None) -> _Document:

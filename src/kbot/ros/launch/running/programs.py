@@ -15,7 +15,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from kbot.ros.launch.node_arguments import split
-from kbot.ros.launch.plan import Node, Plan
+from kbot.ros.launch.plan import Plan, PlannedNode
 from kbot.ros.launch.quoting import split_words
 from kbot.text import DescriptionError, Diagnostic, Severity, read_source
 from kbot.xacro.packages import PackageNotFound, Packages
@@ -29,13 +29,13 @@ _ASK_SECONDS = 20.0
 class Program:
     """A node of the user's own that can be run: what runs it, its file, and the modules of ROS it imports."""
 
-    node: Node
+    node: PlannedNode
     interpreter: str
     file: str
     ros: frozenset[str]
 
 
-def find_program(node: Node, packages: Packages) -> Program | Diagnostic:
+def find_program(node: PlannedNode, packages: Packages) -> Program | Diagnostic:
     """The program of a node, or why it is not run and what can be done."""
     try:
         folder = packages.find(node.package)
@@ -99,7 +99,7 @@ def split_prefix(prefix: str | None) -> list[str]:
     return split_words(prefix) if prefix else []
 
 
-def _not_run(node: Node, why: str, hint: str) -> Diagnostic:
+def _not_run(node: PlannedNode, why: str, hint: str) -> Diagnostic:
     severity = Severity.ERROR if node.required else Severity.WARNING
     message = f"{node.full_name} ({node.package}/{node.type}) is not run: {why}"
     hint = f"the launch needs it (required); {hint}".rstrip("; ") if node.required else hint

@@ -9,7 +9,7 @@ from kbot.kinematics.drive.controller_files import node_parameters
 from kbot.model.spawned import Setting, SpawnedController
 from kbot.ros import names
 from kbot.ros.launch.node_arguments import Options, place_of, read_options
-from kbot.ros.launch.plan import Node, Plan
+from kbot.ros.launch.plan import Plan, PlannedNode
 from kbot.ros.parameter_values import ROSPARAM
 from kbot.text import DescriptionError, Diagnostic, Origin, Severity, read_source
 from kbot.text.span import Call
@@ -51,7 +51,7 @@ class _File:
 
 
 def read_controllers(
-    plan: Plan, nodes: Iterable[Node]
+    plan: Plan, nodes: Iterable[PlannedNode]
 ) -> tuple[tuple[SpawnedController, ...], list[Diagnostic]]:
     """What the `nodes` of controller managers spawn, each controller once, and what is wrong with files."""
     notes: list[Diagnostic] = []
@@ -88,12 +88,12 @@ def _unknown(plan: Plan, full: str, wish: _Wish) -> Diagnostic:
     return Diagnostic("L064", Severity.WARNING, what, wish.origin, hint)
 
 
-def runs_hardware(node: Node) -> bool:
+def runs_hardware(node: PlannedNode) -> bool:
     """Whether a node is the controller manager of ROS 2 for a robot's hardware, true or made up."""
     return (node.package, node.type) == ("controller_manager", "ros2_control_node")
 
 
-def _wishes(node: Node, is_ros_2: bool) -> Iterator[_Wish]:
+def _wishes(node: PlannedNode, is_ros_2: bool) -> Iterator[_Wish]:
     if not node.package:
         yield from _command(node)
     elif node.type == "spawner" and not is_ros_2:
@@ -116,7 +116,7 @@ def _wishes(node: Node, is_ros_2: bool) -> Iterator[_Wish]:
                 yield _Wish(word, node.namespace, action == "spawn", place_of(node, word))
 
 
-def _command(node: Node) -> Iterator[_Wish]:
+def _command(node: PlannedNode) -> Iterator[_Wish]:
     """`ros2 control load_controller --set-state active NAME`, as a process."""
     options = read_options(node, _COMMAND_2)
     verb, *rest = options.rest[1:] or ("",)
@@ -140,7 +140,7 @@ def _plain(words: Iterable[str]) -> list[str]:
     return found
 
 
-def _manager(node: Node, options: Options) -> str:
+def _manager(node: PlannedNode, options: Options) -> str:
     """The namespace of the controller manager that a node of ROS 2 speaks to."""
     below = options.text("-n", "--namespace") or ""
     here = names.as_namespace(names.join(node.namespace, below)) if below else node.namespace

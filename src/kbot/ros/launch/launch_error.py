@@ -1,13 +1,13 @@
-"""What keeps a value of a launch file from being had."""
+"""The error of a value in a launch file that cannot be computed."""
 
 from __future__ import annotations
 
 
-class Fault(Exception):
+class LaunchError(Exception):
     """A value that cannot be computed.
 
-    piece     the part of the text that is at fault
-    is_limit  whether the file takes more work than it may; then all work that follows is refused too
+    piece     the part of the text that is wrong
+    is_limit  whether the file exceeds the limit of work; then all work that follows is refused too
     """
 
     def __init__(

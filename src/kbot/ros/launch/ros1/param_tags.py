@@ -7,11 +7,11 @@ from typing import Any
 
 from kbot.ros import names
 from kbot.ros.launch import commands
-from kbot.ros.launch.faults import Fault
 from kbot.ros.launch.includes import charge_text, charge_yaml
-from kbot.ros.launch.plan import Description, Param
-from kbot.ros.launch.ros1.attributes import Attributes, TagReporter
-from kbot.ros.launch.ros1.context import Context
+from kbot.ros.launch.launch_error import LaunchError
+from kbot.ros.launch.plan import Param, RobotDescription
+from kbot.ros.launch.ros1.attributes import Attributes, TagReader
+from kbot.ros.launch.ros1.context import LaunchScope
 from kbot.ros.parameter_values import ROSPARAM, TYPES, convert
 from kbot.text import DescriptionError, Element, Origin, Source, read_source
 from kbot.text.files import read_bytes
@@ -23,11 +23,11 @@ _SOURCES = ("value", "textfile", "binfile", "command")
 _YAML_COMMANDS = ("load", "dump", "delete")
 
 
-class Parameters:
-    """The parameters that a launch file sets, in order."""
+class ParameterStore:
+    """The parameters that a launch file sets, in order. `others` are its dumps and deletions."""
 
-    def __init__(self, reporter: TagReporter, allow_commands: bool) -> None:
-        self.reporter = reporter
+    def __init__(self, tags: TagReader, allow_commands: bool) -> None:
+        self.tags, self.reporter = tags, tags.reporter
         self.allow_commands = allow_commands
         self.store: dict[str, Param] = {}
         self.others: list[tuple[str, str, str]] = []
@@ -42,10 +42,10 @@ class Parameters:
                 self.reporter.problem("L035", message, param.origin, warning=True)
         self.store[param.name] = param
 
-    def param(self, element: Element, context: Context) -> Param | None:
+    def param(self, element: Element, context: LaunchScope) -> Param | None:
         """The parameter of a `<param>`, its name as written; None where it cannot be had."""
         reporter = self.reporter
-        found = reporter.attributes(element, context)
+        found = self.tags.attributes(element, context)
         given = [name for name in _SOURCES if name in element.attributes]
         if len(given) != 1:
             what = f"exactly one of {', '.join(_SOURCES)}"
@@ -64,7 +64,7 @@ class Parameters:
             return None
         try:
             value, description = self._value(source, found, type_, origin)
-        except Fault as fault:
+        except LaunchError as fault:
             reporter.fault(fault, origin)
         except DescriptionError as error:
             reporter.problem("L032", error.diagnostics[0].message, origin, error.diagnostics[0].hint)
@@ -76,7 +76,7 @@ class Parameters:
 
     def _value(
         self, source: str, found: Attributes, type_: str, origin: Origin
-    ) -> tuple[Any, Description | None]:
+    ) -> tuple[Any, RobotDescription | None]:
         text = found[source]
         budget = self.reporter.budget
         match source:
@@ -96,10 +96,10 @@ class Parameters:
         output, description = commands.run(text, packages, origin, note, budget, self.allow_commands)
         return convert(output, type_), description
 
-    def rosparam(self, element: Element, context: Context) -> None:
+    def rosparam(self, element: Element, context: LaunchScope) -> None:
         """A `<rosparam>`: YAML into the store, or a dump or deletion to be done at the launch."""
         reporter = self.reporter
-        found = reporter.attributes(element, context)
+        found = self.tags.attributes(element, context)
         if not found.ok:
             return
         command = found.get("command") or "load"
@@ -111,7 +111,7 @@ class Parameters:
             origin = context.attribute_origin(element, "command")
             reporter.problem("L033", f"<rosparam> has no command '{command}'", origin, hint)
         elif command == "load":
-            substituted = reporter.flag(element, found, "subst_value", context)
+            substituted = self.tags.flag(element, found, "subst_value", context)
             self._load(element, context, file, full, bool(name), substituted)
         elif command == "delete" and file is not None:
             origin = context.attribute_origin(element, "file")
@@ -124,7 +124,7 @@ class Parameters:
     def _load(
         self,
         element: Element,
-        context: Context,
+        context: LaunchScope,
         file: str | None,
         full: str,
         named: bool,
@@ -139,14 +139,14 @@ class Parameters:
             return
         text: str | None = source.text if source else element.text
         if substituted:
-            text = reporter.resolve_text(text or "", element, context)
+            text = self.tags.resolve_text(text or "", element, context)
             if text is None:
                 return
         try:
             charge_yaml(reporter.budget, file or context.file, text or "")
             is_whole_file = source is not None and source.text == text
             document = read_yaml(source if source and is_whole_file else Source("", text or ""), ROSPARAM)
-        except Fault as fault:
+        except LaunchError as fault:
             reporter.fault(fault, origin)
             return
         except ValueError as error:
@@ -188,4 +188,4 @@ def _bytes(path: str) -> bytes:
     try:
         return read_bytes(path)
     except OSError as error:
-        raise Fault("L032", f"{path} cannot be read: {error.strerror}") from None
+        raise LaunchError("L032", f"{path} cannot be read: {error.strerror}") from None
