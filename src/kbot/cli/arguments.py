@@ -5,7 +5,8 @@ from __future__ import annotations
 import functools
 import re
 from collections.abc import Callable, Iterable
-from dataclasses import fields
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -14,6 +15,7 @@ import click
 from kbot.text.errors import KbotError
 
 if TYPE_CHECKING:
+    from kbot.workbench.address import Address
     from kbot.workbench.displays.display_file import DisplayFile
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
@@ -109,7 +111,7 @@ def picture_file(ctx: click.Context, param: click.Parameter, value: str | None) 
 
 
 def read_displays(path: str) -> DisplayFile:
-    """The file that sets the displays; what of it is not shown is said on standard error.
+    """The file that sets the displays. What the page does not show of it is reported on stderr.
 
     Raises:
         KbotError: it is of another kind, cannot be read, or is malformed; with file:line.
@@ -117,7 +119,7 @@ def read_displays(path: str) -> DisplayFile:
     from kbot.workbench.displays.display_file import DisplayFile  # lazy in this module: -h is fast
 
     displays = DisplayFile(path)
-    for note in displays.greeting.notes if displays.greeting is not None else ():
+    for note in displays.notes:
         click.echo(f"{path}: {note}", err=True)
     return displays
 
@@ -139,8 +141,28 @@ def config_option(function: _Function) -> _Function:
     )(function)
 
 
+@dataclass(frozen=True, slots=True)
+class PageOptions:
+    """The address to serve the page on, and whether a browser opens it. `port` None is the first free one."""
+
+    host: str
+    port: int | None
+    browser: bool
+
+    def bound(self, *, has_window: bool = True) -> AbstractContextManager[Address]:
+        """The address, within the block. No browser opens without `has_window`.
+
+        Raises:
+            KbotError: the port is in use, or the address is not this machine's.
+        """
+        from kbot.workbench.address import bound  # lazy in this module: -h is fast
+
+        return bound(self.host, self.port, open_browser=self.browser and has_window)
+
+
 def page_options(function: _Function) -> _Function:
-    """`--host`, `--port` and `--no-browser`, as `host: str`, `port: int | None`, `browser: bool`."""
+    """`--host`, `--port` and `--no-browser`, as one `page: PageOptions`."""
+    function = as_one("page", PageOptions)(function)
     function = click.option(
         "--no-browser",
         "browser",

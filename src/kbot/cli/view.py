@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from kbot.cli.arguments import (
+    PageOptions,
     config_option,
     examples,
     one_file,
@@ -44,9 +45,7 @@ if TYPE_CHECKING:
 @package_path_option
 def command(
     words: tuple[str, ...],
-    host: str,
-    port: int | None,
-    browser: bool,
+    page: PageOptions,
     displays: DisplayFile | None,
     package_path: tuple[str, ...],
     shot: str | None,
@@ -69,7 +68,6 @@ def command(
     path, values = one_file(words)
     from kbot.cli.outputs import run_outputs
     from kbot.record.names import is_recording
-    from kbot.workbench.address import bound
 
     if is_recording(path):
         if shot is not None or values:
@@ -83,10 +81,10 @@ def command(
                     path, package_path, lambda played: outputs.show(played, played.description, path)
                 )
             session.display_file = displays or session.display_file
-            session.paused = session.waits_for_page = browser
+            session.paused = session.waits_for_page = page.browser
             if session.note:
                 click.echo(session.note, err=True)
-            with bound(host, port, open_browser=browser) as address:
+            with page.bound() as address:
                 serve_session(session, address)
         return
     with loading(path):
@@ -108,7 +106,7 @@ def command(
         return
     loaded.require()
     with (
-        bound(host, port, open_browser=browser) as address,
+        page.bound() as address,
         run_outputs(served=True) as outputs,
     ):
         with loading(path):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from kbot.cli.arguments import (
+    PageOptions,
     config_option,
     examples,
     json_option,
@@ -126,9 +127,7 @@ def command(
     contacts: str,
     as_json: bool,
     package_path: tuple[str, ...],
-    host: str,
-    port: int | None,
-    browser: bool,
+    page: PageOptions,
     displays: DisplayFile | None,
     record: RecordOptions,
     peers: PeerRequest | None,
@@ -163,7 +162,6 @@ def command(
             # lazy in this module: -h is fast
             from kbot.checks.first_look import CONTROL, MESHES, first_look
             from kbot.model.load import load_robot, resolve_robot_path
-            from kbot.workbench.address import bound
             from kbot.world import load_world
             from kbot.xacro import Packages
 
@@ -175,7 +173,7 @@ def command(
         with loading(world):
             place = load_world(world)
         with (
-            bound(host, port, open_browser=browser) as address,
+            page.bound() as address,
             run_outputs(record, peers, served=True) as outputs,
         ):
             with loading(world):

@@ -45,6 +45,11 @@ class DisplayFile:
             text = read_source(path).text if Path(path).exists() else ""
             self.greeting = self.open(path, text) if text else Displays(Path(path).name, path, {}, ())
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What of the file the page does not show."""
+        return self.greeting.notes if self.greeting is not None else ()
+
     def open(self, name: str, text: str) -> Displays:
         """The settings in a file's text.
 

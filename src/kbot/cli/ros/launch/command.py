@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from kbot.cli.arguments import examples, package_path_option, page_options, split_arguments
+from kbot.cli.arguments import PageOptions, examples, package_path_option, page_options, split_arguments
 from kbot.cli.output import fail, is_unusable, report, say_how_to_fix, warn_of_others
 from kbot.cli.outputs import record_options
 from kbot.cli.progress import loading
@@ -76,9 +76,7 @@ def command(
     trust: bool,
     allow_commands: bool,
     world: str | None,
-    host: str,
-    port: int | None,
-    browser: bool,
+    page: PageOptions,
     record: RecordOptions,
     peers: PeerOptions,
 ) -> int:
@@ -131,15 +129,13 @@ def command(
         fail("--record goes with a launch that simulates; this one shows a robot (it has no spawn_model)")
     click.echo(table(plan, staged))
     with loading(staged.path):
-        from kbot.workbench.address import bound  # lazy in this module: a dry run needs no page
-
         load_robot(staged.path, staged.arguments, packages=packages).require()
         place = None
         if staged.simulate:
             from kbot.cli.ros.launch.place import find_place
 
             place = find_place(world, staged.world)
-    with bound(host, port, open_browser=browser and staged.window) as address:
+    with page.bound(has_window=staged.window) as address:
         with loading(staged.path):
             from kbot.cli.ros.launch.with_robot import carry_out
         return carry_out(plan, staged, record, peers, place, address, package_path)
