@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from kbot.cli.ros.launch.place import find_place
-from kbot.cli.ros.launch.with_robot import _shown, _simulated
+from kbot.cli.ros.launch.command import _Terminal
 from kbot.messages import TFMessage, Twist, Vector3
 from kbot.messages.navigation import OccupancyGrid
 from kbot.model.load import load_robot
@@ -18,9 +17,10 @@ from kbot.record.feed import Feed
 from kbot.record.record_options import RecordOptions
 from kbot.record.replay import replay
 from kbot.record.run_outputs import RunOutputs
-from kbot.ros.launch import read_launch
-from kbot.ros.launch.staging import Stage, stage
-from kbot.ros.nodes.teleop_twist_keyboard import TeleopKeys
+from kbot.ros.launch import Plan, read_launch
+from kbot.ros.launch.running.robot_run import RobotRun
+from kbot.ros.launch.running.world import choose_world
+from kbot.ros.launch.staging import stage
 from kbot.sim import Simulation
 from kbot.templates import Sizes, make_package
 from kbot.workbench.session.session import Session
@@ -32,7 +32,7 @@ SPAWN = (
     '<node pkg="gazebo_ros" type="spawn_model" name="s" args="-urdf -param robot_description -model r {}"/>'
 )
 
-EMPTY = find_place(None, "empty")
+EMPTY = choose_world(None, "empty", print)
 
 
 @pytest.fixture
@@ -43,15 +43,20 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "my_robot"
 
 
-def staged(package: Path, body: str) -> Stage:
+def planned(package: Path, body: str) -> Plan:
     file = package / "launch" / "a.launch"
     file.write_text(f"<launch>{ROBOT}\n{body}\n</launch>\n")
-    return stage(read_launch(str(file), packages=Packages(around=str(file))).require())
+    return read_launch(str(file), packages=Packages(around=str(file))).require()
+
+
+def run_of(package: Path, body: str) -> RobotRun:
+    plan = planned(package, body)
+    return RobotRun(plan, stage(plan), _Terminal())
 
 
 def launched(package: Path, body: str, *options: str) -> subprocess.CompletedProcess[str]:
     """A launch that ends by itself."""
-    staged(package, body)
+    planned(package, body)
     return subprocess.run(
         [sys.executable, "-m", "kbot", "launch", "launch/a.launch", "--no-browser", "--port", "0", *options],
         cwd=package,
@@ -69,9 +74,9 @@ def program(package: Path, name: str, text: str) -> str:
     return f'<node pkg="my_robot" type="{name}" name="{name.partition(".")[0]}" {{}}/>'
 
 
-def simulated(package: Path, body: str, teleop: TeleopKeys | None = None) -> Session:
-    found = staged(package, body)
-    return _simulated(found, RunOutputs(print, transforms=found.transforms), EMPTY, (), teleop)
+def simulated(package: Path, body: str) -> Session:
+    run = run_of(package, body)
+    return run.session(RunOutputs(print, transforms=run.stand_ins.settings.transforms), EMPTY)
 
 
 def test_the_robot_starts_where_the_spawner_says_and_again_after_a_reset(package: Path) -> None:
@@ -126,9 +131,11 @@ def test_the_map_server_s_map_is_on_its_topic(package: Path) -> None:
 
 
 def test_the_keys_of_the_terminal_drive(package: Path) -> None:
-    teleop = TeleopKeys()
-    session = simulated(package, GAZEBO.format("") + SPAWN.format(""), teleop)
-    sim = session._motion._sim
+    keys = '<node pkg="teleop_twist_keyboard" type="teleop_twist_keyboard.py" name="keys"/>'
+    run = run_of(package, GAZEBO.format("") + SPAWN.format("") + keys)
+    sim = run.session(RunOutputs(print), EMPTY)._motion._sim
+    teleop = run.stand_ins.teleop
+    assert teleop is not None
     teleop.press("i")
     sim.run(3.0)
     # 0.5 m/s, as the node starts with
@@ -142,8 +149,7 @@ def test_joint_state_publisher_s_parameters_reach_the_sliders(package: Path) -> 
     node = """<node pkg="joint_state_publisher" type="joint_state_publisher" name="j"><rosparam>
       {zeros: {left_wheel_joint: 1.5}, dependent_joints: {right_wheel_joint: {parent: left_wheel_joint,
       factor: -2.0, offset: 0.5}}}</rosparam></node>"""
-    found = staged(package, node)
-    session = _shown(found, RunOutputs(print), ())
+    session = run_of(package, node).session(RunOutputs(print), None)
     assert session._motion.moment().positions == {"left_wheel_joint": 1.5, "right_wheel_joint": -2.5}
     assert [joint.name for joint in session._motion.robot.movable_joints if joint.mimic] == [
         "right_wheel_joint"
@@ -292,10 +298,10 @@ def test_two_robots_stand_apart_and_drive_by_their_own_topics_and_again_in_a_rep
         f"</group>".format(place)
         for name, place in (("a", "-y 1"), ("b", "-x -1 -y -1 -z 0.2 -Y 1.5"))
     )
-    found = staged(package, GAZEBO.format("") + robots)
+    run = run_of(package, GAZEBO.format("") + robots)
     file = tmp_path / "run.mcap"
     going = RunOutputs(print, RecordOptions(str(file)))
-    sim = _simulated(found, going, EMPTY, (), None)._motion._sim
+    sim = run.session(going, EMPTY)._motion._sim
     assert list(sim.robots) == ["a", "b"]
     assert sim.robots["b"].body.link_pose("base_footprint").translation[2] == pytest.approx(0.2)
     for _ in range(10):
@@ -357,7 +363,7 @@ def test_joint_states_of_a_recording_move_a_robot_that_is_shown(package: Path, t
     with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(bag)):
         sim.cmd_vel(0.2, 0.0)
         sim.run(2.0)
-    session = _shown(staged(package, play(bag)), RunOutputs(print), ())
+    session = run_of(package, play(bag)).session(RunOutputs(print), None)
     session.advance(2.5)
     shown, end = session._motion.moment().positions, sim.joint_positions
     assert end["left_wheel_joint"] > 1.0

@@ -71,8 +71,8 @@ def test_help_loads_no_verb_and_no_heavy_library() -> None:
 
 def test_nothing_loads_the_engine_where_nothing_is_simulated() -> None:
     code = (
-        "import sys, kbot.ros.client, kbot.cli.bag.play, kbot.cli.ros.launch.with_robot;"
-        "import kbot.cli.ros.graph, kbot.cli.view;"
+        "import sys, kbot.ros.client, kbot.cli.bag.play, kbot.ros.launch.running.robot_run;"
+        "import kbot.cli.ros.graph, kbot.cli.ros.launch.command, kbot.cli.view;"
         "from kbot.ros.peer_options import PeerOptions;"
         "from kbot.workbench.serve import open_session;"
         "session = open_session('kbot', simulate=False); session.advance(0.02);"

@@ -6,7 +6,8 @@ import pytest
 
 from kbot.model.spawned import SpawnedController
 from kbot.ros.launch import read_launch, read_launch_2
-from kbot.ros.launch.staging import stage
+from kbot.ros.launch.known_packages import Role, role
+from kbot.ros.launch.node_settings.spawner import read_controllers
 from kbot.text import Diagnostic
 from kbot.xacro import Packages
 
@@ -35,8 +36,10 @@ def spawned(folder: Path, name: str, text: str) -> tuple[dict[str, SpawnedContro
     file.write_text(text)
     packages = Packages(around=str(file))
     read = read_launch_2 if name.endswith(".launch.xml") else read_launch
-    staged = stage(read(str(file), packages=packages).require(), packages)
-    return {c.name: c for c in staged.controllers}, list(staged.notes)
+    plan = read(str(file), packages=packages).require()
+    spawners = [n for n in plan.nodes if role(n.package, n.type, n.args) is Role.CONTROLLER]
+    found, notes = read_controllers(plan, spawners)
+    return {c.name: c for c in found}, notes
 
 
 @pytest.fixture

@@ -32,7 +32,7 @@ def by_words(folder: Path, words: str, inner: str = "") -> Stage:
 
 
 def rules(found: Stage) -> list[tuple[str, str, str, str]]:
-    return [(b.gz, b.ros, b.ros_type, b.direction) for b in found.bridged]
+    return [(b.gz, b.ros, b.ros_type, b.direction) for b in found.stand_ins.bridged]
 
 
 def test_a_yaml_names_both_sides_types_and_the_direction(folder: Path) -> None:
@@ -67,7 +67,7 @@ def test_marks_of_an_argument_say_the_direction(folder: Path) -> None:
 
 def test_a_bridge_of_images_takes_topics(folder: Path) -> None:
     found = staged(folder, '<node pkg="ros_gz_image" exec="image_bridge" args="/camera /depth"/>')
-    assert [bridged.ros for bridged in found.bridged] == ["/camera", "/depth"]
+    assert [bridged.ros for bridged in found.stand_ins.bridged] == ["/camera", "/depth"]
 
 
 def test_launch_files_of_the_bridge_itself_take_a_config_file(folder: Path) -> None:
@@ -78,7 +78,7 @@ def test_launch_files_of_the_bridge_itself_take_a_config_file(folder: Path) -> N
         '<include file="$(find-pkg-share ros_gz_bridge)/launch/ros_gz_bridge.launch.py">'
         f'<arg name="bridge_name" value="b"/><arg name="config_file" value="{folder}/bridge.yaml"/></include>'
     )
-    assert [bridged.gz for bridged in staged(folder, include).bridged] == ["/odom"]
+    assert [bridged.gz for bridged in staged(folder, include).stand_ins.bridged] == ["/odom"]
 
 
 @pytest.mark.parametrize(
@@ -121,7 +121,7 @@ def test_what_is_wrong_in_a_yaml_is_said_at_its_line(
     span = note.origin.span
     assert (Path(span.file).name, span.line, span.column) == ("bridge.yaml", line, column)
     assert said in note.message
-    assert found.bridged == ()
+    assert found.stand_ins.bridged == ()
 
 
 def test_bytes_that_are_no_text_are_said_of_the_yaml(folder: Path) -> None:

@@ -25,8 +25,7 @@ def staged(folder: Path, body: str) -> Stage:
 
 
 def names(found: Stage) -> list[tuple[str, str, str]]:
-    first = (found.spawn.model, found.spawn.namespace, found.frame_prefix)
-    return [first, *((o.spawn.model, o.spawn.namespace, o.frame_prefix) for o in found.others)]
+    return [(o.spawn.model, o.spawn.namespace, o.frame_prefix) for o in found.robots]
 
 
 def test_a_group_s_namespace_is_that_of_the_robot_as_gazebo_ros_has_it(folder: Path) -> None:
@@ -34,7 +33,7 @@ def test_a_group_s_namespace_is_that_of_the_robot_as_gazebo_ros_has_it(folder: P
     two = SPAWN.format("s", "-model B -y -1")
     found = staged(folder, f'<group ns="a">{one}</group><group ns="b">{two}</group>')
     assert names(found) == [("A", "a", "a/"), ("B", "b", "b/")]
-    assert [o.spawn.y for o in found.others] == [-1.0]
+    assert [o.spawn.y for o in found.robots[1:]] == [-1.0]
     assert found.notes == ()
 
 
@@ -95,8 +94,7 @@ def test_controllers_go_to_the_robot_in_whose_namespace_they_are(folder: Path) -
     )
     group = '<group ns="{0}">' + robot + controller + "</group>"
     found = staged(folder, group.format("a") + group.format("b"))
-    assert [c.name for c in found.controllers] == ["/a/c"]
-    assert [c.name for other in found.others for c in other.controllers] == ["/b/c"]
+    assert [[c.name for c in robot.controllers] for robot in found.robots] == [["/a/c"], ["/b/c"]]
 
 
 def test_a_model_of_sdf_is_a_thing_beside_the_robot(folder: Path) -> None:
@@ -123,15 +121,19 @@ def test_a_model_of_sdf_that_is_the_robot_itself_gives_it_its_place(folder: Path
     spawner = SPAWN.format("s", "-sdf -file $(dirname)/{}.sdf -model burger -x 2 -y -0.5")
     spawner = spawner.replace("-urdf -param /robot_description", "")
     found = staged(folder, described + spawner.format("same"))
-    assert (found.path, found.spawn.x, found.spawn.y) == (str(folder / "r.urdf"), 2.0, -0.5)
-    assert (found.spawn.model, found.models) == ("burger", ())
+    assert (found.robots[0].path, found.robots[0].spawn.x, found.robots[0].spawn.y) == (
+        str(folder / "r.urdf"),
+        2.0,
+        -0.5,
+    )
+    assert (found.robots[0].spawn.model, found.models) == ("burger", ())
     (note,) = (n for n in found.notes if n.code == "L063")
     assert "same.sdf is the robot that r.urdf describes" in note.message
     found = staged(folder, described + spawner.format("other"))
-    assert ([m.path for m in found.models], found.spawn.x) == ([str(folder / "other.sdf")], 0.0)
+    assert ([m.path for m in found.models], found.robots[0].spawn.x) == ([str(folder / "other.sdf")], 0.0)
 
 
 def test_a_description_in_whose_comments_xacro_is_left_is_one(folder: Path) -> None:
     (folder / "r.urdf").write_text('<robot name="r"><!-- <xacro:wheel/>\n --><link name="a"/></robot>')
     described = '<param name="robot_description" textfile="$(dirname)/r.urdf"/>'
-    assert staged(folder, described).path == str(folder / "r.urdf")
+    assert staged(folder, described).robots[0].path == str(folder / "r.urdf")

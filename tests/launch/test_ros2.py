@@ -106,7 +106,11 @@ def test_the_robot_s_file_is_known_however_it_was_expanded(folder: Path, value: 
         f" parameters=[{{'robot_description': {value}}}])"
     )
     found = stage(clean(python(folder, node)))
-    assert (found.path, found.arguments, found.notes) == (str(folder / "r.xacro"), {"width": "2"}, ())
+    assert (found.robots[0].path, found.robots[0].arguments, found.notes) == (
+        str(folder / "r.xacro"),
+        {"width": "2"},
+        (),
+    )
 
 
 def test_a_robot_that_was_parsed_and_then_expanded_is_known_too(folder: Path) -> None:
@@ -116,20 +120,20 @@ def test_a_robot_that_was_parsed_and_then_expanded_is_known_too(folder: Path) ->
     )
     node = "Node(package='p', executable='e', parameters=[{'robot_description': doc.toxml()}])"
     found = stage(python(folder, node, before=before))
-    assert (found.path, found.arguments) == (str(folder / "r.xacro"), {"width": "2"})
+    assert (found.robots[0].path, found.robots[0].arguments) == (str(folder / "r.xacro"), {"width": "2"})
 
 
 def test_a_robot_whose_hardware_is_run_is_simulated(folder: Path) -> None:
-    assert not stage(python(folder, "Node(package='controller_manager', executable='spawner')")).simulate
+    assert not stage(python(folder, "Node(package='controller_manager', executable='spawner')")).is_simulated
     manager = "Node(package='controller_manager', executable='ros2_control_node')"
-    assert stage(python(folder, manager)).simulate
+    assert stage(python(folder, manager)).is_simulated
 
 
 def test_a_robot_read_as_a_file_is_known_too(folder: Path) -> None:
     (folder / "r.urdf").write_text('<robot name="r"><link name="a"/></robot>')
     path = str(folder / "r.urdf")
     node = f"Node(package='p', executable='e', parameters=[{{'robot_description': open({path!r}).read()}}])"
-    assert stage(python(folder, node)).path == path
+    assert stage(python(folder, node)).robots[0].path == path
 
 
 def test_a_spawned_robot_is_simulated(folder: Path) -> None:
@@ -143,7 +147,7 @@ def test_a_spawned_robot_is_simulated(folder: Path) -> None:
         "Node(package='ros_gz_sim', executable='create', arguments=['-topic', 'robot_description'])",
     )
     found = stage(clean(plan))
-    assert (found.path, found.simulate) == (str(folder / "r.xacro"), True)
+    assert (found.robots[0].path, found.is_simulated) == (str(folder / "r.xacro"), True)
     assert plan.included[0].arguments == {"gz_args": "-r empty.sdf"}
 
 
@@ -300,7 +304,7 @@ def test_xml_and_yaml_say_the_same_as_python(folder: Path, name: str, text: str)
     assert (second.full_name, second.args) == ("/n22", "-a 3")
     assert plan.params["/up/robot_state_publisher/rate"].value == 20.0
     found = stage(plan)
-    assert (found.path, found.arguments) == (str(folder / "r.xacro"), {"width": "2"})
+    assert (found.robots[0].path, found.robots[0].arguments) == (str(folder / "r.xacro"), {"width": "2"})
     assert is_ros_2(str(folder / name))
 
 

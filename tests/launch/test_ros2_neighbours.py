@@ -63,7 +63,7 @@ def test_a_command_gets_the_parameter_of_a_node_that_stands_before(folder: Path)
     plan = clean(python(folder, publisher, hardware))
     assert plan.params["/ros2_control_node/robot_description"].value == ROBOT
     staged = stage(plan)
-    assert (staged.path, staged.simulate) == (str(folder / "r.urdf"), True)
+    assert (staged.robots[0].path, staged.is_simulated) == (str(folder / "r.urdf"), True)
     (problem,) = python(folder, hardware, publisher).problems
     assert (problem.code, "robot_state_publisher" in problem.message) == ("L041", True)
 
@@ -164,7 +164,7 @@ def test_gazebo_as_a_process(folder: Path, command: str, expected: tuple[str, bo
     plan = clean(python(folder, f"ExecuteProcess(cmd={command}, shell={shell})", publisher, create))
     staged = stage(plan)
     assert staged.notes == ()
-    assert (staged.world, staged.paused, staged.window) == expected
+    assert (staged.gazebo.world, staged.gazebo.paused, staged.has_window) == expected
 
 
 def test_a_description_that_the_launch_file_has_changed_is_still_the_robot(folder: Path) -> None:
@@ -176,8 +176,7 @@ def test_a_description_that_the_launch_file_has_changed_is_still_the_robot(folde
         " parameters=[{'robot_description': text.replace(%s)}])"
     )
     moved = clean(python(folder, publisher % "'package://mine/', 'file:///there/'", before=before))
-    assert stage(moved).path == str(folder / "r.urdf")
+    assert stage(moved).robots[0].path == str(folder / "r.urdf")
     renamed = clean(python(folder, publisher % "'base', 'other'", before=before))
-    path = stage(renamed).path
-    assert path is not None
+    path = stage(renamed).robots[0].path
     assert '"other"' in Path(path).read_text()

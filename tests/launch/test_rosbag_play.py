@@ -33,7 +33,7 @@ def staged_2(folder: Path, args: str) -> Stage:
 
 
 def only(found: Stage) -> Playing:
-    (playing,) = found.playings
+    (playing,) = found.stand_ins.playings
     return playing
 
 
@@ -105,7 +105,7 @@ def test_a_player_beside_a_simulation_begins_paused(folder: Path, args: str, pau
     """P in the page lets both go on."""
     robot = '<node pkg="gazebo_ros" type="spawn_model" name="s" args="-urdf -param r -model m"/>'
     found = staged(folder, args.format(folder), beside=robot)
-    assert only(found).paused is found.paused is paused
+    assert only(found).paused is found.gazebo.paused is paused
     assert not [note for note in found.notes if note.code == "L063"]
 
 

@@ -34,25 +34,32 @@ def staged(folder: Path, text: str) -> Stage:
 def test_a_spawned_model_is_simulated_in_the_world_that_is_named(folder: Path) -> None:
     world = '<arg name="world_name" value="worlds/boxes.world"/>'
     found = staged(folder, GAZEBO.format(passed=world, param="robot_description", more=""))
-    assert (found.path, found.arguments) == (str(folder / "r.xacro"), {})
-    assert (found.simulate, found.world, found.paused, found.notes) == (True, "worlds/boxes.world", False, ())
+    assert (found.robots[0].path, found.robots[0].arguments) == (str(folder / "r.xacro"), {})
+    assert (found.is_simulated, found.gazebo.world, found.gazebo.paused, found.notes) == (
+        True,
+        "worlds/boxes.world",
+        False,
+        (),
+    )
 
 
 def test_the_parameter_that_is_spawned_is_the_robot(folder: Path) -> None:
     found = staged(folder, GAZEBO.format(passed="", param="other", more=""))
-    assert (found.path, found.arguments) == (str(folder / "s.xacro"), {"side": "left"})
-    assert found.world == "worlds/empty.world"
+    assert (found.robots[0].path, found.robots[0].arguments) == (str(folder / "s.xacro"), {"side": "left"})
+    assert found.gazebo.world == "worlds/empty.world"
 
 
 def test_a_file_that_is_spawned_is_the_robot(folder: Path) -> None:
     found = staged(folder, GAZEBO.format(passed="", param="other", more=f" -file {folder}/r.xacro"))
-    assert found.path == str(folder / "r.xacro")
+    assert found.robots[0].path == str(folder / "r.xacro")
 
 
 def test_the_start_is_where_the_spawner_is_told(folder: Path) -> None:
     more = " -x 1 -y -2.5 -z 0.3 -R 0.1 -P 0.2 -Y 0.5 -J arm 0.7 -J lift -1"
     found = staged(folder, GAZEBO.format(passed="", param="other", more=more))
-    assert found.spawn == SpawnRequest(1.0, -2.5, 0.3, 0.1, 0.2, 0.5, {"arm": 0.7, "lift": -1.0}, model="m")
+    assert found.robots[0].spawn == SpawnRequest(
+        1.0, -2.5, 0.3, 0.1, 0.2, 0.5, {"arm": 0.7, "lift": -1.0}, model="m"
+    )
     assert found.notes == ()
 
 
@@ -85,40 +92,44 @@ def test_gazebo_s_arguments_count(
     folder: Path, passed: str, unpause: str, paused: bool, window: bool
 ) -> None:
     found = staged(folder, GAZEBO.format(passed=passed, param="other", more=unpause))
-    assert (found.paused, found.window) == (paused, window)
+    assert (found.gazebo.paused, found.has_window) == (paused, window)
 
 
 def test_who_looks_by_rviz_has_a_window_without_gazebo_s(folder: Path) -> None:
     rviz = '<node pkg="rviz" type="rviz" name="rviz"/></launch>'
     text = GAZEBO.format(passed='<arg name="gui" value="false"/>', param="other", more="")
-    assert staged(folder, text.replace("</launch>", rviz)).window
+    assert staged(folder, text.replace("</launch>", rviz)).has_window
 
 
 def test_without_a_spawner_the_robot_is_shown_and_not_simulated(folder: Path) -> None:
     text = '<launch><param name="robot_description" command="xacro $(dirname)/r.xacro"/></launch>'
     found = staged(folder, text)
-    assert (found.path, found.simulate, found.world) == (str(folder / "r.xacro"), False, "empty")
+    assert (found.robots[0].path, found.is_simulated, found.gazebo.world) == (
+        str(folder / "r.xacro"),
+        False,
+        "empty",
+    )
 
 
 def test_a_world_s_own_launch_file_names_it(folder: Path) -> None:
     text = '<launch><include file="$(find gazebo_ros)/launch/mud_world.launch"/></launch>'
-    assert staged(folder, text).world == "mud.world"
+    assert staged(folder, text).gazebo.world == "mud.world"
 
 
 @pytest.mark.parametrize("how", ['textfile="$(dirname)/r.xacro"', 'command="cat $(dirname)/r.xacro"'])
 def test_a_robot_that_is_read_as_it_stands_is_the_robot(folder: Path, how: str) -> None:
     launch = f'<launch><param name="robot_description" {how}/></launch>'
-    assert staged(folder, launch).path == str(folder / "r.xacro")
+    assert staged(folder, launch).robots[0].path == str(folder / "r.xacro")
     (folder / "r.xacro").write_text('<robot xmlns:xacro="http://x" name="r"><xacro:a/></robot>')
-    assert staged(folder, launch).path is None
+    assert staged(folder, launch).robots == ()
 
 
 def test_a_test_is_not_run(folder: Path) -> None:
     text = """<launch><test test-name="drives" pkg="rosbag" type="record" args="-a"/>
       <test test-name="lives" pkg="nowhere" type="lives.py"/></launch>"""
     found = staged(folder, text)
-    assert (found.recordings, found.programs, found.notes) == ((), (), ())
-    assert len(staged(folder, text.replace("<test test-name", "<node name")).recordings) == 1
+    assert (found.stand_ins.recordings, found.programs, found.notes) == ((), (), ())
+    assert len(staged(folder, text.replace("<test test-name", "<node name")).stand_ins.recordings) == 1
 
 
 def test_a_file_of_displays_that_is_not_there_is_told_where_it_is_written(folder: Path) -> None:

@@ -39,7 +39,7 @@ def test_every_form_of_a_static_transform(tmp_path: Path, package: str, args: st
     found = staged(
         tmp_path, f'<node pkg="{package}" type="static_transform_publisher" name="t" args="{args}"/>'
     )
-    (transform,) = found.transforms
+    (transform,) = found.stand_ins.transforms
     assert (transform.parent, transform.child, transform.xyz) == ("base", "camera", (1.0, 2.0, 3.0))
     assert transform.xyzw == pytest.approx((0.0, 0.0, HALF, HALF))
     assert found.notes == ()
@@ -50,7 +50,7 @@ def test_the_order_of_angles_is_yaw_pitch_roll(tmp_path: Path) -> None:
     found = staged(
         tmp_path, f'<node pkg="tf2_ros" type="static_transform_publisher" name="t" args="{args}"/>'
     )
-    assert found.transforms[0].xyzw == pytest.approx((HALF, 0.0, 0.0, HALF))
+    assert found.stand_ins.transforms[0].xyzw == pytest.approx((HALF, 0.0, 0.0, HALF))
 
 
 @pytest.mark.parametrize("args", ["", "1 2 3 base camera", "0 0 0 0 0 0 0 base camera", "1 2 3 4 5 six a b"])
@@ -98,7 +98,7 @@ def test_a_misspelt_parameter_of_joint_state_publisher_is_told_with_the_nearest(
 )
 def test_rosbag_record(tmp_path: Path, args: str, path: str | None, topics: tuple[str, ...]) -> None:
     found = staged(tmp_path, f'<node pkg="rosbag" type="record" name="r" args="{args}"/>')
-    (recording,) = found.recordings
+    (recording,) = found.stand_ins.recordings
     assert recording.topics == topics
     if path is not None:
         assert recording == RecordRequest(path, topics)
@@ -114,13 +114,13 @@ def test_ros2_bag_record_as_a_process(tmp_path: Path) -> None:
         "        cmd=['ros2', 'bag', 'record', '-o', 'a run', '/odom', 'scan'])])\n"
     )
     found = stage(read_launch_2(str(file), trusted=True).require())
-    assert found.recordings == (RecordRequest("a run", ("/odom", "/scan")),)
+    assert found.stand_ins.recordings == (RecordRequest("a run", ("/odom", "/scan")),)
 
 
 def test_a_map_server_s_map(tmp_path: Path) -> None:
     (tmp_path / "m.yaml").write_text("")
     found = staged(tmp_path, '<node pkg="map_server" type="map_server" name="m" args="$(dirname)/m.yaml"/>')
-    assert found.maps == (str(tmp_path / "m.yaml"),)
+    assert found.stand_ins.maps == (str(tmp_path / "m.yaml"),)
     found = staged(tmp_path, '<node pkg="map_server" type="map_server" name="m" args="/no/map.yaml"/>')
     assert [(note.code, note.is_error) for note in found.notes] == [("L059", True)]
 
@@ -141,4 +141,4 @@ def test_gz_sim_s_arguments(tmp_path: Path, arguments: str, world: str, paused: 
         f'<arg name="gz_args" value={arguments}/></include></launch>'
     )
     found = stage(read_launch_2(str(file)).require())
-    assert (found.world, found.paused, found.window) == (world, paused, window)
+    assert (found.gazebo.world, found.gazebo.paused, found.has_window) == (world, paused, window)

@@ -27,7 +27,7 @@ def test_keys_with_their_speeds_and_remap(tmp_path: Path) -> None:
         ' args="_turn:=0.7"><param name="speed" value="0.2"/>'
         '<remap from="cmd_vel" to="/a/drive"/></node></group>'
     )
-    assert staged(tmp_path, node).keys == Keys("/a/drive", 0.2, 0.7)
+    assert staged(tmp_path, node).stand_ins.keys == Keys("/a/drive", 0.2, 0.7)
 
 
 def test_a_gamepad_s_nodes_get_one_note(tmp_path: Path) -> None:
@@ -57,4 +57,4 @@ def test_a_wrong_parameter_is_reported_at_its_line(tmp_path: Path) -> None:
     assert note.origin is not None
     assert (note.code, note.origin.span.line) == ("L062", 2)
     assert note.message == "speed is a finite number, not 'fast'"
-    assert found.keys == Keys("/cmd_vel", 0.5, 1.0)
+    assert found.stand_ins.keys == Keys("/cmd_vel", 0.5, 1.0)

@@ -6,7 +6,7 @@ from kbot.model import Robot
 from kbot.model.load import load_robot, load_robot_text
 from kbot.model.spawned import with_controllers
 from kbot.ros.launch import read_launch
-from kbot.ros.launch.staging import stage
+from kbot.ros.launch.node_settings.spawner import read_controllers
 from kbot.sim import Simulation
 from kbot.xacro import Packages
 
@@ -54,6 +54,6 @@ def launched(urdf, tmp_path: Path):
         )
         packages = Packages(around=str(file))
         plan = read_launch(str(file), packages=packages).require()
-        return with_controllers(urdf(description), stage(plan, packages).controllers)
+        return with_controllers(urdf(description), read_controllers(plan, plan.nodes)[0])
 
     return build

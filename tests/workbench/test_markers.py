@@ -14,7 +14,7 @@ from kbot.messages.visualization import (
     Marker,
     MarkerArray,
 )
-from kbot.ros.launch.staging import display_config, fixed_frame
+from kbot.ros.launch.node_settings.rviz import display_config, fixed_frame
 from kbot.workbench.meshes.markers import MarkerMeshes
 from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.topics.marker_state import MarkerState

@@ -10,8 +10,8 @@ from kbot.checks.runner import examine, findings
 from kbot.kinematics.drive.controllers import drive_controllers
 from kbot.model.load import load_robot
 from kbot.ros.launch import Plan, is_ros_2, read_launch, read_launch_2
+from kbot.ros.launch.node_settings.rviz import missing_displays
 from kbot.ros.launch.plan import Param, RobotDescription
-from kbot.ros.launch.staging import missing_displays
 from kbot.text import DescriptionError, Diagnostic, Origin, Related, Severity, Source, read_source
 from kbot.xacro import Packages
 

@@ -1,35 +1,31 @@
-"""What a plan comes to without ROS: which robot is shown or simulated where, and what runs beside it."""
+"""A plan as KBot runs it without ROS: the robots, where they start, and what replaces the nodes."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime
-from pathlib import Path
 from typing import TypeVar
 
-from kbot.model.spawned import SpawnedController
 from kbot.ros.launch.known_packages import NODES, RENAMED, Role, role
-from kbot.ros.launch.node_arguments import place_of_value, split
-from kbot.ros.launch.node_settings.gazebo import read_gazebo
+from kbot.ros.launch.node_settings.gazebo import GazeboSettings, read_gazebo
 from kbot.ros.launch.node_settings.gz_bridge import read_bridged
 from kbot.ros.launch.node_settings.joint_states import read_joint_states
+from kbot.ros.launch.node_settings.map_server import read_maps
 from kbot.ros.launch.node_settings.rosbag_play import read_playing
 from kbot.ros.launch.node_settings.rosbag_record import RecordRequest, read_recording
+from kbot.ros.launch.node_settings.rviz import ViewerSettings, read_viewer
 from kbot.ros.launch.node_settings.spawner import read_controllers, runs_hardware
-from kbot.ros.launch.node_settings.spawning import SpawnedRobot, SpawnRequest
+from kbot.ros.launch.node_settings.spawning import SpawnedRobot
 from kbot.ros.launch.node_settings.static_transforms import read_static_transform
 from kbot.ros.launch.node_settings.teleop import read_keys
 from kbot.ros.launch.plan import Plan, PlannedNode
 from kbot.ros.launch.population import read_population
-from kbot.ros.launch.running.programs import Program, find_program
+from kbot.ros.launch.programs import Program, find_program
 from kbot.ros.nodes.gz_bridge import Bridged
 from kbot.ros.nodes.joint_state_publisher import JointStateSettings
 from kbot.ros.nodes.rosbag_play import Playing
 from kbot.ros.nodes.teleop_twist_keyboard import Keys
 from kbot.text import Diagnostic, Severity
-from kbot.text.installed import find_file
-from kbot.text.suggest import did_you_mean
 from kbot.tf.static_transforms import StaticTransform
 from kbot.xacro.packages import Packages
 
@@ -37,161 +33,116 @@ _T = TypeVar("_T")
 
 
 @dataclass(frozen=True)
-class Stage:
-    """What KBot does in the place of a launch's nodes.
+class StandInSettings:
+    """The settings of the nodes that KBot replaces beside a robot, or without one.
 
-    path, arguments  the robot file and its xacro arguments; None where no parameter holds a robot
-    simulate         whether it is simulated, in `world`, from `spawn` on, `paused` at first: because it is
-                     spawned, or its hardware is run
-    window           whether the launch wants anything to be seen
-    displays         the file that rviz is told to show, empty where it is told none
-    fixed_frame      the frame that rviz is told to hold still, empty where it is told none
-    frame_prefix     what stands before its frames, empty for nothing
-    others           robots that are spawned after it
-    models           things of SDF that are spawned
-    joints           what a joint_state_publisher is told
-    maps             map.yaml files that a map server publishes
-    keys             what teleop_twist_keyboard is told; None without one
-    playings         recordings that are said again
-    controllers      those that are spawned for it
-    bridged          topics under the names that a bridge to gz gives them
-    programs         the user's own nodes that can be run
-    notes            what is not done and why
+    maps        map.yaml files that a map server publishes
+    recordings  what rosbag records
+    playings    recordings that are played back
+    keys        the settings of teleop_twist_keyboard; None without one
+    bridged     topics that a bridge to gz renames
     """
 
-    path: str | None
-    arguments: Mapping[str, str]
-    simulate: bool
-    world: str
-    paused: bool
-    window: bool
-    displays: str
-    fixed_frame: str
-    spawn: SpawnRequest
-    frame_prefix: str
-    others: tuple[SpawnedRobot, ...]
+    transforms: tuple[StaticTransform, ...] = ()
+    maps: tuple[str, ...] = ()
+    recordings: tuple[RecordRequest, ...] = ()
+    playings: tuple[Playing, ...] = ()
+    keys: Keys | None = None
+    bridged: tuple[Bridged, ...] = ()
+
+    @property
+    def has_publishers(self) -> bool:
+        """Whether any of them publishes without a robot."""
+        return bool(self.playings or self.transforms or self.maps or self.keys)
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What KBot does in place of a launch's nodes.
+
+    robots        the first is the one that is shown or driven; none if no parameter holds a robot
+    models        SDF models that are spawned
+    is_simulated  whether the robots are simulated, because one is spawned or its hardware is run
+    gazebo        the world, and whether the simulation starts paused
+    viewer        the settings of rviz; None without one
+    joints        the settings of joint_state_publisher
+    programs      the user's own nodes that can be run
+    notes         what is not done, and why
+    """
+
+    robots: tuple[SpawnedRobot, ...]
     models: tuple[SpawnedRobot, ...]
+    is_simulated: bool
+    gazebo: GazeboSettings
+    viewer: ViewerSettings | None
     joints: JointStateSettings
-    transforms: tuple[StaticTransform, ...]
-    maps: tuple[str, ...]
-    recordings: tuple[RecordRequest, ...]
-    playings: tuple[Playing, ...]
-    keys: Keys | None
-    controllers: tuple[SpawnedController, ...]
-    bridged: tuple[Bridged, ...]
+    stand_ins: StandInSettings
     programs: tuple[Program, ...]
     notes: tuple[Diagnostic, ...]
 
+    @property
+    def robot(self) -> SpawnedRobot | None:
+        """The first robot."""
+        return self.robots[0] if self.robots else None
+
+    @property
+    def has_window(self) -> bool:
+        """Whether the launch shows a window: Gazebo's or rviz's."""
+        return self.gazebo.window or self.viewer is not None
+
 
 def stage(plan: Plan, packages: Packages | None = None) -> Stage:
-    """What stands in for a plan's nodes, and a note for each that nothing stands in for. Tests are left to
-    rostest, as roslaunch leaves them."""
+    """The robots and stand-ins of a plan, and a note for each node that KBot neither replaces nor runs. Tests
+    are not run, as with roslaunch."""
     packages = packages or Packages(around=plan.path)
     plan = replace(plan, nodes=tuple(node for node in plan.nodes if not node.is_test))
     cast: dict[Role | None, list[PlannedNode]] = {}
     for node in plan.nodes:
         cast.setdefault(role(node.package, node.type, node.args), []).append(node)
     notes: list[Diagnostic] = []
-    programs = _programs(cast.get(None, []), packages, notes)
+
+    def noted(read: tuple[_T, list[Diagnostic]]) -> _T:
+        notes.extend(read[1])
+        return read[0]
+
+    programs = noted(_programs(cast.get(None, []), packages))
     spawners = cast.get(Role.SPAWNER, [])
-    transforms = [_taken(read_static_transform(node), notes) for node in cast.get(Role.TRANSFORM, [])]
+    transforms = [noted(read_static_transform(node)) for node in cast.get(Role.TRANSFORM, [])]
     now = datetime.now()
-    recordings = [_taken(read_recording(node, now), notes) for node in cast.get(Role.RECORDER, [])]
-    simulate = bool(spawners) or any(runs_hardware(node) for node in plan.nodes)
-    playings = [_taken(read_playing(node, can_wait=simulate), notes) for node in cast.get(Role.PLAYER, [])]
-    gazebo, found = read_gazebo(plan)
-    notes += found
-    joints, found = read_joint_states(plan)
-    notes += found
-    controllers, found = read_controllers(plan, cast.get(Role.CONTROLLER, []))
-    notes += found
-    keys, found = read_keys(plan, cast.get(Role.TELEOP, []))
-    notes += found
+    recordings = [noted(read_recording(node, now)) for node in cast.get(Role.RECORDER, [])]
+    is_simulated = bool(spawners) or any(runs_hardware(node) for node in plan.nodes)
+    found = [noted(read_playing(node, can_wait=is_simulated)) for node in cast.get(Role.PLAYER, [])]
+    playings = tuple(playing for playing in found if playing is not None)
+    gazebo = noted(read_gazebo(plan))
+    joints = noted(read_joint_states(plan))
+    controllers = noted(read_controllers(plan, cast.get(Role.CONTROLLER, [])))
+    keys = noted(read_keys(plan, cast.get(Role.TELEOP, [])))
     notes += [_gamepad(node) for node in cast.get(Role.GAMEPAD, [])[:1]]
-    bridged, found = read_bridged(plan, cast.get(Role.BRIDGE, []))
-    notes += found
-    robots, models, found = read_population(plan, spawners, controllers)
-    notes += found
-    first = robots[0] if robots else None
-    spawn = first.spawn if first else SpawnRequest()
-    viewers = cast.get(Role.VIEWER, [])
-    notes += missing_displays(viewers)
-    displays = next((file for node in viewers if (file := display_config(node.args))), "")
+    bridged = noted(read_bridged(plan, cast.get(Role.BRIDGE, [])))
+    robots, models, of_robots = read_population(plan, spawners, controllers)
+    notes += of_robots
+    viewer = noted(read_viewer(cast.get(Role.VIEWER, [])))
+    maps = noted(read_maps(plan, cast.get(Role.MAP, [])))
+    is_unpaused = any(robot.spawn.unpause for robot in robots)
+    is_paused = (gazebo.paused and not is_unpaused) or any(playing.paused for playing in playings)
     return Stage(
-        path=first.path if first else None,
-        arguments=first.arguments if first else {},
-        simulate=simulate,
-        world=gazebo.world,
-        paused=(gazebo.paused and not any(robot.spawn.unpause for robot in robots))
-        or any(playing is not None and playing.paused for playing in playings),
-        window=gazebo.window or bool(viewers),
-        displays=find_file(displays) or displays,
-        fixed_frame=next((frame for node in viewers if (frame := fixed_frame(node.args))), ""),
-        spawn=spawn,
-        frame_prefix=first.frame_prefix if first else "",
-        others=tuple(robots[1:]),
-        models=tuple(models),
-        joints=joints,
-        transforms=tuple(t for t in transforms if t is not None),
-        maps=tuple(_maps(plan, cast.get(Role.MAP, []), notes)),
-        recordings=tuple(recordings),
-        playings=tuple(playing for playing in playings if playing is not None),
-        keys=keys,
-        controllers=first.controllers if first else controllers,
-        bridged=bridged,
-        programs=tuple(programs),
-        notes=tuple(notes),
+        tuple(robots),
+        tuple(models),
+        is_simulated,
+        replace(gazebo, paused=is_paused),
+        viewer,
+        joints,
+        StandInSettings(
+            tuple(t for t in transforms if t is not None), maps, tuple(recordings), playings, keys, bridged
+        ),
+        programs,
+        tuple(notes),
     )
 
 
-def display_config(arguments: str) -> str:
-    """The file that rviz is told to show by `-d` or `--display-config`, empty where it is told none."""
-    return _option(arguments, "-d", "--display-config")
-
-
-def missing_displays(nodes: Iterable[PlannedNode]) -> list[Diagnostic]:
-    """A warning for each rviz among the nodes that is told to show a file that is not there."""
-    found = []
-    for node in nodes:
-        file = display_config(node.args) if role(node.package, node.type, node.args) is Role.VIEWER else ""
-        if file and find_file(file) is None:
-            option = "-d" if "-d" in node.args.split() else "--display-config"
-            where = place_of_value(node, option)
-            message = f"there is no file {file}: rviz shows its own displays"
-            found.append(Diagnostic("L059", Severity.WARNING, message, where, _nearest_file(file)))
-    return found
-
-
-def _nearest_file(path: str) -> str:
-    try:
-        return did_you_mean(Path(path).name, [file.name for file in Path(path).parent.iterdir()])
-    except OSError:
-        return ""
-
-
-def fixed_frame(arguments: str) -> str:
-    """The frame that rviz is told to hold still by `-f` or `--fixed-frame`, empty where it is told none."""
-    return _option(arguments, "-f", "--fixed-frame")
-
-
-def _option(arguments: str, short: str, long: str) -> str:
-    words = arguments.split()
-    for at, word in enumerate(words):
-        if word in (short, long) and at + 1 < len(words):
-            return words[at + 1]
-        if word.startswith(f"{long}="):
-            return word.partition("=")[2]
-    return ""
-
-
-def _taken(read: tuple[_T, list[Diagnostic]], notes: list[Diagnostic]) -> _T:
-    value, found = read
-    notes += found
-    return value
-
-
-def _programs(nodes: list[PlannedNode], packages: Packages, notes: list[Diagnostic]) -> list[Program]:
+def _programs(nodes: list[PlannedNode], packages: Packages) -> tuple[tuple[Program, ...], list[Diagnostic]]:
     programs = []
+    notes = []
     for node in nodes:
         if node.package in NODES or (node.package, node.type) in RENAMED or not node.package:
             notes.append(_unknown(node))
@@ -201,7 +152,7 @@ def _programs(nodes: list[PlannedNode], packages: Packages, notes: list[Diagnost
             programs.append(found)
         else:
             notes.append(found)
-    return programs
+    return tuple(programs), notes
 
 
 def _unknown(node: PlannedNode) -> Diagnostic:
@@ -217,19 +168,3 @@ def _gamepad(node: PlannedNode) -> Diagnostic:
     message = f"node {node.package}/{node.type} is not run: the page reads gamepads"
     hint = "connect the gamepad to the machine that shows the page; its left stick drives the robot"
     return Diagnostic("L055", Severity.INFO, message, node.spans["type"], hint)
-
-
-def _maps(plan: Plan, servers: list[PlannedNode], notes: list[Diagnostic]) -> list[str]:
-    """The map files of ROS 1's arguments and of ROS 2's parameter."""
-    found = []
-    for node in servers:
-        param = plan.params.get(f"{node.full_name}/yaml_filename")
-        words = [word for word in split(node) if ":=" not in word and not word.startswith("-")]
-        path = str(param.value) if param is not None else (words[0] if words else "")
-        if Path(path).is_file():
-            found.append(path)
-        else:
-            what = f"the map {path} is not there" if path else "map_server is given no map"
-            where = param.origin if param is not None else node.spans.get("args", node.origin)
-            notes.append(Diagnostic("L059", Severity.ERROR, f"{what}: nothing is on /map", where))
-    return found

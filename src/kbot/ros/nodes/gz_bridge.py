@@ -6,14 +6,16 @@ import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from kbot.messages import Publisher, Subscription, Twist
 from kbot.record.encodings.type_names import ros_name
-from kbot.sim import Simulation
-from kbot.sim.robot import SimulatedRobot
 from kbot.text import Diagnostic, KbotError, Origin, Severity
 from kbot.text.suggest import did_you_mean
+
+if TYPE_CHECKING:  # the engine, which reading a launch file does not need
+    from kbot.sim import Simulation
+    from kbot.sim.robot import SimulatedRobot
 
 
 class Direction(StrEnum):

@@ -1,1 +1,1 @@
-"""`kbot launch`: its options, what it prints, and a launch carried out, with a robot or without one."""
+"""`kbot launch`: its options, and what it prints about a launch."""

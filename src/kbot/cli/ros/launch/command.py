@@ -1,32 +1,44 @@
-"""`kbot launch`: what roslaunch would do, with KBot in the place of ROS."""
+"""`kbot launch`: its options, the file that they name, and the exit status."""
 
 from __future__ import annotations
 
 import os
 import re
 import sys
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from kbot.cli.arguments import PageOptions, examples, package_path_option, page_options, split_arguments
-from kbot.cli.output import fail, is_unusable, report, say_how_to_fix, warn_of_others
-from kbot.cli.outputs import record_options
+from kbot.cli.arguments import (
+    PageOptions,
+    as_one,
+    examples,
+    package_path_option,
+    page_options,
+    split_arguments,
+)
+from kbot.cli.keys import keys
+from kbot.cli.output import fail, is_unusable, print_note, report, say_how_to_fix, warn_of_others
+from kbot.cli.outputs import record_options, run_outputs
 from kbot.cli.progress import loading
-from kbot.cli.ros.launch.text import print_answers, table
+from kbot.cli.ros.launch.text import Questions, print_answers, table
 from kbot.cli.ros.peer_options import peer_options
 from kbot.model.load import SHIPPED_NAME, SHIPPED_PACKAGE, load_robot
-from kbot.model.spawned import with_controllers
 from kbot.ros.launch import Plan, is_ros_2, read_launch, read_launch_2
+from kbot.ros.launch.running.findings import simulation_findings
 from kbot.ros.launch.staging import Stage, stage
-from kbot.text import Diagnostic, KbotError, Severity
+from kbot.text import KbotError, Severity
 from kbot.text.suggest import did_you_mean
 from kbot.xacro import PackageNotFound, Packages
 
 if TYPE_CHECKING:
     from kbot.record.record_options import RecordOptions
+    from kbot.record.run_outputs import RunOutputs
     from kbot.ros.peer_options import PeerOptions
+    from kbot.tf.static_transforms import StaticTransform
 
 _NAMED = 10
 """Launch files of a folder that are named."""
@@ -64,15 +76,12 @@ _NAMED = 10
 @record_options
 @peer_options
 @page_options
+@as_one("questions", Questions)
 def command(
     words: tuple[str, ...],
     package_path: tuple[str, ...],
     dry_run: bool,
-    nodes: bool,
-    files: bool,
-    dump_params: bool,
-    ros_args: bool,
-    args_of: str | None,
+    questions: Questions,
     trust: bool,
     allow_commands: bool,
     world: str | None,
@@ -98,76 +107,79 @@ def command(
     else:
         with loading(path):
             plan = read_launch(
-                path, arguments, packages, resolve_anonymous=not nodes, allow_commands=allow_commands
+                path,
+                arguments,
+                packages,
+                resolve_anonymous=not questions.nodes,
+                allow_commands=allow_commands,
             )
     plan.require()
-    if nodes or files or dump_params or ros_args or args_of:
-        report(d for d in plan.problems)
-        print_answers(
-            plan, nodes=nodes, files=files, dump_params=dump_params, ros_args=ros_args, args_of=args_of
-        )
+    if questions:
+        report(plan.problems)
+        print_answers(plan, questions)
         return 0
     with loading(path):
         staged = stage(plan, packages)
-        controllers = _of_robots(staged, packages)
+        found = simulation_findings(staged, packages)
     if dry_run:
-        found = (*plan.diagnostics, *staged.notes, *controllers)
+        found = (*plan.diagnostics, *staged.notes, *found)
         report(found)
         say_how_to_fix(found)
         click.echo(table(plan, staged))
         if any(is_unusable(d) for d in found):
             return 2
         return int(any(d.severity is not Severity.INFO for d in found))
-    found = (*(d for d in (*plan.diagnostics, *staged.notes) if d.code.startswith("L")), *controllers)
+    found = (*(d for d in (*plan.diagnostics, *staged.notes) if d.code.startswith("L")), *found)
     report(found)
     say_how_to_fix(found)
     if any(note.is_error for note in staged.notes):
         return 2
-    if staged.path is None:
+    if staged.robot is None:
         return _without_robot(plan, staged, record, peers)
-    if record.path and not staged.simulate:
+    if record.path and not staged.is_simulated:
         fail("--record goes with a launch that simulates; this one shows a robot (it has no spawn_model)")
     click.echo(table(plan, staged))
-    with loading(staged.path):
-        load_robot(staged.path, staged.arguments, packages=packages).require()
-        place = None
-        if staged.simulate:
-            from kbot.cli.ros.launch.place import find_place
+    with loading(staged.robot.path):
+        load_robot(staged.robot.path, staged.robot.arguments, packages=packages).require()
+        chosen = None
+        if staged.is_simulated:
+            from kbot.ros.launch.running.world import choose_world  # with the worlds' geometry
 
-            place = find_place(world, staged.world)
-    with page.bound(has_window=staged.window) as address:
-        with loading(staged.path):
-            from kbot.cli.ros.launch.with_robot import carry_out
-        return carry_out(plan, staged, record, peers, place, address, package_path)
+            chosen = choose_world(world, staged.gazebo.world, print_note)
+    with page.bound(has_window=staged.has_window) as address:
+        with loading(staged.robot.path):
+            from kbot.ros.launch.running.robot_run import RobotRun  # with the workbench
+
+            run = RobotRun(plan, staged, _Terminal(), package_path)
+        return run.run(record, peers, chosen, address)
+
+
+class _Terminal:
+    """A `kbot.ros.launch.running.Terminal`."""
+
+    note = staticmethod(print_note)
+    report = staticmethod(report)
+    loading = staticmethod(loading)
+    keys = staticmethod(keys)
+
+    def outputs(
+        self, record: RecordOptions, peers: PeerOptions, transforms: Sequence[StaticTransform]
+    ) -> AbstractContextManager[RunOutputs]:
+        return run_outputs(record, peers, transforms, served=True)
 
 
 def _without_robot(plan: Plan, staged: Stage, record: RecordOptions, peers: PeerOptions) -> int:
-    from kbot.cli.ros.launch.programs import run_programs
-    from kbot.cli.ros.launch.without_robot import has_something_to_say, run_without_robot
+    from kbot.ros.launch.running.programs import run_programs  # lazy in this module: start-up time
+    from kbot.ros.launch.running.without_robot import run_without_robot
 
-    has_more = has_something_to_say(staged)
-    if not (has_more or staged.programs):
+    if not (staged.stand_ins.has_publishers or staged.programs):
         fail(f"{plan.path} sets no parameter to a robot (robot_description from xacro): nothing to show")
     click.echo(table(plan, staged))
-    return run_without_robot(plan, staged, record, peers) if has_more else run_programs(plan, staged.programs)
-
-
-def _of_robots(staged: Stage, packages: Packages) -> tuple[Diagnostic, ...]:
-    """What is wrong with the spawned controllers and the hardware of the robots that are simulated."""
-    if not (staged.path and staged.simulate):
-        return ()
-    from kbot.checks.first_look import CONTROL, first_look, folded
-    from kbot.sim.preparation import controller_findings
-
-    spawned = [(staged.path, staged.arguments, staged.controllers)]
-    spawned += [(other.path, other.arguments, other.controllers) for other in staged.others]
-    findings: list[Diagnostic] = []
-    for path, arguments, controllers in spawned:
-        loaded = load_robot(path, arguments, packages=packages)
-        findings += first_look(loaded, CONTROL)
-        if controllers and loaded.robot is not None:
-            findings += folded(loaded, controller_findings(with_controllers(loaded.robot, controllers)))
-    return tuple(findings)
+    if not staged.stand_ins.has_publishers:
+        return run_programs(plan, staged.programs, print_note)
+    if record.path:
+        fail("--record goes with a launch that simulates; this one has no robot")
+    return run_without_robot(plan, staged, peers, _Terminal())
 
 
 def _ask_for_trust(path: str) -> bool:

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import click
 
 from kbot.ros.launch import Plan, PlannedNode
 from kbot.ros.launch.known_packages import role
-from kbot.ros.launch.node_settings.spawning import SpawnRequest
+from kbot.ros.launch.node_settings.spawning import SpawnedRobot
 from kbot.ros.launch.staging import Stage
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 
 
-def table(plan: Plan, staged: Stage) -> str:
-    """A line for each node: its name, what it is, what stands in for it, where it was written."""
-    running = {program.node.full_name for program in staged.programs}
+def table(plan: Plan, stage: Stage) -> str:
+    """A line for each node: its name, its program, what KBot does for it, and where it was written."""
+    running = {program.node.full_name for program in stage.programs}
     rows = [
         (n.full_name, f"{n.package}/{n.type}", _what(n, running), _place(str(n.origin))) for n in plan.nodes
     ]
@@ -30,17 +31,20 @@ def table(plan: Plan, staged: Stage) -> str:
     lines = [
         f"  {row[0]:<{widths[0]}}  {row[1]:<{widths[1]}}  {row[2]:<{widths[2]}}  {row[3]}" for row in rows
     ]
-    robots = [(staged.path, staged.arguments, staged.spawn)] if staged.path else []
-    robots += [(other.path, other.arguments, other.spawn) for other in staged.others]
-    told = [_robot(path, arguments, spawn) for path, arguments, spawn in robots] or ["  no robot"]
+    robots = [_robot(robot) for robot in stage.robots] or ["  no robot"]
     return "\n".join(
-        [f"{plan.path}: {_count(len(plan.params), 'parameter')}, {_count(len(rows), 'node')}", *lines, *told]
+        [
+            f"{plan.path}: {_count(len(plan.params), 'parameter')}, {_count(len(rows), 'node')}",
+            *lines,
+            *robots,
+        ]
     )
 
 
-def _robot(path: str, arguments: Mapping[str, str], spawn: SpawnRequest) -> str:
-    given = "".join(f" {name}:={value}" for name, value in arguments.items())
-    return f"  robot: {path}{given}" + (f"  in /{spawn.namespace}" if spawn.namespace else "")
+def _robot(robot: SpawnedRobot) -> str:
+    given = "".join(f" {name}:={value}" for name, value in robot.arguments.items())
+    namespace = robot.spawn.namespace
+    return f"  robot: {robot.path}{given}" + (f"  in /{namespace}" if namespace else "")
 
 
 def _what(node: PlannedNode, running: Collection[str]) -> str:
@@ -55,23 +59,41 @@ def _place(origin: str) -> str:
     return f"{Path(file).name}:{line}"
 
 
-def print_answers(
-    plan: Plan, *, nodes: bool, files: bool, dump_params: bool, ros_args: bool, args_of: str | None
-) -> None:
-    if nodes:
+@dataclass(frozen=True, slots=True)
+class Questions:
+    """What to print instead of running a launch: names of nodes, launch files, parameters, arguments, and the
+    command line of the node `args_of`."""
+
+    nodes: bool
+    files: bool
+    dump_params: bool
+    ros_args: bool
+    args_of: str | None
+
+    def __bool__(self) -> bool:
+        return self.nodes or self.files or self.dump_params or self.ros_args or bool(self.args_of)
+
+
+def print_answers(plan: Plan, questions: Questions) -> None:
+    """Print what was asked for.
+
+    Raises:
+        KbotError: no node has the name that was asked for.
+    """
+    if questions.nodes:
         for node in plan.nodes:
             click.echo(node.full_name)
-    if files:
+    if questions.files:
         for file in dict.fromkeys(plan.files):
             click.echo(file)
-    if dump_params:
+    if questions.dump_params:
         import yaml  # only for --dump-params
 
         click.echo(yaml.safe_dump({name: param.value for name, param in plan.params.items()}))
-    if ros_args:
+    if questions.ros_args:
         click.echo(_arguments(plan))
-    if args_of:
-        click.echo(_command_line(plan, args_of))
+    if questions.args_of:
+        click.echo(_command_line(plan, questions.args_of))
 
 
 def _arguments(plan: Plan) -> str:

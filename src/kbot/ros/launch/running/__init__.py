@@ -1,1 +1,1 @@
-"""Programs of the user's own beside KBot: found, started, watched, ended."""
+"""Runs a staged launch: the robots, the stand-ins of known nodes, and the user's own programs."""

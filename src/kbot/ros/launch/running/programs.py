@@ -1,75 +1,88 @@
-"""Programs of the user's own that a launch file runs as nodes: where they are, and what runs them."""
+"""Runs the user's own programs of a launch, beside a robot or without one."""
 
 from __future__ import annotations
 
-import ast
+import _thread
 import os
-import re
 import shutil
-import subprocess
-import sys
-from collections.abc import Iterable
-from dataclasses import dataclass
-from functools import cache
-from importlib.util import find_spec
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from kbot.ros.launch.node_arguments import split
 from kbot.ros.launch.plan import Plan, PlannedNode
+from kbot.ros.launch.programs import Program
 from kbot.ros.launch.quoting import split_words
-from kbot.text import DescriptionError, Diagnostic, Severity, read_source
-from kbot.xacro.packages import PackageNotFound, Packages
+from kbot.ros.launch.running.parameters import set_on_master
+from kbot.ros.launch.running.processes import Process, Processes
+from kbot.ros.peer_options import PeerOptions
 
-_SHEBANG = re.compile(r"#!.*\bpython[\d.]*\s*$")
-_SKIPPED = frozenset({"build", "install", "log", "devel", "node_modules", "__pycache__"})
-_ASK_SECONDS = 20.0
-
-
-@dataclass(frozen=True, slots=True)
-class Program:
-    """A node of the user's own that can be run: what runs it, its file, and the modules of ROS it imports."""
-
-    node: PlannedNode
-    interpreter: str
-    file: str
-    ros: frozenset[str]
+_LOOK_SECONDS = 0.1
 
 
-def find_program(node: PlannedNode, packages: Packages) -> Program | Diagnostic:
-    """The program of a node, or why it is not run and what can be done."""
-    try:
-        folder = packages.find(node.package)
-    except PackageNotFound as error:
-        return _not_run(node, f"the package '{node.package}' is not found", error.hint)
-    file = _in_package(Path(folder), node.type)
-    if file is None:
-        return _not_run(node, f"{folder} has no program {node.type}", "")
-    try:
-        text = read_source(file).text
-    except DescriptionError:
-        text = ""
-    if not (file.suffix == ".py" or _SHEBANG.match(text.partition("\n")[0])):
-        return _not_run(node, f"{file} is no Python program", "a compiled node needs a ROS: roslaunch")
-    try:
-        wanted = _imports(ast.parse(text), file.parent, Path(folder))
-    except (SyntaxError, ValueError) as error:
-        line = f"{file}:{getattr(error, 'lineno', 1)}"
-        return _not_run(node, f"{line}: it is not valid Python", str(getattr(error, "msg", error)))
-    ros = wanted & {"rospy", "rclpy"}
-    interpreter = next(
-        (python for python in _interpreters() if not _lacking(python, frozenset(wanted))), None
-    )
-    if interpreter is None:
-        lacking = sorted(_lacking(sys.executable, frozenset(wanted)))
-        what = "a ROS, or write it with kbot.Node, which needs none" if ros else "what it imports"
-        return _not_run(node, f"{file} imports {', '.join(lacking)}, not here", f"install {what}")
-    return Program(node, interpreter, str(file), frozenset(ros))
+def run_programs(plan: Plan, programs: Sequence[Program], note: Callable[[str], None]) -> int:
+    """Run programs without a robot until all have ended, a required one has ended, or Ctrl-C. They connect to
+    the ROS or KBot that runs already. Returns the exit status.
+
+    Raises:
+        KbotError: they need a ROS 1 master, and none answers.
+    """
+    from kbot.ros.client import wanted_transport  # lazy in this module: most launches run no programs
+
+    kind = wanted_transport(os.environ)
+    with _processes(plan, programs, {"KBOT_TRANSPORT": kind}, note) as built:
+        if kind == "ros1":
+            set_on_master(plan)
+        processes = Processes(built, note, _thread.interrupt_main)
+        try:
+            with suppress(KeyboardInterrupt):
+                while not processes.are_over:
+                    time.sleep(_LOOK_SECONDS)
+        finally:
+            processes.close()
+    return processes.status
+
+
+def start_programs(
+    stack: ExitStack,
+    plan: Plan,
+    programs: Sequence[Program],
+    peers: PeerOptions,
+    note: Callable[[str], None],
+) -> Processes | None:
+    """Start a launch's programs, which run until the stack is closed. Without a bridge they connect to this
+    KBot. The end of a required one interrupts the main thread. Returns None if there are none."""
+    if not programs:
+        return None
+    kind = "ros2" if "ros2" in peers.bridges and "ros1" not in peers.bridges else "ros1"
+    defaults = {"KBOT_TRANSPORT": kind if peers.is_live else "local"}
+    built = stack.enter_context(_processes(plan, programs, defaults, note))
+    processes = Processes(built, note, _thread.interrupt_main)
+    stack.callback(processes.close)
+    return processes
+
+
+def live_for_programs(programs: Sequence[Program], peers: PeerOptions) -> PeerOptions:
+    """The peers, with a bridge for the user's own programs to connect by if the user asked for none."""
+    if not programs or peers.is_live:
+        return peers
+    from kbot.ros.client import wanted_transport
+
+    needs_ros_2 = any("rclpy" in program.ros for program in programs)
+    if needs_ros_2 or wanted_transport(os.environ) == "ros2":
+        return replace(peers, bridges=("ros2",))
+    return replace(peers, bridges=("ros1",))
 
 
 def command_line(program: Program, plan: Plan, parameter_file: str) -> list[str]:
-    """The words to run it by, as roslaunch and ros2 launch put them. `parameter_file` is one of ROS 2."""
+    """The words to run it by, as roslaunch and ros2 launch write them. `parameter_file` is for ROS 2. It is
+    empty if there are no parameters."""
     node = program.node
-    prefix = split_prefix(node.launch_prefix)
+    prefix = split_words(node.launch_prefix) if node.launch_prefix else []
     words = [*prefix, program.interpreter, program.file, *split(node)]
     remaps = [f"{source}:={target}" for source, target in node.remaps]
     if plan.is_ros_2:
@@ -81,7 +94,7 @@ def command_line(program: Program, plan: Plan, parameter_file: str) -> list[str]
 
 
 def environment(program: Program) -> dict[str, str]:
-    """The environment of its process: ours, the node's own, and where its package keeps modules."""
+    """The environment of its process: KBot's own, the node's, and the folder of its package's modules."""
     found = dict(os.environ)
     node = program.node
     source = Path(program.file).parents[1] / "src"
@@ -94,74 +107,72 @@ def environment(program: Program) -> dict[str, str]:
     return found
 
 
-def split_prefix(prefix: str | None) -> list[str]:
-    """The words of a launch-prefix."""
-    return split_words(prefix) if prefix else []
-
-
-def _not_run(node: PlannedNode, why: str, hint: str) -> Diagnostic:
-    severity = Severity.ERROR if node.required else Severity.WARNING
-    message = f"{node.full_name} ({node.package}/{node.type}) is not run: {why}"
-    hint = f"the launch needs it (required); {hint}".rstrip("; ") if node.required else hint
-    return Diagnostic("L055", severity, message, node.spans["type"], hint)
-
-
-def _in_package(folder: Path, name: str) -> Path | None:
-    """A file of that name, with or without .py, nearest to the package's root."""
-    found: list[Path] = []
-    for root, folders, files in os.walk(folder):
-        folders[:] = sorted(f for f in folders if f not in _SKIPPED and not f.startswith("."))
-        found += [Path(root) / file for file in files if file in (name, f"{name}.py")]
-    return min(found, key=lambda file: (len(file.parts), str(file)), default=None)
-
-
-def _imports(tree: ast.Module, folder: Path, package: Path) -> set[str]:
-    """Modules without which it does not start; those of its own folder and package are there."""
-    found: set[str] = set()
-
-    def look(nodes: Iterable[ast.stmt]) -> None:
-        for node in nodes:
-            if isinstance(node, ast.Import):
-                found.update(alias.name.partition(".")[0] for alias in node.names)
-            elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
-                found.add(node.module.partition(".")[0])
-            elif isinstance(node, ast.If | ast.With):
-                look(node.body)
-
-    look(tree.body)
-    own = (folder, package, package / "src")
-    return {n for n in found if not any((f / n).is_dir() or (f / f"{n}.py").is_file() for f in own)}
-
-
-@cache
-def _interpreters() -> tuple[str, ...]:
-    """Our own Python, then the machine's, which a ROS is installed for."""
-    other = shutil.which("python3") or shutil.which("python")
-    system = "/usr/bin/python3" if Path("/usr/bin/python3").exists() else None
-    return tuple(dict.fromkeys(python for python in (sys.executable, other, system) if python))
-
-
-@cache
-def _lacking(python: str, modules: frozenset[str]) -> frozenset[str]:
-    """Those of the modules that an interpreter does not find."""
-    if python == sys.executable:
-        return frozenset(name for name in modules if not _is_here(name))
-    code = "import sys, importlib.util as u; print(*(m for m in sys.argv[1:] if u.find_spec(m) is None))"
+@contextmanager
+def _processes(
+    plan: Plan, programs: Sequence[Program], defaults: Mapping[str, str], note: Callable[[str], None]
+) -> Iterator[list[Process]]:
+    """The processes to start, with `defaults` for their environment. Their logs and parameter files are in a
+    folder that is deleted at the end unless a log has text."""
+    folder = Path(tempfile.mkdtemp(prefix="kbot-launch-"))
     try:
-        done = subprocess.run(
-            [python, "-c", code, *sorted(modules)],
-            capture_output=True,
-            text=True,
-            timeout=_ASK_SECONDS,
-            check=False,
-        )
-    except (OSError, subprocess.TimeoutExpired):
-        return modules
-    return modules if done.returncode else frozenset(done.stdout.split())
+        if any(program.node.output == "log" for program in programs):
+            note(f'Nodes with output="log" write to {folder}')
+        yield [_process(plan, program, folder, defaults) for program in programs]
+    finally:
+        if not any(log.stat().st_size for log in folder.glob("*.log")):
+            shutil.rmtree(folder, ignore_errors=True)
 
 
-def _is_here(name: str) -> bool:
-    try:
-        return find_spec(name) is not None
-    except (ImportError, ValueError):
-        return False
+def _process(plan: Plan, program: Program, logs: Path, defaults: Mapping[str, str]) -> Process:
+    node = program.node
+    stem = node.full_name.strip("/").replace("/", "-")
+    log = logs / f"{stem}.log" if node.output == "log" else None
+    command = command_line(program, plan, _parameter_file(plan, node, logs / f"{stem}.yaml"))
+    if defaults.get("KBOT_TRANSPORT") == "local":
+        command = [*command, *_parameter_words(plan, node)]
+    return Process(
+        name=node.full_name,
+        command=command,
+        environment={**defaults, **environment(program)},
+        folder=_folder(node, program),
+        log=log,
+        respawn=node.respawn_delay if node.respawn else None,
+        required=node.required,
+        delay=node.delay,
+        after=node.after,
+    )
+
+
+def _parameter_words(plan: Plan, node: PlannedNode) -> list[str]:
+    """A ROS 1 node's own parameters as words, for a run without a parameter server."""
+    if plan.is_ros_2:
+        return []  # they are in its parameter file
+    own = _own_parameters(plan, node)
+    return [f"_{name}:={value}" for name, value in own.items() if not isinstance(value, list)]
+
+
+def _own_parameters(plan: Plan, node: PlannedNode) -> dict[str, Any]:
+    prefix = f"{node.full_name}/"
+    return {n.removeprefix(prefix): p.value for n, p in plan.params.items() if n.startswith(prefix)}
+
+
+def _folder(node: PlannedNode, program: Program) -> str:
+    """The working folder: the program's own for `cwd="node"`, ROS's for `ROS_HOME`, else the current one."""
+    if node.cwd == "node":
+        return str(Path(program.file).parent)
+    if node.cwd in ("ROS_HOME", "ros-root", "ros_home"):
+        home = Path(os.environ.get("ROS_HOME") or Path.home() / ".ros")
+        home.mkdir(parents=True, exist_ok=True)
+        return str(home)
+    return str(Path.cwd())
+
+
+def _parameter_file(plan: Plan, node: PlannedNode, path: Path) -> str:
+    """A ROS 2 file of the node's parameters; none for ROS 1, where the master has them."""
+    own = _own_parameters(plan, node)
+    if not plan.is_ros_2 or not own:
+        return ""
+    import yaml  # only for nodes of ROS 2 with parameters
+
+    path.write_text(yaml.safe_dump({node.full_name: {"ros__parameters": own}}), encoding="utf-8")
+    return str(path)

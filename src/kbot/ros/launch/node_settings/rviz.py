@@ -1,0 +1,73 @@
+"""The arguments of rviz: the file of its displays and its fixed frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from kbot.ros.launch.known_packages import Role, role
+from kbot.ros.launch.node_arguments import place_of_value
+from kbot.ros.launch.plan import PlannedNode
+from kbot.text import Diagnostic, Severity
+from kbot.text.installed import find_file
+from kbot.text.suggest import did_you_mean
+
+
+@dataclass(frozen=True, slots=True)
+class ViewerSettings:
+    """`displays` is the file of the displays, which may be missing. Both are empty where rviz uses its
+    defaults."""
+
+    displays: str = ""
+    fixed_frame: str = ""
+
+
+def read_viewer(nodes: Sequence[PlannedNode]) -> tuple[ViewerSettings | None, list[Diagnostic]]:
+    """The settings of a launch's rviz, None without one, and a warning for each missing display file. Of
+    several rviz, the first that names a file and the first that names a frame count."""
+    if not nodes:
+        return None, []
+    displays = next((file for node in nodes if (file := display_config(node.args))), "")
+    frame = next((frame for node in nodes if (frame := fixed_frame(node.args))), "")
+    return ViewerSettings(find_file(displays) or displays, frame), missing_displays(nodes)
+
+
+def display_config(arguments: str) -> str:
+    """The value of `-d` or `--display-config`, empty if neither is given."""
+    return _option(arguments, "-d", "--display-config")
+
+
+def fixed_frame(arguments: str) -> str:
+    """The value of `-f` or `--fixed-frame`, empty if neither is given."""
+    return _option(arguments, "-f", "--fixed-frame")
+
+
+def missing_displays(nodes: Iterable[PlannedNode]) -> list[Diagnostic]:
+    """A warning for each rviz among the nodes whose display file does not exist."""
+    found = []
+    for node in nodes:
+        file = display_config(node.args) if role(node.package, node.type, node.args) is Role.VIEWER else ""
+        if file and find_file(file) is None:
+            option = "-d" if "-d" in node.args.split() else "--display-config"
+            where = place_of_value(node, option)
+            message = f"there is no file {file}: rviz shows its own displays"
+            found.append(Diagnostic("L059", Severity.WARNING, message, where, _nearest_file(file)))
+    return found
+
+
+def _nearest_file(path: str) -> str:
+    try:
+        return did_you_mean(Path(path).name, [file.name for file in Path(path).parent.iterdir()])
+    except OSError:
+        return ""
+
+
+def _option(arguments: str, short: str, long: str) -> str:
+    words = arguments.split()
+    for at, word in enumerate(words):
+        if word in (short, long) and at + 1 < len(words):
+            return words[at + 1]
+        if word.startswith(f"{long}="):
+            return word.partition("=")[2]
+    return ""

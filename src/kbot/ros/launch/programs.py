@@ -1,0 +1,133 @@
+"""The user's own programs among the nodes of a launch file: their files and interpreters."""
+
+from __future__ import annotations
+
+import ast
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+
+from kbot.ros.launch.plan import PlannedNode
+from kbot.text import DescriptionError, Diagnostic, Severity, read_source
+from kbot.xacro.packages import PackageNotFound, Packages
+
+_SHEBANG = re.compile(r"#!.*\bpython[\d.]*\s*$")
+_SKIPPED = frozenset({"build", "install", "log", "devel", "node_modules", "__pycache__"})
+_ASK_SECONDS = 20.0
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """A node of the user's own that can be run: its interpreter, its file and the ROS modules that it
+    imports."""
+
+    node: PlannedNode
+    interpreter: str
+    file: str
+    ros: frozenset[str]
+
+
+def find_program(node: PlannedNode, packages: Packages) -> Program | Diagnostic:
+    """The program of a node, or the reason why it is not run, with a fix."""
+    try:
+        folder = packages.find(node.package)
+    except PackageNotFound as error:
+        return _not_run(node, f"the package '{node.package}' is not found", error.hint)
+    file = _in_package(Path(folder), node.type)
+    if file is None:
+        return _not_run(node, f"{folder} has no program {node.type}", "")
+    try:
+        text = read_source(file).text
+    except DescriptionError:
+        text = ""
+    if not (file.suffix == ".py" or _SHEBANG.match(text.partition("\n")[0])):
+        return _not_run(node, f"{file} is no Python program", "a compiled node needs a ROS: roslaunch")
+    try:
+        wanted = _imports(ast.parse(text), file.parent, Path(folder))
+    except (SyntaxError, ValueError) as error:
+        line = f"{file}:{getattr(error, 'lineno', 1)}"
+        return _not_run(node, f"{line}: it is not valid Python", str(getattr(error, "msg", error)))
+    ros = wanted & {"rospy", "rclpy"}
+    interpreter = next(
+        (python for python in _interpreters() if not _lacking(python, frozenset(wanted))), None
+    )
+    if interpreter is None:
+        lacking = sorted(_lacking(sys.executable, frozenset(wanted)))
+        what = "a ROS, or write it with kbot.Node, which needs none" if ros else "what it imports"
+        return _not_run(node, f"{file} imports {', '.join(lacking)}, not here", f"install {what}")
+    return Program(node, interpreter, str(file), frozenset(ros))
+
+
+def _not_run(node: PlannedNode, why: str, hint: str) -> Diagnostic:
+    severity = Severity.ERROR if node.required else Severity.WARNING
+    message = f"{node.full_name} ({node.package}/{node.type}) is not run: {why}"
+    hint = f"the launch needs it (required); {hint}".rstrip("; ") if node.required else hint
+    return Diagnostic("L055", severity, message, node.spans["type"], hint)
+
+
+def _in_package(folder: Path, name: str) -> Path | None:
+    """A file of that name, with or without .py, nearest to the package's root."""
+    found: list[Path] = []
+    for root, folders, files in os.walk(folder):
+        folders[:] = sorted(f for f in folders if f not in _SKIPPED and not f.startswith("."))
+        found += [Path(root) / file for file in files if file in (name, f"{name}.py")]
+    return min(found, key=lambda file: (len(file.parts), str(file)), default=None)
+
+
+def _imports(tree: ast.Module, folder: Path, package: Path) -> set[str]:
+    """Modules without which it does not start; those of its own folder and package are there."""
+    found: set[str] = set()
+
+    def look(nodes: Iterable[ast.stmt]) -> None:
+        for node in nodes:
+            if isinstance(node, ast.Import):
+                found.update(alias.name.partition(".")[0] for alias in node.names)
+            elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
+                found.add(node.module.partition(".")[0])
+            elif isinstance(node, ast.If | ast.With):
+                look(node.body)
+
+    look(tree.body)
+    own = (folder, package, package / "src")
+    return {n for n in found if not any((f / n).is_dir() or (f / f"{n}.py").is_file() for f in own)}
+
+
+@cache
+def _interpreters() -> tuple[str, ...]:
+    """Our own Python, then the machine's, which a ROS is installed for."""
+    other = shutil.which("python3") or shutil.which("python")
+    system = "/usr/bin/python3" if Path("/usr/bin/python3").exists() else None
+    return tuple(dict.fromkeys(python for python in (sys.executable, other, system) if python))
+
+
+@cache
+def _lacking(python: str, modules: frozenset[str]) -> frozenset[str]:
+    """Those of the modules that an interpreter does not find."""
+    if python == sys.executable:
+        return frozenset(name for name in modules if not _is_here(name))
+    code = "import sys, importlib.util as u; print(*(m for m in sys.argv[1:] if u.find_spec(m) is None))"
+    try:
+        done = subprocess.run(
+            [python, "-c", code, *sorted(modules)],
+            capture_output=True,
+            text=True,
+            timeout=_ASK_SECONDS,
+            check=False,
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return modules
+    return modules if done.returncode else frozenset(done.stdout.split())
+
+
+def _is_here(name: str) -> bool:
+    try:
+        return find_spec(name) is not None
+    except (ImportError, ValueError):
+        return False

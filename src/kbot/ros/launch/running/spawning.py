@@ -1,0 +1,79 @@
+"""Spawns the robots and models of a launch in its simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from kbot.kinematics.transform import Transform
+from kbot.model.spawned import with_controllers
+from kbot.ros.launch.node_settings.spawning import SpawnedRobot, SpawnRequest
+from kbot.ros.launch.staging import Stage
+from kbot.text import DescriptionError, KbotError
+
+if TYPE_CHECKING:
+    from kbot.sim import Simulation
+
+
+def spawn_all(simulation: Simulation, stage: Stage, package_path: Sequence[str]) -> None:
+    """Spawn all robots and models but the first robot, which the simulation has already. That one gets the
+    joint positions, the height and the attitude of its spawner.
+
+    Raises:
+        DescriptionError, KbotError: one cannot be used, or another object is in its place.
+    """
+    first, *others = stage.robots
+    _place(simulation, first.spawn)
+    for robot in others:
+        _spawn_robot(simulation, robot, package_path)
+    for model in stage.models:
+        _spawn_model(simulation, model)
+
+
+def _spawn_robot(simulation: Simulation, spawned: SpawnedRobot, package_path: Sequence[str]) -> None:
+    from kbot.model.load import load_robot  # most launches have one robot
+    from kbot.xacro import Packages
+
+    packages, spawn = Packages(package_path, around=spawned.path), spawned.spawn
+    robot = load_robot(spawned.path, spawned.arguments, packages=packages).require()
+    try:
+        simulated = simulation.models.spawn_model(
+            with_controllers(robot, spawned.controllers),
+            spawn.model,
+            spawn.x,
+            spawn.y,
+            spawn.yaw,
+            namespace=spawn.namespace,
+            frame_prefix=spawned.frame_prefix,
+        )
+    except DescriptionError:
+        raise
+    except KbotError as error:
+        raise KbotError(f"{spawned.origin}: {error}") from None
+    _place(simulation, replace(spawn, joints={}), simulated.name)
+
+
+def _spawn_model(simulation: Simulation, model: SpawnedRobot) -> None:
+    spawn = model.spawn
+    place = Transform.from_xyz_rpy((spawn.x, spawn.y, spawn.z or 0.0), (spawn.roll, spawn.pitch, spawn.yaw))
+    try:
+        simulation.models.spawn_sdf(model.path, spawn.model or None, place)
+    except DescriptionError:
+        raise
+    except KbotError as error:
+        raise KbotError(f"{model.origin}: {error}") from None
+
+
+def _place(simulation: Simulation, spawn: SpawnRequest, name: str | None = None) -> None:
+    """Set the joint positions, and the height and attitude if they differ from those of a robot on the
+    ground."""
+    if spawn.joints:
+        simulation.models.place(simulation.start, spawn.joints)
+    robot = simulation.robots.named(name)
+    name, standing = robot.name, robot.body.link_pose(robot.robot.root)
+    x, y, height = standing.translation.tolist()
+    lift = max(0.0, (spawn.z or 0.0) - height)
+    if lift > 0.0 or spawn.roll or spawn.pitch:
+        pose = Transform.from_xyz_rpy((x, y, height + lift), (spawn.roll, spawn.pitch, standing.yaw))
+        simulation.models.set_model_state(name, pose)

@@ -1,0 +1,96 @@
+"""The stand-ins of a launch's nodes on a bus: maps, recordings that are played back, and keys."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from contextlib import AbstractContextManager, nullcontext
+from typing import Any
+
+from kbot.messages import Bus, Clock
+from kbot.record.record_options import RecordOptions
+from kbot.ros.launch.running.terminal import Terminal
+from kbot.ros.launch.staging import StandInSettings
+from kbot.ros.nodes.rosbag_play import Playback
+from kbot.ros.nodes.teleop_twist_keyboard import HELP, RATE, TeleopKeys
+
+
+class StandIns:
+    """Runs them on one bus, and on the next one where another simulation replaces it. The static transforms
+    are not among them: RunOutputs publishes these."""
+
+    def __init__(self, settings: StandInSettings, terminal: Terminal, end: Callable[[], None]) -> None:
+        """`end` ends the launch; it is called at the end of a required recording."""
+        self.settings, self._terminal, self._end = settings, terminal, end
+        keys = settings.keys
+        self.teleop = TeleopKeys(keys.speed, keys.turn) if keys is not None else None
+        self.players: list[Playback] = []
+
+    def record_options(self, asked: RecordOptions, *, is_simulated: bool) -> RecordOptions:
+        """What to record: what the user asked for, else what the launch's rosbag records. A robot that is not
+        simulated is not recorded."""
+        for recording in self.settings.recordings[:1]:
+            if not is_simulated:
+                self._terminal.note(f"{recording.path} is not recorded: nothing is simulated here")
+            elif not asked.path:
+                self._terminal.note(f"Recording to {recording.path}")
+                return RecordOptions(recording.path, recording.topics)
+        return asked
+
+    def publish_maps(self, bus: Bus) -> None:
+        """Publish the maps of map servers.
+
+        Raises:
+            KbotError: a map cannot be read.
+        """
+        if not self.settings.maps:
+            return
+        from kbot.messages.navigation import MapMetaData, OccupancyGrid  # only for a map: start-up time
+        from kbot.world.occupancy_files import read_map
+
+        for path in self.settings.maps:
+            message = read_map(path).to_message()
+            bus.advertise("/map", OccupancyGrid, latched=True).publish(message)
+            bus.advertise("/map_metadata", MapMetaData, latched=True).publish(message.info)
+
+    def play(
+        self,
+        bus: Bus,
+        clock: Clock,
+        published: Collection[str] = (),
+        instead: Mapping[str, Callable[[Any], None]] | None = None,
+    ) -> None:
+        """Play back the launch's recordings. Playback on an earlier bus ends and continues here. Topics that
+        are `published` by others are left out; messages on topics of `instead` go to its functions.
+
+        Raises:
+            DescriptionError: a recording cannot be read, or does not have what is asked for.
+        """
+        earlier = self.players
+        for playback in earlier:
+            playback.close()
+        self.players = [
+            Playback(
+                bus,
+                clock,
+                playing,
+                self._terminal.note,
+                theirs=published,
+                instead=instead,
+                on_end=self._end if playing.required else lambda: None,
+            )
+            for playing in self.settings.playings
+        ]
+        for old, new in zip(earlier, self.players, strict=False):
+            new.go_on_from(old)
+
+    def drive(self, clock: Clock, command: Callable[[float, float], None]) -> None:
+        """Command the speeds of the pressed keys, in m/s and rad/s, as the clock advances."""
+        if (teleop := self.teleop) is not None:
+            clock.every(RATE, lambda: teleop.drive(command))
+
+    def keys(self) -> AbstractContextManager[None]:
+        """Read keys from the terminal, within the block."""
+        if self.teleop is None:
+            return nullcontext()
+        self._terminal.note(HELP)
+        return self._terminal.keys(self.teleop.press)

@@ -1,0 +1,185 @@
+"""A launch without a robot: publishes frames, maps, recordings and key commands to peers."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass, field, replace
+from importlib.util import find_spec
+
+from kbot.messages import Bus, Clock, Twist, Vector3
+from kbot.record.encodings.plain import to_plain
+from kbot.record.record_options import RecordOptions
+from kbot.ros.graph.presence import find, running
+from kbot.ros.launch.plan import Plan
+from kbot.ros.launch.running.parameters import clear_on_master, dump_parameters, with_parameters
+from kbot.ros.launch.running.processes import Processes
+from kbot.ros.launch.running.programs import live_for_programs, start_programs
+from kbot.ros.launch.running.stand_ins import StandIns
+from kbot.ros.launch.running.terminal import Terminal
+from kbot.ros.launch.staging import Stage, StandInSettings
+from kbot.ros.peer_options import PeerOptions
+
+PERIOD = 0.01
+"""Seconds between two looks at what is due."""
+BEHIND = 0.2
+"""Seconds of wall-clock time that are caught up at most."""
+_TWIST = "geometry_msgs/msg/Twist"
+
+
+@dataclass
+class _Published:
+    """The bus that peers are connected to."""
+
+    bus: Bus = field(default_factory=Bus)
+    clock: Clock = field(default_factory=Clock)
+    errands: list[Callable[[], bool]] = field(default_factory=list)
+    paused: bool = False
+
+
+def run_without_robot(plan: Plan, stage: Stage, peers: PeerOptions, terminal: Terminal) -> int:
+    """Publish what the launch's nodes publish and run its programs, until all have ended, a required one has
+    ended, or Ctrl-C. Returns the exit status.
+
+    Time is wall-clock time. With recordings it is theirs, and /clock is published. If no bridge is asked for,
+    no ROS is installed and another KBot runs, that KBot receives the key commands.
+
+    Raises:
+        KbotError: a recording or a map cannot be read, or a bridge or the other KBot cannot be reached.
+    """
+    published, is_ended = _Published(), [False]
+    bus, clock = published.bus, published.clock
+    settings, speed = _own_speed(stage.stand_ins)
+
+    def end() -> None:
+        is_ended[0] = True
+
+    stand_ins = StandIns(settings, terminal, end)
+    dump_parameters(plan)
+    stand_ins.record_options(RecordOptions(), is_simulated=False)
+    peers = _as_installed(with_parameters(plan, peers))
+    is_beside = not (settings.playings or peers.is_live) and bool(running())
+    if not is_beside:
+        peers = live_for_programs(stage.programs, peers)
+    if "ros1" in peers.bridges:
+        clear_on_master(plan)
+    with ExitStack() as stack:
+        stand_ins.play(bus, clock)
+        players = stand_ins.players
+        if len(players) == 1:
+            clock.set(players[0].nanoseconds)
+        elif not players:
+            clock.set(time.time_ns())
+        if settings.keys is not None:
+            _publish_commands(stack, stand_ins, published, settings.keys.topic, terminal, is_beside=is_beside)
+        stack.enter_context(stand_ins.keys())
+        if is_beside:
+            _report_unpublished(settings, terminal)
+        else:
+            stand_ins.publish_maps(bus)
+            description, name = (players[0].description, players[0].name) if players else ("", plan.path)
+            outputs = stack.enter_context(terminal.outputs(RecordOptions(), peers, settings.transforms))
+            outputs.show(published, description, name, tells_time=bool(players))
+        processes = start_programs(stack, plan, stage.programs, peers, terminal.note)
+        if not players:
+            terminal.note("There is no robot here. Ctrl-C ends it.")
+        with suppress(KeyboardInterrupt):
+            _run(published, stand_ins, speed, processes, is_ended)
+    return processes.status if processes is not None else 0
+
+
+def _own_speed(settings: StandInSettings) -> tuple[StandInSettings, float]:
+    """A single recording plays at rate 1 while the clock runs at the recording's rate, so that /clock has the
+    time of its messages; the settings and that rate."""
+    if len(settings.playings) != 1:
+        return settings, 1.0
+    (playing,) = settings.playings
+    return replace(settings, playings=(replace(playing, rate=1.0),)), playing.rate
+
+
+def _run(
+    published: _Published,
+    stand_ins: StandIns,
+    speed: float,
+    processes: Processes | None,
+    is_ended: list[bool],
+) -> None:
+    """Advance the clock, by recordings at `speed` times wall-clock time, until the end."""
+    due = time.monotonic()
+    players = stand_ins.players
+    while not is_ended[0]:
+        for errand in tuple(published.errands):
+            errand()
+        _pass_time(published.clock, speed if players else None)
+        if players and all(p.is_over for p in players) and (processes is None or processes.are_over):
+            return
+        due = max(due + PERIOD, time.monotonic() - BEHIND)
+        time.sleep(max(0.0, due - time.monotonic()))
+
+
+def _pass_time(clock: Clock, speed: float | None) -> None:
+    """Advance by a period at `speed`; without one, to wall-clock time. After a sleep of the machine the clock
+    jumps."""
+    if speed is not None:
+        clock.advance_to(clock.nanoseconds + round(PERIOD * speed * 1e9))
+        return
+    now = time.time_ns()
+    if 0 <= now - clock.nanoseconds <= BEHIND * 1e9:
+        clock.advance_to(now)
+    else:
+        clock.set(now)
+
+
+def _report_unpublished(settings: StandInSettings, terminal: Terminal) -> None:
+    for what, is_there in (("Frames", settings.transforms), ("Maps", settings.maps)):
+        if is_there:
+            terminal.note(f"{what} of the launch are not published: the KBot that runs has its own")
+
+
+def _as_installed(peers: PeerOptions) -> PeerOptions:
+    """The peers, with a bridge to the installed ROS if that can be used and the user asked for none."""
+    from kbot.ros.client import wanted_transport  # lazy in this module: few launches need it
+
+    if peers.is_live:
+        return peers
+    kind = wanted_transport(os.environ)
+    if kind == "ros1" or (kind == "ros2" and find_spec("cyclonedds") is not None):
+        return replace(peers, bridges=(kind,))
+    return peers
+
+
+def _publish_commands(
+    stack: ExitStack,
+    stand_ins: StandIns,
+    published: _Published,
+    topic: str,
+    terminal: Terminal,
+    *,
+    is_beside: bool,
+) -> None:
+    """Publish the commands of the keys, also to the KBot that runs already if this one `is_beside` it."""
+    publisher = published.bus.advertise(topic, Twist)
+    if is_beside:
+        _forward(stack, published.bus, topic, terminal)
+
+    def command(linear: float, angular: float) -> None:
+        publisher.publish(Twist(Vector3(linear), Vector3(0.0, 0.0, angular)))
+
+    stand_ins.drive(published.clock, command)
+
+
+def _forward(stack: ExitStack, bus: Bus, topic: str, terminal: Terminal) -> None:
+    """Forward a topic to the KBot that runs already. If several run, KBOT_AT selects one.
+
+    Raises:
+        KbotError: KBOT_AT selects none of them, or that KBot does not subscribe to the topic.
+    """
+    from kbot.ros.graph.client import GraphClient
+
+    graph = GraphClient(find(os.environ.get("KBOT_AT", ""), "KBOT_AT=NUMBER"))
+    stack.callback(graph.close)
+    graph.advertise(topic, _TWIST)
+    bus.subscribe(topic, Twist, lambda message: graph.publish(topic, to_plain(message, exact=True)))
+    terminal.note(f"The KBot that runs receives {topic}.")

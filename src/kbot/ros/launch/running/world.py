@@ -1,0 +1,37 @@
+"""The world that a launch simulates in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path, PurePosixPath
+from typing import NamedTuple
+
+from kbot.world import BUILDERS, World, load_world
+
+
+class ChosenWorld(NamedTuple):
+    """A world, and the name of the built-in world or of the file that it comes from."""
+
+    name: str
+    world: World
+
+
+def choose_world(wanted: str | None, launched: str, note: Callable[[str], None]) -> ChosenWorld:
+    """The world `wanted`, else the one that the launch file names: its file if that exists, else KBot's world
+    of the same name, else the empty world, with a note to the user.
+
+    Raises:
+        DescriptionError, KbotError: the world cannot be used.
+    """
+    name = wanted or _known(launched, note)
+    return ChosenWorld(name, load_world(name))
+
+
+def _known(name: str, note: Callable[[str], None]) -> str:
+    if Path(name).is_file():
+        return name
+    own = PurePosixPath(name.replace("\\", "/")).stem
+    if own in BUILDERS:
+        return own
+    note(f"The world '{name}' is not found: the robot starts in 'empty'.")
+    return "empty"
