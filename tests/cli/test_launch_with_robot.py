@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from kbot.cli.ros.launch.command import _Terminal
+from kbot.cli.ros.launch.command import LaunchTerminal
 from kbot.messages import TFMessage, Twist, Vector3
 from kbot.messages.navigation import OccupancyGrid
 from kbot.model.load import load_robot
@@ -51,7 +51,7 @@ def planned(package: Path, body: str) -> Plan:
 
 def run_of(package: Path, body: str) -> RobotRun:
     plan = planned(package, body)
-    return RobotRun(plan, stage(plan), _Terminal())
+    return RobotRun(plan, stage(plan), LaunchTerminal())
 
 
 def launched(package: Path, body: str, *options: str) -> subprocess.CompletedProcess[str]:

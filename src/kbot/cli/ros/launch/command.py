@@ -150,12 +150,12 @@ def command(
         with loading(staged.robot.path):
             from kbot.ros.launch.running.robot_run import RobotRun  # with the workbench
 
-            run = RobotRun(plan, staged, _Terminal(), package_path)
+            run = RobotRun(plan, staged, LaunchTerminal(), package_path)
         return run.run(record, peers, chosen, address)
 
 
-class _Terminal:
-    """A `kbot.ros.launch.running.Terminal`."""
+class LaunchTerminal:
+    """The terminal and the run's outputs, as `kbot.ros.launch.running` needs them."""
 
     note = staticmethod(print_note)
     report = staticmethod(report)
@@ -179,7 +179,7 @@ def _without_robot(plan: Plan, staged: Stage, record: RecordOptions, peers: Peer
         return run_programs(plan, staged.programs, print_note)
     if record.path:
         fail("--record goes with a launch that simulates; this one has no robot")
-    return run_without_robot(plan, staged, peers, _Terminal())
+    return run_without_robot(plan, staged, peers, LaunchTerminal())
 
 
 def _ask_for_trust(path: str) -> bool:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
@@ -20,6 +21,7 @@ from kbot.ros.launch.running.programs import live_for_programs, start_programs
 from kbot.ros.launch.running.stand_ins import StandIns
 from kbot.ros.launch.running.terminal import Terminal
 from kbot.ros.launch.staging import Stage, StandInSettings
+from kbot.ros.nodes.rosbag_play import Playback
 from kbot.ros.peer_options import PeerOptions
 
 PERIOD = 0.01
@@ -49,14 +51,10 @@ def run_without_robot(plan: Plan, stage: Stage, peers: PeerOptions, terminal: Te
     Raises:
         KbotError: a recording or a map cannot be read, or a bridge or the other KBot cannot be reached.
     """
-    published, is_ended = _Published(), [False]
+    published, ended = _Published(), threading.Event()
     bus, clock = published.bus, published.clock
     settings, speed = _own_speed(stage.stand_ins)
-
-    def end() -> None:
-        is_ended[0] = True
-
-    stand_ins = StandIns(settings, terminal, end)
+    stand_ins = StandIns(settings, terminal, ended.set)
     dump_parameters(plan)
     stand_ins.record_options(RecordOptions(), is_simulated=False)
     peers = _as_installed(with_parameters(plan, peers))
@@ -73,7 +71,11 @@ def run_without_robot(plan: Plan, stage: Stage, peers: PeerOptions, terminal: Te
         elif not players:
             clock.set(time.time_ns())
         if settings.keys is not None:
-            _publish_commands(stack, stand_ins, published, settings.keys.topic, terminal, is_beside=is_beside)
+            topic = settings.keys.topic
+            stand_ins.drive(clock, _publisher_of_commands(bus, topic))
+            if is_beside:
+                _forward(stack, bus, topic)
+                terminal.note(f"The KBot that runs receives {topic}.")
         stack.enter_context(stand_ins.keys())
         if is_beside:
             _report_unpublished(settings, terminal)
@@ -86,7 +88,7 @@ def run_without_robot(plan: Plan, stage: Stage, peers: PeerOptions, terminal: Te
         if not players:
             terminal.note("There is no robot here. Ctrl-C ends it.")
         with suppress(KeyboardInterrupt):
-            _run(published, stand_ins, speed, processes, is_ended)
+            _run(published, stand_ins.players, speed, processes, ended)
     return processes.status if processes is not None else 0
 
 
@@ -101,15 +103,14 @@ def _own_speed(settings: StandInSettings) -> tuple[StandInSettings, float]:
 
 def _run(
     published: _Published,
-    stand_ins: StandIns,
+    players: Sequence[Playback],
     speed: float,
     processes: Processes | None,
-    is_ended: list[bool],
+    ended: threading.Event,
 ) -> None:
     """Advance the clock, by recordings at `speed` times wall-clock time, until the end."""
     due = time.monotonic()
-    players = stand_ins.players
-    while not is_ended[0]:
+    while not ended.is_set():
         for errand in tuple(published.errands):
             errand()
         _pass_time(published.clock, speed if players else None)
@@ -150,36 +151,23 @@ def _as_installed(peers: PeerOptions) -> PeerOptions:
     return peers
 
 
-def _publish_commands(
-    stack: ExitStack,
-    stand_ins: StandIns,
-    published: _Published,
-    topic: str,
-    terminal: Terminal,
-    *,
-    is_beside: bool,
-) -> None:
-    """Publish the commands of the keys, also to the KBot that runs already if this one `is_beside` it."""
-    publisher = published.bus.advertise(topic, Twist)
-    if is_beside:
-        _forward(stack, published.bus, topic, terminal)
+def _publisher_of_commands(bus: Bus, topic: str) -> Callable[[float, float], None]:
+    publisher = bus.advertise(topic, Twist)
 
-    def command(linear: float, angular: float) -> None:
+    def publish(linear: float, angular: float) -> None:
         publisher.publish(Twist(Vector3(linear), Vector3(0.0, 0.0, angular)))
 
-    stand_ins.drive(published.clock, command)
+    return publish
 
 
-def _forward(stack: ExitStack, bus: Bus, topic: str, terminal: Terminal) -> None:
-    """Forward a topic to the KBot that runs already. If several run, KBOT_AT selects one.
+def _forward(stack: ExitStack, bus: Bus, topic: str) -> None:
+    """Forward a topic to the running KBot until the stack is closed. KBOT_AT selects one of several.
 
     Raises:
         KbotError: KBOT_AT selects none of them, or that KBot does not subscribe to the topic.
     """
-    from kbot.ros.graph.client import GraphClient
+    from kbot.ros.graph.client import GraphClient  # with websockets
 
-    graph = GraphClient(find(os.environ.get("KBOT_AT", ""), "KBOT_AT=NUMBER"))
-    stack.callback(graph.close)
+    graph = stack.enter_context(GraphClient(find(os.environ.get("KBOT_AT", ""), "KBOT_AT=NUMBER")))
     graph.advertise(topic, _TWIST)
     bus.subscribe(topic, Twist, lambda message: graph.publish(topic, to_plain(message, exact=True)))
-    terminal.note(f"The KBot that runs receives {topic}.")
