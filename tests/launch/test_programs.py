@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from kbot.ros.launch import Plan, read_launch, read_launch_2
-from kbot.ros.launch.programs import Program, find_program
+from kbot.ros.launch.program import Program, find_program
 from kbot.ros.launch.running.processes import Process, Processes
 from kbot.ros.launch.running.programs import command_line, environment
 from kbot.ros.launch.staging import stage

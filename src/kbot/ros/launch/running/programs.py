@@ -15,10 +15,10 @@ from typing import Any
 
 from kbot.ros.launch.node_arguments import split
 from kbot.ros.launch.plan import Plan, PlannedNode
-from kbot.ros.launch.programs import Program
+from kbot.ros.launch.program import Program
 from kbot.ros.launch.quoting import split_words
-from kbot.ros.launch.running.parameters import set_on_master
 from kbot.ros.launch.running.processes import Process, Processes
+from kbot.ros.launch.running.shared_parameters import set_on_master
 from kbot.ros.peer_options import PeerOptions
 
 _LOOK_SECONDS = 0.1

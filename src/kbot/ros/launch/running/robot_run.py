@@ -16,9 +16,9 @@ from kbot.record.record_options import RecordOptions
 from kbot.record.run_outputs import RunOutputs
 from kbot.ros.launch.node_settings.rviz import ViewerSettings
 from kbot.ros.launch.plan import Plan
-from kbot.ros.launch.running.parameters import clear_on_master, dump_parameters, with_parameters
 from kbot.ros.launch.running.programs import live_for_programs, start_programs
-from kbot.ros.launch.running.spawning import spawn_all
+from kbot.ros.launch.running.robots import spawn_all
+from kbot.ros.launch.running.shared_parameters import clear_on_master, dump_parameters, with_parameters
 from kbot.ros.launch.running.stand_ins import StandIns
 from kbot.ros.launch.running.terminal import Terminal
 from kbot.ros.launch.staging import Stage

@@ -15,9 +15,9 @@ from kbot.record.encodings.plain import to_plain
 from kbot.record.record_options import RecordOptions
 from kbot.ros.graph.presence import find, running
 from kbot.ros.launch.plan import Plan
-from kbot.ros.launch.running.parameters import clear_on_master, dump_parameters, with_parameters
 from kbot.ros.launch.running.processes import Processes
 from kbot.ros.launch.running.programs import live_for_programs, start_programs
+from kbot.ros.launch.running.shared_parameters import clear_on_master, dump_parameters, with_parameters
 from kbot.ros.launch.running.stand_ins import StandIns
 from kbot.ros.launch.running.terminal import Terminal
 from kbot.ros.launch.staging import Stage, StandInSettings
