@@ -127,6 +127,11 @@ class Plan:
     findings: tuple[Diagnostic, ...] = ()
     is_ros_2: bool = False
 
+    def params_of(self, node: PlannedNode) -> dict[str, Param]:
+        """A node's own parameters, by their names within the node."""
+        prefix = f"{node.full_name}/"
+        return {n.removeprefix(prefix): p for n, p in self.params.items() if n.startswith(prefix)}
+
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """Problems and findings."""

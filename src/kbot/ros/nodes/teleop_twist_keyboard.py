@@ -5,17 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+SPEED, TURN = 0.5, 1.0
+"""The node's own first speeds in m/s and rad/s."""
+
 
 @dataclass(frozen=True, slots=True)
 class Keys:
-    """The topic on which teleop_twist_keyboard publishes commands, and its first speeds: m/s and rad/s."""
+    """The topic on which teleop_twist_keyboard publishes commands, and its first speeds in m/s and rad/s."""
 
-    topic: str = ""
-    speed: float = 0.5
-    turn: float = 1.0
+    topic: str
+    speed: float = SPEED
+    turn: float = TURN
 
 
-SPEED, TURN = 0.5, 1.0
 RATE = 10.0
 """Hz at which a command is said again while a key's motion goes on."""
 

@@ -29,10 +29,8 @@ def read_joint_states(plan: Plan) -> tuple[JointStateSettings, list[Diagnostic]]
 
 class _Reader:
     def __init__(self, plan: Plan, node: PlannedNode, notes: list[Diagnostic]) -> None:
-        prefix = f"{node.full_name}/"
-        own = {n.removeprefix(prefix): p for n, p in plan.params.items() if n.startswith(prefix)}
         # ROS 2 writes nested names with dots
-        self._params: dict[str, Param] = {name.replace(".", "/"): param for name, param in own.items()}
+        self._params = {name.replace(".", "/"): param for name, param in plan.params_of(node).items()}
         self._notes = notes
 
     def read(self) -> JointStateSettings:

@@ -1,4 +1,4 @@
-"""What teleop_twist_keyboard is told in a launch."""
+"""The settings of teleop_twist_keyboard in a launch."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Any
 
 from kbot.ros import names
 from kbot.ros.launch.node_arguments import split
-from kbot.ros.launch.plan import Param, Plan, PlannedNode
-from kbot.ros.nodes.teleop_twist_keyboard import Keys
+from kbot.ros.launch.plan import Plan, PlannedNode
+from kbot.ros.nodes.teleop_twist_keyboard import SPEED, TURN, Keys
 from kbot.text import Diagnostic, Severity
 
 
@@ -19,7 +19,7 @@ def read_keys(plan: Plan, nodes: Sequence[PlannedNode]) -> tuple[Keys | None, li
         return None, []
     notes: list[Diagnostic] = []
     params = _Params(plan, nodes[0], notes)
-    return Keys(params.topic("cmd_vel"), params.number("speed", 0.5), params.number("turn", 1.0)), notes
+    return Keys(params.topic("cmd_vel"), params.number("speed", SPEED), params.number("turn", TURN)), notes
 
 
 class _Params:
@@ -27,10 +27,7 @@ class _Params:
 
     def __init__(self, plan: Plan, node: PlannedNode, notes: list[Diagnostic]) -> None:
         self._node, self._notes = node, notes
-        prefix = f"{node.full_name}/"
-        self._params: dict[str, Param] = {
-            name.removeprefix(prefix): param for name, param in plan.params.items() if name.startswith(prefix)
-        }
+        self._params = plan.params_of(node)
         self._words: dict[str, str] = {}
         for word in split(node):
             name, mark, value = word.partition(":=")

@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from kbot.ros.launch.node_arguments import split
 from kbot.ros.launch.plan import Plan, PlannedNode
@@ -147,13 +146,8 @@ def _parameter_words(plan: Plan, node: PlannedNode) -> list[str]:
     """A ROS 1 node's own parameters as words, for a run without a parameter server."""
     if plan.is_ros_2:
         return []  # they are in its parameter file
-    own = _own_parameters(plan, node)
-    return [f"_{name}:={value}" for name, value in own.items() if not isinstance(value, list)]
-
-
-def _own_parameters(plan: Plan, node: PlannedNode) -> dict[str, Any]:
-    prefix = f"{node.full_name}/"
-    return {n.removeprefix(prefix): p.value for n, p in plan.params.items() if n.startswith(prefix)}
+    own = plan.params_of(node).items()
+    return [f"_{name}:={param.value}" for name, param in own if not isinstance(param.value, list)]
 
 
 def _folder(node: PlannedNode, program: Program) -> str:
@@ -169,7 +163,7 @@ def _folder(node: PlannedNode, program: Program) -> str:
 
 def _parameter_file(plan: Plan, node: PlannedNode, path: Path) -> str:
     """A ROS 2 file of the node's parameters; none for ROS 1, where the master has them."""
-    own = _own_parameters(plan, node)
+    own = {name: param.value for name, param in plan.params_of(node).items()}
     if not plan.is_ros_2 or not own:
         return ""
     import yaml  # only for nodes of ROS 2 with parameters
