@@ -1,4 +1,4 @@
-"""ROS 1 launch files: XML in, a Plan out, with everything that is wrong told in one run."""
+"""Reads ROS 1 launch files: XML in, a Plan out, with all problems found in one run."""
 
 from __future__ import annotations
 
@@ -7,19 +7,36 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from kbot.ros import names
-from kbot.ros.launch import known_packages
 from kbot.ros.launch.includes import charge_file, require_end
+from kbot.ros.launch.known_packages import (
+    LAUNCH_FILES,
+    NODES,
+    RENAMED,
+    SPAWN_MODEL_VALUES,
+    stand_in_file,
+)
 from kbot.ros.launch.launch_error import LaunchError
+from kbot.ros.launch.node_arguments import place_of
 from kbot.ros.launch.plan import Argument, Included, Machine, Param, Plan, PlannedNode
+from kbot.ros.launch.quoting import split_words
 from kbot.ros.launch.reporter import Reporter
-from kbot.ros.launch.ros1.attributes import TagReader
+from kbot.ros.launch.ros1.attributes import Attributes, TagReader
 from kbot.ros.launch.ros1.context import LaunchScope
-from kbot.ros.launch.ros1.include_tags import Passed, read_passed, tell_unused
-from kbot.ros.launch.ros1.machine_tags import read_machine
-from kbot.ros.launch.ros1.node_tags import read_env, read_node, read_remap
 from kbot.ros.launch.ros1.param_tags import ParameterStore
 from kbot.ros.launch.ros1.schema import CHILDREN
-from kbot.text import DescriptionError, Element, Origin, Related, Source, parse_xml, read_source
+from kbot.text import (
+    DescriptionError,
+    Diagnostic,
+    Edit,
+    Element,
+    Fix,
+    Origin,
+    Related,
+    Severity,
+    Source,
+    parse_xml,
+    read_source,
+)
 from kbot.text.errors import reading
 from kbot.text.suggest import did_you_mean
 from kbot.xacro.packages import Packages
@@ -34,11 +51,11 @@ def read_launch(
     resolve_anonymous: bool = True,
     allow_commands: bool = False,
 ) -> Plan:
-    """What a ROS 1 launch file would do, `arguments` given as on roslaunch's command line.
+    """The plan of a ROS 1 launch file. `arguments` are those of roslaunch's command line.
 
-    Never raises for faults of the file: they are the plan's diagnostics. `source` is its text
-    where that is not (yet) what the disk holds. `resolve_anonymous=False` leaves `$(anon …)` as
-    it is. `allow_commands` lets `command=` run any program.
+    Errors in the file are the plan's diagnostics, not exceptions. `source` is its text if that
+    differs from the file on disk. With `resolve_anonymous=False`, `$(anon …)` is not changed.
+    `allow_commands` lets `command=` run any program.
     """
     anonymous: dict[str, str] | None = {} if resolve_anonymous else None
     reader = _Reader(TagReader(Reporter(packages or Packages(around=path)), anonymous), allow_commands)
@@ -215,7 +232,7 @@ class _Reader:
         inner.env += env
         inner.forgiving = passing_all
         self._clear(element, context, inner, self.tags.flag(element, found, "clear_params", context))
-        stand_in = known_packages.stand_in_file(file)
+        stand_in = stand_in_file(file)
         if stand_in:
             self._stand_in(element, context, inner, *stand_in, passed)
             return
@@ -236,7 +253,7 @@ class _Reader:
         self._elements(root, inner)
         context.machine = inner.machine
         if not passing_all:
-            tell_unused(passed, inner.declared, Path(file).name, self.reporter)
+            report_unused(passed, inner.declared, Path(file).name, self.reporter)
 
     def _stand_in(
         self,
@@ -249,16 +266,278 @@ class _Reader:
     ) -> None:
         """A file of a package that is not here: what it would start is stood in for."""
         name = Path(file).name
-        defaults = known_packages.LAUNCH_FILES.get((package, name))
+        defaults = LAUNCH_FILES.get((package, name))
         origin = context.attribute_origin(element, "file")
         if defaults is None:
-            names_ = [f for p, f in known_packages.LAUNCH_FILES if p == package]
+            names_ = [f for p, f in LAUNCH_FILES if p == package]
             hint = did_you_mean(name, names_) or "install the package, or leave the include out"
             message = f"the package '{package}' is not here, and KBot has nothing in place of its {name}"
             self.reporter.problem("L012", message, origin, hint)
             return
-        tell_unused(passed, set(defaults), name, self.reporter)
+        report_unused(passed, set(defaults), name, self.reporter)
         arguments = {**defaults, **{key: value for key, (value, _) in passed.items()}}
         self.included.append(Included(package, name, arguments, inner.namespace, context.origin(element)))
         use_sim_time = arguments["use_sim_time"].lower() in ("true", "1")
         self.parameters.add(Param("/use_sim_time", use_sim_time, context.origin(element)))
+
+
+Passed = dict[str, tuple[str, Origin]]
+"""Arguments by name, each with where it is given."""
+
+
+def read_passed(
+    element: Element, context: LaunchScope, tags: TagReader, passing_all: bool
+) -> tuple[Passed, list[tuple[str, str]]]:
+    """The arguments and the environment that an `<include>` gives the file."""
+    here = context.origin(element)
+    passed: Passed = {name: (value, here) for name, value in context.args.items()} if passing_all else {}
+    own: set[str] = set()
+    surroundings = context.child()
+    surroundings.env = []
+    for child in element.elements():
+        if child.tag not in CHILDREN["include"]:
+            hint = did_you_mean(child.tag, CHILDREN["include"])
+            message = f"<{child.tag}> has no place in <include>"
+            tags.reporter.problem("L002", message, context.origin(child), hint, warning=True)
+            continue
+        if not tags.applies(child, context):
+            continue
+        if child.tag == "env":
+            read_env(child, surroundings, tags)
+            continue
+        found = tags.attributes(child, context)
+        if not found.ok:
+            continue
+        origin = Origin(child.attribute_origin("name").span, context.call)
+        name, value, default = found["name"], found.get("value"), found.get("default")
+        if value is not None and default is not None:
+            tags.reporter.problem("L020", f"the argument '{name}' has a value and a default", origin)
+        elif name in own and not passing_all:
+            tags.reporter.problem("L021", f"the argument '{name}' is passed twice", origin)
+        elif value is not None:
+            passed[name] = (value, origin)
+        elif default is not None:
+            passed.setdefault(name, (default, origin))
+        elif name not in passed:
+            tags.reporter.problem("L020", f"the argument '{name}' is passed without a value", origin)
+        own.add(name)
+    return passed, surroundings.env
+
+
+def report_unused(passed: Passed, declared: set[str], file: str, reporter: Reporter) -> None:
+    """Report arguments that the file does not declare."""
+    for name, (_, origin) in passed.items():
+        if name not in declared:
+            hint = did_you_mean(name, declared)
+            reporter.problem("L023", f"{file} has no argument '{name}'", origin, hint)
+
+
+def read_node(
+    element: Element, context: LaunchScope, tags: TagReader, parameters: ParameterStore, clear: list[str]
+) -> PlannedNode | None:
+    """The node of a `<node>` or `<test>`; None where it cannot be made out."""
+    found = tags.attributes(element, context)
+    surroundings = _children(element, context, found, tags, parameters)
+    if not found.ok or not tags.namespace(element, found, context):
+        return None
+    name = found.get("name") or found.get("test-name", "")
+    named = context.attribute_origin(element, "name" if "name" in found else "test-name")
+    if not name.startswith("$(anon") and ("/" in name or name.startswith("~")):
+        hint = "the attribute 'ns' says the namespace"
+        tags.reporter.problem("L051", f"a node's name has no namespace in it, and '{name}' has", named, hint)
+    elif not names.is_legal(name) and not name.startswith("$(anon"):
+        hint = "a name holds letters, digits and _, and starts with a letter"
+        tags.reporter.problem("L051", f"'{name}' is no ROS name", named, hint, warning=True)
+    namespace = context.child(found.get("ns")).namespace
+    if tags.flag(element, found, "clear_params", context):
+        clear.append(names.as_namespace(names.join(namespace, name)))
+    delay = None
+    if "respawn_delay" in found:
+        delay = tags.number(element, found, "respawn_delay", context, signed=True)
+    node = PlannedNode(
+        package=found["pkg"],
+        type=found["type"],
+        name=name,
+        namespace=namespace,
+        args=found.get("args", ""),
+        origin=context.origin(element),
+        spans={key: context.attribute_origin(element, key) for key in found},
+        remaps=tuple(surroundings.remaps.items()),
+        env=tuple(surroundings.env),
+        output=found.get("output", "log"),
+        cwd=found.get("cwd"),
+        respawn=tags.flag(element, found, "respawn", context),
+        respawn_delay=delay or 0.0,
+        required=tags.flag(element, found, "required", context),
+        launch_prefix=found.get("launch-prefix"),
+        machine=found.get("machine") or context.machine,
+        is_test=element.tag == "test",
+    )
+    _check(element, found, context, tags)
+    _review(node, tags.reporter)
+    return node
+
+
+_CHOICES = {"output": ("log", "screen"), "cwd": ("ROS_HOME", "ros_home", "node")}
+
+
+_NOT_OF_TESTS = ("respawn", "respawn_delay", "output")
+
+
+def _check(element: Element, found: Attributes, context: LaunchScope, tags: TagReader) -> None:
+    """What roslaunch refuses to start with."""
+    for key, choices in _CHOICES.items():
+        if key in found and found[key] not in choices:
+            hint = did_you_mean(found[key], choices)
+            message = f"'{key}' is {' or '.join(c for c in choices if c != 'ros_home')}, not '{found[key]}'"
+            tags.reporter.problem("L005", message, context.attribute_origin(element, key), hint)
+    for key in ("pkg", "type"):
+        if not found[key].strip():
+            tags.reporter.problem("L005", f"'{key}' is empty", context.attribute_origin(element, key))
+    if element.tag == "test":
+        _check_test(element, found, context, tags)
+    elif all(found.get(key, "").lower() == "true" for key in ("respawn", "required")):
+        message = "a node is either started again or required: 'respawn' and 'required' are both true"
+        tags.reporter.problem("L006", message, context.attribute_origin(element, "required"))
+
+
+def _check_test(element: Element, found: Attributes, context: LaunchScope, tags: TagReader) -> None:
+    for key in _NOT_OF_TESTS:
+        if key in found:
+            origin = context.attribute_origin(element, key)
+            tags.reporter.problem("L003", f"<test> has no attribute '{key}'", origin, "it is one of <node>")
+    if found.get("time-limit"):
+        tags.number(element, found, "time-limit", context)
+    if found.get("retry"):
+        tags.number(element, found, "retry", context, whole=True, signed=True)
+
+
+def _children(
+    element: Element, context: LaunchScope, found: Attributes, tags: TagReader, parameters: ParameterStore
+) -> LaunchScope:
+    """Reads what stands within a node; the node's own remaps and environment."""
+    surroundings = context.child()
+    name = found.get("name") or found.get("test-name") or "unnamed"
+    own = context.child(found.get("ns")).child(name)
+    own.private = {}
+    private = dict(context.private)
+    for child in element.elements():
+        if child.tag not in CHILDREN["node"]:
+            hint = did_you_mean(child.tag, CHILDREN["node"])
+            message = f"<{child.tag}> has no place in <{element.tag}>"
+            tags.reporter.problem("L002", message, context.origin(child), hint, warning=True)
+        elif not tags.applies(child, context):
+            continue
+        elif child.tag == "param":
+            param = parameters.param(child, own)
+            if param is not None:
+                private.pop(param.name, None)
+                private[param.name] = param
+        elif child.tag == "rosparam":
+            parameters.rosparam(child, own)
+        elif child.tag == "remap":
+            read_remap(child, surroundings, tags)
+        else:
+            read_env(child, surroundings, tags)
+    for param in private.values():
+        key = names.canonical(own.namespace + param.name.removeprefix("~"))
+        parameters.add(Param(key, param.value, param.origin, param.description))
+    return surroundings
+
+
+def read_remap(element: Element, context: LaunchScope, tags: TagReader) -> None:
+    """A `<remap>`; a later one of the same name replaces an earlier one."""
+    found = tags.attributes(element, context)
+    if not found.ok:
+        return
+    pair = [names.canonical(found[key]) for key in ("from", "to")]
+    for key, name in zip(("from", "to"), pair, strict=True):
+        if not name or not names.is_legal(name):
+            origin = context.attribute_origin(element, key)
+            tags.reporter.problem("L060", f"'{name}' is no ROS name", origin)
+            return
+    context.remaps.pop(pair[0], None)
+    context.remaps[pair[0]] = pair[1]
+
+
+def read_env(element: Element, context: LaunchScope, tags: TagReader) -> None:
+    """An `<env>`, for the nodes that follow."""
+    found = tags.attributes(element, context)
+    if not found.ok:
+        return
+    if not found["name"]:
+        origin = context.attribute_origin(element, "name")
+        tags.reporter.problem("L005", "an environment variable needs a name", origin)
+        return
+    context.env.append((found["name"], found["value"]))
+
+
+def _review(node: PlannedNode, reporter: Reporter) -> None:
+    origin = node.spans["type"]
+    renamed = RENAMED.get((node.package, node.type))
+    if renamed:
+        new = renamed.new_type
+        package = f" in {renamed.new_package}" if renamed.new_package != node.package else ""
+        message = f"the node {node.package}/{node.type} is gone: it is {new}{package} since {renamed.since}"
+        hint = f"roslaunch cannot start it and runs the others: {renamed.missing}"
+        edits = []
+        for key, value in (("pkg", renamed.new_package), ("type", new)):
+            if node.spans[key].span.text != value:
+                edits.append(Edit(node.spans[key].span, value))
+        fix = Fix(f'write type="{new}"{package}', tuple(edits), safe=True)
+        reporter.finding(Diagnostic("L053", Severity.ERROR, message, origin, hint, fix=fix))
+    elif node.package in NODES and node.type not in NODES[node.package]:
+        hint = did_you_mean(node.type, NODES[node.package])
+        if hint:
+            message = f"the package {node.package} has no node '{node.type}'"
+            reporter.finding(Diagnostic("L054", Severity.ERROR, message, origin, hint))
+    if (node.package, node.type) == ("gazebo_ros", "spawn_model"):
+        _review_spawn_model(node, reporter)
+
+
+def _review_spawn_model(node: PlannedNode, reporter: Reporter) -> None:
+    """spawn_model refuses to start over one option that it does not know."""
+    try:
+        words = split_words(node.args)
+    except ValueError as error:
+        reporter.finding(Diagnostic("L056", Severity.ERROR, f"args: {error}", node.spans.get("args")))
+        return
+    rest = iter(words)
+    for word in rest:
+        count = SPAWN_MODEL_VALUES.get(word)
+        if count is None:
+            near = did_you_mean(word, SPAWN_MODEL_VALUES)
+            hint = f"{near} drop it; " if near else "drop it; "
+            hint += f"there are {' '.join(SPAWN_MODEL_VALUES)}"
+            message = f"spawn_model has no option '{word}': it refuses to start, and the robot never appears"
+            reporter.finding(Diagnostic("L056", Severity.ERROR, message, place_of(node, word), hint))
+            continue
+        for _ in range(count):
+            next(rest, None)
+
+
+_DEFAULTS = ("true", "false", "never")
+
+
+_SSH = 22.0
+"""The usual port."""
+
+
+def read_machine(element: Element, context: LaunchScope, tags: TagReader) -> Machine | None:
+    """The machine of a `<machine>`, which becomes the surroundings' own where it is the default."""
+    found = tags.attributes(element, context)
+    if not found.ok:
+        return None
+    default = found.get("default", "false").lower()
+    if default not in _DEFAULTS:
+        origin = context.attribute_origin(element, "default")
+        tags.reporter.problem("L005", f"'default' is one of {', '.join(_DEFAULTS)}, not '{default}'", origin)
+    if default == "true":
+        context.machine = found["name"]
+    port: float | None = _SSH
+    if found.get("ssh-port"):
+        port = tags.number(element, found, "ssh-port", context, whole=True)
+    timeout = tags.number(element, found, "timeout", context) if "timeout" in found else None
+    others = (found.get("env-loader"), found.get("user", ""), found.get("password", ""), default == "never")
+    settings = (found["address"], port, timeout, *others)
+    return Machine(found["name"], found["address"], context.origin(element), settings)

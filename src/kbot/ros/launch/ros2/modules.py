@@ -1,4 +1,7 @@
-"""Runs a launch file in Python, with modules of our own in the place of ROS 2's."""
+"""Runs launch files in Python, with KBot's modules in place of ROS 2's.
+
+The classes of `nav2_common` and the functions of `xacro` have the names and arguments of the originals.
+"""
 
 from __future__ import annotations
 
@@ -11,53 +14,24 @@ from contextlib import contextmanager
 from io import StringIO
 from pathlib import Path
 from types import ModuleType
-from typing import IO, Any
+from typing import IO, Any, TypeVar
 
+from kbot.ros.launch.commands import expand_within
 from kbot.ros.launch.launch_error import LaunchError
 from kbot.ros.launch.plan import RobotDescription
-from kbot.ros.launch.ros2 import actions
-from kbot.ros.launch.ros2.contents import Module, modules_of
+from kbot.ros.launch.ros2 import actions, conditions, handlers, neighbours, substitutions
+from kbot.ros.launch.ros2.conditions import Condition
 from kbot.ros.launch.ros2.context import LaunchContext
+from kbot.ros.launch.ros2.parameters import read_parameter_file
 from kbot.ros.launch.ros2.places import line_origin, place, running
+from kbot.ros.launch.ros2.scratch import scratch_file
+from kbot.ros.launch.ros2.substitutions import Substitution, as_substitution, is_true, performed
+from kbot.ros.parameter_values import convert
 from kbot.text import Diagnostic, KbotError, Origin, Severity, Source, read_source
 from kbot.text.errors import DescriptionError
 from kbot.text.suggest import did_you_mean
 
-
-@contextmanager
-def _in_place(modules: Mapping[str, ModuleType]) -> Iterator[None]:
-    names = {name for name in sys.modules if name.partition(".")[0] in {n.partition(".")[0] for n in modules}}
-    kept = {name: sys.modules.pop(name) for name in names}
-    sys.modules.update(modules)
-    try:
-        yield
-    finally:
-        for name in modules:
-            sys.modules.pop(name, None)
-        sys.modules.update(kept)
-
-
-def _places(error: BaseException) -> list[Origin]:
-    """The lines of launch files that an exception came through, the innermost last."""
-    frames = traceback.extract_tb(error.__traceback__)
-    return [found for frame in frames if (found := place(frame.filename, frame.lineno or 1))]
-
-
-def _said(error: BaseException) -> tuple[str, str]:
-    """What is said of an exception of a launch file, and what can be done."""
-    frames = traceback.extract_tb(error.__traceback__)
-    if isinstance(error, KeyError) and frames and frames[-1].filename in ("<frozen os>", os.__file__):
-        name = error.args[0]
-        return f"the environment variable {name} is not set", f"set it: {name}=… kbot launch …"
-    if isinstance(error, ModuleNotFoundError):
-        hint = "install it beside KBot, or name its folder in PYTHONPATH"
-        return f"the launch file needs the Python module '{error.name}'", hint
-    if isinstance(error, ImportError):
-        missing = re.match(r"cannot import name '(\w+)'", str(error))
-        module = sys.modules.get(error.name or "")
-        if missing and isinstance(module, Module):
-            return f"KBot has no {error.name}.{missing[1]}", did_you_mean(missing[1], vars(module))
-    return f"the launch file fails: {type(error).__name__}: {error}", ""
+_T = TypeVar("_T")
 
 
 class PythonFiles:
@@ -98,8 +72,12 @@ class PythonFiles:
             )
         return description.entities
 
-    def guarded(self, source: Source, work: Callable[[], list[object]]) -> list[object]:
-        """Runs the user's code; what it raises is an error at the line of the launch file that did it."""
+    def guarded(self, source: Source, work: Callable[[], _T]) -> _T:
+        """Run the user's code.
+
+        Raises:
+            DescriptionError: what the code raised, at its line of the launch file.
+        """
         try:
             return work()
         except KbotError:
@@ -123,3 +101,307 @@ class PythonFiles:
             self.context.descriptions[text] = RobotDescription(str(path), {})
             return StringIO(text)
         return open(path, mode, *args, **more)  # noqa: PTH123 - the caller closes it
+
+
+@contextmanager
+def _in_place(modules: Mapping[str, ModuleType]) -> Iterator[None]:
+    names = {name for name in sys.modules if name.partition(".")[0] in {n.partition(".")[0] for n in modules}}
+    kept = {name: sys.modules.pop(name) for name in names}
+    sys.modules.update(modules)
+    try:
+        yield
+    finally:
+        for name in modules:
+            sys.modules.pop(name, None)
+        sys.modules.update(kept)
+
+
+def _places(error: BaseException) -> list[Origin]:
+    """The lines of launch files that an exception came through, the innermost last."""
+    frames = traceback.extract_tb(error.__traceback__)
+    return [found for frame in frames if (found := place(frame.filename, frame.lineno or 1))]
+
+
+def _said(error: BaseException) -> tuple[str, str]:
+    """What is said of an exception of a launch file, and what can be done."""
+    frames = traceback.extract_tb(error.__traceback__)
+    if isinstance(error, KeyError) and frames and frames[-1].filename in ("<frozen os>", os.__file__):
+        name = error.args[0]
+        return f"the environment variable {name} is not set", f"set it: {name}=… kbot launch …"
+    if isinstance(error, ModuleNotFoundError):
+        hint = "install it beside KBot, or name its folder in PYTHONPATH"
+        return f"the launch file needs the Python module '{error.name}'", hint
+    if isinstance(error, ImportError):
+        missing = re.match(r"cannot import name '(\w+)'", str(error))
+        module = sys.modules.get(error.name or "")
+        if missing and isinstance(module, Module):
+            return f"KBot has no {error.name}.{missing[1]}", did_you_mean(missing[1], vars(module))
+    return f"the launch file fails: {type(error).__name__}: {error}", ""
+
+
+def _named(kind: type, *modules: ModuleType) -> dict[str, Any]:
+    """The classes of a kind, by their names."""
+    return {
+        name: value
+        for module in modules
+        for name, value in vars(module).items()
+        if isinstance(value, type) and issubclass(value, kind)
+    }
+
+
+_SUBSTITUTIONS = _named(substitutions.Substitution, substitutions)
+
+
+_CONDITIONS = _named(conditions.Condition, conditions)
+
+
+_ACTIONS = _named(actions.Action, actions, handlers)
+
+
+_HANDLERS = _named(handlers.EventHandler, handlers)
+
+
+_SOURCES = {
+    f"{kind}LaunchDescriptionSource": actions.LaunchDescriptionSource
+    for kind in ("Any", "Python", "Frontend", "XML", "YAML")
+}
+
+
+_IN_MODULES_OF_THEIR_OWN = (
+    *("launch.actions", "launch.event_handlers", "launch.events", "launch.launch_description_sources"),
+    *("launch.substitutions", "launch_ros.actions", "launch_ros.event_handlers", "launch_ros.substitutions"),
+)
+"""Each name of these can be had from a module of its own as well: `launch.substitutions.command`."""
+
+
+def modules_of(context: LaunchContext) -> dict[str, ModuleType]:
+    """The modules that launch files import, by name."""
+    ament = {
+        "get_package_share_directory": context.share,
+        "get_package_share_path": lambda n: Path(context.share(n)),
+        "get_package_prefix": context.prefix,
+        "PackageNotFoundError": LaunchError,
+    }
+    finders = {
+        name: type(name, (value,), {"find": lambda _, package: context.share(package)})
+        for name, value in _SUBSTITUTIONS.items()
+        if issubclass(value, substitutions.FindPackageShare)
+    }
+    found = {**_SUBSTITUTIONS, **finders, "FindPackage": finders["FindPackageShare"]}
+    ros_actions = {
+        **_ACTIONS,
+        "PushROSNamespace": actions.PushRosNamespace,
+        **dict.fromkeys(("LoadComposableNodes", "LifecycleTransition", "SetROSLogDir"), actions.Silent),
+        **dict.fromkeys(("RosTimer", "ROSTimer"), actions.TimerAction),
+    }
+    contents: dict[str, Mapping[str, Any]] = {
+        "launch": {
+            **_ACTIONS,
+            "LaunchDescription": actions.LaunchDescription,
+            "LaunchContext": lambda *_, **__: context,
+            "Substitution": substitutions.Substitution,
+            "Condition": conditions.Condition,
+        },
+        "launch.actions": {**_ACTIONS, "Log": actions.Silent, "UnregisterEventHandler": actions.Silent},
+        "launch.conditions": _CONDITIONS,
+        "launch.substitutions": _SUBSTITUTIONS,
+        "launch.event_handlers": _HANDLERS,
+        "launch.events": {"Shutdown": actions.Shutdown, "matches_action": actions.Silent},
+        "launch.event_handler": {"EventHandler": handlers.EventHandler},
+        "launch.launch_description_sources": _SOURCES,
+        "launch.launch_context": {"LaunchContext": lambda *_, **__: context},
+        "launch.launch_description": {"LaunchDescription": actions.LaunchDescription},
+        "launch_xml": {},
+        "launch_xml.launch_description_sources": _SOURCES,
+        "launch_yaml": {},
+        "launch_yaml.launch_description_sources": _SOURCES,
+        "launch_ros": {},
+        "launch_ros.actions": ros_actions,
+        "launch_ros.substitutions": found,
+        "launch_ros.descriptions": {
+            "ComposableNode": actions.Silent,
+            "ParameterValue": actions.ParameterValue,
+            "ParameterFile": actions.ParameterFile,
+        },
+        "launch_ros.parameter_descriptions": {
+            "ParameterValue": actions.ParameterValue,
+            "ParameterFile": actions.ParameterFile,
+        },
+        "launch_ros.event_handlers": {"OnStateTransition": handlers.OnShutdown},
+        "launch_ros.events": {},
+        "launch_ros.events.lifecycle": {"ChangeState": actions.Silent},
+        "lifecycle_msgs": {},
+        "lifecycle_msgs.msg": {"Transition": neighbours.Transition},
+        "controller_manager": {},
+        "controller_manager.launch_utils": neighbours.CONTROLLER_HELPERS,
+        "ros_gz_bridge": {},
+        "ros_gz_bridge.actions": {"RosGzBridge": neighbours.ros_gz_bridge},
+        "ros_gz_sim": {},
+        "ros_gz_sim.actions": {
+            "GzServer": neighbours.gz_server,
+            "GzSpawnModel": neighbours.gz_spawn_model,
+        },
+        "nav2_common": {},
+        "nav2_common.launch": {
+            "RewrittenYaml": RewrittenYaml,
+            "ReplaceString": ReplaceString,
+            "HasNodeParams": HasNodeParams,
+            "LaunchConfigAsBool": LaunchConfigAsBool,
+        },
+        "ament_index_python": ament,
+        "ament_index_python.packages": ament,
+        "ament_index_python.resources": {"has_resource": context.has_resource},
+        "xacro": xacro_functions(context),
+    }
+    for name in _IN_MODULES_OF_THEIR_OWN:
+        contents |= {f"{name}.{_snake(part)}": {part: value} for part, value in contents[name].items()}
+    modules: dict[str, ModuleType] = {}
+    for name, values in contents.items():
+        module = modules[name] = Module(name)
+        vars(module).update(values)
+        module.__path__ = []
+        parent, _, child = name.rpartition(".")
+        if parent:
+            setattr(modules[parent], child, module)
+    return modules
+
+
+def _snake(name: str) -> str:
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name).lower()
+
+
+class Module(ModuleType):
+    """A module that says which name it lacks, and which it has."""
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        hint = did_you_mean(name, vars(self))
+        raise AttributeError(f"KBot has no {self.__name__}.{name}" + (f": {hint}" if hint else ""))
+
+
+def xacro_functions(context: LaunchContext) -> dict[str, object]:
+    """The module's functions by name; what they expand is known to the context as that file's robot."""
+    xacro = _Xacro(context)
+    return {name: getattr(xacro, name) for name in ("process_file", "process", "parse", "process_doc")}
+
+
+class _Document:
+    """What xacro.process_file and xacro.parse give, as far as launch files use it."""
+
+    def __init__(self, text: str, path: str = "") -> None:
+        self.text, self.path = text, path
+
+    def toxml(self, *_: object, **__: object) -> str:
+        return self.text
+
+    toprettyxml = toxml
+
+
+class _Xacro:
+    def __init__(self, context: LaunchContext) -> None:
+        self.context = context
+
+    def process_file(
+        self, path: object, mappings: Mapping[str, object] | None = None, **_: object
+    ) -> _Document:
+        arguments = {str(name): str(value) for name, value in (mappings or {}).items()}
+        expansion = expand_within(self.context.budget, str(path), arguments, self.context.packages)
+        for diagnostic in expansion.diagnostics:
+            self.context.note(diagnostic)
+        self.context.descriptions[expansion.text] = RobotDescription(str(path), arguments)
+        return _Document(expansion.text)
+
+    def parse(self, source: object, filename: object = None) -> _Document:
+        """A document that is not expanded yet, of an open file or of one that is named."""
+        text = source.read() if hasattr(source, "read") else read_source(str(filename)).text
+        known = self.context.descriptions.get(text)
+        return _Document(text, str(filename) if filename else known.path if known else "")
+
+    def process_doc(
+        self, document: _Document, mappings: Mapping[str, object] | None = None, **more: object
+    ) -> None:
+        document.text = self.process_file(document.path, mappings, **more).text
+
+    def process(self, path: object, mappings: Mapping[str, object] | None = None, **more: object) -> str:
+        return self.process_file(path, mappings, **more).text
+
+
+class RewrittenYaml(Substitution):
+    """A parameter file with values, and names of keys, replaced, beneath `root_key` where that is given."""
+
+    def __init__(
+        self,
+        source_file: object,
+        param_rewrites: Mapping[str, object],
+        root_key: object = None,
+        key_rewrites: Mapping[str, object] | None = None,
+        convert_types: bool = False,
+        **_: object,
+    ) -> None:
+        self.source, self.root_key, self.convert_types = as_substitution(source_file), root_key, convert_types
+        self.values, self.keys = dict(param_rewrites), dict(key_rewrites or {})
+
+    def perform(self, context: LaunchContext) -> str:
+        import yaml
+
+        values = {name: performed(value, context) for name, value in self.values.items()}
+        keys = {name: performed(value, context) for name, value in self.keys.items()}
+        data = self._rewritten(read_parameter_file(self.source.perform(context)), "", values, keys)
+        root = performed(self.root_key, context).strip("/") if self.root_key is not None else ""
+        return scratch_file(yaml.safe_dump({root: data} if root else data), ".yaml")
+
+    def _rewritten(
+        self,
+        value: Any,
+        path: str,
+        values: Mapping[str, str],
+        keys: Mapping[str, str],
+    ) -> Any:
+        if isinstance(value, dict):
+            return {
+                keys.get(str(key), key): self._rewritten(item, f"{path}.{key}".lstrip("."), values, keys)
+                for key, item in value.items()
+            }
+        name = path if path in values else path.rpartition(".")[2]
+        if name not in values:
+            return value
+        return convert(values[name], "auto") if self.convert_types else values[name]
+
+
+class ReplaceString(Substitution):
+    """A file with texts replaced; the file itself where `condition` says no."""
+
+    def __init__(
+        self, source_file: object, replacements: Mapping[str, object], condition: Condition | None = None
+    ) -> None:
+        self.source, self.replacements, self.condition = as_substitution(source_file), replacements, condition
+
+    def perform(self, context: LaunchContext) -> str:
+        path = self.source.perform(context)
+        if self.condition is not None and not self.condition.evaluate(context):
+            return path
+        text = read_source(path).text
+        for old, new in self.replacements.items():
+            text = text.replace(old, performed(new, context))
+        return scratch_file(text, "")
+
+
+class HasNodeParams(Substitution):
+    """Whether a parameter file speaks of a node."""
+
+    def __init__(self, source_file: object, node_name: object) -> None:
+        self.source, self.node = as_substitution(source_file), as_substitution(node_name)
+
+    def perform(self, context: LaunchContext) -> str:
+        return str(self.node.perform(context) in read_parameter_file(self.source.perform(context)))
+
+
+class LaunchConfigAsBool(Substitution):
+    """A launch configuration as `True` or `False`."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def perform(self, context: LaunchContext) -> str:
+        return str(is_true(context.launch_configurations.get(self.name, "false")))
