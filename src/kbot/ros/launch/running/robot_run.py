@@ -26,11 +26,11 @@ from kbot.ros.nodes.joint_state_publisher import with_dependent_joints
 from kbot.ros.peer_options import PeerOptions
 from kbot.text import KbotError
 from kbot.workbench.address import Address
-from kbot.workbench.displays.files import DisplayFile
+from kbot.workbench.displays.display_file import DisplayFile
 from kbot.workbench.driving.sliders import Sliders, SliderSetting
 from kbot.workbench.serve import serve_session
 from kbot.workbench.session.session import Session
-from kbot.workbench.source.description import Description
+from kbot.workbench.source.description import DescriptionFile
 
 if TYPE_CHECKING:
     from kbot.ros.launch.running.world import ChosenWorld
@@ -121,7 +121,7 @@ class RobotRun:
             if stand_ins.settings.keys is not None:
                 stand_ins.drive(simulation.clock, _command_of(simulation, stand_ins.settings.keys.topic))
 
-        description = Description(
+        description = DescriptionFile(
             robot.path,
             robot.arguments,
             self._package_path,
@@ -154,7 +154,7 @@ class RobotRun:
                 sliders.bus.subscribe(topic, JointState, set_joints)
             self.stand_ins.play(sliders.bus, sliders.clock, instead={"/joint_states": set_joints})
 
-        description = Description(
+        description = DescriptionFile(
             self._robot.path,
             self._robot.arguments,
             self._package_path,

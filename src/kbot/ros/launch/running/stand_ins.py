@@ -10,7 +10,7 @@ from kbot.messages import Bus, Clock
 from kbot.record.record_options import RecordOptions
 from kbot.ros.launch.running.terminal import Terminal
 from kbot.ros.launch.staging import StandInSettings
-from kbot.ros.nodes.rosbag_play import Playback
+from kbot.ros.nodes.rosbag_play import BusPlayback
 from kbot.ros.nodes.teleop_twist_keyboard import HELP, RATE, TeleopKeys
 
 
@@ -23,7 +23,7 @@ class StandIns:
         self.settings, self._terminal, self._end = settings, terminal, end
         keys = settings.keys
         self.teleop = TeleopKeys(keys.speed, keys.turn) if keys is not None else None
-        self.players: list[Playback] = []
+        self.players: list[BusPlayback] = []
 
     def record_options(self, asked: RecordOptions, *, is_simulated: bool) -> RecordOptions:
         """What to record: what the user asked for, else what the launch's rosbag records. A robot that is not
@@ -69,7 +69,7 @@ class StandIns:
         for playback in earlier:
             playback.close()
         self.players = [
-            Playback(
+            BusPlayback(
                 bus,
                 clock,
                 playing,

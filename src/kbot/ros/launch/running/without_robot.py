@@ -21,7 +21,7 @@ from kbot.ros.launch.running.shared_parameters import clear_on_master, dump_para
 from kbot.ros.launch.running.stand_ins import StandIns
 from kbot.ros.launch.running.terminal import Terminal
 from kbot.ros.launch.staging import Stage, StandInSettings
-from kbot.ros.nodes.rosbag_play import Playback
+from kbot.ros.nodes.rosbag_play import BusPlayback
 from kbot.ros.peer_options import PeerOptions
 
 PERIOD = 0.01
@@ -103,7 +103,7 @@ def _own_speed(settings: StandInSettings) -> tuple[StandInSettings, float]:
 
 def _run(
     published: _Published,
-    players: Sequence[Playback],
+    players: Sequence[BusPlayback],
     speed: float,
     processes: Processes | None,
     ended: threading.Event,
