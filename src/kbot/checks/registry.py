@@ -95,7 +95,6 @@ _FAMILIES = (
     "joints",
     "limits",
     "inertia",
-    "masses",
     "tensors",
     "magnitudes",
     "geometry",

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from kbot.cli.arguments import examples, one_file, package_path_option, split_arguments
+from kbot.cli.arguments import examples, one_file, package_path_option, resolve_typed_names, split_arguments
 from kbot.cli.output import fail, report
 from kbot.cli.picture_options import look_options
-from kbot.cli.typed_names import resolve_typed_names
 from kbot.text.files import write_bytes
 from kbot.text.numbers import to_float
 from kbot.text.suggest import did_you_mean

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import click
 
-from kbot.cli.arguments import examples, json_option, one_file, package_path_option
+from kbot.cli.arguments import examples, json_option, one_file, package_path_option, resolve_typed_names
 from kbot.cli.output import print_json, report
-from kbot.cli.typed_names import resolve_typed_names
 
 
 @click.command(

@@ -14,11 +14,11 @@ from kbot.cli.arguments import (
     package_path_option,
     page_options,
     picture_file,
+    resolve_typed_names,
 )
 from kbot.cli.output import fail, report
 from kbot.cli.picture_options import look_options
 from kbot.cli.progress import loading
-from kbot.cli.typed_names import resolve_typed_names
 from kbot.text.files import write_bytes
 
 if TYPE_CHECKING:

@@ -7,10 +7,15 @@ from collections.abc import Iterable
 
 import click
 
-from kbot.cli.arguments import examples, json_option, package_path_option, split_arguments
+from kbot.cli.arguments import (
+    examples,
+    json_option,
+    package_path_option,
+    resolve_typed_names,
+    split_arguments,
+)
 from kbot.cli.expand import robot_path
 from kbot.cli.output import print_json, report
-from kbot.cli.typed_names import resolve_typed_names
 from kbot.text.errors import KbotError
 from kbot.text.span import Span
 from kbot.text.suggest import did_you_mean

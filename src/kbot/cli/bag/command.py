@@ -9,8 +9,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from kbot.cli.arguments import examples, json_option, output_option, package_path_option
-from kbot.cli.numbers import rate_option, seconds_option
+from kbot.cli.arguments import (
+    examples,
+    json_option,
+    output_option,
+    package_path_option,
+    rate_option,
+    seconds_option,
+)
 from kbot.cli.output import fail, print_json
 from kbot.cli.outputs import PeerRequest, peer_options
 from kbot.cli.picture_options import parse_size, size_option

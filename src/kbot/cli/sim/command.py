@@ -17,13 +17,14 @@ from kbot.cli.arguments import (
     package_path_option,
     page_options,
     picture_file,
+    pose_of,
+    resolve_typed_names,
+    speeds_of,
 )
-from kbot.cli.numbers import pose_of, speeds_of
 from kbot.cli.output import fail, report
 from kbot.cli.outputs import PeerRequest, peer_options, record_options, run_outputs
 from kbot.cli.progress import loading
 from kbot.cli.sim.headless import run_goto, run_headless
-from kbot.cli.typed_names import resolve_typed_names
 from kbot.text.files import write_bytes
 
 if TYPE_CHECKING:

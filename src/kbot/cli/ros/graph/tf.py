@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from kbot.cli.arguments import examples, json_option
-from kbot.cli.numbers import rate_option
+from kbot.cli.arguments import examples, json_option, rate_option
 from kbot.cli.output import fail, print_json
 from kbot.cli.ros.graph.asking import ask, at_option, seconds, tell_of_silence, to_line
 

@@ -17,8 +17,7 @@ from typing import Any
 
 import click
 
-from kbot.cli.arguments import examples, json_option
-from kbot.cli.numbers import rate_option
+from kbot.cli.arguments import examples, json_option, rate_option
 from kbot.cli.output import fail, print_json
 from kbot.cli.ros.graph.asking import (
     ask,
