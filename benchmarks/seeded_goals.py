@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from kbot.kinematics import PlanarPose, Transform
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.navigation.controller import GENTLE
 from kbot.navigation.inflation import inflate
 from kbot.navigation.simulated import Trip, go_to
@@ -70,7 +70,7 @@ def is_reachable(world: World, goal: PlanarPose) -> bool:
     return False
 
 
-def drive(robot: Robot, world: World, goal: PlanarPose, with_lidar: bool) -> Trip:
+def drive(robot: RobotModel, world: World, goal: PlanarPose, with_lidar: bool) -> Trip:
     simulation = Simulation(robot, world)
     return go_to(simulation, goal, lidar=simulation.add_sensor(LIDAR) if with_lidar else None)
 

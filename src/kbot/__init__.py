@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from kbot.kinematics import PlanarPose, Transform
     from kbot.robot import DescriptionWarning, Robot, load
     from kbot.ros.client import Node
-    from kbot.simulation import Simulation
+    from kbot.sim import Simulation
     from kbot.text import DescriptionError, Diagnostic, KbotError
     from kbot.world import World, load_world
 
@@ -34,7 +34,7 @@ _HOMES = {
     "KbotError": "kbot.text",
     "PlanarPose": "kbot.kinematics",
     "Robot": "kbot.robot",
-    "Simulation": "kbot.simulation",
+    "Simulation": "kbot.sim",
     "Transform": "kbot.kinematics",
     "World": "kbot.world",
     "load": "kbot.robot",

@@ -1,15 +1,36 @@
-"""What the optional parts of KBot add to its core: file kinds of `kbot check`, verbs, and peers.
+"""What stands above a package and is called from it: the optional parts of KBot, and the view in a notebook.
 
-The core asks here and imports no such part itself. A part that is not installed adds nothing.
+The core asks here and does not import them. A part that is not installed adds nothing.
 """
 
 from __future__ import annotations
 
+import os
 from functools import cache
 from importlib import import_module
 from types import ModuleType
+from typing import Protocol
 
 PARTS = ("kbot.ros",)
+"""Each adds file kinds of `kbot check`, verbs and peers by its module `extensions`."""
+_NOTEBOOK = "kbot.workbench.notebook"
+
+
+class NotebookView(Protocol):
+    """The result of `show()`: notebooks display it, `save` writes it to a file. `page` is its HTML."""
+
+    page: str
+
+    def _repr_html_(self) -> str: ...
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the page as one HTML file. Raises KbotError: the folder is missing or not writable."""
+        ...
+
+
+def notebook() -> ModuleType:
+    """The module that shows robots and simulations in a notebook: the workbench, loaded when first used."""
+    return import_module(_NOTEBOOK)
 
 
 @cache

@@ -8,9 +8,9 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 from kbot import model
+from kbot.extensions import NotebookView, notebook
 from kbot.kinematics import DifferentialDrive, FrameTree, NoDrive, Transform, find_drive
 from kbot.kinematics.drive.drive import SteeredDrive
 from kbot.model.load import Loaded, load_robot, resolve_robot_path
@@ -18,9 +18,6 @@ from kbot.model.writer import to_urdf
 from kbot.text import Diagnostic, KbotError
 from kbot.xacro import Packages
 from kbot.xacro.assignments import resolve_names
-
-if TYPE_CHECKING:
-    from kbot.workbench.notebook import NotebookView
 
 Value = str | bool | int | float
 
@@ -30,7 +27,7 @@ class DescriptionWarning(UserWarning):
 
 
 @dataclass(frozen=True)
-class Robot(model.Robot):
+class Robot(model.RobotModel):
     """A robot description, with its frames and its drive."""
 
     loaded: Loaded = field(compare=False, repr=False)
@@ -81,9 +78,8 @@ class Robot(model.Robot):
         Raises:
             KbotError: a joint that is not there, or follows another.
         """
-        from kbot.workbench.notebook import show_robot  # the workbench, which few programs show
-
-        return show_robot(self, joints, height)
+        view: NotebookView = notebook().show_robot(self, joints, height)
+        return view
 
 
 def load(

@@ -14,7 +14,7 @@ from kbot.kinematics.bodies import (
     total_mass,
 )
 from kbot.kinematics.description import describe, describe_as_text
-from kbot.model import Robot, read_robot
+from kbot.model import RobotModel, read_robot
 from kbot.text import Source, parse_xml
 
 INERTIA = "<inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/>"
@@ -30,7 +30,7 @@ TEXT = f"""<robot name='two'>
 
 
 @pytest.fixture(scope="module")
-def robot() -> Robot:
+def robot() -> RobotModel:
     return read_robot(parse_xml(Source("two.urdf", TEXT))).require()
 
 

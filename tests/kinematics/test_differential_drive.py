@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kbot.kinematics import DifferentialDrive, NoDrive, PlanarPose, find_drive
-from kbot.model import Robot, read_robot
+from kbot.model import RobotModel, read_robot
 from kbot.text import Source, parse_xml, read_source
 
 SAM_BOT = (
@@ -61,7 +61,7 @@ DRIVELESS = {
 }
 
 
-def read(text: str, packages: object = None) -> Robot:
+def read(text: str, packages: object = None) -> RobotModel:
     return read_robot(parse_xml(Source("robot.urdf", text)), packages).require()
 
 
@@ -108,7 +108,7 @@ def wheel(
     )
 
 
-def robot(*parts: str) -> Robot:
+def robot(*parts: str) -> RobotModel:
     return read("<robot name='r'><link name='base_link'/>" + "".join(parts) + "</robot>")
 
 

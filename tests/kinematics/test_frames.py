@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from kbot.kinematics import FrameTree, Transform
 from kbot.kinematics.frames import unit_axis
-from kbot.model import Robot, read_robot
+from kbot.model import RobotModel, read_robot
 from kbot.text import KbotError, Source, parse_xml, read_source
 
 CHAIN = """<robot name='chain'>
@@ -27,7 +27,7 @@ CHAIN = """<robot name='chain'>
 </robot>"""
 
 
-def robot(text: str) -> Robot:
+def robot(text: str) -> RobotModel:
     return read_robot(parse_xml(Source("robot.urdf", text))).require()
 
 

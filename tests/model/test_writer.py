@@ -4,7 +4,7 @@ from dataclasses import fields, is_dataclass
 
 import pytest
 
-from kbot.model import Robot, read_robot
+from kbot.model import RobotModel, read_robot
 from kbot.model.writer import to_urdf
 from kbot.text import Element, Origin, Source, parse_xml, read_source
 
@@ -34,7 +34,7 @@ def without_origins(value: object) -> object:
     )
 
 
-def again(robot: Robot) -> Robot:
+def again(robot: RobotModel) -> RobotModel:
     return read_robot(parse_xml(Source("again.urdf", to_urdf(robot)))).require()
 
 

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.model.load import load_robot, load_robot_text
 from kbot.model.spawned import with_controllers
 from kbot.ros.launch import read_launch
@@ -12,7 +12,7 @@ from kbot.xacro import Packages
 
 
 @pytest.fixture(scope="session")
-def kbot_robot() -> Robot:
+def kbot_robot() -> RobotModel:
     return load_robot("kbot").require()
 
 
@@ -25,14 +25,14 @@ def sim(kbot_robot) -> Simulation:
 def urdf():
     """Reads a robot from URDF text."""
 
-    def read(text: str) -> Robot:
+    def read(text: str) -> RobotModel:
         return load_robot_text(text, "robot.urdf").require()
 
     return read
 
 
 @pytest.fixture
-def ball(urdf) -> Robot:
+def ball(urdf) -> RobotModel:
     """A robot without wheels: one ball of 1 kg."""
     inertia = '<inertia ixx="0.004" iyy="0.004" izz="0.004" ixy="0" ixz="0" iyz="0"/>'
     return urdf(

@@ -5,13 +5,13 @@ import pytest
 
 import kbot
 from kbot.kinematics.transform import Transform
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.sim import Simulation
 
 BIGGER = {"base_len": 0.4, "base_width": 0.4}
 
 
-def bigger() -> Robot:
+def bigger() -> RobotModel:
     return kbot.load("kbot", arguments=BIGGER)
 
 

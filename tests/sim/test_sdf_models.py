@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from kbot.kinematics.transform import Transform
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.sim import Simulation
 from kbot.text import DescriptionError, KbotError
 
@@ -27,7 +27,7 @@ BARE = '<sdf version="1.7"><model name="m"/></sdf>'
 
 
 @pytest.fixture
-def sim(kbot_robot: Robot) -> Simulation:
+def sim(kbot_robot: RobotModel) -> Simulation:
     return Simulation(kbot_robot)
 
 

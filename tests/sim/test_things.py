@@ -2,14 +2,14 @@
 
 import pytest
 
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.world.things import DENSITY, MODELS
 
 
 @pytest.fixture
-def sim(kbot_robot: Robot) -> Simulation:
+def sim(kbot_robot: RobotModel) -> Simulation:
     return Simulation(kbot_robot, "boxes")
 
 

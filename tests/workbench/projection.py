@@ -10,7 +10,7 @@ from math import ceil, floor
 import numpy as np
 
 from kbot.kinematics import FrameTree, Transform
-from kbot.model import Box, Capsule, Cylinder, Geometry, Mesh, Robot, Sphere
+from kbot.model import Box, Capsule, Cylinder, Geometry, Mesh, RobotModel, Sphere
 from kbot.model.meshes import load_mesh
 
 AROUND, ALONG = 72, 24
@@ -20,7 +20,7 @@ TIE = 1e-6
 
 
 def link_image(
-    robot: Robot,
+    robot: RobotModel,
     clip_from_world: np.ndarray,
     width: int,
     height: int,

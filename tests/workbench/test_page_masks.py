@@ -10,7 +10,7 @@ import pytest
 
 from kbot.checks.facts.bodies import body_of
 from kbot.kinematics import FrameTree, Transform
-from kbot.model import Link, Mesh, Robot
+from kbot.model import Link, Mesh, RobotModel
 from kbot.model.load import load_robot
 from kbot.workbench.serve import open_session, serving
 
@@ -54,7 +54,7 @@ f 2 5 4 3
 
 
 def picture(
-    page: Any, robot: Robot, link: str, way: tuple[float, float, float]
+    page: Any, robot: RobotModel, link: str, way: tuple[float, float, float]
 ) -> tuple[np.ndarray, np.ndarray]:
     """The page's ids with a link in the middle of the picture, and the camera's matrix."""
     pose = FrameTree(robot).pose(link, joints=JOINTS)
@@ -77,7 +77,7 @@ Pictures = Mapping[str, list[tuple[np.ndarray, np.ndarray]]]
 """By link: what is seen of it from several sides, as ids and the camera's matrix."""
 
 
-def pictures(page: Any, robot: Robot, only: Collection[str] | None = None) -> Pictures:
+def pictures(page: Any, robot: RobotModel, only: Collection[str] | None = None) -> Pictures:
     """Of all links that have a shape, or of some of them."""
     return {
         name: [picture(page, robot, name, way) for way in FROM]
@@ -86,7 +86,9 @@ def pictures(page: Any, robot: Robot, only: Collection[str] | None = None) -> Pi
     }
 
 
-def overlaps(taken: Pictures, robot: Robot, moved: Mapping[str, Transform] | None = None) -> dict[str, float]:
+def overlaps(
+    taken: Pictures, robot: RobotModel, moved: Mapping[str, Transform] | None = None
+) -> dict[str, float]:
     """Each link's least overlap from several sides, for those that are to be seen."""
     least: dict[str, float] = {}
     for name, views in taken.items():
@@ -170,7 +172,7 @@ def of_meshes(link: Link) -> bool:
     return any(isinstance(visual.geometry, Mesh) for visual in link.visuals)
 
 
-def reach(robot: Robot, link: str) -> float | None:
+def reach(robot: RobotModel, link: str) -> float | None:
     """How far what is seen first of a link reaches from its middle, m; None for a mesh without a file."""
     parts = body_of(robot.links[link]).visuals
     return parts[0].reach(robot.links[link].visuals[0].pose.xyz) if parts else None

@@ -19,7 +19,7 @@ from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, find_drive
 from kbot.kinematics.drive.faults import PlacedWheel, WheelPair, drive_faults, plugin_faults, wheel_pairs
 from kbot.kinematics.frames import FrameTree, rest_frames
 from kbot.kinematics.spatial import SpatialFrame
-from kbot.model import Joint, Link, Robot
+from kbot.model import Joint, Link, RobotModel
 from kbot.text import Diagnostic, Element, Fix, Origin, Source, Span
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ class Context:
         self,
         entry: Source,
         expansion: Expansion,
-        robot: Robot | None,
+        robot: RobotModel | None,
         problems: tuple[Diagnostic, ...],
         packages: Packages,
         config: Config,
@@ -54,7 +54,7 @@ class Context:
         self.folders = Folders()
 
     @property
-    def robot(self) -> Robot:
+    def robot(self) -> RobotModel:
         """The robot; only rules that need one may ask."""
         if self._robot is None:
             raise LookupError("a rule asked for a robot without needing one")

@@ -17,7 +17,7 @@ from kbot.text.numbers import to_float
 from kbot.text.suggest import did_you_mean
 
 if TYPE_CHECKING:
-    from kbot.model import Robot
+    from kbot.model import RobotModel
     from kbot.render.look import Look
 
 FORMATS = ("png", "html", "glb", "tree")
@@ -96,7 +96,7 @@ def command(
     return 0
 
 
-def _drawn(robot: Robot, kind: str, joints: dict[str, float], look: Look) -> bytes:
+def _drawn(robot: RobotModel, kind: str, joints: dict[str, float], look: Look) -> bytes:
     if kind == "glb":
         from kbot.render.glb import glb
 
@@ -123,7 +123,7 @@ def _by_ending(output: str | None) -> str:
     return _ENDINGS[ending]
 
 
-def _positions(words: Sequence[str], robot: Robot) -> dict[str, float]:
+def _positions(words: Sequence[str], robot: RobotModel) -> dict[str, float]:
     others, given = split_arguments(words)
     if others:
         fail(f"--joint is written name:=value, as in elbow:=1.2; not '{others[0]}'")

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.transform import Transform
-from kbot.model import Inertial, Robot
+from kbot.model import Inertial, RobotModel
 from kbot.model.shapes import bounds
 from kbot.text import KbotError
 
@@ -75,7 +75,7 @@ def robot_bounds(
     return np.min([low for low, _ in corners], axis=0), np.max([high for _, high in corners], axis=0)
 
 
-def total_mass(robot: Robot) -> float:
+def total_mass(robot: RobotModel) -> float:
     """Mass of all links in kg; a mass that is not positive and finite counts as 0."""
     return sum(inertial.mass for _, inertial in _with_mass(robot))
 
@@ -97,7 +97,7 @@ def center_of_mass(
     return tree.pose(in_frame or tree.root, joints=joints).inverse().apply(moment / mass)
 
 
-def _with_mass(robot: Robot) -> Iterator[tuple[str, Inertial]]:
+def _with_mass(robot: RobotModel) -> Iterator[tuple[str, Inertial]]:
     for name, link in robot.links.items():
         if link.inertial is not None and 0.0 < link.inertial.mass < np.inf:
             yield name, link.inertial

@@ -9,13 +9,13 @@ from typing import Any
 from kbot.kinematics.bodies import center_of_mass, robot_bounds, total_mass
 from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, SteeredDrive, find_drive
 from kbot.kinematics.frames import FrameTree
-from kbot.model import Geometry, Joint, Link, Mesh, Robot
+from kbot.model import Geometry, Joint, Link, Mesh, RobotModel
 
 _DEEPEST = 30
 """Links deeper in the tree than this are drawn at this depth."""
 
 
-def describe(robot: Robot) -> dict[str, Any]:
+def describe(robot: RobotModel) -> dict[str, Any]:
     """The robot as plain data for JSON; metres, kilograms, radians; None where there is no such figure.
 
     `drive` is None where there is none, and `no_drive` then says why.
@@ -24,7 +24,7 @@ def describe(robot: Robot) -> dict[str, Any]:
     return _describe(robot, tree, find_drive(robot, tree))
 
 
-def _describe(robot: Robot, tree: FrameTree, drive: DifferentialDrive | NoDrive) -> dict[str, Any]:
+def _describe(robot: RobotModel, tree: FrameTree, drive: DifferentialDrive | NoDrive) -> dict[str, Any]:
     bounds = robot_bounds(tree)
     center = center_of_mass(tree)
     return {
@@ -40,7 +40,7 @@ def _describe(robot: Robot, tree: FrameTree, drive: DifferentialDrive | NoDrive)
     }
 
 
-def describe_as_text(robot: Robot) -> str:
+def describe_as_text(robot: RobotModel) -> str:
     """The same for people: a heading, the tree of links, the drive, the bounds."""
     tree = FrameTree(robot)
     drive = find_drive(robot, tree)
@@ -136,7 +136,7 @@ def _joint(joint: Joint) -> dict[str, Any]:
     }
 
 
-def _tree(robot: Robot) -> Iterator[str]:
+def _tree(robot: RobotModel) -> Iterator[str]:
     """The links as a tree, each with the joint that holds it, what it weighs and where it was written."""
     rows: list[tuple[str, str, str, str]] = []
     waiting: list[tuple[str, str, str]] = [(robot.root, "", "")]

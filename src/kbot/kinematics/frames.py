@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kbot.kinematics.spatial import Quaternion, SpatialFrame, Vector, quaternion_product
 from kbot.kinematics.transform import Transform, rotations_about
-from kbot.model import Joint, JointType, Robot
+from kbot.model import Joint, JointType, RobotModel
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 
@@ -52,7 +52,7 @@ class FrameTree:
     a position of its own, as robot_state_publisher has it. Planar and floating joints stand at 0.
     """
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: RobotModel) -> None:
         self.robot = robot
         self.root = robot.root
         self._steps = _steps(robot)
@@ -220,7 +220,7 @@ class JointPose:
         return self._translation, quaternion_product(self._rotation, (x * s, y * s, z * s, c))
 
 
-def rest_frames(robot: Robot) -> dict[str, SpatialFrame]:
+def rest_frames(robot: RobotModel) -> dict[str, SpatialFrame]:
     """`root_from_link` of every link with every joint at 0; mimic joints do not follow their leaders.
 
     It takes 4 us for a robot of five links, where `FrameTree.poses` takes 200 us.
@@ -252,7 +252,7 @@ def unit_axis(joint: Joint) -> Array:
     return axis / length if length > 0.0 else axis
 
 
-def _steps(robot: Robot) -> list[_Step]:
+def _steps(robot: RobotModel) -> list[_Step]:
     """The links beneath the root, parents before children."""
     steps = []
     waiting = [robot.root]
@@ -295,7 +295,7 @@ def _compose(parent: Array, local: Array) -> Array:
     return parent @ local
 
 
-def mimics(robot: Robot) -> dict[str, Follow]:
+def mimics(robot: RobotModel) -> dict[str, Follow]:
     """Each mimic joint's leader; one whose leader is missing, immovable or itself is left free."""
     follows: dict[str, Follow] = {}
     for joint in robot.movable_joints:

@@ -13,7 +13,7 @@ from kbot.model.robot import (
     Material,
     Mimic,
     Pose,
-    Robot,
+    RobotModel,
     SafetyController,
     Visual,
 )
@@ -34,7 +34,7 @@ __all__ = [
     "Mesh",
     "Mimic",
     "Pose",
-    "Robot",
+    "RobotModel",
     "RobotReading",
     "SafetyController",
     "Sphere",

@@ -5,29 +5,29 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import isfinite
 
-from kbot.model.robot import Robot
+from kbot.model.robot import RobotModel
 from kbot.text import Element
 from kbot.text.numbers import to_float
 
 
-def extensions(robot: Robot, tag: str) -> Iterator[Element]:
+def extensions(robot: RobotModel, tag: str) -> Iterator[Element]:
     """The `<gazebo>`, `<ros2_control>` or `<transmission>` elements, by their tag."""
     return (extension for extension in robot.extensions if extension.tag == tag)
 
 
-def gazebo_plugins(robot: Robot) -> Iterator[Element]:
+def gazebo_plugins(robot: RobotModel) -> Iterator[Element]:
     """Each `<plugin>` of a `<gazebo>`, in the description's order, without those of sensors and visuals."""
     for extension in extensions(robot, "gazebo"):
         yield from extension.elements("plugin")
 
 
-def hardware_joints(robot: Robot) -> Iterator[Element]:
+def hardware_joints(robot: RobotModel) -> Iterator[Element]:
     """Each `<joint>` of a `<ros2_control>`."""
     for extension in extensions(robot, "ros2_control"):
         yield from extension.elements("joint")
 
 
-def initial_values(robot: Robot) -> Iterator[tuple[str, Element]]:
+def initial_values(robot: RobotModel) -> Iterator[tuple[str, Element]]:
     """The names of joints, each with the element of its initial position."""
     for joint in hardware_joints(robot):
         for state in joint.elements("state_interface"):
@@ -37,7 +37,7 @@ def initial_values(robot: Robot) -> Iterator[tuple[str, Element]]:
                     yield joint.attributes.get("name", ""), parameter
 
 
-def initial_positions(robot: Robot) -> dict[str, float]:
+def initial_positions(robot: RobotModel) -> dict[str, float]:
     """Initial positions by joint, in rad or m. A value that is not a number is left out."""
     free = {joint.name for joint in robot.movable_joints if joint.mimic is None}
     found: dict[str, float] = {}

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from kbot.model._values import MeshFinder
 from kbot.model.read import read_robot
-from kbot.model.robot import Robot
+from kbot.model.robot import RobotModel
 from kbot.text import DescriptionError, Diagnostic, Element, Origin, Severity, Source
 from kbot.text.errors import reading
 from kbot.text.xml import MAX_READ_NESTING, parse_document
@@ -31,7 +31,7 @@ _MISSING = frozenset({"U003", "U006", "U007", "U008", "U014"})
 class Loaded:
     """What came of a description; `robot` is None where there is none to speak of."""
 
-    robot: Robot | None
+    robot: RobotModel | None
     expansion: Expansion
     diagnostics: tuple[Diagnostic, ...]
     packages: Packages
@@ -40,7 +40,7 @@ class Loaded:
     def has_errors(self) -> bool:
         return self.robot is None or any(d.is_error for d in self.diagnostics)
 
-    def require(self) -> Robot:
+    def require(self) -> RobotModel:
         """The robot.
 
         Raises:
@@ -88,7 +88,7 @@ def load_robot_text(
     return _read(expand_text(text, file, arguments, properties=properties, packages=found), found)
 
 
-def read_urdf_text(text: str, path: str, finder: MeshFinder) -> Robot:
+def read_urdf_text(text: str, path: str, finder: MeshFinder) -> RobotModel:
     """The robot of a text that is no xacro: nothing in it is evaluated, and no file is read for it. `path` is
     the file that it would be; `finder` finds the files of its meshes.
 

@@ -24,7 +24,7 @@ from kbot.model.robot import (
     Material,
     Mimic,
     Pose,
-    Robot,
+    RobotModel,
     SafetyController,
     Visual,
 )
@@ -386,10 +386,10 @@ _READ = ("link", "joint", "material")
 class RobotReading:
     """What came of a document; `robot` is None where links and joints make no tree."""
 
-    robot: Robot | None
+    robot: RobotModel | None
     diagnostics: tuple[Diagnostic, ...]
 
-    def require(self) -> Robot:
+    def require(self) -> RobotModel:
         """The robot.
 
         Raises:
@@ -425,7 +425,7 @@ def read_robot(document: Element, packages: MeshFinder | None = None) -> RobotRe
         extensions = tuple(e for e in document.elements() if e.tag not in _READ)
         links = with_materials(links, materials)
         by_name = {joint.name: joint for joint in joints}
-        robot = Robot(name or "", links, by_name, materials, extensions, document.origin)
+        robot = RobotModel(name or "", links, by_name, materials, extensions, document.origin)
     return RobotReading(robot, tuple(values.diagnostics))
 
 

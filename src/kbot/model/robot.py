@@ -176,7 +176,7 @@ class Joint:
 
 
 @dataclass(frozen=True)
-class Robot:
+class RobotModel:
     """A robot description: a tree of links held together by joints.
 
     `extensions` are the root's elements that URDF itself does not define (`<gazebo>`,

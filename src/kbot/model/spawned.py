@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from kbot.model.robot import Robot
+from kbot.model.robot import RobotModel
 from kbot.text import Element, Origin
 from kbot.text.json_text import parse_json
 
@@ -45,7 +45,7 @@ class SpawnedController:
     origin: Origin
 
 
-def with_controllers(robot: Robot, controllers: Iterable[SpawnedController]) -> Robot:
+def with_controllers(robot: RobotModel, controllers: Iterable[SpawnedController]) -> RobotModel:
     """The robot with these controllers spawned, in the place of any that it had; itself for none."""
     children = [_element(controller) for controller in controllers]
     if not children:
@@ -57,7 +57,7 @@ def with_controllers(robot: Robot, controllers: Iterable[SpawnedController]) -> 
     return dataclasses.replace(robot, extensions=(*others, holder))
 
 
-def spawned_controllers(robot: Robot) -> tuple[SpawnedController, ...]:
+def spawned_controllers(robot: RobotModel) -> tuple[SpawnedController, ...]:
     """Those that `with_controllers` gave it, or that its description was written down with."""
     return tuple(
         _controller(element)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from kbot.model.geometry import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
-from kbot.model.robot import Collision, Inertial, Joint, Link, Material, Pose, Robot, Visual
+from kbot.model.robot import Collision, Inertial, Joint, Link, Material, Pose, RobotModel, Visual
 from kbot.text import Element, Source
 from kbot.xacro.serialise import serialise
 
@@ -13,7 +13,7 @@ _WRITTEN = Source("", "")
 _SAFETY = ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity")
 
 
-def to_urdf(robot: Robot) -> str:
+def to_urdf(robot: RobotModel) -> str:
     """The robot as a URDF document, its extensions (`<gazebo>` and the like) as they were written."""
     root = _element("robot", name=robot.name)
     root.children.extend(_material(material) for material in robot.materials.values())

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.transform import Transform
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.model.shapes import bounds
 from kbot.text import KbotError
 from kbot.world.footprints import convex_outline
@@ -60,7 +60,7 @@ class Outline:
         return inside
 
 
-def turning_radius(robot: Robot, base: str) -> float:
+def turning_radius(robot: RobotModel, base: str) -> float:
     """Metres from the origin of the link `base` to the robot's furthest point seen from above, joints at
     zero: what it takes to stand there with any heading. A box about each shape stands for it.
 
@@ -70,26 +70,26 @@ def turning_radius(robot: Robot, base: str) -> float:
     return max(hypot(x, y) for x, y in _corners(robot, base))
 
 
-def outline(robot: Robot, base: str) -> Outline:
+def outline(robot: RobotModel, base: str) -> Outline:
     """The convex outline of all of the robot in the frame of the link `base`, joints at zero. Raises
     KbotError as `turning_radius`."""
     return Outline(convex_outline(np.array(_corners(robot, base))))
 
 
-def height(robot: Robot, base: str) -> float:
+def height(robot: RobotModel, base: str) -> float:
     """Metres from the robot's lowest point to its highest along z of the link `base`, joints at zero."""
     heights = [z for _, _, z in _corners_of_shapes(robot, base)]
     return max(heights) - min(heights) if heights else 0.0
 
 
-def _corners(robot: Robot, base: str) -> list[tuple[float, float]]:
+def _corners(robot: RobotModel, base: str) -> list[tuple[float, float]]:
     found = [(x, y) for x, y, _ in _corners_of_shapes(robot, base)]
     if not found:
         raise KbotError(f"robot '{robot.name}' has no <collision>: nothing says how much room it needs")
     return found
 
 
-def _corners_of_shapes(robot: Robot, base: str) -> Iterator[tuple[float, float, float]]:
+def _corners_of_shapes(robot: RobotModel, base: str) -> Iterator[tuple[float, float, float]]:
     tree = FrameTree(robot)
     for link in robot.links.values():
         for collision in link.collisions:

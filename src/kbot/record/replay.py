@@ -19,7 +19,7 @@ from kbot.sim import Simulation
 from kbot.sim.faults import from_journal
 from kbot.sim.naming import Naming
 from kbot.sim.robot import SimulatedRobot
-from kbot.sim.snapshots import State
+from kbot.sim.snapshots import Snapshot
 from kbot.text import KbotError
 from kbot.text.json_text import parse_json
 from kbot.tf.state_publishers import StatePublishers
@@ -140,7 +140,7 @@ class Branches:
                 command = read_command(entry)
                 if command["do"] == "restore":
                     self._wanted[command["noted"] - self._first].add(command["to"])
-        self._states: dict[tuple[int, int], State] = {}
+        self._states: dict[tuple[int, int], Snapshot] = {}
         self._count = 0
 
     def pass_by(self, simulation: Simulation) -> None:

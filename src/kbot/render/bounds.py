@@ -8,12 +8,12 @@ import numpy as np
 
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.transform import Transform
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.model.shapes import bounds
 from kbot.text import KbotError
 
 
-def robot_bounds(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
+def robot_bounds(robot: RobotModel) -> tuple[np.ndarray, np.ndarray]:
     """Lowest and highest corner (3,) of what is seen of the robot at zero, in its root frame; metres."""
     poses = FrameTree(robot).poses({})
     boxes = list(_bounds(robot, poses))
@@ -23,7 +23,7 @@ def robot_bounds(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
     return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
 
 
-def _bounds(robot: Robot, poses: dict[str, Transform]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+def _bounds(robot: RobotModel, poses: dict[str, Transform]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     for link in robot.links.values():
         for part in link.visuals or link.collisions:
             pose = poses[link.name] @ Transform.of(part.pose)

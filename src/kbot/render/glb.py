@@ -9,7 +9,7 @@ import numpy as np
 
 from kbot.kinematics import FrameTree
 from kbot.kinematics.transform import Transform
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.render.normals import creased
 from kbot.render.surfaces import PaintedSurface, robot_surfaces
 
@@ -22,7 +22,7 @@ Y_UP_FROM_Z_UP = np.array(
 )
 
 
-def glb(robot: Robot, joints: Mapping[str, float] | None = None) -> bytes:
+def glb(robot: RobotModel, joints: Mapping[str, float] | None = None) -> bytes:
     """The robot standing as `joints` say (rad, m), those not given at 0.
 
     The nodes of the links hang on one another as the links do; the root's stands beneath one that turns z up

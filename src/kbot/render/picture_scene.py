@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from kbot.kinematics import FrameTree
 from kbot.kinematics.transform import Transform
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.render.bounds import robot_bounds
 from kbot.render.surfaces import PaintedSurface, body_surfaces, robot_surfaces
 from kbot.sim import Simulation
@@ -30,7 +30,7 @@ class PictureScene:
     view_radius: float
 
 
-def robot_alone(robot: Robot, joints: Mapping[str, float] | None = None) -> PictureScene:
+def robot_alone(robot: RobotModel, joints: Mapping[str, float] | None = None) -> PictureScene:
     """A robot standing as `joints` say (rad, m), those not given at 0, on a floor beneath its lowest point.
 
     Raises:
@@ -51,7 +51,7 @@ def robot_in_world(simulation: Simulation) -> PictureScene:
 
 
 def _things(
-    robot: Robot, poses: Mapping[str, Transform], others: Iterable[PaintedSurface], *, on_ground: bool
+    robot: RobotModel, poses: Mapping[str, Transform], others: Iterable[PaintedSurface], *, on_ground: bool
 ) -> PictureScene:
     low, high = robot_bounds(robot)
     colours = link_colours(robot) if on_ground else {}

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.kinematics.transform import Transform
-from kbot.model import Geometry, Link, Mesh, Robot
+from kbot.model import Geometry, Link, Mesh, RobotModel
 from kbot.model.meshes import MeshPart, Texture, load_mesh
 from kbot.text import KbotError
 from kbot.world import world as things
@@ -41,7 +41,7 @@ class PaintedSurface:
 
 
 def robot_surfaces(
-    robot: Robot, colours: Mapping[str, RGBA] = MappingProxyType({})
+    robot: RobotModel, colours: Mapping[str, RGBA] = MappingProxyType({})
 ) -> Mapping[str, tuple[PaintedSurface, ...]]:
     """The visuals of each link in its own frame. A mesh that cannot be read is left out. `colours` of links
     count instead of the description's own.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from xml.sax.saxutils import escape, quoteattr
 
-from kbot.model import Joint, Robot
+from kbot.model import Joint, RobotModel
 
 _ROW, _HIGH, _GAP, _LETTER = 56, 30, 34, 7.4
 _STYLE = (
@@ -15,7 +15,7 @@ _STYLE = (
 )
 
 
-def tree_svg(robot: Robot) -> str:
+def tree_svg(robot: RobotModel) -> str:
     """The tree from the left to the right, the root first; each joint with its type as the tip."""
     children: dict[str, list[Joint]] = {name: [] for name in robot.links}
     for joint in robot.joints.values():

@@ -11,7 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.model.extensions import extensions
 from kbot.sensors.camera import Camera
 from kbot.sensors.model_plugins import model_plugins
@@ -39,7 +39,7 @@ class Declared:
     diagnostics: tuple[Diagnostic, ...]
 
 
-def declared_sensors(robot: Robot, naming: Naming = PLAIN) -> Declared:
+def declared_sensors(robot: RobotModel, naming: Naming = PLAIN) -> Declared:
     """What the description of a robot declares that the simulation calls `naming`. Never raises: what cannot
     be used is in the diagnostics."""
     diagnostics: list[Diagnostic] = []
@@ -115,7 +115,7 @@ def _left_out(spec: Spec, error: KbotError) -> Diagnostic:
     return Diagnostic("W140", Severity.WARNING, message, spec.origin)
 
 
-def _elements(robot: Robot) -> Iterator[tuple[str, Element]]:
+def _elements(robot: RobotModel) -> Iterator[tuple[str, Element]]:
     """Each `<sensor>`, and the link that it sits on."""
     for extension in extensions(robot, "gazebo"):
         for element in extension.elements("sensor"):

@@ -11,7 +11,7 @@ from typing import Any
 
 from kbot.kinematics.drive.controllers import drive_controllers
 from kbot.kinematics.transform import Transform
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.model.extensions import extensions
 from kbot.sensors.imu import Imu
 from kbot.sensors.noise import NONE, Noise
@@ -49,7 +49,7 @@ _ELSEWHERE = (
 """Words in the libraries of plugins whose work is done, or whose lack is said, elsewhere."""
 
 
-def model_plugins(robot: Robot, naming: Naming, diagnostics: list[Diagnostic]) -> Iterator[Spec]:
+def model_plugins(robot: RobotModel, naming: Naming, diagnostics: list[Diagnostic]) -> Iterator[Spec]:
     """The sensors among a robot's plugins; what cannot be read, or is not run, is in the diagnostics."""
     driving = [controller.plugin for controller in drive_controllers(robot)]
     for plugin in _plugins(robot):
@@ -63,7 +63,7 @@ def model_plugins(robot: Robot, naming: Naming, diagnostics: list[Diagnostic]) -
             values.inform(f"the plugin {plugin.attributes.get('filename', '')} is not run", plugin, hint)
 
 
-def _plugins(robot: Robot) -> Iterator[Element]:
+def _plugins(robot: RobotModel) -> Iterator[Element]:
     """Those of the model, of its links and of what is seen of them; a sensor's are read with the sensor."""
     for extension in extensions(robot, "gazebo"):
         yield from extension.elements("plugin")
@@ -82,7 +82,7 @@ def _is_done_elsewhere(plugin: Element) -> bool:
     return library not in _UNLIKE and (is_of_gz or any(word in library for word in _ELSEWHERE))
 
 
-def _sensor(values: SensorValues, read: Read, robot: Robot, naming: Naming) -> Iterator[Spec]:
+def _sensor(values: SensorValues, read: Read, robot: RobotModel, naming: Naming) -> Iterator[Spec]:
     plugin = values.element
     link = values.text("bodyName", "body_name")
     if link not in robot.links:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.model.extensions import extensions
 from kbot.sensors.force_torque import ForceTorque
 from kbot.sensors.imu import Imu
@@ -18,7 +18,7 @@ from kbot.text.numbers import to_float
 from kbot.text.suggest import did_you_mean
 
 
-def ros2_control_sensors(robot: Robot, diagnostics: list[Diagnostic]) -> Iterator[Spec]:
+def ros2_control_sensors(robot: RobotModel, diagnostics: list[Diagnostic]) -> Iterator[Spec]:
     """Those that a description declares; faults are added to `diagnostics`."""
     for extension in extensions(robot, "ros2_control"):
         for element in extension.elements("sensor"):
@@ -27,7 +27,7 @@ def ros2_control_sensors(robot: Robot, diagnostics: list[Diagnostic]) -> Iterato
                 yield spec
 
 
-def _read(robot: Robot, element: Element, values: SensorValues) -> Spec | None:
+def _read(robot: RobotModel, element: Element, values: SensorValues) -> Spec | None:
     """The link is that of `<param name="frame_id">`, by default the root; the rate is `update_rate`."""
     interfaces = {e.attributes.get("name", "") for e in element.elements("state_interface")}
     params = {e.attributes.get("name", ""): e for e in element.elements("param")}
@@ -53,7 +53,7 @@ def _read(robot: Robot, element: Element, values: SensorValues) -> Spec | None:
 
 
 def _by_interfaces(
-    robot: Robot,
+    robot: RobotModel,
     interfaces: set[str],
     common: dict[str, Any],
     params: dict[str, Element],

@@ -5,6 +5,6 @@ from kbot.sim.drive.twist_controller import DriveLimits
 from kbot.sim.motion import Motion
 from kbot.sim.recipe import Contacts
 from kbot.sim.simulation import Simulation
-from kbot.sim.snapshots import State
+from kbot.sim.snapshots import Snapshot
 
-__all__ = ["Contacts", "DriveLimits", "Motion", "Simulation", "SimulationDiverged", "State"]
+__all__ = ["Contacts", "DriveLimits", "Motion", "Simulation", "SimulationDiverged", "Snapshot"]

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from kbot.model import Link, Robot
+from kbot.model import Link, RobotModel
 from kbot.sim.engine.engine import Engine
 from kbot.text import DescriptionError, Diagnostic, Severity
 
@@ -23,7 +23,9 @@ class SimulationDiverged(DescriptionError):
     """The run left the physical; it can go on only after a reset."""
 
 
-def diverged(engine: Engine, robots: Mapping[str, Robot], last: float, inside: str) -> SimulationDiverged:
+def diverged(
+    engine: Engine, robots: Mapping[str, RobotModel], last: float, inside: str
+) -> SimulationDiverged:
     """What went wrong since the time `last` (s), at the line of the link that flew off.
 
     `robots` are the descriptions by the names of the robots; `inside` is what the first robot started inside
@@ -54,7 +56,7 @@ def engine_failed(error: Exception, time: float) -> SimulationDiverged:
     return SimulationDiverged([Diagnostic("W120", Severity.ERROR, message, None, hint)])
 
 
-def _cause(robot: Robot, link: Link, timestep: float) -> tuple[str, str]:
+def _cause(robot: RobotModel, link: Link, timestep: float) -> tuple[str, str]:
     masses = {n: x.inertial.mass for n, x in robot.links.items() if x.inertial and x.inertial.mass > 0}
     own = masses.get(link.name)
     heaviest = max(masses, key=masses.__getitem__, default=None)

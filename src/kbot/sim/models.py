@@ -13,7 +13,7 @@ import numpy as np
 
 from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.model.writer import to_urdf
 from kbot.sim.commands import Commands
 from kbot.sim.disturbances import Disturbances
@@ -87,7 +87,7 @@ class Models:
 
     def spawn_model(
         self,
-        robot: Robot | str | os.PathLike[str],
+        robot: RobotModel | str | os.PathLike[str],
         name: str | None = None,
         x: float = 0.0,
         y: float = 0.0,

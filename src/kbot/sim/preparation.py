@@ -11,7 +11,7 @@ from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, SteeredDrive
 from kbot.kinematics.drive.faults import faults_of
 from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.model.load import load_robot
 from kbot.sim.drive.settings import DriveSettings, drive_settings
 from kbot.sim.drive.twist_controller import DriveLimits
@@ -31,7 +31,7 @@ class Prepared:
     commands its other joints; `plan`: what the engine is given; `findings`: what is wrong with its drive and
     controllers."""
 
-    robot: Robot
+    robot: RobotModel
     naming: Naming
     drive: DifferentialDrive | NoDrive
     settings: DriveSettings | None
@@ -53,7 +53,7 @@ class Prepared:
 
 
 def prepare(
-    robot: Robot, naming: Naming, pose: PlanarPose, limits: DriveLimits | None, contacts: Contacts
+    robot: RobotModel, naming: Naming, pose: PlanarPose, limits: DriveLimits | None, contacts: Contacts
 ) -> Prepared:
     """A robot that is called `naming` and begins at a pose in the world; `limits` stand in for those of its
     own controller."""
@@ -75,7 +75,7 @@ def prepare(
     return Prepared(robot, naming, drive, settings, control, plan, tuple(findings.diagnostics))
 
 
-def controller_findings(robot: Robot) -> tuple[Diagnostic, ...]:
+def controller_findings(robot: RobotModel) -> tuple[Diagnostic, ...]:
     """What is wrong with the controllers of a robot, before it is simulated."""
     findings = DiagnosticCollector()
     joint_control(robot, _driving_joints(_unless_commanded(robot, find_drive(robot))), findings)
@@ -95,9 +95,9 @@ def check_settings(seed: int, timestep: float, limits: DriveLimits | None, start
         raise KbotError(f"a seed is a whole number from 0 on, not {seed!r}")
 
 
-def read_robot(robot: object) -> Robot:
+def read_robot(robot: object) -> RobotModel:
     """A robot, or that of a file. Raises KbotError, or DescriptionError with all that is wrong in it."""
-    if isinstance(robot, Robot):
+    if isinstance(robot, RobotModel):
         return robot
     if isinstance(robot, str | os.PathLike):
         return load_robot(robot).require()
@@ -106,7 +106,7 @@ def read_robot(robot: object) -> Robot:
     )
 
 
-def _unless_commanded(robot: Robot, drive: DifferentialDrive | NoDrive) -> DifferentialDrive | NoDrive:
+def _unless_commanded(robot: RobotModel, drive: DifferentialDrive | NoDrive) -> DifferentialDrive | NoDrive:
     """The drive, unless a launch has its wheels commanded one by one."""
     reason = spawned_for(robot, _driving_joints(drive))
     return NoDrive(reason) if reason else drive

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol, TypeVar
 
+from kbot.extensions import NotebookView, notebook
 from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.messages.bus import Bus
 from kbot.messages.clock import Clock
 from kbot.messages.types import JointState
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.sim import recipe
 from kbot.sim.commands import Commands
 from kbot.sim.disturbances import Disturbances
@@ -29,7 +30,7 @@ from kbot.sim.preparation import check_settings, prepare, read_robot
 from kbot.sim.recipe import Contacts
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.robots import Robots
-from kbot.sim.snapshots import Snapshots, State
+from kbot.sim.snapshots import Snapshot, Snapshots
 from kbot.sim.stepping import Stepping
 from kbot.sim.topics import joint_state
 from kbot.text import Diagnostic, DiagnosticCollector, KbotError
@@ -60,7 +61,7 @@ class Simulation:
 
     def __init__(
         self,
-        robot: Robot | str | os.PathLike[str],
+        robot: RobotModel | str | os.PathLike[str],
         world: str | World = "empty",
         seed: int = 0,
         timestep: float = recipe.TIMESTEP,
@@ -174,7 +175,7 @@ class Simulation:
         self._first.send_twist(linear, angular, None)
 
     @property
-    def robot(self) -> Robot:
+    def robot(self) -> RobotModel:
         return self._first.robot
 
     @property
@@ -238,11 +239,11 @@ class Simulation:
         """Go back to the start: the same robots and world at time 0, nothing attached, without commands."""
         self.snapshots.reset()
 
-    def state(self) -> State:
+    def state(self) -> Snapshot:
         """Save everything that the future of the run depends on."""
         return self.snapshots.take()
 
-    def restore(self, state: State) -> None:
+    def restore(self, state: Snapshot) -> None:
         """Go back to a saved state, with the objects of that time. What follows is the same, bit for bit.
 
         Raises:
@@ -254,7 +255,7 @@ class Simulation:
         """Digest of the engine's state; equal runs have equal ones."""
         return self.snapshots.sha256()
 
-    def with_robot(self, robot: Robot) -> Simulation:
+    def with_robot(self, robot: RobotModel) -> Simulation:
         """A simulation of a changed robot that goes on where this one is.
 
         It keeps the time, the robot's pose, joint positions, odometry and command, the other robots and
@@ -278,6 +279,23 @@ class Simulation:
         other.journal.changes[:] = self.journal.changes
         other.stepping.jump(self.engine.steps)
         return other
+
+    def show(self, snapshots: Sequence[Snapshot] = (), *, height: int = 480) -> NotebookView:
+        """The robot in its world for a notebook; `height` in pixels.
+
+        `snapshots` are results of `state()` in order of time: a slider goes through them.
+
+            snapshots = []
+            for _ in range(100):
+                sim.run(0.05)
+                snapshots.append(sim.state())
+            sim.show(snapshots)
+
+        Raises:
+            KbotError: a snapshot is of another simulation.
+        """
+        view: NotebookView = notebook().show_simulation(self, snapshots, height)
+        return view
 
 
 def _contacts(contacts: str | Contacts) -> Contacts:

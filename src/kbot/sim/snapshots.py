@@ -27,7 +27,7 @@ _EVERYTHING = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class Snapshot:
     """A saved state of a simulation.
 
     `vector`: the engine's state; `engine`: a copy of all the engine holds, since the vector lacks sleeping
@@ -71,12 +71,12 @@ class Snapshots:
         self._disturbances, self._models = disturbances, models
         self._stepping, self._journal = stepping, journal
 
-    def take(self) -> State:
+    def take(self) -> Snapshot:
         """Save everything that the future of the run depends on."""
         model, data = self._engine.model, self._engine.data
         copy = mujoco.MjData(model)
         mujoco.mj_copyData(copy, model, data)
-        return State(
+        return Snapshot(
             self._engine.steps,
             _read(model, data),
             copy,
@@ -90,13 +90,13 @@ class Snapshots:
             self._journal.count,
         )
 
-    def restore(self, state: State) -> None:
+    def restore(self, state: Snapshot) -> None:
         """Go back to a saved state, with the objects of that time. What follows is the same, bit for bit.
 
         Raises:
             KbotError: the state is of another simulation, or robots were spawned or deleted since.
         """
-        if not isinstance(state, State):
+        if not isinstance(state, Snapshot):
             raise KbotError(f"a state is what Simulation.state() gave, not {shortened(state)}")
         engine = self._engine
         assembly, before = engine.assembly, engine.steps

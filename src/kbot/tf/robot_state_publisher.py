@@ -8,7 +8,7 @@ from kbot.kinematics.frames import JointPose, mimics
 from kbot.messages import types as msg
 from kbot.messages.bus import Bus
 from kbot.messages.clock import Clock
-from kbot.model import Joint, Robot
+from kbot.model import Joint, RobotModel
 from kbot.text import KbotError
 from kbot.tf.static_transforms import say_static
 
@@ -26,7 +26,7 @@ class RobotStatePublisher:
 
     def __init__(
         self,
-        robot: Robot,
+        robot: RobotModel,
         bus: Bus,
         clock: Clock,
         *,

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field, replace
 from html import escape
 
 from kbot.checks import check_loaded
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.model.load import Loaded
 from kbot.sim import Simulation
-from kbot.sim import State as Moment
+from kbot.sim import Snapshot as Moment
 from kbot.text.files import write_text
 from kbot.workbench.driving.mover import Moment as Standing
 from kbot.workbench.driving.mover import flat
@@ -25,7 +25,7 @@ from kbot.workbench.source.overrides import Overrides
 
 
 @dataclass(frozen=True, slots=True)
-class NotebookView:
+class NotebookPage:
     """The result of `show()`: notebooks display it, `save` writes it to a file. `page` is its HTML."""
 
     page: str = field(repr=False)  # a megabyte, which notebooks keep the text of too
@@ -47,7 +47,7 @@ class NotebookView:
         write_text(path, self.page)
 
 
-def show_robot(robot: Robot, joints: Mapping[str, float] | None, height: int) -> NotebookView:
+def show_robot(robot: RobotModel, joints: Mapping[str, float] | None, height: int) -> NotebookPage:
     """A robot with sliders for its joints, which stand as `joints` say at first (rad, m).
 
     Raises:
@@ -56,10 +56,10 @@ def show_robot(robot: Robot, joints: Mapping[str, float] | None, height: int) ->
     session = Session(_Read(_reading(robot)), "view", Sliders)
     for name, position in (joints or {}).items():
         session.obey(SetJoint(name, float(position)), 0)
-    return NotebookView(saved_page(session, robot), height)
+    return NotebookPage(saved_page(session, robot), height)
 
 
-def show_simulation(simulation: Simulation, moments: Sequence[Moment], height: int) -> NotebookView:
+def show_simulation(simulation: Simulation, moments: Sequence[Moment], height: int) -> NotebookPage:
     """A simulation as it stands; with `moments` a slider over them.
 
     Raises:
@@ -67,7 +67,7 @@ def show_simulation(simulation: Simulation, moments: Sequence[Moment], height: i
     """
     session = _looking_at(simulation)
     states = list(_states(session, simulation, moments)) if moments else []
-    return NotebookView(saved_page(session, simulation.robot, states), height)
+    return NotebookPage(saved_page(session, simulation.robot, states), height)
 
 
 def _looking_at(simulation: Simulation) -> Session:
@@ -130,7 +130,7 @@ class _Read:
         return self.reading
 
 
-def _reading(robot: Robot) -> DescriptionReading:
+def _reading(robot: RobotModel) -> DescriptionReading:
     """What a robot was read from, where it knows."""
     loaded: Loaded | None = getattr(robot, "loaded", None)
     if loaded is None:

@@ -11,7 +11,7 @@ from typing import Any
 
 from kbot.kinematics.frames import mimics, unit_axis
 from kbot.kinematics.transform import Transform
-from kbot.model import Joint, JointType, Robot
+from kbot.model import Joint, JointType, RobotModel
 from kbot.text import KbotError
 from kbot.workbench.built_page import FOLDER
 from kbot.workbench.protocol import Findings, Scene, State
@@ -25,7 +25,9 @@ _ALLOWED = (
 )
 
 
-def saved_page(session: Session, robot: Robot, states: Sequence[State] = (), folder: Path = FOLDER) -> str:
+def saved_page(
+    session: Session, robot: RobotModel, states: Sequence[State] = (), folder: Path = FOLDER
+) -> str:
     """The HTML of a session, which shows `robot`, with sliders for its joints; with `states` of its
     scene a slider over those moments instead.
 
@@ -61,7 +63,7 @@ def saved_page(session: Session, robot: Robot, states: Sequence[State] = (), fol
     )
 
 
-def kinematics(robot: Robot, scene: Scene) -> dict[str, Any]:
+def kinematics(robot: RobotModel, scene: Scene) -> dict[str, Any]:
     """How the links hang together, as `web/src/offline/kinematics.ts` reads it: frames in m and quaternions,
     in the order of the scene's links and joints."""
     links = {link.name: index for index, link in enumerate(scene.links)}
@@ -98,7 +100,7 @@ def _hinge(joint: Joint | None, links: dict[str, int], joints: dict[str, int]) -
     }
 
 
-def _parents_first(robot: Robot) -> Iterator[str]:
+def _parents_first(robot: RobotModel) -> Iterator[str]:
     below: dict[str, list[str]] = {}
     for joint in robot.joints.values():
         below.setdefault(joint.parent, []).append(joint.child)

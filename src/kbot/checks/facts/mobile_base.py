@@ -15,7 +15,7 @@ from kbot.checks.facts.bodies import LinkBody, LinkShape, axis_of
 from kbot.kinematics.drive.part_names import CASTER, WHEEL, mirrored_name, side_of
 from kbot.kinematics.drive.wheels import movable_above, rigid_links
 from kbot.kinematics.spatial import SpatialFrame, Vector, dot, subtract, unit
-from kbot.model import Box, Cylinder, Joint, JointType, Mesh, Robot, Sphere
+from kbot.model import Box, Cylinder, Joint, JointType, Mesh, RobotModel, Sphere
 
 MOST_JOINTS = 1_000
 """Of a robot whose wheels are looked for: each is compared with each other, and followed up to the root.
@@ -96,7 +96,7 @@ class MobileBase:
 
 
 def find_mobile_base(
-    robot: Robot,
+    robot: RobotModel,
     frames: Mapping[str, SpatialFrame],
     bodies: Mapping[str, LinkBody],
     named: Mapping[str, str],
@@ -138,7 +138,7 @@ def lowest(part: LinkShape, frame: SpatialFrame) -> float:
 
 
 def _wheel(
-    robot: Robot,
+    robot: RobotModel,
     joint: Joint,
     frames: Mapping[str, SpatialFrame],
     bodies: Mapping[str, LinkBody],
@@ -176,7 +176,7 @@ def _wheel(
     return MeantWheel(joint, joint.child, center, axis, radius, width, part)
 
 
-def _is_steered(robot: Robot, joint: Joint) -> bool:
+def _is_steered(robot: RobotModel, joint: Joint) -> bool:
     """Whether a joint above turns the wheel's axle, as a car's steering and a caster's swivel do."""
     above = movable_above(robot, joint.parent)
     return above is not None and above.type in (JointType.REVOLUTE, JointType.CONTINUOUS)
@@ -257,7 +257,7 @@ def _across(a: MeantWheel, b: MeantWheel) -> bool:
 
 
 def _casters(
-    robot: Robot,
+    robot: RobotModel,
     frames: Mapping[str, SpatialFrame],
     bodies: Mapping[str, LinkBody],
     driving: set[str],

@@ -10,7 +10,7 @@ from kbot.checks.context import Context
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rules.inertia_fixes import solid_fix, solid_hint
 from kbot.kinematics.spatial import Vector, eigenvalues
-from kbot.model import Inertial, Joint, Link, Mesh, Robot
+from kbot.model import Inertial, Joint, Link, Mesh, RobotModel
 from kbot.text import Related, Severity
 
 _RATIO = 1000.0
@@ -26,7 +26,7 @@ def weights_below(context: Context, only_fixed: bool = True) -> dict[str, float]
     return masses
 
 
-def _downwards(robot: Robot) -> list[str]:
+def _downwards(robot: RobotModel) -> list[str]:
     """The links, each behind its parent."""
     links = [robot.root]
     for link in links:
@@ -85,7 +85,7 @@ def _ratio_finding(
     )
 
 
-def _tops(robot: Robot) -> dict[str, str]:
+def _tops(robot: RobotModel) -> dict[str, str]:
     """For each link the topmost one that fixed joints hold it to: together they are one rigid body."""
     tops: dict[str, str] = {}
     for link in _downwards(robot):

@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.model.extensions import gazebo_plugins
 from kbot.model.spawned import Setting, SpawnedController, spawned_controllers
 from kbot.text import (
@@ -163,7 +163,7 @@ class ControllerFile:
                 yield name, kind.text, kind.key, meant
 
 
-def controller_files(robot: Robot) -> Iterator[ControllerFile]:
+def controller_files(robot: RobotModel) -> Iterator[ControllerFile]:
     """Those of the `<parameters>` of Gazebo's plugins, also those that cannot be used."""
     for plugin in gazebo_plugins(robot):
         yield from (_read(e) for e in plugin.elements("parameters") if e.text.strip())
@@ -312,7 +312,7 @@ class Parameters:
         return [name for name in every if name not in self.given] if self.is_spawned else []
 
 
-def controller_parameters(robot: Robot, findings: DiagnosticCollector) -> Iterator[Parameters]:
+def controller_parameters(robot: RobotModel, findings: DiagnosticCollector) -> Iterator[Parameters]:
     """Those of every controller that the controller manager lists; where a launch spawns some of them, of
     those alone. A controller whose type nobody knows is reported at the place that spawns it."""
     written = {found.controller: found for found in _of_description(robot, findings)}
@@ -350,7 +350,7 @@ def _report_unknown(
     findings.warning("W137", what, controller.origin, did_you_mean(controller.name, known))
 
 
-def _of_description(robot: Robot, findings: DiagnosticCollector) -> Iterator[Parameters]:
+def _of_description(robot: RobotModel, findings: DiagnosticCollector) -> Iterator[Parameters]:
     for file in controller_files(robot):
         findings.diagnostics += file.faults
         for controller, kind in file.types().items():

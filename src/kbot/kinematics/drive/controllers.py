@@ -13,7 +13,7 @@ from kbot.kinematics.drive.controller_files import (
     controller_files,
     controller_parameters,
 )
-from kbot.model import Joint, Robot
+from kbot.model import Joint, RobotModel
 from kbot.model.extensions import gazebo_plugins, hardware_joints
 from kbot.model.spawned import spawned_controllers
 from kbot.text import DiagnosticCollector, Element, Origin
@@ -118,7 +118,7 @@ class DriveController:
         return tag is not None and tag.text in _TRUE
 
 
-def drive_controllers(robot: Robot) -> tuple[DriveController, ...]:
+def drive_controllers(robot: RobotModel) -> tuple[DriveController, ...]:
     """Drive plugins in the description's order, then controllers. Where a launch spawns controllers, these
     are all; else a section of a parameter file that names wheels counts too, because a spawner can give the
     type. Problems of the files are not reported here."""
@@ -140,7 +140,7 @@ def words_of(plugin: Element) -> str:
     return words.replace("_", "").replace("-", "")
 
 
-def velocity_joints(robot: Robot) -> list[Joint]:
+def velocity_joints(robot: RobotModel) -> list[Joint]:
     """The movable joints that a `<ros2_control>` commands by velocity."""
     names = [
         joint.attributes.get("name", "")
@@ -150,7 +150,7 @@ def velocity_joints(robot: Robot) -> list[Joint]:
     return movable(robot, names)
 
 
-def movable(robot: Robot, names: Iterable[str]) -> list[Joint]:
+def movable(robot: RobotModel, names: Iterable[str]) -> list[Joint]:
     """The joints of these names that have a position, each once."""
     joints = (robot.joints.get(name) for name in dict.fromkeys(names))
     return [joint for joint in joints if joint is not None and joint.has_position]
@@ -194,7 +194,7 @@ def _tag(element: Element) -> Parameter:
     return Parameter(element.tag, element.text.strip(), element.origin, element.origin)
 
 
-def _of_parameters(robot: Robot) -> Iterator[DriveController]:
+def _of_parameters(robot: RobotModel) -> Iterator[DriveController]:
     listed = [
         found for found in controller_parameters(robot, DiagnosticCollector()) if found.kind == DIFF_DRIVE
     ]

@@ -34,7 +34,7 @@ from kbot.kinematics.drive.wheels import (
 from kbot.kinematics.frames import FrameTree, unit_axis
 from kbot.kinematics.odometry import PlanarPose, integrate
 from kbot.kinematics.transform import Transform
-from kbot.model import Cylinder, Joint, JointType, Robot
+from kbot.model import Cylinder, Joint, JointType, RobotModel
 
 Array = NDArray[np.float64]
 
@@ -165,7 +165,9 @@ class NoDrive:
     reason: str
 
 
-def find_drive(robot: Robot, tree: FrameTree | None = None) -> DifferentialDrive | SteeredDrive | NoDrive:
+def find_drive(
+    robot: RobotModel, tree: FrameTree | None = None
+) -> DifferentialDrive | SteeredDrive | NoDrive:
     """How a robot drives: by two sides, or by wheels that steer; else why it does not.
 
     Joints that a drive plugin names come first, then those that ros2_control commands by velocity;
@@ -195,7 +197,7 @@ def _sides(controllers: Iterable[DriveController]) -> tuple[list[str], list[str]
 
 
 def _two_sided(
-    robot: Robot, tree: FrameTree, left: Sequence[str], right: Sequence[str]
+    robot: RobotModel, tree: FrameTree, left: Sequence[str], right: Sequence[str]
 ) -> DifferentialDrive | NoDrive:
     """The differential drive; `left` and `right` are the joints that plugins name."""
     by_plugin = drive_of(robot, tree, movable(robot, [*left, *right]))
@@ -220,7 +222,7 @@ def _two_sided(
     return result or NoDrive(f"'{turning[0].name}' turns, but hangs on another joint that moves")
 
 
-def base_link(robot: Robot, wheel_parent: str) -> str:
+def base_link(robot: RobotModel, wheel_parent: str) -> str:
     """The frame odometry is reckoned in: `base_footprint`, else `base_link`, else the root, of those held
     rigidly to the body that carries the wheels (REP 105)."""
     body = carrier(robot, wheel_parent)
@@ -230,7 +232,7 @@ def base_link(robot: Robot, wheel_parent: str) -> str:
     return body
 
 
-def _why_nothing_turns(robot: Robot) -> str:
+def _why_nothing_turns(robot: RobotModel) -> str:
     others = [f"'{j.name}' is {j.type}" for j in robot.joints.values() if j.is_movable]
     if not others:
         return "the robot has no joint that moves"
@@ -251,7 +253,7 @@ def _is_suspended(tree: FrameTree, joint: Joint) -> bool:
     return True
 
 
-def drive_of(robot: Robot, tree: FrameTree, joints: Sequence[Joint]) -> DifferentialDrive | NoDrive:
+def drive_of(robot: RobotModel, tree: FrameTree, joints: Sequence[Joint]) -> DifferentialDrive | NoDrive:
     """The drive made by the wheels on some of `joints`."""
     if not joints:
         return NoDrive("no joint is named to drive")
@@ -336,7 +338,7 @@ def _build(tree: FrameTree, base: str, pairs: Sequence[tuple[Wheel, Wheel]]) -> 
     )
 
 
-def _steered_axle(robot: Robot, tree: FrameTree, turning: Sequence[Joint]) -> str:
+def _steered_axle(robot: RobotModel, tree: FrameTree, turning: Sequence[Joint]) -> str:
     """Why the robot steers as a car does, by a wheel whose axle is turned; empty where it does not."""
     for joint in turning:
         above = movable_above(robot, joint.parent)
@@ -369,7 +371,7 @@ def _steered_wheel(tree: FrameTree, drive: DifferentialDrive) -> str:
 
 
 def _steered(
-    robot: Robot, tree: FrameTree, controllers: Sequence[DriveController], reason: str
+    robot: RobotModel, tree: FrameTree, controllers: Sequence[DriveController], reason: str
 ) -> SteeredDrive | None:
     turning = [joint for joint in robot.joints.values() if joint.type is JointType.CONTINUOUS]
     steered = [(joint, above) for joint in turning if (above := _steering_joint(tree, joint)) is not None]

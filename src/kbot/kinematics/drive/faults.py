@@ -11,7 +11,7 @@ from kbot.kinematics.drive.controllers import DIAMETER, DriveController, drive_c
 from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive
 from kbot.kinematics.drive.part_names import side_of
 from kbot.kinematics.frames import FrameTree
-from kbot.model import Joint, Robot
+from kbot.model import Joint, RobotModel
 from kbot.model.extensions import extensions
 from kbot.text import Diagnostic, Element, Origin, Related, Severity
 from kbot.text.suggest import did_you_mean
@@ -69,14 +69,14 @@ def wheel_pairs(tree: FrameTree, drive: DifferentialDrive) -> tuple[WheelPair, .
     return tuple(WheelPair(left, right) for left, right in zip(*sides, strict=False))
 
 
-def faults_of(robot: Robot, drive: DifferentialDrive | NoDrive) -> tuple[Diagnostic, ...]:
+def faults_of(robot: RobotModel, drive: DifferentialDrive | NoDrive) -> tuple[Diagnostic, ...]:
     """What is wrong with the plugins and controllers of a robot whose drive `find_drive` found."""
     pairs = wheel_pairs(FrameTree(robot), drive) if isinstance(drive, DifferentialDrive) else ()
     return tuple(drive_faults(robot, drive_controllers(robot), drive, pairs))
 
 
 def drive_faults(
-    robot: Robot,
+    robot: RobotModel,
     controllers: Sequence[DriveController],
     drive: DifferentialDrive | NoDrive | None,
     pairs: Sequence[WheelPair],
@@ -97,7 +97,7 @@ def drive_faults(
         yield from _radius(controller, pairs)
 
 
-def plugin_faults(robot: Robot) -> Iterator[Diagnostic]:
+def plugin_faults(robot: RobotModel) -> Iterator[Diagnostic]:
     """D101 of the joints that other plugins name, those of sensors too."""
     for extension in extensions(robot, "gazebo"):
         for plugin in extension.descendants():
@@ -105,13 +105,13 @@ def plugin_faults(robot: Robot) -> Iterator[Diagnostic]:
                 yield from _joints_of_plugin(robot, plugin)
 
 
-def unknown_joint(robot: Robot, name: str, joint: str, origin: Origin) -> Diagnostic:
+def unknown_joint(robot: RobotModel, name: str, joint: str, origin: Origin) -> Diagnostic:
     """D101 of a plugin or controller that drives no wheels."""
     message = f"{name}: '{joint}' is not a joint of this robot"
     return Diagnostic("D101", Severity.ERROR, message, origin, did_you_mean(joint, robot.joints))
 
 
-def _joints_of_plugin(robot: Robot, plugin: Element) -> Iterator[Diagnostic]:
+def _joints_of_plugin(robot: RobotModel, plugin: Element) -> Iterator[Diagnostic]:
     for element in plugin.elements():
         name = element.text.strip()
         is_name = element.tag in _JOINT_TAGS and not element.attributes and name and not {" ", ","} & {*name}
@@ -120,7 +120,7 @@ def _joints_of_plugin(robot: Robot, plugin: Element) -> Iterator[Diagnostic]:
 
 
 def _named_joints(
-    robot: Robot, controllers: Sequence[DriveController], drive: DifferentialDrive | NoDrive | None
+    robot: RobotModel, controllers: Sequence[DriveController], drive: DifferentialDrive | NoDrive | None
 ) -> Iterator[Diagnostic]:
     """D101 and W134: joints that the robot does not have, those of other links than driving wheels, and sides
     without a joint."""
@@ -150,7 +150,7 @@ def _named_joints(
 
 
 def _every_name(
-    robot: Robot, controllers: Iterable[DriveController]
+    robot: RobotModel, controllers: Iterable[DriveController]
 ) -> Iterator[tuple[DriveController, str, str, Origin]]:
     """Each joint that a controller names, with its side and place. The name is empty for an empty tag, and
     for a side without a tag or parameter."""

@@ -11,7 +11,19 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.frames import FrameTree, unit_axis
 from kbot.kinematics.transform import Transform
-from kbot.model import Box, Capsule, Cylinder, Geometry, Joint, JointType, Link, Mesh, Pose, Robot, Sphere
+from kbot.model import (
+    Box,
+    Capsule,
+    Cylinder,
+    Geometry,
+    Joint,
+    JointType,
+    Link,
+    Mesh,
+    Pose,
+    RobotModel,
+    Sphere,
+)
 from kbot.model.shapes import span_along
 from kbot.text import KbotError
 
@@ -43,7 +55,7 @@ class NoWheel:
     reason: str
 
 
-def rigid_links(robot: Robot, link: str) -> Iterator[str]:
+def rigid_links(robot: RobotModel, link: str) -> Iterator[str]:
     """`link` and the links that fixed joints hold to it from below."""
     waiting = [link]
     while waiting:
@@ -52,7 +64,7 @@ def rigid_links(robot: Robot, link: str) -> Iterator[str]:
         waiting.extend(j.child for j in robot.child_joints[name] if j.type is JointType.FIXED)
 
 
-def movable_above(robot: Robot, link: str) -> Joint | None:
+def movable_above(robot: RobotModel, link: str) -> Joint | None:
     """The nearest joint above a link that moves by a motor or a spring; None where the link hangs rigidly on
     the root, or on a body that floats."""
     while link != robot.root:
@@ -63,7 +75,7 @@ def movable_above(robot: Robot, link: str) -> Joint | None:
     return None
 
 
-def carrier(robot: Robot, link: str) -> str:
+def carrier(robot: RobotModel, link: str) -> str:
     """The topmost link above `link` that goes with it over the ground: the root, or a body that floats."""
     while link != robot.root:
         above = robot.parent_joint[link]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from kbot.kinematics.transform import Transform
-from kbot.model import Mesh, Robot
+from kbot.model import Mesh, RobotModel
 from kbot.model.load import read_urdf_text
 from kbot.model.meshes import load_mesh
 from kbot.sim import Simulation
@@ -62,14 +62,16 @@ def _spawn_sdf(simulation: Simulation, name: str, sdf: str, place: Transform) ->
     return f"{put} is put at {x:.3f}, {y:.3f}, {z:.3f}"
 
 
-def _stand(simulation: Simulation, robot: Robot, name: str, place: Transform, namespace: str | None) -> str:
+def _stand(
+    simulation: Simulation, robot: RobotModel, name: str, place: Transform, namespace: str | None
+) -> str:
     x, y, _ = place.translation.tolist()
     spawned = simulation.models.spawn_model(robot, name or None, x, y, place.yaw, namespace=namespace)
     where = f"/{spawned.naming.namespace}" if spawned.naming.namespace else "the root"
     return f"{spawned.name} stands on the ground at {x:.3f}, {y:.3f}; its topics are under {where}"
 
 
-def _check_files(robot: Robot, reach: Reach) -> None:
+def _check_files(robot: RobotModel, reach: Reach) -> None:
     """Raises DescriptionError: a mesh, or a plugin's file of parameters, is not within reach, or a mesh is
     none."""
     wrong: dict[str, Origin] = {}

@@ -9,7 +9,7 @@ from math import isfinite, pi
 from kbot.messages import types as msg
 from kbot.messages.bus import Bus
 from kbot.messages.clock import Clock
-from kbot.model import Joint, JointType, Mimic, Robot
+from kbot.model import Joint, JointType, Mimic, RobotModel
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 
@@ -49,7 +49,7 @@ class JointStatePublisher:
 
     def __init__(
         self,
-        robot: Robot,
+        robot: RobotModel,
         bus: Bus,
         clock: Clock,
         *,
@@ -153,8 +153,8 @@ class JointStatePublisher:
 
 
 def with_dependent_joints(
-    robot: Robot, dependent: Mapping[str, Dependent], use_mimic_tags: bool = True
-) -> Robot:
+    robot: RobotModel, dependent: Mapping[str, Dependent], use_mimic_tags: bool = True
+) -> RobotModel:
     """The robot whose joints follow each other as the node's parameters have it, as if by mimic tags; names
     that it has not are left out."""
     joints = dict(robot.joints)

@@ -6,7 +6,7 @@ from typing import Any
 
 from kbot.kinematics.drive.drive import DifferentialDrive, SteeredDrive
 from kbot.kinematics.odometry import PlanarPose
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.sim.drive.settings import DriveSettings
 from kbot.sim.drive.steered_servos import SteeredServos
 from kbot.sim.drive.twist_controller import Twist2, TwistController
@@ -21,7 +21,7 @@ class DriveController:
 
     def __init__(
         self,
-        robot: Robot,
+        robot: RobotModel,
         drive: DifferentialDrive,
         settings: DriveSettings,
         engine: Engine,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kbot.model import Box, Geometry, Mesh, Robot
+from kbot.model import Box, Geometry, Mesh, RobotModel
 from kbot.text import DiagnosticCollector
 from kbot.world.world import FURTHEST, HEAVIEST
 
@@ -10,7 +10,7 @@ DEEPEST = 500
 """Movable joints one above another. A step takes time with the cube of it: 0.05 s for 500 of them."""
 
 
-def check_bounds(robot: Robot, findings: DiagnosticCollector) -> None:
+def check_bounds(robot: RobotModel, findings: DiagnosticCollector) -> None:
     """Report what is beyond the bounds: W112 too many joints in a row, W113 an absurd number."""
     for link in robot.links.values():
         inertial = link.inertial
@@ -42,7 +42,7 @@ def _sizes(shape: Geometry) -> tuple[float, ...]:
     return (shape.radius, getattr(shape, "length", 0.0))
 
 
-def _check_depth(robot: Robot, findings: DiagnosticCollector) -> None:
+def _check_depth(robot: RobotModel, findings: DiagnosticCollector) -> None:
     waiting = [(robot.root, 0)]
     while waiting:
         link, depth = waiting.pop()

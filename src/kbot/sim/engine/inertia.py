@@ -11,7 +11,7 @@ from kbot.kinematics.bodies import MassProperties, principal_axes
 from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive
 from kbot.kinematics.drive.wheels import rigid_links
 from kbot.kinematics.transform import Transform
-from kbot.model import Inertial, Link, Robot
+from kbot.model import Inertial, Link, RobotModel
 from kbot.text import DiagnosticCollector
 
 SMALLEST = 1e-14
@@ -44,7 +44,7 @@ def set_inertial(body: Any, link: Link, findings: DiagnosticCollector) -> None:
     body.fullinertia = (m[0, 0], m[1, 1], m[2, 2], m[0, 1], m[0, 2], m[1, 2])
 
 
-def check_masses(robot: Robot, findings: DiagnosticCollector) -> None:
+def check_masses(robot: RobotModel, findings: DiagnosticCollector) -> None:
     """Say which parts weigh nothing, and so cannot move as they should; see `is_fixed` and `held_joints`."""
     for head in moving_parts(robot):
         inertials = _inertials(robot, head)
@@ -71,24 +71,24 @@ def check_masses(robot: Robot, findings: DiagnosticCollector) -> None:
             )
 
 
-def moving_parts(robot: Robot) -> list[str]:
+def moving_parts(robot: RobotModel) -> list[str]:
     """The links that move on their own: those beneath movable joints, and the root unless it is `world`."""
     heads = [joint.child for joint in robot.joints.values() if joint.is_movable]
     return heads if robot.root == "world" else [robot.root, *heads]
 
 
-def is_fixed(robot: Robot) -> bool:
+def is_fixed(robot: RobotModel) -> bool:
     """Whether it stands fixed to the world: its root is called `world`, or its body weighs nothing."""
     return robot.root == "world" or not _weighs(_inertials(robot, robot.root))
 
 
-def held_joints(robot: Robot) -> frozenset[str]:
+def held_joints(robot: RobotModel) -> frozenset[str]:
     """Movable joints that are held still, for what they move weighs nothing."""
     movable = [joint for joint in robot.joints.values() if joint.is_movable]
     return frozenset(joint.name for joint in movable if not _weighs(_inertials(robot, joint.child)))
 
 
-def drive_with_masses(robot: Robot, drive: DifferentialDrive | NoDrive) -> DifferentialDrive | NoDrive:
+def drive_with_masses(robot: RobotModel, drive: DifferentialDrive | NoDrive) -> DifferentialDrive | NoDrive:
     """The drive, unless a body or a wheel without mass keeps it from driving."""
     if isinstance(drive, NoDrive):
         return drive
@@ -101,7 +101,7 @@ def drive_with_masses(robot: Robot, drive: DifferentialDrive | NoDrive) -> Diffe
     return drive
 
 
-def _inertials(robot: Robot, head: str) -> list[Inertial]:
+def _inertials(robot: RobotModel, head: str) -> list[Inertial]:
     links = [robot.links[name] for name in rigid_links(robot, head)]
     return [link.inertial for link in links if link.inertial is not None]
 

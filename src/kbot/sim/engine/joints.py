@@ -9,7 +9,7 @@ import numpy as np
 
 from kbot.kinematics.frames import joint_transform, unit_axis
 from kbot.kinematics.transform import Transform
-from kbot.model import Joint, JointType, Robot
+from kbot.model import Joint, JointType, RobotModel
 from kbot.sim.engine.world_joints import set_friction, stiffen
 from kbot.text import DiagnosticCollector
 
@@ -81,7 +81,7 @@ def held_pose(joint: Joint) -> Transform:
 
 def add_mimics(
     spec: Any,
-    robot: Robot,
+    robot: RobotModel,
     held: frozenset[str],
     prefix: str,
     findings: DiagnosticCollector,

@@ -13,7 +13,7 @@ from kbot.kinematics.bodies import total_mass
 from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.transform import Transform
-from kbot.model import Collision, Link, Robot
+from kbot.model import Collision, Link, RobotModel
 from kbot.sim.engine import contacts as touch
 from kbot.sim.engine.bounds import check_bounds
 from kbot.sim.engine.geometry import add_shape, wxyz
@@ -42,7 +42,7 @@ class ContactSurface:
 PLAIN = ContactSurface()
 
 
-def link_surfaces(robot: Robot, findings: DiagnosticCollector) -> Mapping[str, ContactSurface]:
+def link_surfaces(robot: RobotModel, findings: DiagnosticCollector) -> Mapping[str, ContactSurface]:
     """The surfaces of the links that something is said of."""
     surfaces: dict[str, ContactSurface] = {}
     everywhere = PLAIN
@@ -127,7 +127,7 @@ class RobotPlan:
     """
 
     name: str
-    robot: Robot
+    robot: RobotModel
     drive: DifferentialDrive | NoDrive
     contacts: Contacts
     pose: Transform
@@ -253,7 +253,7 @@ class _Shapes:
         return self.surfaces.get(link, PLAIN).self_collide
 
 
-def _tyres(robot: Robot, drive: DifferentialDrive) -> dict[str, tuple[float, Transform]]:
+def _tyres(robot: RobotModel, drive: DifferentialDrive) -> dict[str, tuple[float, Transform]]:
     """Radius and place (in its link) of the sphere that stands for each drive wheel on the ground."""
     tree = FrameTree(robot)
     tyres = {}

@@ -13,7 +13,7 @@ import mujoco
 from kbot.kinematics.bodies import total_mass
 from kbot.kinematics.drive.drive import DifferentialDrive
 from kbot.kinematics.spatial import GRAVITY
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.sim.recipe import SERVO_MARGIN, SERVO_STIFFNESS, SERVO_TIME, Contacts
 
 LEAST_GRIP = 0.05
@@ -22,7 +22,7 @@ LEAST_GRIP = 0.05
 
 def add_drive_servos(
     spec: Any,
-    robot: Robot,
+    robot: RobotModel,
     drive: DifferentialDrive,
     prefix: str,
     contacts: Contacts,
@@ -55,7 +55,7 @@ def add_drive_servos(
         servo.forcerange = (-most, most)
 
 
-def add_joint_servos(spec: Any, robot: Robot, driven: tuple[str, ...], prefix: str) -> None:
+def add_joint_servos(spec: Any, robot: RobotModel, driven: tuple[str, ...], prefix: str) -> None:
     """A servo, without force until it is told something, on every other joint with a position."""
     for joint in robot.movable_joints:
         if joint.name in driven or joint.mimic is not None:
@@ -69,13 +69,13 @@ def add_joint_servos(spec: Any, robot: Robot, driven: tuple[str, ...], prefix: s
             servo.forcerange = (-effort, effort)
 
 
-def effort_limit(robot: Robot, joint: str) -> float:
+def effort_limit(robot: RobotModel, joint: str) -> float:
     """N m or N; endless where it is not given, or given as 0."""
     limit = robot.joints[joint].limit
     return limit.effort if limit is not None and limit.effort else float("inf")
 
 
-def speed_limit(robot: Robot, joint: str) -> float:
+def speed_limit(robot: RobotModel, joint: str) -> float:
     """rad/s or m/s; endless where it is not given, or given as 0."""
     limit = robot.joints[joint].limit
     return limit.velocity if limit is not None and limit.velocity else float("inf")

@@ -13,7 +13,7 @@ from kbot.kinematics.drive.controller_files import (
 )
 from kbot.kinematics.drive.controllers import words_of
 from kbot.kinematics.drive.faults import plugin_faults, unknown_joint
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.model.extensions import gazebo_plugins, hardware_joints, initial_values
 from kbot.sim.joint_control.control import JointControl, JointController
 from kbot.sim.joint_control.kinds import (
@@ -34,7 +34,7 @@ from kbot.text.suggest import did_you_mean
 _INTERFACES = {f"{interface.capitalize()}JointInterface": interface for interface in Interface}
 
 
-def joint_interfaces(robot: Robot, findings: DiagnosticCollector) -> Mapping[str, frozenset[Interface]]:
+def joint_interfaces(robot: RobotModel, findings: DiagnosticCollector) -> Mapping[str, frozenset[Interface]]:
     """By joint, what a controller may command of it.
 
     Commands, states and limits are the joint's, on the far side of the gear, as in ROS: whatever
@@ -76,7 +76,9 @@ def _has_gear(transmission: Element, findings: DiagnosticCollector) -> bool:
     return True
 
 
-def joint_starts(robot: Robot, free: set[str], findings: DiagnosticCollector) -> Iterator[tuple[str, float]]:
+def joint_starts(
+    robot: RobotModel, free: set[str], findings: DiagnosticCollector
+) -> Iterator[tuple[str, float]]:
     """Joints that are `free` to be commanded, and their first positions in rad or m; what is no number is
     said at its line."""
     for joint, element in _said(robot):
@@ -93,7 +95,7 @@ def joint_starts(robot: Robot, free: set[str], findings: DiagnosticCollector) ->
             findings.warning("W130", message, element.origin, "it starts at 0")
 
 
-def _said(robot: Robot) -> Iterator[tuple[str, Element]]:
+def _said(robot: RobotModel) -> Iterator[tuple[str, Element]]:
     """The names of joints, and what says where each starts."""
     yield from initial_values(robot)
     for plugin in gazebo_plugins(robot):
@@ -104,7 +106,7 @@ def _said(robot: Robot) -> Iterator[tuple[str, Element]]:
 
 
 def joint_control(
-    robot: Robot, driven: tuple[str, ...], findings: DiagnosticCollector, naming: Naming = PLAIN
+    robot: RobotModel, driven: tuple[str, ...], findings: DiagnosticCollector, naming: Naming = PLAIN
 ) -> JointControl:
     """How the description has its joints commanded, those that are `driven` left out, of a robot that the
     simulation calls `naming`. What it names and the robot does not have is said at its line."""
@@ -122,7 +124,7 @@ def joints_of(kind: Kind, found: Parameters) -> list[str]:
     return [said] if isinstance(said, str) and said else _words(said)
 
 
-def spawned_for(robot: Robot, joints: Iterable[str]) -> str:
+def spawned_for(robot: RobotModel, joints: Iterable[str]) -> str:
     """Why joints that would drive do not: a controller was spawned to command one of them; else empty."""
     for found in controller_parameters(robot, DiagnosticCollector()):
         kind = KINDS[found.ros].get(found.kind)
@@ -135,7 +137,7 @@ def spawned_for(robot: Robot, joints: Iterable[str]) -> str:
 
 class _Reader:
     def __init__(
-        self, robot: Robot, driven: tuple[str, ...], findings: DiagnosticCollector, naming: Naming
+        self, robot: RobotModel, driven: tuple[str, ...], findings: DiagnosticCollector, naming: Naming
     ) -> None:
         self.robot, self.findings, self._naming = robot, findings, naming
         self.free = {j.name for j in robot.movable_joints if j.name not in driven and j.mimic is None}

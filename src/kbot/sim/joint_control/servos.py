@@ -15,7 +15,7 @@ from typing import Any
 
 import mujoco
 
-from kbot.model import Joint, JointType, Robot, SafetyController
+from kbot.model import Joint, JointType, RobotModel, SafetyController
 from kbot.sim.engine.arrays import numbers
 from kbot.sim.joint_control.kinds import Interface
 from kbot.sim.joint_control.trajectory import Trajectory, TrajectoryPoint
@@ -113,7 +113,7 @@ class JointServos:
 
     def __init__(
         self,
-        robot: Robot,
+        robot: RobotModel,
         model: Any,
         data: Any,
         joints: Iterable[str],

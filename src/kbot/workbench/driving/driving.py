@@ -15,13 +15,13 @@ from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.messages import Bus, Clock
 from kbot.messages.visualization import PointStamped
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.navigation import Goals, NavigationTopics
 from kbot.sensors.declared import mount_declared
 from kbot.sim import Simulation
 from kbot.sim.naming import Naming
 from kbot.sim.simulation import ORIGIN
-from kbot.sim.snapshots import State
+from kbot.sim.snapshots import Snapshot
 from kbot.text import KbotError
 from kbot.workbench.driving.contact_forces import ContactForces
 from kbot.workbench.driving.mover import Moment, flat
@@ -77,7 +77,7 @@ class RunSetup:
 class Driving:
     """A running simulation."""
 
-    def __init__(self, robot: Robot, setup: RunSetup, simulation: Simulation | None = None) -> None:
+    def __init__(self, robot: RobotModel, setup: RunSetup, simulation: Simulation | None = None) -> None:
         """Starts a simulation, or goes on with one.
 
         Raises:
@@ -237,7 +237,7 @@ class Driving:
         return joint_controls(self._sim)
 
     @property
-    def present(self) -> tuple[World | None, Mapping[str, Robot]]:
+    def present(self) -> tuple[World | None, Mapping[str, RobotModel]]:
         return self._sim.world, other_robots(self._sim)
 
     @property
@@ -250,14 +250,14 @@ class Driving:
     def seek(self, at: float) -> None:
         raise KbotError("a simulation goes on from where it is")
 
-    def save(self) -> tuple[State, int] | None:
+    def save(self) -> tuple[Snapshot, int] | None:
         if not self._is_finite():
             return None
         state = self._sim.state()
         return state, state.size
 
     def resume(self, saved: object) -> None:
-        if not isinstance(saved, State):
+        if not isinstance(saved, Snapshot):
             raise KbotError("that is no state of a simulation")
         self._sim.restore(saved)
         if any(self._commanded):  # by who drove then, and does not now
@@ -269,7 +269,7 @@ class Driving:
     def record(self, recording: RunRecording) -> None:
         recording.begin(self._sim, self._setup.named)
 
-    def replace(self, robot: Robot) -> Driving:
+    def replace(self, robot: RobotModel) -> Driving:
         """Go on with the changed robot where this one stands, or from the start where that is nowhere."""
         other = Driving(robot, self._setup, self._sim.with_robot(robot) if self._is_finite() else None)
         if self._goals.is_driving and self._goals.status is not None:

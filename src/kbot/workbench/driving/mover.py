@@ -8,7 +8,7 @@ from typing import Literal, Protocol
 
 from kbot.kinematics.transform import Transform
 from kbot.messages import Bus, Clock
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.workbench.protocol import Action, FallenView, FaultView, Timeline
 from kbot.workbench.scene.foreign_frames import Frames
 from kbot.workbench.scene.scene import Control
@@ -96,7 +96,7 @@ class Mover(Protocol):
         ...
 
     @property
-    def present(self) -> tuple[World | None, Mapping[str, Robot]]:
+    def present(self) -> tuple[World | None, Mapping[str, RobotModel]]:
         """The world as it is now, and the robots beside the one on show."""
         ...
 
@@ -128,7 +128,7 @@ class Mover(Protocol):
         """Go on from what `save` gave, not driven. Raises KbotError: it is of another simulation."""
         ...
 
-    def replace(self, robot: Robot) -> Mover:
+    def replace(self, robot: RobotModel) -> Mover:
         """The same with a changed robot, standing as this one does. Raises KbotError."""
         ...
 

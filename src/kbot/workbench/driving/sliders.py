@@ -9,7 +9,7 @@ from typing import Literal
 
 from kbot.kinematics.frames import FrameTree
 from kbot.messages import Bus, Clock, Header, JointState
-from kbot.model import Joint, JointType, Robot
+from kbot.model import Joint, JointType, RobotModel
 from kbot.model.extensions import initial_positions
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
@@ -41,7 +41,7 @@ class Sliders:
     """Joints put where the sliders stand; nothing moves by itself. Says `joint_states`, `/tf` and
     `/tf_static` to those who listen."""
 
-    robot: Robot
+    robot: RobotModel
     positions: dict[str, float] = field(default_factory=dict)
     choice: random.Random = field(default_factory=random.Random)
     clock: Clock = field(default_factory=Clock)
@@ -96,7 +96,7 @@ class Sliders:
         return dict.fromkeys(self._joints, "position")
 
     @property
-    def present(self) -> tuple[World | None, Mapping[str, Robot]]:
+    def present(self) -> tuple[World | None, Mapping[str, RobotModel]]:
         return None, {}
 
     @property
@@ -140,7 +140,7 @@ class Sliders:
                     wanted = self.choice.uniform(lower, upper)
             self.positions[name] = _held(joint, wanted)
 
-    def replace(self, robot: Robot) -> Sliders:
+    def replace(self, robot: RobotModel) -> Sliders:
         self._timer.cancel()
         return Sliders(robot, self.positions, self.choice, self.clock, self.paused, self.setting)
 

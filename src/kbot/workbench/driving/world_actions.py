@@ -7,7 +7,7 @@ from math import isfinite
 from typing import Literal
 
 from kbot.kinematics.transform import Transform
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.sim import Simulation
 from kbot.sim.faults import BlockedJoint, Fault, LostCommands, Payload, SilentTopic, Slip
 from kbot.sim.joint_control.kinds import Interface
@@ -162,6 +162,6 @@ def joint_controls(simulation: Simulation) -> Mapping[str, Literal["position", "
     return controls
 
 
-def other_robots(simulation: Simulation) -> Mapping[str, Robot]:
+def other_robots(simulation: Simulation) -> Mapping[str, RobotModel]:
     """Those besides the one on show."""
     return {name: robot.robot for name, robot in list(simulation.robots.items())[1:]}

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from kbot.model import Mesh, Robot
+from kbot.model import Mesh, RobotModel
 from kbot.text import Diagnostic, Severity
 from kbot.workbench.meshes.store import MeshStore
 
 MISSING = ("G101", "G102")
 
 
-def lightened_meshes(robot: Robot, meshes: MeshStore) -> Iterator[Diagnostic]:
+def lightened_meshes(robot: RobotModel, meshes: MeshStore) -> Iterator[Diagnostic]:
     """A note for each very large mesh file, where it is first named."""
     said: set[str] = set()
     for link in robot.links.values():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
-from kbot.model import Mesh, Robot, Visual
+from kbot.model import Mesh, RobotModel, Visual
 from kbot.text import Diagnostic, Severity
 from kbot.xacro.packages import Packages, lies_in_package, package_around
 
@@ -14,7 +14,7 @@ from kbot.xacro.packages import Packages, lies_in_package, package_around
 class Confined:
     """A robot whose visuals name no file from elsewhere; those that are, with a finding for each."""
 
-    robot: Robot
+    robot: RobotModel
     outside: frozenset[str]
     findings: tuple[Diagnostic, ...]
 
@@ -43,7 +43,7 @@ class MeshRoots:
         return file.is_relative_to(self._own) or lies_in_package(file, uri, self._packages)
 
 
-def confine(robot: Robot, roots: MeshRoots) -> Confined:
+def confine(robot: RobotModel, roots: MeshRoots) -> Confined:
     """The robot without the files of visuals from elsewhere. Collisions keep theirs, for physics; the page is
     not sent them."""
     outside: dict[str, Diagnostic] = {}

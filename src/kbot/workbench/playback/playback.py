@@ -9,7 +9,7 @@ from typing import Any, Literal, NoReturn
 
 from kbot.kinematics.transform import Transform
 from kbot.messages import Bus, Clock, Publisher
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.record.encodings.bytes import decode_cdr
 from kbot.record.formats import Index
 from kbot.record.player import LATCHED
@@ -65,7 +65,7 @@ class PlayedRun:
 
     def __init__(
         self,
-        robot: Robot,
+        robot: RobotModel,
         run: RecordedRun,
         world: RecordedWorld,
         attend: Callable[[PlayedRun], None] = lambda playback: None,
@@ -259,10 +259,10 @@ class PlayedRun:
         return {}
 
     @property
-    def present(self) -> tuple[World | None, Mapping[str, Robot]]:
+    def present(self) -> tuple[World | None, Mapping[str, RobotModel]]:
         return self._world.present
 
-    def replace(self, robot: Robot) -> PlayedRun:
+    def replace(self, robot: RobotModel) -> PlayedRun:
         """The same moment with a changed robot."""
         other = PlayedRun(robot, self._run, self._world, self._attend)
         other._go_to((self.clock.nanoseconds - self._run.index.start) * 1e-9)

@@ -15,7 +15,7 @@ import numpy as np
 from kbot.kinematics.frames import FrameTree, unit_axis
 from kbot.kinematics.transform import Transform
 from kbot.messages import JointState, Odometry, TFMessage
-from kbot.model import JointType, Robot
+from kbot.model import JointType, RobotModel
 from kbot.record.encodings.bytes import decode_cdr
 from kbot.record.encodings.types import known_type
 from kbot.record.entry import RecordedMessage
@@ -29,7 +29,7 @@ from kbot.workbench.scene.foreign_frames import plain, read_transform
 class RecordedState:
     """Hears messages one after the other, and keeps what holds since the last of each."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: RobotModel) -> None:
         self._robot = robot
         self.tree = FrameTree(robot)
         self.movable = {joint.name: joint for joint in robot.movable_joints}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.record.world_recorder import POSES_TOPIC
 from kbot.workbench.playback.recorded_run import RecordedRun, RecordedState
 from kbot.workbench.timeline.series import MOST_MOMENTS, Field, Making, SeriesTable, number_at
@@ -17,7 +17,7 @@ PIECE = 1.0
 
 
 def series_of_run(
-    run: RecordedRun, robot: Robot, fields: Sequence[Field], start: float, end: float
+    run: RecordedRun, robot: RobotModel, fields: Sequence[Field], start: float, end: float
 ) -> Making:
     """What was said from `start` to `end` seconds of a recording, at moments evenly spaced."""
     index = run.index

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from kbot.kinematics.transform import Transform
 from kbot.messages import Odometry, TFMessage
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.record.entry import RecordedMessage
 from kbot.record.formats import read_fields
 from kbot.record.recorder import COMMANDS_TOPIC
@@ -36,7 +36,7 @@ PUTS = frozenset({"place", "reset", "reset_world", "restore", "set_model_state",
 
 
 def world_from_root(
-    run: RecordedRun, robot: Robot, told: RecordedState, truth: Transform | None
+    run: RecordedRun, robot: RobotModel, told: RecordedState, truth: Transform | None
 ) -> Transform:
     """Where the robot truly was, or else as tf has it; what odometry tells is from where it started."""
     if truth is not None:
@@ -61,7 +61,7 @@ class WayPoint:
 class RecordedWay:
     """Found out when it is first asked for."""
 
-    def __init__(self, run: RecordedRun, robot: Robot) -> None:
+    def __init__(self, run: RecordedRun, robot: RobotModel) -> None:
         self._run, self._robot = run, robot
         self._known: list[TrailPoint] | None = None
 
@@ -72,7 +72,7 @@ class RecordedWay:
         return self._known
 
 
-def _found(run: RecordedRun, robot: Robot, spacing: float) -> Finding:
+def _found(run: RecordedRun, robot: RobotModel, spacing: float) -> Finding:
     places = []
     for piece in _places(run, robot):
         places += piece
@@ -87,7 +87,7 @@ def _found(run: RecordedRun, robot: Robot, spacing: float) -> Finding:
     return way.points
 
 
-def _places(run: RecordedRun, robot: Robot) -> Iterator[list[WayPoint]]:
+def _places(run: RecordedRun, robot: RobotModel) -> Iterator[list[WayPoint]]:
     """Those that are told in each piece of the recording."""
     index = run.index
     moves = [POSES_TOPIC] if POSES_TOPIC in run.topics else _transforms(run)
@@ -126,7 +126,7 @@ def _places(run: RecordedRun, robot: Robot) -> Iterator[list[WayPoint]]:
             after, silent = index.end if following is None else following.nanoseconds - 1, 0
 
 
-def _name(run: RecordedRun, robot: Robot) -> str:
+def _name(run: RecordedRun, robot: RobotModel) -> str:
     """What the robot was called in the simulation."""
     try:
         name, *_ = parse_json(run.facts["naming"])

@@ -10,7 +10,7 @@ from typing import Any
 
 from kbot.kinematics.transform import Transform
 from kbot.messages import TFMessage
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.model.load import load_robot_text
 from kbot.record.entry import RecordedMessage
 from kbot.record.formats import read_text
@@ -26,7 +26,7 @@ from kbot.world.world import Body
 
 KEPT = 200
 
-Present = tuple[World | None, Mapping[str, Robot]]
+Present = tuple[World | None, Mapping[str, RobotModel]]
 
 
 class RecordedWorld:
@@ -90,7 +90,7 @@ class RecordedWorld:
                 yield self._poses.get(f"{name}/{link}", Transform.identity())
 
     def _after(self, built: World, changes: list[dict[str, Any]]) -> Present:
-        bodies, others = list(built.bodies), dict[str, Robot]()
+        bodies, others = list(built.bodies), dict[str, RobotModel]()
         for change in changes:
             match change:
                 case {"do": "spawn_thing"}:
@@ -121,5 +121,5 @@ def _model(change: str) -> tuple[Body, ...]:
 
 
 @lru_cache(KEPT)
-def _robot(name: str, description: str) -> Robot:
+def _robot(name: str, description: str) -> RobotModel:
     return load_robot_text(description, f"{name}.urdf").require()

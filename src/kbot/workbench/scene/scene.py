@@ -20,7 +20,7 @@ from kbot.model import (
     JointType,
     Link,
     Mesh,
-    Robot,
+    RobotModel,
     Sphere,
     Visual,
 )
@@ -43,7 +43,7 @@ OWN_COLOURS = (-1.0, -1.0, -1.0, -1.0)
 
 
 def build_scene(
-    robot: Robot,
+    robot: RobotModel,
     world: World | None,
     meshes: MeshStore,
     revision: int,
@@ -51,7 +51,7 @@ def build_scene(
     frame: str,
     on_ground: bool,
     controls: Mapping[str, Control],
-    others: Mapping[str, Robot],
+    others: Mapping[str, RobotModel],
 ) -> Scene:
     """The scene of a robot, alone (on a floor beneath its lowest point) or `on_ground` in a world; `frame` is
     the one that states have their poses in; `controls` says what each joint may be told, `others` are the
@@ -73,7 +73,9 @@ def build_scene(
     )
 
 
-def all_bodies(world: World | None, others: Mapping[str, Robot], meshes: MeshStore) -> tuple[BodyView, ...]:
+def all_bodies(
+    world: World | None, others: Mapping[str, RobotModel], meshes: MeshStore
+) -> tuple[BodyView, ...]:
     """The world's bodies, then each link of the robots beside the one on show, as `name/link`."""
     links = (
         _other_link(f"{name}/{link.name}", link, link_colours(robot).get(link.name), meshes)
@@ -89,7 +91,7 @@ def _other_link(name: str, link: Link, painted: Rgba | None, meshes: MeshStore) 
     )
 
 
-def _link(robot: Robot, link: Link, meshes: MeshStore, painted: Rgba | None) -> LinkView:
+def _link(robot: RobotModel, link: Link, meshes: MeshStore, painted: Rgba | None) -> LinkView:
     joint = robot.parent_joint.get(link.name)
     return LinkView(
         name=link.name,

@@ -6,7 +6,7 @@ from functools import partial
 
 from kbot.kinematics.drive.drive import NoDrive, find_drive
 from kbot.kinematics.odometry import PlanarPose
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.sim.naming import PLAIN, Naming
 from kbot.sim.simulation import ORIGIN
 from kbot.workbench.driving.driving import Attend, Driving, RunSetup
@@ -62,13 +62,13 @@ def world_choices(first: str, named: str) -> tuple[WorldChoice, ...]:
     )
 
 
-def why_not(robot: Robot) -> str:
+def why_not(robot: RobotModel) -> str:
     """Why a robot cannot drive, empty when it can."""
     drive = find_drive(robot)
     return drive.reason if isinstance(drive, NoDrive) else ""
 
 
-def limits(robot: Robot) -> tuple[float, float]:
+def limits(robot: RobotModel) -> tuple[float, float]:
     """Forward m/s and turning rad/s for full: brisk for the robot's size, and 1 m/s at most."""
     drive = find_drive(robot)
     if isinstance(drive, NoDrive):

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.workbench.protocol import About, WorldChoice
 from kbot.workbench.source.shown import ShownDescription
 from kbot.world import built_in
@@ -21,8 +21,8 @@ class Offers:
     speed in m/s and turning speed in rad/s; `worlds` are those to choose from, with the parameters that the
     name of the present one, `named`, gives; `things` are what can be spawned."""
 
-    cannot_drive: Callable[[Robot], str] = lambda robot: ""
-    limits: Callable[[Robot], tuple[float, float]] = lambda robot: (0.0, 0.0)
+    cannot_drive: Callable[[RobotModel], str] = lambda robot: ""
+    limits: Callable[[RobotModel], tuple[float, float]] = lambda robot: (0.0, 0.0)
     worlds: Callable[[str], tuple[WorldChoice, ...]] = lambda named: ()
     named: str = ""
     things: tuple[str, ...] = ()

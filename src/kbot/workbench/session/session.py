@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.workbench.displays.display_file import DisplayFile
 from kbot.workbench.driving.mover import Moment, Mover, flat
 from kbot.workbench.meshes.markers import MarkerMeshes
@@ -56,7 +56,7 @@ from kbot.world.world import World
 
 def state_message(
     moment: Moment,
-    robot: Robot,
+    robot: RobotModel,
     *,
     revision: int,
     paused: bool,
@@ -129,7 +129,7 @@ class Session:
         self,
         reader: Reader,
         mode: Mode,
-        make_motion: Callable[[Robot], Mover],
+        make_motion: Callable[[RobotModel], Mover],
         world: World | None = None,
         offers: Offers = NOTHING,
     ) -> None:
@@ -191,7 +191,7 @@ class Session:
         self.shown.look()
         return [self.about(), *messages, self.findings(), self.shown.authoring.parameters(), self.state()]
 
-    def _replace(self, robot: Robot) -> None:
+    def _replace(self, robot: RobotModel) -> None:
         self._motion = self._motion.replace(robot)
 
     def greeting(self, client: int) -> list[FromServer]:
@@ -208,7 +208,7 @@ class Session:
         """What is said of meshes that are not there, or not for the page."""
         return [*self.shown.missing_meshes(), *self._scene.outside]
 
-    def standing(self) -> tuple[Robot, dict[str, float]]:
+    def standing(self) -> tuple[RobotModel, dict[str, float]]:
         """The robot on show, and where the joints stand that follow no other; rad, m."""
         positions = self._motion.moment().positions
         free = (joint.name for joint in self.shown.robot.movable_joints if joint.mimic is None)

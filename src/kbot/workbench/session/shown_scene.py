@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.workbench.driving.mover import Mover
 from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.protocol import Scene, Things
@@ -58,7 +58,7 @@ class ShownScene:
         self.scene = dataclasses.replace(self.scene, revision=self.revision, bodies=bodies)
         return Things(self.revision, bodies)
 
-    def _look(self, motion: Mover) -> dict[str, Robot]:
+    def _look(self, motion: Mover) -> dict[str, RobotModel]:
         """The robots beside the one on show, as a page may see them."""
         self._present = world, others = motion.present
         self.world = world or self.world

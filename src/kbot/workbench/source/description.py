@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from kbot.model import Mesh, Robot
+from kbot.model import Mesh, RobotModel
 from kbot.text import DescriptionError, Diagnostic, Element
 from kbot.workbench.source.overrides import Overrides
 from kbot.xacro.packages import Packages
@@ -25,7 +25,7 @@ class DescriptionReading:
     which on a change of a file may not be in it.
     """
 
-    robot: Robot | None
+    robot: RobotModel | None
     usable: bool
     expansion: Expansion | None
     findings: tuple[Diagnostic, ...]
@@ -39,7 +39,7 @@ class DescriptionReading:
         """The root element of what the description was expanded to."""
         return self.expansion.document if self.expansion is not None else None
 
-    def require(self) -> Robot:
+    def require(self) -> RobotModel:
         """The robot.
 
         Raises:
@@ -62,7 +62,7 @@ class DescriptionFile:
         path: str,
         arguments: Mapping[str, str] | None = None,
         package_path: Sequence[str] = (),
-        alter: Callable[[Robot], Robot] = lambda robot: robot,
+        alter: Callable[[RobotModel], RobotModel] = lambda robot: robot,
         properties: Mapping[str, str] | None = None,
     ) -> None:
         """`alter` makes of the robot that is written the one that is shown."""
@@ -100,14 +100,14 @@ class DescriptionFile:
         )
 
 
-def _mesh_files(robot: Robot, packages: Packages) -> tuple[str, ...]:
+def _mesh_files(robot: RobotModel, packages: Packages) -> tuple[str, ...]:
     shapes = (part.geometry for link in robot.links.values() for part in link.shapes)
     meshes = (shape for shape in shapes if isinstance(shape, Mesh) and shape.uri.strip())
     files = (mesh.path or packages.expected(mesh.uri) for mesh in meshes)
     return tuple(dict.fromkeys(file for file in files if file is not None))
 
 
-def findings_of_sensors(robot: Robot) -> tuple[Diagnostic, ...]:
+def findings_of_sensors(robot: RobotModel) -> tuple[Diagnostic, ...]:
     """What is wrong with the sensors that a robot declares."""
     tags = ("gazebo", "ros2_control")
     if not any(e.tag in tags and e.find("sensor") is not None for e in robot.extensions):

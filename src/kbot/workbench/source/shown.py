@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, Protocol
 
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.text import DescriptionError, Element, KbotError, Source, Span
 from kbot.text.files import read_source
 from kbot.workbench.meshes.notes import lightened_meshes, missing_meshes
@@ -146,7 +146,7 @@ class ShownDescription:
     def package_path(self) -> tuple[str, ...]:
         return self._reader.package_path
 
-    def confine(self, robot: Robot) -> Confined:
+    def confine(self, robot: RobotModel) -> Confined:
         """Another robot beside this one, without the meshes that are not for the page."""
         packages = Packages(self.package_path, around=self.file)
         return confine(robot, MeshRoots(self.file, packages))
@@ -155,7 +155,7 @@ class ShownDescription:
         """Read the description again; may run on another thread."""
         return self._reader.read()
 
-    def take(self, reading: DescriptionReading, use: Callable[[Robot], None]) -> str:
+    def take(self, reading: DescriptionReading, use: Callable[[RobotModel], None]) -> str:
         """Take over a new reading, and hand its robot to `use`, which may refuse it with a KbotError; why it
         did, else nothing."""
         self._latest = reading

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kbot.model import Robot
+from kbot.model import RobotModel
 from kbot.text import Element
 from kbot.world.sdf.values import SdfValues
 from kbot.world.world import GREY, Rgba
@@ -59,7 +59,7 @@ def colour(visual: Element, values: SdfValues) -> Rgba:
     return (*GREY[:3], opacity)
 
 
-def link_colours(robot: Robot) -> dict[str, Rgba]:
+def link_colours(robot: RobotModel) -> dict[str, Rgba]:
     """Colours of links that `<material>` names as Gazebo Classic does, which there count instead of the
     description's own; names that it does not know say nothing."""
     colours = {}
