@@ -19,14 +19,12 @@ from kbot.text.notes import note
 from kbot.text.numbers import to_float
 
 if TYPE_CHECKING:
-    from kbot.xacro.assignments import Assignments
-if TYPE_CHECKING:
     from click.types import OptionHelpExtra
 
     from kbot.kinematics import PlanarPose
-if TYPE_CHECKING:
     from kbot.workbench.address import Address
     from kbot.workbench.displays.display_file import DisplayFile
+    from kbot.xacro.assignments import Assignments
 
 
 def resolve_typed_names(file: str, values: Mapping[str, str], package_path: Sequence[str]) -> Assignments:

@@ -99,8 +99,6 @@ def load_world(world: str | os.PathLike[str] | World = "empty") -> World:
         with reading(text):
             return read_sdf(text)
     if suffix in MAP_SUFFIXES:
-        from kbot.world.load import map_world
-
         with reading(text):
             return map_world(text)
     if "/" in text or os.sep in text or Path(text).is_file():

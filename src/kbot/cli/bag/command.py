@@ -23,9 +23,8 @@ from kbot.cli.picture_options import parse_size, size_option
 from kbot.text.json_text import parse_json
 
 if TYPE_CHECKING:
-    from kbot.record.reader import Summary
-if TYPE_CHECKING:
     from kbot.record.export import MessageTable
+    from kbot.record.reader import Summary
 
 
 ELSEWHERE = {
@@ -229,7 +228,6 @@ def info(recording: str, as_json: bool) -> int:
 
     Exit status: 0 complete; 1 incomplete or damaged.
     """
-    from kbot.cli.bag.command import bag_text  # lazy in this module: -h is fast
     from kbot.record import Recording
 
     found = Recording(recording).summary()

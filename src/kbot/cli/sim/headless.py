@@ -12,13 +12,10 @@ import click
 
 from kbot.cli.output import print_json, report
 from kbot.cli.progress import PATIENCE
-from kbot.sim import Simulation
 from kbot.text.files import write_bytes
 
 if TYPE_CHECKING:
     from kbot.kinematics import PlanarPose
-    from kbot.sim import Simulation
-if TYPE_CHECKING:
     from kbot.sim import Simulation
 
 
@@ -27,7 +24,6 @@ def run_goto(simulation: Simulation, goal: PlanarPose, timeout: float | None, as
 
     Where the description declares a flat lidar, the robot also stops before what that sees.
     """
-    from kbot.cli.sim.headless import ProgressLine  # lazy in this module: -h is fast
     from kbot.navigation.simulated import go_to
     from kbot.sensors import LidarSensor
     from kbot.sensors.declared import mount_declared
@@ -117,7 +113,6 @@ def run_headless(
     in_real_time: bool = False,
 ) -> int:
     """Run, then report on stdout; the exit status. `seconds` None is until Ctrl-C."""
-    from kbot.cli.sim.headless import ProgressLine  # lazy in this module: -h is fast
     from kbot.sim.report import Odometer, make_report
     from kbot.sim.script import ScriptFailed, run_script
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
-from kbot.ros.bridges.link import PeerLink
+if TYPE_CHECKING:
+    from kbot.ros.bridges.link import PeerLink
 
 
 class Bridge(Protocol):

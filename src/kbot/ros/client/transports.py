@@ -128,8 +128,6 @@ def wanted_transport(environment: Mapping[str, str]) -> str:
 def open_transport(kind: str, link: PeerLink, node: NodeArguments) -> Transport:
     """Raises KbotError: there is nothing to reach that way; the text says what to start."""
     if kind == "local":
-        from kbot.ros.client.transports import LocalTransport
-
         return LocalTransport(link)
     if kind == "ros1":
         return _Ros1(link, node)

@@ -28,10 +28,9 @@ from kbot.workbench.source.places import place_of_span
 from kbot.xacro.packages import SHIPPED
 
 if TYPE_CHECKING:
+    from kbot.workbench.source.description import DescriptionReading
     from kbot.xacro import Expansion
     from kbot.xacro.binding import Binding
-if TYPE_CHECKING:
-    from kbot.workbench.source.description import DescriptionReading
 
 
 @dataclass(frozen=True, slots=True)
