@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from contextlib import ExitStack
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import click
 
 from kbot.cli.arguments import (
     PageOptions,
+    as_one,
     config_option,
     examples,
     json_option,
@@ -28,13 +30,57 @@ from kbot.cli.sim.headless import run_goto, run_headless
 from kbot.text.files import write_bytes
 
 if TYPE_CHECKING:
-    from kbot.kinematics import PlanarPose
     from kbot.model.load import Loaded
     from kbot.record.record_options import RecordOptions
     from kbot.sim import Simulation
     from kbot.workbench.displays.display_file import DisplayFile
 
 DURATION = 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class _Setup:
+    """Where and how the robot is simulated."""
+
+    world: str
+    pose: str
+    seed: int
+    contacts: str
+
+
+@dataclass(frozen=True, slots=True)
+class _RunOptions:
+    """How a run without a page drives, how long it takes, and what it leaves."""
+
+    duration: float | None
+    cmd_vel: str | None
+    script: str | None
+    goto: str | None
+    plot: str | None
+    shot: str | None
+    as_json: bool
+
+    def refuse_without_headless(self) -> None:
+        for name in ("duration", "cmd_vel", "script", "goto", "plot", "shot"):
+            if getattr(self, name) is not None:
+                fail(f"--{name.replace('_', '-')} goes with --headless")
+        if self.as_json:
+            fail("--json goes with --headless")
+
+    def require_consistent(self) -> None:
+        seconds = DURATION if self.duration is None else self.duration
+        if not (math.isfinite(seconds) and seconds >= 0.0):
+            fail(f"--duration is a finite number of seconds from 0 on, not {seconds}")
+        if self.script is not None and self.cmd_vel is not None:
+            fail("--script drives the robot itself; leave --cmd-vel out")
+        if self.script is not None and self.duration is not None:
+            fail("--script says itself how long to run; leave --duration out")
+        if self.goto is not None and (self.cmd_vel is not None or self.script is not None):
+            fail("--goto drives the robot itself; leave --cmd-vel and --script out")
+        if self.shot is not None and self.plot == self.shot:
+            fail(f"--plot and --shot both draw {self.plot}: name two files")
+        if self.goto is not None and self.plot is not None:
+            fail("--plot is for --script and --cmd-vel; leave it out with --goto")
 
 
 @click.command(
@@ -111,27 +157,20 @@ DURATION = 10.0
 @package_path_option
 @config_option
 @page_options
+@as_one("setup", _Setup)
+@as_one("run", _RunOptions)
 @click.pass_context
 def command(
     ctx: click.Context,
     words: tuple[str, ...],
-    world: str,
     headless: bool,
-    duration: float | None,
-    cmd_vel: str | None,
-    script: str | None,
-    goto: str | None,
-    pose: str,
-    plot: str | None,
-    shot: str | None,
-    seed: int,
-    contacts: str,
-    as_json: bool,
-    package_path: tuple[str, ...],
-    page: PageOptions,
-    displays: DisplayFile | None,
+    setup: _Setup,
+    run: _RunOptions,
     record: RecordOptions,
     peers: PeerRequest | None,
+    package_path: tuple[str, ...],
+    displays: DisplayFile | None,
+    page: PageOptions,
 ) -> int:
     """Simulate a robot in a world.
 
@@ -148,79 +187,82 @@ def command(
     input.
     """
     file, values = one_file(words)
-    if not headless:
-        _refuse_without_headless(
-            duration=duration,
-            cmd_vel=cmd_vel,
-            script=script,
-            goto=goto,
-            plot=plot,
-            shot=shot,
-            json=as_json or None,
-        )
-        start = pose_of("--pose", pose)
-        with loading(file):
-            # lazy in this module: -h is fast
-            from kbot.checks.first_look import CONTROL, MESHES, first_look
-            from kbot.model.load import load_robot, resolve_robot_path
-            from kbot.world import load_world
-            from kbot.xacro import Packages
+    if headless:
+        _refuse_without_page(ctx)
+        run.require_consistent()
+        return _run_headless(file, values, setup, run, record, peers, package_path)
+    run.refuse_without_headless()
+    _serve(file, values, setup, record, peers, package_path, displays, page)
+    return 0
 
-            given = resolve_typed_names(file, values, package_path)
-            loaded = load_robot(file, given.arguments, given.properties, Packages(package_path))
-            found = first_look(loaded, (*MESHES, *CONTROL))
-        report(found)
-        loaded.require()
-        with loading(world):
-            place = load_world(world)
-        with (
-            page.bound() as address,
-            run_outputs(record, peers, served=True) as outputs,
-        ):
-            with loading(world):
-                from kbot.workbench.serve import serve_session
-                from kbot.workbench.session.driven_session import driven_session
-                from kbot.workbench.source.description import DescriptionFile
 
-                description = DescriptionFile(
-                    resolve_robot_path(file), given.arguments, package_path, properties=given.properties
-                )
-                session = driven_session(
-                    description,
-                    place,
-                    world,
-                    seed,
-                    contacts,
-                    lambda simulation: outputs.join(simulation, "", world),
-                    start,
-                )
-            session.display_file = displays or session.display_file
-            serve_session(session, address)
-        return 0
-    _refuse_without_page(ctx)
-    seconds = DURATION if duration is None else duration
-    if not (math.isfinite(seconds) and seconds >= 0.0):
-        fail(f"--duration is a finite number of seconds from 0 on, not {seconds}")
-    speeds = None if cmd_vel is None else speeds_of("--cmd-vel", cmd_vel)
-    if script is not None and cmd_vel is not None:
-        fail("--script drives the robot itself; leave --cmd-vel out")
-    if script is not None and duration is not None:
-        fail("--script says itself how long to run; leave --duration out")
-    if goto is not None and (cmd_vel is not None or script is not None):
-        fail("--goto drives the robot itself; leave --cmd-vel and --script out")
-    if shot is not None and plot == shot:
-        fail(f"--plot and --shot both draw {plot}: name two files")
-    if goto is not None and plot is not None:
-        fail("--plot is for --script and --cmd-vel; leave it out with --goto")
-    goal = None if goto is None else pose_of("--goto", goto)
+def _serve(
+    file: str,
+    values: dict[str, str],
+    setup: _Setup,
+    record: RecordOptions,
+    peers: PeerRequest | None,
+    package_path: tuple[str, ...],
+    displays: DisplayFile | None,
+    page: PageOptions,
+) -> None:
+    """Simulate in the page until Ctrl-C."""
+    start = pose_of("--pose", setup.pose)
+    with loading(file):
+        # lazy in this module: -h is fast
+        from kbot.checks.first_look import CONTROL, MESHES, first_look
+        from kbot.model.load import load_robot, resolve_robot_path
+        from kbot.world import load_world
+        from kbot.xacro import Packages
+
+        given = resolve_typed_names(file, values, package_path)
+        loaded = load_robot(file, given.arguments, given.properties, Packages(package_path))
+        found = first_look(loaded, (*MESHES, *CONTROL))
+    report(found)
+    loaded.require()
+    with loading(setup.world):
+        place = load_world(setup.world)
+    with page.bound() as address, run_outputs(record, peers, served=True) as outputs:
+        with loading(setup.world):
+            from kbot.workbench.serve import serve_session
+            from kbot.workbench.session.driven_session import driven_session
+            from kbot.workbench.source.description import DescriptionFile
+
+            description = DescriptionFile(
+                resolve_robot_path(file), given.arguments, package_path, properties=given.properties
+            )
+            session = driven_session(
+                description,
+                place,
+                setup.world,
+                setup.seed,
+                setup.contacts,
+                lambda simulation: outputs.join(simulation, "", setup.world),
+                start,
+            )
+        session.display_file = displays or session.display_file
+        serve_session(session, address)
+
+
+def _run_headless(
+    file: str,
+    values: dict[str, str],
+    setup: _Setup,
+    run: _RunOptions,
+    record: RecordOptions,
+    peers: PeerRequest | None,
+    package_path: tuple[str, ...],
+) -> int:
+    """Run without a page; the exit status."""
     from kbot.sensors.declared import mount_declared
 
-    if shot is not None:  # said before the run, which takes its time
+    speeds = None if run.cmd_vel is None else speeds_of("--cmd-vel", run.cmd_vel)
+    goal = None if run.goto is None else pose_of("--goto", run.goto)
+    if run.shot is not None:  # reported before the run, which takes its time
         from kbot.render.offscreen import require_offscreen
 
         require_offscreen()
-    start = pose_of("--pose", pose)
-    loaded, simulation = _simulation(file, values, world, seed, contacts, package_path, start)
+    loaded, simulation = _simulation(file, values, setup, package_path)
     is_live = peers is not None and peers.is_live
     has_outputs = is_live or bool(record.path)
     if has_outputs:
@@ -231,18 +273,20 @@ def command(
         NavigationTopics(simulation, Goals(simulation, in_background=True))
     with ExitStack() as stack:
         if has_outputs:
-            stack.enter_context(run_outputs(record, peers)).join(simulation, loaded.expansion.text, world)
+            outputs = stack.enter_context(run_outputs(record, peers))
+            outputs.join(simulation, loaded.expansion.text, setup.world)
         if goal is not None:
-            status = run_goto(simulation, goal, duration, as_json)
+            status = run_goto(simulation, goal, run.duration, run.as_json)
         else:
             if speeds is not None:
                 simulation.cmd_vel(*speeds)
-            live = is_live and script is None
+            in_real_time = is_live and run.script is None
+            seconds = run.duration if in_real_time or run.duration is not None else DURATION
             status = run_headless(
-                simulation, duration if live else seconds, script, as_json, plot, in_real_time=live
+                simulation, seconds, run.script, run.as_json, run.plot, in_real_time=in_real_time
             )
-        if shot is not None:
-            _draw_end(simulation, shot)
+        if run.shot is not None:
+            _draw_end(simulation, run.shot)
     return status
 
 
@@ -254,12 +298,6 @@ def _draw_end(simulation: Simulation, path: str) -> None:
     write_bytes(path, draw_picture(robot_in_world(simulation), Look()))
 
 
-def _refuse_without_headless(**options: object) -> None:
-    for name, value in options.items():
-        if value is not None:
-            fail(f"--{name.replace('_', '-')} goes with --headless")
-
-
 def _refuse_without_page(ctx: click.Context) -> None:
     for name in ("host", "port"):
         if ctx.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE:
@@ -269,24 +307,22 @@ def _refuse_without_page(ctx: click.Context) -> None:
 def _simulation(
     file: str,
     values: dict[str, str],
-    world: str,
-    seed: int,
-    contacts: str,
+    setup: _Setup,
     package_path: tuple[str, ...],
-    start: PlanarPose,
 ) -> tuple[Loaded, Simulation]:
-    with loading(world):
+    start = pose_of("--pose", setup.pose)
+    with loading(setup.world):
         from kbot.checks.first_look import CONTROL, MESHES, first_look, folded
         from kbot.model.load import load_robot
         from kbot.sim import Simulation
         from kbot.world import load_world
         from kbot.xacro import Packages
 
-        place = load_world(world)
+        place = load_world(setup.world)
         given = resolve_typed_names(file, values, package_path)
         loaded = load_robot(file, given.arguments, given.properties, Packages(package_path))
         robot = loaded.require()
-        simulation = Simulation(robot, world=place, seed=seed, contacts=contacts, start=start)
+        simulation = Simulation(robot, place, setup.seed, contacts=setup.contacts, start=start)
         found = [
             *loaded.diagnostics,
             *first_look(loaded, (*MESHES, *CONTROL)),
