@@ -1,14 +1,12 @@
 """The two standard nodes: what they hear, what they say, and when."""
 
 import json
-from math import cos, pi, sin
+from math import cos, sin
 
 import pytest
 
 from kbot.messages import Bus, Clock, Header, JointState, String, TFMessage, Time
 from kbot.model.load import load_robot, load_robot_text
-from kbot.ros.nodes.joint_state_publisher import JointStatePublisher
-from kbot.text import KbotError
 from kbot.tf.robot_state_publisher import RobotStatePublisher
 
 MS = 1_000_000
@@ -64,7 +62,7 @@ def test_joint_states_turn_into_transforms_with_mimics_followed(arm):
 
 def test_faster_messages_are_thinned_to_the_frequency(arm):
     bus, clock = Bus(), Clock()
-    RobotStatePublisher(arm, bus, clock, frequency=50.0)
+    RobotStatePublisher(arm, bus, clock)
     heard = listen(bus, "/tf", TFMessage)
     for ms in range(0, 100, 10):
         stamp = Time.from_nanoseconds(ms * MS)
@@ -74,59 +72,12 @@ def test_faster_messages_are_thinned_to_the_frequency(arm):
 
 def test_a_prefix_stands_before_every_frame(arm):
     bus, clock = Bus(), Clock()
-    RobotStatePublisher(arm, bus, clock, frame_prefix="a/", use_tf_static=False)
+    RobotStatePublisher(arm, bus, clock, frame_prefix="a/")
     heard = listen(bus, "/tf", TFMessage)
     bus.publish("/joint_states", JointState(Header(), ("shoulder",), (0.0,)))
-    assert {t.child_frame_id for t in heard[0].transforms} == {"a/upper", "a/lower", "a/slider", "a/tip"}
-
-
-def test_joints_are_said_at_the_rate_in_the_order_they_were_written(arm):
-    bus, clock = Bus(), Clock()
-    JointStatePublisher(arm, bus, clock, rate=10.0)
-    heard = listen(bus, "/joint_states", JointState)
-    for ms in range(20, 1001, 20):
-        clock.advance_to(ms * MS)
-    assert len(heard) == 10
-    assert heard[0].name == ("shoulder", "elbow", "slide")
-    assert heard[0].position == pytest.approx((0.0, 0.25, 0.4))
-    assert (heard[0].velocity, heard[0].effort) == ((), ())
-
-
-def test_positions_are_held_within_the_narrower_limits(arm):
-    publisher = JointStatePublisher(arm, Bus(), Clock())
-    publisher.set("shoulder", 9.0)
-    assert publisher.positions["shoulder"] == 1.5
-    wide = JointStatePublisher(arm, Bus(), Clock(), use_smallest_joint_limits=False)
-    wide.set("shoulder", 9.0)
-    assert wide.positions["shoulder"] == 2.0
-
-
-def test_a_source_is_taken_over(arm):
-    bus, clock = Bus(), Clock()
-    JointStatePublisher(arm, bus, clock, source_list=["/arm/joint_states"])
-    heard = listen(bus, "/joint_states", JointState)
-    bus.publish("/arm/joint_states", JointState(Header(), ("slide",), (0.3,), (0.1,)))
-    clock.advance_to(100 * MS)
-    assert heard[0].position[2] == 0.3
-    assert heard[0].velocity == (0.0, 0.0, 0.1)
-
-
-def test_a_continuous_joint_turns_between_minus_and_plus_pi():
-    publisher = JointStatePublisher(load_robot("kbot").require(), Bus(), Clock())
-    assert publisher.ranges["left_wheel_joint"] == (-pi, pi)
-
-
-@pytest.mark.parametrize(
-    ("joint", "position", "message"),
-    [
-        ("elbow", 0.0, "follows 'shoulder'"),
-        ("sholder", 0.0, "did you mean 'shoulder'"),
-        ("shoulder", float("nan"), "finite"),
-    ],
-)
-def test_what_cannot_be_set_is_said(arm, joint, position, message):
-    with pytest.raises(KbotError, match=message):
-        JointStatePublisher(arm, Bus(), Clock()).set(joint, position)
+    assert {t.child_frame_id for t in heard[0].transforms} == {"a/upper", "a/lower", "a/slider"}
+    fixed = listen(bus, "/tf_static", TFMessage)
+    assert {t.child_frame_id for t in fixed[0].transforms} == {"a/tip"}
 
 
 def test_the_frames_are_those_of_a_real_ros(shared):

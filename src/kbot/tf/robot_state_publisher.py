@@ -12,16 +12,16 @@ from kbot.model import Joint, RobotModel
 from kbot.text import KbotError
 from kbot.tf.static_transforms import say_static
 
-FREQUENCY = 50.0
+_PERIOD = 20_000_000
+"""Nanoseconds between two messages on /tf: 50 Hz, the node's default."""
 
 
 class RobotStatePublisher:
     """Hears `joint_states`; says `/tf` for joints that move, at most `frequency` (Hz) times a second of
     the messages' own time, `/tf_static` once for fixed ones, and `robot_description`.
 
-    Parameters are those of the ROS node: `publish_frequency`, `use_tf_static`, `frame_prefix` (called
-    tf_prefix before), `ignore_timestamp`. A joint that is not in a message keeps its last position; a
-    mimic joint follows its leader.
+    `frame_prefix` is the ROS node's parameter (tf_prefix in ROS 1). A joint that is not in a message keeps
+    its last position; a mimic joint follows its leader.
     """
 
     def __init__(
@@ -31,17 +31,9 @@ class RobotStatePublisher:
         clock: Clock,
         *,
         description: str = "",
-        frequency: float = FREQUENCY,
-        use_tf_static: bool = True,
-        ignore_timestamp: bool = False,
         frame_prefix: str = "",
         namespace: str = "",
     ) -> None:
-        self._clock = clock
-        self._period = round(1e9 / frequency) if frequency > 0.0 else 0
-        self._use_tf_static = use_tf_static
-        self._ignore_timestamp = ignore_timestamp
-        self._fixed = [_Said(j, frame_prefix) for j in robot.joints.values() if not j.is_movable]
         self._moving = [_Said(joint, frame_prefix) for joint in robot.movable_joints]
         self._follow = mimics(robot)
         self._names = frozenset(joint.name for joint in robot.movable_joints)
@@ -52,8 +44,8 @@ class RobotStatePublisher:
             topic = bus.advertise(f"{namespace}/robot_description", msg.String, latched=True)
             topic.publish(msg.String(description))
         self._subscription = bus.subscribe(f"{namespace}/joint_states", msg.JointState, self.hear)
-        if use_tf_static:
-            say_static(bus, self._message(self._fixed, clock.stamp))
+        fixed = [_Said(joint, frame_prefix) for joint in robot.joints.values() if not joint.is_movable]
+        say_static(bus, self._message(fixed, clock.stamp))
 
     def close(self) -> None:
         """Hear no more."""
@@ -73,15 +65,14 @@ class RobotStatePublisher:
         stamp = message.header.stamp
         now = stamp.nanoseconds
         came_back = self._last is not None and now < self._last
-        due = self._last is None or now - self._last >= self._period
-        if not (due or came_back or self._ignore_timestamp):
+        due = self._last is None or now - self._last >= _PERIOD
+        if not (due or came_back):
             return
         if self._last is not None and now > self._last:
             self._tf.rate = 1e9 / (now - self._last)
         self._last = now
         if self._tf.is_heard:
-            joints = self._moving if self._use_tf_static else self._moving + self._fixed
-            self._tf.publish(self._message(joints, stamp))
+            self._tf.publish(self._message(self._moving, stamp))
 
     def _message(self, joints: list[_Said], stamp: msg.Time) -> msg.TFMessage:
         return msg.TFMessage(tuple(joint.message(stamp, self._position(joint.name)) for joint in joints))

@@ -27,9 +27,6 @@ from kbot.cli.progress import loading
 from kbot.cli.ros.launch.text import Questions, print_answers, table
 from kbot.cli.ros.peer_options import peer_options
 from kbot.model.load import SHIPPED_NAME, SHIPPED_PACKAGE, load_robot
-from kbot.ros.launch import Plan, is_ros_2, read_launch, read_launch_2
-from kbot.ros.launch.running.findings import simulation_findings
-from kbot.ros.launch.staging import Stage, stage
 from kbot.text import KbotError, Severity
 from kbot.text.suggest import did_you_mean
 from kbot.xacro import PackageNotFound, Packages
@@ -37,6 +34,8 @@ from kbot.xacro import PackageNotFound, Packages
 if TYPE_CHECKING:
     from kbot.record.record_options import RecordOptions
     from kbot.record.run_outputs import RunOutputs
+    from kbot.ros.launch import Plan
+    from kbot.ros.launch.staging import Stage
     from kbot.ros.peer_options import PeerOptions
     from kbot.tf.static_transforms import StaticTransform
 
@@ -98,6 +97,8 @@ def command(
     that ROS would raise are reported with file, line and a fix.
     """
     named, arguments = split_arguments(words)
+    from kbot.ros.launch import is_ros_2, read_launch, read_launch_2  # lazy in this module: -h is fast
+
     path = _find(named, Packages(package_path))
     packages = Packages(package_path, around=path)
     if is_ros_2(path):
@@ -119,6 +120,10 @@ def command(
         print_answers(plan, questions)
         return 0
     with loading(path):
+        # lazy: numpy, which -h does not need
+        from kbot.ros.launch.running.findings import simulation_findings
+        from kbot.ros.launch.staging import stage
+
         staged = stage(plan, packages)
         found = simulation_findings(staged, packages)
     if dry_run:

@@ -6,15 +6,18 @@ import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from kbot.ros.launch import Plan, PlannedNode
 from kbot.ros.launch.known_packages import role
 from kbot.ros.launch.node_settings.spawning import SpawnedRobot
-from kbot.ros.launch.staging import Stage
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
+
+if TYPE_CHECKING:
+    from kbot.ros.launch.staging import Stage
 
 
 def table(plan: Plan, stage: Stage) -> str:
