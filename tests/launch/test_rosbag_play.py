@@ -6,7 +6,7 @@ import pytest
 
 from kbot.ros.launch import read_launch, read_launch_2
 from kbot.ros.launch.staging import Stage, stage
-from kbot.ros.nodes.rosbag_play import Playing
+from kbot.ros.nodes.playing import Playing
 from kbot.xacro import Packages
 
 

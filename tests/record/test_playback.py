@@ -7,7 +7,8 @@ import pytest
 from kbot.messages import Bus, Clock, Odometry, String, Twist, Vector3
 from kbot.record import Recorder
 from kbot.record.feed import Feed
-from kbot.ros.nodes.rosbag_play import BusPlayback, Playing
+from kbot.ros.nodes.playing import Playing
+from kbot.ros.nodes.rosbag_play import BusPlayback
 from kbot.sim import Simulation
 from kbot.text import DescriptionError, KbotError, Origin, Source
 

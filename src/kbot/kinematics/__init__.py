@@ -1,10 +1,27 @@
-"""Rigid transforms, the frame tree, and the drive found from the model."""
+"""Rigid transforms, the frame tree, and the drive of a robot.
 
-from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, find_drive
-from kbot.kinematics.drive.wheels import Wheel
-from kbot.kinematics.frames import FrameTree
-from kbot.kinematics.odometry import PlanarPose, PlanarTwist, integrate
-from kbot.kinematics.transform import Transform
+Names are imported when they are first used: a launch file reads parameters of controllers without numpy.
+"""
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, find_drive
+    from kbot.kinematics.drive.wheels import Wheel
+    from kbot.kinematics.frames import FrameTree
+    from kbot.kinematics.odometry import PlanarPose, PlanarTwist, integrate
+    from kbot.kinematics.transform import Transform
+
+_HOMES = {
+    "DifferentialDrive": "drive.drive",
+    "FrameTree": "frames",
+    "NoDrive": "drive.drive",
+    "PlanarPose": "odometry",
+    "PlanarTwist": "odometry",
+    "Transform": "transform",
+    "Wheel": "drive.wheels",
+    "find_drive": "drive.drive",
+    "integrate": "odometry",
+}
 
 __all__ = [
     "DifferentialDrive",
@@ -17,3 +34,13 @@ __all__ = [
     "find_drive",
     "integrate",
 ]
+
+
+def __getattr__(name: str) -> object:
+    if name in _HOMES:
+        from importlib import import_module  # only when a name is used
+
+        value: object = getattr(import_module(f"kbot.kinematics.{_HOMES[name]}"), name)
+        globals()[name] = value
+        return value
+    raise AttributeError(f"module 'kbot.kinematics' has no attribute '{name}'")

@@ -23,7 +23,7 @@ from kbot.ros.launch.population import read_population
 from kbot.ros.launch.program import Program, find_program
 from kbot.ros.nodes.gz_bridge import Bridged
 from kbot.ros.nodes.joint_state_publisher import JointStateSettings
-from kbot.ros.nodes.rosbag_play import Playing
+from kbot.ros.nodes.playing import Playing
 from kbot.ros.nodes.teleop_twist_keyboard import Keys
 from kbot.text import Diagnostic, Severity
 from kbot.tf.static_transforms import StaticTransform

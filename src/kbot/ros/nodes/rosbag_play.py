@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
 from kbot.messages import Bus, Clock, Publisher, TFMessage
@@ -14,36 +13,10 @@ from kbot.record.formats import TEXT
 from kbot.record.player import LATCHED, NOT_SAID
 from kbot.record.reader import Recordings, require_topics
 from kbot.record.recorder import DESCRIPTION_TOPIC
-from kbot.ros import names
-from kbot.text import DescriptionError, Diagnostic, KbotError, Origin, Severity
+from kbot.ros.nodes.playing import Playing
+from kbot.text import DescriptionError, Diagnostic, KbotError, Severity
 from kbot.tf.static_transforms import TOPIC as TF_STATIC
 from kbot.tf.static_transforms import say_static
-
-
-@dataclass(frozen=True, slots=True)
-class Playing:
-    """Recordings that are said again together: from `start` seconds after the first message on, `rate` times
-    as fast, after a `delay` (s). `topics` empty means all; `remaps` are by the recording's names. One that is
-    `paused` waits to be let go on. At the end a `required` one ends the launch."""
-
-    paths: tuple[str, ...]
-    origin: Origin
-    rate: float = 1.0
-    start: float = 0.0
-    seconds: float | None = None
-    delay: float = 0.0
-    loop: bool = False
-    topics: tuple[str, ...] = ()
-    remaps: Mapping[str, str] = field(default_factory=dict)
-    prefix: str = ""
-    required: bool = False
-    paused: bool = False
-
-    def said_on(self, topic: str) -> str:
-        """Where a topic of the recording is said."""
-        prefix = names.canonical(f"/{self.prefix}") if self.prefix else ""
-        return self.remaps.get(topic, f"{prefix}{topic}")
-
 
 RATE = 100.0
 """Hz at which it looks what is due."""

@@ -8,7 +8,7 @@ from pathlib import Path
 from kbot.ros import names
 from kbot.ros.launch.node_arguments import Options, place_of, place_of_value, read_options
 from kbot.ros.launch.plan import PlannedNode
-from kbot.ros.nodes.rosbag_play import Playing
+from kbot.ros.nodes.playing import Playing
 from kbot.text import Diagnostic, Severity
 
 _ROS1: Mapping[str, int] = {
