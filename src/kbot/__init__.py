@@ -1,4 +1,4 @@
-"""A robot description goes in, a robot that drives comes out.
+"""Load a robot description, check it, and drive the robot in a simulation.
 
     import kbot
     robot = kbot.load("robot.xacro", wheel_radius=0.04)

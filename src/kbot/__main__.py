@@ -1,4 +1,4 @@
-"""`python -m kbot`."""
+"""Run the command line with `python -m kbot`."""
 
 from kbot.cli.start import main
 

@@ -1,4 +1,4 @@
-"""What stands above a package and is called from it: the optional parts of KBot, and the view in a notebook.
+"""The parts above the core that it calls: file kinds, verbs and peers of the ROS wing, and the notebook view.
 
 The core asks here and does not import them. A part that is not installed adds nothing.
 """

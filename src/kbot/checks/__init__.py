@@ -1,4 +1,4 @@
-"""The doctor for robot descriptions: a file goes in, findings at the lines that caused them come out."""
+"""Checks of robot descriptions: a file goes in, findings come out, each at the line that caused it."""
 
 from kbot.checks.config import Config
 from kbot.checks.open_files import OpenFiles

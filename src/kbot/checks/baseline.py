@@ -1,4 +1,4 @@
-"""A baseline: the findings an old robot has already, so that only new ones are reported.
+"""A baseline lists a robot's known findings, so that only new ones are reported.
 
 A finding is known again by its code, file and message; its line may move.
 """

@@ -1,4 +1,4 @@
-"""Which findings are wanted."""
+"""The selection of findings: which codes are reported, in which files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""All that a rule may look at: the sources, the expansion, the robot, where its parts stand."""
+"""The facts that rules see: sources, expansion, robot, drive and poses, each computed on first use."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Edits that mend a place of the source, made only where the source says it in plain words."""
+"""Edits of the source for fixes, made only where the value is written in plain text."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The entry points of a package or folder: launch files and descriptions that nothing else includes."""
+"""Finds the launch files and descriptions of a folder that no other file includes."""
 
 from __future__ import annotations
 

@@ -1,6 +1,4 @@
-"""The few findings that every verb tells of a robot it shows: meshes that are not there, sizes and masses
-that nothing has, hardware that ros2_control does not find, wheel sizes told wrongly. All others are told by
-`kbot check`."""
+"""The few findings that every verb reports, such as missing meshes. `kbot check` reports all."""
 
 from __future__ import annotations
 

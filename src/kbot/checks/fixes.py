@@ -1,4 +1,4 @@
-"""Applying fixes: source edits that leave a file that expands and has fewer findings, or none at all."""
+"""Applies fixes. The edited file must expand and have fewer findings, or nothing is written."""
 
 from __future__ import annotations
 

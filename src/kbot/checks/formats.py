@@ -1,4 +1,4 @@
-"""Findings in the words of other tools: SARIF 2.1.0, GitHub annotations, JUnit."""
+"""Writes findings as SARIF 2.1.0, GitHub annotations or JUnit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`package.xml`: what the build tools of ROS need it to say."""
+"""Checks `package.xml` for what the build tools of ROS need."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A fault in a macro is said once, with the places that call it; a fault in one call, at that call."""
+"""Joins findings: one of a macro is reported once, with its calls; one of a single call at that call."""
 
 from __future__ import annotations
 

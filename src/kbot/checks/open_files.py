@@ -1,4 +1,4 @@
-"""Files that are being edited, checked as they are on the screen and not as they are on disk."""
+"""Checks files while they are edited, with their unsaved texts."""
 
 from __future__ import annotations
 

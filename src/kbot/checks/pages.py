@@ -1,4 +1,4 @@
-"""The pages of codes that are found before any rule runs: files, XML, expansion, reading.
+"""The pages of codes that are reported before any rule runs: files, XML, expansion, reading.
 
 Their text is kept in pages.tsv, a line for each code.
 """

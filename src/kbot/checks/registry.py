@@ -1,4 +1,4 @@
-"""What a rule is, and the register of them all.
+"""What a rule is, and the registry of all rules.
 
 A rule is one small function: a context goes in, findings come out, nothing else happens. Its
 docstring is its page (`kbot rule CODE`): what it finds, then `Why:`, `Example:`, `Fix:`, `Autofix:`.

@@ -1,4 +1,4 @@
-"""From a file of any kind to its findings: what is wrong in it, and what no comment suppresses."""
+"""Checks a file of any kind: reads it, runs the rules, and drops suppressed findings."""
 
 from __future__ import annotations
 

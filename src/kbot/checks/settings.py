@@ -1,4 +1,4 @@
-"""What is checked and how: `[tool.kbot.check]` in pyproject.toml, or `[check]` in kbot.toml.
+"""Reads the settings of checks: `[tool.kbot.check]` in pyproject.toml, or `[check]` in kbot.toml.
 
 [tool.kbot.check]
 select = ["ALL"]                 # codes, prefixes of codes, or names of rules

@@ -1,4 +1,4 @@
-"""Fixes of unknown names: the name that is meant is written where it is a slip of one; else it is defined."""
+"""Fixes of unknown names: correct a slip, or insert a definition."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`<!-- kbot: ignore[CODE] why -->` on a line or above it, and comments that suppress nothing."""
+"""Comments `<!-- kbot: ignore[CODE] why -->` on a line or above it, and those that suppress nothing."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The command line: one module a verb, or a folder whose `command` it is."""
+"""The command line: a module, or a folder, for each verb."""

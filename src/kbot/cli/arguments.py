@@ -1,4 +1,4 @@
-"""What the verbs' command lines have in common: `name:=value` words and options."""
+"""Options and arguments that verbs share: `name:=value` words, numbers and paths."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`kbot check`: what is wrong with a robot, at the line that caused it."""
+"""`kbot check`: check a robot and report each problem at its source line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`kbot expand`: the `xacro` command, with errors at their place."""
+"""`kbot expand`: the `xacro` command, with errors at their line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Single keys of the terminal, as they are pressed."""
+"""Reads single keys from the terminal."""
 
 from __future__ import annotations
 

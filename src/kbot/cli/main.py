@@ -1,4 +1,4 @@
-"""`kbot`: finds the verb, loads its module only then, and turns errors into one message and an exit status.
+"""Finds the verb, imports its module, and turns errors into a message and an exit status.
 
 Exit status: 0 fine, 1 findings, 2 unusable input or arguments, 130 interrupted.
 """

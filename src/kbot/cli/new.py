@@ -1,4 +1,4 @@
-"""`kbot new`: a robot package to start from, for KBot, ROS 1 and ROS 2."""
+"""`kbot new`: create a robot package for KBot, ROS 1 and ROS 2."""
 
 from __future__ import annotations
 

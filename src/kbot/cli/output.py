@@ -1,4 +1,4 @@
-"""What the verbs print: findings and errors on stderr, results on stdout."""
+"""What verbs print: findings and errors on stderr, results on stdout."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What leaves a run: the options `--record` and those of peers, and the block in which a verb runs."""
+"""The options of recordings and peers, and the block in which a verb runs with them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a terminal shows while something takes longer than a second."""
+"""Shows on a terminal what is being loaded when it takes longer than a second."""
 
 from __future__ import annotations
 

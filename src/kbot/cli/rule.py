@@ -1,4 +1,4 @@
-"""`kbot rule`: what a code means, why it matters, how to fix it."""
+"""`kbot rule`: explain a code and how to fix its findings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where `kbot` begins. A plain `kbot expand` is done at once; all else goes to `kbot.cli.main`.
+"""Entry point of `kbot`. A plain `kbot expand` is done here at once; `kbot.cli.main` does the rest.
 
 Build tools run `kbot expand` for every robot, and the command line's library takes longer to
 import than a description takes to expand.

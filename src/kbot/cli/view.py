@@ -1,4 +1,4 @@
-"""`kbot view`: a robot in the browser, with sliders for its joints, anew with every save."""
+"""`kbot view`: show a robot in the browser, with joint sliders, and reload it when a file is saved."""
 
 from __future__ import annotations
 

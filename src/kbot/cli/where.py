@@ -1,4 +1,4 @@
-"""`kbot where`: which lines made a link, a joint, or a line of the result."""
+"""`kbot where`: show the source lines behind a link, a joint or a line of the result."""
 
 from __future__ import annotations
 

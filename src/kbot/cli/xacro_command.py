@@ -1,4 +1,4 @@
-"""What `kbot expand` has in common with the `xacro` command."""
+"""What `kbot expand` shares with the `xacro` command."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A robot in figures: what `kbot info` says of it, as data and as text."""
+"""The figures of a robot that `kbot info` prints, as data and as text."""
 
 from __future__ import annotations
 

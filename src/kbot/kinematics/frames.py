@@ -1,4 +1,4 @@
-"""Forward kinematics: where every link stands for given joint positions, one or many at a time."""
+"""Forward kinematics: the pose of every link for given joint positions, one or many at a time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a robot on a plane is, reckoned from how far its wheels went.
+"""The pose of a robot on a plane, integrated from the distances that its wheels rolled.
 
 Source of the formulas: a constant twist over a step is a motion along an arc, the exponential of
 se(2) (Lynch and Park, Modern Robotics, 13.4); the step is exact however long it is.

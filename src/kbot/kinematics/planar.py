@@ -1,4 +1,4 @@
-"""Polygons in the plane."""
+"""The convex hull of points in the plane."""
 
 from __future__ import annotations
 

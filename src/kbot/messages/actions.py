@@ -1,4 +1,4 @@
-"""Messages of actionlib, and those of the action control_msgs/FollowJointTrajectory."""
+"""Messages of actionlib, and of the action control_msgs/FollowJointTrajectory."""
 
 from __future__ import annotations
 

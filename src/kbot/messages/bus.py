@@ -1,4 +1,4 @@
-"""Typed topics within one process: who publishes is heard by who subscribes, at once and in order."""
+"""The bus: typed topics within one process. Subscribers are called at once and in order."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Simulated time, and what is called when it passes."""
+"""Simulated time, and timers that it calls."""
 
 from __future__ import annotations
 

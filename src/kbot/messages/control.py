@@ -1,4 +1,4 @@
-"""Messages that command joints: std_msgs/Float64 and its array, trajectory_msgs/JointTrajectory."""
+"""Messages that command joints: std_msgs/Float64 and arrays, trajectory_msgs/JointTrajectory."""
 
 from __future__ import annotations
 

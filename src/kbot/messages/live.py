@@ -1,4 +1,4 @@
-"""What bridges serve."""
+"""The interface of what bridges serve: a bus, a clock and errands."""
 
 from __future__ import annotations
 

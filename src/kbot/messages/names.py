@@ -1,4 +1,4 @@
-"""Names of topics as ROS takes them."""
+"""Checks names of topics by ROS's rules."""
 
 from __future__ import annotations
 

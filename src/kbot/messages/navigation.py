@@ -1,5 +1,4 @@
-"""Messages of goals, paths and maps: poses of geometry_msgs, GoalID of actionlib_msgs, Path and
-OccupancyGrid of nav_msgs, OccupancyGridUpdate of map_msgs."""
+"""Messages of goals, paths and maps: geometry_msgs poses, nav_msgs, actionlib_msgs/GoalID, map_msgs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Messages of sensors, named and shaped as in sensor_msgs and std_msgs; large data are arrays or bytes."""
+"""Messages of sensors, as in sensor_msgs and std_msgs. Large data are arrays or bytes."""
 
 from __future__ import annotations
 

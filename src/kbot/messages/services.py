@@ -1,4 +1,4 @@
-"""What services are asked and answer: std_srvs, and gazebo_msgs as Gazebo's plugins for ROS have them.
+"""Requests and responses of services: std_srvs, and gazebo_msgs as Gazebo's ROS plugins have them.
 
 Poses and twists are in the world unless a frame is named; an empty name, `world` and `map` mean the world.
 """

@@ -1,4 +1,4 @@
-"""Messages that are made to be looked at: visualization_msgs/Marker and its parts, poses, polygons."""
+"""Messages to be displayed: visualization_msgs/Marker, poses, polygons."""
 
 from __future__ import annotations
 

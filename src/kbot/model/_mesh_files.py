@@ -1,4 +1,4 @@
-"""The files that a mesh file names: materials, buffers and textures of its own package, and no others."""
+"""Finds the files that a mesh file names (materials, buffers, textures), only in its own package."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a mesh file may cost: a small file must not fill the memory, or keep a processor busy for minutes."""
+"""Limits on mesh files, so that a small file cannot fill the memory or take minutes."""
 
 from __future__ import annotations
 

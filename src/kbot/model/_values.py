@@ -1,4 +1,4 @@
-"""Attributes into numbers and names, each fault kept with the place it was written."""
+"""Reads XML attributes as numbers and names, and collects errors with their origin."""
 
 from __future__ import annotations
 

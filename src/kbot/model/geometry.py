@@ -1,4 +1,4 @@
-"""Shapes a link is made of, and where they are written. Metres; each is centred on its own pose."""
+"""The shapes of links, with their origins. Metres; each shape is centred on its own pose."""
 
 from __future__ import annotations
 

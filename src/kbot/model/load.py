@@ -1,4 +1,4 @@
-"""From a file, or from unsaved text, to a Robot: expansion, reading, and all that was said on the way."""
+"""Loads a Robot from a file or from unsaved text: expands it, reads it, and collects all diagnostics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Mesh files as triangles, in the coordinates that ROS shows them in."""
+"""Reads mesh files as triangles, in the coordinates in which ROS shows them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Shapes that a few numbers tell, of robots and worlds alike: metres, centred on their own pose."""
+"""Simple shapes of robots and worlds (box, sphere, cylinder), in metres, centred on their pose."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The whole robot: links and joints by name, in the order they were written."""
+"""The whole robot: links and joints by name, in the order of the file."""
 
 from __future__ import annotations
 

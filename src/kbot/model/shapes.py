@@ -1,4 +1,4 @@
-"""How far a shape reaches.
+"""The extent of a shape: bounding boxes, and spans along a direction.
 
 A shape's numbers are in its own frame, whose origin is its centre (a mesh's: where its file has it).
 """

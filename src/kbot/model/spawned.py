@@ -1,4 +1,4 @@
-"""Controllers that a launch spawns, carried by the robot they are spawned for.
+"""The controllers that a launch spawns for a robot, attached to its model.
 
 They stand in the robot's extensions as `<controllers>`, so that a recorded description and a copy of it
 have them too. A ROS passes over the element.

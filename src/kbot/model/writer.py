@@ -1,4 +1,4 @@
-"""A Robot as URDF text; reading the text gives the same robot, its numbers to the last bit."""
+"""Writes a Robot as URDF text. Reading the text gives the same robot, with exactly the same numbers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a controller is: something that looks at where the robot is and says how to go on.
+"""The interface of navigation controllers: from the robot's pose to its next speeds.
 
 A controller is any object with an `update`; this one drives towards a light it knows the place of:
 

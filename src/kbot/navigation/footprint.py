@@ -1,4 +1,4 @@
-"""How much room a robot takes as it drives and turns."""
+"""The space that a robot needs to drive and to turn."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Straight to a pose: turn to it, drive to it, turn as it does. Looks for no obstacles."""
+"""Drives straight to a pose: turn, drive, turn. Ignores obstacles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What became of a goal."""
+"""The states of a goal, and the report on its end."""
 
 from __future__ import annotations
 

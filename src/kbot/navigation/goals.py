@@ -1,4 +1,4 @@
-"""Goals of a running simulation: taken, driven to and given up, from a page, a topic or Python."""
+"""Accepts, drives to and cancels the goals of a running simulation, from the page, topics or Python."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cells that are too near an obstacle for a robot's middle."""
+"""Inflates obstacles: marks the cells in which the robot's centre would be too near to one."""
 
 from __future__ import annotations
 

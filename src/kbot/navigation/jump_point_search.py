@@ -1,4 +1,4 @@
-"""Shortest ways on a grid: A* that jumps from turning point to turning point.
+"""Shortest paths on a grid by jump point search, a fast form of A*.
 
 Jump point search with tables made beforehand (JPS+: D. Harabor and A. Grastien, "Improving jump point
 search", ICAPS 2014; the tables as in S. Rabin and F. Silva, "JPS+", Game AI Pro 2, 2015). A step goes to

@@ -1,4 +1,4 @@
-"""Takes a robot to a goal on a map: plans, follows, notices when it is stuck, tries again, and ends."""
+"""Drives a robot to a goal on a map: plans, follows the path, recovers when stuck, and ends."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stops before obstacles that a lidar sees, whatever the controller behind it wants."""
+"""Stops the robot before obstacles that a lidar sees, whatever its controller commands."""
 
 from __future__ import annotations
 

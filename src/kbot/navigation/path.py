@@ -1,4 +1,4 @@
-"""A way to follow on the plane."""
+"""A path on the plane."""
 
 from __future__ import annotations
 

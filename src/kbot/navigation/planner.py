@@ -1,4 +1,4 @@
-"""Ways for a robot of some size over an occupancy grid."""
+"""Plans paths for a robot of a given size over an occupancy grid."""
 
 from __future__ import annotations
 

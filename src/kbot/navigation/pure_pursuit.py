@@ -1,4 +1,4 @@
-"""Following a path by steering at a point some way ahead on it.
+"""Follows a path by steering to a point ahead on it (pure pursuit).
 
 R. C. Coulter, "Implementation of the pure pursuit path tracking algorithm", CMU-RI-TR-92-01: the arc
 through a point at (x, y) in the robot's frame has the curvature 2 y / (x^2 + y^2). Regulation as in

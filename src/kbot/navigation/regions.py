@@ -1,4 +1,4 @@
-"""Which free cells of a grid have a way to each other."""
+"""Finds which free cells of a grid are connected."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Controllers and goals in a simulation."""
+"""Runs navigation controllers and goals in a simulation."""
 
 from __future__ import annotations
 

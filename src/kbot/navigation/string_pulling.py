@@ -1,4 +1,4 @@
-"""Ways over a grid pulled taut: corners that need not be turned are left out."""
+"""Shortens a grid path by removing corners that it does not need."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Navigation on the bus: goals in; the way, the map and how it goes out, by the names of Nav2 and rviz."""
+"""Navigation on the bus: receives goals; publishes path, map and status under the names of Nav2 and rviz."""
 
 from __future__ import annotations
 

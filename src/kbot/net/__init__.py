@@ -1,1 +1,1 @@
-"""Names of machines, and the log of servers: what every server of KBot has in common."""
+"""Host names and logging that all servers of KBot share."""

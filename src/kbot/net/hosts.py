@@ -1,4 +1,4 @@
-"""Names and addresses of machines, and which of them are this machine's."""
+"""Host names and addresses, and which of them belong to this machine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The log of the `websockets` library, which would otherwise print tracebacks."""
+"""The log of the `websockets` library, without its tracebacks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recordings of a simulation's messages and commands: written, read, cut, converted and replayed.
+"""Recordings of messages and commands: write, read, cut, convert, play back and replay.
 
 Names are imported when they are first used: whether a file is a recording is asked before a robot is shown.
 """

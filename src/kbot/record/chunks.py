@@ -1,4 +1,4 @@
-"""The messages of a recording's chunks: kept for a while, and merged by time."""
+"""The messages of a recording's chunks: cached, and merged by time."""
 
 from __future__ import annotations
 

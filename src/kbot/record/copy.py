@@ -1,4 +1,4 @@
-"""Recordings made of recordings: cut in time, fewer topics, another format."""
+"""Copies a recording: cut in time, with fewer topics, or in another format."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One message of a recording, with its bytes in either encoding; also of types KBot itself lacks."""
+"""One message of a recording, with its bytes in either encoding; also of types that KBot lacks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A topic of a recording as a table: one row a message, one column a number or text."""
+"""Exports a topic of a recording as a table: a row for each message, a column for each field."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What goes out of a bus: each message once, with its encodings made when the first one asks."""
+"""The feed of a bus: hands each message to recorder and peers, and encodes it once, on first use."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every format of recordings has: its writer, its source, its index."""
+"""The interfaces that every format of recordings implements: writer, source, index."""
 
 from __future__ import annotations
 

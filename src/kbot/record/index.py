@@ -1,4 +1,4 @@
-"""Recordings by time: a moment is found by the file's index, or without one by reading it all once."""
+"""Random access to recordings by time, with the file's index or, without one, after reading it once."""
 
 from __future__ import annotations
 

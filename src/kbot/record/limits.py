@@ -1,4 +1,4 @@
-"""What reading a recording may cost: a small file can state, or decompress to, much more than it holds."""
+"""Limits on reading recordings, because a small file can decompress to a huge one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""MCAP files by their index: any moment is found without reading what lies before it."""
+"""Reads and writes MCAP files. The index gives access to any time without reading what is before it."""
 
 from __future__ import annotations
 

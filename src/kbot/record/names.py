@@ -1,4 +1,4 @@
-"""What recordings are called on a disk."""
+"""Names of recordings on disk."""
 
 from pathlib import Path
 

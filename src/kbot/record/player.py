@@ -1,4 +1,4 @@
-"""Recordings said again on a bus, as time passes: for bridges, as a simulation is."""
+"""Plays back recordings on a bus as time passes."""
 
 from __future__ import annotations
 

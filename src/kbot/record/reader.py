@@ -1,4 +1,4 @@
-"""Recordings read: MCAP files, bags of ROS 1 and folders of rosbag2, whole or broken off."""
+"""Reads recordings of all formats (MCAP, ROS 1 bag, rosbag2), also truncated ones."""
 
 from __future__ import annotations
 

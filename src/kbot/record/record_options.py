@@ -1,4 +1,4 @@
-"""What to record of a run."""
+"""The options of a recording: its file and its topics."""
 
 from __future__ import annotations
 

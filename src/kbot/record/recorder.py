@@ -1,4 +1,4 @@
-"""Writes down what a simulation says and what it is told, as it happens."""
+"""Records a simulation: its messages and the commands that it receives, as they occur."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A recorded run done again: the same robot, world, seed and commands, and whether the motion is the same."""
+"""Replays a recorded run: simulates it again from its journal, and compares the motion."""
 
 from __future__ import annotations
 

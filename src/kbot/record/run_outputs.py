@@ -1,4 +1,4 @@
-"""What leaves a run: its transforms, a recording, and messages to peers."""
+"""The outputs of a run: transforms, a recording, and messages to peers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What stands about a recorded robot, and where: its world as it changes, and true poses in it."""
+"""Records the world around a robot: its objects as they change, and their true poses."""
 
 from __future__ import annotations
 

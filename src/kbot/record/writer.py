@@ -1,4 +1,4 @@
-"""New recordings: which format a name means."""
+"""Opens a new recording in the format that its name gives."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Robots, worlds and runs as pictures, GLB and plots."""
+"""Draws robots, worlds and runs: pictures, GLB and plots."""

@@ -1,4 +1,4 @@
-"""The box about all that is seen of a robot."""
+"""The bounding box of all that is visible of a robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""World and robot as they look: everything that is seen, paint and visuals too, and one camera."""
+"""World and robot as a simulated camera sees them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The floor as the page draws it: a grid that fades with distance, darker beneath the robot.
+"""The floor of pictures, as the page draws it: a fading grid, darker beneath the robot.
 
 The same formulas as the page's shader (`web/src/view/ground.ts`).
 """

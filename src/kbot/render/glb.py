@@ -1,4 +1,4 @@
-"""The robot as one GLB file (binary glTF 2.0): a node for each link, meshes in metres, y up."""
+"""Writes a robot as one GLB file (binary glTF 2.0): a node for each link, meshes in metres, y up."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a picture is taken from, its size and its colours."""
+"""The look of a picture: camera direction, size and colours."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Normals for smooth shading that leaves edges sharp."""
+"""Normals for smooth shading that keeps edges sharp."""
 
 from __future__ import annotations
 

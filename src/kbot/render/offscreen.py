@@ -1,5 +1,4 @@
-"""Pictures drawn off screen by OpenGL: through EGL on Linux, where Mesa's software driver serves without a
-graphics card."""
+"""Draws off screen with OpenGL: on Linux through EGL, also with Mesa's software driver."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A picture of a run from above: where the robot went, where its odometry believes it went, the walls."""
+"""Plots a run from above: true path, odometry path and walls."""
 
 from __future__ import annotations
 

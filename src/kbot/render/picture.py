@@ -1,4 +1,4 @@
-"""A picture as PNG, drawn without a browser, with the page's colours, light and floor."""
+"""Draws a picture as PNG without a browser, with the page's colours, light and floor."""
 
 from __future__ import annotations
 

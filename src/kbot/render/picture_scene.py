@@ -1,4 +1,4 @@
-"""What stands in a picture: a robot and the world around it, each thing where it is now."""
+"""The objects of a picture: a robot and the world around it, at their current poses."""
 
 from __future__ import annotations
 

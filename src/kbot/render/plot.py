@@ -1,4 +1,4 @@
-"""Numbers against time as an SVG drawing: axes with round ticks, a legend, one path a curve."""
+"""Plots numbers over time as SVG, with axes and a legend."""
 
 from __future__ import annotations
 

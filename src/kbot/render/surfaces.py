@@ -1,4 +1,4 @@
-"""What is seen of links and bodies, as coloured triangles."""
+"""The visible surfaces of links and bodies, as coloured triangles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The kinematic tree as an SVG drawing, as `urdf_to_graphviz` makes one: links in boxes, joints in ovals."""
+"""Draws the kinematic tree as SVG, in the style of `urdf_to_graphviz`: links as boxes, joints as ovals."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Everything that exists because ROS exists. The core does not import it."""
+"""The ROS wing: everything that exists because ROS exists. The core does not import it."""

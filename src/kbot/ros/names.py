@@ -1,4 +1,4 @@
-"""ROS graph names: joined, made canonical, checked. `/a/b` is global, `~b` private, `b` relative."""
+"""ROS graph names: join, normalise and check. `/a/b` is global, `~b` private, `b` relative."""
 
 from __future__ import annotations
 

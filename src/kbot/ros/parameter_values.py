@@ -1,4 +1,4 @@
-"""Parameter values: from the text of an attribute, and from YAML as `rosparam` reads it."""
+"""Parses parameter values: from attributes, and from YAML as `rosparam` reads it."""
 
 from __future__ import annotations
 

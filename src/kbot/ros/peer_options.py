@@ -1,4 +1,4 @@
-"""Which peers a run is to be connected to."""
+"""The options of peers: which bridges a run opens, and how."""
 
 from __future__ import annotations
 

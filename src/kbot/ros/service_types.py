@@ -1,4 +1,4 @@
-"""Services' types as ROS 1 and ROS 2 define them, made of what each is asked and answers."""
+"""The definitions of service types for ROS 1 and ROS 2, made from their requests and responses."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""What a robot perceives: lidar, IMU, encoders and the rest, with their noise and rates.
+"""Simulated sensors: lidar, IMU, encoders and others, with noise and rates.
 
 A sensor is declared by its spec and mounted: `lidar = sim.add_sensor(Lidar(link="base_link"))`. From then
-on it measures at its rate; `lidar.latest` is what was heard last.
+on it measures at its rate; `lidar.latest` is the newest reading.
 """
 
 from kbot.sensors.camera import Camera, CameraSensor

@@ -1,4 +1,4 @@
-"""Cameras: colours and depths as an ideal pinhole sees them."""
+"""Cameras: colour and depth images of an ideal pinhole camera."""
 
 from __future__ import annotations
 

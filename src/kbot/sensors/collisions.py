@@ -1,4 +1,4 @@
-"""Whether a robot touches anything but the ground, seen at every step of physics."""
+"""Detects whether a robot touches anything but the ground, at every step of physics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bumpers: whether a link touches anything that is not its own robot, and how hard."""
+"""Bumpers: whether, and how hard, a link touches something that is not its own robot."""
 
 from __future__ import annotations
 

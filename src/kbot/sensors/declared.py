@@ -1,7 +1,8 @@
-"""Sensors as descriptions declare them: `<gazebo reference><sensor>` of Gazebo Classic and gz, the sensor
-interfaces of ros2_control, and Classic's plugins of a whole model.
+"""Finds and mounts the sensors that a description declares.
 
-Codes: W140 something is left out (warning), W141 a value or a link that is none (error).
+They are `<gazebo reference><sensor>` of Gazebo Classic and gz, sensor interfaces of ros2_control, and plugins
+of Gazebo Classic. Codes: W140 something is left out (warning), W141 an invalid value or an unknown link
+(error).
 """
 
 from __future__ import annotations

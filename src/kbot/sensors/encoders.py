@@ -1,4 +1,4 @@
-"""Wheel encoders: joint angles as whole counts."""
+"""Wheel encoders: joint angles as counts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Force and torque through a joint, as a load cell in its place feels them."""
+"""Force and torque through a joint, as a load cell measures them."""
 
 from __future__ import annotations
 

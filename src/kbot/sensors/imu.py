@@ -1,4 +1,4 @@
-"""Inertial measurement: turning speed, specific force, and orientation."""
+"""Inertial measurement units: angular velocity, specific force and orientation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lidars: one row of beams as a LaserScan, several rows as a PointCloud2."""
+"""Lidars: one row of beams is a LaserScan, several rows are a PointCloud2."""
 
 from __future__ import annotations
 

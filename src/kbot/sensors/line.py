@@ -1,4 +1,4 @@
-"""Line sensors: how bright the floor is under a row of eyes."""
+"""Line sensors: the brightness of the floor under a row of detectors."""
 
 from __future__ import annotations
 

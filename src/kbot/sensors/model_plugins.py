@@ -1,5 +1,5 @@
-"""Sensors that plugins of a whole model are, as Gazebo Classic has them: the truth (p3d), IMUs and satellite
-navigation by a link's name; and which plugins nothing here does the work of."""
+"""Sensors that are plugins of a whole model in Gazebo Classic (p3d, IMU, GPS), and plugins that KBot does not
+run."""
 
 from __future__ import annotations
 

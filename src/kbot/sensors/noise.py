@@ -1,4 +1,4 @@
-"""What a sensor's values are off by: white noise, and a bias that stays or walks.
+"""Sensor noise: white noise, and a bias that is constant or drifts.
 
 The model is Gazebo's GaussianNoiseModel. A bias that walks follows the Ornstein-Uhlenbeck process; without
 a correlation time it is a random walk that spreads by `walk` times the square root of time.

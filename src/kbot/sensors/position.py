@@ -1,4 +1,4 @@
-"""Where the robot is: satellite navigation, and the truth."""
+"""Position sensors: GPS, and the true pose."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sonar and infrared sensors: one distance within a cone."""
+"""Sonar and infrared sensors: the nearest distance within a cone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Distances along rays to what stands in the world, the robot's own shapes left out."""
+"""Casts rays against the world, ignoring the robot's own shapes."""
 
 from __future__ import annotations
 

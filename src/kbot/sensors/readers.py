@@ -1,4 +1,4 @@
-"""What a `<sensor>` of Gazebo Classic or gz says, by its type."""
+"""Reads a `<sensor>` of Gazebo Classic or gz as a sensor's spec, by its type."""
 
 from __future__ import annotations
 

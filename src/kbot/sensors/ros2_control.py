@@ -1,4 +1,4 @@
-"""The sensors of `<ros2_control>`, known by their state interfaces as ROS 2's semantic components are."""
+"""Finds the sensors of `<ros2_control>` by their state interfaces, as ROS 2's semantic components do."""
 
 from __future__ import annotations
 

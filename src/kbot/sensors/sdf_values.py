@@ -1,4 +1,4 @@
-"""Values within a `<sensor>`: numbers, texts, poses and noises, every fault at its line."""
+"""Reads values within a `<sensor>`: numbers, texts, poses and noise, with errors at their line."""
 
 from __future__ import annotations
 

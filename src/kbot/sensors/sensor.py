@@ -1,4 +1,4 @@
-"""What all sensors have in common: where they sit, how often they measure, how late that is heard."""
+"""What all sensors share: mounting on a link, rate, latency, topic and noise."""
 
 from __future__ import annotations
 

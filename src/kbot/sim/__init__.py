@@ -1,4 +1,4 @@
-"""Robot and world put into physics: step, drive, read where it is."""
+"""The simulation of robots in a world, with MuJoCo."""
 
 from kbot.sim.divergence import SimulationDiverged
 from kbot.sim.drive.twist_controller import DriveLimits

@@ -1,4 +1,4 @@
-"""Which robots follow a new command now, and which commands are lost on their way."""
+"""Keeps the robots that follow a command, and loses commands by chance if a fault asks for it."""
 
 from __future__ import annotations
 

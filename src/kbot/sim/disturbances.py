@@ -1,4 +1,4 @@
-"""What acts on a simulation from outside, and until when: pushes, and faults at their times."""
+"""Pushes and faults that act on a simulation, each with its start and end."""
 
 from __future__ import annotations
 

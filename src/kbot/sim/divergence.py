@@ -1,4 +1,4 @@
-"""Notices a run that diverges, and says which link went first and what the likely cause is."""
+"""Detects a simulation that diverges, and reports the first link that did and the likely cause."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What may go wrong with a robot: small objects that `Disturbances.schedule` places in time.
+"""Faults to inject into a run (slip, payload, blocked joint); `Disturbances.schedule` sets their times.
 
 `begin` lets a fault act and returns the function that ends it, None if there is nothing to end.
 """

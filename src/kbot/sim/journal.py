@@ -1,4 +1,4 @@
-"""What is done to a simulation from outside, and what is reported to the user."""
+"""The journal of a simulation: actions from outside, and sentences for the user."""
 
 from __future__ import annotations
 

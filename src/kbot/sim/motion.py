@@ -1,4 +1,4 @@
-"""Where a robot is and how it moves, on the plane."""
+"""Pose and twist of a robot on the plane, and odometry from its wheels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a robot of a simulation is called, and where its topics and frames are."""
+"""The name, namespace and frame prefix of a simulated robot."""
 
 from __future__ import annotations
 

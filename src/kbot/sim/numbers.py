@@ -1,4 +1,4 @@
-"""What is a number, and how large one may be that a simulation is given."""
+"""Checks numbers that a simulation receives: finite, and within bounds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a plugin of Gazebo Classic names its topics, as gazebo_ros of ROS 1 and of ROS 2 do."""
+"""Names of topics of Gazebo Classic's plugins, as gazebo_ros of ROS 1 and ROS 2 makes them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a description makes of a robot before it is put into a simulation: its drive, controllers and plan."""
+"""Prepares a robot for a simulation: finds its drive and controllers, and plans its model."""
 
 from __future__ import annotations
 

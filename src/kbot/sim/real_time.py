@@ -1,4 +1,4 @@
-"""A simulation as fast as the wall's clock, for those who listen."""
+"""Runs a simulation at wall-clock speed, for peers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The settings under which wheels drive true, and the reasons for them.
+"""The settings of physics with which wheels roll accurately, and the reasons for them.
 
 A wheel's rolling radius is its radius less half of what it sinks in, so contacts are stiff; a thin
 cylinder stands on two edges, so a drive wheel meets the ground as a sphere; friction about the

@@ -1,4 +1,4 @@
-"""What a run without a page tells at its end."""
+"""The report at the end of a run without a page."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One robot within a simulation: its commands in, its motion and joints out."""
+"""One robot of a simulation: receives commands, reports motion and joint states."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A robot's links and joints in the engine: read their poses and speeds, or set them."""
+"""A robot's links and joints in the engine: reads or sets their poses and speeds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs a user's own `drive(sim)`: what it asserts and does not hold is told with time and values."""
+"""Runs a user's function `drive(sim)`, and reports a failed assertion with time and values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A robot in a world, in simulated time: step it, drive it, read where it is."""
+"""The class Simulation: a robot in a world, in simulated time. It owns all parts of a simulation."""
 
 from __future__ import annotations
 

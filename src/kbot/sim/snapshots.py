@@ -1,4 +1,4 @@
-"""A simulation's whole state, saved, restored and reset: from it a run goes on bit for bit."""
+"""Saves, restores and resets the whole state of a simulation. A run continues from it bit for bit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How time passes: steps of physics, control periods, timers, and what is due between them."""
+"""Advances time: steps of physics, control periods, timers, and disturbances that are due."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The topics of a robot: what it publishes every control period, and the commands that it receives."""
+"""The topics of a robot: it publishes its state every control period, and receives commands."""
 
 from __future__ import annotations
 

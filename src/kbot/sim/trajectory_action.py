@@ -1,4 +1,4 @@
-"""The action follow_joint_trajectory of a controller of ROS 1, on actionlib's topics."""
+"""The action follow_joint_trajectory of ROS 1's trajectory controllers, on actionlib's topics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a new robot package is made of."""
+"""Templates of a new robot package."""
 
 from kbot.templates.package import Sizes, check_name, make_package
 

@@ -1,4 +1,4 @@
-"""A new robot package: the files of `robot/`, with its name and sizes filled in."""
+"""Makes a new robot package from the files of `robot/`, with its name and sizes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ground floor: files, spans, XML with exact positions, and the one Diagnostic that everything reports in."""
+"""The base of all packages: files, positions in them, XML, YAML, and the Diagnostic."""
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:

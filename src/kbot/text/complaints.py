@@ -1,4 +1,4 @@
-"""A log that stays short: clients that misbehave, and faults of KBot after which it goes on."""
+"""A log that stays short: errors of clients, and internal errors that a server survives."""
 
 from __future__ import annotations
 

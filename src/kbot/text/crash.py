@@ -1,4 +1,4 @@
-"""The last guard: an unforeseen error becomes one line for the user and a crash file with its traceback."""
+"""Reports an unforeseen error: one line for the user, and a crash file with the traceback."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Room for deep recursion. Python's limit holds for every thread, so those that raise it share it."""
+"""Raises Python's recursion limit for deep structures. All threads share it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What KBot has to say about a text: one type for parse errors, findings, physics and launch errors."""
+"""The Diagnostic: the one type for parse errors, findings, and errors of physics and launch files."""
 
 from __future__ import annotations
 

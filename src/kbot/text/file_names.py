@@ -1,4 +1,4 @@
-"""Names of descriptions, nodes and topics as names of files."""
+"""Makes file names from names of descriptions, nodes and topics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reading a source with one clear error, and writing a file whole or not at all."""
+"""Reads source files with clear errors, and writes a file completely or not at all."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Where a file of a package stands in its sources: what `install(DIRECTORY …)` of its CMakeLists.txt would
-put at another place, is looked for where it is taken from. So a package that was never built can be read."""
+"""Finds files of packages that were never built, by the `install(DIRECTORY …)` of CMakeLists.txt."""
 
 from __future__ import annotations
 

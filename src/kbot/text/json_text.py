@@ -1,4 +1,4 @@
-"""JSON that others wrote, with one type of error for everything that makes it unusable."""
+"""Parses JSON from outside, with one type of error."""
 
 from __future__ import annotations
 

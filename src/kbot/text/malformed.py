@@ -1,4 +1,4 @@
-"""What is wrong with a text that is not well-formed XML, in words for who wrote it."""
+"""Explains why a text is not well-formed XML."""
 
 from __future__ import annotations
 

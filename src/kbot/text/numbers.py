@@ -1,4 +1,4 @@
-"""Numbers as they are written in descriptions and on command lines."""
+"""Parses numbers in descriptions and on command lines."""
 
 from __future__ import annotations
 

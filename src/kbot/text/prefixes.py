@@ -1,4 +1,4 @@
-"""Names with a prefix, as `xacro:macro`: whether it was declared."""
+"""Names with a prefix, such as `xacro:macro`, and whether the prefix is declared."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Diagnostics for people (text with a code frame and a caret) and for programs (JSON)."""
+"""Renders diagnostics as text with a code frame, and as JSON."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where something was written: a source text, a span of it, and the calls that brought it."""
+"""Places in source texts: a source, a span of it, and the macro calls and includes that led there."""
 
 from __future__ import annotations
 

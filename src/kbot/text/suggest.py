@@ -1,4 +1,4 @@
-"""The valid names that a misspelled name means.
+"""Suggests valid names for a misspelled name.
 
 A reader follows a suggestion without checking it, so a merely similar name does harm: `wheel_radius` for an
 undefined `caster_wheel_radius` gives a robot without an error message whose caster is under the ground. One

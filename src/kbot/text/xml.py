@@ -1,4 +1,4 @@
-"""Parsing XML with exact positions, by the standard library's expat."""
+"""Parses XML with exact positions, with the standard library's expat."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The nodes of an XML tree, each with the place it was written at.
+"""The nodes of an XML tree, each with its place in the source.
 
 Names are kept as written (`xacro:macro`), attributes in their order, comments and text as nodes.
 An element made by xacro expansion is of the same type: it keeps the span of the element it was

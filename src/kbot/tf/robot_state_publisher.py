@@ -1,4 +1,4 @@
-"""robot_state_publisher: joint states in, the transforms of all links out."""
+"""robot_state_publisher: publishes the transforms of all links from joint states."""
 
 from __future__ import annotations
 

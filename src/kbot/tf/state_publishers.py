@@ -1,4 +1,4 @@
-"""A robot_state_publisher for each robot of a simulation, those that come later too."""
+"""A robot_state_publisher for each robot of a simulation, also for those that are spawned later."""
 
 from __future__ import annotations
 

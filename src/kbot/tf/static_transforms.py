@@ -1,4 +1,4 @@
-"""static_transform_publisher: frames that stand still to each other, said once for all."""
+"""static_transform_publisher: publishes transforms between frames that do not move."""
 
 from __future__ import annotations
 

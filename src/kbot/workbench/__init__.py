@@ -1,1 +1,1 @@
-"""The workbench: a page that shows a robot, drives it and knows its source lines, and its server."""
+"""The workbench: the server of the page that shows and drives a robot."""

@@ -1,4 +1,4 @@
-"""Where the page is: an address that is bound before anything is served there, and a browser opened at it."""
+"""The page's address: binds it before anything is served, and opens a browser at it."""
 
 from __future__ import annotations
 

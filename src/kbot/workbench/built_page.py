@@ -1,4 +1,4 @@
-"""The built page, held in memory: only these files are served, whatever path is asked for."""
+"""The files of the built page, in memory. Only these are served."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A robot or a simulation within a notebook: the page that `kbot export` saves, in a frame of its own."""
+"""Shows a robot or a simulation in a notebook: the page that `kbot export` saves, in a frame."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One HTML file that shows a robot without a server: the workbench's own page, and what it is told."""
+"""Makes one HTML file that shows a robot without a server."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Serving the workbench: a session, at an address."""
+"""Opens a session and serves it at an address."""
 
 from __future__ import annotations
 

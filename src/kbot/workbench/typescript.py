@@ -1,7 +1,8 @@
-"""The page's types and tables from those of Python.
+"""Generates the page's TypeScript types and tables from Python.
 
-`python -m kbot.workbench.typescript > web/src/protocol.ts`; with the word `messages` what topics carry, for
-`web/src/messages.ts`; with `kinds` the displays, for `web/src/displays/kinds.ts`.
+`python -m kbot.workbench.typescript > web/src/protocol.ts` writes the messages of the page. The argument
+`messages` writes the messages of topics, for `web/src/messages.ts`; `kinds` the displays, for
+`web/src/displays/kinds.ts`.
 """
 
 from __future__ import annotations

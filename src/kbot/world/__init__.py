@@ -1,4 +1,4 @@
-"""Floors, walls and things: what a robot drives on and runs into."""
+"""Worlds: floors, walls and objects that a robot drives on and collides with."""
 
 from kbot.world.builtin.registry import BUILDERS, built_in, parameters
 from kbot.world.load import load_world

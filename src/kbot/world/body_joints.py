@@ -1,4 +1,4 @@
-"""How a body of a world hangs on another, or on the world itself."""
+"""Joints between bodies of a world."""
 
 from __future__ import annotations
 

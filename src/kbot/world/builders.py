@@ -1,4 +1,4 @@
-"""Pieces that worlds are put together from."""
+"""Building blocks of worlds: floors, walls, boxes, slopes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hollow meshes as convex pieces, for what is touched is touched as a convex hull."""
+"""Splits hollow meshes into convex pieces, because the engine collides with convex hulls."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What of a world's solid shapes lies between two heights, seen from above."""
+"""The outline of a solid shape between two heights, seen from above."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How high the ground of a world lies over the cells of a grid, and where it cannot be driven on."""
+"""The height of a world's ground on a grid, and where it is not drivable."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures as grey values."""
+"""Reads pictures as grey values."""
 
 from __future__ import annotations
 

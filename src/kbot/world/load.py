@@ -1,4 +1,4 @@
-"""A world from what a user wrote: a built-in world's name with parameters, or a file."""
+"""Loads a world from a built-in world's name with parameters, or from a file."""
 
 from __future__ import annotations
 

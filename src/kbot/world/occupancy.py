@@ -1,4 +1,4 @@
-"""An occupancy grid: which cells of the plane are free, taken, or unknown (nav_msgs/OccupancyGrid)."""
+"""An occupancy grid: which cells of the plane are free, occupied or unknown (nav_msgs/OccupancyGrid)."""
 
 from __future__ import annotations
 

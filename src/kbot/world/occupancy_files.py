@@ -1,4 +1,4 @@
-"""Occupancy grids as ROS writes and reads them: map.yaml beside a picture (map_server, Nav2)."""
+"""Reads and writes occupancy grids in ROS's format: map.yaml and an image (map_server, Nav2)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A world as an occupancy grid: what a robot of some height would run into."""
+"""Converts a world to an occupancy grid: the obstacles of a robot of a given height."""
 
 from __future__ import annotations
 

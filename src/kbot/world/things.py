@@ -1,4 +1,4 @@
-"""Things to put into a running world: a box of any size, and the models that ship with KBot."""
+"""Objects to spawn into a running world: boxes, and the models of KBot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a robot stands on and runs into: solid shapes with poses, at rest or moving."""
+"""A world: bodies of solid shapes with poses, fixed or moving."""
 
 from __future__ import annotations
 

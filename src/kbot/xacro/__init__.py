@@ -1,4 +1,4 @@
-"""The xacro language: a description goes in, an expanded document with a source map comes out."""
+"""The xacro language: expands a description to a document with a source map."""
 
 from kbot.xacro.engine import clear_cache, expand, expand_text
 from kbot.xacro.limits import Limits

@@ -1,4 +1,4 @@
-"""`name:=value` as a user types it: a value for an argument, or else for a top-level property."""
+"""Resolves a user's `name:=value`: the value of an argument, or else of a top-level property."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A name's value, computed or yet to be, and where it was written."""
+"""A binding: the value of a name, computed or not yet, and where it was written."""
 
 from __future__ import annotations
 

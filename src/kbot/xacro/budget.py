@@ -1,4 +1,4 @@
-"""The work that one expansion may still do, and the largest values that its expressions may make.
+"""The budget of one expansion: the work that it may still do, and the largest values.
 
 All work is counted in steps. A step is at most about a microsecond of CPU time and 64 bytes of
 memory, so that a bound on steps is a bound on both. Work is charged before it is done.

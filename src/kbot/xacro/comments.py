@@ -1,4 +1,4 @@
-"""Comments before a xacro tag belong to it and go with it; those set apart by a blank line stay.
+"""Comments before a xacro tag are removed with it, unless a blank line separates them.
 
 The official implementation marks where it stopped taking comments away with one empty text, which
 it moves about: there is only ever one. Which comments stay depends on where it is, so it is kept

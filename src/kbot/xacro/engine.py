@@ -1,4 +1,4 @@
-"""Expanding a file or a text: what the rest of KBot calls."""
+"""Entry points of expansion: `expand` a file, `expand_text` a text."""
 
 from __future__ import annotations
 

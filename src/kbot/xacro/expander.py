@@ -1,9 +1,8 @@
-"""The walk over a description that expands it: a tree goes in, another tree comes out.
+"""Expands a description: walks the source tree and builds the result tree.
 
-Nothing of the tree that goes in is changed, so that parsed files can be kept and used again.
-Every node of the result knows where it was written and which calls brought it. What is wrong with
-one tag or attribute is reported, and the walk goes on with the next. What xacro's own tags do
-stands in `kbot.xacro.tags`.
+The source tree is not changed, so that parsed files can be cached. Every node of the result knows where it
+was written and which calls led to it. An error in one tag or attribute is reported, and the walk continues
+with the next. The xacro tags themselves are in `kbot.xacro.tags`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Where the walk over a description is."""
+"""The context of the walk over a description: scope, macros and calls."""
 
 from __future__ import annotations
 

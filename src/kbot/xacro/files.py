@@ -1,4 +1,4 @@
-"""Parsed files, kept for as long as their text stays the same."""
+"""A cache of parsed files, valid while their text stays the same."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a description may cost. Every bound is a clear error (X190 to X199) and can be raised."""
+"""Limits on descriptions. Each is a clear error (X190 to X199) and can be raised."""
 
 from __future__ import annotations
 

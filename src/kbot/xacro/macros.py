@@ -1,4 +1,4 @@
-"""Macros: their parameters, and how a call finds one."""
+"""Macros: their parameters, and how a call finds its macro."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The names that expressions may use: `math`, `python`, `xacro`, and those known without a prefix."""
+"""The names that expressions may use: `math`, `python`, `xacro`, and those without a prefix."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Finding robot packages without ROS: `$(find NAME)` and `package://NAME/…`.
+"""Finds robot packages without ROS, for `$(find NAME)` and `package://NAME/…`.
 
 Searched in this order: the given paths, AMENT_PREFIX_PATH, ROS_PACKAGE_PATH, folders with a
 package.xml around the file and in the working directory, and last the packages that ship with KBot.

@@ -1,4 +1,4 @@
-"""What an expansion gives: the document, its text, where everything came from, what is wrong."""
+"""The result of an expansion: document, text, source map and diagnostics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What one expansion knows while it goes on: files, arguments, what is left of its bounds, problems."""
+"""The state of one expansion: files, arguments, remaining budget, problems."""
 
 from __future__ import annotations
 

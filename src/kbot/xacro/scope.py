@@ -1,4 +1,4 @@
-"""Scopes: where properties, parameters and blocks live, and how they are looked up and resolved."""
+"""Scopes: hold properties, parameters and blocks, and look up and resolve them."""
 
 from __future__ import annotations
 

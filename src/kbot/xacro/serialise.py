@@ -1,4 +1,4 @@
-"""Writing a document in the format of the `xacro` command, byte for byte.
+"""Writes a document in the format of the `xacro` command, byte for byte.
 
 Two spaces a level, attributes sorted by name, a text on its own line unless it is the only child,
 blank text left out. Like the official command it writes what the running Python's `minidom`

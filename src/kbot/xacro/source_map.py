@@ -1,4 +1,4 @@
-"""Where every element, attribute and line of an expansion was written, and what it was computed from.
+"""The source map: where each element, attribute and line of an expansion comes from.
 
 The map is made when it is first asked for: the text of the expansion is parsed again, which gives
 every element its place in the result, and the two trees are walked side by side.

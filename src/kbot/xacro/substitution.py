@@ -1,4 +1,4 @@
-"""The commands of `$(…)`: arg, find, env, optenv, dirname, cwd, anon, eval."""
+"""The substitutions of `$(…)`: arg, find, env, optenv, dirname, cwd, anon, eval."""
 
 from __future__ import annotations
 

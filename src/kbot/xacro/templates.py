@@ -1,4 +1,4 @@
-"""Texts with `${expression}` and `$(command)` in them, and `$${`, `$$(` for the marks themselves."""
+"""Texts with `${expression}` and `$(command)`, and the escapes `$${` and `$$(`."""
 
 from __future__ import annotations
 

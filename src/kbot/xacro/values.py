@@ -1,4 +1,4 @@
-"""The values of expressions: YAML data with dots, number literals, truth, and safe attributes."""
+"""The values of expressions: dotted YAML data, number literals, booleans, and safe attributes."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Errors on their way from where they are noticed to where they are reported.
+"""Errors of expansion, from where they occur to where they are reported.
 
-A XacroError starts out with a place in the text it was noticed in; whoever knows which attribute that
-text is, gives it an origin; the run reports it once and turns it into a Diagnostic at the end.
+A XacroError starts with a place in the text in which it occurred. The caller that knows the attribute of this
+text gives it an origin. The run reports it once, and makes a Diagnostic of it at the end.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Reading YAML for `xacro.load_yaml`, with its units, and remembering what was read."""
+"""Reads YAML for `xacro.load_yaml`, with its units, and caches it."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What rules look at: the sources, bodies, wheels and plugins of a description. No finding is made here."""
+"""Facts that rules look at: sources, bodies, wheels and plugins. No findings are made here."""

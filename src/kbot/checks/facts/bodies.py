@@ -1,4 +1,4 @@
-"""What a link's shapes amount to: extents, reach, volume, and the tensor of a solid of that shape."""
+"""Size, volume and inertia tensor of a link's shapes."""
 
 from __future__ import annotations
 

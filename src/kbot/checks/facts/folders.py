@@ -1,4 +1,4 @@
-"""What is in the folders around a description, each of them read once in a run."""
+"""The files in the folders around a description, each folder read once per run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The macros of a description that write the inertial of a solid body, known by what they compute."""
+"""Finds macros that write the inertial of a solid body, by what they compute."""
 
 from __future__ import annotations
 

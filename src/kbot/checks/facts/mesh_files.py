@@ -1,4 +1,4 @@
-"""What the rules need to know of a mesh file, kept until the file changes."""
+"""What rules need to know about a mesh file, cached until the file changes."""
 
 from __future__ import annotations
 

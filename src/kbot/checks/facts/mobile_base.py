@@ -1,8 +1,8 @@
-"""How a wheeled robot stands on the ground: its wheels in pairs, what drives them, what else touches.
+"""The wheels, casters and ground contact of a wheeled robot, also of one whose drive does not work.
 
-More forgiving than `kbot.kinematics.find_drive`, which answers only for a drive that works: here a
-wheel that is fixed, turned wrongly or smaller than its partner is still seen for the wheel it is meant
-to be, by a controller that names it, by its name, or by its shape and place.
+`kbot.kinematics.find_drive` finds only a drive that works. This module also recognises a wheel that is fixed,
+turned wrongly or smaller than its partner: by a controller that names it, by its name, or by its shape and
+place.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The files of a description as they are written: parsed, not expanded."""
+"""The source files of a description, parsed but not expanded."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rules about how a wheeled robot stands: contact plane, casters, support, footprint."""
+"""Rules about the ground contact of a wheeled robot: contact plane, casters, support, footprint."""
 
 from __future__ import annotations
 

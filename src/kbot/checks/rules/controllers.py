@@ -1,4 +1,4 @@
-"""Rules that hold plugins, controllers and transmissions against the robot they speak of."""
+"""Rules that compare plugins, controllers and transmissions with the robot that they name."""
 
 from __future__ import annotations
 

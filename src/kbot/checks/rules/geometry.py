@@ -1,4 +1,4 @@
-"""Rules about shapes and looks."""
+"""Rules about shapes and materials."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Mending an inertial: the right tensor in plain numbers, or the macro call that computes it.
+"""Fixes of an inertial: the right tensor as numbers, or a call of the macro that computes it.
 
 Texts are taken over as they are written, so that what is computed from a property stays so. Where a macro
 made the inertial, its call is edited and never its body.

@@ -1,4 +1,4 @@
-"""Rules that hold the size of a mass and a tensor against the link's own shape."""
+"""Rules that compare a mass and a tensor with the size of the link."""
 
 from __future__ import annotations
 

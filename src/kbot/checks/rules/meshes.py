@@ -1,4 +1,4 @@
-"""Rules about mesh files: there, of a believable size, fit to collide with."""
+"""Rules about mesh files: missing files, sizes, and use as collision shapes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rules about what drives the wheels, and whether it can."""
+"""Rules about the motors of wheels: whether they can move the robot."""
 
 from __future__ import annotations
 

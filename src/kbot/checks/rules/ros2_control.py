@@ -1,4 +1,4 @@
-"""Rules of ros2_control: what stands in `<ros2_control>`, and in the file of its controllers' parameters."""
+"""Rules about `<ros2_control>` and the files of its controllers' parameters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The rule on robots that turn by dragging their wheels across: skid steers of two axles and more."""
+"""The rule about robots that turn by skidding: skid steers with two or more axles."""
 
 from __future__ import annotations
 

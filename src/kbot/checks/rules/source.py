@@ -1,4 +1,4 @@
-"""Rules about the xacro as it is written: what hides, what does not mean what it says."""
+"""Rules about xacro source: hidden definitions, and text that does not do what it seems to."""
 
 from __future__ import annotations
 

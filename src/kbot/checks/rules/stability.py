@@ -1,4 +1,4 @@
-"""Rules about what a wheeled robot stands on, and when it tips over."""
+"""Rules about the support of a wheeled robot, and when it tips over."""
 
 from __future__ import annotations
 

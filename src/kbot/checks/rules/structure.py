@@ -1,4 +1,4 @@
-"""Rules about the words of URDF: tags, attributes, names."""
+"""Rules about the structure of URDF: tags, attributes, names."""
 
 from __future__ import annotations
 

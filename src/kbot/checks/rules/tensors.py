@@ -1,4 +1,4 @@
-"""Rules that hold a link's inertial against the link's own shape."""
+"""Rules that compare a link's inertial with the link's shape."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rules about what the xacro defines and never uses."""
+"""Rules about xacro definitions that nothing uses."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""`kbot bag`: its commands, what `info` prints, and `play`."""
+"""`kbot bag`: inspect, convert, play back and replay recordings."""

@@ -1,4 +1,4 @@
-"""`kbot bag`: what is in a recording, parts of it, other formats, tables; said and done again."""
+"""The commands of `kbot bag`: inspect, cut, convert, export, play back and replay recordings."""
 
 from __future__ import annotations
 

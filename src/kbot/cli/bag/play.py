@@ -1,4 +1,4 @@
-"""`kbot bag play`: a recording in real time, with keys that pause it."""
+"""`kbot bag play`: plays back a recording in real time, with keys that pause it."""
 
 from __future__ import annotations
 

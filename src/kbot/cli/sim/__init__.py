@@ -1,1 +1,1 @@
-"""`kbot sim`: its options, the drive to a goal, and how far a run is."""
+"""`kbot sim`: its command, and runs without the page."""

@@ -1,4 +1,4 @@
-"""`kbot sim`: drive a robot in a world, in the browser or as fast as the machine can."""
+"""The command `kbot sim`: simulate a robot in the browser, or headless as fast as possible."""
 
 from __future__ import annotations
 

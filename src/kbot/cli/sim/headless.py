@@ -1,4 +1,4 @@
-"""A run without a page: by a held command or a script, and the report at its end."""
+"""Runs without the page: drives by a constant command, a script or to a goal, and reports the end."""
 
 from __future__ import annotations
 

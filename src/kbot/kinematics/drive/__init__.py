@@ -1,1 +1,1 @@
-"""How a robot drives: what commands its wheels, the wheels, the drive that they make, and its faults."""
+"""How a robot drives: its wheels, the controllers that command them, the drive they make, and its faults."""

@@ -1,5 +1,4 @@
-"""The controllers of ros_control and ros2_control: their parameters, from the YAML files that a description
-names and from the launch that spawned them, and what is wrong with these files."""
+"""The YAML files of controllers of ros_control and ros2_control: their parameters and their errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The plugins and controllers of a description that drive its wheels, and what each is given."""
+"""The plugins and controllers of a description that drive its wheels, and their parameters."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""The drive of a robot, found from the model: which joints drive and steer, how large the wheels are, how far
-apart, and the speeds and motions that go with it.
+"""Finds the drive of a robot (two-sided or steered), and converts twists to wheel speeds and back.
 
 In a base that steers, as tricycles and cars do, every wheel rolls about the same point (Siegwart,
 Introduction to Autonomous Mobile Robots, 3.2): one at x, y from the middle of the fixed axle goes

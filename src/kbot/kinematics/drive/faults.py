@@ -1,4 +1,4 @@
-"""What is wrong with how plugins and controllers drive a robot, as `kbot check` and `kbot sim` report it."""
+"""Faults of plugins and controllers that drive a robot, as `kbot check` and `kbot sim` report them."""
 
 from __future__ import annotations
 

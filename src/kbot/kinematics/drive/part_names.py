@@ -1,4 +1,4 @@
-"""What the names of joints and links say: wheel, caster, left, right."""
+"""What the names of joints and links suggest: wheel, caster, left, right."""
 
 from __future__ import annotations
 

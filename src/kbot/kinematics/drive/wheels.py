@@ -1,4 +1,4 @@
-"""The wheels and casters of a robot, found from its joints and shapes; names play no part."""
+"""Finds the wheels and casters of a robot by its joints and shapes, not by names."""
 
 from __future__ import annotations
 

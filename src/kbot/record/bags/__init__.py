@@ -1,1 +1,1 @@
-"""Recordings as bags of ROS 1 and as folders of rosbag2."""
+"""ROS 1 bags and rosbag2 folders."""

@@ -1,4 +1,4 @@
-"""Bags of ROS 1 and folders of rosbag2 by their index."""
+"""Random access to ROS 1 bags and rosbag2 folders, by their index."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bags of ROS 1 and folders of rosbag2."""
+"""Reads ROS 1 bags and rosbag2 folders."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bags of ROS 1, version 2.0. https://wiki.ros.org/Bags/Format/2.0
+"""Reads ROS 1 bags, version 2.0. https://wiki.ros.org/Bags/Format/2.0
 
 Every length is checked against the bytes that are left before anything is read by it.
 """

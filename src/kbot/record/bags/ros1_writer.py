@@ -1,4 +1,4 @@
-"""Recordings as bags of ROS 1, version 2.0."""
+"""Writes ROS 1 bags, version 2.0."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Folders of rosbag2: their metadata, and the files that it names."""
+"""Reads the metadata of rosbag2 folders, and finds their files."""
 
 from __future__ import annotations
 

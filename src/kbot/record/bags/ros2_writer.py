@@ -1,4 +1,4 @@
-"""Recordings as rosbag2 has them: a folder with metadata.yaml and an SQLite file."""
+"""Writes rosbag2 folders: metadata.yaml and an SQLite file."""
 
 from __future__ import annotations
 

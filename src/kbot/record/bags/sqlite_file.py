@@ -1,4 +1,4 @@
-"""SQLite files of rosbag2. https://github.com/ros2/rosbag2/tree/rolling/rosbag2_storage_sqlite3"""
+"""Reads rosbag2's SQLite files. https://github.com/ros2/rosbag2/tree/rolling/rosbag2_storage_sqlite3"""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Messages as bytes and as JSON: CDR, ROS 1, and the definitions that recordings carry."""
+"""Encodes messages: CDR, ROS 1's format, JSON, and the definitions that recordings contain."""

@@ -1,4 +1,4 @@
-"""Messages to bytes and back, as ROS 2 (CDR) and ROS 1 put them on the wire."""
+"""Encodes messages to bytes and decodes them, in the formats of ROS 2 (CDR) and ROS 1."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Types of services, and the messages that only they have, defined as ROS writes them."""
+"""The definitions of service types and their messages, in ROS's message language."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Message types whose definitions come from a recording or a peer.
+"""Checks message definitions that come from a recording or a peer, before they are used.
 
 rosbags makes Python code of a definition and runs it. Nothing but what `read_definition` returns, and
 `ShapeCheck` accepts may reach it: names are identifiers, numbers are in range, sizes are bounded.

@@ -1,4 +1,4 @@
-"""Messages as plain values and back: dictionaries, lists, numbers, text, as JSON carries them."""
+"""Converts messages to plain values (dictionaries, lists, numbers, text) for JSON, and back."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A type store for messages from a recording or a peer, whose lengths may be anything.
+"""A type store for foreign messages that checks their stated lengths.
 
 rosbags checks the lengths of texts and of lists of numbers. It trusts those of lists of other types when it
 converts between ROS 1 and ROS 2, and it makes as many objects as a message states.

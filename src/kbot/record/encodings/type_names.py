@@ -1,4 +1,4 @@
-"""Which ROS type each message is, by its name."""
+"""The ROS type name of each message."""
 
 from __future__ import annotations
 

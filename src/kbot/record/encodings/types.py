@@ -1,4 +1,4 @@
-"""How ROS 1 and ROS 2 define the types of messages, and which class each of them is here."""
+"""The message types of ROS 1 and ROS 2, and the class of each in KBot."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Connections to other systems, one folder each."""
+"""Bridges to other systems, a folder for each."""

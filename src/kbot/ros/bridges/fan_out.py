@@ -1,4 +1,4 @@
-"""From the simulation's thread to the loop of the bridges: which topics are wanted, what they said last."""
+"""Hands messages from the simulation's thread to the bridges' loop, for the topics that peers want."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a bridge's folder gives the registry."""
+"""BridgeKind: what a bridge's folder gives the registry."""
 
 from __future__ import annotations
 

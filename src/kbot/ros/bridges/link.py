@@ -1,8 +1,8 @@
-"""Where the threads of bridges meet the one thread of a simulation.
+"""The link between a simulation's thread and the threads of bridges.
 
-Nothing of a bridge runs on the simulation's thread but putting a message in a queue, and nothing of the
-simulation is touched by another thread: what peers send waits until `serve`, which the simulation's clock
-calls every control period, and what they call until `work`, between two steps.
+On the simulation's thread, a bridge only puts messages in a queue. No other thread touches the simulation:
+messages of peers wait until `serve`, which the simulation's clock calls every control period, and their
+service calls until `work`, between two steps.
 """
 
 from __future__ import annotations

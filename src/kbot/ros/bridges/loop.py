@@ -1,4 +1,4 @@
-"""The one thread on which the bridges of a process send, and serve what never waits."""
+"""The event loop of all bridges of a process, on one thread."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""All bridges. A new bridge is one folder and one line here."""
+"""The registry of bridges. A new bridge is one folder and one line here."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Services that peers may call: each a name, a type, and what answers on the simulation's thread."""
+"""Services that peers can call: name, type, and the function that answers on the simulation's thread."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Rules for launch files."""
+"""Checks of launch files."""

@@ -1,4 +1,4 @@
-"""Launch files: the plan's own findings, and what its nodes and its robot do to each other."""
+"""Checks a launch file and the robots that it loads."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The pages of the codes of launch files. Their text is kept in pages.tsv, a line for each code."""
+"""The pages of the codes of launch files, from pages.tsv, which has a line for each code."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A node's command line, as roslaunch and ros2 launch write it: its name, remaps and parameters."""
+"""Parses a node's command line as roslaunch and ros2 launch write it: name, remaps and parameters."""
 
 from __future__ import annotations
 

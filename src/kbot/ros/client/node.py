@@ -1,4 +1,4 @@
-"""A node: subscribe, publish, timers, parameters; what carries them is the environment's choice."""
+"""The node class: publish, subscribe, timers and parameters, over the transport that is available."""
 
 from __future__ import annotations
 

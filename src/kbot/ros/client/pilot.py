@@ -1,4 +1,4 @@
-"""Lets a controller drive the robot that a node reaches: a simulated one, or a real one on ROS."""
+"""NodePilot: a navigation controller that drives a robot through a node, simulated or real."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a node reaches others: a KBot of this machine, a master of ROS 1, or DDS."""
+"""How a node reaches others: a KBot on this machine, a ROS 1 master, or DDS."""
 
 from __future__ import annotations
 

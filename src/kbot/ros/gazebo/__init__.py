@@ -1,1 +1,1 @@
-"""Gazebo's services and states, under the names that ROS 1, ROS 2 and gz know them by."""
+"""Gazebo's services and state topics, under their names in ROS 1."""

@@ -1,4 +1,4 @@
-"""Gazebo's services under the names that gazebo_ros of ROS 1 gives them.
+"""Gazebo's services under the names of ROS 1's gazebo_ros.
 
 A model is a robot or a body of the world; a link is `robot::link`, or `link` of the first robot.
 """

@@ -1,4 +1,4 @@
-"""Descriptions that peers send: nothing in them is evaluated, and they name only files within reach."""
+"""Descriptions that peers send: nothing in them is evaluated, and they name only allowed files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where models and links are, as Gazebo's topics and services say it.
+"""Poses and velocities of models and links, as Gazebo's topics and services report them.
 
 A model is a robot or a body of the world; a link is `robot::link`, or `link` of the first robot.
 """

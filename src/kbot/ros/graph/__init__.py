@@ -1,1 +1,1 @@
-"""A running KBot asked by another process of this machine: what serves it, how it is found, what asks."""
+"""Queries of a running KBot by another process of this machine: server, discovery and client."""

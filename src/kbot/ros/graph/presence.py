@@ -1,4 +1,4 @@
-"""Which KBots run on this machine: each leaves a small file for as long as it can be asked."""
+"""Finds the KBots that run on this machine: each leaves a small file while it can be queried."""
 
 from __future__ import annotations
 

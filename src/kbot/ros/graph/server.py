@@ -1,4 +1,4 @@
-"""The graph of a running KBot, for `kbot topic`, `kbot param` and their like: rosbridge behind a token."""
+"""Serves queries of `kbot topic`, `kbot param` and others: rosbridge with a token."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""ROS launch files: a plan of what would run, with which parameters, and from which line."""
+"""ROS launch files: reads what would run, with which parameters and from which line, and runs it."""
 
 from kbot.ros.launch.plan import Argument, Included, Machine, Param, Plan, PlannedNode, RobotDescription
 

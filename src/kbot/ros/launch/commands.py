@@ -1,4 +1,4 @@
-"""A parameter's `command=`: what KBot runs in its stead. Nothing else runs without leave."""
+"""A parameter's `command=`: the commands that KBot replaces. Others run only with permission."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Python expressions of launch files: `$(eval …)`, PythonExpression."""
+"""Evaluates Python expressions of launch files: `$(eval …)`, PythonExpression."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How deep, and how many, files include each other: what ends those that include themselves."""
+"""Limits on the includes of launch files: their depth, and their cost together."""
 
 from __future__ import annotations
 

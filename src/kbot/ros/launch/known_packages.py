@@ -1,4 +1,4 @@
-"""What KBot knows of the ROS packages that launch files speak of: nodes, their options, old names."""
+"""The ROS packages that KBot knows: what replaces each of their nodes, their options, old names."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A node's arguments as words: options, what follows them, and where each was written."""
+"""A node's arguments as words: options, their values, and where each was written."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a launch file would do: nodes with their parameters, each with the line it comes from."""
+"""The plan of a launch file: nodes with their parameters, each with the line it comes from."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which robots a launch spawns: one for each spawner, with its names, frames and controllers."""
+"""The robots that a launch spawns: one for each spawner, with names, frames and controllers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The user's own programs among the nodes of a launch file: their files and interpreters."""
+"""Finds the user's own programs among the nodes of a launch file: their files and interpreters."""
 
 from __future__ import annotations
 

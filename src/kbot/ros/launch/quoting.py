@@ -1,4 +1,4 @@
-"""The words of a command line in a launch file."""
+"""Splits a command line of a launch file into words."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The problems and findings of a launch file, collected."""
+"""Collects the problems and findings of a launch file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which ROS a launch file is written for."""
+"""Whether a launch file is for ROS 1 or ROS 2."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A plan as KBot runs it without ROS: the robots, where they start, and what replaces the nodes."""
+"""Decides how KBot runs a plan without ROS: its robots, their start poses, and what replaces each node."""
 
 from __future__ import annotations
 

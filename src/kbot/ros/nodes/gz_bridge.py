@@ -1,4 +1,4 @@
-"""ros_gz_bridge: the simulation's topics under the names that a bridge is told, one way or the other."""
+"""ros_gz_bridge: publishes the simulation's topics under other names, in either direction."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A recording said again on a bus on which others speak too, as its clock passes."""
+"""rosbag play: plays back a recording on a bus with other publishers, by the bus's clock."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""teleop_twist_keyboard: keys in, a twist out."""
+"""teleop_twist_keyboard: turns keys into a twist."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""From twist commands to the speeds of drive wheels, as the description has its own controller drive."""
+"""The drive of a simulated robot: from twist commands to wheel speeds, as its own controller drives."""

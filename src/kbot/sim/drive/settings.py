@@ -1,4 +1,4 @@
-"""How a description's own plugin or controller drives: its sizes, limits, topics and frames."""
+"""The settings of a robot's own drive plugin or controller: sizes, limits, topics and frames."""
 
 from __future__ import annotations
 

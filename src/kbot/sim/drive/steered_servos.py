@@ -1,4 +1,4 @@
-"""A steered base commanded, and reckoned, as the differential drive that moves as it does.
+"""Commands the wheels of a tricycle or a car like those of an equivalent differential drive.
 
 Wheel speeds of the differential drive are a twist of the fixed axle's middle, which every wheel follows in
 its own way; back from the driven wheels' angles and the steering angles the twist is that of least squares.

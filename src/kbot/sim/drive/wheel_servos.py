@@ -1,4 +1,4 @@
-"""The drive wheels' places in the engine's state, reached as plain numbers."""
+"""Sets and reads the drive wheels of a robot in the engine."""
 
 from __future__ import annotations
 

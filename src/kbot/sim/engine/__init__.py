@@ -1,1 +1,1 @@
-"""World and robots as a model of the engine, MuJoCo: shapes, joints, contacts, put on the ground."""
+"""MuJoCo's model of world and robots: shapes, joints, contacts and servos."""

@@ -1,4 +1,4 @@
-"""The engine's arrays as plain numbers."""
+"""The engine's arrays as plain Python numbers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The engine's model of a world with its robots, compiled again when one is spawned or deleted."""
+"""Compiles world and robots to one MuJoCo model, and again when a robot is spawned or deleted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How large a robot may be that is simulated: beyond, the engine's numbers mean nothing, or take hours."""
+"""Limits on the size of a robot that can be simulated."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who touches whom, and with what friction: contact bits and priorities.
+"""Contacts: which shapes touch each other, with which friction and stiffness.
 
 Two geometries touch when one's `contype` meets the other's `conaffinity`. Of two surfaces the one
 with less friction decides (as Gazebo's ODE has it): friction sets the priority.

@@ -1,4 +1,4 @@
-"""Shapes of robots and worlds as geometries of the engine."""
+"""Converts shapes of robots and worlds to the engine's geometries."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Masses and inertias of links, as the engine takes them, and what makes them impossible."""
+"""Masses and inertias of links for the engine, and errors in them."""
 
 from __future__ import annotations
 

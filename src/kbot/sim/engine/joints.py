@@ -1,4 +1,4 @@
-"""URDF joints as the engine's: what may move, how far, against what damping and friction."""
+"""Converts URDF joints to the engine's: range, damping, friction and mimics."""
 
 from __future__ import annotations
 

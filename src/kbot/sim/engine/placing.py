@@ -1,4 +1,4 @@
-"""Puts a robot on the ground: as high as its lowest point demands."""
+"""Puts a robot on the ground, by the height of its lowest point."""
 
 from __future__ import annotations
 

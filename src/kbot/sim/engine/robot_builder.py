@@ -1,4 +1,4 @@
-"""A robot description as bodies, joints, shapes, surfaces and servos of the engine; every frame is kept."""
+"""Builds a robot in the engine's model: bodies, joints, shapes, surfaces and servos."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""What turns the joints: speed servos on drive wheels, position servos on the others.
+"""The actuators of joints: speed servos for drive wheels, position servos for others, with torque limits.
 
-A drive servo follows the integral of the speed it is told (it holds a slope where a plain speed servo
-rolls down) and is sized by the inertia that the wheel moves.
+A drive servo follows the integral of the commanded speed, so that it holds a slope on which a plain speed
+servo rolls down. Its gain follows from the inertia that the wheel moves.
 """
 
 from __future__ import annotations

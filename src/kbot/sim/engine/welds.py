@@ -1,4 +1,4 @@
-"""Links and things that are attached to each other, as they stood when they were."""
+"""Welds links and objects that are attached to each other, at their current poses."""
 
 from __future__ import annotations
 

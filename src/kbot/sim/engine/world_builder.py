@@ -1,4 +1,4 @@
-"""A world's bodies in the engine's model."""
+"""Builds a world's bodies in the engine's model."""
 
 from __future__ import annotations
 

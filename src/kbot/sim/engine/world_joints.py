@@ -1,4 +1,4 @@
-"""Joints of a world's bodies in the engine's model."""
+"""Builds the joints of a world's bodies in the engine's model."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The joints that do not drive: controllers as ros_control and ros2_control have them, commands, servos."""
+"""Joints that do not drive: their controllers (ros_control, ros2_control), commands and servos."""

@@ -1,4 +1,4 @@
-"""What commands a robot's joints: its controllers, and what is held without one."""
+"""What commands a robot's joints: its controllers, and the joints that are held without one."""
 
 from __future__ import annotations
 

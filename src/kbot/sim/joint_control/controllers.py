@@ -1,4 +1,4 @@
-"""The joint controllers of a robot, of ros_control, ros2_control and Gazebo's plugins."""
+"""Finds the joint controllers of a robot: of ros_control, ros2_control and Gazebo's plugins."""
 
 from __future__ import annotations
 

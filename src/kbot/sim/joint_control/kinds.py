@@ -1,4 +1,4 @@
-"""The controllers of joints that there are in ros_control and in ros2_control, by their types."""
+"""The types of joint controllers in ros_control and ros2_control."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The plugins of Gazebo in a description, and which of them command joints."""
+"""Finds the plugins of Gazebo that command joints."""
 
 from __future__ import annotations
 

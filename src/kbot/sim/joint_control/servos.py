@@ -1,9 +1,8 @@
-"""Servos of the joints that do not drive: each held at a position, turned at a speed, or pushed, as it is
-commanded; without force until it is.
+"""Servos of the joints that do not drive: hold a position, turn at a speed, or apply an effort.
 
-A position servo is a critically damped spring about the joint's inertia, as it is in the pose of the moment,
-that is told where it should be, how fast, and what weighs upon it (computed torque: Spong, Robot Modeling
-and Control, 8.3), so that a joint follows its trajectory without lag and does not sag.
+A position servo is a critically damped spring about the joint's inertia in the current pose. It receives the
+wanted position and speed, and the load on the joint (computed torque: Spong, Robot Modeling and Control,
+8.3), so that a joint follows its trajectory without lag and does not sag.
 """
 
 from __future__ import annotations

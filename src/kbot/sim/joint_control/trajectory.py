@@ -1,4 +1,4 @@
-"""Trajectories of several joints, as joint_trajectory_controller goes between points, and checks of commands.
+"""Interpolates joint trajectories as joint_trajectory_controller does, and checks joint commands.
 
 With positions alone it goes straight, with velocities along cubics, with accelerations along quintics
 (its own `Trajectory::interpolate_between_points`).

@@ -1,5 +1,4 @@
-"""What a goal of control_msgs/FollowJointTrajectory asks of a controller, checked as
-joint_trajectory_controller of ROS 1 checks it."""
+"""Checks a goal of control_msgs/FollowJointTrajectory as ROS 1's joint_trajectory_controller does."""
 
 from __future__ import annotations
 

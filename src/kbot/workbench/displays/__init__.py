@@ -1,1 +1,1 @@
-"""Displays: which kinds there are, and their settings in files."""
+"""Displays of the page: their kinds, and their settings in files."""

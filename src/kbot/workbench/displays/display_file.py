@@ -1,4 +1,4 @@
-"""The file that displays are set by: KBot's own kind (`.kbot.yaml`) or rviz's (`.rviz`)."""
+"""The file with the displays' settings: KBot's own (`.kbot.yaml`) or rviz's (`.rviz`)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The settings of displays: as plain data, checked, and in files of KBot's own (`.kbot.yaml`)."""
+"""The settings of displays as plain data: checked, read from and written to `.kbot.yaml`."""
 
 from __future__ import annotations
 

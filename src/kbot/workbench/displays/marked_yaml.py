@@ -1,4 +1,4 @@
-"""YAML whose every value knows the line it is written on."""
+"""YAML values that know their line, for display files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can be set of a display, and what a display is: the table in `kinds` is made of these."""
+"""The types of the table of displays: a display kind and its properties."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Configurations of rviz (`.rviz`): the displays that both have, in and out; the rest is named and kept.
+"""Reads and writes rviz's display files (`.rviz`). What KBot lacks is kept and listed.
 
 rviz 1 and rviz 2 write the same document: displays by class (`rviz/Grid`, `rviz_default_plugins/Grid`) with
 properties by the labels they have on screen.

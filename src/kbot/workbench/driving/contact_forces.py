@@ -1,4 +1,4 @@
-"""Where the simulated robot is touched, and the forces there, as markers on `/contacts`."""
+"""Publishes the contacts of the simulated robot and their forces, as markers on `/contacts`."""
 
 from __future__ import annotations
 

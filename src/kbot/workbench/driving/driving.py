@@ -1,4 +1,4 @@
-"""The simulation as the page moves it: paced by wall time, driven by commands."""
+"""The simulation in the page: paced by wall-clock time, driven by the page's commands."""
 
 from __future__ import annotations
 

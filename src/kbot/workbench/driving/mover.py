@@ -1,4 +1,4 @@
-"""What moves the robot in the page: joint `sliders`, the simulation in `driving` or a recording."""
+"""The interface of what moves the robot in the page: sliders, a simulation or a recording."""
 
 from __future__ import annotations
 

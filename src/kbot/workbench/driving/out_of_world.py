@@ -1,4 +1,4 @@
-"""What fell out of the world: where a floor ends, things fall for ever."""
+"""Reports objects that fell off the floor."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Joint sliders as what moves the robot in the page."""
+"""Joint sliders that move the robot in the page, without a simulation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a page may do to a running world, by the simulation's own methods."""
+"""What a page may do to a running world: spawn, delete, move and push objects, and inject faults."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Meshes for the page: which may be served, their bytes, and those of many triangles made lighter."""
+"""Meshes for the page: which files may be served, their bytes, and simpler ones."""

@@ -1,4 +1,4 @@
-"""Meshes that markers name: read on the server, so that the page fetches them as those of the robot."""
+"""Reads meshes that markers name, so that the page fetches them from the server."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is to be said of the meshes on show: which are drawn with fewer triangles, and which are missing."""
+"""Notes about meshes: which are drawn with fewer triangles, and which are missing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which mesh files a description may bring into the page: those of its own folders and of packages."""
+"""Which mesh files a page may show: those in the description's own folders and in packages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Meshes of very many triangles, made lighter for pictures. Physics and checks keep the whole mesh."""
+"""Reduces meshes of very many triangles for display. Physics and checks keep the whole mesh."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Meshes that the scene names, by opaque ids, as triangles the page reads without a parser.
+"""Meshes of the scene by opaque ids, as triangles that the page reads without a parser.
 
 The page never names a path, so nothing outside a scene can be asked for.
 """

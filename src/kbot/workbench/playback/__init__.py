@@ -1,1 +1,1 @@
-"""Playing a recorded run."""
+"""Plays back a recorded run in the page."""

@@ -1,4 +1,4 @@
-"""A recording played in the page: paused, at any rate, from anywhere, again and again."""
+"""A recording in the page: played back, paused, at any rate, from any time, in a loop."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a recording's frames and joints stood last: each may come in a message, and at a rate, of its own."""
+"""The latest frames and joints of a recording at a time, each from its own message."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A recording as something to look at: its robot, where time begins and ends, and what it says of frames."""
+"""A recording to display: its robot, start, end and frames."""
 
 from __future__ import annotations
 

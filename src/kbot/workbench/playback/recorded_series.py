@@ -1,4 +1,4 @@
-"""Numbers against time, out of a recording: what a plot of all of it is drawn from."""
+"""Series of numbers over time from a recording, for plots."""
 
 from __future__ import annotations
 

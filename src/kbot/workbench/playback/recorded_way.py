@@ -1,4 +1,4 @@
-"""The way a recorded robot took, from one end of its recording to the other."""
+"""The path of a recorded robot, over the whole recording."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The world a run was recorded in: as it was built, what came and went since, and where it all was."""
+"""The world of a recording: as built, with objects that were spawned and deleted, and their poses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the server and the page say to each other; `web/src/protocol.ts` is generated from here.
+"""The messages between server and page; `web/src/protocol.ts` is generated from them.
 
 Lengths in metres, angles in radians, quaternions x, y, z, w, colours in 0..1. Every message is a
 JSON object with a `type`.

@@ -1,4 +1,4 @@
-"""Messages from a page: checked for size, type and range before anything sees them."""
+"""Decodes messages from a page, after checks of size, type and range, and encodes those to it."""
 
 from __future__ import annotations
 

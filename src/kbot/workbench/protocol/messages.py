@@ -1,4 +1,4 @@
-"""The displays' settings, as files have them."""
+"""The messages between server and page, a dataclass for each; the unions `FromPage` and `FromServer`."""
 
 from __future__ import annotations
 

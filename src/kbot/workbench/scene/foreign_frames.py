@@ -1,4 +1,4 @@
-"""Frames that are no links of the robot, as tf tells of them: `map`, what a static transform adds, …"""
+"""Frames on `/tf` that are not links of the robot, such as `map`."""
 
 from __future__ import annotations
 

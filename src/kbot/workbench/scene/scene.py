@@ -1,4 +1,4 @@
-"""What the page draws, built from the robot and the world."""
+"""Builds the scene that the page draws, from robot and world."""
 
 from __future__ import annotations
 

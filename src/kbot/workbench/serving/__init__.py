@@ -1,1 +1,1 @@
-"""The HTTP and WebSocket server: who may come in, what pages say and are told."""
+"""The HTTP and WebSocket server of the page."""

@@ -1,4 +1,4 @@
-"""Who may speak to the server: Host, Origin and token checked, and the headers every answer carries."""
+"""Access to the server: checks Host, Origin and token, and sets the headers of every response."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Seeing that files changed on disk, by their time, size and identity."""
+"""Detects changed files by their time, size and identity."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The pages that are connected, each with the newest of everything it has not been sent yet."""
+"""The connected pages, each with the newest messages that it has not received yet."""
 
 from __future__ import annotations
 

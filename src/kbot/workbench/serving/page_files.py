@@ -1,4 +1,4 @@
-"""Plain requests: the page, meshes by their ids, and what can be taken out of the page."""
+"""Answers HTTP requests: the page's files, meshes by id, and downloads."""
 
 from __future__ import annotations
 

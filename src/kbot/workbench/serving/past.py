@@ -1,4 +1,4 @@
-"""Pages that look back: each is shown a moment of the last minutes while the others see what is."""
+"""Shows earlier times of a run to pages that look back, while others see the present."""
 
 from __future__ import annotations
 

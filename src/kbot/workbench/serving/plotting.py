@@ -1,4 +1,4 @@
-"""What pages ask to be plotted, made a little at a time, so that all else goes on meanwhile."""
+"""Makes the plots that pages ask for in small steps, so that the server keeps responding."""
 
 from __future__ import annotations
 

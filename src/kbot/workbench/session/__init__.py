@@ -1,1 +1,1 @@
-"""What the open pages share: the robot on show, its offers, the commands to it."""
+"""A session: what all open pages share, and the commands that they send."""

@@ -1,4 +1,4 @@
-"""Who drives: one page at a time, and nobody once it falls silent."""
+"""Decides which page drives: one at a time, and none if it stops sending."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A session whose robot is simulated, and what its pages may ask for."""
+"""A session with a simulated robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What pages are told of the session itself: what is on show, and what they may ask of it."""
+"""What a session offers to pages, such as worlds and whether the robot can drive."""
 
 from __future__ import annotations
 

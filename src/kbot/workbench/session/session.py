@@ -1,4 +1,4 @@
-"""What all tabs share: the description, the last good robot, what was found, and how it moves."""
+"""The session: the description, the last valid robot, its findings, and what moves it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The scene on show, kept up with what comes and goes: the robot, its world and the robots beside it."""
+"""The scene of a session, updated when objects or robots are spawned and deleted."""
 
 from __future__ import annotations
 

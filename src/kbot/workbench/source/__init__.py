@@ -1,1 +1,1 @@
-"""The description in the page: whose each line is, what its numbers are, and what the page writes into it."""
+"""The description in the page: its source text, its values, and edits."""

@@ -1,4 +1,4 @@
-"""Changing the description from the page: other values at once, edits and fixes in its files, undo."""
+"""Edits the description from the page: values, source edits, fixes, undo."""
 
 from __future__ import annotations
 

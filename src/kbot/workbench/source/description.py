@@ -1,4 +1,4 @@
-"""The description on disk as the workbench sees it: a robot or none, and everything found about it."""
+"""Reads the description from disk for the workbench: a robot or none, and all findings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Values that the page shows in place of those that are written."""
+"""Values of properties and arguments that the page overrides without changing the file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which link each piece of source text belongs to, through macros and includes."""
+"""Finds the link that each piece of source text belongs to, through macros and includes."""
 
 from __future__ import annotations
 

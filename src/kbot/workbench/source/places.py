@@ -1,4 +1,4 @@
-"""Diagnostics and origins as the page sees them."""
+"""Diagnostics and origins as messages of the page."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The description on show: the last reading that made a robot, the latest one, and what was found in it."""
+"""The description that is shown: the last reading that made a robot, the latest one, and its findings."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Time in the page: the last minutes, bookmarks, and recordings begun there."""
+"""Time in the page: the last minutes, bookmarks, and recordings that a page starts."""

@@ -1,4 +1,4 @@
-"""The last minutes as pages were told of them, in bounded memory."""
+"""The messages of the last minutes, in bounded memory."""
 
 from __future__ import annotations
 

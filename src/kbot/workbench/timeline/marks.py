@@ -1,4 +1,4 @@
-"""Moments that were bookmarked: for every page, and with a recording in a file beside it."""
+"""Bookmarks of times: shared by all pages, and kept in a file beside a recording."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A recording that a page begins and ends."""
+"""A recording that a page starts and stops."""
 
 from __future__ import annotations
 

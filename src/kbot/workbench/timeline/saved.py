@@ -1,4 +1,4 @@
-"""Whole states of a simulation along the timeline, in bounded memory: what it can go on from."""
+"""Saved states of a simulation over time, in bounded memory, for *Resume from here*."""
 
 from __future__ import annotations
 

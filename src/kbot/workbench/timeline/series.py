@@ -1,4 +1,4 @@
-"""Numbers against time, out of what pages were told: what a plot of the last minutes is drawn from."""
+"""Series of numbers over the last minutes, for plots."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The ways a robot took along the timeline, one up to each reset: what pages draw as its trail."""
+"""The paths of a robot over the timeline, one up to each reset, drawn as its trail."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Topics as the pages hear and speak on them."""
+"""Topics that pages subscribe to and publish."""

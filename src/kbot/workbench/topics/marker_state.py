@@ -1,4 +1,4 @@
-"""The markers that stand, so that one message says them all: pages get the newest of a topic only."""
+"""Collects the current markers in one message, because pages receive only a topic's newest message."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The topics that pages hear and speak on: those of the simulation's bus, each message encoded once."""
+"""Relays topics of the bus to pages, and messages of pages to the bus. Each message is encoded once."""
 
 from __future__ import annotations
 

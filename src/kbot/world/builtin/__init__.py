@@ -1,1 +1,1 @@
-"""The worlds that are known by a name: open ground, mazes, rooms, ramps and stairs, a line to follow."""
+"""The built-in worlds: open ground, mazes, rooms, ramps, stairs, a line to follow."""

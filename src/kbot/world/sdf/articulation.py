@@ -1,4 +1,4 @@
-"""Models taken apart into bodies that move as one, and the joints by which they hang together."""
+"""Splits models into bodies that move as one, and the joints between them."""
 
 from __future__ import annotations
 

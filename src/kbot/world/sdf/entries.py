@@ -1,4 +1,4 @@
-"""The models of a file as they stand in a world or in one another, not yet taken apart into bodies."""
+"""The models of an SDF file, nested as they are written."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the named frames of a model or world stand, through `relative_to` and `attached_to`."""
+"""Poses of the named frames of a model or world, through `relative_to` and `attached_to`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""SDF geometries as shapes: their sizes, meshes and height maps."""
+"""Converts SDF geometries to shapes: sizes, meshes and height maps."""
 
 from __future__ import annotations
 

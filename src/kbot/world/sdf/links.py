@@ -1,4 +1,4 @@
-"""An SDF link: what is seen of it, what is touched, what it weighs."""
+"""Reads an SDF link: visuals, collisions and mass."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Colours of SDF materials, and of those that Gazebo Classic knows by name, in a URDF too."""
+"""Colours of SDF materials, and of Gazebo Classic's named materials, in SDF and URDF."""
 
 from __future__ import annotations
 

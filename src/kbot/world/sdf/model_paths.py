@@ -1,4 +1,4 @@
-"""Folders of models: those that ship with KBot, Gazebo's own, and what it keeps of Fuel."""
+"""The folders of models: those of KBot, of Gazebo, and downloads from Fuel."""
 
 from __future__ import annotations
 

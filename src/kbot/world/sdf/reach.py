@@ -1,4 +1,4 @@
-"""Which files a description that a peer sends may name."""
+"""Which files a description from a peer may name."""
 
 from __future__ import annotations
 

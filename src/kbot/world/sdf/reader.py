@@ -1,4 +1,4 @@
-"""From an SDF file to a World: models, includes, frames; everything wrong is told, each at its line."""
+"""Reads an SDF file as a World: models, includes, frames, with every error at its line."""
 
 from __future__ import annotations
 

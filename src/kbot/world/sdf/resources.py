@@ -1,4 +1,4 @@
-"""Files that a world names: `model://`, `package://`, `file://` and relative ones."""
+"""Finds files that a world names: `model://`, `package://`, `file://` and relative paths."""
 
 from __future__ import annotations
 

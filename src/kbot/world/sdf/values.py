@@ -1,4 +1,4 @@
-"""Numbers, poses and truth values of SDF elements; what is none of them is a finding at its line."""
+"""Reads numbers, poses and booleans of SDF elements; an invalid one is a finding at its line."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The language of `${…}`: Python's expressions, bounded, that compute and do nothing more."""
+"""The language of `${…}`: Python's expressions with bounded work, which only compute."""

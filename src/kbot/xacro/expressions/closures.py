@@ -1,4 +1,4 @@
-"""Python's syntax tree turned into closures, never into Python code.
+"""Compiles Python's syntax trees to closures, without running Python code.
 
 A closure takes an environment, which has a `lookup(name)`, an `assign(name, value)` and a
 `budget`. Names, operators, calls and attributes mean what they mean in Python; attributes lead

@@ -1,4 +1,4 @@
-"""Expressions of `${…}`: compiled once into closures and remembered.
+"""Compiles expressions of `${…}` once, and caches them.
 
 Most are a name, a number, a look-up, or two of those with an operator between; these are taken
 apart by one regular expression, all others by Python's parser.

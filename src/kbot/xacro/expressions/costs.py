@@ -1,4 +1,4 @@
-"""What a call from an expression costs: one table of functions, one of methods.
+"""The costs of calls in expressions: a table of functions and one of methods.
 
 A cost charges the work of a call before the call is made. It may replace arguments, and it may
 return another function to call instead. `functions.call` looks it up for every call that an

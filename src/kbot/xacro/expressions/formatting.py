@@ -1,4 +1,4 @@
-"""Formatting of text: `str.format`, `%`, f-strings. Sizes are checked before a text is made."""
+"""Formats text (`str.format`, `%`, f-strings), after a check of its size."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Calls from expressions. What a call costs is in `costs`, and is charged here, before the call."""
+"""Calls in expressions. `costs` has their prices, which are charged before the call."""
 
 from __future__ import annotations
 

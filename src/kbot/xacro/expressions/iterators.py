@@ -1,4 +1,4 @@
-"""Iterators of expressions, which charge each item when it is taken, whoever takes it."""
+"""Iterators of expressions, which charge for each item."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an expression is made of, whoever takes it apart: closures, their environment, operators.
+"""The types that the compiler of expressions shares: closures, environment, operators.
 
 A closure takes an environment, which has a `lookup(name)`, an `assign(name, value)` and a
 `budget`, and gives a value.

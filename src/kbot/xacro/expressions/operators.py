@@ -1,4 +1,4 @@
-"""Operators of expressions, by the names of their syntax trees' classes. They charge before they compute.
+"""Operators of expressions, by the names of their syntax nodes. They charge before they compute.
 
 They give what Python's give; a bound that is reached raises a LimitFault.
 """

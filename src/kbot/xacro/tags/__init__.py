@@ -1,4 +1,4 @@
-"""Xacro's own tags by name, and what each of them does."""
+"""The xacro tags by name, and the function of each."""
 
 from __future__ import annotations
 

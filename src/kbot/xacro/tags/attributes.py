@@ -1,4 +1,4 @@
-"""The attributes of xacro's own tags: those they need, those they may have."""
+"""The attributes of xacro tags: required and optional."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`xacro:macro`, `xacro:call`, and every tag that is a macro's name."""
+"""Calls of macros: `xacro:macro`, `xacro:call`, and each tag with a macro's name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`xacro:include`: files, patterns of files, namespaces."""
+"""`xacro:include`: files, file patterns, namespaces."""
 
 from __future__ import annotations
 

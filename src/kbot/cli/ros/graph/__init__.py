@@ -1,1 +1,1 @@
-"""Verbs that ask a running KBot, with the words of `ros2`."""
+"""Verbs that query a running KBot, with the words of `ros2`."""

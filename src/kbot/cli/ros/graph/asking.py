@@ -1,4 +1,4 @@
-"""What the verbs that ask a running KBot have in common: which one, values in YAML, how to print them."""
+"""What verbs that query a running KBot share: how they find it, and read and print values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`kbot node`: who speaks in a running KBot."""
+"""`kbot node`: list and describe the nodes of a running KBot."""
 
 from __future__ import annotations
 

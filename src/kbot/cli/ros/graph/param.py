@@ -1,4 +1,4 @@
-"""`kbot param`: the parameters of a running KBot."""
+"""`kbot param`: read and set the parameters of a running KBot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`kbot service`: what a running KBot does when it is asked."""
+"""`kbot service`: list, describe and call services of a running KBot."""
 
 from __future__ import annotations
 

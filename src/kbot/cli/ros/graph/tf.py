@@ -1,4 +1,4 @@
-"""`kbot tf`: the frames of a running KBot."""
+"""`kbot tf`: print the coordinate frames of a running KBot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`kbot topic`: the topics that a running KBot publishes and subscribes to."""
+"""`kbot topic`: list, print, measure and publish topics of a running KBot."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""`kbot launch`: its options, and what it prints about a launch."""
+"""`kbot launch`: its command, and the text that it prints."""

@@ -1,4 +1,4 @@
-"""`kbot launch`: its options, the file that they name, and the exit status."""
+"""The command `kbot launch`: reads its options, finds the launch file and runs it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `kbot launch` prints: the table of nodes, and answers in roslaunch's words."""
+"""The text that `kbot launch` prints: the table of nodes, and answers in roslaunch's format."""
 
 from __future__ import annotations
 

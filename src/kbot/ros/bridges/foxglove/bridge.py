@@ -1,4 +1,4 @@
-"""The Foxglove WebSocket protocol, for Foxglove, Lichtblick and all who speak it.
+"""The Foxglove WebSocket protocol, for Foxglove and Lichtblick.
 
 https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md; both subprotocols are the same here.
 """

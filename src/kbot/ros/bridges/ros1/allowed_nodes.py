@@ -1,4 +1,4 @@
-"""Which nodes of ROS 1 are contacted."""
+"""Which ROS 1 nodes KBot may contact: those of this machine, or all with `--bridge-host`."""
 
 from __future__ import annotations
 

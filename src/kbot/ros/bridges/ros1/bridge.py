@@ -1,4 +1,4 @@
-"""The simulation as a node of ROS 1: what it says is published, what it hears subscribed."""
+"""The simulation as a ROS 1 node: publishes, subscribes and serves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A small ROS 1 master for where there is none: registrations, look-ups and parameters."""
+"""A small ROS 1 master, started if none is running: registrations, look-ups and parameters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One topic going out over TCPROS, to each subscriber as fast as it takes it; none waits for another."""
+"""Publishes a topic over TCPROS. A slow subscriber does not delay others."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""XML-RPC as ROS 1 uses it: every answer is (code, text, value), and every wait has a limit."""
+"""ROS 1's XML-RPC: every answer is (code, text, value), and every wait has a limit."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Services over TCPROS: a header, then for each request one byte that says whether it went well, and the
-response, or in words why not."""
+"""Serves a ROS 1 service over TCPROS: reads requests and sends a response or an error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One topic coming in over TCPROS: a thread for each publisher there is."""
+"""Subscribes to a topic over TCPROS, with a thread for each publisher."""
 
 from __future__ import annotations
 

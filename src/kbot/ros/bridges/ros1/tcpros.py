@@ -1,4 +1,4 @@
-"""TCPROS: the header with which a connection begins, and messages with their length before them."""
+"""The TCPROS protocol: the header of a connection, and messages with their length."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where other nodes of ROS 1 come in, over TCPROS: subscribers of all topics, and callers of all services."""
+"""Accepts TCPROS connections of other ROS 1 nodes, to topics and services."""
 
 from __future__ import annotations
 

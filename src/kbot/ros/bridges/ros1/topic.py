@@ -1,4 +1,4 @@
-"""One end of a topic of ROS 1: its name, type and definition, and the header that says them."""
+"""One end of a ROS 1 topic: its name, type, definition and connection header."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A ROS 2 node over DDS, by the extra `ros2`."""
+"""A ROS 2 node over DDS. Needs the extra `ros2`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The simulation as a node of ROS 2, on DDS."""
+"""The simulation as a ROS 2 node over DDS."""
 
 from __future__ import annotations
 

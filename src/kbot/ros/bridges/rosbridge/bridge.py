@@ -1,4 +1,4 @@
-"""The rosbridge protocol, version 2, for roslibjs, roslibpy and their like: JSON over a WebSocket.
+"""The rosbridge protocol, version 2, for roslibjs and roslibpy: JSON over a WebSocket.
 
 https://github.com/RobotWebTools/rosbridge_suite/blob/ros1/ROSBRIDGE_PROTOCOL.md
 """

@@ -1,1 +1,1 @@
-"""Bridges over a WebSocket: the protocols of Foxglove and of rosbridge."""
+"""What the bridges over WebSocket share: Foxglove and rosbridge."""

@@ -1,4 +1,4 @@
-"""A WebSocket server on the loop of the bridges, whose clients are never waited for."""
+"""A WebSocket server on the loop of the bridges. A slow client does not delay others."""
 
 from __future__ import annotations
 

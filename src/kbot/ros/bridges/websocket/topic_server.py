@@ -1,4 +1,4 @@
-"""The shell of a bridge over WebSocket: the topics of a link, and conversations in JSON."""
+"""What the Foxglove and rosbridge servers share: topics of the link, and JSON conversations with clients."""
 
 from __future__ import annotations
 

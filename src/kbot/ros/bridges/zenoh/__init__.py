@@ -1,4 +1,4 @@
-"""A ROS 2 node over Zenoh, by the extra `zenoh`."""
+"""A ROS 2 node over Zenoh. Needs the extra `zenoh`."""
 
 from __future__ import annotations
 

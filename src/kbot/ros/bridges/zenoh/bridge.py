@@ -1,4 +1,4 @@
-"""The simulation as a node of ROS 2 on Zenoh, as rmw_zenoh has it; by the extra `zenoh`.
+"""The simulation as a ROS 2 node over Zenoh, as in rmw_zenoh.
 
 Keys, tokens and attachments: https://github.com/ros2/rmw_zenoh/blob/rolling/docs/design.md
 """

@@ -1,4 +1,4 @@
-"""What rmw_zenoh calls topics, services and the tokens by which a node says that it is there."""
+"""The key expressions of rmw_zenoh for topics, services and liveliness tokens."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A node's parameters as ROS 2 asks for them: six services over the values that all bridges share.
+"""The parameter services of a ROS 2 node, over the values that all bridges share.
 
 Values keep no type: any may be set to one of another.
 """

@@ -1,7 +1,7 @@
-"""Services over Zenoh: queryables that answer what rmw_zenoh's clients ask.
+"""Serves ROS 2 services over Zenoh, as queryables for rmw_zenoh's clients.
 
-The library's thread only hands queries on, and the simulation's only the answers: what is read and sent is
-read and sent on a thread of its own, since a peer that does not take its answer is waited for.
+The library's thread only passes queries on, and the simulation's thread only answers. Decoding and sending
+have a thread of their own, because sending waits for a peer that does not take its answer.
 """
 
 from __future__ import annotations

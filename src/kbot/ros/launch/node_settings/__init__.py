@@ -1,1 +1,1 @@
-"""What nodes that KBot stands in for are told, in arguments and parameters: one file a kind of node."""
+"""Reads the settings of the nodes that KBot replaces, from arguments and parameters: a file for each kind."""

@@ -1,4 +1,4 @@
-"""What a launch file asks of Gazebo: the world, whether it starts paused, whether there is a window."""
+"""Reads the settings of Gazebo: the world, whether it starts paused, whether it shows a window."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""ros_gz_bridge: which topics of gz are which of ROS, from its YAML and from its arguments."""
+"""Reads the settings of ros_gz_bridge: which topics of gz are which of ROS, from YAML and arguments."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""joint_state_publisher's parameters, as far as joints stand where it says."""
+"""Reads the settings of joint_state_publisher."""
 
 from __future__ import annotations
 

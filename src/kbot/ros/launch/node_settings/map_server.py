@@ -1,4 +1,4 @@
-"""The map files that map servers publish."""
+"""Reads the settings of map servers: the map files that they publish."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""rosbag play and ros2 bag play: which recordings are said again, and how."""
+"""Reads the settings of rosbag play and ros2 bag play: which recordings are played back, and how."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""rosbag record and ros2 bag record: what is to be recorded, and into which file."""
+"""Reads the settings of rosbag record and ros2 bag record: the topics and the file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The arguments of rviz: the file of its displays and its fixed frame."""
+"""Reads the settings of rviz: its display file and its fixed frame."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which controllers a launch spawns, as the spawners of controller_manager are told, and their parameters."""
+"""Reads the settings of controller_manager's spawners: which controllers start, with which parameters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""spawn_model, spawn_entity.py and create: which robot is put where in the simulation."""
+"""Reads the settings of spawn_model, spawn_entity.py and create: which robot is spawned, and where."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""static_transform_publisher: its forms in ROS 1 (tf, tf2_ros) and in ROS 2."""
+"""Reads the settings of static_transform_publisher, in the forms of ROS 1 (tf, tf2_ros) and ROS 2."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The settings of teleop_twist_keyboard in a launch."""
+"""Reads the settings of teleop_twist_keyboard."""
 
 from __future__ import annotations
 

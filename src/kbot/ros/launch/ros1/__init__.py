@@ -1,4 +1,4 @@
-"""ROS 1 launch files: XML."""
+"""Reads ROS 1 launch files (XML)."""
 
 from kbot.ros.launch.ros1.reader import read_launch
 

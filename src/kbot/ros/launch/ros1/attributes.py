@@ -1,4 +1,4 @@
-"""Attributes of tags: checked, and with their substitutions made."""
+"""Reads attributes of tags: checks them, and applies their substitutions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The state at one place in a launch file: namespace, arguments, remaps, environment."""
+"""The context of a tag in a launch file: namespace, arguments, remaps, environment."""
 
 from __future__ import annotations
 

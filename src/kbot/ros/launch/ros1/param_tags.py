@@ -1,4 +1,4 @@
-"""`<param>` and `<rosparam>`: values for the parameter store."""
+"""Reads `<param>` and `<rosparam>`: values for the parameter server."""
 
 from __future__ import annotations
 

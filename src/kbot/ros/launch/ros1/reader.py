@@ -1,4 +1,4 @@
-"""Reads ROS 1 launch files: XML in, a Plan out, with all problems found in one run."""
+"""Reads a ROS 1 launch file as a Plan, and finds all its problems in one run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The tags of a ROS 1 launch file, their attributes, and which of them may stand within which."""
+"""The tags of a ROS 1 launch file, their attributes, and which tag may be inside which."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Substitutions of a ROS 1 launch file: `$(find …)`, `$(arg …)`, `$(eval …)` and their like."""
+"""Substitutions of ROS 1 launch files: `$(find …)`, `$(arg …)`, `$(eval …)` and others."""
 
 from __future__ import annotations
 

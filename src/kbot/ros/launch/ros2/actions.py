@@ -1,4 +1,4 @@
-"""Actions of a ROS 2 launch file: each remembers what it was given and the line that made it.
+"""Actions of ROS 2 launch files. Each keeps its arguments and the line that made it.
 
 The names and arguments are those of `launch.actions`, `launch_ros.actions` and their neighbours.
 """

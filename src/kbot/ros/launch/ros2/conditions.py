@@ -1,4 +1,4 @@
-"""Whether an action of a ROS 2 launch file is carried out: the names are those of `launch.conditions`."""
+"""Conditions of actions, with the names of ROS 2's `launch.conditions`."""
 
 from __future__ import annotations
 

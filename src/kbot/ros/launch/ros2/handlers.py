@@ -1,4 +1,4 @@
-"""What a ROS 2 launch file does when something happens: the names are those of `launch.event_handlers`."""
+"""Event handlers of ROS 2 launch files, with the names of `launch.event_handlers`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""ROS 2 launch files in XML and YAML: the same actions as those in Python make."""
+"""Reads ROS 2 launch files in XML and YAML, as the same actions that Python files make."""
 
 from __future__ import annotations
 

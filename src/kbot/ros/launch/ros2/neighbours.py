@@ -1,5 +1,4 @@
-"""What packages beside launch itself offer launch files: controller_manager's helpers and the actions of
-ros_gz. The names and arguments are theirs."""
+"""Launch actions and helpers of other packages: controller_manager and ros_gz, with their names."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which line of a launch file made an action: the line that is running while it is made."""
+"""Finds the line of a launch file that made an action."""
 
 from __future__ import annotations
 

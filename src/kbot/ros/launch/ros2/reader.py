@@ -1,4 +1,4 @@
-"""Reads ROS 2 launch files: runs their actions as far as a plan needs it."""
+"""Reads a ROS 2 launch file as a Plan: executes its actions as far as a plan needs it."""
 
 from __future__ import annotations
 

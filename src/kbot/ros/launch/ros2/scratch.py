@@ -1,4 +1,4 @@
-"""Files of texts that a launch file makes and other programs are to read."""
+"""Temporary files for texts that a launch file makes and other programs read."""
 
 from __future__ import annotations
 

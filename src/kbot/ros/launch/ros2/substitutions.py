@@ -1,4 +1,4 @@
-"""Substitutions of a ROS 2 launch file: values that are known only when it is carried out.
+"""Substitutions of ROS 2 launch files: values that are known only when the file runs.
 
 The names and arguments are those of `launch.substitutions` and `launch_ros.substitutions`.
 """

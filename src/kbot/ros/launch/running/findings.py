@@ -1,4 +1,4 @@
-"""What is wrong with the robots that a launch simulates."""
+"""Findings about the robots that a launch simulates."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Processes of a launch: started, watched, started again, and ended as roslaunch ends them."""
+"""The processes of a launch: starts, watches, restarts and ends them as roslaunch does."""
 
 from __future__ import annotations
 

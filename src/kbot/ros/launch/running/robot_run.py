@@ -1,4 +1,4 @@
-"""A launch with a robot: the robot in the workbench, and the launch's other nodes beside it."""
+"""Runs a launch with a robot: the robot in the workbench, and the launch's other nodes beside it."""
 
 from __future__ import annotations
 

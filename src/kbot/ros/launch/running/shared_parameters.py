@@ -1,4 +1,4 @@
-"""The parameters of a launch: for peers, on a ROS 1 master, and in files."""
+"""Shares the parameters of a launch: with peers, with a ROS 1 master, and in files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The stand-ins of a launch's nodes on a bus: maps, recordings that are played back, and keys."""
+"""Runs the stand-ins of a launch on a bus: maps, recordings that are played back, and keys."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a running launch needs from the command line."""
+"""The interface through which a running launch uses the command line."""
 
 from __future__ import annotations
 

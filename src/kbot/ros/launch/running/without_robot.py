@@ -1,4 +1,4 @@
-"""A launch without a robot: publishes frames, maps, recordings and key commands to peers."""
+"""Runs a launch without a robot: publishes frames, maps, recordings and key commands to peers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The world that a launch simulates in."""
+"""Chooses the world that a launch simulates in."""
 
 from __future__ import annotations
 
