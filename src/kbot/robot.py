@@ -1,4 +1,4 @@
-"""`kbot.load`: loads a description as a robot that knows its frames and its drive."""
+"""`kbot.load` and the class Robot: a description in, a robot out that knows its frames and its drive."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Loads a Robot from a file or from unsaved text: expands it, reads it, and collects all diagnostics."""
+"""Loads a robot from a file or from unsaved text: expands it, reads it, and collects all diagnostics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reads a Robot from an expanded document; each error has its place in the source.
+"""Reads a robot from an expanded document; each error has its place in the source.
 
 Codes: U001 not a robot, U002 robot without a name, U003 no link, U004 link and U005 joint defined
 twice, U006 parent and U007 child that is no link, U008 several roots, U009 ring, U010 two parents,

@@ -1,4 +1,4 @@
-"""Writes a Robot as URDF text. Reading the text gives the same robot, with exactly the same numbers."""
+"""Writes a robot as URDF text. Reading the text gives the same robot, with exactly the same numbers."""
 
 from __future__ import annotations
 
