@@ -72,7 +72,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> object:
-    from importlib import import_module
+    from importlib import import_module  # lazy in this module: start-up time
 
     value: object
     if name in _HOMES:

@@ -9,6 +9,7 @@ from importlib import import_module
 from pathlib import PurePath
 
 from kbot.checks.config import Config
+from kbot.extensions import parts
 from kbot.text import Diagnostic, Source
 from kbot.xacro import Packages
 
@@ -38,8 +39,7 @@ class FileKind:
 
 @cache
 def file_kinds() -> tuple[FileKind, ...]:
-    from kbot.checks.manifest import PACKAGE_MANIFEST
-    from kbot.extensions import parts
+    from kbot.checks.manifest import PACKAGE_MANIFEST  # lazy in this module: it imports this one
 
     found = [PACKAGE_MANIFEST]
     for place in (place for part in parts() for place in part.FILE_KINDS):

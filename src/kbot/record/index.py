@@ -78,7 +78,7 @@ def open_index(path: str) -> Index:
 
 def _opened(path: str) -> Index:
     if Path(path).suffix == ".mcap" and not Path(path).is_dir():
-        from kbot.record.mcap_file import McapIndex  # one format needs no other's reader
+        from kbot.record.mcap_file import McapIndex  # lazy in this module: one format needs no other's reader
 
         try:
             return McapIndex(path)

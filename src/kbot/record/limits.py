@@ -96,7 +96,7 @@ def _inflated(data: bytes, compression: str, most: int) -> bytes:
         case "" | "none":
             return data
         case "zstd":
-            import zstandard  # one compression needs no other's library
+            import zstandard  # lazy in this module: one compression needs no other's library
 
             try:
                 with zstandard.ZstdDecompressor().stream_reader(data, read_across_frames=True) as reader:

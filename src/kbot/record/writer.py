@@ -30,7 +30,8 @@ def open_writer(path: str, *, compress: bool = True) -> RecordingWriter:
     try:
         match target.suffix:
             case ".mcap":
-                from kbot.record.mcap_file import McapWriter  # one format needs no other's writer
+                # lazy in this module: one format needs no other's writer
+                from kbot.record.mcap_file import McapWriter
 
                 return McapWriter(path, compress=compress)
             case ".bag":

@@ -14,7 +14,7 @@ from kbot.render.normals import creased
 from kbot.render.surfaces import PaintedSurface, robot_surfaces
 
 if TYPE_CHECKING:
-    import trimesh
+    import trimesh  # lazy in this module: slow to import
 
 # glTF 2.0, 3.4: y is up and the front looks along z; in URDF z is up and x is ahead (REP 103)
 Y_UP_FROM_Z_UP = np.array(

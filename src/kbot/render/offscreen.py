@@ -88,7 +88,7 @@ def require_offscreen() -> None:
 def _context(width: int, height: int) -> Any:
     try:
         if sys.platform.startswith("linux"):
-            from mujoco.egl import GLContext
+            from mujoco.egl import GLContext  # lazy in this module: each platform has its own
         else:
             from mujoco.gl_context import GLContext
         return GLContext(width, height)

@@ -36,7 +36,7 @@ def draw(truth: Sequence[PlanarPose], odometry: Sequence[PlanarPose], world: Wor
     """A PNG: the true way blue, odometry orange, walls grey, a grid with its metres; x to the right,
     y up, from the green dot to the red one; odometry ends at the orange one. Above it the `title`, what is
     what, and where both ended."""
-    from PIL import Image, ImageDraw
+    from PIL import Image, ImageDraw  # lazy in this module: slow to import
 
     xs, ys = [p.x for p in (*truth, *odometry)], [p.y for p in (*truth, *odometry)]
     width = max(max(xs) - min(xs), max(ys) - min(ys), 0.5) + 2 * MARGIN

@@ -85,7 +85,7 @@ def body_surfaces(body: things.Body) -> Iterator[PaintedSurface]:
 
 def parts(shape: Geometry | things.Shape) -> tuple[MeshPart, ...]:
     """A shape's triangles, of which those of a mesh may have colours of their own."""
-    from trimesh import creation
+    from trimesh import creation  # lazy in this module: slow to import
 
     match shape:
         case things.Box(size=size):

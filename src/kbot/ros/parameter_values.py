@@ -41,7 +41,7 @@ def convert(text: str, type_: str) -> Any:
 
 def dump_yaml(parameters: Mapping[str, Any], namespace: str) -> str:
     """The parameters beneath a namespace as a tree, as `rosparam dump` writes them."""
-    import yaml
+    import yaml  # lazy in this module: start-up time
 
     tree: dict[str, Any] = {}
     base = namespace.strip("/")

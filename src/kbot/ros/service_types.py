@@ -47,7 +47,7 @@ class ServiceType:
 
 def service_type(name: str) -> ServiceType:
     """A type by its name, with or without `/srv/`. Raises KbotError: KBot has no such type."""
-    from kbot.messages.services import SERVICES
+    from kbot.messages.services import SERVICES  # lazy in this module: start-up time
 
     short = name.replace("/srv/", "/")
     if short not in SERVICES:

@@ -41,7 +41,7 @@ __all__ = [
 
 def __getattr__(name: str) -> object:
     """A name from its module, which is imported only now: most texts need no diagnostics."""
-    from importlib import import_module
+    from importlib import import_module  # lazy in this module: start-up time
 
     for module, names in _HOMES.items():
         if name in names:

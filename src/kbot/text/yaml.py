@@ -8,6 +8,7 @@ import would make `kbot expand` of a description with parameter files slower.
 
 from __future__ import annotations
 
+import reprlib
 from functools import cached_property
 
 from kbot.text.span import Source, Span
@@ -80,7 +81,7 @@ class Dialect:
     @cached_property
     def loaders(self) -> tuple[Any, Any]:
         """PyYAML's classes for this dialect in C and in Python, with bounds."""
-        import yaml
+        import yaml  # lazy in this module: start-up time
 
         kind = "BaseLoader" if self.as_text else "SafeLoader"
         in_python = getattr(yaml, kind)
@@ -227,8 +228,6 @@ def check_nesting(text: str, most_values: int = MOST_VALUES, *, in_c: bool = Tru
 
 def quote(value: object) -> str:
     """A value of YAML in an error message: shortened, for it may hold itself a billion times."""
-    import reprlib
-
     return reprlib.repr(value)
 
 

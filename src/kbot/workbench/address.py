@@ -77,7 +77,7 @@ def _bind(host: str, port: int | None) -> socket.socket:
 
 
 def _open(url: str) -> None:
-    import webbrowser
+    import webbrowser  # lazy in this module: few runs open a browser
 
     webbrowser.open(url)
 

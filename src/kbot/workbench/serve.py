@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from kbot.kinematics.odometry import PlanarPose
 from kbot.model.load import resolve_robot_path
 from kbot.workbench.address import Address, bound
+from kbot.workbench.driving.sliders import Sliders, SliderSetting
 from kbot.workbench.serving.server import Server
 from kbot.workbench.session.session import Session
 from kbot.workbench.source.description import DescriptionFile
@@ -21,7 +22,6 @@ from kbot.world import load_world
 
 if TYPE_CHECKING:
     from kbot.workbench.driving.driving import Attend
-    from kbot.workbench.driving.sliders import Sliders
 
 ORIGIN = PlanarPose()
 
@@ -50,11 +50,10 @@ def open_session(
     """
     description = DescriptionFile(resolve_robot_path(path), arguments, package_path, properties=properties)
     if simulate:
+        # lazy in this module: it loads the engine
         from kbot.workbench.session.driven_session import driven_session
 
         return driven_session(description, load_world(world), world, seed, contacts, attend, start)
-    from kbot.workbench.driving.sliders import Sliders, SliderSetting
-
     setting = SliderSetting(attend=show)
     return Session(description, "view", lambda robot: Sliders(robot, setting=setting))
 

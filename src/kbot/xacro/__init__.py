@@ -14,7 +14,7 @@ __all__ = ["Expansion", "Limits", "PackageNotFound", "Packages", "clear_cache", 
 def __getattr__(name: str) -> object:
     """Packages are imported when they are asked for: not every description has any."""
     if name in ("PackageNotFound", "Packages"):
-        from kbot.xacro import packages
+        from kbot.xacro import packages  # lazy in this module: start-up time
 
         return getattr(packages, name)
     raise AttributeError(f"module 'kbot.xacro' has no attribute '{name}'")

@@ -97,7 +97,7 @@ def _metadata(file: Path) -> dict[str, Any]:
 
 def _decompress(file: Path, target: Path, allowance: Allowance) -> None:
     """Raises ValueError: it is damaged; RecordingTooLarge: the allowance is used up."""
-    import zstandard
+    import zstandard  # lazy in this module: few recordings are compressed
 
     try:
         with (

@@ -9,6 +9,8 @@ from functools import cache, partial
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, get_args, get_origin, get_type_hints
 
+import numpy as np
+
 from kbot.record.encodings.type_names import ros_name
 from kbot.record.encodings.types import known_type, ros1_types, ros2_types
 from kbot.text import KbotError
@@ -44,7 +46,7 @@ def encode_ros1(message: object, name: str = "") -> bytes:
 @cache
 def _encoder(kind: type, name: str, *, ros1: bool) -> Callable[[object], bytes]:
     """What writes messages of a kind; all that is the same for each of them is looked up here."""
-    from rosbags.serde import SerdeError
+    from rosbags.serde import SerdeError  # lazy in this module: rosbags takes start-up time
 
     name = name or ros_name(kind)
     convert = _outward(kind, ros1, name)
@@ -134,8 +136,6 @@ def _outward_by_name(name: str, ros1: bool) -> Convert | None:
 
 
 def _to_array(base: str) -> Convert:
-    import numpy as np
-
     dtype = np.dtype({"byte": "uint8", "char": "uint8"}.get(base, base))
     last: tuple[object, NDArray[Any]] = None, np.empty(0)
 

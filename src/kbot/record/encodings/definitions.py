@@ -16,7 +16,7 @@ ROS1_TIMES = {"builtin_interfaces/Time": "time", "builtin_interfaces/Duration": 
 
 def own_definitions() -> Iterator[tuple[str, str]]:
     """Names and texts of the types that are added to those ROS ships, in the order they need each other."""
-    from kbot.messages.services import SERVICES
+    from kbot.messages.services import SERVICES  # lazy in this module: start-up time
 
     for name, cls in parts().items():
         yield name, definition(cls)

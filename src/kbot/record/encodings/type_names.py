@@ -52,7 +52,7 @@ PARTS = {
 @cache
 def shipped_types() -> Typestore:
     """The message types of ROS 2 that the library ships."""
-    from rosbags.typesys import Stores, get_typestore
+    from rosbags.typesys import Stores, get_typestore  # lazy in this module: rosbags takes start-up time
 
     return get_typestore(Stores.ROS2_JAZZY)
 

@@ -25,6 +25,7 @@ def ros2_types() -> SafeStore:
 @cache
 def ros1_types() -> SafeStore:
     """The same of ROS 1; tf2's are not among those that the library ships."""
+    # lazy in this module: rosbags takes start-up time
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
     store = get_typestore(Stores.ROS1_NOETIC)

@@ -139,7 +139,7 @@ class _Ros1:
     """Never: a master may come back."""
 
     def __init__(self, link: PeerLink, node: NodeArguments) -> None:
-        from kbot.ros.bridges.ros1.bridge import Ros1Bridge
+        from kbot.ros.bridges.ros1.bridge import Ros1Bridge  # lazy in this module: only with ROS 1
 
         self._node = node.full_name
         # a user's own node trusts the master that its environment names, like any node of ROS 1

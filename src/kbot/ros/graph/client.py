@@ -16,6 +16,7 @@ from websockets.sync.client import connect
 
 from kbot.text import KbotError
 from kbot.text.json_text import parse_json
+from kbot.text.suggest import did_you_mean
 
 LARGEST = 1 << 26
 OPEN_SECONDS = 5.0
@@ -135,8 +136,6 @@ class GraphClient:
 
     def type_of(self, topic: str) -> str:
         """Raises KbotError: there is no such topic."""
-        from kbot.text.suggest import did_you_mean
-
         known = self.topics()
         if topic not in known:
             hint = did_you_mean(topic, known)

@@ -1,5 +1,7 @@
 """ROS launch files: reads what would run, with which parameters and from which line, and runs it."""
 
+from importlib import import_module
+
 from kbot.ros.launch.plan import Argument, Included, Machine, Param, Plan, PlannedNode, RobotDescription
 
 TYPE_CHECKING = False
@@ -27,8 +29,6 @@ __all__ = [
 def __getattr__(name: str) -> object:
     """Readers are imported when they are asked for: nodes and bridges know plans, and read none."""
     if name in _READERS:
-        from importlib import import_module
-
         value: object = getattr(import_module(f"kbot.ros.launch.{_READERS[name]}"), name)
         globals()[name] = value
         return value

@@ -14,6 +14,8 @@ from kbot.ros.launch.plan import RobotDescription
 from kbot.ros.launch.quoting import split_words
 from kbot.ros.launch.reporter import part_of
 from kbot.text import Diagnostic, Origin, Severity, read_source
+from kbot.text.installed import find_file
+from kbot.xacro import expand
 from kbot.xacro.budget import Budget
 from kbot.xacro.limits import Limits
 from kbot.xacro.packages import Packages
@@ -69,8 +71,6 @@ def expand_within(budget: Budget, file: str, arguments: Mapping[str, str], packa
     Raises:
         LaunchError: L070, all descriptions and files together take too much work.
     """
-    from kbot.xacro import expand
-
     limits = Limits(steps=max(budget.steps, 0))
     expansion = expand(file, arguments, packages=packages.beside(file), limits=limits)
     charge(budget, file, expansion.steps + (len(expansion.text) >> 3), "takes too much work to expand")
@@ -101,8 +101,6 @@ def _xacro(
             files.append(word)
     if len(files) != 1:
         raise LaunchError("L041", f"xacro takes one file, not {len(files)}")
-    from kbot.text.installed import find_file
-
     file = find_file(files[0]) or files[0]
     expansion = expand_within(budget, file, arguments, packages)
     for diagnostic in expansion.diagnostics:

@@ -81,7 +81,7 @@ def check(document: Marked) -> DisplaySettings:
 
 def write_settings(settings: DisplaySettings) -> str:
     """A `.kbot.yaml` that reads as these settings."""
-    import yaml
+    import yaml  # lazy in this module: start-up time
 
     return HEADER + str(yaml.safe_dump(plain(settings, sources=False), sort_keys=False, allow_unicode=True))
 

@@ -428,7 +428,7 @@ def write_rviz(
 ) -> str:
     """A configuration that reads as these settings. What `original` has besides stays as it is; without one
     it is a new one for that version of rviz."""
-    import yaml
+    import yaml  # lazy in this module: start-up time
 
     document: dict[str, Any] = copy.deepcopy(dict(original)) if original else new_document(version)
     manager = document["Visualization Manager"]

@@ -26,7 +26,7 @@ def simplify(parts: Sequence[MeshPart], wanted: int = WANTED_TRIANGLES) -> tuple
 
 
 def _lighter(part: MeshPart, kept: float) -> MeshPart:
-    import fast_simplification
+    import fast_simplification  # lazy in this module: few meshes are that large
     import trimesh
 
     vertices, faces, texture = part.vertices, part.faces, part.texture

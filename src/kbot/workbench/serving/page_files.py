@@ -12,10 +12,12 @@ from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from kbot.net.hosts import only_host
+from kbot.render.glb import glb
 from kbot.text import KbotError
 from kbot.text.complaints import Complaints
 from kbot.workbench.built_page import load_page, takes_gzip, with_greeting
 from kbot.workbench.protocol.codec import encode
+from kbot.workbench.saved_page import saved_page
 from kbot.workbench.serving.access import Access, security_headers
 from kbot.workbench.session.deadman import NOBODY
 from kbot.workbench.session.session import Session
@@ -54,12 +56,8 @@ async def exported(session: Session, path: str, host: str) -> Response:
     """One of `EXPORTS`, made on another thread."""
     robot, positions = session.standing()
     if path == "/export/robot.glb":
-        from kbot.render.glb import glb
-
         body = await asyncio.to_thread(glb, robot, positions)
     else:
-        from kbot.workbench.saved_page import saved_page
-
         body = (await asyncio.to_thread(saved_page, session, robot)).encode()
     return response(http.HTTPStatus.OK, host, body, EXPORTS[path])
 

@@ -73,7 +73,7 @@ class DescriptionFile:
 
     def read(self) -> DescriptionReading:
         """Expand, read and check the file as it is now. Never raises for faults of the description."""
-        from kbot.checks import check_file
+        from kbot.checks import check_file  # lazy in this module: start-up time
         from kbot.model.load import load_robot
         from kbot.workbench.meshes.roots import MeshRoots, confine
 

@@ -109,7 +109,7 @@ def _is_number(value: object) -> TypeGuard[float]:
 
 def _has_comments(text: str) -> bool:
     """Whether there are others than KBot's own: between two tokens of YAML there is nothing else."""
-    import yaml
+    import yaml  # lazy in this module: start-up time
 
     text = text.removeprefix(HEADER)
     try:

@@ -115,7 +115,7 @@ def _compile(expression: str) -> Closure:
             return simple
     if len(source) > MAX_CHARACTERS:
         raise InvalidExpression(f"the expression is longer than {MAX_CHARACTERS:,} characters")
-    import ast  # slow to import; simple expressions need no parser
+    import ast  # lazy in this module: simple expressions need no parser
 
     from kbot.xacro.expressions.closures import closure_of
 

@@ -12,6 +12,7 @@ import click
 from kbot.cli.arguments import examples, json_option, rate_option
 from kbot.cli.output import fail, print_json
 from kbot.cli.ros.graph.asking import ask, at_option, seconds, tell_of_silence, to_line
+from kbot.text.suggest import did_you_mean
 
 if TYPE_CHECKING:
     from kbot.kinematics.transform import Transform
@@ -140,7 +141,7 @@ class _Frames:
         return ["  " * depth + frame + mark, *below]
 
     def _to_root(self, frame: str) -> tuple[str, Transform] | None:
-        from kbot.kinematics.transform import Transform
+        from kbot.kinematics.transform import Transform  # lazy in this module: -h is fast
 
         if frame not in self.names():
             return None
@@ -159,8 +160,6 @@ def _offered(topics: dict[str, str]) -> list[str]:
 
 
 def _explain(frames: _Frames, *wanted: str) -> None:
-    from kbot.text.suggest import did_you_mean
-
     for name in wanted:
         if name not in frames.names():
             hint = did_you_mean(name, frames.names()) or f"there are {', '.join(frames.names())}"

@@ -152,7 +152,7 @@ def parameter_services(link: PeerLink, node: str) -> list[Served]:
 
 
 def _served(name: str, service: str, work: Callable[[Message], Message]) -> Served:
-    from rosbags.serde import SerdeError
+    from rosbags.serde import SerdeError  # lazy in this module: rosbags takes start-up time
 
     store = _types()
     short, request, response = _type_names(service)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Callable, Mapping
@@ -124,8 +125,6 @@ class _Names:
     """What an `$(eval …)` may name: the substitutions as functions, mathematics, the arguments."""
 
     def __init__(self, scope: SubstitutionScope) -> None:
-        import math
-
         self.budget = scope.budget
         self._scope = scope
         self._known: dict[str, Any] = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Callable, Mapping
@@ -130,8 +131,6 @@ class _Names:
     """What a PythonExpression may name: mathematics and harmless builtins."""
 
     def __init__(self, budget: Budget) -> None:
-        import math
-
         self.budget = budget
         self._known: dict[str, Any] = {
             name: value for name, value in vars(math).items() if not name.startswith("_")

@@ -22,6 +22,7 @@ from kbot.ros.launch.running.shared_parameters import clear_on_master, dump_para
 from kbot.ros.launch.running.stand_ins import StandIns
 from kbot.ros.launch.running.terminal import Terminal
 from kbot.ros.launch.staging import Stage
+from kbot.ros.nodes.gz_bridge import GzBridge
 from kbot.ros.nodes.joint_state_publisher import with_dependent_joints
 from kbot.ros.peer_options import PeerOptions
 from kbot.text import KbotError
@@ -97,8 +98,7 @@ class RobotRun:
         return displays
 
     def _simulated(self, outputs: RunOutputs, world: ChosenWorld) -> Session:
-        # these load the engine, which a robot that is only shown does not need
-        from kbot.ros.nodes.gz_bridge import GzBridge
+        # lazy in this module: they load the engine, which a robot that is only shown does not need
         from kbot.sensors.declared import mount_on_others
         from kbot.sim.naming import Naming
         from kbot.workbench.session.driven_session import driven_session

@@ -11,6 +11,7 @@ from kbot.model.spawned import with_controllers
 from kbot.ros.launch.node_settings.spawning import SpawnedRobot, SpawnRequest
 from kbot.ros.launch.staging import Stage
 from kbot.text import DescriptionError, KbotError
+from kbot.xacro import Packages
 
 if TYPE_CHECKING:
     from kbot.sim import Simulation
@@ -32,8 +33,7 @@ def spawn_all(simulation: Simulation, stage: Stage, package_path: Sequence[str])
 
 
 def _spawn_robot(simulation: Simulation, spawned: SpawnedRobot, package_path: Sequence[str]) -> None:
-    from kbot.model.load import load_robot  # most launches have one robot
-    from kbot.xacro import Packages
+    from kbot.model.load import load_robot  # lazy in this module: most launches have one robot
 
     packages, spawn = Packages(package_path, around=spawned.path), spawned.spawn
     robot = load_robot(spawned.path, spawned.arguments, packages=packages).require()

@@ -42,7 +42,7 @@ def dump_parameters(plan: Plan) -> None:
 def clear_on_master(plan: Plan) -> None:
     """Delete parameters on the ROS 1 master as roslaunch does: first those of `<rosparam command="delete">`,
     then those of `clear_params`. Nothing happens without a master."""
-    from kbot.ros.bridges.ros1.rpc import RpcFailed, call  # only with ROS 1
+    from kbot.ros.bridges.ros1.rpc import RpcFailed, call  # lazy in this module: only with ROS 1
 
     deleted = [name for command, name, _ in plan.store if command == "delete"]
     for name in (*deleted, *plan.clear):
