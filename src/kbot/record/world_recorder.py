@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,8 @@ from kbot.messages.types import (
 from kbot.record.feed import Packet
 
 if TYPE_CHECKING:
+    import mujoco
+
     from kbot.sim import Simulation
 
 WORLD_TOPIC = "/kbot/world"
@@ -42,7 +44,7 @@ class WorldRecorder:
 
     def __init__(self, simulation: Simulation, write: Callable[[Packet], None]) -> None:
         self._simulation, self._write = simulation, write
-        self._model: Any = None
+        self._model: mujoco.MjModel | None = None
         self._names: tuple[str, ...] = ()
         self._bodies: NDArray[np.intp] = np.empty(0, np.intp)
         """The engine's indices of what is told of, by the order of its names."""

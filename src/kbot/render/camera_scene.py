@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -75,7 +74,7 @@ class PictureModel:
         self.data.mocap_pos[at] = pose.translation
         self.data.mocap_quat[at] = wxyz(pose)
 
-    def _add_world(self, spec: Any) -> None:
+    def _add_world(self, spec: mujoco.MjSpec) -> None:
         self._moving = [f"/{b.name}" for b in self._simulation.world.bodies if not b.is_static]
         for body in self._simulation.world.bodies:
             added = spec.worldbody.add_body(
@@ -87,7 +86,7 @@ class PictureModel:
             for part in body.parts:
                 _add(spec, added, part.shape, part.pose, part.rgba)
 
-    def _add_robot(self, spec: Any, robot: str) -> Iterator[tuple[str, str]]:
+    def _add_robot(self, spec: mujoco.MjSpec, robot: str) -> Iterator[tuple[str, str]]:
         """Those of its links that are seen."""
         description = self._simulation.robots[robot].robot
         colours = link_colours(description)
@@ -102,7 +101,13 @@ class PictureModel:
                 _add(spec, added, visual.geometry, pose, known or GREY)
 
 
-def _add(spec: Any, body: Any, shape: Geometry | Shape, pose: Transform, rgba: tuple[float, ...]) -> None:
+def _add(
+    spec: mujoco.MjSpec,
+    body: mujoco.MjsBody,
+    shape: Geometry | Shape,
+    pose: Transform,
+    rgba: tuple[float, ...],
+) -> None:
     """What cannot be drawn is left out: the simulation has warned of it."""
     try:
         if isinstance(shape, Mesh | WorldMesh):
@@ -119,7 +124,7 @@ def _add(spec: Any, body: Any, shape: Geometry | Shape, pose: Transform, rgba: t
     geom.rgba = rgba
 
 
-def _mesh(spec: Any, shape: Mesh | WorldMesh) -> str:
+def _mesh(spec: mujoco.MjSpec, shape: Mesh | WorldMesh) -> str:
     """Triangles as they are; Raises KbotError for a file that is not there or not readable."""
     if isinstance(shape, WorldMesh):
         vertices, faces = shape.vertices, shape.faces.astype(np.int64)

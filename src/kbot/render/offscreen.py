@@ -22,7 +22,7 @@ MISSING = (
 class Canvas:
     """Draws the one camera of a model. Raises KbotError where there is no OpenGL off screen."""
 
-    def __init__(self, model: Any, width: int, height: int, shadows: bool = False) -> None:
+    def __init__(self, model: mujoco.MjModel, width: int, height: int, shadows: bool = False) -> None:
         self._gl = _context(width, height)
         self._model = model
         with self._current():
@@ -39,7 +39,7 @@ class Canvas:
         self._colours = np.empty((height, width, 3), dtype=np.uint8)
         self._depths = np.empty((height, width), dtype=np.float32)
 
-    def draw(self, data: Any) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
+    def draw(self, data: mujoco.MjData) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
         """Colours (height, width, 3) and distances along the camera's axis (height, width) in m, inf where
         nothing is; rows from the top."""
         model, everything = self._model, mujoco.mjtCatBit.mjCAT_ALL
@@ -65,7 +65,9 @@ class Canvas:
             yield
 
 
-def add_triangles(spec: Any, name: str, vertices: NDArray[np.float64], faces: NDArray[np.int_]) -> Any:
+def add_triangles(
+    spec: mujoco.MjSpec, name: str, vertices: NDArray[np.float64], faces: NDArray[np.int_]
+) -> mujoco.MjsMesh:
     """Add a mesh to a model that is only drawn: `vertices` (n, 3) in m, `faces` (m, 3). Returns the mesh."""
     return spec.add_mesh(
         name=name,
@@ -85,7 +87,7 @@ def require_offscreen() -> None:
     _context(1, 1).free()
 
 
-def _context(width: int, height: int) -> Any:
+def _context(width: int, height: int) -> Any:  # noqa: ANN401 - each platform has its own class
     try:
         if sys.platform.startswith("linux"):
             from mujoco.egl import GLContext  # lazy in this module: each platform has its own

@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import itertools
 import math
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -79,7 +78,7 @@ def _draw_things(things: PictureScene, look: Look, finer: int) -> tuple[Array, A
     return colours, covered, distances.reshape(blocks).min(axis=(1, 3))
 
 
-def _model(things: PictureScene, look: Look, width: int, height: int) -> Any:
+def _model(things: PictureScene, look: Look, width: int, height: int) -> mujoco.MjModel:
     spec = mujoco.MjSpec()
     visual = spec.visual
     visual.global_.offwidth, visual.global_.offheight = width, height
@@ -114,7 +113,7 @@ def _area(surface: PaintedSurface) -> float:
     return float(np.linalg.norm(face_normals(surface.vertices, surface.faces), axis=1).sum()) / 2.0
 
 
-def _add(spec: Any, name: str, surface: PaintedSurface) -> None:
+def _add(spec: mujoco.MjSpec, name: str, surface: PaintedSurface) -> None:
     faces, texture = surface.faces, surface.texture
     mesh = add_triangles(spec, name, surface.vertices, faces)
     geom = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name)
@@ -128,7 +127,7 @@ def _add(spec: Any, name: str, surface: PaintedSurface) -> None:
     geom.contype = geom.conaffinity = 0  # of what may touch something the engine wants the hull
 
 
-def _add_texture(spec: Any, name: str, texture: Texture) -> None:
+def _add_texture(spec: mujoco.MjSpec, name: str, texture: Texture) -> None:
     """A material that lays a picture over a mesh; its first row is at the top, where v is 0 to the engine."""
     image = texture.image.convert("RGB")
     laid = spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, nchannel=3)

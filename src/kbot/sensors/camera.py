@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from contextlib import ExitStack
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -83,7 +84,7 @@ class CameraSensor(Sensor[Image]):
         self._noise = self._noise_of(spec.noise, "colour", spec.width * spec.height * 3)
         self.latest_depth: Image | None = None
 
-    def _bind(self, model: Any) -> None:
+    def _bind(self, model: mujoco.MjModel) -> None:
         super()._bind(model)
         spec = self.spec
         fovy = 2.0 * math.atan(spec.height / 2.0 / spec.focal_length)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -40,7 +39,7 @@ class CollisionWatch:
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation
         self.collided = False
-        self._model: Any = None
+        self._model: mujoco.MjModel | None = None
         self._harmless = b""
         simulation.stepping.watchers.append(self._look)
 
@@ -49,7 +48,7 @@ class CollisionWatch:
         if self._look in self._simulation.stepping.watchers:
             self._simulation.stepping.watchers.remove(self._look)
 
-    def _look(self, model: Any, data: Any) -> None:
+    def _look(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         if model is not self._model:
             self._bind(model, data)
         pairs = data.contact.geom
@@ -63,7 +62,7 @@ class CollisionWatch:
             self.collided = True
             self.close()
 
-    def _bind(self, model: Any, data: Any) -> None:
+    def _bind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Look up the shapes in a model, which is another one once robots have come or gone."""
         robots = self._simulation.robots
         robot = self._simulation.robots.first
@@ -86,7 +85,7 @@ class CollisionWatch:
         drive = robot.drive
         self._axle = drive.axle_in_base.translation[2] if isinstance(drive, DifferentialDrive) else -math.inf
 
-    def _is_ground(self, data: Any, contact: Any) -> bool:
+    def _is_ground(self, data: mujoco.MjData, contact: mujoco.MjContact) -> bool:
         """Whether the robot touches what it stands on, or an edge that it drives over."""
         other, up = int(contact.geom[0]), float(contact.frame[2])
         if self._kinds[other] == _OWN:
@@ -101,6 +100,6 @@ class CollisionWatch:
         lowest = lowest_point(self._model, data, self._own)
         return lowest is not None and bool(self._tops[other] <= lowest + STEP + _SINKS)
 
-    def _height(self, data: Any, point: NDArray[np.float64]) -> float:
+    def _height(self, data: mujoco.MjData, point: NDArray[np.float64]) -> float:
         """Metres of a point above the base's origin, along its z axis."""
         return float(data.xmat[self._base].reshape(3, 3)[:, 2] @ (point - data.xpos[self._base]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import mujoco
 import numpy as np
@@ -40,7 +40,7 @@ class ContactSensor(Sensor[Bool]):
     message_type = Bool
     spec: Contact
 
-    def _bind(self, model: Any) -> None:
+    def _bind(self, model: mujoco.MjModel) -> None:
         super()._bind(model)
         own = own_geometries(model, self.owner)
         self._own = np.zeros(model.ngeom, dtype=bool)

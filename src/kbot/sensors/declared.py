@@ -26,7 +26,8 @@ from kbot.sim.robot import SimulatedRobot
 from kbot.text import DescriptionError, Diagnostic, Element, KbotError, Severity
 from kbot.text.suggest import did_you_mean
 
-Mounted = tuple[dict[str, Sensor[Any]], tuple[Diagnostic, ...]]
+Sensors = dict[str, Sensor[Any]]  # each measures messages of its own type
+Mounted = tuple[Sensors, tuple[Diagnostic, ...]]
 
 _KEY = "declared sensors"
 _OTHERS = "declared sensors of others"
@@ -85,7 +86,7 @@ def mount_declared(simulation: Simulation, strict: bool = True) -> Mounted:
     declared = declared_sensors(simulation.robot, simulation.robots.first.naming)
     if strict and any(d.is_error for d in declared.diagnostics):
         raise DescriptionError(declared.diagnostics)
-    mounted: dict[str, Sensor[Any]] = {}
+    mounted: Sensors = {}
     said = list(declared.diagnostics)
     for spec in declared.specs:
         try:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -61,7 +62,7 @@ class LineSensor(Sensor[Float32MultiArray]):
         size = MultiArrayDimension("eyes", spec.eyes, spec.eyes)
         self._layout = MultiArrayLayout((size,))
 
-    def _bind(self, model: Any) -> None:
+    def _bind(self, model: mujoco.MjModel) -> None:
         super()._bind(model)
         self._surfaces, self._floor = _surfaces(self.simulation.world)
 

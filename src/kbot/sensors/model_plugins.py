@@ -7,7 +7,6 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import PurePosixPath
-from typing import Any
 
 from kbot.kinematics.drive.controllers import drive_controllers
 from kbot.kinematics.transform import Transform
@@ -16,6 +15,7 @@ from kbot.model.extensions import extensions
 from kbot.sensors.imu import Imu
 from kbot.sensors.noise import NONE, Noise
 from kbot.sensors.position import Gps, GroundTruth
+from kbot.sensors.readers import Keywords
 from kbot.sensors.sdf_values import SensorValues
 from kbot.sensors.sensor import Spec
 from kbot.sim.naming import Naming
@@ -24,7 +24,7 @@ from kbot.text import Diagnostic, Element, KbotError
 from kbot.text.numbers import to_float
 from kbot.text.suggest import did_you_mean
 
-Read = Callable[[SensorValues, dict[str, Any]], Spec]
+Read = Callable[[SensorValues, Keywords], Spec]
 
 _UNLIKE: Mapping[str, str] = {
     "gazebo_ros_planar_move": "no base goes sideways here: it stands, or drives as its wheels do",
@@ -92,7 +92,7 @@ def _sensor(values: SensorValues, read: Read, robot: RobotModel, naming: Naming)
         return
     before = len([one for one in values.diagnostics if one.is_error])
     topic = values.text("topicName", "topic_name")
-    common: dict[str, Any] = {
+    common: Keywords = {
         "link": link,
         "name": plugin.attributes.get("name", ""),
         "origin": plugin.origin,
@@ -110,7 +110,7 @@ def _sensor(values: SensorValues, read: Read, robot: RobotModel, naming: Naming)
         yield replace(spec, topic=PluginNames(plugin, naming).topic(topic or default))
 
 
-def _p3d(values: SensorValues, common: dict[str, Any]) -> Spec:
+def _p3d(values: SensorValues, common: Keywords) -> Spec:
     spread = abs(values.number(0.0, "gaussianNoise", "gaussian_noise"))
     return GroundTruth(
         fixed_frame=values.text("frameName", "frame_name").strip("/") or "world",
@@ -120,14 +120,14 @@ def _p3d(values: SensorValues, common: dict[str, Any]) -> Spec:
     )
 
 
-def _imu(values: SensorValues, common: dict[str, Any]) -> Spec:
+def _imu(values: SensorValues, common: Keywords) -> Spec:
     """The offsets turn and move what is said to be the sensor's place on its link."""
     spread = abs(values.number(0.0, "gaussianNoise", "gaussian_noise"))
     noise = Noise(stddev=spread)
     return Imu(gyroscope=noise, accelerometer=noise, **common, pose=_offset(values))
 
 
-def _hector_imu(values: SensorValues, common: dict[str, Any]) -> Spec:
+def _hector_imu(values: SensorValues, common: Keywords) -> Spec:
     return Imu(
         gyroscope=_hector_noise(values, "rate"),
         accelerometer=_hector_noise(values, "accel"),
@@ -137,7 +137,7 @@ def _hector_imu(values: SensorValues, common: dict[str, Any]) -> Spec:
     )
 
 
-def _hector_gps(values: SensorValues, common: dict[str, Any]) -> Spec:
+def _hector_gps(values: SensorValues, common: Keywords) -> Spec:
     """Its x points north at a heading of 0 and east at 90 degrees, which is how a world lies here."""
     heading = values.find("referenceHeading")
     turned = values.number(0.0, "referenceHeading")

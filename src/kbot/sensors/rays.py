@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -18,7 +18,7 @@ _SIMPLE = (
 )  # fmt: skip
 
 
-def are_simple(model: Any, shapes: NDArray[np.intp]) -> bool:
+def are_simple(model: mujoco.MjModel, shapes: NDArray[np.intp]) -> bool:
     """Whether these shapes of a model can be copied by their sizes alone."""
     known = np.isin(model.geom_type[shapes], [int(kind) for kind in _SIMPLE])
     return bool(known.all() and (model.geom_matid[shapes] < 0).all())
@@ -27,7 +27,7 @@ def are_simple(model: Any, shapes: NDArray[np.intp]) -> bool:
 class Surroundings:
     """Some of the shapes of a model in a model of their own."""
 
-    def __init__(self, model: Any, data: Any, shapes: NDArray[np.intp]) -> None:
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, shapes: NDArray[np.intp]) -> None:
         """`shapes` (n,): the engine's indices of simple ones."""
         spec = mujoco.MjSpec()
         spec.memory = 1_000_000 + 200 * len(shapes)
@@ -42,12 +42,12 @@ class Surroundings:
         self._here, self._there = np.flatnonzero(moving), shapes[moving]
         self._copy(data, np.arange(len(shapes)), shapes)
 
-    def follow(self, data: Any) -> None:
+    def follow(self, data: mujoco.MjData) -> None:
         """Put what can move where it is now."""
         if len(self._here):
             self._copy(data, self._here, self._there)
 
-    def _copy(self, data: Any, here: NDArray[np.intp], there: NDArray[np.intp]) -> None:
+    def _copy(self, data: mujoco.MjData, here: NDArray[np.intp], there: NDArray[np.intp]) -> None:
         self.data.geom_xpos[here] = data.geom_xpos[there]
         self.data.geom_xmat[here] = data.geom_xmat[there]
 
@@ -146,7 +146,7 @@ class Rays:
         if fan is not None and not 0.0 < abs(fan.step) * (count - 1) <= 2.0 * math.pi + 1e-6:
             fan = None
         self._fan = fan
-        self._model: Any = None
+        self._model: mujoco.MjModel | None = None
         self._world = np.empty((count, 3))
         self._flat = self._world.reshape(-1)
         self._geometry = np.empty(count, dtype=np.int32)
@@ -157,8 +157,8 @@ class Rays:
 
     def cast(
         self,
-        model: Any,
-        data: Any,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
         place: NDArray[np.float64],
         axes: NDArray[np.float64],
         most: float,
@@ -186,7 +186,7 @@ class Rays:
             np.minimum(found, boxes, out=found)
         return found
 
-    def _look_at(self, model: Any, data: Any) -> None:
+    def _look_at(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Sort what is around by how it is met best."""
         self._own = own_geometries(model, self._robot)
         others = np.setdiff1d(np.arange(model.ngeom), self._own)
@@ -208,7 +208,9 @@ class Rays:
         if 0 < len(others) <= _MOST_COPIED and are_simple(model, others):
             self._others = Surroundings(model, data, others)
 
-    def _ask_engine(self, model: Any, data: Any, place: NDArray[np.float64], most: float) -> None:
+    def _ask_engine(
+        self, model: mujoco.MjModel, data: mujoco.MjData, place: NDArray[np.float64], most: float
+    ) -> None:
         count = len(self._distance)
         if self._others is not None:
             self._others.follow(data)

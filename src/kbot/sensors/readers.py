@@ -83,7 +83,8 @@ def _of_gz(values: SensorValues, *, has_pictures: bool) -> dict[str, str]:
     return {"topic": topic, "info_topic": info}
 
 
-Read = Callable[[SensorValues, dict[str, Any]], Spec]
+Keywords = dict[str, Any]  # of the constructors of specs: each has fields of other types
+Read = Callable[[SensorValues, Keywords], Spec]
 
 _RATES = ("update_rate", "plugin/updateRate", "plugin/updateRateHZ", "plugin/update_rate")
 
@@ -98,7 +99,7 @@ def read_sensor(values: SensorValues, link: str, naming: Naming = PLAIN) -> Spec
         hint = did_you_mean(kind, READERS)
         values.warn(f"sensors of type '{kind}' are not simulated{': ' + hint if hint else ''}", element)
         return None
-    common: dict[str, Any] = {
+    common: Keywords = {
         "link": link,
         "name": element.attributes.get("name", ""),
         "pose": values.pose(),
@@ -129,7 +130,7 @@ def _frame(values: SensorValues) -> str:
     return named.rsplit("/", 1)[-1]
 
 
-def _lidar(values: SensorValues, common: dict[str, Any]) -> Spec:
+def _lidar(values: SensorValues, common: Keywords) -> Spec:
     """`<ray>` of Classic, `<lidar>` of gz."""
     plugin = values.find("plugin")
     file = plugin.attributes.get("filename", "") if plugin is not None else ""
@@ -169,7 +170,7 @@ def _lidar(values: SensorValues, common: dict[str, Any]) -> Spec:
     )
 
 
-def _imu(values: SensorValues, common: dict[str, Any]) -> Spec:
+def _imu(values: SensorValues, common: Keywords) -> Spec:
     """SDFormat 1.5 and later, its older `<noise><rate>`, or the plugin's `<gaussianNoise>`; what is said of
     the x axis stands for all three."""
     spread = values.number(0.0, "plugin/gaussianNoise", "plugin/gaussian_noise")
@@ -180,11 +181,11 @@ def _imu(values: SensorValues, common: dict[str, Any]) -> Spec:
     return Imu(gyroscope=gyroscope, accelerometer=accelerometer, **common)
 
 
-def _contact(values: SensorValues, common: dict[str, Any]) -> Spec:
+def _contact(values: SensorValues, common: Keywords) -> Spec:
     return Contact(**common)
 
 
-def _gps(values: SensorValues, common: dict[str, Any]) -> Spec:
+def _gps(values: SensorValues, common: Keywords) -> Spec:
     horizontal = values.noise(
         "gps/position_sensing/horizontal/noise", "navsat/position_sensing/horizontal/noise"
     )
@@ -192,7 +193,7 @@ def _gps(values: SensorValues, common: dict[str, Any]) -> Spec:
     return Gps(horizontal=horizontal, vertical=vertical, **common)
 
 
-def _sonar(values: SensorValues, common: dict[str, Any]) -> Spec:
+def _sonar(values: SensorValues, common: Keywords) -> Spec:
     """A cone as wide as `<radius>` at its far end."""
     most = values.number(1.0, "sonar/max")
     radius = values.number(0.5, "sonar/radius")
@@ -203,7 +204,7 @@ def _sonar(values: SensorValues, common: dict[str, Any]) -> Spec:
     )  # fmt: skip
 
 
-def _camera(values: SensorValues, common: dict[str, Any]) -> Spec:
+def _camera(values: SensorValues, common: Keywords) -> Spec:
     """Depth is said by the types depth, depth_camera, rgbd and rgbd_camera."""
     kind = values.element.attributes["type"]
     frame = common.pop("frame") or values.text("camera/optical_frame_id").rsplit("/", 1)[-1]
@@ -220,7 +221,7 @@ def _camera(values: SensorValues, common: dict[str, Any]) -> Spec:
     )
 
 
-def _force_torque(values: SensorValues, common: dict[str, Any]) -> Spec:
+def _force_torque(values: SensorValues, common: Keywords) -> Spec:
     """Of Gazebo: `<frame>` is child, parent or sensor."""
     axes = values.word("child", ("child", "parent", "sensor"), "force_torque/frame")
     directions = ("child_to_parent", "parent_to_child")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from kbot.model import RobotModel
 from kbot.model.extensions import extensions
@@ -11,6 +10,7 @@ from kbot.sensors.force_torque import ForceTorque
 from kbot.sensors.imu import Imu
 from kbot.sensors.position import Gps, GroundTruth
 from kbot.sensors.proximity import Range
+from kbot.sensors.readers import Keywords
 from kbot.sensors.sdf_values import SensorValues
 from kbot.sensors.sensor import Spec
 from kbot.text import Diagnostic, Element, KbotError
@@ -38,7 +38,7 @@ def _read(robot: RobotModel, element: Element, values: SensorValues) -> Spec | N
             f"there is no link '{link}'{': ' + hint if hint else ''}; it is left out", params["frame_id"]
         )
         return None
-    common: dict[str, Any] = {
+    common: Keywords = {
         "link": link,
         "name": element.attributes.get("name", ""),
         "origin": element.origin,
@@ -55,7 +55,7 @@ def _read(robot: RobotModel, element: Element, values: SensorValues) -> Spec | N
 def _by_interfaces(
     robot: RobotModel,
     interfaces: set[str],
-    common: dict[str, Any],
+    common: Keywords,
     params: dict[str, Element],
     values: SensorValues,
 ) -> Spec | None:
@@ -76,7 +76,7 @@ def _by_interfaces(
     if interfaces & {"latitude", "longitude"}:
         return Gps(**common)
     if "range" in interfaces:
-        bounds: dict[str, Any] = {
+        bounds: Keywords = {
             name: _number(params[other])
             for name, other in (
                 ("range_min", "min_range"), ("range_max", "max_range"), ("field_of_view", "field_of_view")

@@ -92,7 +92,7 @@ class Sensor(ABC, Generic[M]):
                 f"{spec.label}: robot '{robot.name}' has no link '{spec.link}'"
                 + (f": {hint}" if hint else "")
             )
-        self._model: Any = None
+        self._model: mujoco.MjModel | None = None
         self._engine()
         self._rotation, self._offset = spec.pose.rotation, spec.pose.translation
         self._period = 1.0 / spec.rate
@@ -187,7 +187,7 @@ class Sensor(ABC, Generic[M]):
             self.spec.frame or self.spec.link
         )
 
-    def _engine(self) -> tuple[Any, Any]:
+    def _engine(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
         """The engine's model and data; they are other ones once robots have come or gone."""
         model, data = self.simulation.engine.current()
         if model is not self._model:
@@ -198,14 +198,14 @@ class Sensor(ABC, Generic[M]):
             self._body_axes: NDArray[np.float64] = data.xmat[self._body].reshape(3, 3)
         return model, data
 
-    def _bind(self, model: Any) -> None:
+    def _bind(self, model: mujoco.MjModel) -> None:
         """Look up what it needs in a model of the engine's."""
         name = f"{self.owner}/{self.spec.link}"
         self._body: int = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name)
         if self._body < 0:
             raise KbotError(f"{self.spec.label}: robot '{self.owner}' is no longer there")
 
-    def _place(self) -> tuple[Any, Any, NDArray[np.float64], NDArray[np.float64]]:
+    def _place(self) -> tuple[mujoco.MjModel, mujoco.MjData, NDArray[np.float64], NDArray[np.float64]]:
         """The engine's model and data, and where the sensor is: place (3,) and axes (3, 3) in the world."""
         model, data = self._engine()
         rotation = self._body_axes
@@ -219,7 +219,7 @@ def require_sensor_topic(topic: str) -> None:
         raise KbotError(f"topic {topic} is not for sensors: give it another")
 
 
-def own_geometries(model: Any, robot: str) -> NDArray[np.intp]:
+def own_geometries(model: mujoco.MjModel, robot: str) -> NDArray[np.intp]:
     """The engine's indices of a robot's shapes."""
     prefix = f"{robot}/"
     bodies = np.array([model.body(b).name.startswith(prefix) for b in range(model.nbody)])

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, is_dataclass
 from typing import Any, Protocol, runtime_checkable
 
@@ -199,7 +199,7 @@ FAULTS: Mapping[str, type] = {
 }
 
 
-def to_journal(fault: Fault) -> dict[str, Any]:
+def to_journal(fault: Fault) -> dict[str, object]:
     """What `from_journal` makes it of again; one of a user's own making is known by its words alone."""
     values = asdict(fault) if is_dataclass(fault) and not isinstance(fault, type) else repr(fault)
     return {"fault": type(fault).__name__, "values": values}
@@ -221,7 +221,7 @@ def _keep(fault: object, **values: float | Vector) -> None:
         object.__setattr__(fault, name, value)
 
 
-def _changed(target: Target, name: str, places: list[Any], value: float) -> End:
+def _changed(target: Target, name: str, places: Sequence[object], value: float) -> End:
     """Set entries of one of the model's arrays; how to set them back."""
     model, _ = target.engine.current()
     array = getattr(model, name)
@@ -244,6 +244,6 @@ def _all(*ends: End) -> End:
     return end
 
 
-def _reckon_anew(model: Any) -> None:
+def _reckon_anew(model: mujoco.MjModel) -> None:
     """Bring up to date what the engine keeps of masses; its own scratch, so that the run is untouched."""
     mujoco.mj_setConst(model, mujoco.MjData(model))

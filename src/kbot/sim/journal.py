@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 _CHANGES_OF_THE_WORLD = frozenset({"delete_model", "spawn_model", "spawn_sdf", "spawn_thing"})
 
@@ -12,11 +11,11 @@ class Journal:
     """Counts and notes each action from outside, after it is done."""
 
     def __init__(self) -> None:
-        self.write: Callable[[str, dict[str, Any]], None] | None = None
+        self.write: Callable[[str, dict[str, object]], None] | None = None
         """Called with the name and the numbers of each action, as by a recorder."""
         self.count = 0
         """Actions until now, with or without a `write`."""
-        self.changes: list[tuple[str, dict[str, Any]]] = []
+        self.changes: list[tuple[str, dict[str, object]]] = []
         """The notes of robots and objects that were spawned or deleted since the world was built."""
         self.listeners: list[Callable[[str], None]] = []
         """Called with each report to the user, such as a trajectory that a controller rejects."""

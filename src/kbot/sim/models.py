@@ -6,7 +6,7 @@ import dataclasses
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import count
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -501,7 +501,7 @@ def _translation(pose: object) -> Vector:
     return vector("a place in m", pose.translation.tolist(), FURTHEST)
 
 
-def _edges(size: Any) -> tuple[float, float, float]:
+def _edges(size: Iterable[object]) -> tuple[float, float, float]:
     edges = vector("the size of a box in m", size, LARGEST)
     if min(edges) < SMALLEST:
         raise KbotError(f"the edges of a box are {SMALLEST:g} to {LARGEST:g} m long, not {shortened(size)}")

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import reprlib
+from collections.abc import Iterable
 from numbers import Real
-from typing import Any
+from typing import TypeGuard
 
 from kbot.text import KbotError
 from kbot.world.world import FURTHEST as FURTHEST
@@ -21,12 +22,12 @@ LONGEST = 1e9
 """Seconds: thirty years."""
 
 
-def shortened(value: Any) -> str:
+def shortened(value: object) -> str:
     """What somebody gave, for a message."""
     return reprlib.repr(value)
 
 
-def is_finite(value: Any) -> bool:
+def is_finite(value: object) -> TypeGuard[float]:
     """Whether it is a finite number, and a number at all."""
     if type(value) is float:
         return math.isfinite(value)
@@ -36,24 +37,24 @@ def is_finite(value: Any) -> bool:
         return False
 
 
-def is_within(value: Any, most: float) -> bool:
+def is_within(value: object, most: float) -> TypeGuard[float]:
     """Whether it is a number from `-most` to `most`."""
     return is_finite(value) and -most <= value <= most
 
 
-def positive(what: str, value: Any, most: float) -> float:
+def positive(what: str, value: object, most: float) -> float:
     """The number, which is above zero and at most `most`. Raises KbotError where it is not."""
     if not (is_within(value, most) and value > 0.0):
         raise KbotError(f"{what} is a finite number above zero and at most {most:g}, not {shortened(value)}")
     return float(value)
 
 
-def vector(what: str, values: Any, most: float) -> Vector:
+def vector(what: str, values: Iterable[object], most: float) -> Vector:
     """The three numbers, each from `-most` to `most`. Raises KbotError where they are not."""
     try:
         x, y, z = values
     except (TypeError, ValueError):
         raise KbotError(f"{what} is three numbers, along x, y and z, not {shortened(values)}") from None
-    if not all(is_within(value, most) for value in (x, y, z)):
+    if not (is_within(x, most) and is_within(y, most) and is_within(z, most)):
         raise KbotError(f"{what} is three finite numbers up to {most:g} either way, not {shortened(values)}")
     return float(x), float(y), float(z)

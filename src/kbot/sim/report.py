@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 from kbot.kinematics.odometry import PlanarPose
 from kbot.sim.simulation import Simulation
@@ -31,7 +30,7 @@ class RunReport:
     def real_time_factor(self) -> float:
         return self.simulated / self.wall if self.wall > 0.0 else 0.0
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, object]:
         """As `kbot sim --headless --json` prints it: m, rad, s."""
         return {
             "pose": _planar(self.pose),

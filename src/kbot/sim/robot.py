@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive
 from kbot.kinematics.odometry import PlanarPose, PlanarTwist
 from kbot.kinematics.transform import Transform
 from kbot.sim.commands import Commands
-from kbot.sim.drive.drive_controller import DriveController
+from kbot.sim.drive.drive_controller import DriveController, SavedDrive
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.joints import rest
 from kbot.sim.joint_control.kinds import Interface
+from kbot.sim.joint_control.servos import SavedServos
 from kbot.sim.joint_control.trajectory import joint_command, trajectory_points
 from kbot.sim.journal import Journal
 from kbot.sim.motion import Motion
@@ -22,6 +22,8 @@ from kbot.sim.recipe import SLEW_PERIOD, WATCHDOG
 from kbot.sim.robot_body import RobotBody
 from kbot.sim.robot_joints import RobotJoints
 from kbot.text import KbotError
+
+SavedRobot = tuple[SavedDrive | None, int, tuple[int, bool], SavedServos]
 
 
 class SimulatedRobot:
@@ -125,7 +127,7 @@ class SimulatedRobot:
         numbers = {joint: float(value) for joint, value in wanted.items()}
         self._journal.note("command_joints", values=numbers, interface=str(kind), robot=self.name)
 
-    def follow_trajectory(self, joints: Sequence[str], points: Sequence[Sequence[Any]]) -> None:
+    def follow_trajectory(self, joints: Sequence[str], points: Sequence[Sequence[object]]) -> None:
         """Let joints go through points, as joint_trajectory_controller does.
 
         Each point is a time from now (s), then positions (rad or m) in the order of `joints`, then velocities
@@ -250,14 +252,14 @@ class SimulatedRobot:
         if self.wheels is not None:
             self.wheels.set_back(steps)
 
-    def save(self) -> tuple[Any, ...]:
+    def save(self) -> SavedRobot:
         """What `restore` takes back, beside the engine's own state."""
         wheels = None if self.wheels is None else self.wheels.save()
         return wheels, self._next_advance, self.body.save(), self.joints.servos.save()
 
-    def restore(self, saved: tuple[Any, ...]) -> None:
+    def restore(self, saved: SavedRobot) -> None:
         wheels, self._next_advance, body, joints = saved
         self.body.restore(body)
-        if self.wheels is not None:
+        if self.wheels is not None and wheels is not None:
             self.wheels.restore(wheels)
         self.joints.servos.restore(joints)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -174,11 +173,11 @@ class RobotBody:
             if abs(self._yaw()) > math.pi / 2:
                 self._turns += -1 if is_left else 1
 
-    def save(self) -> tuple[Any, ...]:
+    def save(self) -> tuple[int, bool]:
         """What `restore` takes back: the engine does not know full turns."""
         return self._turns, self._is_left
 
-    def restore(self, saved: tuple[Any, ...]) -> None:
+    def restore(self, saved: tuple[int, bool]) -> None:
         self._turns, self._is_left = saved
 
     def _yaw(self) -> float:

@@ -7,7 +7,6 @@ import sys
 import traceback
 from pathlib import Path
 from types import CodeType, FrameType, TracebackType
-from typing import Any
 
 from kbot.sim.simulation import Simulation
 from kbot.text import KbotError
@@ -27,7 +26,7 @@ class ScriptFailed(KbotError):
         lines += [f"    {name} = {value}" for name, value in values.items()]
         super().__init__("\n".join(lines))
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, object]:
         return {
             "file": self.path,
             "line": self.line,
@@ -49,7 +48,7 @@ def run_script(path: str, simulation: Simulation) -> None:
     """
     source = read_source(path)
     code = _compiled(source.text, path)
-    namespace: dict[str, Any] = {"__name__": "kbot_script", "__file__": path}
+    namespace: dict[str, object] = {"__name__": "kbot_script", "__file__": path}
     folder = str(Path(path).resolve().parent)
     sys.path.insert(0, folder)
     try:

@@ -90,7 +90,7 @@ class Simulation:
         """Whether the page and the bridges, which let time pass by the wall clock, wait. `step` does not."""
         self.errands: list[Callable[[], bool]] = []
         """Called by `run_errands`. Each returns whether it did something."""
-        self.mounted: dict[str, Any] = {}
+        self.mounted: dict[str, Any] = {}  # each user keeps what it likes
         """What was added once for all users of this simulation, such as the robot's declared sensors."""
         name = naming.name or robot.name
         prepared = prepare(robot, dataclasses.replace(naming, name=name), start, limits, contacts)

@@ -17,6 +17,7 @@ from kbot.sim.engine.welds import Weld
 from kbot.sim.journal import Journal
 from kbot.sim.models import Models
 from kbot.sim.numbers import shortened
+from kbot.sim.robot import SavedRobot
 from kbot.sim.robots import Robots
 from kbot.sim.stepping import Stepping
 from kbot.text import KbotError
@@ -38,14 +39,14 @@ class Snapshot:
 
     steps: int
     vector: NDArray[np.float64]
-    engine: Any
-    robots: dict[str, tuple[Any, ...]]
+    engine: mujoco.MjData
+    robots: dict[str, SavedRobot]
     pushes: tuple[BodyWrench, ...]
     welds: tuple[Weld, ...]
-    random: dict[str, Any]
+    random: dict[str, Any]  # the state of a generator, as numpy has it
     built: World
     world: World
-    changes: tuple[tuple[str, dict[str, Any]], ...]
+    changes: tuple[tuple[str, dict[str, object]], ...]
     noted: int
 
     @property
@@ -161,7 +162,7 @@ class Snapshots:
             robot.restart()
 
 
-def _read(model: Any, data: Any) -> NDArray[np.float64]:
+def _read(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
     """The engine's state as one vector."""
     vector = np.empty(mujoco.mj_stateSize(model, _EVERYTHING))
     mujoco.mj_getState(model, data, vector, _EVERYTHING)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -42,7 +41,7 @@ class Stepping:
         """`inside`: what the first robot starts inside of, or empty."""
         self._engine, self._clock, self._commands = engine, clock, commands
         self._robots, self._disturbances, self._inside = robots, disturbances, inside
-        self.watchers: list[Callable[[Any, Any], None]] = []
+        self.watchers: list[Callable[[mujoco.MjModel, mujoco.MjData], None]] = []
         """Called after every step with the engine's model and data, which they must not change. With any of
         them, the engine makes single steps, each with a Python call."""
         self._period = max(1, round(recipe.CONTROL_PERIOD / engine.timestep))

@@ -182,7 +182,7 @@ def joint_state(robot: SimulatedRobot, stamp: msg.Time) -> msg.JointState:
 def _subscribe_controller(bus: Bus, robot: SimulatedRobot, controller: JointController) -> Subscription:
     """Let the messages of a controller's topic command its joints."""
 
-    def take(message: Any) -> None:
+    def take(message: Any) -> None:  # noqa: ANN401 - of the type that the controller takes
         controller.require_active()
         if controller.input is Input.NUMBER:
             robot.command_joints({controller.joints[0]: message.data}, controller.interface)

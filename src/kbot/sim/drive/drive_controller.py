@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from kbot.kinematics.drive.drive import DifferentialDrive, SteeredDrive
 from kbot.kinematics.odometry import PlanarPose
 from kbot.model import RobotModel
 from kbot.sim.drive.settings import DriveSettings
 from kbot.sim.drive.steered_servos import SteeredServos
-from kbot.sim.drive.twist_controller import Twist2, TwistController
-from kbot.sim.drive.wheel_servos import WheelServos
+from kbot.sim.drive.twist_controller import SavedTwist, Twist2, TwistController
+from kbot.sim.drive.wheel_servos import ServoState, WheelServos
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.servo import speed_limit
 from kbot.sim.motion import Motion, WheelOdometry
+
+SavedDrive = tuple[SavedTwist, tuple[float, float, float, float, float], ServoState, bool]
 
 
 class DriveController:
@@ -124,10 +124,10 @@ class DriveController:
         if self._controller.deadline is not None:
             self._controller.deadline -= steps
 
-    def save(self) -> tuple[Any, ...]:
+    def save(self) -> SavedDrive:
         """What `restore` takes back."""
         return self._controller.save(), self._odometry.state, self._servos.state, self.is_driving
 
-    def restore(self, saved: tuple[Any, ...]) -> None:
+    def restore(self, saved: SavedDrive) -> None:
         commanded, self._odometry.state, self._servos.state, self.is_driving = saved
         self._controller.restore(commanded)

@@ -7,12 +7,12 @@ its own way; back from the driven wheels' angles and the steering angles the twi
 from __future__ import annotations
 
 from math import atan, cos, pi, sin
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import mujoco
 
 from kbot.kinematics.drive.drive import SteeredDrive
-from kbot.sim.drive.wheel_servos import slack
+from kbot.sim.drive.wheel_servos import ServoState, slack
 from kbot.sim.engine.arrays import numbers
 
 FREQUENCY = 40.0
@@ -51,7 +51,7 @@ class _Driven(NamedTuple):
 class SteeredServos:
     """As `WheelServos`, for wheels that steer."""
 
-    def __init__(self, model: Any, data: Any, drive: SteeredDrive, prefix: str) -> None:
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, drive: SteeredDrive, prefix: str) -> None:
         self._qpos, self._qvel = numbers(data.qpos), numbers(data.qvel)
         self._ctrl, self._act = numbers(data.ctrl), numbers(data.act)
         self._radius, self._half = drive.radius, drive.separation / 2.0
@@ -75,7 +75,7 @@ class SteeredServos:
                 )
             )  # fmt: skip
         self._driven = tuple(driven)
-        self.state: tuple[Any, ...] = (0.0, 0.0, self._places(), self._angles())
+        self.state: ServoState = (0.0, 0.0, self._places(), self._angles())
 
     def turn_wheels(self, left: float, right: float) -> None:
         """Speeds of the wheels of the differential drive, in rad/s."""
@@ -179,7 +179,7 @@ class SteeredServos:
         return (ahead - across) / self._radius, (ahead + across) / self._radius
 
 
-def _aside(model: Any, joint: str) -> tuple[int, int]:
+def _aside(model: mujoco.MjModel, joint: str) -> tuple[int, int]:
     """A steering joint's place and its actuator, which is made to hold its angle."""
     index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, joint)
     actuator = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, joint)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import copysign, inf, sqrt
-from typing import Any
 
 from kbot.kinematics.drive.drive import DifferentialDrive
 from kbot.sim.recipe import ANGULAR_ACCELERATION, LINEAR_ACCELERATION
@@ -52,6 +51,7 @@ class RateLimiter:
 
 Twist2 = tuple[float, float]
 """Forward speed in m/s and turning speed in rad/s of the axle's middle."""
+SavedTwist = tuple[Twist2, Twist2, Twist2, int | None, float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,14 +110,14 @@ class TwistController:
         self.deadline: int | None = None
         """The step at which the command is taken for lost; None when it holds."""
 
-    def save(self) -> tuple[object, ...]:
+    def save(self) -> SavedTwist:
         """What `restore` takes back."""
         return (
             self.wanted, self.target, self.twist, self.deadline,
             self._linear.acceleration, self._angular.acceleration,
         )  # fmt: skip
 
-    def restore(self, saved: tuple[Any, ...]) -> None:
+    def restore(self, saved: SavedTwist) -> None:
         (
             self.wanted, self.target, self.twist, self.deadline,
             self._linear.acceleration, self._angular.acceleration,

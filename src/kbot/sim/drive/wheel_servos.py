@@ -9,6 +9,8 @@ import mujoco
 from kbot.kinematics.drive.drive import DifferentialDrive
 from kbot.sim.engine.arrays import numbers
 
+ServoState = tuple[Any, ...]  # steered wheels have another state than those of a differential drive
+
 
 class WheelServos:
     """Commands to and angles of both sides' wheels, forwards positive.
@@ -17,7 +19,9 @@ class WheelServos:
     simulation takes beside the engine.
     """
 
-    def __init__(self, model: Any, data: Any, drive: DifferentialDrive, prefix: str) -> None:
+    def __init__(
+        self, model: mujoco.MjModel, data: mujoco.MjData, drive: DifferentialDrive, prefix: str
+    ) -> None:
         self._qpos, self._qvel = numbers(data.qpos), numbers(data.qvel)
         self._ctrl, self._act = numbers(data.ctrl), numbers(data.act)
         places, commands = [], []
@@ -37,7 +41,7 @@ class WheelServos:
         the right angle, how far its servo's state may be from where its speed would have it (rad), and how
         far behind that state it runs (s of its speed)."""
         self._commands = tuple(commands)
-        self.state: tuple[Any, ...] = ()
+        self.state: ServoState = ()
         """Nothing: the wheels' angles are the engine's own state. Steered wheels keep more."""
 
     def turn_wheels(self, left: float, right: float) -> None:
@@ -86,7 +90,7 @@ class WheelServos:
         return left, right
 
 
-def slack(model: Any, actuator: int) -> tuple[float, float]:
+def slack(model: mujoco.MjModel, actuator: int) -> tuple[float, float]:
     """How far a servo's state may be ahead (rad), and how far behind it the wheel runs (s of its speed)."""
     stiffness = float(model.actuator_gainprm[actuator, 0])
     damping = -float(model.actuator_biasprm[actuator, 2])

@@ -12,6 +12,6 @@ class Numbers(Protocol):
     def __setitem__(self, index: int, value: float, /) -> None: ...
 
 
-def numbers(array: Any) -> Numbers:
+def numbers(array: Any) -> Numbers:  # noqa: ANN401 - memoryview takes NDArray only from 3.12 on
     """A view of a one-dimensional array; reading one number is three times as fast as by numpy."""
     return cast(Numbers, memoryview(array))

@@ -6,7 +6,6 @@ import dataclasses
 import re
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -28,7 +27,7 @@ _PART = re.compile(r"[#~]")
 
 def compile_model(
     world: World, plans: Sequence[RobotPlan], timestep: float, welds: Sequence[Weld] = ()
-) -> tuple[Any, tuple[Diagnostic, ...]]:
+) -> tuple[mujoco.MjModel, tuple[Diagnostic, ...]]:
     """The engine's model (MjModel) and what there is to warn of.
 
     Raises:
@@ -61,7 +60,7 @@ def _keep_quiet() -> None:
     config.set()
 
 
-def _set_options(spec: Any, timestep: float, sleeps: bool) -> None:
+def _set_options(spec: mujoco.MjSpec, timestep: float, sleeps: bool) -> None:
     option = spec.option
     option.timestep = timestep
     option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
@@ -83,7 +82,7 @@ def _refused(text: str, plans: Sequence[RobotPlan], world: World) -> Diagnostic:
     return Diagnostic("W110", Severity.ERROR, f"{what}the physics engine refuses it: {reason}", where)
 
 
-def _warned_of(text: str, model: Any, plans: Sequence[RobotPlan], world: World) -> Diagnostic:
+def _warned_of(text: str, model: mujoco.MjModel, plans: Sequence[RobotPlan], world: World) -> Diagnostic:
     """A warning of the engine at the line of the joint it speaks of."""
     reason = text.partition(" Time = ")[0]
     degree = _DEGREE.search(text)
@@ -115,8 +114,8 @@ class Assembly:
     contacts: Contacts
     timestep: float
     plans: Mapping[str, RobotPlan]
-    model: Any
-    data: Any
+    model: mujoco.MjModel
+    data: mujoco.MjData
     diagnostics: tuple[Diagnostic, ...]
     welds: tuple[Weld, ...] = ()
 
@@ -219,7 +218,7 @@ class Assembly:
         return ""
 
 
-def _put_on_ground(model: Any, data: Any, plan: RobotPlan, geoms: list[int]) -> None:
+def _put_on_ground(model: mujoco.MjModel, data: mujoco.MjData, plan: RobotPlan, geoms: list[int]) -> None:
     root = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, plan.prefix)
     lowest = lowest_point(model, data, geoms)
     if root >= 0 and lowest is not None:
@@ -232,7 +231,9 @@ _POSITIONS = {0: 7, 1: 4, 2: 1, 3: 1}
 _SPEEDS = {0: 6, 1: 3, 2: 1, 3: 1}
 
 
-def _carry_over(old: Any, before: Any, new: Any, after: Any, prefix: str = "") -> None:
+def _carry_over(
+    old: mujoco.MjModel, before: mujoco.MjData, new: mujoco.MjModel, after: mujoco.MjData, prefix: str = ""
+) -> None:
     """Positions, speeds and servo states of everything that is in both models, by names that begin so."""
     after.time = before.time
     for index in range(old.njnt):

@@ -7,7 +7,8 @@ with less friction decides (as Gazebo's ODE has it): friction sets the priority.
 from __future__ import annotations
 
 from math import sqrt
-from typing import Any
+
+import mujoco
 
 from kbot.sim.recipe import SOLIMP, SOLREF
 
@@ -30,7 +31,7 @@ FRICTIONLESS = 1e-4
 """Below this coefficient a contact has no friction at all."""
 
 
-def set_surface(geom: Any, friction: float) -> None:
+def set_surface(geom: mujoco.MjsGeom, friction: float) -> None:
     """Stiff contact with a sliding coefficient; no friction about the normal or in rolling."""
     geom.solref = SOLREF
     geom.solimp = SOLIMP
@@ -38,7 +39,7 @@ def set_surface(geom: Any, friction: float) -> None:
     geom.priority, geom.condim = rank(friction)
 
 
-def set_spring(geom: Any, stiffness: float, damping: float, mass: float) -> None:
+def set_spring(geom: mujoco.MjsGeom, stiffness: float, damping: float, mass: float) -> None:
     """Let a shape of a robot of `mass` (kg) sink in as a spring of `stiffness` (N/m) has it, each contact by
     its share of the weight; `damping` in N s/m, but no less than lets it not bounce. A stiff one is as stiff
     as the step allows.
@@ -58,37 +59,37 @@ def rank(friction: float) -> tuple[int, int]:
     return round(1e6 / (1.0 + max(friction, 0.0))), 3 if friction >= FRICTIONLESS else 1
 
 
-def as_ground(geom: Any) -> None:
+def as_ground(geom: mujoco.MjsGeom) -> None:
     """Driven on: touches robots and what moves."""
     geom.contype, geom.conaffinity = GROUND, 0
 
 
-def as_obstacle(geom: Any, moving: bool) -> None:
+def as_obstacle(geom: mujoco.MjsGeom, moving: bool) -> None:
     """Run into: touches robots, and what moves touches everything."""
     geom.contype, geom.conaffinity = OBSTACLE, GROUND | OBSTACLE if moving else 0
 
 
-def as_part_of(geom: Any, model: int) -> None:
+def as_part_of(geom: mujoco.MjsGeom, model: int) -> None:
     """Of a model, one of `MODELS`: run into as what moves is, but by no other part of it."""
     geom.contype, geom.conaffinity = model, GROUND | OBSTACLE | ROBOT | (sum(MODELS) & ~model)
 
 
-def as_robot(geom: Any, others: bool) -> None:
+def as_robot(geom: mujoco.MjsGeom, others: bool) -> None:
     """A robot's shape: touches ground and obstacles, and robots too where there are `others`."""
     geom.contype, geom.conaffinity = ROBOT, GROUND | OBSTACLE | (ROBOT if others else 0)
 
 
-def as_tyre(geom: Any) -> None:
+def as_tyre(geom: mujoco.MjsGeom) -> None:
     """The sphere with which a drive wheel meets the ground, and nothing else."""
     geom.contype, geom.conaffinity = 0, GROUND
 
 
-def as_rim(geom: Any, others: bool) -> None:
+def as_rim(geom: mujoco.MjsGeom, others: bool) -> None:
     """A drive wheel's own shape: touches all but the ground."""
     geom.contype, geom.conaffinity = ROBOT, OBSTACLE | (ROBOT if others else 0)
 
 
-def with_own_kind(geom: Any) -> None:
+def with_own_kind(geom: mujoco.MjsGeom) -> None:
     """Touches those links of its own robot that are marked so too."""
     geom.contype |= SELF
     geom.conaffinity |= SELF

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from kbot.sim.engine.assembly import Assembly
 from kbot.sim.engine.world_builder import moving_bodies
@@ -27,9 +26,9 @@ class Engine:
     def use(self, assembly: Assembly) -> None:
         """Replace the assembly. Indices that were looked up in the last one are invalid afterwards."""
         self.assembly = assembly
-        self.model: Any = assembly.model
-        self.data: Any = assembly.data
-        self.qvel: Any = assembly.data.qvel
+        self.model = assembly.model
+        self.data = assembly.data
+        self.qvel: NDArray[np.float64] = assembly.data.qvel
         self.moving = moving_bodies(assembly.model, assembly.world)
         """The engine's indices of the bodies of the world that can move, by name."""
         self.is_fresh = False
@@ -43,7 +42,7 @@ class Engine:
             mujoco.mj_comVel(self.model, self.data)
             self.is_fresh = True
 
-    def current(self) -> tuple[Any, Any]:
+    def current(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
         """The model and the data with current frames, for sensors and other readers. Do not change them."""
         self.refresh()
         return self.model, self.data

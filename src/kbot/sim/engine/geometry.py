@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -26,7 +25,9 @@ def wxyz(pose: Transform) -> tuple[float, float, float, float]:
     return real, x, y, z
 
 
-def add_shape(spec: Any, body: Any, shape: Geometry | w.Shape, pose: Transform) -> Any:
+def add_shape(
+    spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Geometry | w.Shape, pose: Transform
+) -> mujoco.MjsGeom:
     """Add a shape to a body at `body_from_shape`; the geometry weighs nothing.
 
     Raises:
@@ -52,7 +53,7 @@ def add_shape(spec: Any, body: Any, shape: Geometry | w.Shape, pose: Transform) 
     return geom
 
 
-def _kind_and_size(shape: Geometry | w.Shape) -> tuple[Any, tuple[float, ...]]:
+def _kind_and_size(shape: Geometry | w.Shape) -> tuple[mujoco.mjtGeom, tuple[float, ...]]:
     match shape:
         case w.Box(size=(x, y, z)):
             return _TYPE.mjGEOM_BOX, (x / 2, y / 2, z / 2)
@@ -72,7 +73,7 @@ def _kind_and_size(shape: Geometry | w.Shape) -> tuple[Any, tuple[float, ...]]:
             return _TYPE.mjGEOM_MESH, ()
 
 
-def _mesh_of_file(spec: Any, mesh: Mesh) -> str:
+def _mesh_of_file(spec: mujoco.MjSpec, mesh: Mesh) -> str:
     if mesh.path is None:
         raise KbotError(f"the mesh {mesh.uri} is not found")
     name = f"{mesh.path} {mesh.scale}"
@@ -81,14 +82,14 @@ def _mesh_of_file(spec: Any, mesh: Mesh) -> str:
     return name
 
 
-def _mesh_of_points(spec: Any, mesh: w.TriangleMesh) -> str:
+def _mesh_of_points(spec: mujoco.MjSpec, mesh: w.TriangleMesh) -> str:
     name = mesh_name(mesh.vertices)
     if spec.mesh(name) is None:
         _add_mesh(spec, name, mesh.vertices)
     return name
 
 
-def mesh_name(*arrays: NDArray[Any]) -> str:
+def mesh_name(*arrays: NDArray[np.float64] | NDArray[np.int_]) -> str:
     """A name that is the same for meshes made of the same numbers, so that the engine has each once."""
     made_of = hashlib.blake2b(digest_size=16)
     for array in arrays:
@@ -96,7 +97,7 @@ def mesh_name(*arrays: NDArray[Any]) -> str:
     return f"mesh {made_of.hexdigest()}"
 
 
-def _add_mesh(spec: Any, name: str, vertices: ArrayLike) -> None:
+def _add_mesh(spec: mujoco.MjSpec, name: str, vertices: ArrayLike) -> None:
     """Points whose convex hull is touched."""
     points = np.unique(np.asarray(vertices, dtype=np.float64), axis=0)
     if len(points) < 4 or _is_flat(points):
@@ -114,7 +115,7 @@ def _is_flat(points: NDArray[np.float64]) -> bool:
     return bool(spread[-1] <= 1e-9 * spread[0])
 
 
-def _add_height_field(spec: Any, field: w.HeightField) -> str:
+def _add_height_field(spec: mujoco.MjSpec, field: w.HeightField) -> str:
     heights = np.asarray(field.heights, dtype=np.float64)
     low, high = float(heights.min()), float(heights.max())
     if low < -1e-9:

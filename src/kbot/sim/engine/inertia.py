@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,7 +17,7 @@ SMALLEST = 1e-14
 """Kilograms, or kg m^2: less than this the engine takes for nothing."""
 
 
-def set_inertial(body: Any, link: Link, findings: DiagnosticCollector) -> None:
+def set_inertial(body: mujoco.MjsBody, link: Link, findings: DiagnosticCollector) -> None:
     """Give a body its link's mass, centre of mass and inertia; a link without inertial weighs nothing."""
     inertial = link.inertial
     if inertial is None or inertial.mass == 0.0:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import mujoco
 import numpy as np
 
@@ -18,7 +16,7 @@ _SLIDE = mujoco.mjtJoint.mjJNT_SLIDE
 _BALL = mujoco.mjtJoint.mjJNT_BALL
 
 
-def add_joint(body: Any, joint: Joint, prefix: str, findings: DiagnosticCollector) -> None:
+def add_joint(body: mujoco.MjsBody, joint: Joint, prefix: str, findings: DiagnosticCollector) -> None:
     """Let a body move as its joint says. A planar joint slides in the plane across its axis and turns
     about it; the engine's joints of planar and floating ones are named `joint:x` and so on."""
     name = prefix + joint.name
@@ -51,7 +49,7 @@ def add_joint(body: Any, joint: Joint, prefix: str, findings: DiagnosticCollecto
     _limit(added, joint, findings)
 
 
-def _limit(added: Any, joint: Joint, findings: DiagnosticCollector) -> None:
+def _limit(added: mujoco.MjsJoint, joint: Joint, findings: DiagnosticCollector) -> None:
     if joint.type is JointType.CONTINUOUS or joint.limit is None:
         return
     lower, upper = joint.range
@@ -80,7 +78,7 @@ def held_pose(joint: Joint) -> Transform:
 
 
 def add_mimics(
-    spec: Any,
+    spec: mujoco.MjSpec,
     robot: RobotModel,
     held: frozenset[str],
     prefix: str,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -16,7 +15,7 @@ _AROUND = (-0.3, -0.15, 0.0, 0.15, 0.3)
 _SKY = 1e4
 
 
-def lowest_point(model: Any, data: Any, geoms: Iterable[int]) -> float | None:
+def lowest_point(model: mujoco.MjModel, data: mujoco.MjData, geoms: Iterable[int]) -> float | None:
     """Height in m of the lowest touching point of some geometries.
 
     None when none of them touches. The engine's frames must be up to date.
@@ -29,7 +28,7 @@ def lowest_point(model: Any, data: Any, geoms: Iterable[int]) -> float | None:
     return min(heights, default=None)
 
 
-def terrain_height(model: Any, data: Any, x: float, y: float) -> float | None:
+def terrain_height(model: mujoco.MjModel, data: mujoco.MjData, x: float, y: float) -> float | None:
     """Metres at which the highest piece of a height field lies within 0.3 m of a place; None without one."""
     groups = np.zeros(6, dtype=np.uint8)
     groups[TERRAIN_GROUP] = 1
@@ -43,7 +42,7 @@ def terrain_height(model: Any, data: Any, x: float, y: float) -> float | None:
     return max(heights, default=None)
 
 
-def _reach_down(model: Any, data: Any, geom: int) -> float:
+def _reach_down(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> float:
     """How far below its own origin a geometry reaches."""
     rotation = data.geom_xmat[geom].reshape(3, 3)
     down = np.abs(rotation[2])

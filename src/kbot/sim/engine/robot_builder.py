@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import isfinite
-from typing import Any
 
 import mujoco
 
@@ -140,7 +139,7 @@ class RobotPlan:
         return f"{self.name}/"
 
 
-def add_robot(spec: Any, plan: RobotPlan, findings: DiagnosticCollector) -> None:
+def add_robot(spec: mujoco.MjSpec, plan: RobotPlan, findings: DiagnosticCollector) -> None:
     """Add a robot's bodies to the engine's model. Faults of the description go to `findings`."""
     robot, prefix = plan.robot, plan.prefix
     check_bounds(robot, findings)
@@ -176,7 +175,7 @@ def add_robot(spec: Any, plan: RobotPlan, findings: DiagnosticCollector) -> None
 class _Shapes:
     """The shapes of one robot's links."""
 
-    def __init__(self, spec: Any, plan: RobotPlan, findings: DiagnosticCollector) -> None:
+    def __init__(self, spec: mujoco.MjSpec, plan: RobotPlan, findings: DiagnosticCollector) -> None:
         self.spec, self.plan, self.findings = spec, plan, findings
         self.touching: list[str] = []
         self.mass = total_mass(plan.robot)
@@ -187,7 +186,7 @@ class _Shapes:
             self.casters = plan.drive.casters
             self.tyres = _tyres(plan.robot, plan.drive)
 
-    def add(self, body: Any, link: Link) -> None:
+    def add(self, body: mujoco.MjsBody, link: Link) -> None:
         surface = self.surfaces.get(link.name, PLAIN)
         friction = 0.0 if link.name in self.casters else surface.friction
         if not surface.gravity:
@@ -220,7 +219,7 @@ class _Shapes:
             if link.name not in self.touching:
                 self.touching.append(link.name)
 
-    def _shape(self, body: Any, link: Link, collision: Collision) -> Any:
+    def _shape(self, body: mujoco.MjsBody, link: Link, collision: Collision) -> mujoco.MjsGeom | None:
         pose = Transform.of(collision.pose)
         try:
             return add_shape(self.spec, body, collision.geometry, pose)

@@ -6,8 +6,6 @@ servo rolls down. Its gain follows from the inertia that the wheel moves.
 
 from __future__ import annotations
 
-from typing import Any
-
 import mujoco
 
 from kbot.kinematics.bodies import total_mass
@@ -21,7 +19,7 @@ LEAST_GRIP = 0.05
 
 
 def add_drive_servos(
-    spec: Any,
+    spec: mujoco.MjSpec,
     robot: RobotModel,
     drive: DifferentialDrive,
     prefix: str,
@@ -55,7 +53,7 @@ def add_drive_servos(
         servo.forcerange = (-most, most)
 
 
-def add_joint_servos(spec: Any, robot: RobotModel, driven: tuple[str, ...], prefix: str) -> None:
+def add_joint_servos(spec: mujoco.MjSpec, robot: RobotModel, driven: tuple[str, ...], prefix: str) -> None:
     """A servo, without force until it is told something, on every other joint with a position."""
     for joint in robot.movable_joints:
         if joint.name in driven or joint.mimic is not None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import mujoco
 
@@ -26,13 +25,13 @@ class Weld:
     first_from_second: Transform
 
 
-def weld_as_it_stands(model: Any, data: Any, first: str, second: str) -> Weld:
+def weld_as_it_stands(model: mujoco.MjModel, data: mujoco.MjData, first: str, second: str) -> Weld:
     """Two bodies as they stand now; the engine's frames must be up to date."""
     one, two = (body_pose(data, model.body(name).id) for name in (first, second))
     return Weld(first, second, one.inverse() @ two)
 
 
-def add_weld(spec: Any, weld: Weld, timestep: float) -> None:
+def add_weld(spec: mujoco.MjSpec, weld: Weld, timestep: float) -> None:
     """Hold the second body at its place in the first's frame; the two do not touch each other."""
     x, y, z, w = weld.first_from_second.quaternion_xyzw
     equality = spec.add_equality(type=mujoco.mjtEq.mjEQ_WELD, objtype=mujoco.mjtObj.mjOBJ_BODY)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from math import pi
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -22,12 +21,12 @@ PREFIX = "/"
 """A robot has a name before the slash, the world has none."""
 
 
-def add_world(spec: Any, world: w.World, findings: DiagnosticCollector) -> None:
+def add_world(spec: mujoco.MjSpec, world: w.World, findings: DiagnosticCollector) -> None:
     """Add what the robot stands on and runs into. Shapes that cannot be built go to `findings`."""
     spec.option.gravity = world.gravity
     moving_models = {body.model for body in world.bodies if not body.is_static}
     bits = _bits_of_models(world, moving_models)
-    added: dict[str, tuple[Any, w.Body]] = {}
+    added: dict[str, tuple[mujoco.MjsBody, w.Body]] = {}
     for body in world.bodies:
         own = _own_body(spec, body, moving_models, added)
         if own is not None:
@@ -50,11 +49,11 @@ def add_world(spec: Any, world: w.World, findings: DiagnosticCollector) -> None:
 
 
 def _own_body(
-    spec: Any,
+    spec: mujoco.MjSpec,
     body: w.Body,
     moving_models: set[str],
-    added: Mapping[str, tuple[Any, w.Body]],
-) -> Any:
+    added: Mapping[str, tuple[mujoco.MjsBody, w.Body]],
+) -> mujoco.MjsBody | None:
     """The engine's body for one of the world; None for what stands still among itself, which is part of one
     body: a thousand bodies would be looked at every step."""
     if body.is_static and (not body.model or body.model not in moving_models):
@@ -80,7 +79,7 @@ def _bits_of_models(world: w.World, moving_models: set[str]) -> dict[str, int]:
     return dict(zip(largest, touch.MODELS, strict=False))
 
 
-def _keep_apart(spec: Any, bodies: list[w.Body]) -> None:
+def _keep_apart(spec: mujoco.MjSpec, bodies: list[w.Body]) -> None:
     """The bodies of one model that has no bit do not touch each other either, as in Gazebo. Their pairs grow
     by the square, so the largest models have bits."""
     mates: dict[str, list[w.Body]] = {}
@@ -93,7 +92,7 @@ def _keep_apart(spec: Any, bodies: list[w.Body]) -> None:
                 spec.add_exclude(bodyname1=PREFIX + one.name, bodyname2=PREFIX + other.name)
 
 
-def _close(spec: Any, loop: Loop, added: Mapping[str, tuple[Any, w.Body]]) -> None:
+def _close(spec: mujoco.MjSpec, loop: Loop, added: Mapping[str, tuple[mujoco.MjsBody, w.Body]]) -> None:
     """Hold two bodies together at each of a loop's points; what has no body of its own is the world."""
     poses = {name: body.pose for name, (_, body) in added.items()}
     first, second = (name if name in added else "" for name in (loop.first, loop.second))
@@ -107,7 +106,7 @@ def _close(spec: Any, loop: Loop, added: Mapping[str, tuple[Any, w.Body]]) -> No
         stiffen(equality)
 
 
-def owner(model: Any, geom: int) -> str:
+def owner(model: mujoco.MjModel, geom: int) -> str:
     """Whose shape it is: `/body` of the world, or `robot/link`."""
     name: str = model.geom(geom).name
     if name.startswith(PREFIX):
@@ -116,13 +115,13 @@ def owner(model: Any, geom: int) -> str:
 
 
 def _add_part(
-    spec: Any,
-    added: Any,
+    spec: mujoco.MjSpec,
+    added: mujoco.MjsBody,
     body: w.Body,
     part: w.Part,
     pose: Transform,
     findings: DiagnosticCollector,
-) -> Any:
+) -> mujoco.MjsGeom | None:
     if not body.is_static and isinstance(part.shape, w.Plane | w.HeightField):
         why = "a plane or a height field cannot move; make its model static"
         findings.warning("W106", f"'{body.name}' cannot be touched: {why}", part.origin or body.origin)
@@ -140,7 +139,9 @@ def _add_part(
     return geom
 
 
-def _weigh(added: Any, body: w.Body, mass: float, geoms: list[tuple[w.Part, Any]]) -> None:
+def _weigh(
+    added: mujoco.MjsBody, body: w.Body, mass: float, geoms: list[tuple[w.Part, mujoco.MjsGeom]]
+) -> None:
     if body.inertia is not None:
         added.explicitinertial = True
         added.mass = mass
@@ -171,7 +172,7 @@ def volume(shape: w.Shape) -> float:
     return 0.0
 
 
-def moving_bodies(model: Any, world: w.World) -> dict[str, int]:
+def moving_bodies(model: mujoco.MjModel, world: w.World) -> dict[str, int]:
     """The engine's indices of the bodies that can move, by name."""
     kind = mujoco.mjtObj.mjOBJ_BODY
     return {
@@ -181,7 +182,7 @@ def moving_bodies(model: Any, world: w.World) -> dict[str, int]:
     }
 
 
-def body_pose(data: Any, body: int) -> Transform:
+def body_pose(data: mujoco.MjData, body: int) -> Transform:
     """`world_from_body` of a body by the engine's index."""
     w_, x, y, z = data.xquat[body]
     return Transform.from_quaternion_xyzw((x, y, z, w_), data.xpos[body])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import isfinite
-from typing import Any
 
 import mujoco
 
@@ -19,7 +18,7 @@ _SHUT = 1e-6
 """Rad or m that a joint moves whose limits are one number."""
 
 
-def add_world_joint(spec: Any, body: Any, owner: str, joint: BodyJoint) -> None:
+def add_world_joint(spec: mujoco.MjSpec, body: mujoco.MjsBody, owner: str, joint: BodyJoint) -> None:
     """Let an engine's body move as the joint says; `owner` is the name of the world's body."""
     names = [f"/{owner}~{index}" for index in range(len(joint.freedoms))]
     for name, freedom in zip(names, joint.freedoms, strict=True):
@@ -31,20 +30,20 @@ def add_world_joint(spec: Any, body: Any, owner: str, joint: BodyJoint) -> None:
         stiffen(nut)
 
 
-def stiffen(equality: Any) -> None:
+def stiffen(equality: mujoco.MjsEquality) -> None:
     """Let an equality hold as stiffly as the step allows."""
     equality.solref = (0.004, 1.0)
     equality.solimp = (0.99, 0.999, 0.001, 0.5, 2.0)
 
 
-def set_friction(joint: Any, friction: float) -> None:
+def set_friction(joint: mujoco.MjsJoint, friction: float) -> None:
     """Dry friction in N m or N that creeps by micrometres, as contacts do; the engine's own creeps by cm."""
     joint.frictionloss = friction
     joint.solref_friction = SOLREF
     joint.solimp_friction = SOLIMP
 
 
-def _add(body: Any, name: str, freedom: Freedom, anchor: tuple[float, float, float]) -> None:
+def _add(body: mujoco.MjsBody, name: str, freedom: Freedom, anchor: tuple[float, float, float]) -> None:
     added = body.add_joint(name=name, type=_TYPES[freedom.motion], pos=anchor)
     if freedom.motion is not JointMotion.BALL:
         added.axis = freedom.axis

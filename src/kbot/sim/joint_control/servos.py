@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import inf
-from typing import Any
 
 import mujoco
 
@@ -107,14 +106,17 @@ class _Way:
     start: int
 
 
+SavedServos = tuple[dict[str, _Order], tuple[_Way, ...], dict[str, float]]
+
+
 class JointServos:
     """The servos of a robot's joints that do not drive."""
 
     def __init__(
         self,
         robot: RobotModel,
-        model: Any,
-        data: Any,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
         joints: Iterable[str],
         prefix: str,
         period: float,
@@ -198,12 +200,12 @@ class JointServos:
         for joint in tuple(self._orders):
             self.release(joint)
 
-    def save(self) -> tuple[Any, ...]:
+    def save(self) -> SavedServos:
         """What `restore` takes back."""
         inertias = {joint: self._inertias[joint] for joint in self._orders}
         return dict(self._orders), self._ways, inertias
 
-    def restore(self, saved: tuple[Any, ...]) -> None:
+    def restore(self, saved: SavedServos) -> None:
         self.release_all()
         orders, self._ways, inertias = saved
         for joint, order in orders.items():

@@ -9,7 +9,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,7 +96,7 @@ MOST_POINTS = 100_000
 """A quarter of an hour at 100 Hz: a second of work, for which the run stands."""
 
 
-def joint_command(values: Any, interface: Any) -> tuple[dict[str, float], Interface]:
+def joint_command(values: object, interface: str) -> tuple[dict[str, float], Interface]:
     """Raises KbotError for what is no mapping of joints, or an interface that joints do not have."""
     if not isinstance(values, Mapping):
         raise KbotError(f"joints are commanded by name, as in {{'arm': 0.5}}, not {shortened(values)}")
@@ -110,7 +110,7 @@ def joint_command(values: Any, interface: Any) -> tuple[dict[str, float], Interf
         raise KbotError(f"joints have no interface {shortened(interface)}: {hint}") from None
 
 
-def trajectory_points(joints: Any, points: Any) -> tuple[tuple[str, ...], tuple[TrajectoryPoint, ...]]:
+def trajectory_points(joints: object, points: object) -> tuple[tuple[str, ...], tuple[TrajectoryPoint, ...]]:
     """Raises KbotError for points that are none, or whose times do not grow."""
     if isinstance(joints, str) or not isinstance(joints, Sequence) or not isinstance(points, Sequence):
         raise KbotError("a trajectory is a list of joints and a list of points")
@@ -130,7 +130,7 @@ def trajectory_points(joints: Any, points: Any) -> tuple[tuple[str, ...], tuple[
     return names, made
 
 
-def _point(point: Any, count: int) -> TrajectoryPoint:
+def _point(point: object, count: int) -> TrajectoryPoint:
     if not _is_list(point) or not 2 <= len(point) <= 4:
         raise KbotError(f"a point is a time, positions, and if wanted velocities, not {shortened(point)}")
     time, *lists = point
@@ -146,10 +146,10 @@ def _point(point: Any, count: int) -> TrajectoryPoint:
     return TrajectoryPoint(float(time), *(tuple(map(float, values)) for values in lists))
 
 
-def _is_list(value: Any) -> bool:
+def _is_list(value: object) -> TypeGuard[Sequence[Any]]:
     # what nearly all are first: an abstract class is asked a hundred times as slowly
     return isinstance(value, tuple | list) or (isinstance(value, Sequence) and not isinstance(value, str))
 
 
-def _is_sound(value: Any) -> bool:
+def _is_sound(value: object) -> TypeGuard[float]:
     return -FURTHEST <= value <= FURTHEST if type(value) is float else is_within(value, FURTHEST)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kbot.sim import Simulation
 from kbot.workbench.driving.world_actions import model_of
 from kbot.workbench.protocol import FallenView
+
+if TYPE_CHECKING:
+    import mujoco
 
 BELOW = 0.1
 """Metres beneath all that stands still at which something has fallen."""
@@ -19,7 +22,7 @@ class OutOfWorld:
 
     def __init__(self, simulation: Simulation) -> None:
         self._sim = simulation
-        self._model: Any = None
+        self._model: mujoco.MjModel | None = None
         self._lowest = 0.0
         self._since: dict[str, float] = {}
         self.now: tuple[FallenView, ...] = ()
@@ -50,7 +53,7 @@ class OutOfWorld:
         return "" if owner == self._sim.robots.first.name else owner
 
 
-def _lowest(model: Any, data: Any) -> float:  # noqa: ANN401 - mujoco has no types
+def _lowest(model: mujoco.MjModel, data: mujoco.MjData) -> float:
     """z in m of the lowest point of what stands still; 0 where nothing does."""
     still = np.flatnonzero(model.body_weldid[model.geom_bodyid] == 0)
     if len(still) == 0:
