@@ -13,7 +13,7 @@ import pytest
 from kbot.ros.launch import Plan, read_launch, read_launch_2
 from kbot.ros.launch.program import Program, find_program
 from kbot.ros.launch.running.processes import Process, Processes
-from kbot.ros.launch.running.programs import command_line, environment
+from kbot.ros.launch.running.programs import _parameter_words, command_line, environment
 from kbot.ros.launch.staging import stage
 from kbot.text import Diagnostic
 from kbot.xacro import Packages
@@ -110,6 +110,17 @@ def test_the_words_are_those_of_ros2_launch(folder: Path) -> None:
         *("--fast", "--ros-args", "-r", "__node:=n", "-r", "__ns:=/left", "-r", "scan:=other"),
         *("--params-file", "/p.yaml"),
     ]
+
+
+def test_binary_parameters_are_not_words(folder: Path) -> None:
+    data = folder / "data"
+    data.write_bytes(b"\0")
+    plan = plan_of(
+        folder,
+        f"""<node pkg="mine" type="n.py" name="n">
+        <param name="size" value="2"/><param name="data" binfile="{data}"/></node>""",
+    )
+    assert _parameter_words(plan, plan.nodes[0]) == ["_size:=2"]
 
 
 class Watch:

@@ -147,7 +147,7 @@ def _parameter_words(plan: Plan, node: PlannedNode) -> list[str]:
     if plan.is_ros_2:
         return []  # they are in its parameter file
     own = plan.params_of(node).items()
-    return [f"_{name}:={param.value}" for name, param in own if not isinstance(param.value, list)]
+    return [f"_{name}:={param.value}" for name, param in own if not isinstance(param.value, list | bytes)]
 
 
 def _folder(node: PlannedNode, program: Program) -> str:
