@@ -9,12 +9,14 @@ from typing import Any
 
 from kbot.text.yaml import Dialect, load_yaml
 
+ParameterValue = bool | int | float | str | bytes | list[Any] | dict[str, Any] | None
+"""What a parameter holds; None is not set. ROS 2 has only lists of one type, ROS 1 has whatever YAML has."""
 TYPES = ("auto", "str", "string", "int", "double", "bool", "boolean", "yaml")
 _ANGLE = re.compile(r"(rad|deg)?\(?([^()]*)\)?")
 _FACTOR = re.compile(r"[+-]?(?:\d+(?:\.\d*)?(?:[eE][+-]?\d+)?|\.\d+|pi)")
 
 
-def convert(text: str, type_: str) -> Any:
+def convert(text: str, type_: str) -> ParameterValue:
     """The value a text stands for, by one of TYPES.
 
     Raises:
@@ -35,11 +37,12 @@ def convert(text: str, type_: str) -> Any:
                 raise ValueError(f"'{text}' is neither true nor false")
             return word in ("true", "1")
         case "yaml":
-            return load_yaml(text, ROSPARAM)
+            value: ParameterValue = load_yaml(text, ROSPARAM)
+            return value
     raise ValueError(f"'{type_}' is no type of parameter; it is one of {', '.join(TYPES)}")
 
 
-def dump_yaml(parameters: Mapping[str, Any], namespace: str) -> str:
+def dump_yaml(parameters: Mapping[str, ParameterValue], namespace: str) -> str:
     """The parameters beneath a namespace as a tree, as `rosparam dump` writes them."""
     import yaml  # lazy in this module: start-up time
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from kbot.ros.bridges.registry import BRIDGES
+from kbot.ros.parameter_values import ParameterValue
 
 if TYPE_CHECKING:
     from kbot.ros.peers import RosPeers
@@ -21,7 +22,7 @@ class PeerOptions:
     bridges: tuple[str, ...] = ()
     host: str | None = None
     navigation: bool = True
-    parameters: Mapping[str, Any] = field(default_factory=dict)
+    parameters: Mapping[str, ParameterValue] = field(default_factory=dict)
 
     @property
     def is_live(self) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from kbot.messages.live import Live
 from kbot.record.feed import Feed
@@ -11,6 +11,7 @@ from kbot.ros.bridges.kind import Bridge
 from kbot.ros.bridges.link import PeerLink
 from kbot.ros.bridges.registry import BRIDGES
 from kbot.ros.graph.server import GraphServer
+from kbot.ros.parameter_values import ParameterValue
 from kbot.text import KbotError
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ class RosPeers:
         host: str | None = None,
         *,
         navigation: bool = True,
-        parameters: Mapping[str, Any] | None = None,
+        parameters: Mapping[str, ParameterValue] | None = None,
     ) -> None:
         """`report` receives sentences for the user. The rest is as in PeerOptions."""
         self._report = report
@@ -85,7 +86,7 @@ class RosPeers:
     def _connect(
         self, live: Live, feed: Feed, description: str, robot: str, world: str, *, tells_time: bool
     ) -> None:
-        published: dict[str, object] = {"/robot_description": description} if description else {}
+        published: dict[str, ParameterValue] = {"/robot_description": description} if description else {}
         if tells_time:
             published["/use_sim_time"] = True
         self._link.parameters = {**self._parameters, **self._link.parameters, **published}

@@ -21,6 +21,7 @@ from kbot.record.feed import Feed, Packet
 from kbot.ros.bridges.fan_out import FanOut
 from kbot.ros.bridges.loop import FAULTS
 from kbot.ros.bridges.service import Service, require_service
+from kbot.ros.parameter_values import ParameterValue
 from kbot.text import KbotError
 
 if TYPE_CHECKING:
@@ -34,8 +35,6 @@ MOST_CALLS = 256
 """Calls of services that wait; more are refused."""
 
 Receiver = Callable[[Packet], None]
-Value = Any
-"""A parameter's: a number, a text, a truth, a list."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +69,7 @@ class PeerLink:
         """What there is now; replaced as a whole when it changes."""
         self.nanoseconds = 0
         """The simulation's time when it was last served."""
-        self.parameters: dict[str, Value] = {}
+        self.parameters: dict[str, ParameterValue] = {}
         """By full name; replaced as a whole when one changes."""
         self.services: Mapping[str, Service] = {}
         """By name; replaced as a whole by `offer`."""
@@ -129,14 +128,16 @@ class PeerLink:
             self._calls.append((found, request, future))
         return future
 
-    def set_parameter(self, name: str, value: Value) -> None:
+    def set_parameter(self, name: str, value: ParameterValue) -> None:
         """Set a parameter for all who ask; None takes it away."""
         self.set_parameters({name: value})
 
-    def set_parameters(self, values: Mapping[str, Value]) -> None:
+    def set_parameters(self, values: Mapping[str, ParameterValue]) -> None:
         """Set several, which everybody sees at once."""
         with self._lock:
-            now = {key: value for key, value in {**self.parameters, **values}.items() if value is not None}
+            now: dict[str, ParameterValue] = {
+                key: value for key, value in {**self.parameters, **values}.items() if value is not None
+            }
             if now == self.parameters:
                 return
             self.parameters = now

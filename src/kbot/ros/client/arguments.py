@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 from kbot.kinematics.drive.controller_files import node_parameters
 from kbot.messages.bus import absolute
-from kbot.ros.parameter_values import ROSPARAM, convert
+from kbot.ros.parameter_values import ROSPARAM, ParameterValue, convert
 from kbot.text import DescriptionError, KbotError, read_source
 from kbot.text.yaml import YamlError, load_yaml, read_yaml
 
@@ -20,7 +19,7 @@ class NodeArguments:
     name: str
     namespace: str = "/"
     remaps: Mapping[str, str] = field(default_factory=dict)
-    parameters: Mapping[str, Any] = field(default_factory=dict)
+    parameters: Mapping[str, ParameterValue] = field(default_factory=dict)
     rest: tuple[str, ...] = ()
 
     @property
@@ -61,14 +60,14 @@ class _Reader:
     def __init__(self, name: str, namespace: str) -> None:
         self._name, self._namespace = name, namespace
         self._remaps: dict[str, str] = {}
-        self._parameters: dict[str, Any] = {}
+        self._parameters: dict[str, ParameterValue] = {}
         self._files: list[str] = []
         self._rest: list[str] = []
 
     def arguments(self) -> NodeArguments:
         namespace = "/" + self._namespace.strip("/")
         node = f"{namespace.rstrip('/')}/{self._name}"
-        parameters: dict[str, Any] = {}
+        parameters: dict[str, ParameterValue] = {}
         for file in self._files:
             parameters.update(_parameters_of(file, node))
         return NodeArguments(
@@ -128,7 +127,7 @@ class _Reader:
             self._name = value
 
 
-def _parameters_of(file: str, node: str) -> dict[str, Any]:
+def _parameters_of(file: str, node: str) -> dict[str, ParameterValue]:
     """A node's parameters in a parameter file of ROS 2."""
     try:
         document = read_yaml(read_source(file), ROSPARAM)

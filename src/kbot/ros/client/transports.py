@@ -6,7 +6,7 @@ import json
 import os
 import threading
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Protocol
 
 from kbot.record.encodings.plain import from_plain, to_plain
 from kbot.record.feed import Packet
@@ -15,6 +15,7 @@ from kbot.ros.bridges.link import PeerLink, Topic
 from kbot.ros.client.arguments import NodeArguments
 from kbot.ros.graph.client import GraphClient
 from kbot.ros.graph.presence import find
+from kbot.ros.parameter_values import ParameterValue
 from kbot.text import KbotError
 
 
@@ -36,11 +37,12 @@ class LocalTransport:
         self._thread = threading.Thread(target=self._hear, daemon=True, name="kbot-local")
         self._thread.start()
 
-    def parameter(self, name: str) -> Any:  # noqa: ANN401 - what a parameter can hold
+    def parameter(self, name: str) -> ParameterValue:
         with self._lock:
             if not self._asks.call("/rosapi/has_param", name=name).get("exists"):
                 return None
-            return json.loads(self._asks.call("/rosapi/get_param", name=name)["value"])
+            value: ParameterValue = json.loads(self._asks.call("/rosapi/get_param", name=name)["value"])
+            return value
 
     def close(self) -> None:
         self._is_closed = True
@@ -100,7 +102,7 @@ class Transport(Protocol):
     failure: KbotError | None
     """Why it reaches nobody any more, if that is for good."""
 
-    def parameter(self, name: str) -> Any:  # noqa: ANN401 - whatever a parameter can hold
+    def parameter(self, name: str) -> ParameterValue:
         """The value of a parameter by its full name; None where there is none."""
         ...
 
@@ -146,13 +148,14 @@ class _Ros1:
         self._bridge = Ros1Bridge(link, node=self._node, own_master=False, other_machines=True)
         self.uses_sim_time = bool(self.parameter("/use_sim_time"))
 
-    def parameter(self, name: str) -> Any:  # noqa: ANN401 - what a parameter can hold
+    def parameter(self, name: str) -> ParameterValue:
         from kbot.ros.bridges.ros1.rpc import RpcFailed, call
 
         try:
             if not call(self._bridge.master, "hasParam", self._node, name):
                 return None
-            return call(self._bridge.master, "getParam", self._node, name)
+            value: ParameterValue = call(self._bridge.master, "getParam", self._node, name)
+            return value
         except RpcFailed:
             return None
 
@@ -167,7 +170,7 @@ class _Ros2:
         self._bridge = ros2.open_bridge(link, None, node.full_name)
         self.uses_sim_time = bool(node.parameters.get("use_sim_time"))
 
-    def parameter(self, name: str) -> Any:  # noqa: ANN401 - the same
+    def parameter(self, name: str) -> ParameterValue:
         return None  # a node of ROS 2 has its parameters from its command line alone
 
     def close(self) -> None:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 from kbot.ros import names
+from kbot.ros.parameter_values import ParameterValue
 from kbot.text import DescriptionError, Diagnostic, Origin
 
 
@@ -20,10 +20,10 @@ class RobotDescription:
 
 @dataclass(frozen=True, slots=True)
 class Param:
-    """A parameter of the store: a global name and a value that YAML can hold (or bytes)."""
+    """A parameter of the store: a global name and its value."""
 
     name: str
-    value: Any
+    value: ParameterValue
     origin: Origin
     description: RobotDescription | None = None
 

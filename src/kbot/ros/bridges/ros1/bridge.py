@@ -8,7 +8,7 @@ from typing import Any
 
 from kbot.net.hosts import host_and_port_of_uri, is_loopback, is_served_at
 from kbot.record.encodings.types import ros1_types
-from kbot.ros.bridges.link import PeerLink, Value
+from kbot.ros.bridges.link import PeerLink
 from kbot.ros.bridges.ros1.allowed_nodes import AllowedNodes
 from kbot.ros.bridges.ros1.master import Master
 from kbot.ros.bridges.ros1.parameter_server import flat_parameters, is_plain
@@ -16,6 +16,7 @@ from kbot.ros.bridges.ros1.publisher import Outgoing
 from kbot.ros.bridges.ros1.rpc import Reply, RpcFailed, RpcServer, call, why_not_sent
 from kbot.ros.bridges.ros1.subscriber import Incoming
 from kbot.ros.bridges.ros1.tcpros_server import TcprosServer
+from kbot.ros.parameter_values import ParameterValue
 from kbot.text import KbotError
 
 NODE = "/kbot"
@@ -61,7 +62,7 @@ class Ros1Bridge:
         self._incoming: dict[str, Incoming] = {}
         self._offered = frozenset[str]()
         """Services that the master was told of."""
-        self._given: dict[str, Value] = {}
+        self._given: dict[str, ParameterValue] = {}
         """Parameters as the master has them from here, or told of them."""
         self._lock = threading.Lock()
         self._changed, self._closed = threading.Event(), threading.Event()
@@ -237,7 +238,7 @@ class Ros1Bridge:
         self._changed.set()
         return 1, "the node goes, the simulation stays", 0
 
-    def _parameter_update(self, caller: str, name: str, value: Value) -> Reply:
+    def _parameter_update(self, caller: str, name: str, value: ParameterValue) -> Reply:
         """What others set at the master; a tree comes as a dictionary, what is gone as an empty one."""
         if value == {}:
             self._given.pop(f"/{name.strip('/')}", None)

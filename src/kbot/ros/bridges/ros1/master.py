@@ -8,10 +8,10 @@ import threading
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from kbot.ros.bridges.link import Value
 from kbot.ros.bridges.ros1.allowed_nodes import AllowedNodes
 from kbot.ros.bridges.ros1.parameter_server import ParameterServer, resolve
 from kbot.ros.bridges.ros1.rpc import Reply, RpcFailed, RpcServer, call
+from kbot.ros.parameter_values import ParameterValue
 
 Graph = list[list[object]]
 
@@ -128,7 +128,7 @@ class Master:
             self._later(None)
 
     def _locked(self, method: Callable[..., Reply]) -> Callable[..., Reply]:
-        def answer(*arguments: Value) -> Reply:
+        def answer(*arguments: ParameterValue) -> Reply:
             try:
                 with self._lock:
                     return method(*arguments)
@@ -245,7 +245,7 @@ class Master:
         name = resolve(name, caller)
         return 1, f"Parameter [{name}]", self._parameters.get(name)
 
-    def _setParam(self, caller: str, name: str, value: Value) -> Reply:
+    def _setParam(self, caller: str, name: str, value: ParameterValue) -> Reply:
         name = resolve(name, caller)
         self._parameters.set(name, value)
         self._tell_watchers(name, value)
@@ -286,7 +286,7 @@ class Master:
         watchers = self._parameter_watchers.get(resolve(name, caller), {})
         return 1, f"Unsubscribe to parameter [{name}]", int(watchers.pop(caller, None) is not None)
 
-    def _tell_watchers(self, name: str, value: Value) -> None:
+    def _tell_watchers(self, name: str, value: ParameterValue) -> None:
         for watched, nodes in self._parameter_watchers.items():
             if f"{name}/".startswith(f"{watched.rstrip('/')}/"):
                 for uri in nodes.values():

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from kbot.messages.bus import absolute
-from kbot.ros.bridges.link import Value
+from kbot.ros.parameter_values import ParameterValue
 
-Tree = dict[str, Value]
+Tree = dict[str, ParameterValue]
 
 
 class ParameterServer:
@@ -19,15 +19,15 @@ class ParameterServer:
     def __init__(self) -> None:
         self._tree: Tree = {}
 
-    def get(self, name: str) -> Value:
-        value: Value = self._tree
+    def get(self, name: str) -> ParameterValue:
+        value: ParameterValue = self._tree
         for part in parts(name):
             if not isinstance(value, dict) or part not in value:
                 raise KeyError(name)
             value = value[part]
         return value
 
-    def set(self, name: str, value: Value) -> None:
+    def set(self, name: str, value: ParameterValue) -> None:
         path = parts(name)
         if not path:
             if not isinstance(value, dict):
@@ -83,7 +83,7 @@ class ParameterServer:
         return found
 
 
-def flat_parameters(name: str, value: Value) -> Iterator[tuple[str, Value]]:
+def flat_parameters(name: str, value: ParameterValue) -> Iterator[tuple[str, ParameterValue]]:
     """Full names and values of a value and all below it, as ROS 1 sends trees."""
     if not isinstance(value, dict):
         yield name, value
@@ -91,7 +91,7 @@ def flat_parameters(name: str, value: Value) -> Iterator[tuple[str, Value]]:
         yield from flat_parameters(f"{name.rstrip('/')}/{key}", inner)
 
 
-def is_plain(value: Value) -> bool:
+def is_plain(value: ParameterValue) -> bool:
     """Whether it is of numbers, texts and truths, which every bridge knows."""
     if isinstance(value, list):
         return all(map(is_plain, value))

@@ -16,9 +16,10 @@ import numpy as np
 
 from kbot.messages.types import Time
 from kbot.record.encodings.types import ros2_types
-from kbot.ros.bridges.link import PeerLink, Value
+from kbot.ros.bridges.link import PeerLink
 from kbot.ros.bridges.zenoh.names import OF_PARAMETERS
 from kbot.ros.bridges.zenoh.queryables import Served
+from kbot.ros.parameter_values import ParameterValue
 from kbot.ros.service_types import hash_of_service
 from kbot.text import KbotError
 
@@ -52,7 +53,7 @@ def dotted(name: str) -> str:
     return name.strip("/").replace("/", ".")
 
 
-def type_of(value: Value) -> int:
+def type_of(value: ParameterValue) -> int:
     """ROS 2's number for its type; that of what is not set where there is none."""
     if isinstance(value, list | tuple):
         kinds = {_type_of_one(item) for item in value} or {_STRING}
@@ -61,7 +62,7 @@ def type_of(value: Value) -> int:
     return _type_of_one(value)
 
 
-def message_of(value: Value) -> Message:
+def message_of(value: ParameterValue) -> Message:
     """A ParameterValue."""
     kind = type_of(value)
     fields = dict(_FIELDS)
@@ -71,18 +72,18 @@ def message_of(value: Value) -> Message:
     return SimpleNamespace(type=kind, **fields)
 
 
-def value_of(name: str, message: Message) -> Value:
+def value_of(name: str, message: Message) -> ParameterValue:
     """None where it is to be taken away. Raises KbotError: it is of a type that is not kept."""
     if message.type == NOT_SET:
         return None
     if message.type == _BYTES or message.type > len(_FIELDS):
         kept = "booleans, numbers, texts and lists of them are"
         raise KbotError(f"{name}: a value of type {message.type} is not kept: {kept}")
-    value = getattr(message, _FIELDS[message.type - 1][0])
+    value: ParameterValue = getattr(message, _FIELDS[message.type - 1][0])
     return value.tolist() if isinstance(value, np.ndarray) else value
 
 
-def _type_of_one(value: Value) -> int:
+def _type_of_one(value: ParameterValue) -> int:
     if isinstance(value, int) and not -(1 << 63) <= value < 1 << 63:
         return NOT_SET
     return next((number for kind, number in _KINDS if isinstance(value, kind)), NOT_SET)
@@ -117,11 +118,11 @@ class ParameterEvents:
             self._put(bytes(ros2_types().serialize_cdr(event, TYPE)))
 
 
-def _known(link: PeerLink) -> dict[str, Value]:
+def _known(link: PeerLink) -> dict[str, ParameterValue]:
     return {dotted(full): value for full, value in link.parameters.items() if type_of(value) != NOT_SET}
 
 
-def _messages(values: dict[str, Value]) -> list[Message]:
+def _messages(values: dict[str, ParameterValue]) -> list[Message]:
     return [SimpleNamespace(name=name, value=message_of(values[name])) for name in sorted(values)]
 
 
@@ -200,7 +201,7 @@ class _Parameters:
 
     def __init__(self, link: PeerLink) -> None:
         self._link = link
-        self._known: tuple[dict[str, Value], dict[str, str]] = {}, {}
+        self._known: tuple[dict[str, ParameterValue], dict[str, str]] = {}, {}
 
     def list_parameters(self, request: Message) -> Message:
         """As rclcpp understands prefixes, and a depth, of which 0 is without end."""
@@ -246,7 +247,7 @@ class _Parameters:
             self._known = values, names
         return names
 
-    def _value(self, name: str) -> Value:
+    def _value(self, name: str) -> ParameterValue:
         return self._link.parameters.get(self._names().get(dotted(name), ""))
 
     def _full(self, name: str) -> str:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from kbot.ros.launch.known_packages import Role, role
 from kbot.ros.launch.plan import Param, Plan, PlannedNode
 from kbot.ros.nodes.joint_state_publisher import RATE, Dependent, JointStateSettings
+from kbot.ros.parameter_values import ParameterValue
 from kbot.text import Diagnostic, Severity
 from kbot.text.suggest import did_you_mean
 
@@ -67,7 +67,7 @@ class _Reader:
         names = (key.split("/")[1] for key in self._params if key.startswith(f"{name}/"))
         return list(dict.fromkeys(names))
 
-    def _value(self, name: str, default: Any) -> Any:
+    def _value(self, name: str, default: ParameterValue) -> ParameterValue:
         param = self._params.get(name)
         return default if param is None else param.value
 

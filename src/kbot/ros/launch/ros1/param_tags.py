@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 from kbot.ros import names
 from kbot.ros.launch import commands
@@ -12,7 +11,7 @@ from kbot.ros.launch.launch_error import LaunchError
 from kbot.ros.launch.plan import Param, RobotDescription
 from kbot.ros.launch.ros1.attributes import Attributes, TagReader
 from kbot.ros.launch.ros1.context import LaunchScope
-from kbot.ros.parameter_values import ROSPARAM, TYPES, convert
+from kbot.ros.parameter_values import ROSPARAM, TYPES, ParameterValue, convert
 from kbot.text import DescriptionError, Element, Origin, Source, read_source
 from kbot.text.files import read_bytes
 from kbot.text.span import Call
@@ -76,7 +75,7 @@ class ParameterStore:
 
     def _value(
         self, source: str, found: Attributes, type_: str, origin: Origin
-    ) -> tuple[Any, RobotDescription | None]:
+    ) -> tuple[ParameterValue, RobotDescription | None]:
         text = found[source]
         budget = self.reporter.budget
         match source:
@@ -168,7 +167,7 @@ class ParameterStore:
     def _spread(
         self,
         name: str,
-        value: Any,
+        value: ParameterValue,
         place: Callable[[Keys], Origin],
         keys: Keys = (),
     ) -> None:

@@ -15,7 +15,7 @@ from kbot.ros.launch.ros2.substitutions import Substitution
 from kbot.text import Origin
 
 Value = Any
-"""What may stand where a substitution is expected."""
+"""What may stand where a substitution is expected. Not object: actions pass keywords on to their bases."""
 
 
 class Action:
@@ -175,7 +175,7 @@ class Node(Action):
         package: Value = None,
         name: Value = None,
         namespace: Value = None,
-        parameters: Iterable[Any] | None = None,
+        parameters: Iterable[object] | None = None,
         remappings: Iterable[tuple[Value, Value]] | None = None,
         arguments: Iterable[Value] | None = None,
         ros_arguments: Iterable[Value] | None = None,
@@ -238,8 +238,8 @@ class OpaqueFunction(Action):
         self,
         *,
         function: Callable[..., Iterable[object] | None],
-        args: Iterable[Any] | None = None,
-        kwargs: Mapping[str, Any] | None = None,
+        args: Iterable[object] | None = None,
+        kwargs: Mapping[str, object] | None = None,
         **more: Value,
     ) -> None:
         super().__init__(**more)
@@ -276,7 +276,7 @@ class ParameterValue:
 class PlacedParameter:
     """Parameters by name, as a `<param>` gives them, with its place."""
 
-    def __init__(self, values: dict[str, Any], origin: Origin) -> None:
+    def __init__(self, values: dict[str, object], origin: Origin) -> None:
         self.values, self.origin = values, origin
 
 

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from kbot.ros.launch.ros2.actions import Action
-
-Value = Any
+from kbot.ros.launch.ros2.actions import Action, Value
 
 
 class EventHandler:

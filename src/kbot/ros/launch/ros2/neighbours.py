@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
 
 from kbot.ros.launch.known_packages import share_of
 from kbot.ros.launch.ros2 import actions as act
+from kbot.ros.launch.ros2.conditions import Condition
 from kbot.ros.launch.ros2.context import LaunchContext
 from kbot.ros.launch.ros2.substitutions import LaunchConfiguration, performed
 
@@ -25,17 +25,17 @@ _SPAWN_OPTIONS = {
 }
 
 
-def gz_server(*, condition: Any = None, **given: Any) -> act.IncludeLaunchDescription:
+def gz_server(*, condition: Condition | None = None, **given: object) -> act.IncludeLaunchDescription:
     """Gazebo's server, as the action GzServer and the tag `<gz_server>` start it."""
     return _included("ros_gz_sim", "gz_server.launch.py", given, condition)
 
 
-def ros_gz_bridge(*, condition: Any = None, **given: Any) -> act.IncludeLaunchDescription:
+def ros_gz_bridge(*, condition: Condition | None = None, **given: object) -> act.IncludeLaunchDescription:
     """The bridge, as the action RosGzBridge and the tag `<ros_gz_bridge>` start it."""
     return _included("ros_gz_bridge", "ros_gz_bridge.launch.py", given, condition)
 
 
-def gz_spawn_model(*, condition: Any = None, **given: Any) -> act.OpaqueFunction:
+def gz_spawn_model(*, condition: Condition | None = None, **given: object) -> act.OpaqueFunction:
     """The program `create`, with the options that are not empty."""
 
     def spawn(context: LaunchContext) -> list[act.Action]:
@@ -47,7 +47,7 @@ def gz_spawn_model(*, condition: Any = None, **given: Any) -> act.OpaqueFunction
 
 
 def _included(
-    package: str, name: str, given: Mapping[str, Any], condition: Any
+    package: str, name: str, given: Mapping[str, object], condition: Condition | None
 ) -> act.IncludeLaunchDescription:
     path = f"{share_of(package)}/launch/{name}"
     return act.IncludeLaunchDescription(path, launch_arguments=given, condition=condition)
@@ -61,9 +61,9 @@ LAUNCH_FILES: Mapping[tuple[str, str], tuple[Callable[..., act.Action], ...]] = 
 
 
 def controllers_spawner(
-    controller_names: Iterable[Any],
-    controller_params_files: Iterable[Any] | None = None,
-    extra_spawner_args: Iterable[Any] = (),
+    controller_names: Iterable[object],
+    controller_params_files: Iterable[object] | None = None,
+    extra_spawner_args: Iterable[object] = (),
 ) -> act.LaunchDescription:
     """`generate_controllers_spawner_launch_description` of controller_manager."""
     files = [word for file in controller_params_files or () for word in ("--param-file", file)]
@@ -71,10 +71,10 @@ def controllers_spawner(
 
 
 def controllers_spawner_from_dict(
-    controller_info_dict: Mapping[str, Any], extra_spawner_args: Iterable[Any] = ()
+    controller_info_dict: Mapping[str, object], extra_spawner_args: Iterable[object] = ()
 ) -> act.LaunchDescription:
     """The same of controllers by name, each with its file or files of parameters."""
-    files: list[Any] = []
+    files: list[object] = []
     for given in controller_info_dict.values():
         for file in given if isinstance(given, list) else [given]:
             if file is not None and file not in files:
@@ -83,14 +83,14 @@ def controllers_spawner_from_dict(
 
 
 def load_controller(
-    controller_name: Any, controller_params_file: Any = None, extra_spawner_args: Iterable[Any] = ()
+    controller_name: object, controller_params_file: object = None, extra_spawner_args: Iterable[object] = ()
 ) -> act.LaunchDescription:
     """`generate_load_controller_launch_description` of controller_manager."""
     files = controller_params_file if isinstance(controller_params_file, list) else [controller_params_file]
     return controllers_spawner([controller_name], [f for f in files if f is not None], extra_spawner_args)
 
 
-def _spawner(words: list[Any]) -> act.LaunchDescription:
+def _spawner(words: list[object]) -> act.LaunchDescription:
     name = "controller_manager_name"
     declared = act.DeclareLaunchArgument(name, default_value="controller_manager")
     arguments = [*words, "--controller-manager", LaunchConfiguration(name)]

@@ -31,7 +31,7 @@ class PlacedValue:
 
 
 def parameters_of(
-    given: Iterable[Any], node: str, context: LaunchContext, origin: Origin
+    given: Iterable[object], node: str, context: LaunchContext, origin: Origin
 ) -> dict[str, PlacedValue]:
     """The parameters of a node that was made at `origin`, by name (`a.b` for nested ones); later ones replace
     earlier ones."""
@@ -50,12 +50,12 @@ def _always(origin: Origin) -> Place:
     return lambda keys: origin
 
 
-def parameter_files(given: Iterable[Any], context: LaunchContext) -> tuple[str, ...]:
+def parameter_files(given: Iterable[object], context: LaunchContext) -> tuple[str, ...]:
     """The paths of the files among the parameters of a node."""
     return tuple(_path(item, context) for item in given if not isinstance(item, Mapping | PlacedParameter))
 
 
-def _path(item: Any, context: LaunchContext) -> str:
+def _path(item: object, context: LaunchContext) -> str:
     return performed(item.file if isinstance(item, ParameterFile) else item, context)
 
 
@@ -96,7 +96,7 @@ def _read(source: Source) -> YamlDocument:
 
 
 def _flat(
-    values: Mapping[Any, Any], context: LaunchContext, place: Place, keys: Keys = (), prefix: str = ""
+    values: Mapping[Any, object], context: LaunchContext, place: Place, keys: Keys = (), prefix: str = ""
 ) -> dict[str, PlacedValue]:
     """`place` tells where the value beneath some keys was written."""
     found: dict[str, PlacedValue] = {}
@@ -110,7 +110,7 @@ def _flat(
     return found
 
 
-def _placed(value: Any, context: LaunchContext, origin: Origin | None) -> PlacedValue:
+def _placed(value: object, context: LaunchContext, origin: Origin | None) -> PlacedValue:
     try:
         return PlacedValue(plain(value, context), origin)
     except LaunchError as fault:
@@ -120,7 +120,7 @@ def _placed(value: Any, context: LaunchContext, origin: Origin | None) -> Placed
         raise DescriptionError([found]) from None
 
 
-def plain(value: Any, context: LaunchContext) -> Any:
+def plain(value: object, context: LaunchContext) -> Any:
     """A parameter's value: texts made of substitutions are read as YAML, unless a type is said."""
     if isinstance(value, ParameterValue):
         text = plain(value.value, context) if not is_value(value.value) else performed(value.value, context)
@@ -134,7 +134,7 @@ def plain(value: Any, context: LaunchContext) -> Any:
     return str(value)
 
 
-def _typed(text: Any, type_: Any) -> Any:
+def _typed(text: object, type_: object) -> Any:
     if not isinstance(text, str):
         return text
     if type_ is str:

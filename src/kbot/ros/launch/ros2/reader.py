@@ -6,7 +6,6 @@ import shlex
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from kbot.ros import names
 from kbot.ros.launch import known_packages
@@ -30,6 +29,7 @@ from kbot.ros.launch.ros2.parameters import (
     plain,
 )
 from kbot.ros.launch.ros2.substitutions import CommandLine, is_true, performed
+from kbot.ros.parameter_values import ParameterValue
 from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Source, read_source
 from kbot.text.errors import reading
 from kbot.text.numbers import to_float
@@ -320,7 +320,7 @@ class ActionVisitor:
                 self.reporter.finding(Diagnostic("L054", Severity.ERROR, message, origin, hint))
         self.nodes.append(node)
 
-    def _set(self, name: str, value: Any, origin: Origin) -> None:
+    def _set(self, name: str, value: ParameterValue, origin: Origin) -> None:
         description = self.context.described(value) if isinstance(value, str) else None
         self.params[name] = Param(names.canonical(name), value, origin, description)
 
@@ -386,7 +386,7 @@ def process_of(action: act.ExecuteProcess, context: LaunchContext, origin: Origi
     )
 
 
-def seconds_of(value: Any, context: LaunchContext) -> float:
+def seconds_of(value: object, context: LaunchContext) -> float:
     """A delay or a period. Raises LaunchError: L005, it is no number."""
     text = performed(value, context) if act.is_value(value) else str(value)
     try:
@@ -395,7 +395,7 @@ def seconds_of(value: Any, context: LaunchContext) -> float:
         raise LaunchError("L005", f"'{text}' is no number of seconds", "", text) from None
 
 
-def ends_launch(on_exit: Any) -> bool:
+def ends_launch(on_exit: object) -> bool:
     """Whether what is done at a process's end is the end of all."""
     reactions = on_exit if isinstance(on_exit, list | tuple) else [on_exit]
     return any(
@@ -405,7 +405,7 @@ def ends_launch(on_exit: Any) -> bool:
     )
 
 
-def _words(written: Any, context: LaunchContext) -> list[str]:
+def _words(written: object, context: LaunchContext) -> list[str]:
     """One word of a command, or all of a command line."""
     text = performed(written, context)
     return split_words(text) if isinstance(written, CommandLine) else [text]
