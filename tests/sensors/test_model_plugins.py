@@ -11,7 +11,7 @@ from kbot.sensors import Gps, GroundTruth, Imu
 from kbot.sensors.declared import declared_sensors, mount_declared
 from kbot.sensors.noise import NoiseSource
 from kbot.sim import Simulation
-from kbot.sim.naming import PLAIN, Naming
+from kbot.sim.naming import ROOT_NAMING, Naming
 from kbot.text import Severity
 
 BODY = """<robot name="crate"><link name="body"><inertial><mass value="1"/>
@@ -27,7 +27,7 @@ def robot(library: str, inside: str = "", name: str = "truth"):
     return load_robot_text(BODY.format(f"<gazebo>\n{plugin}</gazebo>"), "a.urdf").require()
 
 
-def one(library: str, inside: str = "", naming: Naming = PLAIN):
+def one(library: str, inside: str = "", naming: Naming = ROOT_NAMING):
     declared = declared_sensors(robot(library, inside), naming)
     assert declared.diagnostics == ()
     (spec,) = declared.specs
@@ -72,24 +72,25 @@ def test_its_noise_is_on_the_twist_with_the_covariance_to_match():
 @pytest.mark.parametrize(
     ("library", "inside", "naming", "topic"),
     [
-        ("libgazebo_ros_p3d.so", P3D, PLAIN, "/base_pose_ground_truth"),
+        ("libgazebo_ros_p3d.so", P3D, ROOT_NAMING, "/base_pose_ground_truth"),
         ("libgazebo_ros_p3d.so", P3D, Naming("b", "b", "b/"), "/b/base_pose_ground_truth"),
         (
             "libgazebo_ros_p3d.so",
             "<body_name>mast</body_name><ros><remapping>odom:=truth</remapping></ros>",
-            PLAIN,
+            ROOT_NAMING,
             "/truth",
         ),
         (
             "libgazebo_ros_p3d.so",
             f"<robotNamespace>/far</robotNamespace>{P3D}",
-            PLAIN,
+            ROOT_NAMING,
             "/far/base_pose_ground_truth",
         ),
-        ("libhector_gazebo_ros_imu.so", "<bodyName>mast</bodyName>", PLAIN, "/imu"),
+        ("libhector_gazebo_ros_imu.so", "<bodyName>mast</bodyName>", ROOT_NAMING, "/imu"),
         ("libhector_gazebo_ros_gps.so", "<bodyName>mast</bodyName><referenceHeading>90</referenceHeading>",
-         PLAIN, "/fix"),
-        ("libgazebo_ros_imu.so", "<bodyName>mast</bodyName><topicName>imu/d</topicName>", PLAIN, "/imu/d"),
+         ROOT_NAMING, "/fix"),
+        ("libgazebo_ros_imu.so", "<bodyName>mast</bodyName><topicName>imu/d</topicName>",
+         ROOT_NAMING, "/imu/d"),
     ],
 )  # fmt: skip
 def test_topics_are_named_as_the_plugins_name_them(library, inside, naming, topic):

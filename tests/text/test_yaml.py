@@ -9,13 +9,13 @@ from typing import Any
 import pytest
 import yaml
 
-from kbot.cli.ros.graph.asking import read_yaml as read_word
+from kbot.cli.ros.graph.asking import read_values_text as read_word
 from kbot.ros.launch.reporter import Reporter
-from kbot.ros.launch.ros2.markup import read_yaml as read_launch
+from kbot.ros.launch.ros2.markup import read_yaml_launch as read_launch
 from kbot.ros.parameter_values import ROSPARAM
 from kbot.text import DescriptionError, KbotError, Source
 from kbot.text.yaml import MOST_LEVELS, PLAIN, TEXT, Dialect, YamlError, check_nesting, load_yaml, read_yaml
-from kbot.workbench.displays.marked_yaml import read_yaml as read_rviz
+from kbot.workbench.displays.marked_yaml import read_marked as read_rviz
 from kbot.world.occupancy_files import read_map
 from kbot.xacro import Packages, expand_text
 

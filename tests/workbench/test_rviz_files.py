@@ -10,7 +10,7 @@ import kbot
 from kbot.templates import Sizes, make_package
 from kbot.text import KbotError
 from kbot.workbench.displays.display_settings import Display, DisplaySettings
-from kbot.workbench.displays.marked_yaml import read_yaml
+from kbot.workbench.displays.marked_yaml import read_marked
 from kbot.workbench.displays.rviz import read_rviz, write_rviz
 
 from .rviz_texts import RVIZ1, RVIZ2
@@ -179,18 +179,18 @@ def test_malformed_rviz_files_say_what_is_wrong_and_where(text: str, said: str) 
 
 def test_merged_fields_are_read() -> None:
     text = "a: &a {b: 1, c: [2]}\nd: {<<: *a, c: 3}\n"
-    fields = read_yaml(text, "a.rviz").fields["d"]
+    fields = read_marked(text, "a.rviz").fields["d"]
     assert fields.plain == {"b": 1, "c": 3}
     assert (fields.fields["b"].line, fields.fields["c"].line) == (1, 2)
 
 
 def test_more_values_than_settings_have_are_refused() -> None:
     text = "[" + "1, " * 49_998 + "1]"
-    assert len(read_yaml(text, "a.rviz").items) == 49_999
+    assert len(read_marked(text, "a.rviz").items) == 49_999
     with pytest.raises(KbotError, match=r"a\.rviz:1: not YAML: it holds more than 50,000 values"):
-        read_yaml(text.replace("1]", "1, 1]"), "a.rviz")
+        read_marked(text.replace("1]", "1, 1]"), "a.rviz")
     with pytest.raises(KbotError, match=r"a\.rviz:1: not YAML: its aliases stand for too many values"):
-        read_yaml("a: &a [" + "1, " * 300 + "1]\nb: [" + "*a, " * 300 + "*a]", "a.rviz")
+        read_marked("a: &a [" + "1, " * 300 + "1]\nb: [" + "*a, " * 300 + "*a]", "a.rviz")
 
 
 def test_values_of_no_use_are_named_and_kept() -> None:

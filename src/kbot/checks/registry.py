@@ -133,14 +133,13 @@ def page(code: str, name: str, text: str, severity: Severity = Severity.ERROR, s
     rule(code, name, severity, "below", since)(nothing)
 
 
+@cache
 def all_rules() -> dict[str, Rule]:
     """Every rule by code, the families imported on first use."""
-    if "_loaded" not in globals():
-        added = (module for part in parts() for module in part.RULE_PAGES)
-        families = (f"kbot.checks.rules.{family}" for family in _FAMILIES)
-        for module in ("kbot.checks.pages", *added, *families):
-            import_module(module)
-        globals()["_loaded"] = True
+    added = (module for part in parts() for module in part.RULE_PAGES)
+    families = (f"kbot.checks.rules.{family}" for family in _FAMILIES)
+    for module in ("kbot.checks.pages", *added, *families):
+        import_module(module)
     return _RULES
 
 

@@ -24,7 +24,6 @@ from kbot.xacro import Packages, expand_text
 if TYPE_CHECKING:
     from kbot.checks.context import Context
     from kbot.model.load import Loaded
-    from kbot.xacro import Packages
 
 
 _OF_THE_WHOLE = frozenset({"U002", "U003", "X100", "X103", "X112", "X121", "X129"})

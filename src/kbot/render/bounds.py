@@ -13,7 +13,7 @@ from kbot.model.shapes import bounds
 from kbot.text import KbotError
 
 
-def robot_bounds(robot: RobotModel) -> tuple[np.ndarray, np.ndarray]:
+def visible_bounds(robot: RobotModel) -> tuple[np.ndarray, np.ndarray]:
     """Lowest and highest corner (3,) of what is seen of the robot at zero, in its root frame; metres."""
     poses = FrameTree(robot).poses({})
     boxes = list(_bounds(robot, poses))

@@ -31,4 +31,6 @@ PALETTES: dict[Theme, Palette] = {
     "dark": Palette(_rgb(0x0F1318), _rgb(0x1B222B), _rgb(0x2A333F), _rgb(0x3D4A5A), 0.5),
     "light": Palette(_rgb(0xEEF1F5), _rgb(0xFBFCFD), _rgb(0xDDE2E9), _rgb(0xBCC5D0), 0.22),
 }
+UNPAINTED = (0.72, 0.74, 0.78, 1.0)
+"""The colour of a shape without a material, in pictures and in the page."""
 AXIS_X, AXIS_Y = _rgb(0xE5484D), _rgb(0x46A758)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from kbot.kinematics import FrameTree
 from kbot.kinematics.transform import Transform
 from kbot.model import RobotModel
-from kbot.render.bounds import robot_bounds
+from kbot.render.bounds import visible_bounds
 from kbot.render.surfaces import PaintedSurface, body_surfaces, robot_surfaces
 from kbot.sim import Simulation
 from kbot.world.sdf.materials import link_colours
@@ -53,7 +53,7 @@ def robot_in_world(simulation: Simulation) -> PictureScene:
 def _things(
     robot: RobotModel, poses: Mapping[str, Transform], others: Iterable[PaintedSurface], *, on_ground: bool
 ) -> PictureScene:
-    low, high = robot_bounds(robot)
+    low, high = visible_bounds(robot)
     colours = link_colours(robot) if on_ground else {}
     links = {
         name: tuple(surface.moved(poses[name]) for surface in surfaces)

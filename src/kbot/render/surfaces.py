@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 from kbot.kinematics.transform import Transform
 from kbot.model import Geometry, Link, Mesh, RobotModel
 from kbot.model.meshes import MeshPart, Texture, load_mesh
+from kbot.render.palette import UNPAINTED
 from kbot.text import KbotError
 from kbot.world import world as things
 from kbot.world.ground import height_field_triangles, is_the_ground
 
-PLAIN = (0.72, 0.74, 0.78, 1.0)
-"""The colour of what says none, as in the page."""
 AROUND = 48
 MOST_TRIANGLES = 500_000
 """Of all visuals of a robot: so many in one STL take 1.0 GB and 6 s as PNG, 0.6 GB and 3 s as GLB."""
@@ -70,7 +69,7 @@ def _link_surfaces(link: Link, colour: RGBA | None) -> Iterator[PaintedSurface]:
         pose = Transform.of(visual.pose)
         rgba = colour or (visual.material.rgba if visual.material else None)
         for part in filter(_has_faces, parts(visual.geometry)):
-            own = rgba or part.rgba or PLAIN
+            own = rgba or part.rgba or UNPAINTED
             texture = None if rgba else part.texture
             yield PaintedSurface(part.vertices, part.faces, own, texture).moved(pose)
 

@@ -21,7 +21,7 @@ from kbot.sensors.ros2_control import ros2_control_sensors
 from kbot.sensors.sdf_values import SensorValues
 from kbot.sensors.sensor import Sensor, Spec, require_sensor_topic
 from kbot.sim import Simulation
-from kbot.sim.naming import PLAIN, Naming
+from kbot.sim.naming import ROOT_NAMING, Naming
 from kbot.sim.robot import SimulatedRobot
 from kbot.text import DescriptionError, Diagnostic, Element, KbotError, Severity
 from kbot.text.suggest import did_you_mean
@@ -41,7 +41,7 @@ class Declared:
     diagnostics: tuple[Diagnostic, ...]
 
 
-def declared_sensors(robot: RobotModel, naming: Naming = PLAIN) -> Declared:
+def declared_sensors(robot: RobotModel, naming: Naming = ROOT_NAMING) -> Declared:
     """What the description of a robot declares that the simulation calls `naming`. Never raises: what cannot
     be used is in the diagnostics."""
     diagnostics: list[Diagnostic] = []

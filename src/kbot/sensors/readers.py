@@ -16,7 +16,7 @@ from kbot.sensors.position import Gps
 from kbot.sensors.proximity import Range
 from kbot.sensors.sdf_values import SensorValues
 from kbot.sensors.sensor import Spec
-from kbot.sim.naming import PLAIN, Naming
+from kbot.sim.naming import ROOT_NAMING, Naming
 from kbot.sim.plugin_names import PluginNames, is_of_gazebo_ros
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
@@ -89,7 +89,7 @@ Read = Callable[[SensorValues, Keywords], Spec]
 _RATES = ("update_rate", "plugin/updateRate", "plugin/updateRateHZ", "plugin/update_rate")
 
 
-def read_sensor(values: SensorValues, link: str, naming: Naming = PLAIN) -> Spec | None:
+def read_sensor(values: SensorValues, link: str, naming: Naming = ROOT_NAMING) -> Spec | None:
     """The sensor of an element that sits on a link (or, for force_torque, in a joint), of the robot that the
     simulation calls `naming`; None, with a finding, where it is none that is simulated."""
     element = values.element

@@ -7,7 +7,7 @@ from math import inf
 from typing import NamedTuple
 
 from kbot.messages.bus import Bus
-from kbot.sim.commands import Commands
+from kbot.sim.command_delivery import CommandDelivery
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.welds import STANDING
 from kbot.sim.faults import FAULTS, End, Fault, Kick, Target, to_journal
@@ -52,7 +52,7 @@ class Disturbances:
     """The pushes and faults of one simulation. `due` is the next step at which one begins or ends."""
 
     def __init__(
-        self, engine: Engine, bus: Bus, robots: Robots, commands: Commands, journal: Journal
+        self, engine: Engine, bus: Bus, robots: Robots, commands: CommandDelivery, journal: Journal
     ) -> None:
         self._engine, self._robots, self._journal = engine, robots, journal
         self._target = Target(engine, bus, commands, robots)

@@ -14,7 +14,7 @@ import numpy as np
 
 from kbot.kinematics.bodies import MassProperties, principal_axes
 from kbot.messages.bus import Bus
-from kbot.sim.commands import Commands
+from kbot.sim.command_delivery import CommandDelivery
 from kbot.sim.engine.contacts import rank
 from kbot.sim.engine.engine import Engine
 from kbot.sim.numbers import FASTEST, FURTHEST, Vector, is_within, positive, shortened, vector
@@ -36,7 +36,7 @@ class Target:
 
     engine: Engine
     bus: Bus
-    commands: Commands
+    commands: CommandDelivery
     robots: Robots
 
 

@@ -15,7 +15,7 @@ from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.model import RobotModel
 from kbot.model.writer import to_urdf
-from kbot.sim.commands import Commands
+from kbot.sim.command_delivery import CommandDelivery
 from kbot.sim.disturbances import Disturbances
 from kbot.sim.engine.assembly import Assembly
 from kbot.sim.engine.engine import Engine
@@ -64,7 +64,7 @@ class Models:
         self,
         engine: Engine,
         robots: Robots,
-        commands: Commands,
+        commands: CommandDelivery,
         disturbances: Disturbances,
         journal: Journal,
         diagnostics: tuple[Diagnostic, ...],

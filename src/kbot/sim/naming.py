@@ -36,7 +36,7 @@ class Naming:
         return absolute(name, "" if has_it else self.namespace)
 
 
-PLAIN = Naming()
+ROOT_NAMING = Naming()
 
 
 def is_model_name(name: object) -> bool:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive
 from kbot.kinematics.odometry import PlanarPose, PlanarTwist
 from kbot.kinematics.transform import Transform
-from kbot.sim.commands import Commands
+from kbot.sim.command_delivery import CommandDelivery
 from kbot.sim.drive.drive_controller import DriveController, SavedDrive
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.joints import rest
@@ -29,7 +29,9 @@ SavedRobot = tuple[SavedDrive | None, int, tuple[int, bool], SavedServos]
 class SimulatedRobot:
     """A robot in a simulation: its `body`, its `joints`, and its `wheels` where it can drive."""
 
-    def __init__(self, prepared: Prepared, engine: Engine, commands: Commands, journal: Journal) -> None:
+    def __init__(
+        self, prepared: Prepared, engine: Engine, commands: CommandDelivery, journal: Journal
+    ) -> None:
         self._engine, self._commands, self._journal = engine, commands, journal
         self.robot = prepared.robot
         self.naming = prepared.naming

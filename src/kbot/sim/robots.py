@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 
 from kbot.messages.bus import Bus
 from kbot.messages.clock import Clock
-from kbot.sim.commands import Commands
+from kbot.sim.command_delivery import CommandDelivery
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.welds import STANDING
 from kbot.sim.engine.world_builder import PREFIX
@@ -23,7 +23,13 @@ class Robots(Mapping[str, SimulatedRobot]):
     """The robots by name, in the order in which they came. The `first` cannot be deleted."""
 
     def __init__(
-        self, first: Prepared, engine: Engine, bus: Bus, clock: Clock, commands: Commands, journal: Journal
+        self,
+        first: Prepared,
+        engine: Engine,
+        bus: Bus,
+        clock: Clock,
+        commands: CommandDelivery,
+        journal: Journal,
     ) -> None:
         self._engine, self._bus, self._clock = engine, bus, clock
         self._commands, self._journal = commands, journal

@@ -15,7 +15,7 @@ from kbot.messages.clock import Clock
 from kbot.messages.types import JointState
 from kbot.model import RobotModel
 from kbot.sim import recipe
-from kbot.sim.commands import Commands
+from kbot.sim.command_delivery import CommandDelivery
 from kbot.sim.disturbances import Disturbances
 from kbot.sim.divergence import ELSEWHERE
 from kbot.sim.drive.twist_controller import DriveLimits
@@ -24,7 +24,7 @@ from kbot.sim.engine.engine import Engine
 from kbot.sim.journal import Journal
 from kbot.sim.models import Models
 from kbot.sim.motion import Motion
-from kbot.sim.naming import PLAIN, Naming
+from kbot.sim.naming import ROOT_NAMING, Naming
 from kbot.sim.numbers import shortened
 from kbot.sim.preparation import check_settings, prepare, read_robot
 from kbot.sim.recipe import Contacts
@@ -68,7 +68,7 @@ class Simulation:
         contacts: str | Contacts = Contacts.RECIPE,
         limits: DriveLimits | None = None,
         start: PlanarPose = ORIGIN,
-        naming: Naming = PLAIN,
+        naming: Naming = ROOT_NAMING,
     ) -> None:
         """Put a robot, or the one of a file (`kbot` ships with KBot), into a world.
 
@@ -106,7 +106,7 @@ class Simulation:
         # robot's come first
         self.engine = Engine(assembly)
         self.journal = Journal()
-        self.commands = Commands(self.engine, seed)
+        self.commands = CommandDelivery(self.engine, seed)
         self.robots = Robots(prepared, self.engine, self.bus, self.clock, self.commands, self.journal)
         self._first: SimulatedRobot = self.robots.first
         self.disturbances = Disturbances(self.engine, self.bus, self.robots, self.commands, self.journal)

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.sim.commands import Commands
+from kbot.sim.command_delivery import CommandDelivery
 from kbot.sim.disturbances import BodyWrench, Disturbances
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.welds import Weld
@@ -61,7 +61,7 @@ class Snapshots:
     def __init__(
         self,
         engine: Engine,
-        commands: Commands,
+        commands: CommandDelivery,
         robots: Robots,
         disturbances: Disturbances,
         models: Models,

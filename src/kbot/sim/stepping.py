@@ -10,7 +10,7 @@ import numpy as np
 
 from kbot.messages.clock import NEVER, Clock
 from kbot.sim import recipe
-from kbot.sim.commands import Commands
+from kbot.sim.command_delivery import CommandDelivery
 from kbot.sim.disturbances import Disturbances
 from kbot.sim.divergence import diverged, engine_failed
 from kbot.sim.engine.engine import Engine
@@ -33,7 +33,7 @@ class Stepping:
         self,
         engine: Engine,
         clock: Clock,
-        commands: Commands,
+        commands: CommandDelivery,
         robots: Robots,
         disturbances: Disturbances,
         inside: str,

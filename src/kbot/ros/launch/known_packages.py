@@ -66,8 +66,7 @@ NODES: Mapping[str, Mapping[str, Role | None]] = {
     "joy_linux": {"joy_linux_node": Role.GAMEPAD},
     "teleop_twist_joy": {"teleop_node": Role.GAMEPAD},
 }
-
-"""The nodes of packages that KBot knows, and what stands in for each; None where nothing does."""
+"""The nodes of packages that KBot knows, and the stand-in for each; None if there is none."""
 
 STAND_IN_PACKAGES = frozenset({*NODES, "xacro"})
 

@@ -20,7 +20,7 @@ from kbot.kinematics.drive.drive import DifferentialDrive
 from kbot.messages.types import Twist, TwistStamped
 from kbot.model import RobotModel
 from kbot.sim.drive.twist_controller import DriveLimits
-from kbot.sim.naming import PLAIN, Naming
+from kbot.sim.naming import ROOT_NAMING, Naming
 from kbot.sim.plugin_names import PluginNames, is_of_gazebo_ros
 from kbot.sim.recipe import ANGULAR_ACCELERATION, LINEAR_ACCELERATION, WATCHDOG
 from kbot.text import DiagnosticCollector
@@ -73,7 +73,7 @@ class DriveSettings:
 
 
 def drive_settings(
-    robot: RobotModel, drive: DifferentialDrive, findings: DiagnosticCollector, naming: Naming = PLAIN
+    robot: RobotModel, drive: DifferentialDrive, findings: DiagnosticCollector, naming: Naming = ROOT_NAMING
 ) -> DriveSettings:
     """Read the robot's own settings. What it does not give comes from its shapes and the defaults. `naming`
     is what the simulation calls it."""

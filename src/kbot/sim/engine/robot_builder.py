@@ -38,13 +38,13 @@ class ContactSurface:
     damping: float = 0.0
 
 
-PLAIN = ContactSurface()
+DEFAULT_SURFACE = ContactSurface()
 
 
 def link_surfaces(robot: RobotModel, findings: DiagnosticCollector) -> Mapping[str, ContactSurface]:
     """The surfaces of the links that something is said of."""
     surfaces: dict[str, ContactSurface] = {}
-    everywhere = PLAIN
+    everywhere = DEFAULT_SURFACE
     for extension in robot.extensions:
         if extension.tag != "gazebo":
             continue
@@ -52,7 +52,7 @@ def link_surfaces(robot: RobotModel, findings: DiagnosticCollector) -> Mapping[s
         if link is None:
             everywhere = _read(extension, everywhere, findings, whole=True)
         elif link in robot.links:
-            surfaces[link] = _read(extension, surfaces.get(link, PLAIN), findings)
+            surfaces[link] = _read(extension, surfaces.get(link, DEFAULT_SURFACE), findings)
         elif link not in robot.joints:
             findings.warning(
                 "W133",
@@ -61,7 +61,7 @@ def link_surfaces(robot: RobotModel, findings: DiagnosticCollector) -> Mapping[s
                 did_you_mean(link, robot.links),
             )
     if everywhere.self_collide:
-        return {link: replace(surfaces.get(link, PLAIN), self_collide=True) for link in robot.links}
+        return {link: replace(surfaces.get(link, DEFAULT_SURFACE), self_collide=True) for link in robot.links}
     return surfaces
 
 
@@ -166,7 +166,7 @@ def add_robot(spec: mujoco.MjSpec, plan: RobotPlan, findings: DiagnosticCollecto
     driven: tuple[str, ...] = ()
     if isinstance(plan.drive, DifferentialDrive):
         driven = plan.drive.joints
-        grip = min(shapes.surfaces.get(w.link, PLAIN).friction for w in plan.drive.wheels.values())
+        grip = min(shapes.surfaces.get(w.link, DEFAULT_SURFACE).friction for w in plan.drive.wheels.values())
         add_drive_servos(spec, robot, plan.drive, prefix, plan.contacts, grip, plan.torque)
     add_joint_servos(spec, robot, (*driven, *held), prefix)
     shapes.keep_from_each_other()
@@ -187,7 +187,7 @@ class _Shapes:
             self.tyres = _tyres(plan.robot, plan.drive)
 
     def add(self, body: mujoco.MjsBody, link: Link) -> None:
-        surface = self.surfaces.get(link.name, PLAIN)
+        surface = self.surfaces.get(link.name, DEFAULT_SURFACE)
         friction = 0.0 if link.name in self.casters else surface.friction
         if not surface.gravity:
             body.gravcomp = 1.0
@@ -249,7 +249,7 @@ class _Shapes:
                     self.spec.add_exclude(bodyname1=prefix + name, bodyname2=prefix + other)
 
     def _meets_its_own(self, link: str) -> bool:
-        return self.surfaces.get(link, PLAIN).self_collide
+        return self.surfaces.get(link, DEFAULT_SURFACE).self_collide
 
 
 def _tyres(robot: RobotModel, drive: DifferentialDrive) -> dict[str, tuple[float, Transform]]:

@@ -25,7 +25,7 @@ from kbot.sim.joint_control.kinds import (
 )
 from kbot.sim.joint_control.plugins import commanded_by
 from kbot.sim.joint_control.trajectory_goal import Constraints
-from kbot.sim.naming import PLAIN, Naming
+from kbot.sim.naming import ROOT_NAMING, Naming
 from kbot.sim.plugin_names import PluginNames, is_of_gazebo_ros
 from kbot.text import DiagnosticCollector, Element
 from kbot.text.numbers import to_float
@@ -106,7 +106,7 @@ def _said(robot: RobotModel) -> Iterator[tuple[str, Element]]:
 
 
 def joint_control(
-    robot: RobotModel, driven: tuple[str, ...], findings: DiagnosticCollector, naming: Naming = PLAIN
+    robot: RobotModel, driven: tuple[str, ...], findings: DiagnosticCollector, naming: Naming = ROOT_NAMING
 ) -> JointControl:
     """How the description has its joints commanded, those that are `driven` left out, of a robot that the
     simulation calls `naming`. What it names and the robot does not have is said at its line."""

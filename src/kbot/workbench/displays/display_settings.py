@@ -10,7 +10,7 @@ from typing import Any
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.workbench.displays.kinds import GLOBALS, KINDS
-from kbot.workbench.displays.marked_yaml import Marked, read_yaml
+from kbot.workbench.displays.marked_yaml import Marked, read_marked
 from kbot.workbench.displays.property import DisplayKind, Property, Value
 
 MOST_DISPLAYS = 200
@@ -55,7 +55,7 @@ def read_settings(text: str, file: str) -> DisplaySettings:
     Raises:
         KbotError: no YAML, an unknown kind or property, or a value that is none; with file:line.
     """
-    document = read_yaml(text, file)
+    document = read_marked(text, file)
     return check(document)
 
 

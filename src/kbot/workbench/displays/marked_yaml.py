@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from kbot.text import KbotError, Source
-from kbot.text.yaml import PLAIN, Keys, YamlDocument, YamlError
-from kbot.text.yaml import read_yaml as read_document
+from kbot.text.yaml import PLAIN, Keys, YamlDocument, YamlError, read_yaml
 
 MOST_VALUES = 50_000
 """Of settings, with each alias counted as what it stands for."""
@@ -63,14 +62,14 @@ class Marked:
         return [entry.plain for entry in self.value] if isinstance(self.value, list) else self.value
 
 
-def read_yaml(text: str, file: str) -> Marked:
+def read_marked(text: str, file: str) -> Marked:
     """The document of a text.
 
     Raises:
         KbotError: it is not YAML, or it has more values than settings have; with the line.
     """
     try:
-        document = read_document(Source(file, text), PLAIN, MOST_VALUES)
+        document = read_yaml(Source(file, text), PLAIN, MOST_VALUES)
     except YamlError as error:
         raise KbotError(f"{file}:{error.span.line}: not YAML: {error.problem}") from None
     return _marked(document, document.data, ())

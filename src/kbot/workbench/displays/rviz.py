@@ -21,7 +21,7 @@ from kbot.workbench.displays.display_settings import (
     properties_of,
 )
 from kbot.workbench.displays.kinds import GLOBALS, KINDS
-from kbot.workbench.displays.marked_yaml import Marked, read_yaml
+from kbot.workbench.displays.marked_yaml import Marked, read_marked
 from kbot.workbench.displays.property import DisplayKind, Property, Value
 
 FIXED_FRAME = "<Fixed Frame>"
@@ -396,7 +396,7 @@ def read_rviz(text: str, file: str) -> RvizFile:
     Raises:
         KbotError: no YAML, or none that rviz writes; with file:line.
     """
-    document = read_yaml(text, file)
+    document = read_marked(text, file)
     manager = document.fields.get("Visualization Manager")
     if manager is None:
         raise document.error("no configuration of rviz: there is no 'Visualization Manager'")

@@ -10,7 +10,7 @@ from kbot.kinematics.spatial import GRAVITY
 from kbot.messages.control import Duration
 from kbot.messages.types import Header, Point, Vector3
 from kbot.messages.visualization import ARROW, ColorRGBA, Marker, MarkerArray
-from kbot.render.bounds import robot_bounds
+from kbot.render.bounds import visible_bounds
 from kbot.sensors.sensor import own_geometries
 from kbot.sim import Simulation
 from kbot.workbench.scene.foreign_frames import WORLD
@@ -28,7 +28,7 @@ class ContactForces:
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation
         self._publisher = simulation.bus.advertise(TOPIC, MarkerArray, rate=RATE)
-        low, high = robot_bounds(simulation.robot)
+        low, high = visible_bounds(simulation.robot)
         gravity = float(np.linalg.norm(simulation.world.gravity)) or GRAVITY
         self._length = (
             float(np.linalg.norm(high - low)) / 2 / max(total_mass(simulation.robot) * gravity, 1e-9)

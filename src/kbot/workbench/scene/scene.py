@@ -24,7 +24,8 @@ from kbot.model import (
     Sphere,
     Visual,
 )
-from kbot.render.bounds import robot_bounds
+from kbot.render.bounds import visible_bounds
+from kbot.render.palette import UNPAINTED
 from kbot.text import KbotError
 from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.protocol import BodyView, InertiaView, JointView, LinkView, Scene, Shape, ShapeKind
@@ -37,7 +38,6 @@ Control: TypeAlias = Literal["none", "position", "velocity"]
 
 USUAL_SPEED = 10.0
 """rad/s or m/s of a joint that says no limit."""
-PLAIN = (0.72, 0.74, 0.78, 1.0)
 OWN_COLOURS = (-1.0, -1.0, -1.0, -1.0)
 """Stands for the colours that a mesh file brings."""
 
@@ -57,7 +57,7 @@ def build_scene(
     the one that states have their poses in; `controls` says what each joint may be told, `others` are the
     robots beside the one on show, by name. Where there is a world, links have the colours that Gazebo gives
     them; without one, those that rviz does."""
-    low, high = robot_bounds(robot)
+    low, high = visible_bounds(robot)
     colours = link_colours(robot) if world is not None else {}
     return Scene(
         revision=revision,
@@ -110,7 +110,7 @@ def _shapes(
     """`painted`: a colour that counts instead of the parts' own."""
     for part in parts:
         material = part.material if isinstance(part, Visual) else None
-        rgba = painted or (material.rgba if material and material.rgba else PLAIN)
+        rgba = painted or (material.rgba if material and material.rgba else UNPAINTED)
         shape = part.geometry
         mesh = ""
         kind: ShapeKind

@@ -7,7 +7,7 @@ from functools import partial
 from kbot.kinematics.drive.drive import NoDrive, find_drive
 from kbot.kinematics.odometry import PlanarPose
 from kbot.model import RobotModel
-from kbot.sim.naming import PLAIN, Naming
+from kbot.sim.naming import ROOT_NAMING, Naming
 from kbot.sim.simulation import ORIGIN
 from kbot.workbench.driving.driving import Attend, Driving, RunSetup
 from kbot.workbench.driving.world_actions import SPAWNED
@@ -27,7 +27,7 @@ def driven_session(
     contacts: str,
     attend: Attend = lambda simulation: None,
     start: PlanarPose = ORIGIN,
-    naming: Naming = PLAIN,
+    naming: Naming = ROOT_NAMING,
 ) -> Session:
     """A session whose robot is simulated, and starts at `start` in the world, which `named` names; `naming`
     says where its topics are.

@@ -10,7 +10,7 @@ from typing import TypeGuard
 
 from kbot.text import KbotError
 from kbot.text.files import read_source, write_bytes
-from kbot.workbench.displays.marked_yaml import Marked, read_yaml
+from kbot.workbench.displays.marked_yaml import Marked, read_marked
 from kbot.workbench.protocol import Bookmark, Bookmarks, Mark, NoteMark, RemoveMark
 
 MOST = 1000
@@ -86,7 +86,7 @@ class Marks:
 
 def _read(text: str, file: str) -> list[Bookmark]:
     """Raises KbotError: it holds something else; with file:line."""
-    document = read_yaml(text, file)
+    document = read_marked(text, file)
     entries = document.items if document.value is not None else []
     found = [_bookmark(number, entry) for number, entry in enumerate(entries, 1)]
     return sorted(found, key=lambda one: one.at)

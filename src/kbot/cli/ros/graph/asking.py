@@ -115,7 +115,7 @@ def read_word(text: str, what: str, example: str) -> Any:  # noqa: ANN401 - what
     a number that YAML 1.1 takes for text."""
     import yaml
 
-    value = read_yaml(text, what, example)
+    value = read_values_text(text, what, example)
     try:
         events: list[Any] = list(yaml.parse(text, yaml.SafeLoader))
     except yaml.YAMLError:  # as for `x?` in a list, which only LibYAML reads
@@ -131,7 +131,7 @@ def read_word(text: str, what: str, example: str) -> Any:  # noqa: ANN401 - what
     return value
 
 
-def read_yaml(text: str, what: str, example: str) -> Any:  # noqa: ANN401 - what YAML holds
+def read_values_text(text: str, what: str, example: str) -> Any:  # noqa: ANN401 - what YAML holds
     """What a text holds. Raises KbotError: it is no YAML, or nothing that a message or a parameter holds."""
     try:
         value = load_yaml(text)

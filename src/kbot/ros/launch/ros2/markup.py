@@ -17,8 +17,7 @@ from kbot.ros.launch.ros2.substitutions import CommandLine
 from kbot.ros.parameter_values import ROSPARAM
 from kbot.text import DescriptionError, Diagnostic, Element, Origin, Severity, Source, Span, Text, parse_xml
 from kbot.text.suggest import did_you_mean
-from kbot.text.yaml import TEXT, Keys, YamlDocument, YamlError, load_yaml
-from kbot.text.yaml import read_yaml as read_document
+from kbot.text.yaml import TEXT, Keys, YamlDocument, YamlError, load_yaml, read_yaml
 
 _LISTS = {"arg", "let", "param", "remap", "env", "keep"}
 
@@ -35,14 +34,14 @@ def read_xml(source: Source, reporter: Reporter) -> list[object]:
     return _Markup(reporter).actions(root)
 
 
-def read_yaml(source: Source, reporter: Reporter) -> list[object]:
+def read_yaml_launch(source: Source, reporter: Reporter) -> list[object]:
     """The actions of a launch file in YAML.
 
     Raises:
         DescriptionError: L033 no YAML, or L001: it is no launch file.
     """
     try:
-        document = read_document(source, TEXT)
+        document = read_yaml(source, TEXT)
     except YamlError as error:
         message = f"the YAML cannot be read: {error.problem}"
         raise DescriptionError([Diagnostic("L033", Severity.ERROR, message, Origin(error.span))]) from None

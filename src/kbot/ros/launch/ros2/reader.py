@@ -19,7 +19,7 @@ from kbot.ros.launch.ros2 import actions as act
 from kbot.ros.launch.ros2 import neighbours
 from kbot.ros.launch.ros2.context import LaunchContext
 from kbot.ros.launch.ros2.handlers import EventHandler, RegisterEventHandler
-from kbot.ros.launch.ros2.markup import read_xml, read_yaml
+from kbot.ros.launch.ros2.markup import read_xml, read_yaml_launch
 from kbot.ros.launch.ros2.modules import PythonFiles
 from kbot.ros.launch.ros2.parameters import (
     PlacedValue,
@@ -65,7 +65,7 @@ def read_launch_2(
 
     def load(file: Source, visitor: ActionVisitor) -> list[object]:
         if file.path.endswith((".yaml", ".yml")):
-            return read_yaml(file, reporter)
+            return read_yaml_launch(file, reporter)
         if not file.path.endswith(".py"):
             return read_xml(file, reporter)
         if not trusted:

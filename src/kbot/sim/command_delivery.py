@@ -22,7 +22,7 @@ class Follower(Protocol):
         ...
 
 
-class Commands:
+class CommandDelivery:
     """The commands that robots follow; `lost_share` of those from outside are lost."""
 
     def __init__(self, engine: Engine, seed: int) -> None:
