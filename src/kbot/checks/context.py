@@ -10,13 +10,13 @@ from kbot.checks.config import Config
 from kbot.checks.edits import copy_as_collision, insert_child, set_value
 from kbot.checks.facts.bodies import LinkBody, body_of
 from kbot.checks.facts.folders import Folders
-from kbot.checks.facts.mobile_base import MOST_JOINTS, MeantWheel, MobileBase, Pair, find_mobile_base
 from kbot.checks.facts.sources import SourceFile, in_order, read_sources
 from kbot.checks.facts.vocabulary import CHILDREN
 from kbot.kinematics.drive.controller_files import ControllerFile, controller_files
 from kbot.kinematics.drive.controllers import DriveController, drive_controllers
 from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, find_drive
-from kbot.kinematics.drive.faults import PlacedWheel, WheelPair, drive_faults, plugin_faults, wheel_pairs
+from kbot.kinematics.drive.faults import drive_faults, plugin_faults, wheel_pairs
+from kbot.kinematics.drive.wheels import MOST_JOINTS, MobileBase, Pair, meant_base
 from kbot.kinematics.frames import FrameTree, rest_frames
 from kbot.kinematics.spatial import SpatialFrame
 from kbot.model import Joint, Link, RobotModel
@@ -229,6 +229,10 @@ class Context:
         return rest_frames(self.robot)
 
     @cached_property
+    def tree(self) -> FrameTree:
+        return FrameTree(self.robot)
+
+    @cached_property
     def bodies(self) -> Mapping[str, LinkBody]:
         return {name: body_of(link) for name, link in self.robot.links.items()}
 
@@ -250,8 +254,9 @@ class Context:
             for side, joints in c.sides.items()
             for joint in joints
         ]
-        named = {name: side for side, name in sides if name in self.robot.joints}
-        return find_mobile_base(self.robot, self.frames, self.bodies, named)
+        if len(self.robot.joints) > MOST_JOINTS:
+            return None
+        return meant_base(self.tree, {name: side for side, name in sides if name in self.robot.joints})
 
     @cached_property
     def drive(self) -> DifferentialDrive | NoDrive | None:
@@ -259,14 +264,14 @@ class Context:
         is_meant = bool(self.drive_controllers) or self.mobile_base is not None
         if self.unsure or not is_meant or len(self.robot.joints) > MOST_JOINTS:
             return None
-        return find_drive(self.robot)
+        return find_drive(self.robot, self.tree)
 
     @cached_property
-    def wheel_pairs(self) -> tuple[WheelPair, ...]:
+    def wheel_pairs(self) -> tuple[Pair, ...]:
         """The wheels that drive; where the robot does not drive, those that are meant to."""
         if isinstance(self.drive, DifferentialDrive):
-            return wheel_pairs(FrameTree(self.robot), self.drive)
-        return tuple(WheelPair(_placed(pair.left), _placed(pair.right)) for pair in self.level_pairs)
+            return wheel_pairs(self.tree, self.drive)
+        return self.level_pairs
 
     @cached_property
     def level_pairs(self) -> tuple[Pair, ...]:
@@ -296,11 +301,6 @@ class Context:
     @cached_property
     def sure_joints(self) -> tuple[Joint, ...]:
         return tuple(joint for name, joint in self.robot.joints.items() if name not in self.unsure)
-
-
-def _placed(wheel: MeantWheel) -> PlacedWheel:
-    shape = wheel.part.origin if wheel.part is not None else None
-    return PlacedWheel(wheel.joint, wheel.center, wheel.axis, wheel.radius, shape)
 
 
 def _urdf(root: Element) -> Iterator[tuple[Element, Element]]:

@@ -219,6 +219,12 @@ def _capsule_moments(r: float, length: float) -> Vector:
     return (across, across, along)
 
 
+def lowest(part: LinkShape, frame: SpatialFrame) -> float:
+    """Height of a part's lowest point in the root's frame, m; `frame` is that of its link."""
+    down = frame.local_direction((0.0, 0.0, -1.0))
+    return frame.point(part.frame.translation)[2] - part.support(down)
+
+
 def axis_of(part: LinkShape) -> Vector | None:
     """The axis of symmetry of a cylinder or capsule, in the link's frame."""
     if isinstance(part.geometry, Cylinder | Capsule):

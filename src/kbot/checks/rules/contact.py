@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from kbot.checks.context import Context
-from kbot.checks.facts.mobile_base import Caster, is_caster, lowest
+from kbot.checks.facts.bodies import lowest
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rules.wheels import at_both, pose_origin
-from kbot.kinematics.drive.wheels import movable_above
+from kbot.kinematics.drive.wheels import Caster, is_caster, movable_above
 from kbot.model import Cylinder, JointType, Mesh, Sphere
 from kbot.text import Element, Origin, Related, Severity
 
@@ -19,8 +19,8 @@ def _ground(context: Context) -> float | None:
     return context.base.ground
 
 
-def caster_place(caster: Caster) -> Origin:
-    return caster.joint.pose.origin or caster.joint.origin
+def caster_place(context: Context, caster: Caster) -> Origin:
+    return pose_origin(context.robot.parent_joint[caster.link])
 
 
 @rule("D112", "not-on-ground", Severity.WARNING, "drive")
@@ -39,10 +39,10 @@ def not_on_ground(context: Context) -> Found:
     ground = _ground(context)
     if ground is None:
         return
-    size = max(w.radius or 0.0 for w in context.base.wheels)
+    size = max(w.radius for w in context.base.wheels)
     axle = context.base.pairs[0]
     for wheel in context.base.wheels:
-        if wheel.bottom is None or wheel.link in context.unsure:
+        if not wheel.radius or wheel.link in context.unsure:
             continue
         off = wheel.bottom - ground
         if len(context.base.pairs) > 1 and abs(off) > max(1e-3, 0.02 * size):
@@ -55,28 +55,28 @@ def not_on_ground(context: Context) -> Found:
             )
     touching = [c for c in context.base.casters if abs(c.bottom - ground) <= max(1e-3, 0.03 * size)]
     for caster in context.base.casters:
-        if {caster.link, caster.joint.name} & context.unsure:
+        if {caster.link, context.robot.parent_joint[caster.link].name} & context.unsure:
             continue
         off = caster.bottom - ground
         arm = max(abs(caster.center[0] - axle.left.center[0]), 1e-3)
         tilt = math.degrees(math.atan2(abs(off), arm))
-        if off > max(1e-3, 0.03 * size) and not (touching and not isinstance(caster.part.geometry, Sphere)):
+        if off > max(1e-3, 0.03 * size) and not (touching and not isinstance(caster.shape, Sphere)):
             yield Finding(
-                caster_place(caster),
+                caster_place(context, caster),
                 f"{caster.link}: it hangs {off * 1e3:.3g} mm above the ground that the wheels stand "
                 "on: the robot tips "
                 f"by {tilt:.2g} degrees until it touches",
                 "compute its height from the radii",
-                (Related("its shape", caster.part.origin), Related("a drive wheel", axle.left.joint.origin)),
+                (Related("its shape", caster.shape.origin), Related("a drive wheel", axle.left.joint.origin)),
             )
         elif off < -1e-3:
             yield Finding(
-                caster_place(caster),
+                caster_place(context, caster),
                 f"{caster.link}: it reaches {-off * 1e3:.3g} mm below the ground that the wheels stand "
                 "on: it lifts them "
                 f"or tilts the robot by {tilt:.2g} degrees",
                 "compute its height from the radii",
-                (Related("its shape", caster.part.origin), Related("a drive wheel", axle.left.joint.origin)),
+                (Related("its shape", caster.shape.origin), Related("a drive wheel", axle.left.joint.origin)),
             )
 
 
@@ -209,10 +209,10 @@ def caster_scrubs(context: Context) -> Found:
     ground = _ground(context) or 0.0
     yield from _of_unknown_size(context)
     for caster in context.base.casters:
-        joint = caster.joint
+        joint = context.robot.parent_joint[caster.link]
         if {caster.link, joint.name} & context.unsure or abs(caster.bottom - ground) > 0.02:
             continue
-        if not isinstance(caster.part.geometry, Sphere | Cylinder) or joint.type in (
+        if not isinstance(caster.shape, Sphere | Cylinder) or joint.type in (
             JointType.FLOATING,
             JointType.PLANAR,
         ):
@@ -237,7 +237,7 @@ def caster_scrubs(context: Context) -> Found:
             joint.axis_origin if joint.axis_origin and joint.is_movable else joint.origin,
             f"{text}, {arm * 1e3:.4g} mm from the axle",
             "let it swivel about z, or make it a fixed ball without friction",
-            (Related("what touches the ground", caster.part.origin),),
+            (Related("what touches the ground", caster.shape.origin),),
             severity=severity,
         )
 

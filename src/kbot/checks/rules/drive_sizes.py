@@ -6,9 +6,9 @@ import re
 from collections.abc import Iterator
 
 from kbot.checks.context import Context
-from kbot.checks.facts.mobile_base import Pair
 from kbot.checks.registry import Finding, Found, reported, rule
 from kbot.kinematics.drive.faults import joint_places, separation_is_off
+from kbot.kinematics.drive.wheels import Pair
 from kbot.text import Origin, Related, Severity
 from kbot.text.numbers import NUMBER
 
@@ -18,7 +18,7 @@ _RADIUS = re.compile(r"(drive_?)?wheel_?(radius|diameter)", re.IGNORECASE)
 
 def _conventions(pair: Pair) -> list[float]:
     """Distances that are called the wheels' separation: between middles, inner faces, outer faces."""
-    width = max(pair.left.width or 0.0, pair.right.width or 0.0)
+    width = max(pair.left.width, pair.right.width)
     return [pair.separation, pair.separation - width, pair.separation + width]
 
 
@@ -83,8 +83,8 @@ def radius_differs(context: Context) -> Found:
     wheels = [w for w in context.mobile_base.wheels if w.radius] if context.mobile_base is not None else []
     if not wheels or context.unsure & {w.link for w in wheels}:
         return
-    radii = [w.radius for w in wheels if w.radius]
-    related = tuple(Related(f"the shape of '{w.link}'", w.part.origin) for w in wheels[:1] if w.part)
+    radii = [w.radius for w in wheels]
+    related = tuple(Related(f"the shape of '{w.link}'", w.shape.origin) for w in wheels[:1] if w.shape)
     for name, value, origin in _properties(context, _RADIUS):
         given = value / 2.0 if "diameter" in name.lower() else value
         if all(abs(given - r) > 0.01 * r for r in radii):

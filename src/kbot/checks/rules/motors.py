@@ -27,10 +27,11 @@ def wheel_cannot_turn(context: Context) -> Found:
 
     Autofix: none.
     """
+    named = _driven(context)
     for pair in context.level_pairs:
-        driven = any(w.joint.name in names for w in (pair.left, pair.right) for names in [_driven(context)])
-        turning = [w for w in (pair.left, pair.right) if w.joint.type is JointType.CONTINUOUS]
-        for wheel in (pair.left, pair.right):
+        driven = any(w.joint.name in named for w in pair.wheels)
+        turning = [w for w in pair.wheels if w.joint.type is JointType.CONTINUOUS]
+        for wheel in pair.wheels:
             joint = wheel.joint
             if joint.type is JointType.FIXED and (driven or turning):
                 yield Finding(
@@ -42,7 +43,7 @@ def wheel_cannot_turn(context: Context) -> Found:
             elif joint.type is JointType.REVOLUTE and joint.limit:
                 low, high = joint.range
                 if high - low < 1e4:
-                    way = (high - low) * (wheel.radius or 0.0)
+                    way = (high - low) * wheel.radius
                     yield Finding(
                         joint.origin,
                         f"{joint.name}: a drive wheel with limits {low:.4g}..{high:.4g} rad stops "
@@ -72,7 +73,7 @@ def wheel_effort_small(context: Context) -> Found:
 
     Autofix: none.
     """
-    wheels = [w for pair in context.level_pairs for w in (pair.left, pair.right)]
+    wheels = [w for pair in context.level_pairs for w in pair.wheels]
     efforts = [w.joint.limit.effort for w in wheels if w.joint.limit and w.joint.limit.effort]
     radii = [w.radius for w in wheels if w.radius]
     mass = total_mass(context.robot)
@@ -105,7 +106,7 @@ def wheel_mesh_collision(context: Context) -> Found:
     Autofix: none.
     """
     for pair in context.level_pairs:
-        for wheel in (pair.left, pair.right):
+        for wheel in pair.wheels:
             for collision in context.robot.links[wheel.link].collisions:
                 if isinstance(collision.geometry, Mesh):
                     yield Finding(
@@ -139,7 +140,7 @@ def wheel_undriven(context: Context) -> Found:
             if "oint" in element.tag and element.text.strip():
                 driven.add(element.text.strip())
     for pair in context.level_pairs:
-        for wheel in (pair.left, pair.right):
+        for wheel in pair.wheels:
             joint = wheel.joint
             if joint.name in driven or joint.limit is not None or joint.type is not JointType.CONTINUOUS:
                 continue

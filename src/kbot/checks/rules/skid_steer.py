@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from math import hypot
 
 from kbot.checks.context import Context
-from kbot.checks.facts.mobile_base import Pair
 from kbot.checks.registry import Finding, Found, rule
+from kbot.kinematics.drive.wheels import Pair
 from kbot.text import Severity
 
 _WORTH_TELLING = 0.1
@@ -33,7 +33,7 @@ def turns_short(context: Context) -> Found:
     for controller in context.drive_controllers:
         named = {joint.text for joint in (*controller.left, *controller.right)}
         pairs = [p for p in context.base.pairs if {p.left.joint.name, p.right.joint.name} <= named]
-        wheels = {w.link for p in pairs for w in (p.left, p.right)}
+        wheels = {w.link for p in pairs for w in p.wheels}
         size = controller.separation
         if len(pairs) < 2 or context.unsure & wheels or size is None:
             continue
@@ -77,4 +77,4 @@ def turn_share(axles: Sequence[float], separation: float) -> float:
 
 
 def _place(pair: Pair) -> float:
-    return (pair.left.center[0] + pair.right.center[0]) / 2.0
+    return float(pair.left.center[0] + pair.right.center[0]) / 2.0

@@ -6,11 +6,10 @@ import math
 from collections.abc import Sequence
 
 from kbot.checks.context import Context
-from kbot.checks.facts.mobile_base import lowest
+from kbot.checks.facts.bodies import lowest
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rules.contact import caster_place
 from kbot.kinematics.bodies import center_of_mass, total_mass
-from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.planar import Point, convex_hull, twice_area
 from kbot.kinematics.spatial import GRAVITY
 from kbot.model import Mesh
@@ -43,7 +42,7 @@ def tips_over(context: Context) -> Found:
     hull = convex_hull([(round(x, 9), round(y, 9)) for x, y in points], tolerance=1e-12)
     if len(hull) < 3:
         return
-    center = center_of_mass(FrameTree(context.robot))
+    center = center_of_mass(context.tree)
     if center is None:
         return
     x, y, z = center.tolist()
@@ -59,7 +58,9 @@ def tips_over(context: Context) -> Found:
             f"the centre of mass ({total_mass(context.robot):.3g} kg) lies {-margin * 1e3:.3g} mm outside "
             f"the contacts, {direction}: the robot falls over standing still",
             "move the mass over the wheels and casters",
-            tuple(Related(f"'{c.link}' bears it", caster_place(c)) for c in context.base.casters[:2]),
+            tuple(
+                Related(f"'{c.link}' bears it", caster_place(context, c)) for c in context.base.casters[:2]
+            ),
         )
     elif GRAVITY * margin / height < 0.5:
         yield Finding(
@@ -119,9 +120,7 @@ def two_contacts(context: Context) -> Found:
         if any(isinstance(c.geometry, Mesh) for c in link.collisions):
             return  # what it touches the ground with is not known here
         for part in context.bodies[name].collisions:
-            if lowest(part, context.frames[name]) < base.ground + 0.25 * max(
-                w.radius or 0.0 for w in base.wheels
-            ):
+            if lowest(part, context.frames[name]) < base.ground + 0.25 * max(w.radius for w in base.wheels):
                 return
     pair = base.pairs[0]
     yield Finding(

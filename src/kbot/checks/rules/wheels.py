@@ -6,13 +6,12 @@ import math
 from collections.abc import Callable, Iterator
 
 from kbot.checks.context import Context
-from kbot.checks.facts.bodies import axis_of
-from kbot.checks.facts.mobile_base import MOST_JOINTS, MeantWheel, Pair
+from kbot.checks.facts.bodies import LinkShape, axis_of
 from kbot.checks.registry import Finding, Found, reported, rule
 from kbot.checks.rules.geometry import overlap
 from kbot.kinematics.drive.faults import EXCHANGE_PLACES, axis_faults
 from kbot.kinematics.drive.part_names import side_of
-from kbot.kinematics.spatial import dot, unit
+from kbot.kinematics.drive.wheels import MOST_JOINTS, Pair, Wheel, rigid_links
 from kbot.model import Joint, JointType, Mesh
 from kbot.text import Origin, Related, Severity
 
@@ -21,7 +20,7 @@ def _axis_origin(joint: Joint) -> Origin:
     return joint.axis_origin or joint.origin
 
 
-def at_both(pair: Pair, place: Callable[[Joint], Origin]) -> Iterator[tuple[MeantWheel, Origin]]:
+def at_both(pair: Pair, place: Callable[[Joint], Origin]) -> Iterator[tuple[Wheel, Origin]]:
     """Where to say what both wheels have in common: at the left one's place, and at the right one's where
     one macro made both, so that it is known for the macro's own."""
     left, right = place(pair.left.joint), place(pair.right.joint)
@@ -120,20 +119,20 @@ def wheel_axis_askew(context: Context) -> Found:
     Autofix: none.
     """
     for pair in context.level_pairs:
-        for wheel in (pair.left, pair.right):
-            if not any(wheel.axis) or wheel.joint.type is JointType.FIXED:
+        for wheel in pair.wheels:
+            if not wheel.axis.any() or wheel.joint.type is JointType.FIXED:
                 continue
-            own = axis_of(wheel.part) if wheel.part else None
-            if own is not None:
-                link = context.robot.parent_joint[wheel.link].child
-                round_ = unit(_part_direction(context, wheel, own, link))
-                if round_ and abs(dot(round_, wheel.axis)) < 0.985:
-                    angle = math.degrees(math.acos(min(1.0, abs(dot(round_, wheel.axis)))))
+            link, part = _part(context, wheel)
+            own = axis_of(part) if part else None
+            if part is not None and own is not None:
+                along = abs(float(wheel.axis @ context.frames[link].direction(own)))
+                if along < 0.985:
+                    angle = math.degrees(math.acos(min(1.0, along)))
                     yield Finding(
                         _axis_origin(wheel.joint),
                         f"{wheel.joint.name}: it turns about an axis {angle:.3g} degrees from that of "
                         "its own cylinder: the wheel tumbles",
-                        related=(Related("the cylinder", wheel.part.origin),) if wheel.part else (),
+                        related=(Related("the cylinder", part.origin),),
                     )
                     continue
             if abs(wheel.axis[1]) < 0.985:
@@ -146,14 +145,13 @@ def wheel_axis_askew(context: Context) -> Found:
                 )
 
 
-def _part_direction(
-    context: Context, wheel: MeantWheel, own: tuple[float, float, float], link: str
-) -> tuple[float, float, float]:
-    """A direction of the wheel's part in the root's frame; the part may be on a link fixed to the wheel's."""
-    for name, body in context.bodies.items():
-        if wheel.part in body.parts:
-            return context.frames[name].direction(own)
-    return context.frames[link].direction(own)
+def _part(context: Context, wheel: Wheel) -> tuple[str, LinkShape | None]:
+    """The shape that a wheel's size is of, with its link, which may be one that is fixed to the wheel's."""
+    for link in rigid_links(context.robot, wheel.link):
+        for part in context.bodies[link].parts:
+            if part.geometry is wheel.shape:
+                return link, part
+    return wheel.link, None
 
 
 @rule("D111", "wheels-not-mirrored", Severity.WARNING, "drive")
@@ -171,7 +169,7 @@ def wheels_not_mirrored(context: Context) -> Found:
     """
     for pair in context.base.pairs:
         left, right = pair.left, pair.right
-        if math.dist(left.center, right.center) < 0.1 * (left.radius or 0.0):
+        if math.dist(left.center, right.center) < 0.1 * left.radius:
             yield Finding(
                 pose_origin(right.joint),
                 f"{left.joint.name} and {right.joint.name}: both wheels stand at the same place",
@@ -181,16 +179,17 @@ def wheels_not_mirrored(context: Context) -> Found:
     links = context.robot.links
     for pair in context.level_pairs:
         left, right = pair.left, pair.right
-        size = max(left.radius or 0.0, right.radius or 0.0) or 0.05
+        size = max(left.radius, right.radius) or 0.05
+        known = size if left.shape and right.shape else math.inf
         differences: list[str] = []
         for what, a, b, tolerance in (
             ("x", left.center[0], right.center[0], max(5e-4, 0.01 * size)),
             ("z", left.center[2], right.center[2], max(5e-4, 0.01 * size)),
             ("y (from the middle)", abs(left.center[1]), abs(right.center[1]), max(1e-3, 0.02 * size)),
-            ("radius", left.radius, right.radius, 0.002 * size),
-            ("width", left.width, right.width, 0.02 * size),
+            ("radius", left.radius, right.radius, 0.002 * known),
+            ("width", left.width, right.width, 0.02 * known),
         ):
-            if a is not None and b is not None and abs(a - b) > tolerance:
+            if abs(a - b) > tolerance:
                 differences.append(f"{what} {a * 1e3:.4g} and {b * 1e3:.4g} mm")
         first, second = links[left.link].inertial, links[right.link].inertial
         if first and second and abs(first.mass - second.mass) > 0.02 * max(first.mass, second.mass):
@@ -218,15 +217,16 @@ def wheel_in_chassis(context: Context) -> Found:
     Autofix: none.
     """
     for pair in context.level_pairs:
-        for wheel in (pair.left, pair.right):
+        for wheel in pair.wheels:
             joint = wheel.joint
-            if wheel.part is None or wheel.width is None or joint.parent in context.unsure:
+            link, own = _part(context, wheel)
+            if own is None or joint.parent in context.unsure:
                 continue
             for part in context.bodies[joint.parent].collisions or context.bodies[joint.parent].visuals:
                 if isinstance(part.geometry, Mesh):
                     continue
-                depth = overlap(context, wheel.link, wheel.part, joint.parent, part)
-                if depth > 0.5 * wheel.width or depth > 0.25 * (wheel.radius or 0.0):
+                depth = overlap(context, link, own, joint.parent, part)
+                if depth > 0.5 * wheel.width or depth > 0.25 * wheel.radius:
                     yield Finding(
                         joint.pose.origin or joint.origin,
                         f"{wheel.link}: the wheel lies {depth * 1e3:.3g} mm deep in '{joint.parent}'",

@@ -7,7 +7,6 @@ Introduction to Autonomous Mobile Robots, 3.2): one at x, y from the middle of t
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
@@ -22,12 +21,15 @@ from kbot.kinematics.drive.controllers import (
     velocity_joints,
 )
 from kbot.kinematics.drive.wheels import (
-    NoWheel,
+    Pair,
     Wheel,
     carrier,
-    find_casters,
+    casters_of,
     find_wheel,
+    largest,
+    leftward,
     movable_above,
+    pairs_of,
     rigid_links,
 )
 from kbot.kinematics.frames import FrameTree, unit_axis
@@ -37,8 +39,6 @@ from kbot.model import Cylinder, Joint, JointType, RobotModel
 
 Array = NDArray[np.float64]
 
-_EQUAL = 0.1
-"""By how much of a wheel's radius two wheels of a pair may differ in size, and stand apart in x and z."""
 _UPRIGHT = 0.9
 """Cosine by which a steering axis may lean."""
 _TRACTION = ("left_joint", "right_joint", "rear_left_joint", "rear_right_joint", "actuatedWheel")
@@ -258,82 +258,38 @@ def drive_of(robot: RobotModel, tree: FrameTree, joints: Sequence[Joint]) -> Dif
         return NoDrive("no joint is named to drive")
     base = base_link(robot, joints[0].parent)
     found = [find_wheel(tree, joint, base) for joint in joints]
-    wheels = [w for w in found if isinstance(w, Wheel)]
+    wheels = [wheel for wheel in found if not wheel.flaw]
+    flaws = [f"'{wheel.joint.name}': {wheel.flaw}" for wheel in found if wheel.flaw]
     if not wheels:
-        first = next(w for w in found if isinstance(w, NoWheel))
-        return NoDrive(f"no joint turns a wheel: '{first.joint}': {first.reason}")
-    pairs = _pairs(wheels)
+        return NoDrive(f"no joint turns a wheel: {flaws[0]}")
+    pairs = pairs_of(wheels)
     if not pairs:
-        return NoDrive(_why_no_pair(wheels, [w for w in found if isinstance(w, NoWheel)]))
-    largest = max(left.radius for left, _ in pairs)
-    driving = [p for p in pairs if p[0].radius > (1.0 - _EQUAL) * largest]
-    return _build(tree, base, driving)
+        reason = f"'{wheels[0].joint.name}' has no wheel of equal size across from it"
+        return NoDrive("; ".join([reason, *flaws[:1]]))
+    return _build(tree, base, largest(pairs))
 
 
-def _why_no_pair(wheels: Sequence[Wheel], others: Sequence[NoWheel]) -> str:
-    reason = f"'{wheels[0].joint}' has no wheel of equal size across from it"
-    if others:
-        reason += f"; '{others[0].joint}': {others[0].reason}"
-    return reason
-
-
-def _leftward(axis: Array) -> Array:
-    """The level unit vector along an axle that points left; forward is then nearest to x, else to y."""
-    level = np.array([axis[0], axis[1], 0.0]) / math.hypot(axis[0], axis[1])
-    forward_x, forward_y = level[1], -level[0]
-    ahead = forward_x if abs(forward_x) > 1e-3 else forward_y
-    return level if ahead > 0.0 else -level
-
-
-def _pairs(wheels: Sequence[Wheel]) -> list[tuple[Wheel, Wheel]]:
-    """Wheels of equal size on one line along their axles, (left, right), front to rear."""
-    pairs: list[tuple[float, Wheel, Wheel]] = []
-    left_over = list(wheels)
-    while left_over:
-        first = left_over.pop(0)
-        partner = next((w for w in left_over if _is_pair(first, w)), None)
-        if partner is None:
-            continue
-        left_over.remove(partner)
-        leftward = _leftward(first.axis)
-        if (first.center - partner.center) @ leftward < 0.0:
-            first, partner = partner, first
-        forward = np.cross(leftward, (0.0, 0.0, 1.0))
-        pairs.append((-float(first.center @ forward), first, partner))
-    return [(left, right) for _, left, right in sorted(pairs, key=lambda p: p[0])]
-
-
-def _is_pair(a: Wheel, b: Wheel) -> bool:
-    near = _EQUAL * max(a.radius, b.radius)
-    if abs(a.radius - b.radius) > near or abs(a.axis @ b.axis) < 0.99:
-        return False
-    between = b.center - a.center
-    along = float(between @ a.axis)
-    off_line = float(np.linalg.norm(between - along * a.axis))
-    return off_line <= near and abs(along) > max(a.width, b.width) / 2.0
-
-
-def _build(tree: FrameTree, base: str, pairs: Sequence[tuple[Wheel, Wheel]]) -> DifferentialDrive:
-    lefts, rights = [left for left, _ in pairs], [right for _, right in pairs]
-    leftward = _leftward(lefts[0].axis)
+def _build(tree: FrameTree, base: str, pairs: Sequence[Pair]) -> DifferentialDrive:
+    lefts, rights = [pair.left for pair in pairs], [pair.right for pair in pairs]
+    left = leftward(lefts[0])
     middle_left = np.mean([w.center for w in lefts], axis=0)
     middle_right = np.mean([w.center for w in rights], axis=0)
-    forward = np.cross(leftward, (0.0, 0.0, 1.0))
-    rotation = np.column_stack([forward, leftward, (0.0, 0.0, 1.0)])
+    forward = np.cross(left, (0.0, 0.0, 1.0))
+    rotation = np.column_stack([forward, left, (0.0, 0.0, 1.0)])
     axle = Transform.from_rotation_translation(rotation, (middle_left + middle_right) / 2.0)
-    wheels = {w.joint: w for w in lefts + rights}
+    wheels = {w.joint.name: w for w in lefts + rights}
     radius = float(np.mean([w.radius for w in wheels.values()]))
-    ground = float(axle.translation[2]) - radius
+    casters = casters_of(tree, base, float(axle.translation[2]) - radius, radius, lefts + rights)
     return DifferentialDrive(
-        left=tuple(w.joint for w in lefts),
-        right=tuple(w.joint for w in rights),
-        forward={name: 1.0 if w.axis @ leftward > 0.0 else -1.0 for name, w in wheels.items()},
+        left=tuple(w.joint.name for w in lefts),
+        right=tuple(w.joint.name for w in rights),
+        forward={name: 1.0 if w.axis @ left > 0.0 else -1.0 for name, w in wheels.items()},
         wheels=wheels,
         radius=radius,
-        separation=float((middle_left - middle_right) @ leftward),
+        separation=float((middle_left - middle_right) @ left),
         base=base,
         axle_in_base=axle,
-        casters=find_casters(tree, base, ground, radius, {w.link for w in wheels.values()}),
+        casters=tuple(c.link for c in casters if c.touches and not c.is_off_ground),
     )
 
 
@@ -344,7 +300,7 @@ def _steered_axle(robot: RobotModel, tree: FrameTree, turning: Sequence[Joint]) 
         if above is None or above.type is not JointType.REVOLUTE:
             continue
         upright = abs((tree.pose(above.child).rotation @ unit_axis(above))[2]) > _UPRIGHT
-        if upright and isinstance(find_wheel(tree, joint, carrier(robot, above.parent)), Wheel):
+        if upright and not find_wheel(tree, joint, carrier(robot, above.parent)).flaw:
             return f"the wheel on '{joint.name}' is steered by '{above.name}', as a car's is"
     return ""
 
@@ -379,17 +335,15 @@ def _steered(
     if not steered or isinstance(axle, NoDrive) or len(axle.left) != 1:
         return None
     found = [(above, find_wheel(tree, joint, axle.base)) for joint, above in steered]
-    wheels = [(above, wheel) for above, wheel in found if isinstance(wheel, Wheel)]
+    wheels = [(above, wheel) for above, wheel in found if not wheel.flaw]
     steering = tuple(_placed(tree, axle, above, wheel) for above, wheel in wheels)
     if not steering or any(abs(wheel.x) < axle.radius for wheel in steering):
         return None
     own = {field.name: getattr(axle, field.name) for field in fields(DifferentialDrive)}
-    all_wheels = {**axle.wheels, **{wheel.joint: wheel for _, wheel in wheels}}
-    leftward = axle.axle_in_base.rotation[:, 1]
+    all_wheels = {**axle.wheels, **{wheel.joint.name: wheel for _, wheel in wheels}}
+    left = axle.axle_in_base.rotation[:, 1]
     own["wheels"] = all_wheels
-    own["forward"] = {
-        name: 1.0 if wheel.axis @ leftward > 0.0 else -1.0 for name, wheel in all_wheels.items()
-    }
+    own["forward"] = {name: 1.0 if wheel.axis @ left > 0.0 else -1.0 for name, wheel in all_wheels.items()}
     links = {wheel.link for wheel in all_wheels.values()}
     own["casters"] = tuple(link for link in axle.casters if link not in links)
     plugins = [c.plugin for c in controllers if c.plugin is not None and c.is_steering]
@@ -419,7 +373,7 @@ def _placed(tree: FrameTree, axle: DifferentialDrive, above: Joint, wheel: Wheel
     axis = tree.pose(above.child).rotation @ unit_axis(above)
     limit = above.limit
     lower, upper = (limit.lower or 0.0, limit.upper or 0.0) if limit is not None else (0.0, 0.0)
-    return SteeringWheel(above.name, wheel.joint, x, y, 1.0 if axis[2] > 0.0 else -1.0, lower, upper)
+    return SteeringWheel(above.name, wheel.joint.name, x, y, 1.0 if axis[2] > 0.0 else -1.0, lower, upper)
 
 
 def named_twice(left: Sequence[str], right: Sequence[str]) -> tuple[str, str] | None:

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from operator import mul
+from dataclasses import replace
 
 from kbot.kinematics.drive.controller_files import Parameter
 from kbot.kinematics.drive.controllers import DIAMETER, DriveController, drive_controllers
 from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive
 from kbot.kinematics.drive.part_names import side_of
+from kbot.kinematics.drive.wheels import Pair, Wheel
 from kbot.kinematics.frames import FrameTree
-from kbot.model import Joint, RobotModel
+from kbot.model import RobotModel
 from kbot.model.extensions import extensions
 from kbot.text import Diagnostic, Element, Origin, Related, Severity
 from kbot.text.suggest import did_you_mean
@@ -23,50 +23,21 @@ _JOINT_TAGS = ("joint_name", "jointName", "joint")
 """Tags of plugins that name a joint."""
 
 
-@dataclass(frozen=True, slots=True)
-class PlacedWheel:
-    """A wheel with every joint at zero: `center` (m) and the unit `axis` in the root's frame, turned so that
-    the robot drives along x. `radius` (m) and the place of its `shape` are None where they are not known."""
-
-    joint: Joint
-    center: Sequence[float]
-    axis: Sequence[float]
-    radius: float | None
-    shape: Origin | None
-
-
-@dataclass(frozen=True, slots=True)
-class WheelPair:
-    """Two wheels across from each other."""
-
-    left: PlacedWheel
-    right: PlacedWheel
-
-    @property
-    def separation(self) -> float:
-        """Distance between the wheels' middles along y, m."""
-        return abs(self.left.center[1] - self.right.center[1])
-
-
-def wheel_pairs(tree: FrameTree, drive: DifferentialDrive) -> tuple[WheelPair, ...]:
-    """The wheels of a drive's two sides, left and right by their position, front to rear."""
+def wheel_pairs(tree: FrameTree, drive: DifferentialDrive) -> tuple[Pair, ...]:
+    """The wheels of a drive's two sides, left and right by their position, front to rear. They are in the
+    root's frame, turned so that the robot drives along x."""
     root_from_base, base_from_axle = tree.pose(drive.base), drive.axle_in_base
     root_from_axle = root_from_base.rotation @ base_from_axle.rotation
-    sides: tuple[list[PlacedWheel], list[PlacedWheel]] = [], []
+    sides: tuple[list[Wheel], list[Wheel]] = [], []
     for name in (*drive.left, *drive.right):
         wheel = drive.wheels[name]
-        is_left = (base_from_axle.inverse().apply(wheel.center))[1] > 0.0
-        placed = PlacedWheel(
-            tree.robot.joints[name],
-            (root_from_axle.T @ root_from_base.apply(wheel.center)).tolist(),
-            (base_from_axle.rotation.T @ wheel.axis).tolist(),
-            wheel.radius,
-            wheel.shape.origin,
-        )
-        sides[0 if is_left else 1].append(placed)
+        is_left = base_from_axle.inverse().apply(wheel.center)[1] > 0.0
+        center = root_from_axle.T @ root_from_base.apply(wheel.center)
+        axis = base_from_axle.rotation.T @ wheel.axis
+        sides[0 if is_left else 1].append(replace(wheel, center=center, axis=axis))
     for side in sides:
         side.sort(key=lambda wheel: -wheel.center[0])
-    return tuple(WheelPair(left, right) for left, right in zip(*sides, strict=False))
+    return tuple(Pair(left, right) for left, right in zip(*sides, strict=False))
 
 
 def faults_of(robot: RobotModel, drive: DifferentialDrive | NoDrive) -> tuple[Diagnostic, ...]:
@@ -79,7 +50,7 @@ def drive_faults(
     robot: RobotModel,
     controllers: Sequence[DriveController],
     drive: DifferentialDrive | NoDrive | None,
-    pairs: Sequence[WheelPair],
+    pairs: Sequence[Pair],
 ) -> Iterator[Diagnostic]:
     """What is wrong with plugins and controllers, held against the driving wheels.
 
@@ -181,9 +152,9 @@ def _named_twice(controller: DriveController) -> Iterator[Diagnostic]:
                 )
 
 
-def _exchanged(controller: DriveController, pairs: Iterable[WheelPair]) -> Iterator[Diagnostic]:
+def _exchanged(controller: DriveController, pairs: Iterable[Pair]) -> Iterator[Diagnostic]:
     """D107 of a joint that is named as left and stands on the right."""
-    wheels = {wheel.joint.name: wheel for pair in pairs for wheel in (pair.left, pair.right)}
+    wheels = {wheel.joint.name: wheel for pair in pairs for wheel in pair.wheels}
     for one, other in zip(controller.left, controller.right, strict=False):
         left, right = wheels.get(one.text), wheels.get(other.text)
         if left is None or right is None or not left.center[1] < right.center[1]:
@@ -202,11 +173,11 @@ def _exchanged(controller: DriveController, pairs: Iterable[WheelPair]) -> Itera
         )
 
 
-def axis_faults(pairs: Iterable[WheelPair]) -> Iterator[Diagnostic]:
+def axis_faults(pairs: Iterable[Pair]) -> Iterator[Diagnostic]:
     """D108 of two axes in opposite directions, D109 of two that point to the right."""
     for pair in pairs:
         left, right = pair.left, pair.right
-        if sum(map(mul, left.axis, right.axis)) < -0.5:
+        if left.axis @ right.axis < -0.5:
             wrong, other = (left, right) if left.axis[1] < 0.0 else (right, left)
             yield Diagnostic(
                 "D108",
@@ -231,11 +202,11 @@ def axis_faults(pairs: Iterable[WheelPair]) -> Iterator[Diagnostic]:
                 )
 
 
-def _axis_origin(wheel: PlacedWheel) -> Origin:
+def _axis_origin(wheel: Wheel) -> Origin:
     return wheel.joint.axis_origin or wheel.joint.origin
 
 
-def _direction(wheel: PlacedWheel) -> str:
+def _direction(wheel: Wheel) -> str:
     """The direction of an axis as the axis's name where it is near one."""
     for i, name in enumerate("xyz"):
         if abs(wheel.axis[i]) > 0.98:
@@ -243,7 +214,7 @@ def _direction(wheel: PlacedWheel) -> str:
     return "(" + ", ".join(f"{v:.2g}" for v in wheel.axis) + ")"
 
 
-def _separation(controller: DriveController, pairs: Sequence[WheelPair]) -> Iterator[Diagnostic]:
+def _separation(controller: DriveController, pairs: Sequence[Pair]) -> Iterator[Diagnostic]:
     """D105."""
     size = controller.separation
     if size is None or size.value <= 0.0 or not pairs:
@@ -267,23 +238,23 @@ def separation_is_off(given: float, true: float) -> str:
     )
 
 
-def joint_places(pair: WheelPair) -> tuple[Related, ...]:
+def joint_places(pair: Pair) -> tuple[Related, ...]:
     """Where the joints of two wheels are placed."""
     return tuple(
         Related(f"'{w.joint.name}' at y = {w.center[1]:.4g} m", w.joint.pose.origin or w.joint.origin)
-        for w in (pair.left, pair.right)
+        for w in pair.wheels
     )
 
 
-def _radius(controller: DriveController, pairs: Sequence[WheelPair]) -> Iterator[Diagnostic]:
+def _radius(controller: DriveController, pairs: Sequence[Pair]) -> Iterator[Diagnostic]:
     """D106. Of wheels that differ each is named, because their mean is the radius of none."""
     size = controller.radius
-    wheels = [wheel for pair in pairs for wheel in (pair.left, pair.right) if wheel.radius]
+    wheels = [wheel for pair in pairs for wheel in pair.wheels if wheel.radius]
     if size is None or size.value <= 0.0 or not wheels:
         return
-    given, true = size.value, wheels[0].radius or 0.0
-    least, most = (of(wheels, key=lambda wheel: wheel.radius or 0.0) for of in (min, max))
-    small, large = least.radius or 0.0, most.radius or 0.0
+    given, true = size.value, wheels[0].radius
+    least, most = (of(wheels, key=lambda wheel: wheel.radius) for of in (min, max))
+    small, large = least.radius, most.radius
     message = f"{controller.name}: its wheel radius is {given:.4g} m, but the wheels have "
     if large - small > UNEQUAL * large:
         message += (
@@ -299,5 +270,5 @@ def _radius(controller: DriveController, pairs: Sequence[WheelPair]) -> Iterator
         return
     shape = wheels[0].shape
     link = wheels[0].joint.child
-    related = (Related(f"the shape of '{link}'", shape),) if shape is not None else ()
+    related = (Related(f"the shape of '{link}'", shape.origin),) if shape is not None else ()
     yield Diagnostic("D106", Severity.WARNING, message, size.given.origin, hint, related)
