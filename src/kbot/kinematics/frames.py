@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
@@ -18,6 +19,9 @@ from kbot.text.suggest import did_you_mean
 
 Array = NDArray[np.float64]
 _Position = TypeVar("_Position", float, Array)
+
+
+_STAYS: Array = np.zeros((4, 4))
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,11 +59,24 @@ class FrameTree:
     def __init__(self, robot: RobotModel) -> None:
         self.robot = robot
         self.root = robot.root
-        self._steps = _steps(robot)
-        self._by_link = {step.link: step for step in self._steps}
         self._movable = frozenset(joint.name for joint in robot.movable_joints)
         self._follow = mimics(robot)
         self._rest: dict[str, Transform] | None = None
+
+    @cached_property
+    def _steps(self) -> list[_Step]:
+        """The links beneath the root, parents before children."""
+        steps = []
+        waiting = [self.root]
+        while waiting:
+            for joint in self.robot.child_joints[waiting.pop()]:
+                steps.append(_step(joint))
+                waiting.append(joint.child)
+        return steps
+
+    @cached_property
+    def _by_link(self) -> dict[str, _Step]:
+        return {step.link: step for step in self._steps}
 
     def poses(self, joints: Mapping[str, float] | None = None) -> dict[str, Transform]:
         """`root_from_link` of every link; positions in rad or m.
@@ -252,19 +269,10 @@ def unit_axis(joint: Joint) -> Array:
     return axis / length if length > 0.0 else axis
 
 
-def _steps(robot: RobotModel) -> list[_Step]:
-    """The links beneath the root, parents before children."""
-    steps = []
-    waiting = [robot.root]
-    while waiting:
-        for joint in robot.child_joints[waiting.pop()]:
-            steps.append(_step(joint))
-            waiting.append(joint.child)
-    return steps
-
-
 def _step(joint: Joint) -> _Step:
     origin = Transform.of(joint.pose).matrix
+    if not joint.has_position:
+        return _Step(joint.child, joint.parent, joint.name, joint.type, origin, _STAYS, _STAYS)
     x, y, z = unit_axis(joint)
     first, second = np.zeros((4, 4)), np.zeros((4, 4))
     if joint.type is JointType.PRISMATIC:
