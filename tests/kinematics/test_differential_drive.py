@@ -181,6 +181,22 @@ def test_mesh_wheels_are_measured(tmp_path: Path):
     assert "its mesh is not found: package://x/wheel.stl" in lost.reason
 
 
+def test_a_mesh_wheel_whose_axis_is_written_as_zero_is_not_round_about_it(tmp_path: Path):
+    path = tmp_path / "wheel.stl"
+    trimesh.creation.cylinder(radius=0.05, height=0.02, sections=64).export(str(path))
+
+    class Found:
+        def resolve(self, _uri: str) -> str | None:
+            return str(path)
+
+    mesh = "<mesh filename='wheel.stl'/>"
+    wheels = wheel("l", 0.2, mesh, axis="0 0 0") + wheel("r", -0.2, mesh, axis="0 0 0")
+    text = f"<robot name='r'><link name='base_link'/>{wheels}</robot>"
+    drive = find_drive(read(text, Found()))
+    assert isinstance(drive, NoDrive)
+    assert "'l_joint': its mesh is not round" in drive.reason
+
+
 def test_one_wheel_alone_is_no_drive():
     drive = find_drive(robot(wheel("l", 0.2, CYLINDER)))
     assert isinstance(drive, NoDrive)

@@ -277,10 +277,10 @@ def _round_mesh(mesh: Mesh, axis: Array) -> tuple[float, float, Array, str]:
 
 
 def pairs_of(wheels: Sequence[Wheel], sides: Mapping[str, str] | None = None) -> list[Pair]:
-    """Wheels of equal size across from each other, front to rear; left and right as they stand.
+    """Wheels of equal size across from each other, front to rear; left and right by their position.
 
-    With `sides`, which gives the side ("left", "right" or "") of joints that a controller names, names come
-    first and say what is left and right: wheels that are meant as a pair may stand or be sized wrongly.
+    `sides` gives the side ("left", "right" or "") of joints that a controller names. With it, names pair
+    wheels first and decide what is left and right, because the position or size of a wheel may be wrong.
     """
     pairs = [] if sides is None else _pairs_by_names(wheels, sides)
     paired = {wheel for pair in pairs for wheel in pair.wheels}
@@ -292,7 +292,7 @@ def pairs_of(wheels: Sequence[Wheel], sides: Mapping[str, str] | None = None) ->
             left_over.remove(partner)
             is_left = (first.center - partner.center) @ leftward(first) >= 0.0
             pairs.append(Pair(first, partner) if is_left else Pair(partner, first))
-    return sorted(pairs, key=lambda p: -float(p.left.center @ np.cross(leftward(p.left), (0.0, 0.0, 1.0))))
+    return sorted(pairs, key=lambda pair: -_ahead(pair.left))
 
 
 def leftward(wheel: Wheel) -> Array:
@@ -305,6 +305,13 @@ def leftward(wheel: Wheel) -> Array:
     forward_x, forward_y = level[1], -level[0]
     ahead = forward_x if abs(forward_x) > 1e-3 else forward_y
     return level if ahead > 0.0 else -level
+
+
+def _ahead(wheel: Wheel) -> float:
+    """How far ahead a wheel is in the direction in which it drives, m."""
+    left_x, left_y, _ = leftward(wheel).tolist()
+    x, y, _ = wheel.center.tolist()
+    return float(x * left_y - y * left_x)
 
 
 def _pairs_by_names(wheels: Sequence[Wheel], sides: Mapping[str, str]) -> list[Pair]:
@@ -325,7 +332,7 @@ def _is_pair(a: Wheel, b: Wheel) -> bool:
     near = EQUAL * max(a.radius, b.radius)
     if not abs(a.radius - b.radius) < near or abs(a.axis @ b.axis) < 0.99:
         return False
-    axle = leftward(a) if a.flaw else a.axis
+    axle = leftward(a) if a.flaw else a.axis  # the axis may be the flaw
     between = b.center - a.center
     along = float(between @ axle)
     off_line = float(np.linalg.norm(between - along * axle))
@@ -385,8 +392,8 @@ def casters_of(
         away = abs(bottom - ground)
         is_off_ground = away > (0.5 if _rolls(shape, base_from_shape) else 0.05) * radius
         if not is_off_ground or (is_called and away <= 0.5 * radius):
-            middle = np.mean(bounds(shape) or [np.zeros(3)], axis=0)
-            center = base_from_shape.apply(middle)
+            ends = bounds(shape) if isinstance(shape, Mesh) else None  # other shapes have their origin there
+            center = base_from_shape.translation if ends is None else base_from_shape.apply(np.mean(ends, 0))
             found.append(Caster(link.name, shape, bottom, center, touches, is_off_ground))
     return tuple(found)
 
@@ -394,10 +401,11 @@ def casters_of(
 def _lowest(
     tree: FrameTree, base: str, link: Link, shapes: Sequence[Collision | Visual]
 ) -> tuple[float, Transform, Geometry] | None:
-    """Height of the lowest point of shapes in m, and which has it where; None where no shape is known."""
-    found = []
+    """Height in m of the lowest point of a link's shapes, with the pose of the shape that has it; None if no
+    size is known."""
+    found, base_from_link = [], tree.pose(link.name, in_frame=base)
     for shape in shapes:
-        base_from_shape = tree.pose(link.name, in_frame=base) @ Transform.of(shape.pose)
+        base_from_shape = base_from_link @ Transform.of(shape.pose)
         try:
             span = span_along(shape.geometry, -base_from_shape.rotation[2])
         except KbotError:
