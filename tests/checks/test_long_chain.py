@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from kbot.checks import check_file
-from kbot.kinematics.description import describe_as_text
+from kbot.kinematics.robot_info import describe_as_text
 from kbot.model.load import load_robot
 
 DEEP = 3000

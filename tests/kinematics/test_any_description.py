@@ -6,7 +6,7 @@ import pytest
 
 from kbot.kinematics import DifferentialDrive, FrameTree, NoDrive, find_drive
 from kbot.kinematics.bodies import robot_bounds
-from kbot.kinematics.description import describe
+from kbot.kinematics.robot_info import describe
 from kbot.model import read_robot
 from kbot.model.load import load_robot
 from kbot.model.writer import to_urdf

@@ -13,7 +13,7 @@ from kbot.kinematics.bodies import (
     robot_bounds,
     total_mass,
 )
-from kbot.kinematics.description import describe, describe_as_text
+from kbot.kinematics.robot_info import describe, describe_as_text
 from kbot.model import RobotModel, read_robot
 from kbot.text import Source, parse_xml
 

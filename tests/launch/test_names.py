@@ -2,7 +2,7 @@
 
 import pytest
 
-from kbot.kinematics.drive.controller_files import matches
+from kbot.kinematics.controller_files import matches
 
 
 @pytest.mark.parametrize(

@@ -4,11 +4,11 @@ import math
 
 import pytest
 
-from kbot.model import Box, Cylinder, JointType, Mesh, Reading, read_robot
+from kbot.model import Box, Cylinder, JointType, Mesh, RobotReading, read_robot
 from kbot.text import DescriptionError, Source, parse_xml
 
 
-def read(text: str) -> Reading:
+def read(text: str) -> RobotReading:
     return read_robot(parse_xml(Source("robot.urdf", text)))
 
 

@@ -10,9 +10,9 @@ import re
 import pytest
 
 from kbot.cli.main import main
-from kbot.kinematics.description import describe
 from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, find_drive
-from kbot.kinematics.drive.faults import faults_of
+from kbot.kinematics.drive.findings import findings_of_drive
+from kbot.kinematics.robot_info import describe
 from kbot.model.load import load_robot, load_robot_text
 from kbot.navigation.simulated import require_turning
 from kbot.sim import Simulation
@@ -277,4 +277,4 @@ def test_a_plugin_of_another_kind_and_one_with_its_default_names_are_not_reporte
     if "control.so" in plugin:
         wheels = wheels.replace("left_joint", "l").replace("right_joint", "r")
     robot = urdf(f'<robot name="r"><link name="base"/>{wheels}<gazebo>{plugin}</gazebo></robot>')
-    assert faults_of(robot, find_drive(robot)) == ()
+    assert findings_of_drive(robot, find_drive(robot)) == ()

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from kbot.text.depth import room_for
+from kbot.text.recursion import room_for
 from kbot.xacro import Limits, expand, expand_text
 from kbot.xacro.expressions.compiler import compiled
 from kbot.xacro.expressions.costs import FUNCTIONS, METHODS, measured

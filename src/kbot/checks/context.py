@@ -12,10 +12,10 @@ from kbot.checks.facts.bodies import LinkBody, body_of
 from kbot.checks.facts.folders import Folders
 from kbot.checks.facts.sources import SourceFile, in_order, read_sources
 from kbot.checks.facts.vocabulary import CHILDREN
-from kbot.kinematics.drive.controller_files import ControllerFile, controller_files
-from kbot.kinematics.drive.controllers import DriveController, drive_controllers
+from kbot.kinematics.controller_files import ControllerFile, controller_files
+from kbot.kinematics.drive.declared import DeclaredDrive, declared_drives
 from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, find_drive
-from kbot.kinematics.drive.faults import drive_faults, plugin_faults, wheel_pairs
+from kbot.kinematics.drive.findings import drive_findings, plugin_findings, wheel_pairs
 from kbot.kinematics.drive.wheels import MOST_JOINTS, MobileBase, Pair, meant_base
 from kbot.kinematics.frames import FrameTree, rest_frames
 from kbot.kinematics.spatial import SpatialFrame
@@ -237,9 +237,9 @@ class Context:
         return {name: body_of(link) for name, link in self.robot.links.items()}
 
     @cached_property
-    def drive_controllers(self) -> tuple[DriveController, ...]:
+    def declared_drives(self) -> tuple[DeclaredDrive, ...]:
         """The plugins and controllers that drive wheels."""
-        return drive_controllers(self.robot)
+        return declared_drives(self.robot)
 
     @cached_property
     def controller_files(self) -> tuple[ControllerFile, ...]:
@@ -250,7 +250,7 @@ class Context:
     def mobile_base(self) -> MobileBase | None:
         sides = [
             (side, joint.text)
-            for c in self.drive_controllers
+            for c in self.declared_drives
             for side, joints in c.sides.items()
             for joint in joints
         ]
@@ -261,7 +261,7 @@ class Context:
     @cached_property
     def drive(self) -> DifferentialDrive | NoDrive | None:
         """What KBot drives; None where it is not known, or nothing is meant to drive."""
-        is_meant = bool(self.drive_controllers) or self.mobile_base is not None
+        is_meant = bool(self.declared_drives) or self.mobile_base is not None
         if self.unsure or not is_meant or len(self.robot.joints) > MOST_JOINTS:
             return None
         return find_drive(self.robot, self.tree)
@@ -280,11 +280,11 @@ class Context:
         return tuple(pair for pair in pairs if pair.is_level and self.unsure.isdisjoint(pair.names))
 
     @cached_property
-    def drive_faults(self) -> tuple[Diagnostic, ...]:
+    def drive_findings(self) -> tuple[Diagnostic, ...]:
         """What is wrong with how plugins and controllers drive the robot."""
         return (
-            *drive_faults(self.robot, self.drive_controllers, self.drive, self.wheel_pairs),
-            *plugin_faults(self.robot),
+            *drive_findings(self.robot, self.declared_drives, self.drive, self.wheel_pairs),
+            *plugin_findings(self.robot),
         )
 
     @property

@@ -14,9 +14,9 @@ import click
 from kbot.checks import Config, all_rules, check_file, check_text, load_config
 from kbot.checks.baseline import without_known
 from kbot.checks.baseline import write_baseline as keep_baseline
-from kbot.checks.entry_points import entry_points
 from kbot.checks.file_kinds import kind_of
 from kbot.checks.fixes import fixed, fixed_includes, unified_diff
+from kbot.checks.folder_files import entry_points
 from kbot.checks.formats import github, junit, relative, sarif
 from kbot.checks.settings import with_choice
 from kbot.cli.arguments import as_one, examples, package_path_option, split_arguments

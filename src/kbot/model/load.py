@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from kbot.model._values import MeshFinder
+from kbot.model._attributes import MeshFinder
 from kbot.model.read import read_robot
 from kbot.model.robot import RobotModel
 from kbot.text import DescriptionError, Diagnostic, Element, Origin, Severity, Source

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from kbot.model._values import AttributeReader, MeshFinder, parts
+from kbot.model._attributes import AttributeReader, MeshFinder, parts
 from kbot.model.geometry import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
 from kbot.model.robot import (
     Collision,

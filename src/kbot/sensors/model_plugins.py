@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import PurePosixPath
 
-from kbot.kinematics.drive.controllers import drive_controllers
+from kbot.kinematics.drive.declared import declared_drives
 from kbot.kinematics.transform import Transform
 from kbot.model import RobotModel
 from kbot.model.extensions import extensions
@@ -19,7 +19,7 @@ from kbot.sensors.readers import Keywords
 from kbot.sensors.sdf_values import SensorValues
 from kbot.sensors.sensor import Spec
 from kbot.sim.naming import Naming
-from kbot.sim.plugin_names import PluginNames
+from kbot.sim.plugin_topics import PluginNames
 from kbot.text import Diagnostic, Element, KbotError
 from kbot.text.numbers import to_float
 from kbot.text.suggest import did_you_mean
@@ -51,7 +51,7 @@ _ELSEWHERE = (
 
 def model_plugins(robot: RobotModel, naming: Naming, diagnostics: list[Diagnostic]) -> Iterator[Spec]:
     """The sensors among a robot's plugins; what cannot be read, or is not run, is in the diagnostics."""
-    driving = [controller.plugin for controller in drive_controllers(robot)]
+    driving = [controller.plugin for controller in declared_drives(robot)]
     for plugin in _plugins(robot):
         values = SensorValues(plugin, diagnostics)
         library = _library(plugin)

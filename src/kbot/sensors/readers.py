@@ -17,7 +17,7 @@ from kbot.sensors.proximity import Range
 from kbot.sensors.sdf_values import SensorValues
 from kbot.sensors.sensor import Spec
 from kbot.sim.naming import ROOT_NAMING, Naming
-from kbot.sim.plugin_names import PluginNames, is_of_gazebo_ros
+from kbot.sim.plugin_topics import PluginNames, is_of_gazebo_ros
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 

@@ -8,7 +8,7 @@ import os
 import numpy as np
 
 from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, SteeredDrive, find_drive
-from kbot.kinematics.drive.faults import faults_of
+from kbot.kinematics.drive.findings import findings_of_drive
 from kbot.kinematics.odometry import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.model import RobotModel
@@ -60,7 +60,7 @@ def prepare(
     found = find_drive(robot)
     drive = drive_with_masses(robot, _unless_commanded(robot, found))
     findings = DiagnosticCollector()
-    findings.diagnostics += faults_of(robot, found)
+    findings.diagnostics += findings_of_drive(robot, found)
     settings: DriveSettings | None = None
     if isinstance(drive, DifferentialDrive):
         settings = drive_settings(robot, drive, findings, naming)

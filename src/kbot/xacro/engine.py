@@ -5,8 +5,8 @@ from __future__ import annotations
 import gc
 import os
 
-from kbot.text.depth import room_for
 from kbot.text.errors import DescriptionError, reading
+from kbot.text.recursion import room_for
 from kbot.text.span import Origin, Source, Span
 from kbot.text.suggest import did_you_mean, nearest
 from kbot.text.xml import Element, XmlDocument

@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 import sys
 
-from kbot.text.depth import room_for
+from kbot.text.recursion import room_for
 from kbot.text.xml import MAX_NESTING, CData, Comment, Element, Instruction, Text
 
 TYPE_CHECKING = False

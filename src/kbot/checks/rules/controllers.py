@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 from kbot.checks.context import Context
 from kbot.checks.registry import Finding, Found, reported, rule
-from kbot.kinematics.drive.controllers import DriveController
+from kbot.kinematics.drive.declared import DeclaredDrive
 from kbot.model import JointType
 from kbot.model.extensions import extensions, hardware_joints
 from kbot.text import Element, Related, Severity
@@ -44,7 +44,7 @@ def plugin_joint_unknown(context: Context) -> Found:
 
     Autofix: safe, where the name is a slip of one known name: it is written.
     """
-    return reported(context.drive_faults, "D101")
+    return reported(context.drive_findings, "D101")
 
 
 @rule("W134", "drive-joint-unknown", Severity.WARNING, "robot")
@@ -61,7 +61,7 @@ def drive_joint_unknown(context: Context) -> Found:
 
     Autofix: none.
     """
-    return reported(context.drive_faults, "W134")
+    return reported(context.drive_findings, "W134")
 
 
 @rule("D131", "joint-named-twice", Severity.ERROR, "robot")
@@ -78,7 +78,7 @@ def joint_named_twice(context: Context) -> Found:
 
     Autofix: none.
     """
-    return reported(context.drive_faults, "D131")
+    return reported(context.drive_findings, "D131")
 
 
 @rule("D102", "control-joint-unknown", Severity.ERROR, "robot")
@@ -158,7 +158,7 @@ def plugin_frame_unknown(context: Context) -> Found:
     Autofix: safe, where the name is a slip of one known name: it is written.
     """
     links = context.robot.links
-    for controller in context.drive_controllers:
+    for controller in context.declared_drives:
         word = controller.base_frame
         if word is None or not word.text or word.text.lstrip("/") in links or "$" in word.text:
             continue
@@ -185,8 +185,8 @@ def two_publishers(context: Context) -> Found:
 
     Autofix: none.
     """
-    owner: dict[str, DriveController] = {}
-    for controller in context.drive_controllers:
+    owner: dict[str, DeclaredDrive] = {}
+    for controller in context.declared_drives:
         for joint in (*controller.left, *controller.right):
             first = owner.setdefault(joint.text, controller)
             if first is not controller and not (first.plugin is None and controller.plugin is None):
@@ -197,7 +197,7 @@ def two_publishers(context: Context) -> Found:
                     (Related(f"'{first.name}'", first.origin),),
                 )
                 break
-    for controller in context.drive_controllers:
+    for controller in context.declared_drives:
         if controller.publishes_tf:
             place = next((e for e in _plugin_tags(context, ("publishWheelTF", "publish_wheel_tf"))), None)
             tag = place.tag if place else "publishWheelTF"

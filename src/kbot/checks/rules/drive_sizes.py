@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from kbot.checks.context import Context
 from kbot.checks.registry import Finding, Found, reported, rule
-from kbot.kinematics.drive.faults import joint_places, separation_is_off
+from kbot.kinematics.drive.findings import joint_places, separation_is_off
 from kbot.kinematics.drive.wheels import Pair
 from kbot.text import Origin, Related, Severity
 from kbot.text.numbers import NUMBER
@@ -35,7 +35,7 @@ def separation_differs(context: Context) -> Found:
 
     Autofix: none.
     """
-    yield from reported(context.drive_faults, "D105")
+    yield from reported(context.drive_findings, "D105")
     pairs = context.level_pairs
     if not pairs or context.unsure & {w.link for w in context.base.wheels}:
         return
@@ -79,7 +79,7 @@ def radius_differs(context: Context) -> Found:
 
     Autofix: none.
     """
-    yield from reported(context.drive_faults, "D106")
+    yield from reported(context.drive_findings, "D106")
     wheels = [w for w in context.mobile_base.wheels if w.radius] if context.mobile_base is not None else []
     if not wheels or context.unsure & {w.link for w in wheels}:
         return

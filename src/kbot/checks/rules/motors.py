@@ -57,7 +57,7 @@ _MEND = 'type="continuous"'
 
 
 def _driven(context: Context) -> set[str]:
-    return {joint.text for c in context.drive_controllers for joint in (*c.left, *c.right)}
+    return {joint.text for c in context.declared_drives for joint in (*c.left, *c.right)}
 
 
 @rule("D119", "wheel-effort-small", Severity.WARNING, "drive")

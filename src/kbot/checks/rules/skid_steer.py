@@ -30,7 +30,7 @@ def turns_short(context: Context) -> Found:
 
     Autofix: none.
     """
-    for controller in context.drive_controllers:
+    for controller in context.declared_drives:
         named = {joint.text for joint in (*controller.left, *controller.right)}
         pairs = [p for p in context.base.pairs if {p.left.joint.name, p.right.joint.name} <= named]
         wheels = {w.link for p in pairs for w in p.wheels}

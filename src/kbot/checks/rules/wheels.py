@@ -9,7 +9,7 @@ from kbot.checks.context import Context
 from kbot.checks.facts.bodies import LinkShape, axis_of
 from kbot.checks.registry import Finding, Found, reported, rule
 from kbot.checks.rules.geometry import overlap
-from kbot.kinematics.drive.faults import EXCHANGE_PLACES, axis_faults
+from kbot.kinematics.drive.findings import EXCHANGE_PLACES, axis_faults
 from kbot.kinematics.drive.part_names import side_of
 from kbot.kinematics.drive.wheels import MOST_JOINTS, Pair, Wheel, rigid_links
 from kbot.model import Joint, JointType, Mesh
@@ -47,7 +47,7 @@ def wheels_exchanged(context: Context) -> Found:
 
     Autofix: none.
     """
-    said = list(reported(context.drive_faults, "D107"))
+    said = list(reported(context.drive_findings, "D107"))
     yield from said
     for pair in context.level_pairs:
         left, right = pair.left, pair.right
@@ -65,7 +65,7 @@ def wheels_exchanged(context: Context) -> Found:
 
 
 def _named_sides(context: Context, pair: Pair) -> bool:
-    for controller in context.drive_controllers:
+    for controller in context.declared_drives:
         lefts = {joint.text for joint in controller.left}
         rights = {joint.text for joint in controller.right}
         if pair.left.joint.name in lefts and pair.right.joint.name in rights:
@@ -253,7 +253,7 @@ def not_checked(context: Context) -> Found:
     joints = context.robot.joints.values()
     if len(joints) <= MOST_JOINTS:
         return
-    if context.drive_controllers or any(joint.type is JointType.CONTINUOUS for joint in joints):
+    if context.declared_drives or any(joint.type is JointType.CONTINUOUS for joint in joints):
         yield Finding(
             context.root.origin,
             f"the drive is not checked: the robot has more than {MOST_JOINTS} joints",

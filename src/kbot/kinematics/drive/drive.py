@@ -13,10 +13,10 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.kinematics.drive.controllers import (
-    DriveController,
+from kbot.kinematics.drive.declared import (
+    DeclaredDrive,
+    declared_drives,
     drive_controller,
-    drive_controllers,
     movable,
     velocity_joints,
 )
@@ -174,7 +174,7 @@ def find_drive(
     base, else those on a suspension. The sides are those that the plugin or controller names. Never raises.
     """
     tree = tree or FrameTree(robot)
-    controllers = drive_controllers(robot)
+    controllers = declared_drives(robot)
     plugins = [c for c in controllers if c.plugin is not None and not c.is_steering]
     drive = _two_sided(robot, tree, *_sides(plugins))
     if isinstance(drive, NoDrive):
@@ -185,7 +185,7 @@ def find_drive(
     return drive if controller is None else with_sides(drive, *_sides([controller]))
 
 
-def _sides(controllers: Iterable[DriveController]) -> tuple[list[str], list[str]]:
+def _sides(controllers: Iterable[DeclaredDrive]) -> tuple[list[str], list[str]]:
     """The joints that controllers name as left and as right; of several controllers the first decides."""
     left, right = list[str](), list[str]()
     for controller in controllers:
@@ -326,7 +326,7 @@ def _steered_wheel(tree: FrameTree, drive: DifferentialDrive) -> str:
 
 
 def _steered(
-    robot: RobotModel, tree: FrameTree, controllers: Sequence[DriveController], reason: str
+    robot: RobotModel, tree: FrameTree, controllers: Sequence[DeclaredDrive], reason: str
 ) -> SteeredDrive | None:
     turning = [joint for joint in robot.joints.values() if joint.type is JointType.CONTINUOUS]
     steered = [(joint, above) for joint in turning if (above := _steering_joint(tree, joint)) is not None]

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from kbot.checks.config import Config
 from kbot.checks.file_kinds import FileKind
 from kbot.checks.runner import examine, findings
-from kbot.kinematics.drive.controllers import drive_controllers
+from kbot.kinematics.drive.declared import declared_drives
 from kbot.model.load import load_robot
 from kbot.ros.launch import Plan, is_ros_2, read_launch, read_launch_2
 from kbot.ros.launch.node_settings.rviz import missing_displays
@@ -80,7 +80,7 @@ def _two_publishers(plan: Plan, packages: Packages) -> Iterator[Diagnostic]:
         if param.description is None:
             continue
         robot = load_robot(param.description.path, param.description.arguments, packages=packages).robot
-        for driver in drive_controllers(robot) if robot else ():
+        for driver in declared_drives(robot) if robot else ():
             if driver.publishes_joints is not None:
                 yield Diagnostic(
                     "D122",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from kbot.kinematics.drive.controller_files import node_parameters
+from kbot.kinematics.controller_files import node_parameters
 from kbot.messages.bus import absolute
 from kbot.ros.parameter_values import ROSPARAM, ParameterValue, convert
 from kbot.text import DescriptionError, KbotError, read_source

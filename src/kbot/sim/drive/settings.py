@@ -7,21 +7,21 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf
 
-from kbot.kinematics.drive.controller_files import Parameter
-from kbot.kinematics.drive.controllers import (
+from kbot.kinematics.controller_files import Parameter
+from kbot.kinematics.drive.declared import (
     DIAMETER,
     RADIUS,
     SEPARATION,
-    DriveController,
+    DeclaredDrive,
+    declared_drives,
     drive_controller,
-    drive_controllers,
 )
 from kbot.kinematics.drive.drive import DifferentialDrive
 from kbot.messages.types import Twist, TwistStamped
 from kbot.model import RobotModel
 from kbot.sim.drive.twist_controller import DriveLimits
 from kbot.sim.naming import ROOT_NAMING, Naming
-from kbot.sim.plugin_names import PluginNames, is_of_gazebo_ros
+from kbot.sim.plugin_topics import PluginNames, is_of_gazebo_ros
 from kbot.sim.recipe import ANGULAR_ACCELERATION, LINEAR_ACCELERATION, WATCHDOG
 from kbot.text import DiagnosticCollector
 
@@ -77,7 +77,7 @@ def drive_settings(
 ) -> DriveSettings:
     """Read the robot's own settings. What it does not give comes from its shapes and the defaults. `naming`
     is what the simulation calls it."""
-    controller = drive_controller(drive_controllers(robot))
+    controller = drive_controller(declared_drives(robot))
     if controller is None:
         return DriveSettings(drive.radius, drive.separation)
     values = _Values(controller, findings)
@@ -98,7 +98,7 @@ def drive_settings(
 class _Values:
     """Numbers and words that a plugin or controller is given, by whichever of several names is there."""
 
-    def __init__(self, controller: DriveController, findings: DiagnosticCollector) -> None:
+    def __init__(self, controller: DeclaredDrive, findings: DiagnosticCollector) -> None:
         self.controller, self.findings = controller, findings
 
     def word(self, default: str, *names: str) -> str:

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from math import isfinite
 
-from kbot.kinematics.drive.controller_files import (
+from kbot.kinematics.controller_files import (
     JOINT_STATE,
     Parameters,
     controller_parameters,
     unknown_type,
 )
-from kbot.kinematics.drive.controllers import words_of
-from kbot.kinematics.drive.faults import plugin_faults, unknown_joint
+from kbot.kinematics.drive.declared import words_of
+from kbot.kinematics.drive.findings import plugin_findings, unknown_joint
 from kbot.model import RobotModel
 from kbot.model.extensions import gazebo_plugins, hardware_joints, initial_values
 from kbot.sim.joint_control.control import JointControl, JointController
@@ -26,7 +26,7 @@ from kbot.sim.joint_control.kinds import (
 from kbot.sim.joint_control.plugins import commanded_by
 from kbot.sim.joint_control.trajectory_goal import Constraints
 from kbot.sim.naming import ROOT_NAMING, Naming
-from kbot.sim.plugin_names import PluginNames, is_of_gazebo_ros
+from kbot.sim.plugin_topics import PluginNames, is_of_gazebo_ros
 from kbot.text import DiagnosticCollector, Element
 from kbot.text.numbers import to_float
 from kbot.text.suggest import did_you_mean
@@ -253,7 +253,7 @@ class _Reader:
             return None
 
     def of_plugins(self) -> Iterator[JointController]:
-        self.findings.diagnostics += plugin_faults(self.robot)
+        self.findings.diagnostics += plugin_findings(self.robot)
         for plugin in gazebo_plugins(self.robot):
             kind = commanded_by(plugin)
             if is_of_gazebo_ros(plugin) and "jointstatepublisher" in words_of(plugin):

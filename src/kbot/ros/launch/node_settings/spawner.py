@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from kbot.kinematics.drive.controller_files import node_parameters
+from kbot.kinematics.controller_files import node_parameters
 from kbot.model.spawned import Setting, SpawnedController
 from kbot.ros import names
 from kbot.ros.launch.node_arguments import Options, place_of, read_options

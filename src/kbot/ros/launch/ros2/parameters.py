@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from kbot.kinematics.drive.controller_files import node_parameters
+from kbot.kinematics.controller_files import node_parameters
 from kbot.ros.launch.includes import charge_yaml
 from kbot.ros.launch.launch_error import LaunchError
 from kbot.ros.launch.ros2.actions import ParameterFile, ParameterValue, PlacedParameter, is_value

@@ -2,7 +2,7 @@
 
 import sys
 
-from kbot.text.depth import room_for
+from kbot.text.recursion import room_for
 
 
 def test_the_limit_is_what_the_one_that_needs_most_needs_and_in_the_end_as_before() -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
-from kbot.kinematics.drive.controller_files import Parameter
-from kbot.kinematics.drive.controllers import DIAMETER, DriveController, drive_controllers
+from kbot.kinematics.controller_files import Parameter
+from kbot.kinematics.drive.declared import DIAMETER, DeclaredDrive, declared_drives
 from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive
 from kbot.kinematics.drive.part_names import side_of
 from kbot.kinematics.drive.wheels import Pair, Wheel
@@ -40,15 +40,15 @@ def wheel_pairs(tree: FrameTree, drive: DifferentialDrive) -> tuple[Pair, ...]:
     return tuple(Pair(left, right) for left, right in zip(*sides, strict=False))
 
 
-def faults_of(robot: RobotModel, drive: DifferentialDrive | NoDrive) -> tuple[Diagnostic, ...]:
+def findings_of_drive(robot: RobotModel, drive: DifferentialDrive | NoDrive) -> tuple[Diagnostic, ...]:
     """What is wrong with the plugins and controllers of a robot whose drive `find_drive` found."""
     pairs = wheel_pairs(FrameTree(robot), drive) if isinstance(drive, DifferentialDrive) else ()
-    return tuple(drive_faults(robot, drive_controllers(robot), drive, pairs))
+    return tuple(drive_findings(robot, declared_drives(robot), drive, pairs))
 
 
-def drive_faults(
+def drive_findings(
     robot: RobotModel,
-    controllers: Sequence[DriveController],
+    controllers: Sequence[DeclaredDrive],
     drive: DifferentialDrive | NoDrive | None,
     pairs: Sequence[Pair],
 ) -> Iterator[Diagnostic]:
@@ -68,7 +68,7 @@ def drive_faults(
         yield from _radius(controller, pairs)
 
 
-def plugin_faults(robot: RobotModel) -> Iterator[Diagnostic]:
+def plugin_findings(robot: RobotModel) -> Iterator[Diagnostic]:
     """D101 of the joints that other plugins name, those of sensors too."""
     for extension in extensions(robot, "gazebo"):
         for plugin in extension.descendants():
@@ -91,7 +91,7 @@ def _joints_of_plugin(robot: RobotModel, plugin: Element) -> Iterator[Diagnostic
 
 
 def _named_joints(
-    robot: RobotModel, controllers: Sequence[DriveController], drive: DifferentialDrive | NoDrive | None
+    robot: RobotModel, controllers: Sequence[DeclaredDrive], drive: DifferentialDrive | NoDrive | None
 ) -> Iterator[Diagnostic]:
     """D101 and W134: joints that the robot does not have, those of other links than driving wheels, and sides
     without a joint."""
@@ -121,8 +121,8 @@ def _named_joints(
 
 
 def _every_name(
-    robot: RobotModel, controllers: Iterable[DriveController]
-) -> Iterator[tuple[DriveController, str, str, Origin]]:
+    robot: RobotModel, controllers: Iterable[DeclaredDrive]
+) -> Iterator[tuple[DeclaredDrive, str, str, Origin]]:
     """Each joint that a controller names, with its side and place. The name is empty for an empty tag, and
     for a side without a tag or parameter."""
     for controller in controllers:
@@ -134,7 +134,7 @@ def _every_name(
                 yield controller, side, "", controller.place(side)
 
 
-def _named_twice(controller: DriveController) -> Iterator[Diagnostic]:
+def _named_twice(controller: DeclaredDrive) -> Iterator[Diagnostic]:
     """D131."""
     first: dict[str, tuple[str, Parameter]] = {}
     for side, joints in controller.sides.items():
@@ -152,7 +152,7 @@ def _named_twice(controller: DriveController) -> Iterator[Diagnostic]:
                 )
 
 
-def _exchanged(controller: DriveController, pairs: Iterable[Pair]) -> Iterator[Diagnostic]:
+def _exchanged(controller: DeclaredDrive, pairs: Iterable[Pair]) -> Iterator[Diagnostic]:
     """D107 of a joint that is named as left and stands on the right."""
     wheels = {wheel.joint.name: wheel for pair in pairs for wheel in pair.wheels}
     for one, other in zip(controller.left, controller.right, strict=False):
@@ -214,7 +214,7 @@ def _direction(wheel: Wheel) -> str:
     return "(" + ", ".join(f"{v:.2g}" for v in wheel.axis) + ")"
 
 
-def _separation(controller: DriveController, pairs: Sequence[Pair]) -> Iterator[Diagnostic]:
+def _separation(controller: DeclaredDrive, pairs: Sequence[Pair]) -> Iterator[Diagnostic]:
     """D105."""
     size = controller.separation
     if size is None or size.value <= 0.0 or not pairs:
@@ -246,7 +246,7 @@ def joint_places(pair: Pair) -> tuple[Related, ...]:
     )
 
 
-def _radius(controller: DriveController, pairs: Sequence[Pair]) -> Iterator[Diagnostic]:
+def _radius(controller: DeclaredDrive, pairs: Sequence[Pair]) -> Iterator[Diagnostic]:
     """D106. Of wheels that differ each is named, because their mean is the radius of none."""
     size = controller.radius
     wheels = [wheel for pair in pairs for wheel in pair.wheels if wheel.radius]

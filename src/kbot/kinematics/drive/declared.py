@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from kbot.kinematics.drive.controller_files import (
+from kbot.kinematics.controller_files import (
     DIFF_DRIVE,
     Parameter,
     Parameters,
@@ -37,7 +37,7 @@ class Size(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class DriveController:
+class DeclaredDrive:
     """A plugin or controller that drives wheels.
 
     name         of the plugin, or of the controller with its namespace
@@ -118,7 +118,7 @@ class DriveController:
         return tag is not None and tag.text in _TRUE
 
 
-def drive_controllers(robot: RobotModel) -> tuple[DriveController, ...]:
+def declared_drives(robot: RobotModel) -> tuple[DeclaredDrive, ...]:
     """Drive plugins in the description's order, then controllers. Where a launch spawns controllers, these
     are all; else a section of a parameter file that names wheels counts too, because a spawner can give the
     type. Problems of the files are not reported here."""
@@ -126,7 +126,7 @@ def drive_controllers(robot: RobotModel) -> tuple[DriveController, ...]:
     return (*plugins, *_of_parameters(robot))
 
 
-def drive_controller(controllers: Iterable[DriveController]) -> DriveController | None:
+def drive_controller(controllers: Iterable[DeclaredDrive]) -> DeclaredDrive | None:
     """The one that drives: a plugin before a controller, and one of two sides before one that steers."""
     running = [c for c in controllers if c.is_running]
     plugins = [c for c in running if c.plugin is not None]
@@ -156,7 +156,7 @@ def movable(robot: RobotModel, names: Iterable[str]) -> list[Joint]:
     return [joint for joint in joints if joint is not None and joint.has_position]
 
 
-def _of_plugin(plugin: Element) -> DriveController | None:
+def _of_plugin(plugin: Element) -> DeclaredDrive | None:
     words = words_of(plugin)
     tags = [_tag(element) for element in plugin.elements()]
     left = tuple(tag for tag in tags if tag.name in _LEFT_TAGS)
@@ -167,7 +167,7 @@ def _of_plugin(plugin: Element) -> DriveController | None:
     given: dict[str, Parameter] = {}
     for tag in tags:
         given.setdefault(tag.name, tag)
-    return DriveController(
+    return DeclaredDrive(
         plugin.attributes.get("name", "the drive plugin"),
         plugin.origin,
         plugin,
@@ -194,7 +194,7 @@ def _tag(element: Element) -> Parameter:
     return Parameter(element.tag, element.text.strip(), element.origin, element.origin)
 
 
-def _of_parameters(robot: RobotModel) -> Iterator[DriveController]:
+def _of_parameters(robot: RobotModel) -> Iterator[DeclaredDrive]:
     listed = [
         found for found in controller_parameters(robot, DiagnosticCollector()) if found.kind == DIFF_DRIVE
     ]
@@ -212,11 +212,11 @@ def _of_parameters(robot: RobotModel) -> Iterator[DriveController]:
                 yield controller
 
 
-def _of_controller(found: Parameters, *, is_running: bool) -> DriveController:
+def _of_controller(found: Parameters, *, is_running: bool) -> DeclaredDrive:
     left, right = (
         next((found.given[key].names() for key in keys if key in found.given), ())
         for keys in (_LEFT_KEYS, _RIGHT_KEYS)
     )
-    return DriveController(
+    return DeclaredDrive(
         found.controller, found.place(), None, False, found.ros, left, right, found.given, is_running
     )
