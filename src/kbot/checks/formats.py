@@ -6,7 +6,6 @@ import os
 from collections import defaultdict
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 from kbot.checks.registry import all_rules
@@ -17,7 +16,7 @@ _GITHUB = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.INFO: 
 _SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 
 
-def sarif(found: Sequence[Diagnostic], version: str) -> dict[str, Any]:
+def sarif(found: Sequence[Diagnostic], version: str) -> dict[str, object]:
     """A SARIF 2.1.0 log with one run; a finding's macro calls and includes are its code flow."""
     codes = sorted({d.code for d in found})
     return {
@@ -33,7 +32,7 @@ def sarif(found: Sequence[Diagnostic], version: str) -> dict[str, Any]:
     }
 
 
-def _rule(code: str) -> dict[str, Any]:
+def _rule(code: str) -> dict[str, object]:
     rule = all_rules().get(code)
     if rule is None:
         return {"id": code}
@@ -47,9 +46,9 @@ def _rule(code: str) -> dict[str, Any]:
     }
 
 
-def _result(diagnostic: Diagnostic, index: int) -> dict[str, Any]:
+def _result(diagnostic: Diagnostic, index: int) -> dict[str, object]:
     text = diagnostic.message + (f"\n{diagnostic.hint}" if diagnostic.hint else "")
-    result: dict[str, Any] = {
+    result: dict[str, object] = {
         "ruleId": diagnostic.code,
         "ruleIndex": index,
         "level": _LEVEL[diagnostic.severity],
@@ -70,15 +69,15 @@ def _result(diagnostic: Diagnostic, index: int) -> dict[str, Any]:
     return result
 
 
-def _flow(origin: Origin, message: str) -> list[dict[str, Any]]:
+def _flow(origin: Origin, message: str) -> list[dict[str, object]]:
     """Outermost call first, the place itself last."""
     words = {"macro": "macro '{}' is called", "include": "'{}' is included"}
     steps = [_location(c.span, words[c.kind].format(c.name)) for c in reversed(origin.stack)]
     return [{"location": step} for step in (*steps, _location(origin.span, message))]
 
 
-def _fix(diagnostic: Diagnostic) -> dict[str, Any]:
-    edits: dict[str, list[dict[str, Any]]] = defaultdict(list)
+def _fix(diagnostic: Diagnostic) -> dict[str, object]:
+    edits: dict[str, list[dict[str, object]]] = defaultdict(list)
     fix = diagnostic.fix
     for edit in fix.edits if fix else ():
         edits[edit.span.file].append(
@@ -88,8 +87,8 @@ def _fix(diagnostic: Diagnostic) -> dict[str, Any]:
     return {"description": {"text": fix.title if fix else ""}, "artifactChanges": changes}
 
 
-def _location(span: Span, message: str = "") -> dict[str, Any]:
-    location: dict[str, Any] = {
+def _location(span: Span, message: str = "") -> dict[str, object]:
+    location: dict[str, object] = {
         "physicalLocation": {"artifactLocation": {"uri": _uri(span.file)}, "region": _region(span)}
     }
     if message:

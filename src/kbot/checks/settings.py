@@ -61,7 +61,7 @@ def load_config(beside: str) -> Config:
     return Config()
 
 
-def _table(file: Path, path: tuple[str, ...]) -> dict[str, Any] | None:
+def _table(file: Path, path: tuple[str, ...]) -> dict[str, object] | None:
     try:
         table: Any = tomllib.loads(read_text(file))
     except (tomllib.TOMLDecodeError, RecursionError) as error:
@@ -75,7 +75,7 @@ def _table(file: Path, path: tuple[str, ...]) -> dict[str, Any] | None:
     return table
 
 
-def _config(table: dict[str, Any], file: Path) -> Config:
+def _config(table: dict[str, object], file: Path) -> Config:
     for key in table:
         if key not in _KEYS:
             hint = did_you_mean(key, _KEYS) or "one of " + ", ".join(_KEYS)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping
-from typing import Any, Protocol
+from typing import Protocol
 
 from kbot.record.entry import RecordedMessage
 from kbot.text import KbotError
@@ -129,7 +129,7 @@ def read_note(entry: RecordedMessage) -> tuple[str, dict[str, str]]:
     return values.pop("name", ""), values
 
 
-def read_fields(entry: RecordedMessage) -> dict[str, Any]:
+def read_fields(entry: RecordedMessage) -> dict[str, object]:
     """What is in a message of KBot's own, as JSON in a String. Raises KbotError: it is none of KBot's."""
     try:
         found = parse_json(read_text(entry))

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import astuple
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from kbot.messages.bus import absolute
 from kbot.messages.types import String
@@ -190,7 +190,7 @@ class Recorder:
         if not self._place.exists():
             raise OSError(errno.ENOENT, "it was moved or deleted, or its disk was taken away")
 
-    def _note(self, what: str, numbers: dict[str, Any]) -> None:
+    def _note(self, what: str, numbers: dict[str, object]) -> None:
         text = json.dumps({"step": self._simulation.steps, "do": what, **numbers})
         self._write(Packet(COMMANDS_TOPIC, String(text), self._simulation.clock.nanoseconds))
         if self._world_recorder is not None:

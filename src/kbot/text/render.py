@@ -7,7 +7,6 @@ import textwrap
 import unicodedata
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
-from typing import Any
 
 from kbot.text.diagnostic import Diagnostic, Severity
 from kbot.text.span import Call, Origin, Span
@@ -27,10 +26,10 @@ def render_text(diagnostics: Iterable[Diagnostic], *, color: bool = False, width
     return "\n".join(_Text(color, width).render(diagnostic) for diagnostic in diagnostics)
 
 
-def to_json(diagnostic: Diagnostic) -> dict[str, Any]:
+def to_json(diagnostic: Diagnostic) -> dict[str, object]:
     """A diagnostic as plain values; `file`, `line` and `column` are None where no text is involved."""
     stack = diagnostic.origin.stack if diagnostic.origin else ()
-    result: dict[str, Any] = {
+    result: dict[str, object] = {
         "code": diagnostic.code,
         "severity": str(diagnostic.severity),
         "message": diagnostic.message,
@@ -57,12 +56,12 @@ def count(diagnostics: Iterable[Diagnostic]) -> str:
     return ", ".join([*parts, *([f"{notes} info"] if notes else [])])
 
 
-def _start(span: Span) -> dict[str, Any]:
+def _start(span: Span) -> dict[str, object]:
     line, column = span.source.line_column(span.start)
     return {"file": span.file, "line": line, "column": column}
 
 
-def _place(span: Span | None) -> dict[str, Any]:
+def _place(span: Span | None) -> dict[str, object]:
     if span is None:
         return {"file": None, "line": None, "column": None, "end_line": None, "end_column": None}
     line, column = span.source.line_column(span.end)

@@ -63,7 +63,7 @@ def saved_page(
     )
 
 
-def kinematics(robot: RobotModel, scene: Scene) -> dict[str, Any]:
+def kinematics(robot: RobotModel, scene: Scene) -> dict[str, object]:
     """How the links hang together, as `web/src/offline/kinematics.ts` reads it: frames in m and quaternions,
     in the order of the scene's links and joints."""
     links = {link.name: index for index, link in enumerate(scene.links)}
@@ -81,7 +81,7 @@ def kinematics(robot: RobotModel, scene: Scene) -> dict[str, Any]:
     return {"hinges": hinges, "follows": follows, "order": [links[name] for name in _parents_first(robot)]}
 
 
-def _hinge(joint: Joint | None, links: dict[str, int], joints: dict[str, int]) -> dict[str, Any]:
+def _hinge(joint: Joint | None, links: dict[str, int], joints: dict[str, int]) -> dict[str, object]:
     if joint is None:
         return {
             "parent": -1,

@@ -14,11 +14,9 @@ from kbot.xacro.xacro_error import XacroError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any
-
     from kbot.xacro.run import Run
 
-_CONSTANTS: dict[str, Any] = {
+_CONSTANTS: dict[str, object] = {
     "true": True, "false": False, "True": True, "False": False,
     "list": list, "dict": dict, "map": map, "str": str, "float": float, "int": int,
     **{name: value for name, value in vars(math).items() if not name.startswith("_")},

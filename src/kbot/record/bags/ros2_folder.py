@@ -7,7 +7,6 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path, PurePath
-from typing import Any
 
 from kbot.record.entry import RecordedMessage
 from kbot.record.limits import Allowance, RecordingTooLarge, inflate
@@ -83,7 +82,7 @@ class Folder:
         return entry.with_data(data)
 
 
-def _metadata(file: Path) -> dict[str, Any]:
+def _metadata(file: Path) -> dict[str, object]:
     """All scalars as text: a number may have any length. Raises ValueError, OSError: it cannot be read."""
     text = read_bytes(file, _LARGEST_METADATA).decode("utf-8")
     try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from kbot.ros.launch.launch_error import LaunchError
 from kbot.xacro.budget import Budget
@@ -34,7 +34,7 @@ _HARMLESS = (
     tuple,
 )
 
-BUILTINS: Mapping[str, Callable[..., Any]] = {function.__name__: function for function in _HARMLESS}
+BUILTINS: Mapping[str, Callable[..., object]] = {function.__name__: function for function in _HARMLESS}
 """Python's own functions that expressions may call: they compute and nothing more."""
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from kbot.text import KbotError
 from kbot.text.errors import reading
@@ -39,7 +38,7 @@ class DisplayFile:
         self.path = path
         self.greeting: Displays | None = None
         """What pages are told first, None where there is nothing to tell."""
-        self._rviz: Mapping[str, Any] | None = None
+        self._rviz: Mapping[str, object] | None = None
         if path:
             _of_known_kind(path)
             text = read_source(path).text if Path(path).exists() else ""
@@ -70,7 +69,7 @@ class DisplayFile:
         options = {**told.setup.get("globals", {}), "frame": frame}
         self.greeting = replace(told, setup={**told.setup, "globals": options})
 
-    def save(self, kind: str, setup: Mapping[str, Any], frame: str = "") -> DisplaysText | DisplaysSaved:
+    def save(self, kind: str, setup: Mapping[str, object], frame: str = "") -> DisplaysText | DisplaysSaved:
         """Write a page's settings: `file` to the file; as a text `kbot`, or `rviz1` or `rviz2`.
         What a file of rviz has besides is kept for the version that wrote it; `frame` is the fixed frame
         there where the settings choose none, for rviz shows nothing without one.

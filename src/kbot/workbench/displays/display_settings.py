@@ -86,9 +86,9 @@ def write_settings(settings: DisplaySettings) -> str:
     return HEADER + str(yaml.safe_dump(plain(settings, sources=False), sort_keys=False, allow_unicode=True))
 
 
-def plain(settings: DisplaySettings, *, sources: bool = True) -> dict[str, Any]:
+def plain(settings: DisplaySettings, *, sources: bool = True) -> dict[str, object]:
     """As `check` takes it, with the `sources` of displays or without."""
-    found: dict[str, Any] = {
+    found: dict[str, object] = {
         "globals": dict(settings.globals),
         "displays": [
             {
@@ -113,7 +113,7 @@ def plain(settings: DisplaySettings, *, sources: bool = True) -> dict[str, Any]:
     return found
 
 
-def marked(value: Any, file: str) -> Marked:  # noqa: ANN401 - JSON
+def marked(value: object, file: str) -> Marked:
     """A page's JSON as `check` takes it."""
     if isinstance(value, dict):
         return Marked({str(name): marked(part, file) for name, part in value.items()}, file, 1)

@@ -75,7 +75,7 @@ def read_marked(text: str, file: str) -> Marked:
     return _marked(document, document.data, ())
 
 
-def _marked(document: YamlDocument, value: Any, keys: Keys) -> Marked:  # noqa: ANN401 - what YAML holds
+def _marked(document: YamlDocument, value: object, keys: Keys) -> Marked:
     place = document.place(*keys)
     line = place.value.line if place else 1
     if isinstance(value, dict):

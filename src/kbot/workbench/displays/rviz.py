@@ -34,7 +34,7 @@ ALIKE = {"flat squares": "squares", "tiles": "squares"}
 """Styles of points that look the same here."""
 
 
-def read_value(property: Property, value: Any) -> Value:  # noqa: ANN401 - what YAML holds
+def read_value(property: Property, value: object) -> Value:
     """A property's value.
 
     Raises:

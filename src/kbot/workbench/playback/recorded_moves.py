@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from kbot.messages import JointState, TFMessage
 from kbot.workbench.playback.recorded_run import TF_STATIC, RecordedRun
 
@@ -20,9 +18,9 @@ class RecordedMoves:
         self._known = set[tuple[str, str]]().union(*(_told_of(*one) for _, *one in self._samples))
         """All frames and joints that the recording is known to tell of, each by its topic."""
 
-    def until(self, now: int) -> list[tuple[str, Any]]:
+    def until(self, now: int) -> list[tuple[str, object]]:
         """Topics and messages, oldest first, that tell where all stood at a time in ns."""
-        found: list[tuple[str, Any]] = []
+        found: list[tuple[str, object]] = []
         missing = self._known
         for seconds in LOOKS:
             after = max(now - round(seconds * 1e9), self._run.index.start - 1)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from kbot.model import RobotModel
 from kbot.record.world_recorder import POSES_TOPIC
@@ -27,7 +26,7 @@ def series_of_run(
         if any(not one.topic for one in fields)
         else []
     )
-    told, newest = RecordedState(robot), dict[str, Any]()
+    told, newest = RecordedState(robot), dict[str, object]()
     first = index.start + round(start * 1e9)
     last = min(index.start + round(end * 1e9), index.end)
     for topic in (*topics, *moving):
@@ -42,7 +41,7 @@ def series_of_run(
     def row(moment: int) -> tuple[float | None, ...]:
         if index.damage(moment) is not None:
             return (None,) * len(fields)
-        state: dict[str, Any] = {"odometry": told.odometry, "twist": told.twist}
+        state: dict[str, object] = {"odometry": told.odometry, "twist": told.twist}
         if any(one.path[0] == "positions" for one in fields if not one.topic):
             state["positions"] = told.positions()
         return tuple(number_at(newest.get(f.topic) if f.topic else state, f.path) for f in fields)

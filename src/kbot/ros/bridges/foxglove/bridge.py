@@ -288,7 +288,7 @@ class _Talk(JsonTalk):
     def _tell_time(self, packet: Packet) -> None:
         self._wire.add(struct.pack("<BQ", TIME, packet.nanoseconds))
 
-    def _channel(self, topic: Topic) -> dict[str, Any]:
+    def _channel(self, topic: Topic) -> dict[str, object]:
         return {
             "id": self._bridge.channels[topic.name],
             "topic": topic.name,

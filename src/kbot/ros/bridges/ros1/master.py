@@ -6,7 +6,6 @@ import os
 import queue
 import threading
 from collections.abc import Callable, Iterable
-from typing import Any
 
 from kbot.ros.bridges.ros1.allowed_nodes import AllowedNodes
 from kbot.ros.bridges.ros1.parameter_server import ParameterServer, resolve
@@ -112,7 +111,7 @@ class Master:
         self._lock = threading.RLock()
         self._registry, self._parameters = Registry(), ParameterServer()
         self._parameter_watchers: dict[str, dict[str, str]] = {}
-        self._calls: queue.Queue[tuple[str, str, tuple[Any, ...]] | None] = queue.Queue(MOST_WAITING)
+        self._calls: queue.Queue[tuple[str, str, tuple[object, ...]] | None] = queue.Queue(MOST_WAITING)
         self._server = RpcServer(
             host, port, {name: self._locked(getattr(self, f"_{name}")) for name in METHODS}
         )
@@ -139,7 +138,7 @@ class Master:
 
         return answer
 
-    def _later(self, item: tuple[str, str, tuple[Any, ...]] | None) -> None:
+    def _later(self, item: tuple[str, str, tuple[object, ...]] | None) -> None:
         try:
             self._calls.put_nowait(item)
         except queue.Full:
