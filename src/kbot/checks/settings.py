@@ -63,7 +63,7 @@ def load_config(beside: str) -> Config:
 
 def _table(file: Path, path: tuple[str, ...]) -> dict[str, object] | None:
     try:
-        table: Any = tomllib.loads(read_text(file))
+        table: Any = tomllib.loads(read_text(file))  # Any: what TOML holds
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise KbotError(f"{file} is not usable: {error}") from None
     for key in path:

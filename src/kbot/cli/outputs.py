@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from kbot.record.run_outputs import Peers, RunOutputs
     from kbot.tf.static_transforms import StaticTransform
 
-_Function = TypeVar("_Function", bound=Callable[..., Any])
+_Function = TypeVar("_Function", bound=Callable[..., Any])  # Any: a verb takes whatever its options give
 
 
 class PeerRequest(Protocol):

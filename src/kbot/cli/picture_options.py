@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from kbot.render.look import Look
     from kbot.render.palette import Theme
 
-_Function = TypeVar("_Function", bound=Callable[..., Any])
+_Function = TypeVar("_Function", bound=Callable[..., Any])  # Any: a verb takes whatever its options give
 
 
 def size_option(default: str) -> Callable[[_Function], _Function]:

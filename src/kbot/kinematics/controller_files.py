@@ -204,6 +204,7 @@ def matches(pattern: str, node: str) -> bool:
     return len(names) in reached
 
 
+# Any: what YAML holds
 def _sections(data: object, keys: Keys, words: Collection[str]) -> Iterator[tuple[Keys, Mapping[Any, Any]]]:
     """The parameters of each node, and the keys that lead to them."""
     for key, value in data.items() if isinstance(data, dict) else ():

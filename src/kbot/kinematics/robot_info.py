@@ -15,7 +15,7 @@ _DEEPEST = 30
 """Links deeper in the tree than this are drawn at this depth."""
 
 
-def describe(robot: RobotModel) -> dict[str, Any]:
+def describe(robot: RobotModel) -> dict[str, Any]:  # Any: JSON
     """The robot as plain data for JSON; metres, kilograms, radians; None where there is no such figure.
 
     `drive` is None where there is none, and `no_drive` then says why.

@@ -14,6 +14,7 @@ M = TypeVar("M")
 class Subscription:
     """A callback that hears a topic until it is closed."""
 
+    # Any: each topic has its own type
     def __init__(self, bus: Bus, topic: _Topic, callback: Callable[[Any], None], looks_on: bool) -> None:
         self._bus = bus
         self._topic = topic

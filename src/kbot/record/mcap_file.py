@@ -85,6 +85,7 @@ class McapWriter:
         """Raises OSError: the file exists or cannot be made."""
         self._file = WholeFile(path)
         compression = CompressionType.ZSTD if compress else CompressionType.NONE
+        # Any: the library's methods have no return types
         self._writer: Any = Writer(cast(IO[Any], self._file), CHUNK_BYTES, compression)
         self._writer.start(profile="ros2", library=f"kbot {version('kbot')}")
         self._channels: dict[tuple[str, str], int] = {}

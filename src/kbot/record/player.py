@@ -65,7 +65,7 @@ class Player:
         self.paused = False
         self.unknown: list[str] = []
         """Topics whose types KBot does not know: they are not said."""
-        self._publishers: dict[str, tuple[Publisher[Any], type]] = {}
+        self._publishers: dict[str, tuple[Publisher[Any], type]] = {}  # Any: each topic has its own type
         for name, topic in self.summary.topics.items():
             kind = known_type(topic.type_name)
             if name in NOT_SAID or (topics and name not in topics) or name in left_out:

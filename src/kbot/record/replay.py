@@ -26,7 +26,7 @@ from kbot.tf.state_publishers import StatePublishers
 from kbot.tf.static_transforms import from_json, publish_static_transforms
 from kbot.xacro import Packages
 
-Note = Mapping[str, Any]
+Note = Mapping[str, Any]  # Any: JSON
 
 
 def read_command(entry: RecordedMessage) -> dict[str, Any]:

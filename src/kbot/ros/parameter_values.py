@@ -9,7 +9,7 @@ from typing import Any
 
 from kbot.text.yaml import Dialect, load_yaml
 
-ParameterValue = bool | int | float | str | bytes | list[Any] | dict[str, Any] | None
+ParameterValue = bool | int | float | str | bytes | list[Any] | dict[str, Any] | None  # Any: what YAML holds
 """What a parameter holds; None is not set. ROS 2 has only lists of one type, ROS 1 has whatever YAML has."""
 TYPES = ("auto", "str", "string", "int", "double", "bool", "boolean", "yaml")
 _ANGLE = re.compile(r"(rad|deg)?\(?([^()]*)\)?")

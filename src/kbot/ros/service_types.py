@@ -80,6 +80,7 @@ def service_hash(name: str) -> str:
     return hash_of_service(kind.ros2_name, *parts)
 
 
+# Any: nested tuples of rosbags
 def hash_of_service(name: str, request: dict[str, Any], response: dict[str, Any]) -> str:
     """The same of any service, from the fields of its two parts as rosbags describes them."""
     from rosbags.interfaces import Nodetype

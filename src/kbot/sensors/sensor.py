@@ -71,6 +71,7 @@ class Spec(ABC):
         """Those it is heard on, as they are written; its readings on the first."""
         return (self.topic or self.label,)
 
+    # Any: each sensor has its own type of message
     @abstractmethod
     def mount(self, simulation: Simulation) -> Sensor[Any]: ...
 

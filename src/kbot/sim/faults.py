@@ -205,7 +205,7 @@ def to_journal(fault: Fault) -> dict[str, object]:
     return {"fault": type(fault).__name__, "values": values}
 
 
-def from_journal(note: Mapping[str, Any]) -> Fault:
+def from_journal(note: Mapping[str, Any]) -> Fault:  # Any: JSON
     """A fault as it was written down. Raises KbotError for one that is not KBot's."""
     kind = FAULTS.get(note["fault"])
     if kind is None:

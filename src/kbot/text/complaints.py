@@ -57,6 +57,7 @@ class Complaints:
             self._log.error("%s", internal_error(error, during))
         return f"KBot failed at this: {reported}; please report it"
 
+    # Any: as asyncio defines it
     def loop_fault(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         """For `loop.set_exception_handler`: an error that no task or callback of the server caught."""
         error = context.get("exception")

@@ -103,7 +103,7 @@ class Element:
         """Whether neither it nor anything within it holds a dollar sign or a name of xacro's."""
         self.moved: dict[str, Origin] | None = None
         """Origins of the attributes that were not written in this element's own tag."""
-        self.fed: dict[str, Any] | None = None
+        self.fed: dict[str, Any] | None = None  # Any: what only xacro knows
         """What the values of its attributes were computed from, by name: kept for the source map."""
 
     def __repr__(self) -> str:

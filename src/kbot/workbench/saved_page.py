@@ -111,7 +111,7 @@ def _parents_first(robot: RobotModel) -> Iterator[str]:
         waiting += below.get(name, ())
 
 
-def _sources(session: Session) -> Iterator[Any]:
+def _sources(session: Session) -> Iterator[Any]:  # Any: JSON
     for file in session.shown.files:
         try:
             yield json.loads(encode(session.shown.source(file)))

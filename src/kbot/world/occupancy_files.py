@@ -131,7 +131,7 @@ def _interpret(
     return cells
 
 
-def _settings(name: str) -> tuple[dict[str, Any], dict[str, str]]:
+def _settings(name: str) -> tuple[dict[str, Any], dict[str, str]]:  # Any: what YAML holds
     """What a map says, and the `file:line:column` of each value."""
     try:
         document = read_yaml(read_source(name))

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from kbot.xacro.limits import Limits
     from kbot.xacro.values import Value
 
+# Any: mypy would narrow values to object
 VIEWS: tuple[Any, ...] = (type({}.keys()), type({}.values()), type({}.items()))
 SIZED: tuple[Any, ...] = (list, tuple, dict, set, frozenset, range, *VIEWS)
 """Containers, whose items are counted. Text is charged by its length instead."""

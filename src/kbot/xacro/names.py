@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     Evaluate = Callable[[str], Value]
 
-_DIRECT: dict[str, Any] = {
+_DIRECT: dict[str, Any] = {  # Any: functions and classes of Python
     kind.__name__: kind for kind in (list, dict, map, len, str, float, int, bool, min, max, round)
 } | {"True": True, "False": False}
 _PYTHON: dict[str, Any] = _DIRECT | {

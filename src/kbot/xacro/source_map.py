@@ -143,7 +143,7 @@ class _Writer:
         self.files: dict[str, int] = {}
         self.calls: dict[int, int] = {}
         self.bindings: dict[int, int] = {}
-        self.call_list: list[dict[str, Any]] = []
+        self.call_list: list[dict[str, Any]] = []  # Any: JSON
         self.binding_list: list[dict[str, Any]] = []
 
     def document(self) -> dict[str, Any]:

@@ -30,7 +30,7 @@ _NODE_STEPS = 8
 _RESOLVED_STEPS = 64
 """What the library's own rules take for a scalar."""
 
-_cache: dict[str, tuple[str, Any, int]] = {}
+_cache: dict[str, tuple[str, Any, int]] = {}  # Any: what YAML holds
 """Of each file its text, its data and the number of values in it."""
 
 

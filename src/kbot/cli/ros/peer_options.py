@@ -14,7 +14,7 @@ from kbot.ros.peer_options import PeerOptions
 
 DEFAULT = PeerOptions()
 
-_Function = TypeVar("_Function", bound=Callable[..., Any])
+_Function = TypeVar("_Function", bound=Callable[..., Any])  # Any: a verb takes whatever its options give
 
 
 def peer_options(function: _Function) -> _Function:

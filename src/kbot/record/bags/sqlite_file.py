@@ -28,7 +28,7 @@ _AFTER = (
     "ORDER BY messages.id LIMIT ?"
 )
 
-Row = tuple[int, Any, Any, Any]
+Row = tuple[int, Any, Any, Any]  # Any: SQLite gives each column its own type
 """A message's own number, its topic's, its time and its bytes: columns hold whatever is put into them."""
 
 

@@ -219,7 +219,7 @@ def field_parts(described: FieldDesc) -> FieldParts:
     """What rosbags keeps in nested tuples."""
     from rosbags.interfaces import Nodetype
 
-    item: Any = described
+    item: Any = described  # Any: nested tuples of rosbags
     length = 1
     if described[0] in (Nodetype.ARRAY, Nodetype.SEQUENCE):
         item, length = item[1]

@@ -19,7 +19,7 @@ from kbot.record.encodings.type_names import ros_name
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 
-Plain = Any
+Plain = Any  # Any: JSON
 ROS1_TIME = {"secs": "sec", "nsecs": "nanosec"}
 
 

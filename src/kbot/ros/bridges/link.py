@@ -79,6 +79,7 @@ class PeerLink:
         self._lock = threading.Lock()
         self._jobs: deque[tuple[bool, str, Receiver]] = deque()
         self._mail: dict[str, deque[tuple[object, Callable[[str], None]]]] = {}
+        # Any: each service has its own type
         self._calls: deque[tuple[Service, object, Future[Any]]] = deque()
         self._wanted: list[tuple[str, Receiver]] = []
         self._watchers: list[Callable[[], None]] = []

@@ -33,7 +33,7 @@ def later(work: Callable[[], object]) -> None:
     loop().call_soon_threadsafe(work)
 
 
-def wait_for(work: Coroutine[Any, Any, T]) -> T:
+def wait_for(work: Coroutine[Any, Any, T]) -> T:  # Any: what a coroutine takes and yields is of no interest
     """The result of what is run on the loop; from any other thread."""
     return asyncio.run_coroutine_threadsafe(work, loop()).result(WAIT_SECONDS)
 

@@ -13,7 +13,7 @@ from kbot.text.suggest import did_you_mean
 if TYPE_CHECKING:
     from kbot.sim import Simulation
 
-Answer = Callable[["Simulation", Any], Any]
+Answer = Callable[["Simulation", Any], Any]  # Any: each service has its own types
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,7 +22,7 @@ LARGEST = 1 << 26
 OPEN_SECONDS = 5.0
 ANSWER_SECONDS = 30.0
 
-Values = dict[str, Any]
+Values = dict[str, Any]  # Any: JSON
 
 
 class GraphClient:

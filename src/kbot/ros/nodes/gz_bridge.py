@@ -98,6 +98,7 @@ class _Relay:
     def __init__(self, simulation: Simulation, source: str, target: str, kind: type) -> None:
         self._bus, self._source, self._kind = simulation.bus, source, kind
         latched = self._bus.is_latched(source)
+        # Any: each topic has its own type
         self._publisher: Publisher[Any] = self._bus.advertise(target, kind, latched=latched)
         self._subscription: Subscription | None = None
 

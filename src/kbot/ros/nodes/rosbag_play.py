@@ -21,7 +21,7 @@ from kbot.tf.static_transforms import say_static
 RATE = 100.0
 """Hz at which it looks what is due."""
 
-Say = Callable[[Any], None]
+Say = Callable[[Any], None]  # Any: each topic has its own type
 
 
 class BusPlayback:

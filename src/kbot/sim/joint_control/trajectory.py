@@ -146,7 +146,7 @@ def _point(point: object, count: int) -> TrajectoryPoint:
     return TrajectoryPoint(float(time), *(tuple(map(float, values)) for values in lists))
 
 
-def _is_list(value: object) -> TypeGuard[Sequence[Any]]:
+def _is_list(value: object) -> TypeGuard[Sequence[Any]]:  # Any: its values are checked one by one
     # what nearly all are first: an abstract class is asked a hundred times as slowly
     return isinstance(value, tuple | list) or (isinstance(value, Sequence) and not isinstance(value, str))
 

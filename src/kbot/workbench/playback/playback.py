@@ -80,7 +80,7 @@ class PlayedRun:
         self.note = ""
         self._silent: set[str] = set()
         self._is_paused = True
-        self._publishers: dict[str, tuple[Publisher[Any], type]] = {
+        self._publishers: dict[str, tuple[Publisher[Any], type]] = {  # Any: each topic has its own type
             name: (self._advertise(name, kind), kind) for name, kind in run.topics.items()
         }
         self._moves = RecordedMoves(run)

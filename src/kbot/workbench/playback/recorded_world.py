@@ -89,7 +89,7 @@ class RecordedWorld:
             for link in robot.links:
                 yield self._poses.get(f"{name}/{link}", Transform.identity())
 
-    def _after(self, built: World, changes: list[dict[str, Any]]) -> Present:
+    def _after(self, built: World, changes: list[dict[str, Any]]) -> Present:  # Any: JSON
         bodies, others = list(built.bodies), dict[str, RobotModel]()
         for change in changes:
             match change:

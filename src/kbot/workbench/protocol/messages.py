@@ -235,7 +235,7 @@ class TopicMessage:
     kind: str
     time: float
     is_latched: bool
-    message: dict[str, Any]
+    message: dict[str, Any]  # Any: JSON
     type: Literal["message"] = "message"
 
 

@@ -29,7 +29,7 @@ _ALIGNED = 8
 def encode_packet(packet: Packet, is_latched: bool = False) -> str | bytes:
     """One message of a topic, said before it was asked for where it `is_latched`: text, or bytes where fields
     of it are arrays or bytes."""
-    message: Any = packet.message
+    message: Any = packet.message  # Any: each topic has its own type
     fields: dict[str, Any] = {}
     arrays: dict[str, list[object]] = {}
     parts: list[bytes] = []

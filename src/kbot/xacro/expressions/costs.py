@@ -107,7 +107,7 @@ def _iterator(function: Callable[..., Iterator[Value]]) -> Cost:
     return cost
 
 
-_LONG: tuple[Any, ...] = (str, *SIZED)
+_LONG: tuple[Any, ...] = (str, *SIZED)  # Any: mypy would narrow values to object
 
 
 def _ordered(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:

@@ -53,6 +53,7 @@ def shift(budget: Budget, a: Value, b: Value) -> Value:
     return budget.checked(a << b)
 
 
+# Any: functions of Python's operators
 def _divide(function: Callable[[Any, Any], Any]) -> Callable[[Budget, Value, Value], Value]:
     """A division, whose work grows with the square of the digits."""
 

@@ -80,7 +80,7 @@ def echo(frame: str, child: str, rate: float, once: bool, as_json: bool, at: str
 
 def _until_known(
     graph: GraphClient, frames: _Frames, frame: str, child: str
-) -> Iterator[tuple[str, dict[str, Any]]]:
+) -> Iterator[tuple[str, dict[str, Any]]]:  # Any: messages as JSON
     """What is heard of frames, for good. Raises KbotError: they were heard for a moment, and those two are
     not among them or do not hang together."""
     began, topics = graph.nanoseconds(), _offered(graph.topics())

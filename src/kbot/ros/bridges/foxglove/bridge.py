@@ -51,7 +51,7 @@ class FoxgloveServices:
             raise KbotError(f"there is no service {number}")
         kind = self._services[number].type
 
-        def tell(done: Future[Any]) -> None:
+        def tell(done: Future[Any]) -> None:  # Any: each service has its own type
             error = done.exception()
             if error is not None:
                 later(lambda: self._fail(number, call, str(error)))

@@ -215,7 +215,7 @@ class Ros1Bridge:
 
     # what other nodes may ask of this one
 
-    def _functions(self) -> dict[str, Any]:
+    def _functions(self) -> dict[str, Any]:  # Any: XML-RPC
         return {
             "getBusStats": lambda caller: (1, "", [[], [], []]),
             "getBusInfo": self._bus_info,

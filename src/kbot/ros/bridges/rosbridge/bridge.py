@@ -26,7 +26,7 @@ from kbot.text.suggest import did_you_mean
 
 NODE = "/kbot"
 
-Values = dict[str, Any]
+Values = dict[str, Any]  # Any: JSON
 
 
 def call_rosapi(link: PeerLink, service: str, arguments: Values) -> Values:

@@ -14,7 +14,7 @@ LOOPBACK = "127.0.0.1"
 MOST_SUBSCRIPTIONS = 1000
 """Of one client."""
 
-Request = dict[str, Any]
+Request = dict[str, Any]  # Any: JSON
 
 
 class TopicServer:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
 
-Message = Any
+Message = Any  # Any: rosbags makes the classes
 """One of rcl_interfaces, as the library has them."""
 
 _FIELDS: tuple[tuple[str, Any], ...] = (

@@ -163,7 +163,7 @@ class _Reader:
 
     def _entry(
         self,
-        entry: Mapping[Any, Any],
+        entry: Mapping[Any, Any],  # Any: what YAML holds
         keys: Keys,
         places: _Places,
         namespace: str,

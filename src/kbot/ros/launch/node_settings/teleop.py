@@ -50,6 +50,7 @@ class _Params:
     def number(self, name: str, default: float) -> float:
         """A finite number; the default, with a note, if the value is not one."""
         param = self._params.get(name)
+        # Any: float() rejects what is not a number
         found: Any = self._words.get(name, default if param is None else param.value)
         try:
             number = float(found)

@@ -127,7 +127,7 @@ class _Names:
     def __init__(self, scope: SubstitutionScope) -> None:
         self.budget = scope.budget
         self._scope = scope
-        self._known: dict[str, Any] = {
+        self._known: dict[str, Any] = {  # Any: an expression evaluates to any value
             **{name: value for name, value in vars(math).items() if not name.startswith("_")},
             "true": True,
             "false": False,

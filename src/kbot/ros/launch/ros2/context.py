@@ -47,7 +47,7 @@ class LaunchContext:
     anonymous: dict[str, str] = field(default_factory=dict)
     namespace: str = "/"
     remaps: list[tuple[str, str]] = field(default_factory=list)
-    parameters: dict[str, Any] = field(default_factory=dict)
+    parameters: dict[str, Any] = field(default_factory=dict)  # Any: what launch files give
     descriptions: dict[str, RobotDescription] = field(default_factory=dict)
     launched: Mapping[str, Param] = field(default_factory=dict)
     """The parameters of the nodes so far, by full name."""

@@ -157,7 +157,7 @@ class _Markup:
     def _get(self, element: Element, name: str) -> object:
         return parse(element.attributes[name]) if name in element.attributes else None
 
-    def _all(self, element: Element) -> dict[str, Any]:
+    def _all(self, element: Element) -> dict[str, Any]:  # Any: keywords of actions
         """Every attribute but the conditions."""
         return {
             name: parse(text) for name, text in element.attributes.items() if name not in ("if", "unless")

@@ -54,6 +54,7 @@ class PythonFiles:
             DescriptionError: L081 it fails, L082 it has no such function, or one that returns none.
         """
         running(source)
+        # Any: what launch files give
         namespace: dict[str, Any] = {"__name__": "launch_file", "__file__": source.path, "open": self._open}
         return self.guarded(source, lambda: self._entities(source, namespace))
 

@@ -26,7 +26,7 @@ _TYPES = {"str": str, "int": int, "float": float, "bool": bool}
 class PlacedValue:
     """A parameter's value, and where it was written; None for a place that only its node tells."""
 
-    value: Any
+    value: Any  # Any: what YAML or a launch file gives
     origin: Origin | None = None
 
 

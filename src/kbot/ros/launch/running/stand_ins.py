@@ -57,7 +57,7 @@ class StandIns:
         bus: Bus,
         clock: Clock,
         published: Collection[str] = (),
-        instead: Mapping[str, Callable[[Any], None]] | None = None,
+        instead: Mapping[str, Callable[[Any], None]] | None = None,  # Any: each topic has its own type
     ) -> None:
         """Play back the launch's recordings. Playback on an earlier bus ends and continues here. Topics that
         are `published` by others are left out; messages on topics of `instead` go to its functions.
