@@ -87,7 +87,7 @@ def test_a_plot_that_fails_is_answered(driving: tuple[str, Session], monkeypatch
 
 @pytest.mark.parametrize(
     ("path", "part"),
-    [("/export/robot.glb", "kbot.render.glb.glb"), ("/mesh/1", "MeshStore.packed")],
+    [("/export/robot.glb", "kbot.workbench.serving.page_files.glb"), ("/mesh/1", "MeshStore.packed")],
 )
 def test_a_request_that_fails_is_answered(
     driving: tuple[str, Session], path: str, part: str, monkeypatch: Any, caplog: pytest.LogCaptureFixture
