@@ -14,7 +14,7 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin, Subprotocol
 
 from kbot.messages import types as msg
-from kbot.record.encodings.bytes import decode_cdr, encode_cdr
+from kbot.record.encodings.serialization import decode_cdr, encode_cdr
 from kbot.ros.bridges.foxglove.bridge import SUBPROTOCOLS, FoxgloveBridge
 from kbot.text import KbotError
 

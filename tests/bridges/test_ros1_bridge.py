@@ -13,7 +13,7 @@ from itertools import pairwise
 import pytest
 
 from kbot.messages import types as msg
-from kbot.record.encodings.bytes import decode_ros1, encode_ros1
+from kbot.record.encodings.serialization import decode_ros1, encode_ros1
 from kbot.record.encodings.types import ros1_definition
 from kbot.ros.bridges.ros1.allowed_nodes import AllowedNodes
 from kbot.ros.bridges.ros1.bridge import Ros1Bridge

@@ -9,7 +9,7 @@ from websockets.sync.client import connect
 import kbot
 from kbot.messages.sensing import LaserScan
 from kbot.record import Recorder, Recording
-from kbot.record.encodings.bytes import decode_cdr, decode_ros1
+from kbot.record.encodings.serialization import decode_cdr, decode_ros1
 from kbot.record.feed import Feed
 from kbot.ros.bridges.link import PeerLink
 from kbot.ros.bridges.rosbridge.bridge import RosbridgeBridge

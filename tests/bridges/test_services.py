@@ -12,7 +12,7 @@ from websockets.typing import Subprotocol
 
 from kbot.messages import services as srv
 from kbot.messages import types as msg
-from kbot.record.encodings.bytes import decode_cdr, decode_ros1, encode_cdr, encode_ros1
+from kbot.record.encodings.serialization import decode_cdr, decode_ros1, encode_cdr, encode_ros1
 from kbot.ros.bridges.foxglove.bridge import SUBPROTOCOLS, FoxgloveBridge
 from kbot.ros.bridges.ros1.bridge import Ros1Bridge
 from kbot.ros.bridges.ros1.rpc import call

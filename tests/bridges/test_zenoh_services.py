@@ -14,7 +14,7 @@ import pytest
 import zenoh
 
 from kbot.messages import services as srv
-from kbot.record.encodings.bytes import encode_cdr
+from kbot.record.encodings.serialization import encode_cdr
 from kbot.ros.bridges.service import Service
 from kbot.ros.bridges.zenoh.bridge import ZenohBridge
 from kbot.ros.bridges.zenoh.queryables import LARGEST_REQUEST, MOST_QUERIES, ServiceServer

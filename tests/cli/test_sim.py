@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 from kbot.cli.main import run
-from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.planar_pose import PlanarPose
 from kbot.render.path_plot import END, START
 from kbot.sim.report import RunReport
 from kbot.text import KbotError

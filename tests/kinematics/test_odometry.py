@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kbot.kinematics import PlanarPose, integrate
-from kbot.kinematics.odometry import arc
+from kbot.kinematics.planar_pose import arc
 
 small = st.floats(-3, 3)
 poses = st.builds(PlanarPose, small, small, small)

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from kbot.ros.launch import Plan, read_launch, read_launch_2
-from kbot.ros.launch.program import Program, find_program
 from kbot.ros.launch.running.processes import Process, Processes
 from kbot.ros.launch.running.programs import _parameter_words, command_line, environment
 from kbot.ros.launch.staging import stage
+from kbot.ros.launch.user_program import Program, find_program
 from kbot.text import Diagnostic
 from kbot.xacro import Packages
 

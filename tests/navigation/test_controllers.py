@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from kbot.kinematics import PlanarPose, PlanarTwist
-from kbot.kinematics.odometry import arc
+from kbot.kinematics.planar_pose import arc
 from kbot.navigation.controller import ControllerLimits, Observation, twist, wrapped
 from kbot.navigation.footprint import Outline
 from kbot.navigation.go_to_pose import GoToPose

@@ -8,7 +8,7 @@ import pytest
 
 from kbot.cli.main import main
 from kbot.kinematics import PlanarPose, PlanarTwist
-from kbot.kinematics.odometry import arc
+from kbot.kinematics.planar_pose import arc
 from kbot.navigation.controller import Observation, twist, wrapped
 from kbot.navigation.go_to_pose import GoToPose
 from kbot.navigation.goal_status import GoalState

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from kbot.messages import Odometry
-from kbot.record.encodings.bytes import decode_cdr
+from kbot.record.encodings.serialization import decode_cdr
 
 from .conftest import install_npm, node_programs, wait_until
 

@@ -14,7 +14,7 @@ from kbot.messages.visualization import Marker, MarkerArray
 from kbot.model.load import load_robot
 from kbot.record import Recorder, Recording
 from kbot.record.copy import copy_recording
-from kbot.record.encodings.bytes import decode_cdr
+from kbot.record.encodings.serialization import decode_cdr
 from kbot.record.feed import Feed
 from kbot.sim import Simulation
 from kbot.text import KbotError

@@ -13,7 +13,7 @@ from kbot.record.feed import Feed, Packet
 from kbot.record.recorder import COMMANDS_TOPIC
 from kbot.record.replay import do_again, replay
 from kbot.sim import Simulation
-from kbot.sim.faults import Kick, LostCommands, Slip
+from kbot.sim.injected_faults import Kick, LostCommands, Slip
 from kbot.text import KbotError
 
 from .conftest import record

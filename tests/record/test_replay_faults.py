@@ -4,7 +4,7 @@ from pathlib import Path
 
 from kbot.record.replay import replay
 from kbot.sim import Simulation
-from kbot.sim.faults import Slip
+from kbot.sim.injected_faults import Slip
 
 from .conftest import record
 

@@ -5,7 +5,7 @@ import pytest
 
 from kbot.kinematics import PlanarPose
 from kbot.navigation import Path
-from kbot.record.encodings.bytes import decode_cdr, decode_ros1, encode_cdr, encode_ros1
+from kbot.record.encodings.serialization import decode_cdr, decode_ros1, encode_cdr, encode_ros1
 from kbot.record.encodings.type_names import ros_name
 from kbot.sensors import Contact, Encoders, Gps, GroundTruth, Imu, Lidar, Line, Range
 from kbot.sim import Simulation

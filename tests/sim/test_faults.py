@@ -8,7 +8,7 @@ import pytest
 
 from kbot.messages import Odometry
 from kbot.sim import Simulation
-from kbot.sim.faults import (
+from kbot.sim.injected_faults import (
     BlockedJoint,
     Kick,
     LostCommands,

@@ -5,7 +5,7 @@ from math import inf
 import pytest
 
 from kbot.messages import Odometry
-from kbot.sim.faults import BlockedJoint, LostCommands, Payload, SilentTopic, Slip
+from kbot.sim.injected_faults import BlockedJoint, LostCommands, Payload, SilentTopic, Slip
 from kbot.text import KbotError
 
 

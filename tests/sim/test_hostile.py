@@ -9,7 +9,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from kbot.sim import Simulation, faults
+from kbot.sim import Simulation
+from kbot.sim import injected_faults as faults
 from kbot.sim.disturbances import Disturbances
 from kbot.sim.models import Models
 from kbot.sim.robot import SimulatedRobot

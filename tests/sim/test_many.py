@@ -216,7 +216,7 @@ def test_what_sleeps_is_restored_too(kbot_robot):
 
 def test_a_start_elsewhere(kbot_robot):
     """Ground truth is in the world, odometry from the start; a reset goes back there."""
-    from kbot.kinematics.odometry import PlanarPose
+    from kbot.kinematics.planar_pose import PlanarPose
 
     sim = Simulation(kbot_robot, start=PlanarPose(2.0, -1.0, 1.5))
     sim.cmd_vel(0.2, 0.0)

@@ -5,10 +5,10 @@ from math import hypot
 import numpy as np
 import pytest
 
-from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.sim import Simulation, SimulationDiverged
-from kbot.sim.faults import Kick
+from kbot.sim.injected_faults import Kick
 from kbot.text import KbotError
 from kbot.world import Body, Box, Part, World
 from kbot.world.builders import at, floor

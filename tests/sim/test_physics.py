@@ -5,7 +5,7 @@ from math import pi, sin, sqrt
 import pytest
 
 from kbot.sim import Simulation, SimulationDiverged
-from kbot.sim.faults import Kick
+from kbot.sim.injected_faults import Kick
 from kbot.text import DescriptionError, KbotError
 
 G = 9.81

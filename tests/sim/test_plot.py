@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image, ImageDraw
 
-from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.planar_pose import PlanarPose
 from kbot.render.path_plot import END, LEFT, ODOMETRY, SIZE, START, TOP, TRUTH, WALL, draw
 from kbot.world import World
 from kbot.world.builders import box, floor

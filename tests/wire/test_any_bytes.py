@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kbot.messages.services import SERVICES
-from kbot.record.encodings.bytes import decode_cdr, decode_ros1, encode_cdr, encode_ros1
 from kbot.record.encodings.plain import from_plain
+from kbot.record.encodings.serialization import decode_cdr, decode_ros1, encode_cdr, encode_ros1
 from kbot.record.encodings.types import _known
 from kbot.ros.service_types import service_type
 from kbot.text import KbotError

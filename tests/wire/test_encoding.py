@@ -8,7 +8,7 @@ import pytest
 
 from kbot.messages import control
 from kbot.messages import types as msg
-from kbot.record.encodings.bytes import decode_cdr, decode_ros1, encode_cdr, encode_ros1
+from kbot.record.encodings.serialization import decode_cdr, decode_ros1, encode_cdr, encode_ros1
 from kbot.record.encodings.type_names import NAMESAKES, ros_name, shipped_types
 from kbot.record.encodings.types import known_type, ros1_definition, ros1_types, ros2_types
 from kbot.text import KbotError

@@ -8,7 +8,7 @@ import pytest
 from rosbags.interfaces import Nodetype
 
 from kbot.messages import types as msg
-from kbot.record.encodings.bytes import decode_cdr, decode_ros1, encode_cdr, encode_ros1
+from kbot.record.encodings.serialization import decode_cdr, decode_ros1, encode_cdr, encode_ros1
 from kbot.record.encodings.types import ros1_types, ros2_types
 from kbot.text import KbotError
 

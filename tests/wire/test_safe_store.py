@@ -6,9 +6,9 @@ import pytest
 from rosbags.serde import SerdeError
 
 from kbot.messages.visualization import Polygon
-from kbot.record.encodings.bytes import decode_cdr
 from kbot.record.encodings.foreign_types import read_definition
 from kbot.record.encodings.safe_store import safe_copy
+from kbot.record.encodings.serialization import decode_cdr
 from kbot.record.encodings.types import ros1_types, ros2_types
 from kbot.text import KbotError
 

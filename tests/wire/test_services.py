@@ -5,7 +5,7 @@ from rosbags.interfaces import Nodetype
 
 from kbot.messages import services as srv
 from kbot.messages import types as msg
-from kbot.record.encodings.bytes import decode_cdr, decode_ros1, encode_cdr, encode_ros1
+from kbot.record.encodings.serialization import decode_cdr, decode_ros1, encode_cdr, encode_ros1
 from kbot.ros.service_types import hash_of_service, service_type
 from kbot.text import KbotError
 

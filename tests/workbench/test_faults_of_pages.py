@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from kbot.messages.sensing import LaserScan
-from kbot.sim.faults import LostCommands
+from kbot.sim.injected_faults import LostCommands
 from kbot.text import KbotError
 from kbot.workbench.protocol import Disturb, EndFault, Kick, Push, SetWorld, Spawn
 from kbot.workbench.protocol.codec import encode

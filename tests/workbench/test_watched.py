@@ -2,7 +2,7 @@
 
 import pytest
 
-from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.planar_pose import PlanarPose
 from kbot.sim import Simulation
 from kbot.workbench.protocol import Drive
 from kbot.workbench.serve import open_session

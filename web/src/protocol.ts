@@ -235,7 +235,7 @@ export interface Topics {
   type: "topics";
 }
 
-/** One message of a topic that was asked for, its fields by name. `time` is when it was published; with `is_latched` that was before it was asked for. Large arrays are no JSON: such a message comes as a binary frame, as `workbench.payload` says. */
+/** One message of a topic that was asked for, its fields by name. `time` is when it was published; with `is_latched` that was before it was asked for. Large arrays are no JSON: such a message comes as a binary frame, as `workbench.topics.relay` says. */
 export interface TopicMessage {
   topic: string;
   kind: string;
@@ -245,7 +245,7 @@ export interface TopicMessage {
   type: "message";
 }
 
-/** The displays' settings out of a file, as `workbench.displays.settings` has them. `notes` say what of it is not shown, and `file` is where the page may save, empty where it may not. */
+/** The displays' settings from a file, as `workbench.displays.display_settings` has them. `notes` report what is not shown, and `file` is where the page may save, empty where it may not. */
 export interface Displays {
   name: string;
   file: string;

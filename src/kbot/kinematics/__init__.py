@@ -8,19 +8,19 @@ if TYPE_CHECKING:
     from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, find_drive
     from kbot.kinematics.drive.wheels import Wheel
     from kbot.kinematics.frames import FrameTree
-    from kbot.kinematics.odometry import PlanarPose, PlanarTwist, integrate
+    from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist, integrate
     from kbot.kinematics.transform import Transform
 
 _HOMES = {
     "DifferentialDrive": "drive.drive",
     "FrameTree": "frames",
     "NoDrive": "drive.drive",
-    "PlanarPose": "odometry",
-    "PlanarTwist": "odometry",
+    "PlanarPose": "planar_pose",
+    "PlanarTwist": "planar_pose",
     "Transform": "transform",
     "Wheel": "drive.wheels",
     "find_drive": "drive.drive",
-    "integrate": "odometry",
+    "integrate": "planar_pose",
 }
 
 __all__ = [

@@ -17,7 +17,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.kinematics.odometry import PlanarPose, PlanarTwist
+from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
 from kbot.messages import Twist, Vector3
 
 STILL = Twist()

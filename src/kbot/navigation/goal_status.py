@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.planar_pose import PlanarPose
 
 
 class GoalState(StrEnum):

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import Protocol
 
-from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.planar_pose import PlanarPose
 from kbot.messages import Twist
 from kbot.navigation.controller import GENTLE, STILL, ControllerLimits, Observation, twist, wrapped
 from kbot.navigation.footprint import Outline

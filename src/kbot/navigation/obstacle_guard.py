@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.kinematics.odometry import arc
+from kbot.kinematics.planar_pose import arc
 from kbot.messages import Twist
 from kbot.navigation.controller import STILL, Controller, Observation, twist
 from kbot.navigation.footprint import Outline

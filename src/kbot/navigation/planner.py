@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.planar_pose import PlanarPose
 from kbot.navigation.inflation import inflate
 from kbot.navigation.jump_point_search import Cell, Cells, JumpPointSearch
 from kbot.navigation.path import Path

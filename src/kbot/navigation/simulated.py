@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, SteeredDrive
-from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.planar_pose import PlanarPose
 from kbot.navigation.controller import Controller, Observation, wrapped
 from kbot.navigation.footprint import height, outline, turning_radius
 from kbot.navigation.goal_status import GoalReport, GoalState

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.planar_pose import PlanarPose
 from kbot.messages import String, Twist, TwistStamped
 from kbot.messages.clock import Timer
 from kbot.messages.navigation import GoalID, OccupancyGrid, PoseStamped, PoseWithCovarianceStamped

@@ -7,8 +7,14 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from kbot.record.encodings.bytes import ONLY_ON_THE_WIRE, decode_cdr, decode_ros1, encode_cdr, encode_ros1
 from kbot.record.encodings.foreign_types import ShapeCheck, code_cost, read_definition
+from kbot.record.encodings.serialization import (
+    ONLY_ON_THE_WIRE,
+    decode_cdr,
+    decode_ros1,
+    encode_cdr,
+    encode_ros1,
+)
 from kbot.record.encodings.types import known_type, ros1_types, ros2_types
 from kbot.record.limits import Allowance, RecordingTooLarge
 from kbot.text import KbotError

@@ -9,8 +9,8 @@ from typing import get_origin, get_type_hints
 import numpy as np
 
 from kbot.messages.bus import Bus, Subscription
-from kbot.record.encodings.bytes import encode_cdr, encode_ros1
 from kbot.record.encodings.plain import to_json
+from kbot.record.encodings.serialization import encode_cdr, encode_ros1
 from kbot.record.encodings.type_names import ros_name
 from kbot.record.encodings.types import ros1_definition, ros2_definition
 from kbot.text import KbotError

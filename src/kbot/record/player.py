@@ -7,7 +7,7 @@ from typing import Any
 
 from kbot.messages import Bus, Clock, Publisher, TFMessage
 from kbot.messages.bus import absolute
-from kbot.record.encodings.bytes import decode_cdr
+from kbot.record.encodings.serialization import decode_cdr
 from kbot.record.encodings.types import known_type
 from kbot.record.entry import RecordedMessage
 from kbot.record.formats import NOTES_TOPIC, TEXT

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.model.load import load_robot_text
 from kbot.record.entry import RecordedMessage
@@ -16,7 +16,7 @@ from kbot.record.formats import FIRST_MOMENT, read_fields, read_text
 from kbot.record.reader import Recording, Summary
 from kbot.record.recorder import COMMANDS_TOPIC, DESCRIPTION_TOPIC, NODES, STATE_PUBLISHER, TRANSFORMS
 from kbot.sim import Simulation
-from kbot.sim.faults import from_journal
+from kbot.sim.injected_faults import from_journal
 from kbot.sim.naming import Naming
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.snapshots import Snapshot

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from math import ceil, degrees, floor, hypot
 from typing import TYPE_CHECKING
 
-from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.planar_pose import PlanarPose
 from kbot.world import World
 from kbot.world.footprints import footprint
 from kbot.world.world import FURTHEST

@@ -15,4 +15,4 @@ VERBS = {
     "param": ("kbot.cli.ros.graph.param:command", "Read and set the parameters of a running KBot."),
     "tf": ("kbot.cli.ros.graph.tf:command", "Print the coordinate frames of a running KBot."),
 }
-PEERS = "kbot.cli.ros.peer_options"
+PEERS = "kbot.cli.ros.peer_flags"

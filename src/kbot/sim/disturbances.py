@@ -10,7 +10,7 @@ from kbot.messages.bus import Bus
 from kbot.sim.command_delivery import CommandDelivery
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.welds import STANDING
-from kbot.sim.faults import FAULTS, End, Fault, Kick, Target, to_journal
+from kbot.sim.injected_faults import FAULTS, End, Fault, Kick, Target, to_journal
 from kbot.sim.journal import Journal
 from kbot.sim.numbers import LONGEST, STRONGEST, Vector, is_within, positive, shortened, vector
 from kbot.sim.robots import Robots
@@ -114,7 +114,7 @@ class Disturbances:
         """
         if not isinstance(fault, Fault):
             known = ", ".join(FAULTS)
-            raise KbotError(f"a fault is one of kbot.sim.faults ({known}), not {shortened(fault)}")
+            raise KbotError(f"a fault is one of kbot.sim.injected_faults ({known}), not {shortened(fault)}")
         engine = self._engine
         start = round(at / engine.timestep) if is_within(at, LONGEST) else -1
         if start < engine.steps:

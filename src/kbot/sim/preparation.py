@@ -9,7 +9,7 @@ import numpy as np
 
 from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, SteeredDrive, find_drive
 from kbot.kinematics.drive.findings import findings_of_drive
-from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.model import RobotModel
 from kbot.model.load import load_robot

@@ -20,6 +20,9 @@ SOLIMP = (0.999, 0.9999, 0.001, 0.5, 2.0)
 FRICTION = 1.0
 """Sliding coefficient where nothing else is said, as in Gazebo."""
 
+CASTER_FRICTION = 0.0
+"""A caster rolls or swivels freely in every direction: a sphere that slides does the same."""
+
 CONTROL_PERIOD = 0.02
 """Seconds between two updates of odometry, joint states and the watchdog."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive
-from kbot.kinematics.odometry import PlanarPose, PlanarTwist
+from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
 from kbot.kinematics.transform import Transform
 from kbot.sim.command_delivery import CommandDelivery
 from kbot.sim.drive.drive_controller import DriveController, SavedDrive
@@ -15,12 +15,12 @@ from kbot.sim.joint_control.kinds import Interface
 from kbot.sim.joint_control.servos import SavedServos
 from kbot.sim.joint_control.trajectory import joint_command, trajectory_points
 from kbot.sim.journal import Journal
-from kbot.sim.motion import Motion
 from kbot.sim.numbers import is_finite, shortened
 from kbot.sim.preparation import Prepared
 from kbot.sim.recipe import SLEW_PERIOD, WATCHDOG
 from kbot.sim.robot_body import RobotBody
 from kbot.sim.robot_joints import RobotJoints
+from kbot.sim.wheel_odometry import Motion
 from kbot.text import KbotError
 
 SavedRobot = tuple[SavedDrive | None, int, tuple[int, bool], SavedServos]

@@ -8,15 +8,15 @@ import mujoco
 import numpy as np
 
 from kbot.kinematics.frames import FrameTree
-from kbot.kinematics.odometry import PlanarPose, PlanarTwist
+from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
 from kbot.kinematics.transform import Transform
 from kbot.sim.engine.arrays import numbers
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.inertia import held_joints
 from kbot.sim.engine.joints import rest
 from kbot.sim.engine.world_builder import body_pose
-from kbot.sim.motion import Motion
 from kbot.sim.preparation import Prepared
+from kbot.sim.wheel_odometry import Motion
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, Protocol, TypeVar
 
 from kbot.extensions import NotebookView, notebook
-from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.messages.bus import Bus
 from kbot.messages.clock import Clock
@@ -23,7 +23,6 @@ from kbot.sim.engine.assembly import Assembly
 from kbot.sim.engine.engine import Engine
 from kbot.sim.journal import Journal
 from kbot.sim.models import Models
-from kbot.sim.motion import Motion
 from kbot.sim.naming import ROOT_NAMING, Naming
 from kbot.sim.numbers import shortened
 from kbot.sim.preparation import check_settings, prepare, read_robot
@@ -33,6 +32,7 @@ from kbot.sim.robots import Robots
 from kbot.sim.snapshots import Snapshot, Snapshots
 from kbot.sim.stepping import Stepping
 from kbot.sim.topics import joint_state
+from kbot.sim.wheel_odometry import Motion
 from kbot.text import Diagnostic, DiagnosticCollector, KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.world import World, load_world

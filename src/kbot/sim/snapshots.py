@@ -35,6 +35,9 @@ class Snapshot:
     bodies; `robots`: what each robot's controllers hold, by name; `pushes` and `welds` that act; `built`: the
     world as it was built, `world` and `changes`: the world at that time and what was spawned and deleted
     until then; `noted`: how many actions the journal had counted.
+
+    Not in it: scheduled faults, which act by time and so act again at a restored one; the subscribers of
+    topics, sensors and navigation.
     """
 
     steps: int

@@ -15,10 +15,10 @@ from kbot.messages.control import Float64, Float64MultiArray, JointTrajectory
 from kbot.sim.joint_control.control import JointController
 from kbot.sim.joint_control.kinds import Input
 from kbot.sim.joint_control.trajectory_goal import require_joints
-from kbot.sim.motion import Motion
 from kbot.sim.recipe import CONTROL_PERIOD
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.trajectory_action import TrajectoryAction
+from kbot.sim.wheel_odometry import Motion
 from kbot.text import KbotError
 
 POSE_VARIANCE = (0.001, 0.001, 0.001, 0.001, 0.001, 0.01)

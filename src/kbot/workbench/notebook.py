@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import reprlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from html import escape
@@ -12,6 +13,7 @@ from kbot.model import RobotModel
 from kbot.model.load import Loaded
 from kbot.sim import Simulation
 from kbot.sim import Snapshot as Moment
+from kbot.text import KbotError
 from kbot.text.files import write_text
 from kbot.workbench.driving.mover import Moment as Standing
 from kbot.workbench.driving.mover import flat
@@ -65,6 +67,8 @@ def show_simulation(simulation: Simulation, moments: Sequence[Moment], height: i
     Raises:
         KbotError: a moment is another simulation's.
     """
+    if isinstance(moments, str) or not isinstance(moments, Sequence):
+        raise KbotError(f"snapshots are a list of what state() gave, not {reprlib.repr(moments)}")
     session = _looking_at(simulation)
     states = list(_states(session, simulation, moments)) if moments else []
     return NotebookPage(saved_page(session, simulation.robot, states), height)

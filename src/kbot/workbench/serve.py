@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
-from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.planar_pose import PlanarPose
 from kbot.model.load import resolve_robot_path
 from kbot.workbench.address import Address, bound
 from kbot.workbench.driving.sliders import Sliders, SliderSetting

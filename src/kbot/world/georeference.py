@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.planar_pose import PlanarPose
 
 
 @dataclass(frozen=True, slots=True)

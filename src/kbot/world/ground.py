@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.world.footprints import footprint, top
 from kbot.world.occupancy import OccupancyGrid

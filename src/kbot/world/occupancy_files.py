@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.planar_pose import PlanarPose
 from kbot.text import KbotError
 from kbot.text.files import read_source, write_bytes, write_text
 from kbot.text.suggest import did_you_mean

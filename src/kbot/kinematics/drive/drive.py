@@ -33,7 +33,7 @@ from kbot.kinematics.drive.wheels import (
     rigid_links,
 )
 from kbot.kinematics.frames import FrameTree, unit_axis
-from kbot.kinematics.odometry import PlanarPose, integrate
+from kbot.kinematics.planar_pose import PlanarPose, integrate
 from kbot.kinematics.transform import Transform
 from kbot.model import Cylinder, Joint, JointType, RobotModel
 

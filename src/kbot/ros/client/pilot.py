@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.kinematics.odometry import PlanarPose, PlanarTwist
+from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
 from kbot.kinematics.transform import Transform
 from kbot.messages import Odometry, Twist
 from kbot.messages.navigation import PoseStamped

@@ -20,7 +20,7 @@ from kbot.ros.launch.node_settings.static_transforms import read_static_transfor
 from kbot.ros.launch.node_settings.teleop import read_keys
 from kbot.ros.launch.plan import Plan, PlannedNode
 from kbot.ros.launch.population import read_population
-from kbot.ros.launch.program import Program, find_program
+from kbot.ros.launch.user_program import Program, find_program
 from kbot.ros.nodes.gz_bridge import Bridged
 from kbot.ros.nodes.joint_state_publisher import JointStateSettings
 from kbot.ros.nodes.playing import Playing

@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any
 
 from kbot.messages import Bus, Clock, Publisher, TFMessage
-from kbot.record.encodings.bytes import decode_cdr
+from kbot.record.encodings.serialization import decode_cdr
 from kbot.record.encodings.types import known_type
 from kbot.record.entry import RecordedMessage
 from kbot.record.formats import TEXT

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from kbot.kinematics.drive.drive import DifferentialDrive, SteeredDrive
-from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.planar_pose import PlanarPose
 from kbot.model import RobotModel
 from kbot.sim.drive.settings import DriveSettings
 from kbot.sim.drive.steered_servos import SteeredServos
@@ -11,7 +11,7 @@ from kbot.sim.drive.twist_controller import SavedTwist, Twist2, TwistController
 from kbot.sim.drive.wheel_servos import ServoState, WheelServos
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.servo import speed_limit
-from kbot.sim.motion import Motion, WheelOdometry
+from kbot.sim.wheel_odometry import Motion, WheelOdometry
 
 SavedDrive = tuple[SavedTwist, tuple[float, float, float, float, float], ServoState, bool]
 
@@ -82,6 +82,10 @@ class DriveController:
         Call this every control period. Returns whether `advance` has to be called for a timed-out command.
         """
         self._odometry.update(*self._servos.roll())
+        return self._stop_if_timed_out(step)
+
+    def _stop_if_timed_out(self, step: int) -> bool:
+        """The watchdog: stop when no command has come in time."""
         deadline = self._controller.deadline
         if deadline is not None and step >= deadline:
             return self.drive_at(0.0, 0.0, None)

@@ -1,4 +1,4 @@
-"""From twist commands to wheel speeds: limits, ramps, and the timeout of a command."""
+"""From twist commands to wheel speeds: the limits of speed, acceleration and jerk."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ from typing import Literal
 from kbot.kinematics.transform import Transform
 from kbot.model import RobotModel
 from kbot.sim import Simulation
-from kbot.sim.faults import BlockedJoint, Fault, LostCommands, Payload, SilentTopic, Slip
+from kbot.sim.injected_faults import BlockedJoint, Fault, LostCommands, Payload, SilentTopic, Slip
 from kbot.sim.joint_control.kinds import Interface
 from kbot.text import KbotError
 from kbot.workbench.protocol import (

@@ -10,7 +10,7 @@ from typing import Any, Literal, NoReturn
 from kbot.kinematics.transform import Transform
 from kbot.messages import Bus, Clock, Publisher
 from kbot.model import RobotModel
-from kbot.record.encodings.bytes import decode_cdr
+from kbot.record.encodings.serialization import decode_cdr
 from kbot.record.formats import Index
 from kbot.record.player import LATCHED
 from kbot.record.world_recorder import POSES_TOPIC

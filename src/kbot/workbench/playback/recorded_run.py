@@ -16,7 +16,7 @@ from kbot.kinematics.frames import FrameTree, unit_axis
 from kbot.kinematics.transform import Transform
 from kbot.messages import JointState, Odometry, TFMessage
 from kbot.model import JointType, RobotModel
-from kbot.record.encodings.bytes import decode_cdr
+from kbot.record.encodings.serialization import decode_cdr
 from kbot.record.encodings.types import known_type
 from kbot.record.entry import RecordedMessage
 from kbot.record.index import open_index

@@ -30,6 +30,9 @@ Fields = Annotated[tuple[Name, ...], Length(12)]
 """What is plotted together."""
 
 
+# --- Worlds, objects and faults ---
+
+
 @dataclass(frozen=True, slots=True)
 class Place:
     """Where something was written: 1-based line and column, and how many characters of that line."""
@@ -203,6 +206,9 @@ Action = Spawn | Delete | MoveModel | Kick | Disturb | EndFault | ResetPart | Jo
 """What changes a running world."""
 
 
+# --- Topics ---
+
+
 @dataclass(frozen=True, slots=True)
 class TopicView:
     """A topic by its ROS type (`sensor_msgs/msg/LaserScan`). `rate` is messages a second of simulated time,
@@ -228,7 +234,7 @@ class TopicMessage:
     """One message of a topic that was asked for, its fields by name. `time` is when it was published; with
     `is_latched` that was before it was asked for.
 
-    Large arrays are no JSON: such a message comes as a binary frame, as `workbench.payload` says.
+    Large arrays are no JSON: such a message comes as a binary frame, as `workbench.topics.relay` says.
     """
 
     topic: str
@@ -261,6 +267,9 @@ class Publish:
     kind: Name
     message: dict[str, Any]
     type: Literal["publish"] = "publish"
+
+
+# --- Time and recordings ---
 
 
 @dataclass(frozen=True, slots=True)
@@ -423,6 +432,9 @@ class Note:
     place: Place
 
 
+# --- Findings and source text ---
+
+
 @dataclass(frozen=True, slots=True)
 class Finding:
     """One diagnostic; `link` is the link it lies in and `fix` what would mend it, or they are empty."""
@@ -565,6 +577,9 @@ class Redo:
     type: Literal["redo"] = "redo"
 
 
+# --- The scene ---
+
+
 @dataclass(frozen=True, slots=True)
 class InertiaView:
     """Mass in kg, and the solid box of that mass with the same principal moments of inertia."""
@@ -648,6 +663,9 @@ class Things:
     type: Literal["things"] = "things"
 
 
+# --- Plots ---
+
+
 @dataclass(frozen=True, slots=True)
 class AskSeries:
     """Say how numbers went from `start` to `end` seconds along the timeline; `number` comes back with the
@@ -699,9 +717,12 @@ class PlotDrawn:
     type: Literal["plot_drawn"] = "plot_drawn"
 
 
+# --- Displays ---
+
+
 @dataclass(frozen=True, slots=True)
 class Displays:
-    """The displays' settings out of a file, as `workbench.displays.settings` has them. `notes` say what of it
+    """The displays' settings from a file, as `workbench.displays.display_settings` has them. `notes` report what
     is not shown, and `file` is where the page may save, empty where it may not."""
 
     name: str
@@ -747,6 +768,9 @@ class OpenDisplays:
     name: Name
     text: SettingsText
     type: Literal["open_displays"] = "open_displays"
+
+
+# --- The state of the run ---
 
 
 @dataclass(frozen=True, slots=True)
@@ -827,6 +851,8 @@ class Beat:
     type: Literal["beat"] = "beat"
 
 
+# --- Messages by direction: from the server, and at the end from the page ---
+
 FromServer = (
     About
     | Scene
@@ -850,6 +876,9 @@ FromServer = (
     | Refused
     | Beat
 )
+
+
+# --- Driving ---
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from kbot.kinematics.drive.drive import NoDrive, find_drive
-from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.planar_pose import PlanarPose
 from kbot.model import RobotModel
 from kbot.sim.naming import ROOT_NAMING, Naming
 from kbot.sim.simulation import ORIGIN

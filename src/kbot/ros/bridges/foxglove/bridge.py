@@ -13,8 +13,8 @@ from concurrent.futures import Future
 from typing import Any
 
 from kbot.messages.bus import absolute
-from kbot.record.encodings.bytes import decode_cdr, encode_cdr
 from kbot.record.encodings.plain import from_plain, to_plain
+from kbot.record.encodings.serialization import decode_cdr, encode_cdr
 from kbot.record.encodings.types import known_type, ros2_definition
 from kbot.record.feed import Packet
 from kbot.ros.bridges.link import PeerLink, Topic

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import struct
 
-from kbot.record.encodings.bytes import decode_ros1, encode_ros1
+from kbot.record.encodings.serialization import decode_ros1, encode_ros1
 from kbot.ros.bridges.link import PeerLink
 from kbot.ros.bridges.ros1.tcpros import ProtocolError, encode_header, receive_block
 from kbot.ros.bridges.service import require_service

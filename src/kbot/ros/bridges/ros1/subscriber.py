@@ -6,7 +6,7 @@ import contextlib
 import socket
 import threading
 
-from kbot.record.encodings.bytes import decode_ros1
+from kbot.record.encodings.serialization import decode_ros1
 from kbot.ros.bridges.link import PeerLink, Topic
 from kbot.ros.bridges.ros1.allowed_nodes import AllowedNodes
 from kbot.ros.bridges.ros1.rpc import RpcFailed, call

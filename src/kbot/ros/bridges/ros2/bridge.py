@@ -23,7 +23,7 @@ from cyclonedds.util import duration
 from rosbags.interfaces import Nodetype
 
 from kbot.messages.types import Twist, TwistStamped
-from kbot.record.encodings.bytes import decode_cdr
+from kbot.record.encodings.serialization import decode_cdr
 from kbot.record.encodings.type_names import ros_name
 from kbot.record.encodings.types import ros2_definition, ros2_types
 from kbot.record.feed import Packet

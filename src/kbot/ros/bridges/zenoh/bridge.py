@@ -17,7 +17,7 @@ from typing import Any
 import zenoh
 
 from kbot.messages.types import Twist, TwistStamped
-from kbot.record.encodings.bytes import decode_cdr
+from kbot.record.encodings.serialization import decode_cdr
 from kbot.record.encodings.type_names import ros_name
 from kbot.record.encodings.types import ros2_definition
 from kbot.record.feed import Packet

@@ -18,7 +18,7 @@ from typing import Any
 
 import zenoh
 
-from kbot.record.encodings.bytes import decode_cdr, encode_cdr
+from kbot.record.encodings.serialization import decode_cdr, encode_cdr
 from kbot.ros.bridges.link import PeerLink
 from kbot.ros.bridges.loop import FAULTS
 from kbot.ros.bridges.service import Service

@@ -14,10 +14,10 @@ from pathlib import Path
 
 from kbot.ros.launch.node_arguments import split
 from kbot.ros.launch.plan import Plan, PlannedNode
-from kbot.ros.launch.program import Program
 from kbot.ros.launch.quoting import split_words
 from kbot.ros.launch.running.processes import Process, Processes
 from kbot.ros.launch.running.shared_parameters import set_on_master
+from kbot.ros.launch.user_program import Program
 from kbot.ros.peer_options import PeerOptions
 
 _LOOK_SECONDS = 0.1

@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from kbot.kinematics.odometry import PlanarPose
+from kbot.kinematics.planar_pose import PlanarPose
 from kbot.messages import JointState
 from kbot.model.spawned import with_controllers
 from kbot.model.writer import to_urdf

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import cos, sin
 
 from kbot.kinematics.drive.drive import DifferentialDrive
-from kbot.kinematics.odometry import PlanarPose, PlanarTwist
+from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
 
 
 @dataclass(frozen=True, slots=True)
