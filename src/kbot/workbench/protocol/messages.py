@@ -722,8 +722,8 @@ class PlotDrawn:
 
 @dataclass(frozen=True, slots=True)
 class Displays:
-    """The displays' settings from a file, as `workbench.displays.display_settings` has them. `notes` report what
-    is not shown, and `file` is where the page may save, empty where it may not."""
+    """The displays' settings from a file, as `workbench.displays.display_settings` has them. `notes` report
+    what is not shown, and `file` is where the page may save, empty where it may not."""
 
     name: str
     file: str
