@@ -13,6 +13,9 @@ from kbot.extensions import parts
 from kbot.text import Diagnostic, Source
 from kbot.xacro import Packages
 
+_MANIFEST = "kbot.checks.manifest:PACKAGE_MANIFEST"
+"""Imported when the first file that is not a description is checked, like the kinds of other parts."""
+
 Check = Callable[[Source, Mapping[str, str], Packages, Config], tuple[list[Diagnostic], list[Source]]]
 """The findings in a source and in the descriptions that it names, and all sources that were read."""
 
@@ -39,10 +42,8 @@ class FileKind:
 
 @cache
 def file_kinds() -> tuple[FileKind, ...]:
-    from kbot.checks.manifest import PACKAGE_MANIFEST  # lazy in this module: it imports this one
-
-    found = [PACKAGE_MANIFEST]
-    for place in (place for part in parts() for place in part.FILE_KINDS):
+    found = []
+    for place in (_MANIFEST, *(place for part in parts() for place in part.FILE_KINDS)):
         module, name = place.split(":")
         found.append(getattr(import_module(module), name))
     return tuple(found)

@@ -7,27 +7,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from kbot.messages.types import Header, Point, Pose, Time, Twist, Vector3
+from kbot.messages.control import Duration
+from kbot.messages.sensing import Wrench
+from kbot.messages.types import Header, Point, Pose, Time, Twist
 
-ORIGIN, STILL, START, HERE, NOTHING, HEADER = Pose(), Twist(), Time(), Point(), Vector3(), Header()
-
-
-@dataclass(frozen=True, slots=True)
-class Duration:
-    sec: int = 0
-    nanosec: int = 0
-
-    @property
-    def seconds(self) -> float:
-        return self.sec + self.nanosec * 1e-9
-
-
-@dataclass(frozen=True, slots=True)
-class Wrench:
-    """Newtons and newton metres."""
-
-    force: Vector3 = NOTHING
-    torque: Vector3 = NOTHING
+ORIGIN, STILL, START, HERE, HEADER = Pose(), Twist(), Time(), Point(), Header()
+NO_WRENCH, NO_TIME = Wrench(), Duration()
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,9 +102,9 @@ class ApplyBodyWrenchRequest:
     body_name: str = ""
     reference_frame: str = ""
     reference_point: Point = HERE
-    wrench: Wrench = Wrench()
+    wrench: Wrench = NO_WRENCH
     start_time: Time = START
-    duration: Duration = Duration()
+    duration: Duration = NO_TIME
 
 
 SERVICES: dict[str, tuple[type, type]] = {

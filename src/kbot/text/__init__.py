@@ -2,14 +2,16 @@
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from kbot.text.diagnostic import Diagnostic, DiagnosticCollector, Edit, Fix, Related, Severity
+    from kbot.text.diagnostic import Diagnostic, Edit, Fix, Related, Severity
+    from kbot.text.diagnostic_collector import DiagnosticCollector
     from kbot.text.errors import DescriptionError, KbotError
     from kbot.text.files import read_source, rewrite, write_text
     from kbot.text.span import Call, Origin, Source, Span
     from kbot.text.xml import Comment, Element, Text, parse_xml
 
 _HOMES = {
-    "diagnostic": ("Diagnostic", "Edit", "DiagnosticCollector", "Fix", "Related", "Severity"),
+    "diagnostic_collector": ("DiagnosticCollector",),
+    "diagnostic": ("Diagnostic", "Edit", "Fix", "Related", "Severity"),
     "errors": ("DescriptionError", "KbotError"),
     "files": ("read_source", "rewrite", "write_text"),
     "span": ("Call", "Origin", "Source", "Span"),

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from kbot.text.errors import DescriptionError
 from kbot.text.span import Origin, Span
 
 TYPE_CHECKING = False
@@ -75,27 +74,6 @@ class Diagnostic:
     def __str__(self) -> str:
         where = f"{self.origin}: " if self.origin else ""
         return f"{where}{self.severity}: {self.message} [{self.code}]"
-
-
-class DiagnosticCollector:
-    """Collects diagnostics, so that one run reports them all."""
-
-    def __init__(self) -> None:
-        self.diagnostics: list[Diagnostic] = []
-
-    def error(self, code: str, message: str, origin: Origin | None, hint: str = "") -> None:
-        self.diagnostics.append(Diagnostic(code, Severity.ERROR, message, origin, hint))
-
-    def warning(self, code: str, message: str, origin: Origin | None, hint: str = "") -> None:
-        self.diagnostics.append(Diagnostic(code, Severity.WARNING, message, origin, hint))
-
-    def info(self, code: str, message: str, origin: Origin | None, hint: str = "") -> None:
-        self.diagnostics.append(Diagnostic(code, Severity.INFO, message, origin, hint))
-
-    def require(self) -> None:
-        """Raises DescriptionError with all diagnostics when one of them is an error."""
-        if any(d.is_error for d in self.diagnostics):
-            raise DescriptionError(self.diagnostics)
 
 
 def bounded(diagnostics: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:

@@ -1,0 +1,28 @@
+"""Collects diagnostics, so that one run reports them all."""
+
+from __future__ import annotations
+
+from kbot.text.diagnostic import Diagnostic, Severity
+from kbot.text.errors import DescriptionError
+from kbot.text.span import Origin
+
+
+class DiagnosticCollector:
+    """The diagnostics so far, in `diagnostics`."""
+
+    def __init__(self) -> None:
+        self.diagnostics: list[Diagnostic] = []
+
+    def error(self, code: str, message: str, origin: Origin | None, hint: str = "") -> None:
+        self.diagnostics.append(Diagnostic(code, Severity.ERROR, message, origin, hint))
+
+    def warning(self, code: str, message: str, origin: Origin | None, hint: str = "") -> None:
+        self.diagnostics.append(Diagnostic(code, Severity.WARNING, message, origin, hint))
+
+    def info(self, code: str, message: str, origin: Origin | None, hint: str = "") -> None:
+        self.diagnostics.append(Diagnostic(code, Severity.INFO, message, origin, hint))
+
+    def require(self) -> None:
+        """Raises DescriptionError with all diagnostics when one of them is an error."""
+        if any(d.is_error for d in self.diagnostics):
+            raise DescriptionError(self.diagnostics)
