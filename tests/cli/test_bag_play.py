@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from kbot.cli.bag.play import Pace
 from kbot.cli.main import run
 from kbot.record.player import Player
 
@@ -38,19 +39,21 @@ def test_play_takes_the_words_of_rosbag_and_ros2_bag(
     recording: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Seconds are counted from the first message on, also in one whose clock is the wall's."""
-    played: list[tuple[Player, dict[str, object]]] = []
-    monkeypatch.setattr("kbot.cli.bag.play.play", lambda player, options, **how: played.append((player, how)))
+    played: list[tuple[Player, Pace]] = []
+    monkeypatch.setattr(
+        "kbot.cli.bag.command.play_back", lambda player, _, pace: played.append((player, pace))
+    )
     assert run(["bag", "play", "--topics", "/odom", "/tf", "-l", recording, "--clock", "-d", "2"]) == 0
     assert run(["bag", "play", recording, "--start-offset", "0.5", "--playback-duration", "1", "-p"]) == 0
     words = ["-m", "/odom:=/a", "--exclude-topics", "/tf", "joint_states", "--clock", "40", "-u", "1"]
     assert run(["bag", "play", recording, *words]) == 0
     assert run(["bag", "play", recording, "/odom:=a", "tf:=/b"]) == 0
-    (first, how), (second, _), (third, _), (fourth, _) = played
+    (first, pace), (second, paused), (third, _), (fourth, _) = played
     assert third.length == 1.0
     assert {"/a"} == {*third.bus.topics} - {"/kbot/poses"}
     assert {"/a", "/b", "/joint_states"} == {*fourth.bus.topics} - {"/kbot/poses"}
-    assert ({*first.bus.topics}, how) == ({"/odom", "/tf"}, {"rate": 1.0, "delay": 2.0, "loop": True})
-    assert (second.length, second.paused, first.paused) == (1.0, True, False)
+    assert ({*first.bus.topics}, pace) == ({"/odom", "/tf"}, Pace(1.0, 2.0, loop=True, paused=False))
+    assert (second.length, paused.paused) == (1.0, True)
     assert second.seconds == pytest.approx(0.5)
     assert run(["bag", "play", recording, "-l", "-u", "0"]) == 2
     assert "leaves nothing" in capsys.readouterr().err

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from kbot.cli.arguments import (
+    as_one,
     examples,
     json_option,
     output_option,
@@ -17,6 +19,8 @@ from kbot.cli.arguments import (
     rate_option,
     seconds_option,
 )
+from kbot.cli.bag.play import Pace
+from kbot.cli.bag.play import play as play_back
 from kbot.cli.output import fail, print_json
 from kbot.cli.outputs import PeerRequest, peer_options
 from kbot.cli.picture_options import parse_size, size_option
@@ -43,6 +47,17 @@ _LISTS = {
     "-m": "--remap",
 }
 """Options that are followed by several words, and the one that takes each."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Excerpt:
+    """The part of recordings to play back, times in s, and the topics and their new names."""
+
+    start: float
+    seconds: float | None
+    topics: tuple[str, ...]
+    left_out: tuple[str, ...]
+    remaps: tuple[str, ...]
 
 
 class Bag(click.Group):
@@ -395,7 +410,7 @@ def _plot(table: MessageTable, size: str) -> str:
 )
 @click.option("-l", "--loop", is_flag=True, help="Repeat the playback until Ctrl-C.")
 @click.option("-p", "--pause", "--start-paused", "paused", is_flag=True, help="Start paused.")
-@click.option("--clock", "tells_time", is_flag=True, help="Has no effect: /clock is always published.")
+@click.option("--clock", is_flag=True, expose_value=False, help="Has no effect: /clock is always published.")
 @_topics
 @click.option(
     "--exclude-topic", "left_out", multiple=True, metavar="NAME", help="Topic to leave out. Can be repeated."
@@ -404,18 +419,12 @@ def _plot(table: MessageTable, size: str) -> str:
     "--remap", "remaps", multiple=True, metavar="OLD:=NEW", help="Publish OLD as NEW. Can be repeated."
 )
 @peer_options
+@as_one("excerpt", _Excerpt)
+@as_one("pace", Pace)
 def play(
     recordings: tuple[str, ...],
-    start: float,
-    seconds: float | None,
-    rate: float,
-    delay: float,
-    loop: bool,
-    paused: bool,
-    tells_time: bool,
-    topics: tuple[str, ...],
-    left_out: tuple[str, ...],
-    remaps: tuple[str, ...],
+    excerpt: _Excerpt,
+    pace: Pace,
     peers: PeerRequest | None,
 ) -> None:
     """Play back recordings to connected peers, with /clock.
@@ -429,21 +438,19 @@ def play(
     The options of `rosbag play` and `ros2 bag play` work too: `--topics A B` and `--exclude-topics A B`
     take several topics. `-m OLD:=NEW` and a plain `OLD:=NEW` are the same as --remap.
     """
-    from kbot.cli.bag.play import play as play_back
     from kbot.record.player import Player
 
     player = Player(
         *recordings,
-        topics=topics,
-        left_out=left_out,
-        remaps=read_remaps(remaps),
-        start=start,
-        seconds=seconds,
+        topics=excerpt.topics,
+        left_out=excerpt.left_out,
+        remaps=read_remaps(excerpt.remaps),
+        start=excerpt.start,
+        seconds=excerpt.seconds,
     )
-    if loop and player.length == 0.0:
+    if pace.loop and player.length == 0.0:
         fail(f"0 s of {player.path} would be said: that leaves nothing to be said again and again")
-    player.paused = paused
-    play_back(player, peers, rate=rate, delay=delay, loop=loop)
+    play_back(player, peers, pace)
 
 
 @command.command("replay", epilog=examples("kbot bag replay run.mcap"))

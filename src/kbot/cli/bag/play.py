@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import click
@@ -21,12 +22,23 @@ BEHIND = 0.2
 STEP_SECONDS = 0.1
 
 
-def play(player: Player, peers: PeerRequest | None, *, rate: float, delay: float, loop: bool) -> None:
-    """Say it to peers after a delay (s), until its end, or Ctrl-C, which is no failure.
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """`rate` is a factor of wall-clock time, `delay` in seconds."""
+
+    rate: float
+    delay: float
+    loop: bool
+    paused: bool
+
+
+def play(player: Player, peers: PeerRequest | None, pace: Pace) -> None:
+    """Play it back to peers until its end or Ctrl-C, which is not a failure.
 
     Raises:
         KbotError: a bridge cannot be opened, or a message cannot be read.
     """
+    player.paused = pace.paused
     steps = [0]
 
     def pressed(key: str) -> None:
@@ -42,28 +54,28 @@ def play(player: Player, peers: PeerRequest | None, *, rate: float, delay: float
         click.echo(f"{topic} is not said: KBot does not know {kind}", err=True)
     with suppress(KeyboardInterrupt), run_outputs(peers=peers, served=True) as outputs, keys(pressed):
         outputs.show(player, player.description, player.path)
-        click.echo(_start(player, peers, rate=rate, loop=loop), err=True)
+        click.echo(_start(player, peers, pace), err=True)
         due = time.monotonic()
-        begins = due + delay
+        begins = due + pace.delay
         while True:
             player.run_errands()
             waits = player.paused or time.monotonic() < begins
-            seconds = 0.0 if waits else PERIOD * rate
+            seconds = 0.0 if waits else PERIOD * pace.rate
             if steps[0]:
                 steps[0], seconds = steps[0] - 1, STEP_SECONDS
             if not player.advance(seconds) and seconds:
-                if not loop:
+                if not pace.loop:
                     return
                 player.rewind()
             due = max(due + PERIOD, time.monotonic() - BEHIND)
             time.sleep(max(0.0, due - time.monotonic()))
 
 
-def _start(player: Player, peers: PeerRequest | None, *, rate: float, loop: bool) -> str:
+def _start(player: Player, peers: PeerRequest | None, pace: Pace) -> str:
     """What is played back, how long it takes, who receives it, and the keys."""
     receivers = f"{peers.describe()}\n" if peers is not None else ""
-    how = " again and again" if loop else ""
-    how += f" at {rate:g} times its rate" if rate != 1.0 else ""
+    how = " again and again" if pace.loop else ""
+    how += f" at {pace.rate:g} times its rate" if pace.rate != 1.0 else ""
     keys_told = "Space pauses it, s steps 0.1 s, Ctrl-C ends it." if sys.stdin.isatty() else "Ctrl-C ends it."
     paused = " It is paused." if player.paused else ""
     return f"{player.path}: {player.length:.3f} s{how}.{paused}\n{receivers}{keys_told}"
