@@ -33,8 +33,10 @@ _LOSES = frozenset(
     {"P001", "X114", "X117", "X118", "X120", "X121", "X122", "X123", "X124", "X128", "X129", "X131", "X190"}
 )
 """Errors with which whole parts of a robot are lost."""
-_OF_WHAT_IS_LOST = frozenset({"D101", "D102", "D103", "D104", "D121"})
-"""Names that nothing has: what was lost may have had them."""
+_OF_WHAT_IS_LOST = frozenset(
+    {"D101", "D102", "D103", "D104", "D105", "D106", "D107", "D108", "D109", "D121", "W134"}
+)
+"""Names that nothing has, and drives: the part that was lost may have had the names and the wheels."""
 
 
 def examine(
