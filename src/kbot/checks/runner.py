@@ -52,7 +52,7 @@ def examine(
     if expansion.document is not None:
         reading = read_robot(expansion.document, packages)
         robot = reading.robot
-        problems += _not_said_before(problems, reading.diagnostics)
+        problems += _not_reported_before(problems, reading.diagnostics)
     return Context(source, expansion, robot, tuple(problems), packages, config, arguments)
 
 
@@ -62,7 +62,7 @@ def as_loaded(loaded: Loaded, source: Source, config: Config) -> Context:
 
 
 def findings(context: Context) -> list[Diagnostic]:
-    """What the floors below said and what the rules say; the same fault in a macro once.
+    """The findings of expansion, reading and the rules. A fault in a macro is reported once.
 
     Where parts of the robot were lost, how the rest would drive and what it lacks are consequences: left out.
     """
@@ -76,9 +76,9 @@ def findings(context: Context) -> list[Diagnostic]:
     return said_once(found, context)
 
 
-def _not_said_before(said: list[Diagnostic], new: tuple[Diagnostic, ...]) -> list[Diagnostic]:
+def _not_reported_before(reported: list[Diagnostic], new: tuple[Diagnostic, ...]) -> list[Diagnostic]:
     """Reader errors, less those about a place that expansion failed at and left as it was written."""
-    places = [d.origin.span for d in said if d.is_error and d.origin]
+    places = [d.origin.span for d in reported if d.is_error and d.origin]
     return [
         d
         for d in new

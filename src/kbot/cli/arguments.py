@@ -19,6 +19,7 @@ from kbot.text.notes import note
 from kbot.text.numbers import to_float
 
 if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
     from click.types import OptionHelpExtra
 
     from kbot.kinematics import PlanarPose
@@ -147,13 +148,13 @@ def one_file(words: Iterable[str]) -> tuple[str, dict[str, str]]:
     return files[0], arguments
 
 
-def as_one(name: str, kind: type[object]) -> Callable[[_Function], _Function]:
+def as_one(name: str, kind: type[DataclassInstance]) -> Callable[[_Function], _Function]:
     """Pass the options whose names are fields of the dataclass `kind` to the verb as one argument `name`."""
 
     def decorate(function: _Function) -> _Function:
         @functools.wraps(function)
         def with_one(*args: object, **values: object) -> object:
-            own = {field.name: values.pop(field.name) for field in fields(kind)}  # type: ignore[arg-type]
+            own = {field.name: values.pop(field.name) for field in fields(kind)}
             return function(*args, **{name: kind(**own)}, **values)
 
         wrapped: Any = with_one

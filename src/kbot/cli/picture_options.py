@@ -29,7 +29,7 @@ def parse_size(size: str) -> tuple[int, int]:
     """Width and height in pixels, up to the largest that is drawn.
 
     Raises:
-        KbotError: it is none; the text says how to write it.
+        KbotError: it is not a size; the message shows the format.
     """
     from kbot.render.look import MOST_PIXELS  # lazy in this module: -h is fast
 

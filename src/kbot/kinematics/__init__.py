@@ -3,6 +3,8 @@
 Names are imported when they are first used: a launch file reads parameters of controllers without numpy.
 """
 
+from kbot.lazy_names import lazy_names
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, find_drive
@@ -35,12 +37,4 @@ __all__ = [
     "integrate",
 ]
 
-
-def __getattr__(name: str) -> object:
-    if name in _HOMES:
-        from importlib import import_module  # only when a name is used
-
-        value: object = getattr(import_module(f"kbot.kinematics.{_HOMES[name]}"), name)
-        globals()[name] = value
-        return value
-    raise AttributeError(f"module 'kbot.kinematics' has no attribute '{name}'")
+__getattr__ = lazy_names(__name__, _HOMES)

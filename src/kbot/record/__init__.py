@@ -3,6 +3,8 @@
 Names are imported when they are first used: whether a file is a recording is asked before a robot is shown.
 """
 
+from kbot.lazy_names import lazy_names
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from kbot.record.feed import Feed
@@ -22,12 +24,4 @@ _HOMES = {
 
 __all__ = ["BrokenOff", "Feed", "Recorder", "Recording", "Summary", "open_writer"]
 
-
-def __getattr__(name: str) -> object:
-    if name in _HOMES:
-        from importlib import import_module  # names are imported when used: start-up time
-
-        value: object = getattr(import_module(f"kbot.record.{_HOMES[name]}"), name)
-        globals()[name] = value
-        return value
-    raise AttributeError(f"module 'kbot.record' has no attribute '{name}'")
+__getattr__ = lazy_names(__name__, _HOMES)

@@ -1,5 +1,7 @@
 """The base of all packages: files, positions in them, XML, YAML, and the Diagnostic."""
 
+from kbot.lazy_names import lazy_names
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from kbot.text.diagnostic import Diagnostic, Edit, Fix, Related, Severity
@@ -10,12 +12,25 @@ if TYPE_CHECKING:
     from kbot.text.xml import Comment, Element, Text, parse_xml
 
 _HOMES = {
-    "diagnostic_collector": ("DiagnosticCollector",),
-    "diagnostic": ("Diagnostic", "Edit", "Fix", "Related", "Severity"),
-    "errors": ("DescriptionError", "KbotError"),
-    "files": ("read_source", "rewrite", "write_text"),
-    "span": ("Call", "Origin", "Source", "Span"),
-    "xml": ("Comment", "Element", "Text", "parse_xml"),
+    "Call": "span",
+    "Comment": "xml",
+    "DescriptionError": "errors",
+    "Diagnostic": "diagnostic",
+    "DiagnosticCollector": "diagnostic_collector",
+    "Edit": "diagnostic",
+    "Element": "xml",
+    "Fix": "diagnostic",
+    "KbotError": "errors",
+    "Origin": "span",
+    "Related": "diagnostic",
+    "Severity": "diagnostic",
+    "Source": "span",
+    "Span": "span",
+    "Text": "xml",
+    "parse_xml": "xml",
+    "read_source": "files",
+    "rewrite": "files",
+    "write_text": "files",
 }
 
 __all__ = [
@@ -40,14 +55,5 @@ __all__ = [
     "write_text",
 ]
 
-
-def __getattr__(name: str) -> object:
-    """A name from its module, which is imported only now: most texts need no diagnostics."""
-    from importlib import import_module  # lazy in this module: start-up time
-
-    for module, names in _HOMES.items():
-        if name in names:
-            value: object = getattr(import_module(f"kbot.text.{module}"), name)
-            globals()[name] = value
-            return value
-    raise AttributeError(f"module 'kbot.text' has no attribute '{name}'")
+# most texts need no diagnostics
+__getattr__ = lazy_names(__name__, _HOMES)

@@ -166,7 +166,7 @@ def plugin_frame_unknown(context: Context) -> Found:
             continue  # a prefix of tf
         yield Finding(
             word.origin,
-            f"{controller.name}: its base frame '{word.text}' is no link of this robot",
+            f"{controller.name}: its base frame '{word.text}' is not a link of this robot",
             did_you_mean(word.text, links) or f"the root is '{context.robot.root}'",
         )
 

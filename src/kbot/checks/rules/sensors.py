@@ -279,7 +279,8 @@ def sensor_frame_unknown(context: Context) -> Found:
                     continue
                 yield Finding(
                     element.origin,
-                    f"{sensor.attributes.get('name', 'sensor')}: its frame '{name}' is no link of this robot",
+                    f"{sensor.attributes.get('name', 'sensor')}: "
+                    f"its frame '{name}' is not a link of this robot",
                     did_you_mean(name, links),
                 )
 

@@ -46,7 +46,7 @@ def turns_short(context: Context) -> Found:
             yield Finding(
                 size.given.origin,
                 f"{controller.name}: a turn drags the wheels of {len(pairs)} axles across the ground: the "
-                f"robot turns at least {(1.0 - made) * 100.0:.0f} % less than it is told",
+                f"robot turns at least {(1.0 - made) * 100.0:.0f} % less than commanded",
                 f"set wheel_separation_multiplier to {needed:.2f} or the separation to {needed * true:.3g} m"
                 "; then measure a turn",
             )

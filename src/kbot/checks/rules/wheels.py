@@ -47,14 +47,14 @@ def wheels_exchanged(context: Context) -> Found:
 
     Autofix: none.
     """
-    said = list(reported(context.drive_findings, "D107"))
-    yield from said
+    by_controllers = list(reported(context.drive_findings, "D107"))
+    yield from by_controllers
     for pair in context.level_pairs:
         left, right = pair.left, pair.right
-        told = side_of(left.joint.name) == "left" and side_of(right.joint.name) == "right"
-        if not told and not _named_sides(context, pair):
+        named = side_of(left.joint.name) == "left" and side_of(right.joint.name) == "right"
+        if not named and not _named_sides(context, pair):
             continue
-        if left.center[1] < right.center[1] and (told or not said):
+        if left.center[1] < right.center[1] and (named or not by_controllers):
             yield Finding(
                 left.joint.pose.origin or left.joint.origin,
                 f"{left.joint.name}: its wheel stands at y = {left.center[1] * 1e3:.4g} mm, on the right of "

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 ELSEWHERE = {
     "record": "a run is recorded by kbot sim ROBOT --record FILE",
     "reindex": "kbot bag convert FILE NEW writes what broke off anew",
-    "check": "kbot bag info FILE says whether it is whole",
+    "check": "kbot bag info FILE reports whether it is complete",
     "filter": "kbot bag cut FILE NEW --topic NAME --start S --end S leaves the rest out",
     "compress": "kbot bag convert FILE NEW.mcap compresses",
 }
@@ -61,7 +61,7 @@ class _Excerpt:
 
 
 class Bag(click.Group):
-    """Says of a command that is not there where it is done."""
+    """Names what replaces a command of `rosbag` or `ros2 bag` that KBot does not have."""
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]

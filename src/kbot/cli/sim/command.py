@@ -74,7 +74,7 @@ class _RunOptions:
         if self.script is not None and self.cmd_vel is not None:
             fail("--script drives the robot itself; leave --cmd-vel out")
         if self.script is not None and self.duration is not None:
-            fail("--script says itself how long to run; leave --duration out")
+            fail("--script sets its own duration; leave --duration out")
         if self.goto is not None and (self.cmd_vel is not None or self.script is not None):
             fail("--goto drives the robot itself; leave --cmd-vel and --script out")
         if self.shot is not None and self.plot == self.shot:

@@ -29,8 +29,8 @@ def run_goto(simulation: Simulation, goal: PlanarPose, timeout: float | None, as
     from kbot.sensors.declared import mount_declared
     from kbot.sim.report import make_report
 
-    sensors, said = mount_declared(simulation)
-    report(said)
+    sensors, notes = mount_declared(simulation)
+    report(notes)
     lidar = next((sensor for sensor in sensors.values() if isinstance(sensor, LidarSensor)), None)
     with ProgressLine(simulation, None) as progress:
         trip = go_to(simulation, goal, timeout=timeout, lidar=lidar)

@@ -1,7 +1,6 @@
 """ROS launch files: reads what would run, with which parameters and from which line, and runs it."""
 
-from importlib import import_module
-
+from kbot.lazy_names import lazy_names
 from kbot.ros.launch.plan import Argument, Included, Machine, Param, Plan, PlannedNode, RobotDescription
 
 TYPE_CHECKING = False
@@ -10,6 +9,7 @@ if TYPE_CHECKING:
     from kbot.ros.launch.ros2 import read_launch_2
     from kbot.ros.launch.ros_version import is_ros_2
 
+# nodes and bridges know plans and read no launch file
 _READERS = {"is_ros_2": "ros_version", "read_launch": "ros1", "read_launch_2": "ros2"}
 
 __all__ = [
@@ -25,11 +25,4 @@ __all__ = [
     "read_launch_2",
 ]
 
-
-def __getattr__(name: str) -> object:
-    """Readers are imported when they are asked for: nodes and bridges know plans, and read none."""
-    if name in _READERS:
-        value: object = getattr(import_module(f"kbot.ros.launch.{_READERS[name]}"), name)
-        globals()[name] = value
-        return value
-    raise AttributeError(f"module 'kbot.ros.launch' has no attribute '{name}'")
+__getattr__ = lazy_names(__name__, _READERS)
