@@ -10,7 +10,6 @@ from kbot.text import Element, Source
 from kbot.xacro.serialise import serialise
 
 _WRITTEN = Source("", "")
-_SAFETY = ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity")
 
 
 def to_urdf(robot: RobotModel) -> str:

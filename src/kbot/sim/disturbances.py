@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from dataclasses import dataclass
 from math import inf
 from typing import NamedTuple
@@ -12,7 +13,7 @@ from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.welds import STANDING
 from kbot.sim.injected_faults import FAULTS, End, Fault, Kick, Target, to_journal
 from kbot.sim.journal import Journal
-from kbot.sim.numbers import LONGEST, STRONGEST, Vector, is_within, positive, shortened, vector
+from kbot.sim.numbers import LONGEST, STRONGEST, Vector, is_within, positive, vector
 from kbot.sim.robots import Robots
 from kbot.text import KbotError
 
@@ -114,11 +115,13 @@ class Disturbances:
         """
         if not isinstance(fault, Fault):
             known = ", ".join(FAULTS)
-            raise KbotError(f"a fault is one of kbot.sim.injected_faults ({known}), not {shortened(fault)}")
+            raise KbotError(
+                f"a fault is one of kbot.sim.injected_faults ({known}), not {reprlib.repr(fault)}"
+            )
         engine = self._engine
         start = round(at / engine.timestep) if is_within(at, LONGEST) else -1
         if start < engine.steps:
-            allowed = f"from now ({engine.time:g} s) to {LONGEST:g} s, not at {shortened(at)} s"
+            allowed = f"from now ({engine.time:g} s) to {LONGEST:g} s, not at {reprlib.repr(at)} s"
             raise KbotError(f"a fault is placed at a time {allowed}")
         if duration is not None:
             duration = positive("the time of a fault in seconds", duration, LONGEST)
@@ -146,7 +149,7 @@ class Disturbances:
         gone = [entry for entry in self._faults if entry.number == number]
         if not gone:
             known = ", ".join(str(entry.number) for entry in self._faults) or "none at all"
-            raise KbotError(f"there is no fault {shortened(number)} (there are {known})")
+            raise KbotError(f"there is no fault {reprlib.repr(number)} (there are {known})")
         self._remove(gone)
         self._find_due()
         self._journal.note("end_fault", number=int(number))

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, is_dataclass
 from typing import Any, Protocol, runtime_checkable
@@ -17,7 +18,7 @@ from kbot.messages.bus import Bus
 from kbot.sim.command_delivery import CommandDelivery
 from kbot.sim.engine.contacts import rank
 from kbot.sim.engine.engine import Engine
-from kbot.sim.numbers import FASTEST, FURTHEST, Vector, is_within, positive, shortened, vector
+from kbot.sim.numbers import FASTEST, FURTHEST, Vector, is_within, positive, vector
 from kbot.sim.recipe import SOLIMP, SOLREF
 from kbot.sim.robots import Robots
 from kbot.text import KbotError
@@ -79,7 +80,7 @@ class Slip:
 
     def __post_init__(self) -> None:
         if not (is_within(self.friction, ROUGHEST) and self.friction >= 0.0):
-            told = shortened(self.friction)
+            told = reprlib.repr(self.friction)
             raise KbotError(f"a coefficient of friction is a number from 0 to {ROUGHEST:g}, not {told}")
         _keep(self, friction=float(self.friction))
 
@@ -143,7 +144,7 @@ class LostCommands:
 
     def __post_init__(self) -> None:
         if not (is_within(self.share, 1.0) and self.share >= 0.0):
-            raise KbotError(f"a share of commands is a number from 0 to 1, not {shortened(self.share)}")
+            raise KbotError(f"a share of commands is a number from 0 to 1, not {reprlib.repr(self.share)}")
         _keep(self, share=float(self.share))
 
     def begin(self, target: Target) -> End:
@@ -163,7 +164,7 @@ class SilentTopic:
 
     def __post_init__(self) -> None:
         if not isinstance(self.topic, str):
-            raise KbotError(f"a topic is spoken of by its name, not {shortened(self.topic)}")
+            raise KbotError(f"a topic is spoken of by its name, not {reprlib.repr(self.topic)}")
 
     def begin(self, target: Target) -> End:
         target.bus.require(self.topic)

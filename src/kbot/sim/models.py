@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import reprlib
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import count
 from typing import NamedTuple
@@ -23,7 +24,7 @@ from kbot.sim.engine.welds import STANDING, Weld, weld_as_it_stands
 from kbot.sim.engine.world_builder import PREFIX, body_pose
 from kbot.sim.journal import Journal
 from kbot.sim.naming import Naming, is_model_name
-from kbot.sim.numbers import FASTEST, FURTHEST, Vector, is_within, shortened, vector
+from kbot.sim.numbers import FASTEST, FURTHEST, Vector, is_within, vector
 from kbot.sim.preparation import prepare, read_robot
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.robots import Robots
@@ -109,7 +110,7 @@ class Models:
         name = robot.name if name is None else name
         if not is_model_name(name):
             raise KbotError(
-                f"{shortened(name)} is no robot's name: letters, digits and _ only, a letter first"
+                f"{reprlib.repr(name)} is no robot's name: letters, digits and _ only, a letter first"
             )
         if name in self._robots:
             raise KbotError(f"there is a robot '{name}' already; give this one another name")
@@ -149,7 +150,7 @@ class Models:
                 or a robot is in the way.
         """
         if not isinstance(kind, str):
-            raise KbotError(f"{shortened(kind)} is no thing's kind")
+            raise KbotError(f"{reprlib.repr(kind)} is no thing's kind")
         if name is None:
             taken = self._taken()
             name = next(free for n in count(1) if (free := f"{kind}_{n}") not in taken)
@@ -178,9 +179,9 @@ class Models:
             KbotError: the name is taken or not a name, the pose is not one, or a robot is in the way.
         """
         if not isinstance(sdf, str):
-            raise KbotError(f"a model of SDF is a text, or the name of a file, not {shortened(sdf)}")
+            raise KbotError(f"a model of SDF is a text, or the name of a file, not {reprlib.repr(sdf)}")
         if not isinstance(is_confined, bool):
-            raise KbotError(f"a model is confined or not, True or False, not {shortened(is_confined)}")
+            raise KbotError(f"a model is confined or not, True or False, not {reprlib.repr(is_confined)}")
         _translation(pose)
         bodies, loops = model_of_sdf(sdf, name, pose, Reach() if is_confined else None)
         self._require_free(bodies[0].belongs_to)
@@ -195,7 +196,7 @@ class Models:
     def _require_free(self, name: object) -> None:
         if not is_model_name(name):
             raise KbotError(
-                f"{shortened(name)} is no thing's name: letters, digits and _ only, a letter first"
+                f"{reprlib.repr(name)} is no thing's name: letters, digits and _ only, a letter first"
             )
         if name in self._taken():
             raise KbotError(f"there is a '{name}' already; give this one another name")
@@ -218,7 +219,7 @@ class Models:
             KbotError: there is no such model, or it cannot be removed.
         """
         if not isinstance(name, str):
-            raise KbotError(f"{shortened(name)} is no model's name")
+            raise KbotError(f"{reprlib.repr(name)} is no model's name")
         if name in self._robots:
             self._robots.remove(name)
             self._disturbances.forget(name)
@@ -234,7 +235,7 @@ class Models:
         if not gone:
             known = (*self._robots, *(body.name for body in bodies))
             hint = did_you_mean(name, known) or f"there are {', '.join(known)}"
-            raise KbotError(f"there is no model {shortened(name)}: {hint}")
+            raise KbotError(f"there is no model {reprlib.repr(name)}: {hint}")
         if any(body.name in gone and _is_ground(body) for body in bodies):
             raise KbotError(f"'{name}' is ground to drive on: it stays")
         if any(b.joint is not None and b.joint.parent in gone and b.name not in gone for b in bodies):
@@ -331,16 +332,16 @@ class Models:
             KbotError: an unknown joint, or a value that is not a number.
         """
         if not isinstance(pose, PlanarPose):
-            raise KbotError(f"a place is a PlanarPose(x, y, yaw) in m and rad, not {shortened(pose)}")
+            raise KbotError(f"a place is a PlanarPose(x, y, yaw) in m and rad, not {reprlib.repr(pose)}")
         x, y, yaw = vector("a pose", (pose.x, pose.y, pose.yaw), FURTHEST)
         if not isinstance(joints, Mapping | None):
-            raise KbotError(f"joints are positions by name, not {shortened(joints)}")
+            raise KbotError(f"joints are positions by name, not {reprlib.repr(joints)}")
         wanted = dict(joints or {})
         robot = self._robots.first
         for joint, position in wanted.items():
             robot.body.dof(joint)
             if not is_within(position, FURTHEST):
-                told = f"up to {FURTHEST:g}, not {shortened(position)}"
+                told = f"up to {FURTHEST:g}, not {reprlib.repr(position)}"
                 raise KbotError(f"a joint's position is a finite number {told}")
         for joint, position in wanted.items():
             robot.body.set_position(joint, position)
@@ -359,7 +360,7 @@ class Models:
 
     def _place_of(self, model: str) -> _Place:
         if not isinstance(model, str):
-            raise KbotError(f"a model is spoken of by its name, not {shortened(model)}")
+            raise KbotError(f"a model is spoken of by its name, not {reprlib.repr(model)}")
         if model in self._robots:
             robot = self._robots[model]
             body, joint = robot.body.index(robot.robot.root), robot.body.prefix
@@ -497,12 +498,14 @@ def _is_ground(body: Body) -> bool:
 
 def _translation(pose: object) -> Vector:
     if not isinstance(pose, Transform):
-        raise KbotError(f"a pose is a Transform, as Transform.from_xyz_rpy makes, not {shortened(pose)}")
+        raise KbotError(f"a pose is a Transform, as Transform.from_xyz_rpy makes, not {reprlib.repr(pose)}")
     return vector("a place in m", pose.translation.tolist(), FURTHEST)
 
 
 def _edges(size: Iterable[object]) -> tuple[float, float, float]:
     edges = vector("the size of a box in m", size, LARGEST)
     if min(edges) < SMALLEST:
-        raise KbotError(f"the edges of a box are {SMALLEST:g} to {LARGEST:g} m long, not {shortened(size)}")
+        raise KbotError(
+            f"the edges of a box are {SMALLEST:g} to {LARGEST:g} m long, not {reprlib.repr(size)}"
+        )
     return edges

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
+import reprlib
 from dataclasses import dataclass
 
 from kbot.messages.bus import absolute
-from kbot.sim.numbers import shortened
 from kbot.text import KbotError
 
 _NAME = re.compile(r"[A-Za-z]\w*")
@@ -25,9 +25,11 @@ class Naming:
 
     def __post_init__(self) -> None:
         if not (isinstance(self.namespace, str) and _NAMESPACE.fullmatch(self.namespace)):
-            raise KbotError(f"{shortened(self.namespace)} is no namespace, as tb3_0 and fleet/tb3_0 are")
+            raise KbotError(f"{reprlib.repr(self.namespace)} is no namespace, as tb3_0 and fleet/tb3_0 are")
         if not isinstance(self.frame_prefix, str):
-            raise KbotError(f"{shortened(self.frame_prefix)} is no text to stand before frames, as tb3_0/ is")
+            raise KbotError(
+                f"{reprlib.repr(self.frame_prefix)} is no text to stand before frames, as tb3_0/ is"
+            )
 
     def topic(self, name: str) -> str:
         """The full name of a topic: `odom` and, where a description has the namespace in it already, also

@@ -22,11 +22,6 @@ LONGEST = 1e9
 """Seconds: thirty years."""
 
 
-def shortened(value: object) -> str:
-    """What somebody gave, for a message."""
-    return reprlib.repr(value)
-
-
 def is_finite(value: object) -> TypeGuard[float]:
     """Whether it is a finite number, and a number at all."""
     if type(value) is float:
@@ -45,7 +40,9 @@ def is_within(value: object, most: float) -> TypeGuard[float]:
 def positive(what: str, value: object, most: float) -> float:
     """The number, which is above zero and at most `most`. Raises KbotError where it is not."""
     if not (is_within(value, most) and value > 0.0):
-        raise KbotError(f"{what} is a finite number above zero and at most {most:g}, not {shortened(value)}")
+        raise KbotError(
+            f"{what} is a finite number above zero and at most {most:g}, not {reprlib.repr(value)}"
+        )
     return float(value)
 
 
@@ -54,7 +51,9 @@ def vector(what: str, values: Iterable[object], most: float) -> Vector:
     try:
         x, y, z = values
     except (TypeError, ValueError):
-        raise KbotError(f"{what} is three numbers, along x, y and z, not {shortened(values)}") from None
+        raise KbotError(f"{what} is three numbers, along x, y and z, not {reprlib.repr(values)}") from None
     if not (is_within(x, most) and is_within(y, most) and is_within(z, most)):
-        raise KbotError(f"{what} is three finite numbers up to {most:g} either way, not {shortened(values)}")
+        raise KbotError(
+            f"{what} is three finite numbers up to {most:g} either way, not {reprlib.repr(values)}"
+        )
     return float(x), float(y), float(z)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import reprlib
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from kbot.sim.engine.robot_builder import RobotPlan
 from kbot.sim.joint_control.control import JointControl
 from kbot.sim.joint_control.controllers import joint_control, spawned_for
 from kbot.sim.naming import Naming
-from kbot.sim.numbers import FURTHEST, is_finite, shortened, vector
+from kbot.sim.numbers import FURTHEST, is_finite, vector
 from kbot.sim.recipe import Contacts
 from kbot.text import Diagnostic, DiagnosticCollector, KbotError
 
@@ -85,9 +86,9 @@ def controller_findings(robot: RobotModel) -> tuple[Diagnostic, ...]:
 def check_settings(seed: int, timestep: float, limits: DriveLimits | None, start: PlanarPose) -> None:
     """Raises KbotError: the seed, the timestep (s), the limits or the start of a simulation are not valid."""
     if not isinstance(start, PlanarPose):
-        raise KbotError(f"a start is a PlanarPose(x, y, yaw) in m and rad, not {shortened(start)}")
+        raise KbotError(f"a start is a PlanarPose(x, y, yaw) in m and rad, not {reprlib.repr(start)}")
     if not (limits is None or isinstance(limits, DriveLimits)):
-        raise KbotError(f"limits are DriveLimits(linear_velocity=...), not {shortened(limits)}")
+        raise KbotError(f"limits are DriveLimits(linear_velocity=...), not {reprlib.repr(limits)}")
     vector("a start", (start.x, start.y, start.yaw), FURTHEST)
     if not (is_finite(timestep) and 1e-5 <= timestep <= 0.02):
         raise KbotError(f"a step is 0.00001 to 0.02 seconds long, not {timestep!r}")
@@ -102,7 +103,7 @@ def read_robot(robot: object) -> RobotModel:
     if isinstance(robot, str | os.PathLike):
         return load_robot(robot).require()
     raise KbotError(
-        f"a robot, or the file of one, is simulated, not {shortened(robot)}: kbot.load(FILE) reads one"
+        f"a robot, or the file of one, is simulated, not {reprlib.repr(robot)}: kbot.load(FILE) reads one"
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Mapping, Sequence
 
 from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive
@@ -15,7 +16,7 @@ from kbot.sim.joint_control.kinds import Interface
 from kbot.sim.joint_control.servos import SavedServos
 from kbot.sim.joint_control.trajectory import joint_command, trajectory_points
 from kbot.sim.journal import Journal
-from kbot.sim.numbers import is_finite, shortened
+from kbot.sim.numbers import is_finite
 from kbot.sim.preparation import Prepared
 from kbot.sim.recipe import SLEW_PERIOD, WATCHDOG
 from kbot.sim.robot_body import RobotBody
@@ -84,7 +85,7 @@ class SimulatedRobot:
             KbotError: the robot cannot drive (the message says why), or a number is not finite.
         """
         if not (is_finite(linear) and is_finite(angular)):
-            given = f"{shortened(linear)}, {shortened(angular)}"
+            given = f"{reprlib.repr(linear)}, {reprlib.repr(angular)}"
             raise KbotError(f"a speed command is two finite numbers, not {given}")
         linear, angular = float(linear), float(angular)  # a journal is JSON: it has no numpy numbers
         deadline = self._commands.deadline(watchdog)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Callable, Iterator, Mapping
 
 from kbot.messages.bus import Bus
@@ -11,7 +12,6 @@ from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.welds import STANDING
 from kbot.sim.engine.world_builder import PREFIX
 from kbot.sim.journal import Journal
-from kbot.sim.numbers import shortened
 from kbot.sim.preparation import Prepared
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.topics import RobotTopics
@@ -57,7 +57,7 @@ class Robots(Mapping[str, SimulatedRobot]):
             return self.first
         if not isinstance(name, str) or name not in self._robots:
             hint = did_you_mean(str(name), self._robots) or f"there are {', '.join(self._robots)}"
-            raise KbotError(f"there is no robot {shortened(name)}: {hint}")
+            raise KbotError(f"there is no robot {reprlib.repr(name)}: {hint}")
         return self._robots[name]
 
     def engine_name(self, link: str, robot: str | None) -> str:
@@ -67,7 +67,7 @@ class Robots(Mapping[str, SimulatedRobot]):
             KbotError: no such robot, link or body.
         """
         if not isinstance(link, str):
-            raise KbotError(f"a link or a body is spoken of by its name, not {shortened(link)}")
+            raise KbotError(f"a link or a body is spoken of by its name, not {reprlib.repr(link)}")
         owner = self.named(robot)
         if robot is None and link not in owner.body.links:
             bodies = self._engine.world.bodies
@@ -75,7 +75,7 @@ class Robots(Mapping[str, SimulatedRobot]):
                 if body.name == link:
                     return STANDING if body.is_static else PREFIX + body.name
             hint = did_you_mean(link, (*owner.body.links, *(body.name for body in bodies)))
-            message = f"'{owner.name}' has no link, and the world no body, {shortened(link)}"
+            message = f"'{owner.name}' has no link, and the world no body, {reprlib.repr(link)}"
             raise KbotError(message + (f": {hint}" if hint else ""))
         owner.body.index(link)
         return owner.body.prefix + link

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import reprlib
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol, TypeVar
 
@@ -24,7 +25,6 @@ from kbot.sim.engine.engine import Engine
 from kbot.sim.journal import Journal
 from kbot.sim.models import Models
 from kbot.sim.naming import ROOT_NAMING, Naming
-from kbot.sim.numbers import shortened
 from kbot.sim.preparation import check_settings, prepare, read_robot
 from kbot.sim.recipe import Contacts
 from kbot.sim.robot import SimulatedRobot
@@ -220,7 +220,7 @@ class Simulation:
             KbotError: it cannot be mounted; the message says why.
         """
         if not hasattr(sensor, "mount"):
-            raise KbotError(f"a sensor is one of kbot.sensors, not {shortened(sensor)}")
+            raise KbotError(f"a sensor is one of kbot.sensors, not {reprlib.repr(sensor)}")
         return sensor.mount(self)
 
     # all of it

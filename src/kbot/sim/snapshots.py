@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import reprlib
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +17,6 @@ from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.welds import Weld
 from kbot.sim.journal import Journal
 from kbot.sim.models import Models
-from kbot.sim.numbers import shortened
 from kbot.sim.robot import SavedRobot
 from kbot.sim.robots import Robots
 from kbot.sim.stepping import Stepping
@@ -101,7 +101,7 @@ class Snapshots:
             KbotError: the state is of another simulation, or robots were spawned or deleted since.
         """
         if not isinstance(state, Snapshot):
-            raise KbotError(f"a state is what Simulation.state() gave, not {shortened(state)}")
+            raise KbotError(f"a state is what Simulation.state() gave, not {reprlib.repr(state)}")
         engine = self._engine
         assembly, before = engine.assembly, engine.steps
         has_same_robots = set(state.robots) == set(self._robots)

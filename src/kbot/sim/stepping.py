@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from collections.abc import Callable
 
 import mujoco
@@ -14,7 +15,7 @@ from kbot.sim.command_delivery import CommandDelivery
 from kbot.sim.disturbances import Disturbances
 from kbot.sim.divergence import diverged, engine_failed
 from kbot.sim.engine.engine import Engine
-from kbot.sim.numbers import FASTEST, LONGEST, is_within, shortened
+from kbot.sim.numbers import FASTEST, LONGEST, is_within
 from kbot.sim.robots import Robots
 from kbot.text import KbotError
 
@@ -55,7 +56,7 @@ class Stepping:
             SimulationDiverged: a link flew off; the error names the time, the link and the likely cause.
         """
         if not isinstance(n, _WHOLE) or not 0 <= n <= _MOST_STEPS:
-            raise KbotError(f"steps are a whole number from 0 to {_MOST_STEPS:g}, not {shortened(n)}")
+            raise KbotError(f"steps are a whole number from 0 to {_MOST_STEPS:g}, not {reprlib.repr(n)}")
         engine = self._engine
         if engine.failure is not None:
             raise engine.failure
@@ -77,7 +78,8 @@ class Stepping:
         """
         if not (is_within(seconds, LONGEST) and seconds >= 0.0):
             raise KbotError(
-                f"a time to run is a finite number of seconds from 0 to {LONGEST:g}, not {shortened(seconds)}"
+                f"a time to run is a finite number of seconds from 0 to {LONGEST:g},"
+                f" not {reprlib.repr(seconds)}"
             )
         self.step(round(seconds / self._engine.timestep))
 

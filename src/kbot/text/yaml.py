@@ -8,7 +8,6 @@ import would make `kbot expand` of a description with parameter files slower.
 
 from __future__ import annotations
 
-import reprlib
 from functools import cached_property
 
 from kbot.text.span import Source, Span
@@ -224,11 +223,6 @@ def check_nesting(text: str, most_values: int = MOST_VALUES, *, in_c: bool = Tru
         if error.problem == _TOO_DEEP_IN_C:
             raise yaml.composer.ComposerError(None, None, _TOO_DEEP, error.problem_mark) from None
         raise
-
-
-def quote(value: object) -> str:
-    """A value of YAML in an error message: shortened, for it may hold itself a billion times."""
-    return reprlib.repr(value)
 
 
 def _document(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import reprlib
 
 from kbot.kinematics.transform import Transform
 from kbot.model import Mesh, RobotModel
@@ -10,7 +11,6 @@ from kbot.model.load import read_urdf_text
 from kbot.model.meshes import load_mesh
 from kbot.sim import Simulation
 from kbot.sim.naming import is_model_name
-from kbot.sim.numbers import shortened
 from kbot.text import DescriptionError, Diagnostic, KbotError, Origin, Severity
 from kbot.world.sdf.reach import Reach
 from kbot.world.sdf.resources import NOT_IN_REACH
@@ -56,7 +56,9 @@ def told_of(error: DescriptionError) -> str:
 
 def _spawn_sdf(simulation: Simulation, name: str, sdf: str, place: Transform) -> str:
     if name and not is_model_name(name):
-        raise KbotError(f"{shortened(name)} is no model's name: letters, digits and _ only, a letter first")
+        raise KbotError(
+            f"{reprlib.repr(name)} is no model's name: letters, digits and _ only, a letter first"
+        )
     put = simulation.models.spawn_sdf(sdf, name or None, place, is_confined=True)[0].belongs_to
     x, y, z = place.translation.tolist()
     return f"{put} is put at {x:.3f}, {y:.3f}, {z:.3f}"

@@ -7,6 +7,7 @@ wanted position and speed, and the load on the joint (computed torque: Spong, Ro
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import inf
@@ -17,7 +18,7 @@ from kbot.model import Joint, JointType, RobotModel, SafetyController
 from kbot.sim.engine.arrays import numbers
 from kbot.sim.joint_control.kinds import Interface
 from kbot.sim.joint_control.trajectory import Trajectory, TrajectoryPoint
-from kbot.sim.numbers import FURTHEST, is_within, shortened
+from kbot.sim.numbers import FURTHEST, is_within
 from kbot.text import KbotError
 
 
@@ -162,7 +163,7 @@ class JointServos:
         for value in values.values():
             if not is_within(value, FURTHEST):
                 raise KbotError(
-                    f"a joint's {interface} is a finite number up to {FURTHEST:g}, not {shortened(value)}"
+                    f"a joint's {interface} is a finite number up to {FURTHEST:g}, not {reprlib.repr(value)}"
                 )
         for joint, value in values.items():
             self._leave_ways(joint)

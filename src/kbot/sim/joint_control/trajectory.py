@@ -6,6 +6,7 @@ With positions alone it goes straight, with velocities along cubics, with accele
 
 from __future__ import annotations
 
+import reprlib
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.sim.joint_control.kinds import Interface
-from kbot.sim.numbers import FURTHEST, is_within, shortened
+from kbot.sim.numbers import FURTHEST, is_within
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 
@@ -99,7 +100,7 @@ MOST_POINTS = 100_000
 def joint_command(values: object, interface: str) -> tuple[dict[str, float], Interface]:
     """Raises KbotError for what is no mapping of joints, or an interface that joints do not have."""
     if not isinstance(values, Mapping):
-        raise KbotError(f"joints are commanded by name, as in {{'arm': 0.5}}, not {shortened(values)}")
+        raise KbotError(f"joints are commanded by name, as in {{'arm': 0.5}}, not {reprlib.repr(values)}")
     for name, value in values.items():
         if isinstance(value, bool):
             raise KbotError(f"joint '{name}' is told a number, not {value}")
@@ -107,7 +108,7 @@ def joint_command(values: object, interface: str) -> tuple[dict[str, float], Int
         return dict(values), Interface(interface)
     except ValueError:
         hint = did_you_mean(str(interface), list(Interface)) or f"there are {', '.join(Interface)}"
-        raise KbotError(f"joints have no interface {shortened(interface)}: {hint}") from None
+        raise KbotError(f"joints have no interface {reprlib.repr(interface)}: {hint}") from None
 
 
 def trajectory_points(joints: object, points: object) -> tuple[tuple[str, ...], tuple[TrajectoryPoint, ...]]:
@@ -120,7 +121,7 @@ def trajectory_points(joints: object, points: object) -> tuple[tuple[str, ...], 
         )
     names = tuple(joints)
     if not names or not all(isinstance(name, str) for name in names) or len(set(names)) < len(names):
-        raise KbotError(f"the joints of a trajectory are names, each once, not {shortened(joints)}")
+        raise KbotError(f"the joints of a trajectory are names, each once, not {reprlib.repr(joints)}")
     made = tuple(_point(point, len(names)) for point in points)
     for before, after in pairwise(made):
         if not after.time > before.time:
@@ -132,17 +133,17 @@ def trajectory_points(joints: object, points: object) -> tuple[tuple[str, ...], 
 
 def _point(point: object, count: int) -> TrajectoryPoint:
     if not _is_list(point) or not 2 <= len(point) <= 4:
-        raise KbotError(f"a point is a time, positions, and if wanted velocities, not {shortened(point)}")
+        raise KbotError(f"a point is a time, positions, and if wanted velocities, not {reprlib.repr(point)}")
     time, *lists = point
     if not _is_sound(time) or time < 0.0:
-        raise KbotError(f"the time of a point is a number of seconds from 0 on, not {shortened(time)}")
+        raise KbotError(f"the time of a point is a number of seconds from 0 on, not {reprlib.repr(time)}")
     for index, values in enumerate(lists):
         if not _is_list(values):
-            raise KbotError(f"a point has lists of numbers, not {shortened(values)}")
+            raise KbotError(f"a point has lists of numbers, not {reprlib.repr(values)}")
         if len(values) != count and (index == 0 or len(values)):
             raise KbotError(f"a point has {count} numbers, one a joint, not {len(values)}")
         if not all(map(_is_sound, values)):
-            raise KbotError(f"a point is made of finite numbers, not {shortened(values)}")
+            raise KbotError(f"a point is made of finite numbers, not {reprlib.repr(values)}")
     return TrajectoryPoint(float(time), *(tuple(map(float, values)) for values in lists))
 
 
