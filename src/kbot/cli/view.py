@@ -66,7 +66,7 @@ def command(
     Ctrl-C stops it.
     """
     path, values = one_file(words)
-    from kbot.cli.outputs import run_outputs  # lazy in this module: -h is fast
+    from kbot.cli.run_outputs import run_outputs  # lazy in this module: -h is fast
     from kbot.record.names import is_recording
 
     if is_recording(path):

@@ -22,8 +22,8 @@ from kbot.cli.arguments import (
 from kbot.cli.bag.play import Pace
 from kbot.cli.bag.play import play as play_back
 from kbot.cli.output import fail, print_json
-from kbot.cli.outputs import PeerRequest, peer_options
 from kbot.cli.picture_options import parse_size, size_option
+from kbot.cli.run_outputs import PeerRequest, peer_options
 from kbot.text.json_text import parse_json
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from kbot.cli.keys import keys
-from kbot.cli.outputs import PeerRequest, run_outputs
+from kbot.cli.run_outputs import PeerRequest, run_outputs
 
 if TYPE_CHECKING:
     from kbot.record.player import Player

@@ -24,8 +24,8 @@ from kbot.cli.arguments import (
     speeds_of,
 )
 from kbot.cli.output import fail, report
-from kbot.cli.outputs import PeerRequest, peer_options, record_options, run_outputs
 from kbot.cli.progress import loading
+from kbot.cli.run_outputs import PeerRequest, peer_options, record_options, run_outputs
 from kbot.cli.sim.headless import run_goto, run_headless
 from kbot.text.files import write_bytes
 

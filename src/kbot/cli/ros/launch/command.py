@@ -22,10 +22,10 @@ from kbot.cli.arguments import (
 )
 from kbot.cli.keys import keys
 from kbot.cli.output import fail, is_unusable, print_note, report, say_how_to_fix, warn_of_others
-from kbot.cli.outputs import record_options, run_outputs
 from kbot.cli.progress import loading
 from kbot.cli.ros.launch.text import Questions, print_answers, table
 from kbot.cli.ros.peer_flags import peer_options
+from kbot.cli.run_outputs import record_options, run_outputs
 from kbot.model.load import SHIPPED_NAME, SHIPPED_PACKAGE, load_robot
 from kbot.text import KbotError, Severity
 from kbot.text.suggest import did_you_mean
