@@ -75,11 +75,9 @@ class Transform:
         Raises:
             ValueError: a number is not finite.
         """
-        matrix = np.eye(4)
-        roll, pitch, yaw = _finite(rpy)
-        matrix[:3, :3] = rotation((roll, pitch, yaw))
-        matrix[:3, 3] = _finite(xyz)
-        return cls._trusted(matrix)
+        (x, y, z), (roll, pitch, yaw) = _finite(xyz), _finite(rpy)
+        (a, b, c), (d, e, f), (g, h, i) = rotation((roll, pitch, yaw))
+        return cls._trusted(np.array([[a, b, c, x], [d, e, f, y], [g, h, i, z], [0.0, 0.0, 0.0, 1.0]]))
 
     @classmethod
     def of(cls, pose: Pose) -> Transform:
@@ -188,7 +186,7 @@ class Transform:
 
 
 def _finite(values: Sequence[float]) -> tuple[float, ...]:
-    numbers = tuple(float(value) for value in values)
+    numbers = tuple(map(float, values))
     if not all(map(math.isfinite, numbers)):
         raise ValueError(f"a number is not finite: {numbers}")
     return numbers

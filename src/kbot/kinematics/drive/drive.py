@@ -7,6 +7,7 @@ Introduction to Autonomous Mobile Robots, 3.2): one at x, y from the middle of t
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
@@ -272,13 +273,12 @@ def drive_of(robot: RobotModel, tree: FrameTree, joints: Sequence[Joint]) -> Dif
 def _build(tree: FrameTree, base: str, pairs: Sequence[Pair]) -> DifferentialDrive:
     lefts, rights = [pair.left for pair in pairs], [pair.right for pair in pairs]
     left = leftward(lefts[0])
-    middle_left = np.mean([w.center for w in lefts], axis=0)
-    middle_right = np.mean([w.center for w in rights], axis=0)
-    forward = np.cross(left, (0.0, 0.0, 1.0))
-    rotation = np.column_stack([forward, left, (0.0, 0.0, 1.0)])
-    axle = Transform.from_rotation_translation(rotation, (middle_left + middle_right) / 2.0)
+    middle_left = np.array([w.center for w in lefts]).mean(axis=0)
+    middle_right = np.array([w.center for w in rights]).mean(axis=0)
+    middle = (middle_left + middle_right) / 2.0
+    axle = Transform.from_xyz_rpy(middle.tolist(), (0.0, 0.0, math.atan2(-left[0], left[1])))
     wheels = {w.joint.name: w for w in lefts + rights}
-    radius = float(np.mean([w.radius for w in wheels.values()]))
+    radius = sum(w.radius for w in wheels.values()) / len(wheels)
     casters = casters_of(tree, base, float(axle.translation[2]) - radius, radius, lefts + rights)
     return DifferentialDrive(
         left=tuple(w.joint.name for w in lefts),

@@ -84,8 +84,10 @@ def unknown_joint(robot: RobotModel, name: str, joint: str, origin: Origin) -> D
 
 def _joints_of_plugin(robot: RobotModel, plugin: Element) -> Iterator[Diagnostic]:
     for element in plugin.elements():
+        if element.tag not in _JOINT_TAGS:
+            continue
         name = element.text.strip()
-        is_name = element.tag in _JOINT_TAGS and not element.attributes and name and not {" ", ","} & {*name}
+        is_name = not element.attributes and name and not {" ", ","} & {*name}
         if is_name and name not in robot.joints:
             yield unknown_joint(robot, plugin.attributes.get("name", "plugin"), name, element.origin)
 
