@@ -1,7 +1,8 @@
 """What a rule is, and the registry of all rules.
 
-A rule is one small function: a context goes in, findings come out, nothing else happens. Its
-docstring is its page (`kbot rule CODE`): what it finds, then `Why:`, `Example:`, `Fix:`, `Autofix:`.
+A rule is a function from a context to findings, without side effects. Its docstring is the source of its
+page (`kbot rule CODE`): a paragraph that names the fault, then the paragraphs `Why:`, `Example:`, `Fix:` and
+`Autofix:`. The page shows the first paragraph under the heading `What:`.
 """
 
 from __future__ import annotations
@@ -64,8 +65,8 @@ class Rule:
 
     @property
     def summary(self) -> str:
-        """The page's first paragraph."""
-        return self.page.split("\n\n")[0].replace("\n", " ")
+        """The section `What:` of the page, on one line."""
+        return self.page.split("\n\n")[0].removeprefix("What: ").replace("\n", " ")
 
     @property
     def fix(self) -> Literal["safe", "unsafe", "none"]:
@@ -119,7 +120,7 @@ def rule(
     def add(function: Check) -> Check:
         if code in _RULES or any(other.name == name for other in _RULES.values()):
             raise ValueError(f"{code} {name} is registered twice")
-        page = inspect.cleandoc(function.__doc__ or "")
+        page = "What: " + inspect.cleandoc(function.__doc__ or "")
         _RULES[code] = Rule(code, name, severity, since, needs, page, function)
         return function
 

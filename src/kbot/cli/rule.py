@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 import click
@@ -33,6 +34,7 @@ def command(words: tuple[str, ...], every: bool, as_json: bool, markdown: bool) 
     return 0
 
 
+_HEADING = re.compile(r"^(What|Why|Example|Fix|Autofix):", re.MULTILINE)
 _FAMILIES = {
     "F": "Files",
     "P": "XML",
@@ -81,7 +83,7 @@ def rules_as_markdown(rules: Sequence[Rule]) -> str:
                 "",
                 f"*{rule.severity}, since {rule.since}*",
                 "",
-                rule.page,
+                _HEADING.sub(r"**\1:**", rule.page),
                 "",
             ]
     return "\n".join(parts)
