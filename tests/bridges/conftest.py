@@ -1,4 +1,4 @@
-"""A simulation that runs on a thread of its own, as fast as the wall's clock, with bridges on it."""
+"""Fixtures: a simulation that runs in real time on its own thread, with a link for bridges."""
 
 import threading
 import time
@@ -19,11 +19,11 @@ from kbot.tf.robot_state_publisher import RobotStatePublisher
 
 
 class Running:
-    """Steps until it is stopped; `told` is what the link told the user."""
+    """Steps until it is stopped. `reported` collects what the link reports to the user."""
 
     def __init__(self) -> None:
-        self.told: list[str] = []
-        self.link = PeerLink(self.told.append)
+        self.reported: list[str] = []
+        self.link = PeerLink(self.reported.append)
         self.link.services = gazebo_services()
         self.simulation = Simulation(kbot.load("kbot"))
         self._stop = threading.Event()
@@ -48,8 +48,8 @@ class Running:
                 self.simulation.step(10)
             time.sleep(0.01)
 
-    def goes_on(self) -> bool:
-        """Whether simulated time still passes."""
+    def is_stepping(self) -> bool:
+        """Wait until the simulated time has advanced; fails if it does not."""
         before = self.simulation.time
         wait_until(lambda: self.simulation.time > before + 0.1)
         return True
@@ -58,23 +58,23 @@ class Running:
 def wait_until(condition: Callable[[], object], seconds: float = 60.0) -> None:
     end = time.monotonic() + seconds
     while not condition():
-        assert time.monotonic() < end, "it did not come about"
+        assert time.monotonic() < end, f"the condition did not hold within {seconds:g} s"
         time.sleep(0.01)
 
 
 @pytest.fixture
 def running() -> Iterator[Running]:
-    found = Running()
-    found.start()
+    simulation = Running()
+    simulation.start()
     try:
-        yield found
+        yield simulation
     finally:
-        found.stop()
+        simulation.stop()
 
 
 @pytest.fixture
 def graph_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Where a KBot of this test says that it is there, and is looked for."""
+    """The folder in which a KBot of this test writes its presence file."""
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     return tmp_path / "kbot"
 
@@ -82,19 +82,19 @@ def graph_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.fixture
 def graph(running: Running, graph_folder: Path) -> Iterator[GraphServer]:
     wait_until(lambda: "/tf_static" in running.link.topics)
-    found = GraphServer(running.link)
-    found.announce("kbot", "empty")
+    server = GraphServer(running.link)
+    server.announce("kbot", "empty")
     try:
-        yield found
+        yield server
     finally:
-        found.close()
+        server.close()
 
 
-Said = pytest.CaptureFixture[str]
+Capture = pytest.CaptureFixture[str]
 
 
-def told(capsys: Said, *words: str, status: int = 0) -> str:
-    """What a verb says: on stdout, or why it fails."""
+def run_verb(capsys: Capture, *words: str, status: int = 0) -> str:
+    """What a verb prints: to stdout, or to stderr if it is expected to fail."""
     capsys.readouterr()
     assert run(words) == status
     captured = capsys.readouterr()

@@ -51,7 +51,7 @@ def test_a_message_that_cannot_be_sent_is_told_and_others_go_on(running: Running
     running.simulation.run(0.1)
     wait_until(lambda: encoded)
     assert [data[8:] for data in encoded] == [b"hi\0"]
-    assert ["/talk: a message cannot be sent" in text for text in running.told] == [True]
+    assert ["/talk: a message cannot be sent" in text for text in running.reported] == [True]
     later(lambda: fan_out.leave("/talk", encode))
 
 

@@ -82,7 +82,7 @@ def test_channels_and_messages_on_both_subprotocols(
 
 
 def test_what_is_latched_comes_to_each_that_comes_late(running: Running, bridge: FoxgloveBridge) -> None:
-    assert running.goes_on()
+    assert running.is_stepping()
     for _ in range(2):
         with client(bridge) as c:
             c.subscribe(1, "/robot_description")
@@ -201,7 +201,7 @@ def test_a_client_that_never_reads_stalls_nobody(running: Running, bridge: Foxgl
             c.subscribe(1, "/odom")
             for _ in range(50):
                 c.message(1)
-        assert running.goes_on()
+        assert running.is_stepping()
 
 
 def test_noise_and_a_flood_end_nothing(running: Running, bridge: FoxgloveBridge) -> None:
@@ -220,7 +220,7 @@ def test_noise_and_a_flood_end_nothing(running: Running, bridge: FoxgloveBridge)
         )
         for _ in range(2000):
             c.socket.send(struct.pack("<BI", 1, 3) + b'{"linear": {"x": 0.1}}')
-        assert running.goes_on()
+        assert running.is_stepping()
     with client(bridge) as c:
         c.subscribe(1, "/odom")
         c.message(1)

@@ -55,7 +55,7 @@ def test_a_thousand_connections_opened_and_dropped(running: Running, server: Top
     for number in range(1000):
         with socket.create_connection((host, port), 60) as connection:
             connection.sendall(greeting[: (number % 4) * len(greeting) // 3])
-    assert running.goes_on()
+    assert running.is_stepping()
     assert still_serves(server)
 
 
@@ -79,7 +79,7 @@ def test_frames_that_are_none(running: Running, server: TopicServer) -> None:
             connect(server.address, sock=raw, subprotocols=[Subprotocol(SUBPROTOCOLS[0])]),
         ):
             raw.sendall(frame)
-    assert running.goes_on()
+    assert running.is_stepping()
     assert still_serves(server)
 
 
@@ -106,7 +106,7 @@ def test_a_message_that_fails_is_answered(
         assert "KBot failed at this: ZeroDivisionError" in reasons[0]
     assert f"{name}: a message failed: internal error".lower() in caplog.text.lower()
     assert not any(record.exc_info for record in caplog.records)
-    assert running.goes_on()
+    assert running.is_stepping()
     assert still_serves(server)
 
 
@@ -132,7 +132,7 @@ def test_calls_of_services_that_are_noise(running: Running) -> None:
                 head = struct.pack("<BIII", 2, number % 25, number, (3, 4, 0, 1 << 31)[number % 4])
                 body = (b"cdr", b"json", b"", b"x")[number % 4] + noise.randbytes(noise.randrange(80))
                 connection.send((head + body)[: noise.randrange(1, 120)])
-        assert running.goes_on()
+        assert running.is_stepping()
         assert still_serves(bridge)
     finally:
         bridge.close()
@@ -168,7 +168,7 @@ def test_callers_over_tcpros_that_break_off(running: Running) -> None:
                 connection.sendall(
                     header + (b"", b"\0\0\0\0", b"\xff\xff\xff\x7f", os.urandom(40))[number % 4]
                 )
-        assert running.goes_on()
+        assert running.is_stepping()
         with socket.create_connection((host, int(door)), 60) as connection:
             connection.sendall(header)
             read_header(connection)
@@ -189,6 +189,6 @@ def test_a_rosbridge_client_that_never_reads(running: Running) -> None:
                 other.send(json.dumps({"op": "subscribe", "topic": "/odom"}))
                 for _ in range(50):
                     other.recv(60)
-            assert running.goes_on()
+            assert running.is_stepping()
     finally:
         bridge.close()

@@ -274,7 +274,7 @@ def test_the_publisher_of_the_issue(running: Running, monkeypatch: pytest.Monkey
     monkeypatch.setattr(subscriber, "call", lambda uri, *_: contacted.append(uri))
     bridge = Ros1Bridge(running.link, master=open_master.uri)
     try:
-        wait_until(lambda: any("--bridge-host" in text for text in running.told))
+        wait_until(lambda: any("--bridge-host" in text for text in running.reported))
         # a node's API takes no update from a page either
         body = xmlrpc.client.dumps(("/m", "/cmd_vel", ["http://127.0.0.1:1/"]), "publisherUpdate").encode()
         headers = changed(host="evil.example", origin="http://evil.example", content_length=str(len(body)))

@@ -64,7 +64,7 @@ def test_a_subscriber_gets_messages_at_the_pace_of_the_clock(running: Running, b
 
 
 def test_a_late_subscriber_gets_what_was_latched(running: Running, bridge: Ros1Bridge) -> None:
-    assert running.goes_on()
+    assert running.is_stepping()
     for _ in range(2):
         with subscribed(bridge, "/tf_static", "tf2_msgs/TFMessage") as connection:
             assert read_header(connection)["latching"] == "1"
@@ -77,7 +77,7 @@ def test_another_type_is_refused_with_the_reason(running: Running, bridge: Ros1B
         assert "nav_msgs/Odometry" in read_header(connection)["error"]
     with subscribed(bridge, "/odom", "nav_msgs/Odometry", "0" * 32) as connection:
         assert "md5sum" in read_header(connection)["error"]
-    wait_until(lambda: any("turned away" in text for text in running.told))
+    wait_until(lambda: any("turned away" in text for text in running.reported))
 
 
 def test_parameters_are_on_the_master(bridge: Ros1Bridge) -> None:
@@ -96,7 +96,7 @@ def test_values_that_ros_1_or_others_have_not(running: Running, bridge: Ros1Brid
     strange |= {"/deep": deep, "/long": "a" * LARGEST_BODY}
     for name, value in strange.items():
         running.link.set_parameter(name, value)
-        wait_until(lambda name=name: any(f"parameter {name} is not" in told for told in running.told))
+        wait_until(lambda name=name: any(f"parameter {name} is not" in told for told in running.reported))
     running.link.set_parameter("/after", 3)
     wait_until(lambda: call(bridge.master, "hasParam", ME, "/after"))
     assert not any(call(bridge.master, "hasParam", ME, name) for name in strange)
@@ -170,10 +170,10 @@ def test_a_publisher_that_misbehaves_moves_nothing_and_stops_nothing(
 ) -> None:
     publisher = Publisher(bridge, script, header)
     with publisher.serve_one():
-        assert running.goes_on()
+        assert running.is_stepping()
     assert running.simulation.robots.first.twist.x == 0.0
     publisher.close()
-    assert running.goes_on()
+    assert running.is_stepping()
 
 
 def test_a_subscriber_that_never_reads_stalls_nobody(running: Running, bridge: Ros1Bridge) -> None:
@@ -183,7 +183,7 @@ def test_a_subscriber_that_never_reads_stalls_nobody(running: Running, bridge: R
             read_header(listening)
             for _ in range(100):
                 assert len(read_block(listening)) > 600
-    assert running.goes_on()
+    assert running.is_stepping()
 
 
 def test_a_thousand_connections_opened_and_dropped(running: Running, bridge: Ros1Bridge) -> None:
@@ -193,7 +193,7 @@ def test_a_thousand_connections_opened_and_dropped(running: Running, bridge: Ros
         with socket.create_connection((host, (port, rpc)[number % 2]), 60) as connection:
             if number % 3:
                 connection.sendall(b"\x10\0\0\0half")
-    assert running.goes_on()
+    assert running.is_stepping()
     with subscribed(bridge, "/odom", "nav_msgs/Odometry") as connection:
         read_header(connection)
         read_block(connection)
@@ -215,7 +215,7 @@ def test_noise_on_every_port_ends_nothing(running: Running, bridge: Ros1Bridge) 
     for number in range(120):
         with socket.create_connection((host, ports[number % 3]), 60) as connection:
             connection.sendall(openings[number % len(openings)] + noise.randbytes(noise.randrange(300)))
-    assert running.goes_on()
+    assert running.is_stepping()
     assert call(bridge.uri, "getPid", ME) == os.getpid()
     assert "/odom" in dict(call(bridge.master, "getPublishedTopics", ME, ""))
 
@@ -246,11 +246,11 @@ def test_a_master_that_comes_back_is_told_again(running: Running, monkeypatch: p
         wait_until(lambda: "/odom" in dict(call(master.uri, "getPublishedTopics", ME, "")))
         port = int(master.uri.rstrip("/").rpartition(":")[2])
         master.close()
-        wait_until(lambda: any("the master is gone" in text for text in running.told))
+        wait_until(lambda: any("the master is gone" in text for text in running.reported))
         master = Master("127.0.0.1", port, AllowedNodes("127.0.0.1", print))
         wait_until(lambda: "/odom" in dict(call(master.uri, "getPublishedTopics", ME, "")))
         assert call(master.uri, "getParam", ME, "/use_sim_time") is True
-        assert running.goes_on()
+        assert running.is_stepping()
     finally:
         bridge.close()
         master.close()

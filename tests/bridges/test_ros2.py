@@ -64,8 +64,8 @@ def test_a_peer_hears_odometry_finds_the_node_and_drives(
     assert found["topics"]["rt/odom"] == f"typehash={ros2_definition('nav_msgs/msg/Odometry')[1]};"
     assert found["guids"]["rt/odom"] in found["writers"]
     assert "enclave=/;" in found["enclaves"]
-    assert running.told == []
-    assert running.goes_on()
+    assert running.reported == []
+    assert running.is_stepping()
 
 
 def test_the_graph_s_message_is_as_ros_encodes_it() -> None:
@@ -85,9 +85,9 @@ def test_what_makes_no_sense_is_told_and_harms_nothing(running: Running, bridge:
     writer = DataWriter(bridge._participant, Topic(bridge._participant, "rt/cmd_vel", kind))
     for _ in range(20):
         writer.write(sample_of(kind, b"\0\1\0\0" + struct.pack("<6d", math.nan, 0, 0, 0, 0, 0)))
-    assert running.goes_on()
+    assert running.is_stepping()
     assert running.simulation.robots.first.twist.x == 0.0
-    assert len(running.told) <= 1
+    assert len(running.reported) <= 1
 
 
 @pytest.mark.parametrize("domain", ["-1", "233", "zero", "1.5"])

@@ -72,7 +72,10 @@ def test_a_twist_drives_it_and_silence_stops_it(running: Running, raw: ClientCon
         ('{"op": "subscribe", "topic": "/odmo"}', "no topic /odmo: did you mean"),
         ('{"op": "subscribe", "topic": "/odom", "type": "std_msgs/String"}', "carries nav_msgs/msg/Odometry"),
         ('{"op": "subscribe", "topic": "/odom", "compression": "png"}', "without compression"),
-        ('{"op": "publish", "topic": "/odom", "msg": {}}', "is what the simulation says"),
+        (
+            '{"op": "publish", "topic": "/odom", "msg": {}}',
+            "KBot publishes /odom and does not subscribe to it",
+        ),
         ('{"op": "publish", "topic": "/cmd_vel", "msg": {"linaer": {}}}', "has no field 'linaer'"),
         ('{"op": "publish", "topic": "/cmd_vel", "msg": 5}', "has fields by name"),
         ('{"op": "publish", "topic": "/cmd_vel"}', "KeyError 'msg'"),
@@ -157,4 +160,4 @@ def test_many_clients_at_once(running: Running, bridge: RosbridgeBridge) -> None
     for thread in threads:
         thread.join()
     assert len(done) == 20
-    assert running.goes_on()
+    assert running.is_stepping()

@@ -45,7 +45,7 @@ def test_a_pause_lets_no_time_pass_and_services_are_still_answered(running: Runn
     assert stamp.nanoseconds * 1e-9 == pytest.approx(before, abs=1e-9)
     assert running.simulation.time == before
     ask(running, "/gazebo/unpause_physics", srv.EmptyRequest())
-    assert running.goes_on()
+    assert running.is_stepping()
 
 
 def test_a_model_is_spawned_seen_and_deleted(running: Running) -> None:
@@ -155,7 +155,7 @@ def test_a_quaternion_s_length_is_of_no_account(running: Running) -> None:
         q = state.pose.orientation
         assert [abs(q.x), q.y, q.z, q.w] == pytest.approx([1.0, 0.0, 0.0, 0.0], abs=1e-9)
     ask(running, "/gazebo/unpause_physics", srv.EmptyRequest())
-    assert running.goes_on()
+    assert running.is_stepping()
 
 
 def test_a_service_that_fails_ends_no_simulation(running: Running, caplog: pytest.LogCaptureFixture) -> None:
@@ -171,7 +171,7 @@ def test_a_service_that_fails_ends_no_simulation(running: Running, caplog: pytes
     assert "/failing failed: internal error (ZeroDivisionError)" in caplog.text
     request = srv.GetModelStateRequest(running.simulation.robot.name)
     assert ask(running, "/gazebo/get_model_state", request).success
-    assert running.goes_on()
+    assert running.is_stepping()
 
 
 def test_an_unknown_service_says_what_there_is(running: Running) -> None:
@@ -295,7 +295,7 @@ def test_a_persistent_caller_over_tcpros(running: Running, ros1: Ros1Bridge) -> 
 def test_another_sum_or_service_is_refused(running: Running, ros1: Ros1Bridge) -> None:
     with caller(ros1, "/gazebo/delete_model", md5sum="0" * 32) as connection:
         assert "gazebo_msgs/DeleteModel" in read_header(connection)["error"]
-    assert running.goes_on()
+    assert running.is_stepping()
 
 
 def test_parameters_of_the_master_and_of_the_simulation_are_the_same(

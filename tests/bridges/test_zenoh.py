@@ -47,7 +47,7 @@ def test_a_peer_hears_drives_and_calls(running: Running, monkeypatch: pytest.Mon
     assert {token[5] for token in ours} == {"NN", "MP", "MS", "SS"}
     odometry = next(token for token in ours if len(token) > 9 and token[9] == "%odom")
     assert odometry[10] == "nav_msgs::msg::dds_::Odometry_"
-    assert running.told == []
+    assert running.reported == []
 
 
 def test_a_second_one_joins_the_first_as_its_router(

@@ -111,4 +111,4 @@ def test_a_peer_lists_reads_and_sets(running: Running, monkeypatch: pytest.Monke
     assert found["changed"] == {"arm.gain": 2.5}
     assert found["deleted"] == {"numbers": [1.0, 2.5]}
     assert found["nodes"] == ["/kbot"]
-    assert running.told == []
+    assert running.reported == []

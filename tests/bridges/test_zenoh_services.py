@@ -110,7 +110,7 @@ def test_another_type_or_domain_is_not_answered_at_all(session: zenoh.Session) -
 def test_half_a_request_is_refused(session: zenoh.Session, running: Running, payload: bytes) -> None:
     (reply,) = ask(session, DELETE, payload)
     assert f"{len(payload)} bytes are no gazebo_msgs/msg/DeleteModel_Request" in reply.err.payload.to_string()
-    assert running.goes_on()
+    assert running.is_stepping()
 
 
 def test_noise_to_every_service(session: zenoh.Session, running: Running) -> None:
@@ -122,14 +122,14 @@ def test_noise_to_every_service(session: zenoh.Session, running: Running) -> Non
         for _ in range(12):
             ask(session, key, (b"\0\1\0\0", b"\0\0\0\0", b"")[noise.randrange(3)] + noise.randbytes(40))
     ask(session, UNPAUSE)
-    assert running.goes_on()
+    assert running.is_stepping()
     assert serves(session)
 
 
 def test_a_request_that_is_too_large(session: zenoh.Session, running: Running) -> None:
     (reply,) = ask(session, DELETE, bytes(LARGEST_REQUEST + 1))
     assert "is too large" in reply.err.payload.to_string()
-    assert running.goes_on()
+    assert running.is_stepping()
 
 
 def called(session: zenoh.Session, name: str) -> str:
@@ -159,8 +159,8 @@ def test_parameters_that_cannot_be_written(session: zenoh.Session, running: Runn
     assert reply.ok.payload.to_bytes()[8] == 0  # of the first the type: it is not set
     (reply,) = ask(session, get, names_of(*["good"] * 1001))
     assert "1001 parameters in one call" in reply.err.payload.to_string()
-    assert running.told == []
-    assert running.goes_on()
+    assert running.reported == []
+    assert running.is_stepping()
 
 
 def test_a_service_that_says_no(session: zenoh.Session, running: Running) -> None:
@@ -185,7 +185,7 @@ def test_more_calls_than_can_wait(session: zenoh.Session, running: Running) -> N
     who call later, have theirs."""
     running.stop()
     waiting = [start(session) for _ in range(MOST_QUERIES + 40)]
-    wait_until(lambda: any("wait already" in told for told in running.told))
+    wait_until(lambda: any("wait already" in told for told in running.reported))
     answered = [take(running, replies) for replies in waiting]
     assert MOST_QUERIES <= sum(answered) < len(waiting)
     assert take(running, start(session))
@@ -277,7 +277,7 @@ def test_a_caller_that_takes_no_answer_does_not_keep_the_bridge(
             bridge.close()
     finally:
         session.close()
-    assert running.goes_on()
+    assert running.is_stepping()
 
 
 def test_encoded_as_ros_2_has_it() -> None:

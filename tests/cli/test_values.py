@@ -3,7 +3,7 @@
 import pytest
 
 from kbot.cli.main import run
-from kbot.cli.ros.graph.asking import read_values, read_word
+from kbot.cli.ros.graph.common import read_values, read_word
 from kbot.text import KbotError
 
 
@@ -14,16 +14,16 @@ from kbot.text import KbotError
         ("&a {a: {b: *a}}", "its aliases stand for too many values"),
         ("[" * 1100 + "]" * 1100, "it is nested more than 100 levels deep"),
         ("{a: 2026-13-45}", "month must be in 1..12"),
-        ("{a: !!int ''}", "VALUES is to be YAML"),
-        ("{a: !!bool perhaps}", "VALUES is to be YAML"),
-        ("{a: 2026-11-21}", "2026-11-21 is a date, which no message holds: quote it if it is text"),
-        ("{? [a] : 1}", "VALUES is to be YAML"),
-        ("{linear: {x:0.2}}", "VALUES: YAML wants a space after the colon: write x: 0.2"),
-        ("{linear:{x: 0.2}, y:1}", "YAML wants a space after the colon: write y: 1"),
-        ("{2026-11-21: 1}", "2026-11-21 is no name of a field"),
-        ("{a: 1e308}", "1e308 is text in YAML 1.1: write 1.0e+308, or quote it"),
-        ("{a: [-.5E3]}", "-.5E3 is text in YAML 1.1: write -0.5e+3, or quote it"),
-        ("{a: 2e-3}", "2e-3 is text in YAML 1.1: write 2.0e-3, or quote it"),
+        ("{a: !!int ''}", "VALUES must be YAML"),
+        ("{a: !!bool perhaps}", "VALUES must be YAML"),
+        ("{a: 2026-11-21}", "2026-11-21 is a date. Messages have no such type. Quote it if it is a string"),
+        ("{? [a] : 1}", "VALUES must be YAML"),
+        ("{linear: {x:0.2}}", "VALUES: YAML needs a space after the colon. Write x: 0.2"),
+        ("{linear:{x: 0.2}, y:1}", "YAML needs a space after the colon. Write y: 1"),
+        ("{2026-11-21: 1}", "2026-11-21 is not a field name"),
+        ("{a: 1e308}", "YAML 1.1 reads 1e308 as a string. Write 1.0e+308, or quote"),
+        ("{a: [-.5E3]}", "YAML 1.1 reads -.5E3 as a string. Write -0.5e+3, or quote"),
+        ("{a: 2e-3}", "YAML 1.1 reads 2e-3 as a string. Write 2.0e-3, or quote"),
     ],
 )
 @pytest.mark.parametrize("verb", [("topic", "pub", "--once"), ("service", "call")])

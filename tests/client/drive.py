@@ -1,4 +1,4 @@
-"""A user's program: drives until the odometry says so far, and prints what it came to know as JSON."""
+"""A user's program: drives the distance `distance` by odometry, then prints what it knows as JSON."""
 
 import json
 import sys
@@ -7,20 +7,19 @@ import kbot
 from kbot.messages import Odometry, Twist, Vector3
 
 node = kbot.Node("driver")
-wanted = node.param("distance", 0.2)
-heard = []
+distance = node.param("distance", 0.2)
 
 
-def hear(odometry: Odometry) -> None:
-    heard.append(odometry.pose.pose.position.x)
-    if heard[-1] >= wanted:
+def on_odometry(odometry: Odometry) -> None:
+    x = odometry.pose.pose.position.x
+    if x >= distance:
         node.publish("go", Twist())
         sys.stdout.write(
             json.dumps(
                 {
                     "name": node.name,
-                    "distance": wanted,
-                    "x": heard[-1],
+                    "distance": distance,
+                    "x": x,
                     "now": node.now,
                     "ticks": len(ticks),
                     "sim_time": node.param("/use_sim_time", False),
@@ -32,7 +31,7 @@ def hear(odometry: Odometry) -> None:
 
 
 ticks = []
-node.subscribe("odom", Odometry, hear)
+node.subscribe("odom", Odometry, on_odometry)
 node.every(0.1, lambda: ticks.append(node.now))
 node.every(0.1, lambda: node.publish("go", Twist(Vector3(0.3))))
 node.spin(60)

@@ -1,4 +1,4 @@
-"""Command lines as roslaunch and ros2 launch write them."""
+"""Command lines of nodes, as roslaunch and ros2 launch write them."""
 
 import re
 from pathlib import Path
@@ -13,7 +13,7 @@ def read(*words: str, **environment: str) -> NodeArguments:
     return read_arguments("n", words, environment)
 
 
-def test_the_words_of_ros_1() -> None:
+def test_ros_1_arguments() -> None:
     found = read("own", "__name:=m", "__log:=/tmp/x", "_rate:=2.5", "_on:=true", "scan:=/base/scan", "--fast")
     assert (found.full_name, found.rest) == ("/m", ("own", "--fast"))
     assert found.parameters == {"rate": 2.5, "on": True}
@@ -23,7 +23,7 @@ def test_the_words_of_ros_1() -> None:
     assert found.resolve("~x") == "/m/x"
 
 
-def test_the_namespace_of_the_environment() -> None:
+def test_namespace_from_the_environment() -> None:
     found = read("a:=b", ROS_NAMESPACE="left/arm")
     assert found.full_name == "/left/arm/n"
     assert (found.resolve("a"), found.resolve("c"), found.resolve("/c")) == (
@@ -33,7 +33,7 @@ def test_the_namespace_of_the_environment() -> None:
     )
 
 
-def test_the_words_of_ros_2(tmp_path: Path) -> None:
+def test_ros_2_arguments(tmp_path: Path) -> None:
     file = tmp_path / "p.yaml"
     file.write_text(
         "/**:\n  ros__parameters: {rate: 3, gain: {p: 1.5}}\n/other:\n  ros__parameters: {rate: 4}\n"
@@ -58,13 +58,13 @@ def test_a_parameter_file_may_nest_namespaces(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
-        (("--ros-args", "-p"), "-p is followed by a value"),
-        (("--ros-args", "-p", "rate=2"), "-p is followed by NAME:=VALUE, not 'rate=2'"),
+        (("--ros-args", "-p"), "-p needs a value"),
+        (("--ros-args", "-p", "rate=2"), "-p needs NAME:=VALUE, not 'rate=2'"),
         (("--ros-args", "--params-file", "/no/such.yaml"), "--params-file: /no/such.yaml does not exist"),
     ],
 )
-def test_a_word_that_lacks_something_is_one_clear_error(words: tuple[str, ...], said: str) -> None:
-    with pytest.raises(KbotError, match=re.escape(said)):
+def test_errors_of_incomplete_options(words: tuple[str, ...], message: str) -> None:
+    with pytest.raises(KbotError, match=re.escape(message)):
         read(*words)

@@ -1,4 +1,4 @@
-"""The same program of a user's beside KBot alone, as a node of ROS 1 and of ROS 2."""
+"""`kbot.Node`: one user program, connected to KBot directly, by ROS 1 and by ROS 2."""
 
 import json
 import os
@@ -25,7 +25,7 @@ PROGRAM = Path(__file__).with_name("drive.py")
 
 @pytest.fixture
 def environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
-    """No ROS and no other KBot; a port and a domain of our own."""
+    """Without ROS and without other KBots, and with an unused master port and ROS domain."""
     for name in ("ROS_DISTRO", "ROS_VERSION", "ROS_MASTER_URI", "ROS_IP", "ROS_NAMESPACE"):
         monkeypatch.delenv(name, raising=False)
     with socket.create_server(("127.0.0.1", 0)) as free:
@@ -37,12 +37,12 @@ def environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, st
 
 
 class Kbot:
-    """A simulation that keeps to the wall's clock, connected to its peers."""
+    """A simulation that runs in real time, connected to its peers."""
 
     def __init__(self, options: PeerOptions) -> None:
-        self.told: list[str] = []
+        self.reported: list[str] = []
         self.simulation = Simulation("kbot")
-        self.outputs = RunOutputs(self.told.append, peers=options.open(self.told.append))
+        self.outputs = RunOutputs(self.reported.append, peers=options.open(self.reported.append))
         self.outputs.join(self.simulation, "", "empty")
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run)
@@ -64,11 +64,11 @@ class Kbot:
 def live(request: pytest.FixtureRequest, environment: dict[str, str]) -> Iterator[tuple[str, Kbot]]:
     if request.param == "ros2":
         pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
-    found = Kbot(PeerOptions(() if request.param == "local" else (request.param,)))
+    running = Kbot(PeerOptions(() if request.param == "local" else (request.param,)))
     try:
-        yield request.param, found
+        yield request.param, running
     finally:
-        found.close()
+        running.close()
 
 
 def run_program(environment: dict[str, str], transport: str, *words: str) -> dict[str, object]:
@@ -82,30 +82,32 @@ def run_program(environment: dict[str, str], transport: str, *words: str) -> dic
     )
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
-    found: dict[str, object] = json.loads(done.stdout)
-    return found
+    printed: dict[str, object] = json.loads(done.stdout)
+    return printed
 
 
-def test_it_hears_says_keeps_time_and_has_parameters(
+def test_node_has_topics_timers_parameters_and_arguments(
     environment: dict[str, str], live: tuple[str, Kbot]
 ) -> None:
     transport, running = live
     words = ("own", "go:=cmd_vel", "_distance:=0.3")
     if transport == "ros2":
         words = ("own", "--ros-args", "-r", "go:=cmd_vel", "-p", "distance:=0.3")
-    found = run_program(environment, transport, *words)
-    assert (found["name"], found["distance"], found["rest"]) == ("/driver", 0.3, ["own"])
-    x, ticks = found["x"], found["ticks"]
+    printed = run_program(environment, transport, *words)
+    assert (printed["name"], printed["distance"], printed["rest"]) == ("/driver", 0.3, ["own"])
+    x, ticks = printed["x"], printed["ticks"]
     assert isinstance(x, float)
     assert isinstance(ticks, int)
     assert 0.3 <= x < 0.35
-    # 0.3 m at 0.3 m/s take a second of simulated time, and starting some of it
+    # 0.3 m at 0.3 m/s take one second, which is 10 ticks; the timer may start late
     assert ticks >= 8
-    assert found["sim_time"] is (transport != "ros2")
+    assert printed["sim_time"] is (transport != "ros2")
     assert running.simulation.odometry.pose.x >= 0.3
 
 
-def test_a_namespace_and_a_name_of_its_own(environment: dict[str, str], live: tuple[str, Kbot]) -> None:
+def test_name_and_namespace_from_the_command_line(
+    environment: dict[str, str], live: tuple[str, Kbot]
+) -> None:
     transport, _ = live
     words = ("go:=/cmd_vel", "odom:=/odom", "__ns:=/team", "__name:=left")
     if transport == "ros2":
@@ -123,8 +125,8 @@ def test_a_namespace_and_a_name_of_its_own(environment: dict[str, str], live: tu
     assert run_program(environment, transport, *words)["name"] == "/team/left"
 
 
-def test_where_nothing_runs_it_says_what_to_start(environment: dict[str, str]) -> None:
-    with pytest.raises(KbotError, match="no KBot runs here; start one in another terminal: kbot sim kbot"):
+def test_error_names_what_to_start(environment: dict[str, str]) -> None:
+    with pytest.raises(KbotError, match=r"no KBot is running\. Start one in another terminal"):
         kbot.Node("n", (), "local")
     with pytest.raises(KbotError, match="start roscore, or kbot sim kbot --ros1"):
         kbot.Node("n", (), "ros1")
@@ -141,22 +143,22 @@ def test_where_nothing_runs_it_says_what_to_start(environment: dict[str, str]) -
         ({"ROS_VERSION": "2", "KBOT_TRANSPORT": "local"}, "local"),
     ],
 )
-def test_the_environment_chooses(environment_: dict[str, str], transport: str) -> None:
+def test_environment_selects_the_transport(environment_: dict[str, str], transport: str) -> None:
     assert wanted_transport(environment_) == transport
 
 
-def test_a_transport_that_there_is_not() -> None:
-    with pytest.raises(KbotError, match="KBOT_TRANSPORT is local, ros1 or ros2, not 'ros3'"):
+def test_error_for_an_unknown_transport() -> None:
+    with pytest.raises(KbotError, match="KBOT_TRANSPORT must be local, ros1 or ros2, not 'ros3'"):
         wanted_transport({"KBOT_TRANSPORT": "ros3"})
 
 
-def test_the_example_ends_with_the_message_alone(environment: dict[str, str]) -> None:
+def test_example_prints_only_the_error_message(environment: dict[str, str]) -> None:
     example = Path(__file__).parents[2] / "examples" / "own_node.py"
     environment |= {"KBOT_TRANSPORT": "local"}
     command = [sys.executable, str(example)]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60, check=False)
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith("error: no KBot runs here; start one")
+    assert done.stderr.startswith("error: no KBot is running. Start one")
     assert done.stderr.count("\n") == 1
 
 
@@ -164,32 +166,32 @@ def test_the_example_ends_with_the_message_alone(environment: dict[str, str]) ->
 def node(environment: dict[str, str]) -> Iterator[kbot.Node]:
     running = Kbot(PeerOptions())
     try:
-        with kbot.Node("n", ("_rate:=5", "_side:=left"), "local") as found:
-            yield found
+        with kbot.Node("n", ("_rate:=5", "_side:=left"), "local") as node:
+            yield node
     finally:
         running.close()
 
 
-def test_parameters_have_the_default_s_type(node: kbot.Node) -> None:
+def test_parameters_must_have_the_type_of_the_default(node: kbot.Node) -> None:
     assert (node.param("rate", 1), node.param("side", "right"), node.param("missing", 7)) == (5, "left", 7)
     rate = node.param("rate", 1.5)
     assert (rate, type(rate)) == (5.0, float)
-    with pytest.raises(KbotError, match="the parameter 'side' is of type int, not str: 'left'"):
+    with pytest.raises(KbotError, match="the parameter 'side' must be of type int, not str: 'left'"):
         node.param("side", 1)
     with pytest.raises(KbotError, match="the parameter 'missing' is not set"):
         node.param("missing")
 
 
-def test_a_topic_is_heard_or_said(node: kbot.Node) -> None:
+def test_node_cannot_publish_and_subscribe_to_one_topic(node: kbot.Node) -> None:
     node.subscribe("odom", Odometry, lambda message: None)
-    with pytest.raises(KbotError, match="/odom is heard by this node"):
+    with pytest.raises(KbotError, match="this node subscribes to /odom"):
         node.publish("odom", Odometry())
     node.publish("cmd_vel", Twist(Vector3(0.1)))
-    with pytest.raises(KbotError, match="/cmd_vel is published by this node"):
+    with pytest.raises(KbotError, match="this node publishes /cmd_vel"):
         node.subscribe("cmd_vel", Twist, lambda message: None)
 
 
-def test_a_topic_that_is_not_there_is_told_with_the_nearest(
+def test_unknown_topic_is_reported_with_the_nearest_name(
     node: kbot.Node, capsys: pytest.CaptureFixture[str]
 ) -> None:
     node.subscribe("odon", Odometry, lambda message: None)
@@ -197,39 +199,39 @@ def test_a_topic_that_is_not_there_is_told_with_the_nearest(
     assert "there is no topic /odon: did you mean '/odom'" in capsys.readouterr().err
 
 
-def test_what_a_callback_raises_is_the_program_s_own(node: kbot.Node) -> None:
+def test_exceptions_of_callbacks_reach_the_program(node: kbot.Node) -> None:
     node.every(0.1, lambda: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         node.spin(60)
 
 
-def test_a_kbot_that_ends_ends_the_node(environment: dict[str, str]) -> None:
+def test_spin_raises_when_kbot_exits(environment: dict[str, str]) -> None:
     running = Kbot(PeerOptions())
     with kbot.Node("n", (), "local") as node:
         node.subscribe("odom", Odometry, lambda message: None)
         node.spin(0.2)
         running.close()
-        with pytest.raises(KbotError, match="the KBot is gone"):
+        with pytest.raises(KbotError, match="KBot has closed the connection"):
             node.spin(60)
 
 
-def test_nothing_is_heard_after_closing(node: kbot.Node) -> None:
-    heard: list[Odometry] = []
+def test_no_callback_runs_after_close(node: kbot.Node) -> None:
+    received: list[Odometry] = []
 
-    def hear(message: Odometry) -> None:
-        heard.append(message)
+    def receive(message: Odometry) -> None:
+        received.append(message)
         node.close()
 
-    node.subscribe("odom", Odometry, hear)
+    node.subscribe("odom", Odometry, receive)
     node.step()
     end = time.monotonic() + 60
     while len(node._link._mail.get("/odom", ())) < 3:
-        assert time.monotonic() < end, "nothing came"
+        assert time.monotonic() < end, "no message arrived"
         time.sleep(0.01)
     node.step()
-    assert len(heard) == 1
+    assert len(received) == 1
 
 
-def test_a_period_is_above_zero(node: kbot.Node) -> None:
-    with pytest.raises(KbotError, match="above zero"):
+def test_a_period_must_be_above_zero(node: kbot.Node) -> None:
+    with pytest.raises(KbotError, match="must be above 0 s"):
         node.every(0.0, lambda: None)

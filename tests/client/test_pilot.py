@@ -1,4 +1,4 @@
-"""A controller drives a robot through a node: by odometry and scans in, commands out."""
+"""NodePilot: a controller drives a robot through a node, with its odometry and scans."""
 
 import math
 import threading
@@ -20,7 +20,7 @@ from kbot.sim import Simulation
 
 @pytest.fixture
 def simulation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Simulation]:
-    """One that runs beside, with a lidar, in a corridor that ends 5.5 m ahead."""
+    """A robot with a lidar in a corridor, simulated on another thread."""
     for name in ("ROS_DISTRO", "ROS_VERSION", "ROS_MASTER_URI", "ROS_NAMESPACE"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
@@ -33,7 +33,7 @@ def simulation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Simu
     def run() -> None:
         while not stop.is_set():
             running.run_errands()
-            running.step(4)  # slower than real time: a pilot on a busy machine is late by wall time
+            running.step(4)  # slower than real time, so that the pilot keeps up on a busy machine
             time.sleep(0.01)
 
     thread = threading.Thread(target=run)
@@ -55,7 +55,7 @@ def _until(node: kbot.Node, met: object, seconds: float = 60.0) -> bool:
     return False
 
 
-def test_a_goal_is_reached_by_odometry(simulation: Simulation) -> None:
+def test_pilot_reaches_a_goal_by_odometry(simulation: Simulation) -> None:
     with kbot.Node("driver", ()) as node:
         controller = GoToPose(kbot.PlanarPose(0.4, 0.0, 0.3))
         pilot = NodePilot(node, controller)
@@ -66,7 +66,7 @@ def test_a_goal_is_reached_by_odometry(simulation: Simulation) -> None:
     assert (pose.x, pose.y, pose.yaw) == pytest.approx((0.4, 0.0, 0.3), abs=0.06)
 
 
-def test_a_guard_stops_it_before_the_wall(simulation: Simulation) -> None:
+def test_guard_stops_the_robot_before_the_wall(simulation: Simulation) -> None:
     class Straight:
         def update(self, observation: Observation) -> Twist:
             return twist(0.3, 0.0)

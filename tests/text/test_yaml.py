@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 import yaml
 
-from kbot.cli.ros.graph.asking import read_values_text as read_word
+from kbot.cli.ros.graph.common import read_values_text as read_word
 from kbot.ros.launch.reporter import Reporter
 from kbot.ros.launch.ros2.markup import read_yaml_launch as read_launch
 from kbot.ros.parameter_values import ROSPARAM

@@ -24,13 +24,13 @@ def peer_options(function: _Function) -> _Function:
     def with_peers(
         *args: object, bridges: str | None, bridge_host: str | None, navigation: bool, **others: object
     ) -> object:
-        asked = [kind.name for kind in BRIDGES if others.pop(kind.name)]
-        found = _found() if bridges else ()
-        names = tuple(kind.name for kind in BRIDGES if kind.name in (*asked, *found))
+        flagged = [kind.name for kind in BRIDGES if others.pop(kind.name)]
+        found = _bridges_with_peers() if bridges else ()
+        names = tuple(kind.name for kind in BRIDGES if kind.name in (*flagged, *found))
         if bridge_host is not None and not names:
-            fail("--bridge-host goes with a bridge, such as --ros1")
+            fail("--bridge-host needs a bridge: add --ros1 or another one")
         if not navigation and not names:
-            fail("--no-navigation goes with a bridge, such as --ros1")
+            fail("--no-navigation needs a bridge: add --ros1 or another one")
         return function(*args, peers=PeerOptions(names, bridge_host, navigation), **others)
 
     wrapped: Any = with_peers
@@ -40,8 +40,8 @@ def peer_options(function: _Function) -> _Function:
     return result
 
 
-def _found() -> tuple[str, ...]:
-    """The bridges that have a peer; the reasons for the others are printed."""
+def _bridges_with_peers() -> tuple[str, ...]:
+    """The bridges that find a peer. For each other bridge, the reason is printed to stderr."""
     found, missing = bridges_with_peers()
     for reason in missing:
         click.echo(f"no {reason}", err=True)
@@ -67,6 +67,6 @@ _OPTIONS = (
         "navigation",
         flag_value=False,
         default=True,
-        help="Leave goals, plan and map to a peer such as Nav2.",
+        help="Keep KBot's goal, plan and map topics from peers, for example to use Nav2 instead.",
     ),
 )

@@ -14,7 +14,7 @@ from kbot.text.yaml import YamlError, load_yaml, read_yaml
 
 @dataclass(frozen=True)
 class NodeArguments:
-    """Where the node is in the graph, and what it is told. `rest` are the program's own words."""
+    """A node's name, namespace, remaps and parameters. `rest` are the program's other arguments."""
 
     name: str
     namespace: str = "/"
@@ -27,11 +27,12 @@ class NodeArguments:
         return f"{self.namespace.rstrip('/')}/{self.name}"
 
     def resolve(self, name: str) -> str:
-        """The full name of a topic or parameter: `~x` is the node's own, `x` stands beside it, and remaps
-        count.
+        """The full name of a topic or parameter, after remapping.
+
+        `~x` is in the node's own namespace, `x` in the namespace that the node is in.
 
         Raises:
-            KbotError: it is no name.
+            KbotError: it is not a valid name.
         """
         full = self._full(name)
         for source, target in self.remaps.items():
@@ -46,14 +47,14 @@ class NodeArguments:
 
 
 def read_arguments(name: str, words: Sequence[str], environment: Mapping[str, str]) -> NodeArguments:
-    """`name:=value`, `_param:=value`, `__name:=x` and `__ns:=x` of ROS 1, and `--ros-args` of ROS 2.
+    """Parse `name:=value`, `_param:=value`, `__name:=x` and `__ns:=x` of ROS 1, and `--ros-args` of ROS 2.
 
     Raises:
-        KbotError: a word that lacks what must follow it, or a parameter file that cannot be read.
+        KbotError: an option lacks its value, or a parameter file cannot be read.
     """
-    found = _Reader(name, environment.get("ROS_NAMESPACE", "/"))
-    found.read(list(words))
-    return found.arguments()
+    reader = _Reader(name, environment.get("ROS_NAMESPACE", "/"))
+    reader.read(list(words))
+    return reader.arguments()
 
 
 class _Reader:
@@ -91,9 +92,9 @@ class _Reader:
 
     def _ros_1(self, key: str, value: str) -> None:
         if key in ("__name", "__ns"):
-            self._place(key, value)
+            self._set_name(key, value)
         elif key.startswith("__"):
-            return  # __log and its like are roslaunch's own
+            return  # roslaunch adds others, such as __log, which have no effect here
         elif key.startswith("_"):
             self._parameters[key[1:]] = convert(value, "auto")
         else:
@@ -101,9 +102,9 @@ class _Reader:
 
     def _ros_2(self, word: str, words: list[str]) -> None:
         if word not in ("-r", "--remap", "-p", "--param", "--params-file", "--log-level"):
-            return  # flags of rcl that say nothing here
+            return  # other flags of rcl, such as --enable-rosout-logs, have no effect here
         if not words:
-            raise KbotError(f"{word} is followed by a value")
+            raise KbotError(f"{word} needs a value")
         value = words.pop(0)
         if word == "--params-file":
             self._files.append(value)
@@ -112,15 +113,15 @@ class _Reader:
         else:
             key, mark, text = value.partition(":=")
             if not mark:
-                raise KbotError(f"{word} is followed by NAME:=VALUE, not '{value}'")
+                raise KbotError(f"{word} needs NAME:=VALUE, not '{value}'")
             if word in ("-p", "--param"):
                 self._parameters[key] = load_yaml(text, ROSPARAM)
             elif key in ("__node", "__name", "__ns"):
-                self._place(key, text)
+                self._set_name(key, text)
             else:
                 self._remaps[key.rpartition(":")[2]] = text
 
-    def _place(self, key: str, value: str) -> None:
+    def _set_name(self, key: str, value: str) -> None:
         if key == "__ns":
             self._namespace = value
         else:
@@ -128,7 +129,7 @@ class _Reader:
 
 
 def _parameters_of(file: str, node: str) -> dict[str, ParameterValue]:
-    """A node's parameters in a parameter file of ROS 2."""
+    """The parameters of a node in a ROS 2 parameter file."""
     try:
         document = read_yaml(read_source(file), ROSPARAM)
     except DescriptionError as error:

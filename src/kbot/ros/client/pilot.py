@@ -21,9 +21,10 @@ HERE = PlanarPose()
 
 
 class NodePilot:
-    """Hears `odom` and `scan`, asks the controller, and says `cmd_vel`; the same controllers as `Pilot` has.
+    """Subscribes to `odom` and `scan`, and publishes the controller's commands on `cmd_vel`.
 
-    The pose it tells is that of the odometry. Once odometry is silent, the robot is told to stand still.
+    It accepts the same controllers as `Pilot`. The pose that the controller gets is that of the odometry. If
+    no odometry arrives any more, the robot is stopped.
     """
 
     def __init__(
@@ -34,49 +35,55 @@ class NodePilot:
         base_from_lidar: PlanarPose = HERE,
         silence: float = 0.5,
     ) -> None:
-        """`base_from_lidar`: where the lidar sits, seen from above; `rate` in Hz and `silence` in s of the
-        node's clock.
+        """Start to drive.
+
+        Args:
+            node: where `odom`, `scan` and `cmd_vel` are resolved.
+            controller: what decides on the commands.
+            rate: updates of the controller in Hz of the node's time.
+            base_from_lidar: the lidar's pose on the robot, seen from above.
+            silence: seconds without odometry after which the robot is stopped.
 
         Raises:
-            KbotError: the node says one of these topics otherwise.
+            KbotError: the node already uses one of these topics in another way.
         """
         self._node, self._controller, self._silence = node, controller, silence
         x, y, yaw = base_from_lidar.x, base_from_lidar.y, base_from_lidar.yaw
         self._base_from_lidar = Transform.from_xyz_rpy((x, y, 0.0), (0.0, 0.0, yaw)).matrix
         self._odometry: Odometry | None = None
         self._points: NDArray[np.float64] | None = None
-        self._heard_at = self._seen_at = -math.inf
-        self._heard = [
-            node.subscribe("odom", Odometry, self._hear),
-            node.subscribe("scan", LaserScan, self._see),
+        self._odometry_at = self._scan_at = -math.inf
+        self._subscriptions = [
+            node.subscribe("odom", Odometry, self._on_odometry),
+            node.subscribe("scan", LaserScan, self._on_scan),
         ]
         self._commands = node.advertise("cmd_vel", Twist)
         self._timer = node.every(1.0 / rate, self.tick)
 
     def tick(self) -> None:
-        """Ask the controller once and say what it wants."""
+        """Update the controller once and publish its command."""
         odometry, now = self._odometry, self._node.now
         if odometry is None:
             return
         wanted = STILL
-        if now - self._heard_at <= self._silence:
+        if now - self._odometry_at <= self._silence:
             pose = from_pose_stamped(PoseStamped(odometry.header, odometry.pose.pose))
             moved = odometry.twist.twist
             motion = PlanarTwist(moved.linear.x, moved.linear.y, moved.angular.z)
             wanted = self._controller.update(
-                Observation(now, pose, motion, self._points, now - self._seen_at)
+                Observation(now, pose, motion, self._points, now - self._scan_at)
             )
         self._commands.publish(wanted)
 
     def close(self) -> None:
-        """Drive no more: the robot is told to stand still."""
+        """Stop the robot and publish no more commands."""
         self._timer.cancel()
-        for subscription in self._heard:
+        for subscription in self._subscriptions:
             subscription.close()
         self._commands.publish(STILL)
 
-    def _hear(self, message: Odometry) -> None:
-        self._odometry, self._heard_at = message, self._node.now
+    def _on_odometry(self, message: Odometry) -> None:
+        self._odometry, self._odometry_at = message, self._node.now
 
-    def _see(self, message: LaserScan) -> None:
-        self._points, self._seen_at = scan_points(message, self._base_from_lidar), self._node.now
+    def _on_scan(self, message: LaserScan) -> None:
+        self._points, self._scan_at = scan_points(message, self._base_from_lidar), self._node.now

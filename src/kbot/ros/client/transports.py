@@ -1,4 +1,4 @@
-"""How a node reaches others: a KBot on this machine, a ROS 1 master, or DDS."""
+"""The transports of a node: a KBot on this machine, a ROS 1 master, or ROS 2 over DDS."""
 
 from __future__ import annotations
 
@@ -20,39 +20,41 @@ from kbot.text import KbotError
 
 
 class LocalTransport:
-    """Hears what the node's link hears, and says what it says. A thread of its own listens."""
+    """Connects the node's topics to a KBot on this machine. Its own thread receives messages."""
 
     uses_sim_time = True
 
     def __init__(self, link: PeerLink) -> None:
-        """Raises KbotError: no KBot runs here, or several and KBOT_AT names none of them."""
+        """Raises KbotError: no KBot runs, or several run and KBOT_AT selects none of them."""
         address = find(os.environ.get("KBOT_AT", ""), "KBOT_AT=NUMBER")
         self._link = link
-        self._asks, self._listens = GraphClient(address), GraphClient(address)
+        # two connections: one blocks on messages while the other calls services and publishes
+        self._requests, self._incoming = GraphClient(address), GraphClient(address)
         self._lock = threading.Lock()
+        """Held while `_requests` is used."""
         self._known: set[str] = set()
         self.failure: KbotError | None = None
         self._is_closed = False
-        link.watch(self._look)
-        self._thread = threading.Thread(target=self._hear, daemon=True, name="kbot-local")
+        link.watch(self._connect_topics)
+        self._thread = threading.Thread(target=self._receive, daemon=True, name="kbot-local")
         self._thread.start()
 
     def parameter(self, name: str) -> ParameterValue:
         with self._lock:
-            if not self._asks.call("/rosapi/has_param", name=name).get("exists"):
+            if not self._requests.call("/rosapi/has_param", name=name).get("exists"):
                 return None
-            value: ParameterValue = json.loads(self._asks.call("/rosapi/get_param", name=name)["value"])
+            value: ParameterValue = json.loads(self._requests.call("/rosapi/get_param", name=name)["value"])
             return value
 
     def close(self) -> None:
         self._is_closed = True
         with self._lock:
-            self._asks.close()
-        self._listens.close()
+            self._requests.close()
+        self._incoming.close()
         self._thread.join(2.0)
 
-    def _look(self) -> None:
-        """On the node's thread: a topic is new to it."""
+    def _connect_topics(self) -> None:
+        """Subscribe to or advertise the node's new topics. Called on the node's thread."""
         for topic in list(self._link.topics.values()):
             if topic.name in self._known:
                 continue
@@ -60,28 +62,28 @@ class LocalTransport:
             try:
                 if topic.is_input:
                     self._require(topic)
-                    self._listens.subscribe(topic.name, topic.type_name)
+                    self._incoming.subscribe(topic.name, topic.type_name)
                 else:
                     with self._lock:
-                        self._asks.advertise(topic.name, topic.type_name)
-                    self._link.open(topic.name, self._say)
+                        self._requests.advertise(topic.name, topic.type_name)
+                    self._link.open(topic.name, self._publish)
             except KbotError as error:
                 self._link.tell(str(error))
 
     def _require(self, topic: Topic) -> None:
         with self._lock:
-            kind = self._asks.type_of(topic.name)
+            kind = self._requests.type_of(topic.name)
         if kind != topic.type_name:
             raise KbotError(f"{topic.name} carries {kind}, not {topic.type_name}")
 
-    def _say(self, packet: Packet) -> None:
-        """On the node's thread. Raises KbotError: the KBot is gone, or hears no such topic."""
+    def _publish(self, packet: Packet) -> None:
+        """Called on the node's thread. Raises KbotError: KBot has disconnected or rejects the message."""
         with self._lock:
-            self._asks.publish(packet.topic, to_plain(packet.message, exact=True))
+            self._requests.publish(packet.topic, to_plain(packet.message, exact=True))
 
-    def _hear(self) -> None:
+    def _receive(self) -> None:
         try:
-            for name, fields in self._listens.listen():
+            for name, fields in self._incoming.receive():
                 topic = self._link.topics.get(name)
                 if topic is not None:
                     self._link.send(name, from_plain(fields, topic.message_type))
@@ -91,35 +93,36 @@ class LocalTransport:
 
 
 TRANSPORTS = ("local", "ros1", "ros2")
-_SAYS = "KBOT_TRANSPORT"
+_VARIABLE = "KBOT_TRANSPORT"
 
 
 class Transport(Protocol):
-    """Carries a link's topics, on threads of its own."""
+    """Connects a link's topics to peers, on its own threads."""
 
     uses_sim_time: bool
     """Whether the node's time is that of /clock."""
     failure: KbotError | None
-    """Why it reaches nobody any more, if that is for good."""
+    """Why the connection was lost for good; None while it may still work."""
 
     def parameter(self, name: str) -> ParameterValue:
-        """The value of a parameter by its full name; None where there is none."""
+        """The value of a parameter by its full name; None if it is not set."""
         ...
 
     def close(self) -> None: ...
 
 
 def wanted_transport(environment: Mapping[str, str]) -> str:
-    """`ros1` in an environment of ROS 1, `ros2` in one of ROS 2, else `local`; KBOT_TRANSPORT says otherwise.
+    """The transport that the environment selects: KBOT_TRANSPORT, else the variables of ROS, else `local`.
 
     Raises:
-        KbotError: KBOT_TRANSPORT is none of these.
+        KbotError: KBOT_TRANSPORT has another value.
     """
-    said = environment.get(_SAYS)
-    if said:
-        if said not in TRANSPORTS:
-            raise KbotError(f"{_SAYS} is {', '.join(TRANSPORTS[:-1])} or {TRANSPORTS[-1]}, not '{said}'")
-        return said
+    selected = environment.get(_VARIABLE)
+    if selected:
+        if selected not in TRANSPORTS:
+            names = f"{', '.join(TRANSPORTS[:-1])} or {TRANSPORTS[-1]}"
+            raise KbotError(f"{_VARIABLE} must be {names}, not '{selected}'")
+        return selected
     if environment.get("ROS_VERSION") == "2":
         return "ros2"
     if environment.get("ROS_MASTER_URI") or environment.get("ROS_VERSION") == "1":
@@ -128,7 +131,7 @@ def wanted_transport(environment: Mapping[str, str]) -> str:
 
 
 def open_transport(kind: str, link: PeerLink, node: NodeArguments) -> Transport:
-    """Raises KbotError: there is nothing to reach that way; the text says what to start."""
+    """Raises KbotError: no peer was found. The error names what to start."""
     if kind == "local":
         return LocalTransport(link)
     if kind == "ros1":
@@ -138,13 +141,13 @@ def open_transport(kind: str, link: PeerLink, node: NodeArguments) -> Transport:
 
 class _Ros1:
     failure: KbotError | None = None
-    """Never: a master may come back."""
+    """Always None: the bridge reconnects when the master is back."""
 
     def __init__(self, link: PeerLink, node: NodeArguments) -> None:
         from kbot.ros.bridges.ros1.bridge import Ros1Bridge  # lazy in this module: only with ROS 1
 
         self._node = node.full_name
-        # a user's own node trusts the master that its environment names, like any node of ROS 1
+        # like any ROS 1 node, a user's node contacts all nodes that the master of its environment names
         self._bridge = Ros1Bridge(link, node=self._node, own_master=False, other_machines=True)
         self.uses_sim_time = bool(self.parameter("/use_sim_time"))
 
@@ -171,7 +174,7 @@ class _Ros2:
         self.uses_sim_time = bool(node.parameters.get("use_sim_time"))
 
     def parameter(self, name: str) -> ParameterValue:
-        return None  # a node of ROS 2 has its parameters from its command line alone
+        return None  # in ROS 2 a node gets its parameters only from its command line
 
     def close(self) -> None:
         self._bridge.close()

@@ -1,1 +1,1 @@
-"""Queries of a running KBot by another process of this machine: server, discovery and client."""
+"""Queries of a running KBot from another process on this machine: server, discovery and client."""

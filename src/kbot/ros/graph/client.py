@@ -1,4 +1,4 @@
-"""Client of a running KBot in another process: calls services, subscribes to topics and publishes."""
+"""Client of a KBot that runs in another process: calls services, subscribes to topics and publishes."""
 
 from __future__ import annotations
 
@@ -19,17 +19,19 @@ from kbot.text.json_text import parse_json
 from kbot.text.suggest import did_you_mean
 
 LARGEST = 1 << 26
+"""Bytes of the largest message that is received."""
 OPEN_SECONDS = 5.0
-ANSWER_SECONDS = 30.0
+RESPONSE_SECONDS = 30.0
+"""Seconds to wait for a response. Some services, such as SpawnModel, compile the world again."""
 
 Values = dict[str, Any]  # Any: JSON
 
 
 class GraphClient:
-    """One conversation; not for several threads."""
+    """One connection, which speaks the rosbridge protocol. Not thread-safe."""
 
     def __init__(self, address: str) -> None:
-        """Raises KbotError: nothing answers there."""
+        """Raises KbotError: no KBot answers at the address."""
         self._until_closed = ExitStack()
         try:
             self._socket = self._until_closed.enter_context(
@@ -41,7 +43,7 @@ class GraphClient:
             raise KbotError(f"no KBot answers at {address.rpartition('/')[0]}: {error}") from None
         self._calls = 0
         self._early: deque[Values] = deque()
-        """Messages that arrived while a reply was awaited."""
+        """Messages that arrived while `call` waited for a response."""
 
     def __enter__(self) -> GraphClient:
         return self
@@ -52,12 +54,16 @@ class GraphClient:
         self._until_closed.close()
 
     def call(self, service: str, /, **arguments: object) -> Values:
-        """The response of a service. Raises KbotError: the call failed, or KBot has closed the connection."""
+        """Call a service and return its response.
+
+        Raises:
+            KbotError: the call failed, or KBot closed the connection.
+        """
         self._calls += 1
         number = str(self._calls)
         self._send({"op": "call_service", "service": service, "args": arguments, "id": number})
         while True:
-            message = self._receive(ANSWER_SECONDS)
+            message = self._receive(RESPONSE_SECONDS)
             if message.get("op") == "service_response" and message.get("id") == number:
                 values: Values = message.get("values") or {}
                 if not message.get("result"):
@@ -66,15 +72,18 @@ class GraphClient:
             if message.get("op") == "publish":
                 self._early.append(message)
 
-    def listen(self, *topics: str, seconds: float | None = None) -> Iterator[tuple[str, Values]]:
-        """Topic and message, as they come, for good or for so many seconds. Raises KbotError: no such topic,
-        or the KBot is gone."""
+    def messages(self, *topics: str, seconds: float | None = None) -> Iterator[tuple[str, Values]]:
+        """Subscribe to topics and yield (topic, message), endlessly or for `seconds`.
+
+        Raises:
+            KbotError: there is no such topic, or KBot closed the connection.
+        """
         for topic in topics:
             self.subscribe(topic, self.type_of(topic))
-        yield from self.heard(seconds)
+        yield from self.receive(seconds)
 
-    def heard(self, seconds: float | None = None) -> Iterator[tuple[str, Values]]:
-        """As `listen`, of the topics that are subscribed already."""
+    def receive(self, seconds: float | None = None) -> Iterator[tuple[str, Values]]:
+        """Like `messages`, for the topics that are already subscribed."""
         end = None if seconds is None else time.monotonic() + seconds
         while True:
             message = self._early.popleft() if self._early else self._receive_until(end)
@@ -84,7 +93,7 @@ class GraphClient:
                 yield str(message["topic"]), message["msg"]
 
     def subscribe(self, topic: str, type_name: str) -> None:
-        """Make `listen` yield the messages of a topic too."""
+        """Make `receive` yield the messages of a topic too."""
         self._send({"op": "subscribe", "topic": topic, "type": type_name})
 
     def publish(self, topic: str, message: Values, type_name: str = "") -> None:
@@ -93,37 +102,37 @@ class GraphClient:
             self._send({"op": "advertise", "topic": topic, "type": type_name})
         self._send({"op": "publish", "topic": topic, "msg": message})
 
-    def say(self, topic: str, message: Values, type_name: str) -> None:
-        """Publish, and wait until KBot has the message. Raises KbotError: KBot rejected it."""
+    def publish_and_wait(self, topic: str, message: Values, type_name: str) -> None:
+        """Publish and wait until the simulation has the message. Raises KbotError: KBot rejected it."""
         self._calls += 1
         number = str(self._calls)
         self._send({"op": "advertise", "topic": topic, "type": type_name})
         self._send({"op": "set_level", "level": "info"})
         self._send({"op": "publish", "topic": topic, "msg": message, "id": number})
         while True:
-            reply = self._receive(ANSWER_SECONDS)
+            reply = self._receive(RESPONSE_SECONDS)
             if reply.get("op") == "status" and reply.get("id") == number:
                 return
 
     def advertise(self, topic: str, type_name: str) -> None:
-        """Declare the type of what `publish` sends. Raises KbotError: KBot does not subscribe to it."""
+        """Declare a topic's type before `publish`. Raises KbotError: KBot does not subscribe to the topic."""
         self._send({"op": "advertise", "topic": topic, "type": type_name})
-        self.settle()
+        self.flush()
 
     def close(self) -> None:
         self._socket.close()
 
-    def settle(self) -> None:
-        """Wait until KBot has every message that was sent. Raises KbotError: KBot rejected one."""
+    def flush(self) -> None:
+        """Wait until KBot has every message that was sent. Raises KbotError: KBot rejected a message."""
         self.call("/rosapi/get_time")
 
     def nanoseconds(self) -> int:
-        """The simulation's time."""
+        """The simulated time."""
         now = self.call("/rosapi/get_time")["time"]
         return int(now["secs"]) * 10**9 + int(now["nsecs"])
 
     def topics(self) -> dict[str, str]:
-        """Names and types, as ROS 2 writes them."""
+        """The type of each topic, as ROS 2 writes it."""
         found = self.call("/rosapi/topics")
         types = (name.replace("/", "/msg/") for name in found["types"])
         return dict(sorted(zip(found["topics"], types, strict=True)))
@@ -135,7 +144,7 @@ class GraphClient:
         return {name for found in details for name in found["subscribing"]}
 
     def type_of(self, topic: str) -> str:
-        """Raises KbotError: there is no such topic."""
+        """A topic's type. Raises KbotError: there is no such topic."""
         known = self.topics()
         if topic not in known:
             hint = did_you_mean(topic, known)
@@ -146,7 +155,7 @@ class GraphClient:
         try:
             self._socket.send(json.dumps(message))
         except (OSError, WebSocketException) as error:
-            raise _gone(error) from None
+            raise _closed(error) from None
 
     def _receive(self, timeout: float) -> Values:
         message = self._receive_until(time.monotonic() + timeout)
@@ -155,21 +164,21 @@ class GraphClient:
         return message
 
     def _receive_until(self, end: float | None) -> Values | None:
-        """The next message, or None if none came until `end`."""
+        """The next message, or None if none arrived until `end`."""
         try:
             left = None if end is None else max(0.0, end - time.monotonic())
             message: Values = parse_json(self._socket.recv(left))
         except TimeoutError:
             return None
         except (OSError, WebSocketException) as error:
-            raise _gone(error) from None
+            raise _closed(error) from None
         if message.get("op") == "status" and message.get("level") == "error":
             raise KbotError(str(message.get("msg")))
         return message
 
 
-def _gone(error: Exception) -> KbotError:
-    closed = error.rcvd if isinstance(error, ConnectionClosed) else None
-    if closed is not None and closed.code == CloseCode.MESSAGE_TOO_BIG:
-        return KbotError("that is more than KBot takes in one message")
-    return KbotError("the KBot is gone")
+def _closed(error: Exception) -> KbotError:
+    close = error.rcvd if isinstance(error, ConnectionClosed) else None
+    if close is not None and close.code == CloseCode.MESSAGE_TOO_BIG:
+        return KbotError("the message is larger than KBot accepts")
+    return KbotError("KBot has closed the connection")

@@ -1,4 +1,4 @@
-"""Finds the KBots that run on this machine: each leaves a small file while it can be queried."""
+"""Finds the KBots that run on this machine: each keeps a small file while it can be queried."""
 
 from __future__ import annotations
 
@@ -16,14 +16,15 @@ from urllib.parse import urlsplit
 from kbot.text import KbotError
 from kbot.text.json_text import parse_json
 
-LOOK_SECONDS = 0.3
+CONNECT_SECONDS = 0.3
+"""A KBot on this machine accepts a connection at once."""
 SHOWN = 48
-"""Characters of a command line that tell it from others."""
+"""Characters of a command line that are printed, so that an entry of the list fits in a line."""
 
 
 @dataclass(frozen=True, slots=True)
 class Presence:
-    """A running KBot. `address` is where its graph is, with the token that lets one in."""
+    """A running KBot. `address` is the WebSocket address of its graph server, with the token."""
 
     pid: int
     address: str
@@ -36,7 +37,7 @@ class Presence:
     """When it was started, in seconds of the Unix epoch."""
 
     def __str__(self) -> str:
-        """On one short line."""
+        """One short line for the list of running KBots."""
         where = f" in '{Path(self.world).name}'" if self.world else ""
         since = f" since {time.strftime('%H:%M:%S', time.localtime(self.since))}" if self.since else ""
         command = f": {shorten(self.command, SHOWN, placeholder=' …')}" if self.command else ""
@@ -44,7 +45,7 @@ class Presence:
 
 
 def announce(presence: Presence) -> Path:
-    """Leave the file, readable by this user alone. Raises OSError."""
+    """Write the file, readable only by this user. Raises OSError."""
     folder = _folder()
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     path = folder / f"{presence.pid}.json"
@@ -56,13 +57,13 @@ def announce(presence: Presence) -> Path:
 
 
 def running() -> list[Presence]:
-    """Those whose process is alive, oldest first; files that dead ones left are taken away."""
+    """The KBots whose process is alive, oldest first. Files of dead processes are deleted."""
     found = []
     for path in sorted(_folder().glob("*.json"), key=_age):
         try:
             presence = Presence(**parse_json(path.read_text()))
         except (OSError, ValueError, TypeError):
-            continue  # it is being written, or is no such file
+            continue  # it is just being written, or it is a file of another kind
         if _is_alive(presence):
             found.append(presence)
         else:
@@ -72,23 +73,24 @@ def running() -> list[Presence]:
 
 
 def find(at: str = "", how: str = "--at NUMBER") -> str:
-    """The address of the one that runs, or of the one that `at` names: a process's number, or an address;
-    `how` is how a user names it.
+    """The address of the running KBot, or of the one that `at` selects by process ID or address.
+
+    `how` is what a user writes to select one; errors quote it.
 
     Raises:
-        KbotError: none runs, several do and none is named, or none is as named.
+        KbotError: no KBot runs, several run and `at` is empty, or `at` selects none of them.
     """
     if "://" in at:
         return at
     known = running()
     if not known:
-        raise KbotError("no KBot runs here; start one in another terminal: kbot sim kbot")
+        raise KbotError("no KBot is running. Start one in another terminal: kbot sim kbot")
     chosen = [presence for presence in known if not at or str(presence.pid) == at]
-    listed = "".join(f"\n  {how.replace('NUMBER', str(one.pid))}   {one}" for one in known)
+    listed = "".join(f"\n  {how.replace('NUMBER', str(presence.pid))}   {presence}" for presence in known)
     if not chosen:
-        raise KbotError(f"no KBot {at} runs here; there are{listed}")
+        raise KbotError(f"no KBot with process ID {at} is running. Running KBots:{listed}")
     if len(chosen) > 1:
-        raise KbotError(f"several KBots run; name one of them:{listed}")
+        raise KbotError(f"several KBots are running. Select one:{listed}")
     return chosen[0].address
 
 
@@ -109,21 +111,21 @@ def _age(path: Path) -> float:
 
 def _is_alive(presence: Presence) -> bool:
     if os.name == "nt":
-        return answers(presence.address)  # signal 0 would end it there
+        return answers(presence.address)  # on Windows os.kill with signal 0 ends the process
     try:
         os.kill(presence.pid, 0)
     except ProcessLookupError:
         return False
     except OSError:
-        return True  # another user's
+        return True  # the process belongs to another user
     return True
 
 
 def answers(address: str) -> bool:
-    """Whether anybody listens at an address as `ws://127.0.0.1:4711/?token=…`."""
+    """Whether a server accepts connections at an address such as `ws://127.0.0.1:4711/?token=…`."""
     place = urlsplit(address)
     try:
-        socket.create_connection((place.hostname or "", place.port or 0), LOOK_SECONDS).close()
+        socket.create_connection((place.hostname or "", place.port or 0), CONNECT_SECONDS).close()
     except (OSError, ValueError):
         return False
     return True

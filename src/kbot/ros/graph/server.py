@@ -1,4 +1,4 @@
-"""Serves queries of `kbot topic`, `kbot param` and others: rosbridge with a token."""
+"""Serves the queries of `kbot topic`, `node`, `service`, `param` and `tf`: rosbridge with a token."""
 
 from __future__ import annotations
 
@@ -16,8 +16,10 @@ from kbot.ros.graph.presence import Presence, announce
 
 
 class GraphServer(RosbridgeBridge):
-    """Rosbridge on this machine alone, on any free port; numbers that JSON lacks are sent as Python reads
-    and writes them."""
+    """A rosbridge server for this machine only, on any free port.
+
+    It sends NaN and infinity, which JSON lacks, as Python's `json` writes them.
+    """
 
     def __init__(self, link: PeerLink) -> None:
         """Raises KbotError: no port is free."""
@@ -25,7 +27,7 @@ class GraphServer(RosbridgeBridge):
         self._file: Path | None = None
 
     def announce(self, robot: str, world: str) -> None:
-        """Let it be found; where no file can be written it is there unannounced."""
+        """Write the file by which clients find this server. If that fails, clients cannot find it."""
         with suppress(OSError):
             command = shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
             presence = Presence(os.getpid(), self.address, robot, world, command, time.time())

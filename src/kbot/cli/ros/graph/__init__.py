@@ -1,1 +1,1 @@
-"""Verbs that query a running KBot, with the words of `ros2`."""
+"""Verbs that query a running KBot, with the same commands as `ros2`."""

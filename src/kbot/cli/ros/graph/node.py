@@ -6,12 +6,15 @@ import click
 
 from kbot.cli.arguments import examples, json_option
 from kbot.cli.output import fail, print_json
-from kbot.cli.ros.graph.asking import ask, at_option, count_option, full_name
+from kbot.cli.ros.graph.common import at_option, connect, count_option, full_name
 
 
 @click.group("node", epilog=examples("kbot node list", "kbot node info /kbot"))
 def command() -> None:
-    """List and describe the nodes of a running KBot, like `ros2 node`."""
+    """List and describe the nodes of a running KBot, like `ros2 node`.
+
+    Start KBot first, for example `kbot sim kbot` in another terminal.
+    """
 
 
 @command.command("list", epilog=examples("kbot node list"))
@@ -20,7 +23,7 @@ def command() -> None:
 @at_option
 def list_(count: bool, as_json: bool, at: str) -> None:
     """List the nodes."""
-    with ask(at) as graph:
+    with connect(at) as graph:
         nodes = graph.call("/rosapi/nodes")["nodes"]
     if count:
         click.echo(len(nodes))
@@ -35,12 +38,12 @@ def list_(count: bool, as_json: bool, at: str) -> None:
 @json_option
 @at_option
 def info(node: str, as_json: bool, at: str) -> None:
-    """Print a node's subscribers, publishers and services."""
-    with ask(at) as graph:
+    """Print the topics a node subscribes to and publishes, and its services."""
+    with connect(at) as graph:
         name = full_name(node)
         nodes = graph.call("/rosapi/nodes")["nodes"]
         if name not in nodes:
-            fail(f"there is no node {name}: there are {', '.join(nodes)}")
+            fail(f"there is no node {name}. KBot's nodes: {', '.join(nodes)}")
         details = graph.call("/rosapi/node_details", node=name)
         topics = graph.topics()
         services = {s: graph.call("/rosapi/service_type", service=s)["type"] for s in details["services"]}

@@ -9,14 +9,14 @@ import click
 
 from kbot.cli.arguments import examples, json_option
 from kbot.cli.output import fail, print_json
-from kbot.cli.ros.graph.asking import ask, at_option, full_name, read_word, to_yaml
+from kbot.cli.ros.graph.common import at_option, connect, full_name, read_word, to_yaml
 
 if TYPE_CHECKING:
     from kbot.ros.graph.client import GraphClient
 
 
 def _name_argument(function: click.decorators.FC) -> click.decorators.FC:
-    """`NAME`, or `NODE NAME` as ROS 2 has it, as `name: tuple[str, ...]`."""
+    """Add the argument `NAME`, or `NODE NAME` as in ROS 2, passed as `name: tuple[str, ...]`."""
     return click.argument("name", nargs=-1, required=True, metavar="[NODE] NAME", callback=_two_at_most)(
         function
     )
@@ -26,7 +26,7 @@ def _two_at_most(
     context: click.Context, parameter: click.Parameter, words: tuple[str, ...]
 ) -> tuple[str, ...]:
     if len(words) > 2:
-        raise click.UsageError(f"one NODE and one NAME are taken, not {' '.join(words)}", context)
+        raise click.UsageError(f"at most one NODE and one NAME are allowed, not {' '.join(words)}", context)
     return words
 
 
@@ -37,7 +37,8 @@ def _two_at_most(
 def command() -> None:
     """Read and set the parameters of a running KBot, like `ros2 param`.
 
-    If KBot is connected to a ROS 1 master, both have the same parameters.
+    Start KBot first, for example `kbot sim kbot` in another terminal. If KBot is connected to a ROS 1
+    master, both have the same parameters.
     """
 
 
@@ -50,12 +51,12 @@ def list_(node: str, at: str) -> None:
     With NODE, list only the parameters in its namespace. A node of KBot, such as /kbot, has all
     parameters.
     """
-    with ask(at) as graph:
+    with connect(at) as graph:
         names = sorted(graph.call("/rosapi/get_param_names")["names"])
         if node and full_name(node) not in graph.call("/rosapi/nodes")["nodes"]:
-            beneath = full_name(node).rstrip("/") + "/"
-            names = [name for name in names if name.startswith(beneath)] or fail(
-                f"there are no parameters beneath {beneath}: see kbot param list"
+            below = full_name(node).rstrip("/") + "/"
+            names = [name for name in names if name.startswith(below)] or fail(
+                f"no parameters below {below}. List all parameters with: kbot param list"
             )
     click.echo("\n".join(names))
 
@@ -71,8 +72,8 @@ def get(name: tuple[str, ...], as_json: bool, at: str) -> None:
 
     NODE NAME means NODE/NAME, or /NAME if only that exists.
     """
-    with ask(at) as graph:
-        value = json.loads(graph.call("/rosapi/get_param", name=_found(graph, *name))["value"])
+    with connect(at) as graph:
+        value = json.loads(graph.call("/rosapi/get_param", name=_resolve(graph, *name))["value"])
     if as_json:
         print_json(value)
     else:
@@ -91,13 +92,13 @@ def set_(name: tuple[str, ...], value: str, at: str) -> None:
     example = "0.5 or '[a, b]'"
     parameter = read_word(value, "VALUE", example)
     if parameter is None:
-        fail(f"VALUE is empty: write {example}")
-    with ask(at) as graph:
-        graph.call("/rosapi/set_param", name=_found(graph, *name), value=json.dumps(parameter))
+        fail(f"VALUE is empty. Write a value such as {example}")
+    with connect(at) as graph:
+        graph.call("/rosapi/set_param", name=_resolve(graph, *name), value=json.dumps(parameter))
 
 
-def _found(graph: GraphClient, *words: str) -> str:
-    """The full name of `NAME`, or of ROS 2's `NODE NAME`: the node's own, else the one that all share."""
+def _resolve(graph: GraphClient, *words: str) -> str:
+    """The full name of `NAME` or `NODE NAME`: NODE/NAME, or /NAME if only that exists."""
     if len(words) == 1:
         return full_name(words[0])
     node, name = words

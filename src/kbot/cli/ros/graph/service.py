@@ -8,9 +8,9 @@ import click
 
 from kbot.cli.arguments import examples, json_option
 from kbot.cli.output import fail, print_json
-from kbot.cli.ros.graph.asking import (
-    ask,
+from kbot.cli.ros.graph.common import (
     at_option,
+    connect,
     full_name,
     listing_options,
     print_listing,
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from kbot.ros.graph.client import GraphClient
 
 _OUTCOME = ("success", "status_message")
+"""The fields in which Gazebo's services report success or failure."""
 
 
 @click.group(
@@ -36,7 +37,8 @@ _OUTCOME = ("success", "status_message")
 def command() -> None:
     """List, describe and call services of a running KBot, like `ros2 service`.
 
-    KBot's simulation offers services of Gazebo under their usual names.
+    Start KBot first, for example `kbot sim kbot` in another terminal. A simulation offers services of
+    Gazebo, such as /gazebo/reset_world and /gazebo/spawn_urdf_model.
     """
 
 
@@ -44,13 +46,13 @@ def command() -> None:
 @listing_options
 def list_(show_types: bool, count: bool, as_json: bool, at: str) -> None:
     """List the services."""
-    with ask(at) as graph:
+    with connect(at) as graph:
         types = _types(graph, typed=show_types or as_json)
     print_listing(types, show_types, as_json, count)
 
 
 def _types(graph: GraphClient, *, typed: bool) -> dict[str, str]:
-    """The services and, where they are asked for, their types as ROS 2 writes them."""
+    """The services and, if `typed`, their types as ROS 2 writes them."""
     names = sorted(graph.call("/rosapi/services")["services"])
     names = [name for name in names if not name.startswith("/rosapi/")]
     types = {n: graph.call("/rosapi/service_type", service=n)["type"] if typed else "" for n in names}
@@ -65,7 +67,7 @@ def type_(service: str, at: str) -> None:
     from kbot.record.encodings.definitions import definition  # lazy in this module: -h is fast
     from kbot.ros.service_types import service_type
 
-    with ask(at) as graph:
+    with connect(at) as graph:
         name = full_name(service)
         kind = graph.call("/rosapi/service_type", service=name)["type"]
         if not kind:
@@ -92,19 +94,19 @@ def call(service: str, words: tuple[str, ...], as_json: bool, at: str) -> int:
     VALUES are the fields of the request in YAML, as one quoted argument. Fields that you leave out are
     zero or empty.
 
-    Exit status: 0 fine; 1 the service reports a failure; 2 the service cannot be called.
+    Exit status: 0 success; 1 the service reports a failure; 2 the service cannot be called.
     """
     rest = words[1:] if words and "/" in words[0] and not words[0].lstrip().startswith(("{", "[")) else words
     values = read_values(rest, "{model_name: kbot}")
-    with ask(at) as graph:
-        answer = graph.call(full_name(service), **values)
-    failed = answer.get("success") is False
+    with connect(at) as graph:
+        response = graph.call(full_name(service), **values)
+    failed = response.get("success") is False
     if failed:
-        click.echo(f"{full_name(service)} failed: {answer['status_message']}", err=True)
+        click.echo(f"{full_name(service)} failed: {response['status_message']}", err=True)
     if as_json:
-        print_json(answer)
-    elif answer:
-        # what a failed call leaves at zero would be taken for an answer
-        told = {key: answer[key] for key in _OUTCOME if key in answer} if failed else answer
-        click.echo(to_yaml(told))
+        print_json(response)
+    elif response:
+        # the other fields of a failed call are zero: a reader would take a zero pose for the result
+        shown = {key: response[key] for key in _OUTCOME if key in response} if failed else response
+        click.echo(to_yaml(shown))
     return int(failed)

@@ -11,7 +11,7 @@ import click
 
 from kbot.cli.arguments import examples, json_option, rate_option
 from kbot.cli.output import fail, print_json
-from kbot.cli.ros.graph.asking import ask, at_option, seconds, tell_of_silence, to_line
+from kbot.cli.ros.graph.common import at_option, connect, print_waiting_note, seconds, to_line
 from kbot.text.suggest import did_you_mean
 
 if TYPE_CHECKING:
@@ -19,14 +19,19 @@ if TYPE_CHECKING:
     from kbot.ros.graph.client import GraphClient
 
 TOPICS = ("/tf_static", "/tf")
-LOOK_SECONDS = 1.0
+TREE_SECONDS = 1.0
+"""Seconds for which `tree` collects frames."""
 KNOWN_SECONDS = 0.5
-"""In which all frames are heard of that move."""
+"""Seconds within which every moving frame is published: KBot publishes /tf at 50 Hz, and at 10 Hz if a
+joint_state_publisher moves the joints."""
 
 
 @click.group("tf", epilog=examples("kbot tf tree", "kbot tf echo odom base_link --once"))
 def command() -> None:
-    """Print the coordinate frames of a running KBot, from /tf and /tf_static."""
+    """Print the coordinate frames of a running KBot, from /tf and /tf_static.
+
+    Start KBot first, for example `kbot sim kbot` in another terminal.
+    """
 
 
 @command.command("tree", epilog=examples("kbot tf tree"))
@@ -38,9 +43,9 @@ def tree(as_json: bool, at: str) -> None:
     The tree holds the frames that are published within one second.
     """
     frames = _Frames()
-    with ask(at) as graph:
-        for topic, message in graph.listen(*_offered(graph.topics()), seconds=LOOK_SECONDS):
-            frames.hear(topic, message)
+    with connect(at) as graph:
+        for topic, message in graph.messages(*_tf_topics(graph.topics()), seconds=TREE_SECONDS):
+            frames.add(topic, message)
     if as_json:
         print_json(
             {child: {"parent": p, "static": child in frames.static} for child, p in frames.parents.items()}
@@ -64,10 +69,10 @@ def echo(frame: str, child: str, rate: float, once: bool, as_json: bool, at: str
     The pose is a translation in m and a rotation, as a quaternion (x, y, z, w) and as roll, pitch, yaw.
     """
     frames = _Frames()
-    with ask(at) as graph:
+    with connect(at) as graph:
         due = 0.0
-        for topic, message in _until_known(graph, frames, frame, child):
-            frames.hear(topic, message)
+        for topic, message in _messages_with(graph, frames, frame, child):
+            frames.add(topic, message)
             now = time.monotonic()
             found = frames.between(frame, child)
             if found is None or now < due:
@@ -78,57 +83,60 @@ def echo(frame: str, child: str, rate: float, once: bool, as_json: bool, at: str
                 return
 
 
-def _until_known(
+def _messages_with(
     graph: GraphClient, frames: _Frames, frame: str, child: str
 ) -> Iterator[tuple[str, dict[str, Any]]]:  # Any: messages as JSON
-    """What is heard of frames, for good. Raises KbotError: they were heard for a moment, and those two are
-    not among them or do not hang together."""
-    began, topics = graph.nanoseconds(), _offered(graph.topics())
-    yield from graph.listen(*topics, seconds=KNOWN_SECONDS)
-    if "/tf" in topics and not frames.moves:
-        tell_of_silence(graph, began, "/tf")
-        for heard in graph.heard():
-            yield heard
-            if frames.moves:
+    """The messages of /tf and /tf_static, endlessly. The caller adds each to `frames`.
+
+    Raises:
+        KbotError: after `KNOWN_SECONDS` one of the two frames is unknown, or they are not connected.
+    """
+    began, topics = graph.nanoseconds(), _tf_topics(graph.topics())
+    yield from graph.messages(*topics, seconds=KNOWN_SECONDS)
+    if "/tf" in topics and not frames.has_moving:
+        print_waiting_note(graph, began, "/tf")
+        for message in graph.receive():
+            yield message
+            if frames.has_moving:
                 break
-        yield from graph.heard(KNOWN_SECONDS)
+        yield from graph.receive(KNOWN_SECONDS)
     if frames.between(frame, child) is None:
-        _explain(frames, frame, child)
-    yield from graph.heard()
+        _fail_without(frames, frame, child)
+    yield from graph.receive()
 
 
 class _Frames:
-    """What was heard: each frame's parent, and where it is in it."""
+    """The frames received so far: the parent of each, and its pose in the parent."""
 
     def __init__(self) -> None:
         self.parents: dict[str, str] = {}
         self.static: set[str] = set()
         self.stamp = 0.0
-        self.moves = False
-        """Whether any was said that moves."""
-        self._places: dict[str, Transform] = {}
+        self.has_moving = False
+        """Whether a frame was received on /tf."""
+        self._poses: dict[str, Transform] = {}
 
-    def hear(self, topic: str, message: dict[str, Any]) -> None:
-        from kbot.kinematics.transform import Transform  # numpy: -h needs none
+    def add(self, topic: str, message: dict[str, Any]) -> None:
+        from kbot.kinematics.transform import Transform  # lazy: numpy, which -h does not need
 
         for item in message["transforms"]:
-            child, place = item["child_frame_id"], item["transform"]
-            q, t = place["rotation"], place["translation"]
+            child, transform = item["child_frame_id"], item["transform"]
+            q, t = transform["rotation"], transform["translation"]
             self.parents[child] = item["header"]["frame_id"]
-            self._places[child] = Transform.from_quaternion_xyzw(
+            self._poses[child] = Transform.from_quaternion_xyzw(
                 (q["x"], q["y"], q["z"], q["w"]), (t["x"], t["y"], t["z"])
             )
             if topic == "/tf_static":
                 self.static.add(child)
             else:
-                self.moves = True
+                self.has_moving = True
                 self.stamp = seconds(item["header"]["stamp"])
 
     def names(self) -> list[str]:
         return list(dict.fromkeys([*self.parents.values(), *self.parents]))
 
     def between(self, frame: str, child: str) -> Transform | None:
-        """`frame_from_child`, None while they do not hang together."""
+        """`frame_from_child`, or None while the two frames are not connected."""
         first, second = self._to_root(frame), self._to_root(child)
         if first is None or second is None or first[0] != second[0]:
             return None
@@ -137,6 +145,7 @@ class _Frames:
     def lines(self, frame: str, depth: int) -> list[str]:
         mark = " (static)" if frame in self.static else ""
         children = sorted(child for child, parent in self.parents.items() if parent == frame)
+        # received frames may form a loop: the limit ends it
         below = [line for child in children for line in self.lines(child, depth + 1)] if depth < 100 else []
         return ["  " * depth + frame + mark, *below]
 
@@ -149,41 +158,43 @@ class _Frames:
         for _ in self.parents:
             if name not in self.parents:
                 break
-            root_from_frame = self._places[name] @ root_from_frame
+            root_from_frame = self._poses[name] @ root_from_frame
             name = self.parents[name]
         return name, root_from_frame
 
 
-def _offered(topics: dict[str, str]) -> list[str]:
+def _tf_topics(topics: dict[str, str]) -> list[str]:
     found = [topic for topic in TOPICS if topic in topics]
-    return found or fail("this KBot says no /tf")
+    return found or fail("this KBot does not publish /tf or /tf_static")
 
 
-def _explain(frames: _Frames, *wanted: str) -> None:
+def _fail_without(frames: _Frames, *wanted: str) -> None:
     for name in wanted:
         if name not in frames.names():
-            hint = did_you_mean(name, frames.names()) or f"there are {', '.join(frames.names())}"
+            hint = did_you_mean(name, frames.names()) or f"KBot's frames are {', '.join(frames.names())}"
             fail(f"there is no frame '{name}': {hint}")
-    fail(f"'{wanted[0]}' and '{wanted[1]}' do not hang together: see kbot tf tree")
+    fail(f"the frames '{wanted[0]}' and '{wanted[1]}' are not connected. Print the tree with: kbot tf tree")
 
 
-def _plain(stamp: float, found: Transform) -> dict[str, object]:
+def _plain(stamp: float, pose: Transform) -> dict[str, object]:
     return {
         "time": stamp,
-        "translation": found.translation.tolist(),
-        "quaternion": list(found.quaternion_xyzw),
-        "rpy": list(found.rpy),
+        "translation": pose.translation.tolist(),
+        "quaternion": list(pose.quaternion_xyzw),
+        "rpy": list(pose.rpy),
     }
 
 
-def _text(stamp: float, found: Transform) -> str:
+def _text(stamp: float, pose: Transform) -> str:
+    """The pose in tf2_echo's format."""
+
     def row(values: Iterable[float], digits: int = 3) -> str:
         return ", ".join(f"{value:.{digits}f}" for value in values)
 
     return (
         f"At time {stamp:.3f}\n"
-        f"- Translation: [{row(found.translation.tolist())}]\n"
-        f"- Rotation: in Quaternion [{row(found.quaternion_xyzw)}]\n"
-        f"- Rotation: in RPY (radian) [{row(found.rpy)}]\n"
-        f"- Rotation: in RPY (degree) [{row([math.degrees(angle) for angle in found.rpy])}]"
+        f"- Translation: [{row(pose.translation.tolist())}]\n"
+        f"- Rotation: in Quaternion [{row(pose.quaternion_xyzw)}]\n"
+        f"- Rotation: in RPY (radian) [{row(pose.rpy)}]\n"
+        f"- Rotation: in RPY (degree) [{row([math.degrees(angle) for angle in pose.rpy])}]"
     )

@@ -19,25 +19,25 @@ import click
 
 from kbot.cli.arguments import examples, json_option, rate_option
 from kbot.cli.output import fail, print_json
-from kbot.cli.ros.graph.asking import (
-    ask,
+from kbot.cli.ros.graph.common import (
     at_option,
+    connect,
     full_name,
     is_type,
-    listen,
     listing_options,
+    messages,
     print_listing,
     read_values,
     to_line,
     to_yaml,
 )
 
-_KINDS = {int: "integers", float: "numbers", bool: "booleans", str: "texts", dict: "messages"}
+_KINDS = {int: "integers", float: "numbers", bool: "booleans", str: "strings", dict: "messages"}
 
 
 @dataclass(frozen=True, slots=True)
 class Style:
-    """`full` prints long lists and texts whole, `no_arr` and `no_str` say only how long they are."""
+    """How `echo` prints messages: each field is an option of that name."""
 
     as_json: bool = False
     csv: bool = False
@@ -47,7 +47,7 @@ class Style:
     no_str: bool = False
 
     def text(self, value: object) -> str:
-        """What is printed of a value, with the line between messages."""
+        """A value as it is printed. In YAML, a line `---` ends each message."""
         value = self._reduced(value) if self.no_arr or self.no_str else value
         if self.as_json:
             return to_line(value)
@@ -71,10 +71,10 @@ class Style:
 
 
 def style_options(function: Callable[..., Any]) -> Callable[..., Any]:
-    """`style: Style`."""
+    """Add the options of `Style`, passed as `style: Style`."""
 
     @wraps(function)
-    def styled(*, as_json: bool, as_csv: bool, **others: Any) -> Any:  # noqa: ANN401 - what click gives and takes
+    def styled(*, as_json: bool, as_csv: bool, **others: Any) -> Any:  # noqa: ANN401 - a click callback
         names = ("flow_style", "full", "no_arr", "no_str")
         chosen = {name: others.pop(name) for name in names}
         return function(style=Style(as_json=as_json, csv=as_csv, **chosen), **others)
@@ -117,7 +117,10 @@ REPORT_SECONDS = 1.0
     ),
 )
 def command() -> None:
-    """List, print, measure and publish topics of a running KBot, like `ros2 topic`."""
+    """List, print, measure and publish topics of a running KBot, like `ros2 topic`.
+
+    Start KBot first, for example `kbot sim kbot` in another terminal. ROS is not needed.
+    """
 
 
 @command.command("list", epilog=examples("kbot topic list -t"))
@@ -126,15 +129,18 @@ def command() -> None:
     "-v", "--verbose", is_flag=True, help="List published and subscribed topics separately, with types."
 )
 def list_(show_types: bool, count: bool, as_json: bool, at: str, verbose: bool) -> None:
-    """List the topics."""
-    with ask(at) as graph:
+    """List the topics that KBot publishes or subscribes to."""
+    with connect(at) as graph:
         topics = graph.topics()
-        heard = graph.subscribed() if verbose else set()
+        subscribed = graph.subscribed() if verbose else set()
     if not verbose or as_json or count:
         print_listing(topics, show_types, as_json, count)
         return
-    said = {name: kind for name, kind in topics.items() if name not in heard}
-    for title, part in (("Published", said), ("Subscribed", {name: topics[name] for name in sorted(heard)})):
+    sections = {
+        "Published": {name: kind for name, kind in topics.items() if name not in subscribed},
+        "Subscribed": {name: topics[name] for name in sorted(subscribed)},
+    }
+    for title, part in sections.items():
         click.echo("\n".join([f"{title} topics:", *(f" * {name} [{kind}]" for name, kind in part.items())]))
 
 
@@ -143,7 +149,7 @@ def list_(show_types: bool, count: bool, as_json: bool, at: str, verbose: bool) 
 @at_option
 def type_(topic: str, at: str) -> None:
     """Print a topic's type."""
-    with ask(at) as graph:
+    with connect(at) as graph:
         click.echo(graph.type_of(full_name(topic)))
 
 
@@ -156,7 +162,7 @@ def type_(topic: str, at: str) -> None:
 @at_option
 def info(topic: str, verbose: bool, as_json: bool, at: str) -> None:
     """Print a topic's type, publishers and subscribers."""
-    with ask(at) as graph:
+    with connect(at) as graph:
         name = full_name(topic)
         kind = graph.type_of(name)
         publishers = graph.call("/rosapi/publishers", topic=name)["publishers"]
@@ -176,7 +182,7 @@ def info(topic: str, verbose: bool, as_json: bool, at: str) -> None:
 
 
 def _end(node: str, kind: str, end: str) -> list[str]:
-    """One end of a topic, in the words of `ros2 topic info -v`."""
+    """One endpoint of a topic, in the format of `ros2 topic info -v`."""
     namespace, _, name = node.rpartition("/")
     return [
         "",
@@ -199,14 +205,17 @@ def _end(node: str, kind: str, end: str) -> list[str]:
 def echo(
     topic: str, type_name: str, once: bool, count: int | None, field: str | None, style: Style, at: str
 ) -> None:
-    """Print the messages of a topic until Ctrl-C."""
-    with ask(at) as graph:
+    """Print the messages of a topic until Ctrl-C.
+
+    TYPE is optional. If you give it, it must be the topic's type.
+    """
+    with connect(at) as graph:
         name = full_name(topic)
         if type_name:
             known = graph.type_of(name)
             if not is_type(type_name, known):
                 fail(f"{name} carries {known}, not {type_name}")
-        for _, message in itertools.islice(listen(graph, name), 1 if once else count):
+        for _, message in itertools.islice(messages(graph, name), 1 if once else count):
             click.echo(style.text(_part(message, field) if field else message))
 
 
@@ -230,8 +239,8 @@ def hz(topic: str, window: int, count: int | None, at: str) -> None:
     """
     times: deque[float] = deque(maxlen=window)
     due, reports = 0.0, 0
-    with ask(at) as graph:
-        for _ in listen(graph, full_name(topic)):
+    with connect(at) as graph:
+        for _ in messages(graph, full_name(topic)):
             times.append(time.monotonic())
             due = due or times[0] + REPORT_SECONDS
             gaps = [after - before for before, after in pairwise(times)] if times[-1] >= due else []
@@ -263,21 +272,21 @@ def hz(topic: str, window: int, count: int | None, at: str) -> None:
 def pub(topic: str, words: tuple[str, ...], once: bool, times: int | None, rate: float, at: str) -> None:
     """Publish on a topic until Ctrl-C.
 
-    KBot must subscribe to TOPIC. VALUES are the fields of the message in YAML, as one quoted argument.
-    Fields that you leave out are zero or empty.
+    KBot must subscribe to TOPIC: `kbot topic list -v` lists these topics. VALUES are the fields of the
+    message in YAML, as one quoted argument. Fields that you leave out are zero or empty.
     """
     kind = words[0] if words and re.fullmatch(r"\w+(/msg)?/\w+", words[0]) else ""
     message = read_values(words[bool(kind) :], "{linear: {x: 0.2}}")
-    with ask(at) as graph:
+    with connect(at) as graph:
         name = full_name(topic)
         known = graph.type_of(name)
         due = time.monotonic()
         for number in itertools.count(1):
             if number > 1:
                 graph.publish(name, message)
-                graph.settle()
+                graph.flush()
             else:
-                graph.say(name, message, kind or known)
+                graph.publish_and_wait(name, message, kind or known)
                 click.echo(f"publishing on {name}: {to_line(message)}", err=True)
             if once or number == times:
                 return
@@ -285,8 +294,8 @@ def pub(topic: str, words: tuple[str, ...], once: bool, times: int | None, rate:
             time.sleep(max(0.0, due - time.monotonic()))
 
 
-def _part(message: object, field: str) -> Any:  # noqa: ANN401 - whatever the field holds
-    """`pose.pose.position` or `ranges[3]` of a message. Raises KbotError: it has no such part."""
+def _part(message: object, field: str) -> Any:  # noqa: ANN401 - a field may have any type
+    """The field `pose.pose.position` or `ranges[3]` of a message. Raises KbotError: it has no such field."""
     from kbot.text.suggest import did_you_mean  # only for an error: start-up time
 
     value: Any = message
@@ -296,9 +305,9 @@ def _part(message: object, field: str) -> Any:  # noqa: ANN401 - whatever the fi
         elif isinstance(value, list) and name.isdecimal() and int(name) < len(value):
             value = value[int(name)]
         elif isinstance(value, list):
-            fail(f"{field}: '{name}' is none of the {len(value)} items there")
+            fail(f"{field}: the list has {len(value)} items, so '{name}' is not an index of it")
         else:
             names = list(value) if isinstance(value, dict) else []
-            hint = did_you_mean(name, names) or f"there are {', '.join(names) or 'none'}"
-            fail(f"{field}: there is no '{name}': {hint}")
+            hint = did_you_mean(name, names) or f"the fields are {', '.join(names) or 'none'}"
+            fail(f"{field}: there is no field '{name}': {hint}")
     return value

@@ -13,7 +13,6 @@ from typing import Any
 from kbot.messages.bus import absolute
 from kbot.messages.types import Time
 from kbot.record.encodings.plain import from_plain, to_plain
-from kbot.record.encodings.type_names import ros_name
 from kbot.record.encodings.types import known_type
 from kbot.record.feed import Packet
 from kbot.ros.bridges.link import PeerLink, Topic
@@ -305,7 +304,7 @@ class _Talk(JsonTalk):
     def _input(self, name: str) -> Topic:
         topic = self._known(name)
         if not topic.is_input:
-            raise KbotError(f"{name} is what the simulation says ({ros_name(topic.message_type)}), not hears")
+            raise KbotError(f"KBot publishes {name} and does not subscribe to it")
         return topic
 
     operations = {  # noqa: RUF012 - never changed
