@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from kbot.cli.arguments import one_file, split_arguments
+from kbot.cli.arguments import file_and_arguments, split_arguments
 from kbot.text import KbotError
 
 
@@ -21,7 +21,7 @@ def test_the_last_value_of_a_name_counts() -> None:
 
 
 def test_a_single_equals_sign_is_refused_with_what_to_write() -> None:
-    with pytest.raises(KbotError, match=r"'r=0\.04' is not an argument; write r:=0\.04"):
+    with pytest.raises(KbotError, match=r"'r=0\.04' is not an argument\. Write r:=0\.04"):
         split_arguments(["robot.xacro", "r=0.04"])
 
 
@@ -42,9 +42,9 @@ def test_windows_paths_are_files() -> None:
     assert split_arguments([r"C:\robots\a.xacro"]) == ([r"C:\robots\a.xacro"], {})
 
 
-def test_one_file_is_one_file() -> None:
-    assert one_file(["kbot", "r:=1"]) == ("kbot", {"r": "1"})
-    with pytest.raises(KbotError, match="no FILE"):
-        one_file(["r:=1"])
+def test_exactly_one_file_is_accepted() -> None:
+    assert file_and_arguments(["kbot", "r:=1"]) == ("kbot", {"r": "1"})
+    with pytest.raises(KbotError, match="FILE is missing"):
+        file_and_arguments(["r:=1"])
     with pytest.raises(KbotError, match="not 2"):
-        one_file(["a", "b"])
+        file_and_arguments(["a", "b"])

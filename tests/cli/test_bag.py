@@ -58,7 +58,7 @@ def test_info_of_a_broken_file_says_so(
     (tmp_path / "cut.mcap").write_bytes(Path(recording).read_bytes()[:-50])
     assert run(["bag", "info", str(tmp_path / "cut.mcap")]) == 1
     assert "504 messages" in (text := capsys.readouterr().out)
-    assert "It is not whole: it was not closed" in text
+    assert "The recording is incomplete: it was not closed" in text
 
 
 def test_cut_keeps_what_is_asked_for_and_the_description(recording: str, tmp_path: Path) -> None:
@@ -158,21 +158,21 @@ def test_replay(recording: str, capsys: pytest.CaptureFixture[str]) -> None:
         (["cut", "RUN", "out.mcap", "--start", "3", "--end", "1"], "ends before it starts"),
         (["cut", "RUN", "out.mcap", "--start", "3"], "ends at 2 s: nothing is left of it from 3 s on"),
         (["cut", "tiny.mcap", "out.mcap", "--end", "0"], "begins at 7e-09 s: nothing of it is before 0 s"),
-        (["play", "RUN", "--remap", "/odom"], "--remap /odom: a remap is written OLD:=NEW"),
+        (["play", "RUN", "--remap", "/odom"], "--remap takes OLD:=NEW, not '/odom'"),
         (["play", "RUN", "--remap", "/odmo:=/a"], "has no topic /odmo: did you mean"),
         (["play", "RUN", "--remap", "/odom:=/tf"], "/tf carries "),
-        (["play", "RUN", "--exclude-topics"], "--exclude-topics is followed by names of topics"),
+        (["play", "RUN", "--exclude-topics"], "--exclude-topics needs at least one value"),
         (["cut", "RUN", "out.mcap", "--start", "1e308"], "1e+308 is not in the range"),
         (["cut", "RUN", "out.mcap", "--end", "nan"], "nan is not in the range"),
         (["play", "RUN", "--start", "inf"], "inf is not in the range"),
         (["play", "RUN", "--rate", "nan"], "nan is not in the range"),
-        (["play", "RUN", "--topics"], "--topics is followed by names of topics"),
+        (["play", "RUN", "--topics"], "--topics needs at least one value"),
         (["play", "RUN", "--topics", "/odmo", "--loop"], "has no topic /odmo: did you mean"),
         (["play", "RUN", "-s", "3"], "is 2 s long: nothing is left of it 3 s on"),
-        (["play", "RUN", "-u", "0", "-l"], "that leaves nothing to be said again and again"),
-        (["play", "RUN", "-u", "1e-10", "-l"], "that leaves nothing to be said again and again"),
-        (["play", "RUN", "-s", "2", "-l"], "that leaves nothing to be said again and again"),
-        (["play", "tiny.mcap", "-l"], "0 s of tiny.mcap would be said"),
+        (["play", "RUN", "-u", "0", "-l"], "--loop has nothing to repeat"),
+        (["play", "RUN", "-u", "1e-10", "-l"], "--loop has nothing to repeat"),
+        (["play", "RUN", "-s", "2", "-l"], "--loop has nothing to repeat"),
+        (["play", "tiny.mcap", "-l"], "the selected part of tiny.mcap lasts 0 s"),
         (["cut", "RUN", "out.mcap", "--topic", "/odmo"], "has no topic /odmo: did you mean"),
         (["convert", "RUN", "out.xyz"], "'.xyz' is no kind of recording"),
         (["convert", "RUN", "text.bag"], "text.bag is there already"),

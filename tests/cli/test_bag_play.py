@@ -27,9 +27,9 @@ def test_play_tells_of_what_is_not_whole(
 def test_play_tells_what_it_says_and_to_whom(recording: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["bag", "play", recording, "-s", "1.5", "-u", "9", "-r", "100"]) == 0
     said = capsys.readouterr().err
-    assert f"{recording}: 0.500 s at 100 times its rate." in said
+    assert f"{recording}: 0.500 s, at 100 times its speed." in said
     assert "Peers: kbot topic echo. For others, add --ros1, " in said
-    assert "Ctrl-C ends it." in said
+    assert "Ctrl-C stops." in said
     assert run(["bag", "play", recording, "--rate", "100", "--rosbridge"]) == 0
     said = capsys.readouterr().err
     assert "Peers: rosbridge and kbot topic echo." in said
@@ -56,7 +56,7 @@ def test_play_takes_the_words_of_rosbag_and_ros2_bag(
     assert (second.length, paused.paused) == (1.0, True)
     assert second.seconds == pytest.approx(0.5)
     assert run(["bag", "play", recording, "-l", "-u", "0"]) == 2
-    assert "leaves nothing" in capsys.readouterr().err
+    assert "nothing to repeat" in capsys.readouterr().err
 
 
 @pytest.mark.skipif(os.name == "nt", reason="there are no such terminals")
@@ -71,7 +71,7 @@ def test_space_lets_a_paused_recording_go_on(recording: str) -> None:
         assert playing.stderr is not None
         told = "".join(playing.stderr.readline() for _ in range(3))
         assert "It is paused." in told
-        assert "Space pauses it" in told
+        assert "Space pauses" in told
         with pytest.raises(subprocess.TimeoutExpired):  # unpaused it is over in 20 ms
             playing.wait(1)
         os.write(ours, b" ")
@@ -87,9 +87,9 @@ def test_ctrl_c_ends_playing_without_failure(recording: str) -> None:
     command = [sys.executable, "-m", "kbot", "bag", "play", recording, "--loop"]
     playing = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     assert playing.stderr is not None
-    assert playing.stderr.readline() == f"{recording}: 2.000 s again and again.\n"
+    assert playing.stderr.readline() == f"{recording}: 2.000 s, repeated.\n"
     assert playing.stderr.readline().startswith("Peers: ")
-    assert playing.stderr.readline() == "Ctrl-C ends it.\n"
+    assert playing.stderr.readline() == "Ctrl-C stops.\n"
     playing.send_signal(signal.SIGINT)
     _, rest = playing.communicate(timeout=60)
     assert (playing.returncode, rest) == (0, "")

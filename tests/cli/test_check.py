@@ -225,7 +225,7 @@ def test_a_diff_tells_what_no_fix_mends(tmp_path: Path, monkeypatch: pytest.Monk
     for words in (("--diff",), ("--fix", "--diff")):
         left = run("robot.xacro", *words)
         assert (left.return_value, left.stdout) == (1, "")
-        assert "1 error left without a safe fix; 1 can be fixed by --unsafe-fixes" in left.stderr
+        assert "1 error without a safe fix; 1 can be fixed by --unsafe-fixes" in left.stderr
     unsafe = run("robot.xacro", "--unsafe-fixes", "--diff")
     assert unsafe.return_value == 0
     assert "+++ robot.xacro (fixed)" in unsafe.stdout
@@ -253,7 +253,7 @@ def test_fixes_of_included_files_are_shown_and_made(tmp_path: Path, monkeypatch:
     monkeypatch.chdir(elsewhere)
     for option in ("--diff", "--fix"):
         alone = run(str(whole), option)
-        assert f"{part}: outside the working directory, its fixes are not applied" in alone.stderr
+        assert f"{part}: not fixed, because it is outside the working directory" in alone.stderr
         assert "+++" not in alone.stdout
     assert part.read_text() == text
     monkeypatch.chdir(here)
@@ -425,7 +425,7 @@ def test_a_word_that_is_nothing_here_says_where_packages_are_looked_for(
     monkeypatch.chdir(tmp_path)
     said = run("quadruped_zebra").stdout
     assert status("quadruped_zebra") == 2
-    assert "'quadruped_zebra' is no file, folder or package [F001]" in said
+    assert "there is no file, folder or package 'quadruped_zebra' [F001]" in said
     assert "--package-path or ROS_PACKAGE_PATH" in said
     (tmp_path / "quadruped_zebras").mkdir()
     assert "did you mean 'quadruped_zebras'" in run("quadruped_zebra").stdout

@@ -131,14 +131,14 @@ def test_what_a_robot_is_made_from_is_not_written_over(
     link.symlink_to(robot)
     for target in (robot, part, link):
         assert run(["expand", str(robot), option, str(target)]) == 2
-        assert f"{target} is a file that this is made from" in capsys.readouterr().err
+        assert f"{target} is an input of this command and would be overwritten" in capsys.readouterr().err
     assert (robot.read_text(), part.read_text()) == (whole, '<robot><link name="a"/></robot>')
 
 
 def test_two_results_go_to_two_files(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = robot.with_name("out")
     assert run(["expand", str(robot), "-o", str(out), "--source-map", str(out)]) == 2
-    assert "name two files" in capsys.readouterr().err
+    assert "Choose two different files" in capsys.readouterr().err
     assert not out.exists()
 
 

@@ -34,7 +34,7 @@ def test_without_an_output_it_is_named_by_the_robot_and_nothing_is_lost(
     assert run(["export", "kbot", "--to", "tree"]) == 0
     assert [path.name for path in tmp_path.iterdir()] == ["kbot.svg"]
     assert run(["export", "kbot", "--to", "tree"]) == 2
-    assert "kbot.svg is there already" in capsys.readouterr().err
+    assert "kbot.svg already exists" in capsys.readouterr().err
     (tmp_path / "odd.urdf").write_text('<robot name="../odd"><link name="base"/></robot>')
     assert run(["export", "odd.urdf", "--to", "tree"]) == 0
     assert (tmp_path / "___odd.svg").is_file()
@@ -44,16 +44,19 @@ def test_without_an_output_it_is_named_by_the_robot_and_nothing_is_lost(
     ("words", "said"),
     [
         (["--to", "jpg"], "'jpg' is not one of"),
-        (["-o", "robot.step"], "the suffix of 'robot.step' does not name a format"),
-        (["-o", "robot.svg"], "Use .png, .html or .glb, or add --to tree for an SVG of the kinematic tree"),
-        ([], "say what to make with --to"),
-        (["--to", "png", "--size", "big"], "--size is a width and a height in pixels"),
+        (["-o", "robot.step"], "the suffix of 'robot.step' does not select a format"),
+        (
+            ["-o", "robot.svg"],
+            "Use .png, .html or .glb, or add --to tree for an SVG drawing of the kinematic tree",
+        ),
+        ([], "the output format is missing. Add --to"),
+        (["--to", "png", "--size", "big"], "--size takes WxH in pixels"),
         (["--to", "png", "--size", "0x9"], "1 to 8192 pixels"),
-        (["--to", "png", "--from", "north"], "--from is an azimuth and an elevation"),
+        (["--to", "png", "--from", "north"], "--from takes AZ,EL in degrees"),
         (["--to", "png", "--from", "0,100"], "an elevation of -90 to 90"),
         (["--to", "glb", "--joint", "left_wheel_jiont:=1"], "did you mean 'left_wheel_joint'"),
-        (["--to", "glb", "--joint", "left_wheel_joint:=much"], "is a number in rad or m, not 'much'"),
-        (["--to", "glb", "--joint", "left_wheel_joint"], "--joint is written name:=value"),
+        (["--to", "glb", "--joint", "left_wheel_joint:=much"], "takes a number in rad or m, not 'much'"),
+        (["--to", "glb", "--joint", "left_wheel_joint"], "--joint takes NAME:=VALUE"),
         (["-o", "nowhere/robot.glb"], "nowhere/robot.glb cannot be written"),
     ],
 )
@@ -95,4 +98,4 @@ def test_a_picture_of_how_a_run_ends(tmp_path: Path, capsys: pytest.CaptureFixtu
     with Image.open(out) as image:
         assert image.size == (1280, 720)
     assert run(["sim", "kbot", "--shot", str(out)]) == 2
-    assert "--shot goes with --headless" in capsys.readouterr().err
+    assert "--shot needs --headless" in capsys.readouterr().err

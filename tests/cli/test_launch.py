@@ -156,9 +156,11 @@ def test_several_packages_of_one_name(
         (tmp_path / folder / "package.xml").write_text("<package><name>bot</name></package>")
         (tmp_path / folder / "x.launch").write_text("<launch/>")
     assert run(["launch", "bot", "x.launch", "--nodes"]) == 0
-    assert f"warning: there are several packages 'bot': {tmp_path / 'a'} is taken" in said(capsys)[1]
+    assert f"warning: several packages are named 'bot': using {tmp_path / 'a'}" in said(capsys)[1]
     run(["check", "bot"])
-    assert f"several packages 'bot': {tmp_path / 'a'} is taken, not {tmp_path / 'b'}" in said(capsys)[1]
+    assert (
+        f"several packages are named 'bot': using {tmp_path / 'a'}, not {tmp_path / 'b'}" in said(capsys)[1]
+    )
 
 
 def test_parameters_are_dumped_as_yaml(launch: Path, capsys: pytest.CaptureFixture[str]) -> None:

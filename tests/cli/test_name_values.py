@@ -161,7 +161,7 @@ def test_expand_ignores_an_undeclared_name_and_overrides_by_set(mine: Path, caps
             "no top-level property 'length'; the nearest names are length (arg",
         ),
         (["wheel_radius"], "--set takes NAME=VALUE, not 'wheel_radius'"),
-        (["wheel_radius:=1"], "--set takes NAME=VALUE: write wheel_radius=1"),
+        (["wheel_radius:=1"], "--set takes NAME=VALUE. Write wheel_radius=1"),
         (["=1"], "--set takes NAME=VALUE, not '=1'"),
     ],
 )

@@ -149,23 +149,26 @@ def test_a_script_that_cannot_be_used_ends_with_two(capsys, tmp_path, text, mess
     ("words", "message"),
     [
         (("nowhere.xacro", "--headless"), "nowhere.xacro does not exist"),
-        (("kbot", "--headless", "--cmd-vel", "0.2"), "--cmd-vel is two numbers"),
-        (("kbot", "--headless", "--cmd-vel", "0.2,fast"), "--cmd-vel is two numbers"),
-        (("kbot", "--headless", "--cmd-vel", "nan,0"), "two finite numbers"),
-        (("kbot", "--headless", "--cmd-vel", "0,inf"), "two finite numbers"),
-        (("kbot", "--headless", "--duration", "nan"), "--duration is a finite number"),
-        (("kbot", "--headless", "--duration", "-1"), "--duration is a finite number"),
+        (("kbot", "--headless", "--cmd-vel", "0.2"), "--cmd-vel takes V,W in m/s and rad/s"),
+        (("kbot", "--headless", "--cmd-vel", "0.2,fast"), "--cmd-vel takes V,W in m/s and rad/s"),
+        (("kbot", "--headless", "--cmd-vel", "nan,0"), "--cmd-vel takes finite numbers"),
+        (("kbot", "--headless", "--cmd-vel", "0,inf"), "--cmd-vel takes finite numbers"),
+        (("kbot", "--headless", "--duration", "nan"), "--duration takes a finite number"),
+        (("kbot", "--headless", "--duration", "-1"), "--duration takes a finite number"),
         (("kbot", "--headless", "--duration", "soon"), "not a valid float"),
         (("kbot", "--headless", "--world", "boxs"), "did you mean 'boxes'"),
         (("kbot", "--headless", "--world", "maze:size=x"), "whole number"),
         (("kbot", "--headless", "--seed", "-1"), "--seed"),
         (("kbot", "--headless", "--contacts", "magic"), "--contacts"),
-        (("kbot", "--headless", "--port", "8301"), "--port is of the page, which --headless leaves out"),
-        (("kbot", "--headless", "--host", "0.0.0.0"), "--host is of the page, which --headless leaves out"),
-        (("kbot", "--duration", "1"), "--duration goes with --headless"),
-        (("kbot", "--cmd-vel", "1,0"), "--cmd-vel goes with --headless"),
+        (("kbot", "--headless", "--port", "8301"), "--port is for the page"),
+        (
+            ("kbot", "--headless", "--host", "0.0.0.0"),
+            "--host is for the page",
+        ),
+        (("kbot", "--duration", "1"), "--duration needs --headless"),
+        (("kbot", "--cmd-vel", "1,0"), "--cmd-vel needs --headless"),
         (("kbot", "--headless", "--script", "none.py"), "none.py does not exist"),
-        (("kbot", "wheel_radius=0.04", "--headless"), "write wheel_radius:=0.04"),
+        (("kbot", "wheel_radius=0.04", "--headless"), "Write wheel_radius:=0.04"),
     ],
 )
 def test_bad_input_is_one_clear_message_and_status_two(capsys, words, message):
@@ -208,7 +211,7 @@ def test_a_picture_that_cannot_be_written_is_said(capsys, tmp_path):
     target = tmp_path / "nowhere" / "drive.png"
     status, _, err = simulate(capsys, "kbot", "--headless", "--duration", "1", "--plot", str(target))
     assert status == 2
-    assert "cannot be written" in err
+    assert "cannot write" in err
 
 
 @pytest.mark.parametrize("option", ["--plot", "--shot"])
@@ -217,10 +220,10 @@ def test_a_picture_overwrites_nothing_but_pictures(capsys, tmp_path, option):
     robot.write_text("<robot name='r'/>")
     status, _, err = simulate(capsys, "kbot", "--headless", "--duration", "0", option, str(robot))
     assert (status, robot.read_text()) == (2, "<robot name='r'/>")
-    assert "ends in .png" in err
+    assert "does not end in .png" in err
     status, _, err = simulate(capsys, "kbot", "--headless", "--plot", "a.png", "--shot", "a.png")
     assert status == 2
-    assert "name two files" in err
+    assert "Choose two different files" in err
 
 
 def test_a_picture_that_nothing_can_draw_is_refused_before_the_run(capsys, tmp_path, monkeypatch):
@@ -266,7 +269,7 @@ def test_a_world_from_a_file(capsys, tmp_path):
 def test_a_robot_may_start_elsewhere(capsys):
     pose = report_of(capsys, "kbot", "--pose", "1,2,0.5", "--duration", "0.1")["pose"]
     assert (pose["x"], pose["y"], pose["yaw"]) == pytest.approx((1.0, 2.0, 0.5), abs=1e-6)
-    for text, message in (("1,2", "three numbers"), ("1,2,nan", "three finite")):
+    for text, message in (("1,2", "takes X,Y,YAW"), ("1,2,nan", "takes finite numbers")):
         status, _, err = simulate(capsys, "kbot", "--headless", "--pose", text)
         assert status == 2
         assert message in err

@@ -48,9 +48,9 @@ def test_a_script_s_commands_are_recorded(tmp_path: Path, capsys: pytest.Capture
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--record-topic", "/odom"], "--record-topic goes with --record"),
+        (["--record-topic", "/odom"], "--record-topic needs --record"),
         (["--bridge-host", "0.0.0.0"], "--bridge-host needs a bridge"),
-        (["--record", ""], "--record needs the name of the file to write"),
+        (["--record", ""], "--record needs a file name"),
         (["--record", "run.txt"], "is no kind of recording"),
         (["--record", "run.mcap", "--record-topic", "/odmo"], "no topic /odmo to record: did you mean"),
     ],

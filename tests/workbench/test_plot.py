@@ -106,10 +106,13 @@ def test_a_table_may_have_some_columns_only(recording: Path, capsys: pytest.Capt
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (["--to", "svg"], "a plot is of --field NAME; /odom has"),
+        (["--to", "svg"], "a plot needs --field NAME. The numeric fields of /odom: "),
         (["--field", "pose.pose.positon.x"], "did you mean 'pose.pose.position.x'"),
         (["--field", "header.frame_id", "--to", "svg"], "is text: only numbers are plotted"),
-        (["--field", "pose.pose.position.x", "--to", "svg", "--size", "wide"], "as in 1280x720; not 'wide'"),
+        (
+            ["--field", "pose.pose.position.x", "--to", "svg", "--size", "wide"],
+            "1280x720, not 'wide'",
+        ),
         (["--field", "pose.pose.position.x", "--to", "svg", "--size", "900x20"], "at least 200 pixels"),
     ],
 )

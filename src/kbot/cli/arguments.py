@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 def resolve_typed_names(file: str, values: Mapping[str, str], package_path: Sequence[str]) -> Assignments:
-    """What typed names mean for FILE, or for `kbot`; a note for each property that is overridden.
+    """Resolve `name:=value` words for FILE, or for `kbot`. Prints a note for each overridden property.
 
     Raises:
         DescriptionError: a name is neither an argument nor a top-level property of the file.
@@ -55,7 +55,7 @@ class Within(click.FloatRange):
 
 
 class _WithoutRange(click.Option):
-    """Its help does not show the range, which holds for every value that anybody writes."""
+    """An option whose help omits the range, because every realistic value is within it."""
 
     def get_help_extra(self, ctx: click.Context) -> OptionHelpExtra:
         extra = super().get_help_extra(ctx)
@@ -64,11 +64,11 @@ class _WithoutRange(click.Option):
 
 
 SECONDS = Within(0.0, 9.2e9)
-"""Times that 64 bits of nanoseconds hold."""
+"""Times in seconds that fit into 64 bits of nanoseconds (2**63 ns is 9.22e9 s)."""
 
 
 def seconds_option(*names: str, **more: Any) -> Callable[[click.decorators.FC], click.decorators.FC]:  # noqa: ANN401 - click's own keywords
-    """An option that is a time of a recording, in seconds."""
+    """An option for a time in a recording, in seconds."""
     return click.option(*names, cls=_WithoutRange, type=SECONDS, metavar="S", **more)
 
 
@@ -82,41 +82,42 @@ def rate_option(
 
 
 def pose_of(option: str, text: str) -> PlanarPose:
-    """`X,Y,YAW` in m, m and rad; anything else ends the program."""
+    """The pose that `X,Y,YAW` in m, m and rad means. Any other text ends the program."""
     from kbot.kinematics import PlanarPose  # numpy: -h needs none
 
-    x, y, yaw = _finite(option, text, 3, "x and y in m and yaw in rad, as in 1.5,0,1.57")
+    x, y, yaw = _finite(option, text, 3, "X,Y,YAW in m, m and rad, for example 1.5,0,1.57")
     return PlanarPose(x, y, yaw)
 
 
 def speeds_of(option: str, text: str) -> tuple[float, float]:
-    """`V,W` in m/s and rad/s; anything else ends the program."""
-    linear, angular = _finite(option, text, 2, "forward m/s and turning rad/s, as in 0.2,0.5")
+    """The speeds that `V,W` in m/s and rad/s means. Any other text ends the program."""
+    linear, angular = _finite(option, text, 2, "V,W in m/s and rad/s, for example 0.2,0.5")
     return linear, angular
 
 
 def _finite(option: str, text: str, count: int, meaning: str) -> list[float]:
-    word = {2: "two", 3: "three"}[count]
     try:
         numbers = [to_float(part) for part in text.split(",")]
     except ValueError:
         numbers = []
     if len(numbers) != count:
-        fail(f"{option} is {word} numbers, {meaning}; not '{text}'")
+        fail(f"{option} takes {meaning}, not '{text}'")
     if not all(map(math.isfinite, numbers)):
-        fail(f"{option} is {word} finite numbers, not '{text}'")
+        fail(f"{option} takes finite numbers, not '{text}'")
     return numbers
 
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
+NO_FILE = "FILE is missing. 'kbot' means the robot that ships with KBot"
+HOW_TO_RECORD = "to record a run, use kbot sim ROBOT --record FILE"
 _NEARLY = re.compile(r"([A-Za-z_][\w.\-]*)\s*(=|:)(.*)", re.DOTALL)
 
 
 def split_arguments(words: Iterable[str]) -> tuple[list[str], dict[str, str]]:
-    """Files and `name:=value` arguments of a command line, as they come; the last value of a name counts.
+    """The files and the `name:=value` arguments of a command line. The last value of a name wins.
 
     Raises:
-        KbotError: `name=value` where `name:=value` is meant, or an argument without a name.
+        KbotError: a word is `name=value` instead of `name:=value`, or has no name.
     """
     files: list[str] = []
     arguments: dict[str, str] = {}
@@ -125,39 +126,39 @@ def split_arguments(words: Iterable[str]) -> tuple[list[str], dict[str, str]]:
         nearly = _NEARLY.fullmatch(word)
         if mark:
             if not name.strip():
-                raise KbotError(f"'{word}' has no name before ':='; an argument is written name:=value")
+                raise KbotError(f"'{word}' has no name before ':='. Write name:=value")
             arguments[name.strip()] = value
         elif nearly and nearly[2] == "=" and not Path(word).exists():
-            raise KbotError(f"'{word}' is not an argument; write {nearly[1]}:={nearly[3]}")
+            raise KbotError(f"'{word}' is not an argument. Write {nearly[1]}:={nearly[3]}")
         else:
             files.append(word)
     return files, arguments
 
 
-def one_file(words: Iterable[str]) -> tuple[str, dict[str, str]]:
-    """The one FILE and the arguments of a command line.
+def file_and_arguments(words: Iterable[str]) -> tuple[str, dict[str, str]]:
+    """The FILE and the arguments of a command line that takes a single file.
 
     Raises:
         KbotError: no file, more than one, or a malformed argument.
     """
     files, arguments = split_arguments(words)
     if not files:
-        raise KbotError("no FILE was given; 'kbot' means the robot that ships with KBot")
+        raise KbotError(NO_FILE)
     if len(files) > 1:
-        raise KbotError(f"one FILE is expected, not {len(files)}: {' '.join(files)}")
+        raise KbotError(f"expected one FILE, not {len(files)}: {' '.join(files)}")
     return files[0], arguments
 
 
-def as_one(name: str, kind: type[DataclassInstance]) -> Callable[[_Function], _Function]:
-    """Pass the options whose names are fields of the dataclass `kind` to the verb as one argument `name`."""
+def collect_options(name: str, kind: type[DataclassInstance]) -> Callable[[_Function], _Function]:
+    """Collect the options named like fields of the dataclass `kind` into one object, the argument `name`."""
 
     def decorate(function: _Function) -> _Function:
         @functools.wraps(function)
-        def with_one(*args: object, **values: object) -> object:
+        def with_object(*args: object, **values: object) -> object:
             own = {field.name: values.pop(field.name) for field in fields(kind)}
             return function(*args, **{name: kind(**own)}, **values)
 
-        wrapped: Any = with_one
+        wrapped: Any = with_object
         result: _Function = wrapped
         return result
 
@@ -181,30 +182,32 @@ def json_option(function: _Function) -> _Function:
 
 
 def output_option(*names: str, metavar: str = "OUT") -> Callable[[_Function], _Function]:
-    """`-o OUT` of a verb that prints its result otherwise, as `output: str | None`."""
+    """`-o OUT`, as `output: str | None`. Without it, the verb prints its result."""
     return click.option(
         "-o", *names, "output", metavar=metavar, show_default="stdout", help="File to write the result to."
     )
 
 
 def picture_file(ctx: click.Context, param: click.Parameter, value: str | None) -> str | None:
-    """A callback of an option that takes a PNG file to be written: refused at once where it could not be,
-    not after a long run."""
+    """Callback of an option that names a PNG file to write.
+
+    It rejects an unusable path before the run, which may take long.
+    """
     if value is None:
         return None
     path = Path(value)
     if path.suffix.lower() != ".png":
-        raise click.BadParameter(f"a picture's file ends in .png, not as '{value}'", ctx, param)
+        raise click.BadParameter(f"'{value}' does not end in .png", ctx, param)
     if not path.parent.is_dir():
-        raise click.BadParameter(f"{value} cannot be written: there is no folder {path.parent}", ctx, param)
+        raise click.BadParameter(f"cannot write {value}: the folder {path.parent} does not exist", ctx, param)
     return value
 
 
 def read_displays(path: str) -> DisplayFile:
-    """The file that sets the displays. What the page does not show of it is reported on stderr.
+    """Read a display configuration. Prints to stderr which parts of it the page cannot show.
 
     Raises:
-        KbotError: it is of another kind, cannot be read, or is malformed; with file:line.
+        KbotError: the file is of another kind, unreadable, or malformed (with file:line).
     """
     from kbot.workbench.displays.display_file import DisplayFile  # lazy in this module: -h is fast
 
@@ -233,17 +236,17 @@ def config_option(function: _Function) -> _Function:
 
 @dataclass(frozen=True, slots=True)
 class PageOptions:
-    """The address to serve the page on, and whether a browser opens it. `port` None is the first free one."""
+    """The address to serve the page on, and whether to open a browser. `port` None: the first free port."""
 
     host: str
     port: int | None
     browser: bool
 
     def bound(self, *, has_window: bool = True) -> AbstractContextManager[Address]:
-        """The address, within the block. No browser opens without `has_window`.
+        """Reserve the address within the block. Without `has_window`, no browser opens.
 
         Raises:
-            KbotError: the port is in use, or the address is not this machine's.
+            KbotError: the port is in use, or the address does not belong to this machine.
         """
         from kbot.workbench.address import bound  # lazy in this module: -h is fast
 
@@ -252,7 +255,7 @@ class PageOptions:
 
 def page_options(function: _Function) -> _Function:
     """`--host`, `--port` and `--no-browser`, as one `page: PageOptions`."""
-    function = as_one("page", PageOptions)(function)
+    function = collect_options("page", PageOptions)(function)
     function = click.option(
         "--no-browser",
         "browser",
@@ -279,7 +282,7 @@ def page_options(function: _Function) -> _Function:
 def examples(*lines: str | tuple[str, str]) -> str:
     """An epilog for `click.command(epilog=…)` that shows command lines, some with a comment.
 
-    The comments start in one column, behind the longest command that has one.
+    All comments start in one column, after the longest command that has one.
     """
     width = max((len(line[0]) for line in lines if isinstance(line, tuple)), default=0)
     shown = (line if isinstance(line, str) else f"{line[0]:<{width}}  # {line[1]}" for line in lines)

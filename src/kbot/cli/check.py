@@ -19,8 +19,8 @@ from kbot.checks.fixes import fixed, fixed_includes, unified_diff
 from kbot.checks.folder_files import entry_points
 from kbot.checks.formats import github, junit, relative, sarif
 from kbot.checks.settings import with_choice
-from kbot.cli.arguments import as_one, examples, package_path_option, split_arguments
-from kbot.cli.output import fail, has_color, is_unusable, print_json, warn_of_others
+from kbot.cli.arguments import NO_FILE, collect_options, examples, package_path_option, split_arguments
+from kbot.cli.output import fail, has_color, is_unusable, print_json, warn_about_duplicates
 from kbot.model.load import resolve_robot_path
 from kbot.text import DescriptionError, Diagnostic, Fix, Severity, read_source, rewrite
 from kbot.text.files import unsaved
@@ -51,7 +51,7 @@ class _Job:
 
 @dataclass(frozen=True)
 class _Choice:
-    """The rules to report and those not to, as typed: codes and prefixes, separated by commas."""
+    """The rules to report and to ignore, as typed: codes and prefixes, separated by commas."""
 
     select: tuple[str, ...]
     ignore: tuple[str, ...]
@@ -64,13 +64,13 @@ class _FixOptions:
     diff: bool
 
     @property
-    def is_asked(self) -> bool:
+    def is_requested(self) -> bool:
         return self.fix or self.unsafe_fixes or self.diff
 
 
 @dataclass(frozen=True)
 class _Baselines:
-    """Files of known findings: the one to leave out, and the one to write."""
+    """Files of known findings: the one whose findings are not reported, and the one to write."""
 
     baseline: str | None
     write_baseline: str | None
@@ -124,10 +124,10 @@ class _Output:
 @click.option("--write-baseline", metavar="FILE", help="Write the current findings to FILE and exit.")
 @click.option("--statistics", is_flag=True, help="Print the number of findings per rule.")
 @package_path_option
-@as_one("choice", _Choice)
-@as_one("fixing", _FixOptions)
-@as_one("baselines", _Baselines)
-@as_one("output", _Output)
+@collect_options("choice", _Choice)
+@collect_options("fixing", _FixOptions)
+@collect_options("baselines", _Baselines)
+@collect_options("output", _Output)
 def command(
     words: tuple[str, ...],
     choice: _Choice,
@@ -146,7 +146,7 @@ def command(
     """
     files, values = split_arguments(words)
     if not files:
-        fail("no FILE was given; 'kbot' means the robot that ships with KBot")
+        fail(NO_FILE)
     jobs: list[_Job] = []
     found: list[Diagnostic] = []
     for file in files:
@@ -156,14 +156,14 @@ def command(
             found += error.diagnostics
     if values:
         jobs = _with_typed_names(jobs, values)
-    changed, findings = _apply_fixes(jobs, fixing) if fixing.is_asked else ({}, {})
+    changed, findings = _apply_fixes(jobs, fixing) if fixing.is_requested else ({}, {})
     with unsaved(changed if fixing.diff else {}):
         for job in jobs:
             known_findings = findings.get(id(job))
             found += job.check() if known_findings is None else known_findings
-    found = _same_place_once(found)
+    found = _without_duplicates(found)
     if fixing.fix or fixing.unsafe_fixes:
-        found = [_without_tried(d, fixing.unsafe_fixes) for d in found]
+        found = [_without_applied_fix(d, fixing.unsafe_fixes) for d in found]
     known = baselines.baseline or next((j.config.baseline for j in jobs if j.config.baseline), None)
     if baselines.write_baseline and not fixing.diff:
         _write_baseline(baselines.write_baseline, found)
@@ -171,7 +171,7 @@ def command(
     if known:
         found = without_known(found, known)
     if fixing.diff:
-        _report_left(found, fixing.unsafe_fixes)
+        _print_remaining(found, fixing.unsafe_fixes)
     else:
         _print(found, output, [j.path for j in jobs])
     if any(is_unusable(d) for d in found):
@@ -189,38 +189,41 @@ def _jobs(
     choice: _Choice,
     packages: Packages,
 ) -> list[_Job]:
-    """A file once; all of a folder's files, or a file with typed values, with each set of arguments that its
-    configuration gives. A typed value replaces that of a set."""
-    path = _place(resolve_robot_path(file), packages)
-    whole = Path(path).is_dir()
+    """The checks of one command-line word.
+
+    A single file without typed values is checked once. All files of a folder, and a file with typed values,
+    are checked with each set of arguments in the configuration. A typed value replaces the value in a set.
+    """
+    path = _resolve(resolve_robot_path(file), packages)
+    is_folder = Path(path).is_dir()
     jobs = []
-    for one in entry_points(path) if whole else [path]:
-        folder = os.path.dirname(os.path.abspath(one))  # noqa: PTH100, PTH120 - keeps symbolic links
+    for entry in entry_points(path) if is_folder else [path]:
+        folder = os.path.dirname(os.path.abspath(entry))  # noqa: PTH100, PTH120 - keeps symbolic links
         config = with_choice(load_config(folder), _codes(choice.select), _codes(choice.ignore))
-        sets = (config.arguments if whole or arguments else ()) or ({},)
+        sets = (config.arguments if is_folder or arguments else ()) or ({},)
         distinct = list[Mapping[str, str]]()
         for arguments_of_set in ({**given, **arguments} for given in sets):
             if arguments_of_set not in distinct:  # typed values may make two sets the same
                 distinct.append(arguments_of_set)
-        jobs += [_Job(one, given, config, packages) for given in distinct]
+        jobs += [_Job(entry, given, config, packages) for given in distinct]
     return jobs
 
 
 def _with_typed_names(jobs: Sequence[_Job], values: Mapping[str, str]) -> list[_Job]:
-    """The jobs with the properties that typed names override; a note for each of these.
+    """The jobs with the properties that typed names override. Prints a note for each of them.
 
-    Where a set of arguments of the configuration does not select what has a name, and another set does, the
-    name is left out.
+    A name may exist only with some sets of arguments, because the arguments select includes. Jobs with other
+    sets ignore the name.
 
     Raises:
-        DescriptionError: a name is neither an argument nor a property of any of the descriptions. Launch
-            files have arguments of their own: where there is one, its rules check the names.
+        DescriptionError: a name is neither an argument nor a property of any description. If one of the files
+            is a launch file, this is not checked: the rules of launch files check the names.
     """
     from kbot.xacro.assignments import Assignments, resolve_names  # rarely needed: start-up time
 
     resolved = dict[int, Assignments]()
     known = defaultdict[str, set[str]](set)
-    """The names that a file has with one set of arguments or another, by its path."""
+    """The names that a file has with any set of arguments, by the file's path."""
     for index, job in enumerate(jobs):
         if kind_of(job.path) is None:
             names = resolve_names(job.path, values, job.packages, arguments=job.arguments)
@@ -241,30 +244,30 @@ def _with_typed_names(jobs: Sequence[_Job], values: Mapping[str, str]) -> list[_
     return with_names
 
 
-def _place(word: str, packages: Packages) -> str:
-    """A path as it is; a word that is none but a package's name becomes the package's folder."""
+def _resolve(word: str, packages: Packages) -> str:
+    """The path that a word means: itself, or the folder of the package with this name."""
     if os.path.exists(word) or "/" in word or "\\" in word or "." in word:  # noqa: PTH110 - any text will do
         return word
     try:
         folder = packages.find(word)
     except PackageNotFound as error:
         hint = did_you_mean(word, [path.name for path in Path().iterdir()]) or error.hint
-        message = f"'{word}' is no file, folder or package"
+        message = f"there is no file, folder or package '{word}'"
         raise DescriptionError([Diagnostic("F001", Severity.ERROR, message, None, hint)]) from None
-    warn_of_others(word, packages)
+    warn_about_duplicates(word, packages)
     return folder
 
 
 def _apply_fixes(
     jobs: Sequence[_Job], fixing: _FixOptions
 ) -> tuple[Mapping[str, str], Mapping[int, Sequence[Diagnostic]]]:
-    """Apply fixes to the jobs' own files and to those they include, or show what they would change.
+    """Apply the fixes to the jobs' files and their includes, or print them as a diff.
 
-    Returns the new texts by path and, if there are none, the findings by the `id` of their job: a check of a
-    large file takes seconds.
+    Returns the new texts by path. If there are none, it also returns the findings by the `id` of their job,
+    so that no file is checked twice: a check of a large file takes seconds.
     """
     changed: dict[str, tuple[str, str, str]] = {}
-    """By real path, for one file may go by several names: the first of them, the text before and after."""
+    """By real path, because a file may have several names: its first name, the text before and after."""
     after: dict[str, str] = {}
     findings: dict[int, Sequence[Diagnostic]] = {}
     fixes: list[Fix] = []
@@ -294,32 +297,32 @@ def _apply_fixes(
     for fix in () if fixing.diff else fixes:
         click.echo(f"{relative(fix.edits[0].span.file)}: {fix.title}", err=True)
     for path in outside:
-        click.echo(f"{path}: outside the working directory, its fixes are not applied", err=True)
+        click.echo(f"{path}: not fixed, because it is outside the working directory", err=True)
     return after, ({} if after else findings)
 
 
-def _without_tried(found: Diagnostic, unsafe: bool) -> Diagnostic:
-    """A finding that is left after the fixes, without its own, which was discarded or not tried."""
+def _without_applied_fix(found: Diagnostic, unsafe: bool) -> Diagnostic:
+    """A finding that remains after the fixes, without its own fix if that was among those applied."""
     return replace(found, fix=None) if found.fix and (found.fix.safe or unsafe) else found
 
 
-def _report_left(found: Sequence[Diagnostic], unsafe: bool) -> None:
-    """Report on stderr what the fixes leave: an empty diff alone reads as no findings."""
+def _print_remaining(found: Sequence[Diagnostic], unsafe: bool) -> None:
+    """Print on stderr how many findings have no fix: an empty diff alone looks like no findings."""
     if not found:
         return
     more = sum(bool(d.fix and not d.fix.safe) for d in found)
     by_others = f"; {more} can be fixed by --unsafe-fixes" if more and not unsafe else ""
     fixes = "fix" if unsafe else "safe fix"
-    click.echo(f"{count(found)} left without a {fixes}{by_others}; run without --diff to list them", err=True)
+    click.echo(f"{count(found)} without a {fixes}{by_others}. Run without --diff to list them", err=True)
 
 
 def _write_baseline(path: str, found: Sequence[Diagnostic]) -> None:
     keep_baseline(path, found)
-    click.echo(f"{path}: {len(found)} findings are known from now on", err=True)
+    click.echo(f"{path}: wrote a baseline of {len(found)} findings", err=True)
 
 
-def _same_place_once(found: Sequence[Diagnostic]) -> list[Diagnostic]:
-    """Findings that several entry points or sets of arguments share, once."""
+def _without_duplicates(found: Sequence[Diagnostic]) -> list[Diagnostic]:
+    """The findings, each only once even if several entry points or sets of arguments have it."""
     seen: dict[tuple[str, str, str, int], Diagnostic] = {}
     for diagnostic in found:
         span = diagnostic.origin.span if diagnostic.origin else None
@@ -327,7 +330,7 @@ def _same_place_once(found: Sequence[Diagnostic]) -> list[Diagnostic]:
         key = (diagnostic.code, diagnostic.message, file, span.start if span else 0)
         first = seen.setdefault(key, diagnostic)
         if span and first.origin and len(span.file) < len(first.origin.span.file):
-            seen[key] = diagnostic  # known by the name that was given, not by where a package was found
+            seen[key] = diagnostic  # the name that the user typed; a package search finds longer ones
     return list(seen.values())
 
 
@@ -348,7 +351,7 @@ def _print(found: Sequence[Diagnostic], output: _Output, files: Sequence[str]) -
         click.echo(render_text(found, color=has_color(sys.stdout), width=None), nl=False)
         if found:
             click.echo(_summary(found))
-        elif sys.stderr.isatty():  # a person is told that all is well; a pipe stays empty
+        elif sys.stderr.isatty():  # confirm it to a person; a pipe gets no output
             click.echo("no findings", err=True)
     if statistics and form == "text":
         for code, number in Counter(d.code for d in found).most_common():

@@ -1,4 +1,4 @@
-"""`kbot expand`: the `xacro` command, with errors at their line."""
+"""`kbot expand`: expand xacro to URDF, with the options and output of the `xacro` command."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from kbot.cli.arguments import examples, one_file, output_option, package_path_option
-from kbot.cli.output import fail, keep_sources, report
+from kbot.cli.arguments import examples, file_and_arguments, output_option, package_path_option
+from kbot.cli.output import fail, refuse_to_overwrite, report
 from kbot.cli.xacro_command import xacro_arguments
 from kbot.text.errors import DescriptionError
 from kbot.text.files import write_text
@@ -91,11 +91,11 @@ def command(
 
     If there are errors, OUT is not changed.
     """
-    file, arguments = one_file(words)
+    file, arguments = file_and_arguments(words)
     properties = dict(_override(text) for text in overrides)
     level = 0 if quiet else verbosity if verbosity is not None else 1 + verbose
     expanded = click.get_current_context().obj
-    if expanded is not None:  # `kbot.cli.start` has done the work, and had something to report
+    if expanded is not None:  # kbot.cli.start already expanded the file, but there is something to report
         expansion, notes = expanded
         for text in notes:
             note(text)
@@ -116,9 +116,9 @@ def command(
         click.get_current_context().exit(2)
     for path in (output, source_map):
         if path:
-            keep_sources(path, [robot_path(file), *expansion.dependencies])
+            refuse_to_overwrite(path, [robot_path(file), *expansion.dependencies])
     if output and source_map and os.path.realpath(output) == os.path.realpath(source_map):
-        fail(f"-o and --source-map both write {output}: name two files")
+        fail(f"-o and --source-map both write {output}. Choose two different files")
     text = expansion.plain_text if plain else expansion.text
     if source_map:
         from kbot.xacro.source_map import SourceMap  # lazy in this module: a plain expansion is fast
@@ -131,7 +131,7 @@ def command(
 
 
 def robot_path(file: str) -> str:
-    """The path of FILE, where `kbot` means the robot that ships with KBot."""
+    """The path of FILE. `kbot` means the robot that ships with KBot."""
     if file != "kbot":
         return file
     from kbot.model.load import resolve_robot_path
@@ -142,7 +142,7 @@ def robot_path(file: str) -> str:
 def _override(text: str) -> tuple[str, str]:
     name, mark, value = text.partition("=")
     if name.strip().endswith(":"):
-        fail(f"--set takes NAME=VALUE: write {name.strip()[:-1]}={value}")
+        fail(f"--set takes NAME=VALUE. Write {name.strip()[:-1]}={value}")
     if not mark or not name.strip():
         fail(f"--set takes NAME=VALUE, not '{text}'")
     return name.strip(), value

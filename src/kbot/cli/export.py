@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from kbot.cli.arguments import examples, one_file, package_path_option, resolve_typed_names, split_arguments
+from kbot.cli.arguments import (
+    examples,
+    file_and_arguments,
+    package_path_option,
+    resolve_typed_names,
+    split_arguments,
+)
 from kbot.cli.output import fail, report
 from kbot.cli.picture_options import look_options
 from kbot.text.files import write_bytes
@@ -73,7 +79,7 @@ def command(
     name:=value sets a xacro argument of FILE or, if FILE has no argument of that name, a top-level
     property.
     """
-    file, values = one_file(words)
+    file, values = file_and_arguments(words)
     wanted = kind or _by_ending(output)
     from kbot.checks.first_look import MESHES, first_look  # lazy in this module: -h is fast
     from kbot.model.extensions import initial_positions
@@ -87,7 +93,7 @@ def command(
     positions = {**initial_positions(robot), **_positions(joints, robot)}
     report([*loaded.diagnostics, *first_look(loaded, MESHES)])
     if wanted == "html":
-        from kbot.robot import Robot  # with its origins, which the page shows
+        from kbot.robot import Robot  # keeps the origins, which the page shows
 
         data = Robot.of(loaded).show(positions).page.encode()
     else:
@@ -113,12 +119,12 @@ def _drawn(robot: RobotModel, kind: str, joints: dict[str, float], look: Look) -
 
 def _by_ending(output: str | None) -> str:
     if output is None or output == "-":
-        fail(f"say what to make with --to: one of {', '.join(FORMATS)}")
+        fail(f"the output format is missing. Add --to with one of {', '.join(FORMATS)}")
     ending = Path(output).suffix.lower()
     if ending not in _ENDINGS:
         fail(
-            f"the suffix of '{output}' does not name a format. Use .png, .html or .glb, or add --to tree "
-            "for an SVG of the kinematic tree"
+            f"the suffix of '{output}' does not select a format. Use .png, .html or .glb, or add --to tree "
+            "for an SVG drawing of the kinematic tree"
         )
     return _ENDINGS[ending]
 
@@ -126,17 +132,17 @@ def _by_ending(output: str | None) -> str:
 def _positions(words: Sequence[str], robot: RobotModel) -> dict[str, float]:
     others, given = split_arguments(words)
     if others:
-        fail(f"--joint is written name:=value, as in elbow:=1.2; not '{others[0]}'")
+        fail(f"--joint takes NAME:=VALUE, for example elbow:=1.2, not '{others[0]}'")
     known = [joint.name for joint in robot.movable_joints]
     positions: dict[str, float] = {}
     for name, text in given.items():
         if name not in known:
-            hint = did_you_mean(name, known) or f"those that move are {', '.join(known) or 'none'}"
-            fail(f"--joint {name}: the robot has no such joint that moves; {hint}")
+            hint = did_you_mean(name, known) or f"its movable joints are {', '.join(known) or 'none'}"
+            fail(f"--joint {name}: the robot has no movable joint of this name; {hint}")
         try:
             positions[name] = to_float(text)
         except ValueError:
-            fail(f"--joint {name} is a number in rad or m, not '{text}'")
+            fail(f"--joint {name} takes a number in rad or m, not '{text}'")
     return positions
 
 
@@ -147,6 +153,6 @@ def _write(output: str | None, name: str, data: bytes) -> None:
         return
     target = name if output is None else output
     if output is None and Path(target).exists():
-        fail(f"{target} is there already; name it with -o to write over it")
+        fail(f"{target} already exists. Use -o {target} to overwrite it")
     write_bytes(target, data)
     click.echo(target, err=True)

@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import click
 
-from kbot.cli.arguments import examples, json_option, one_file, package_path_option, resolve_typed_names
+from kbot.cli.arguments import (
+    examples,
+    file_and_arguments,
+    json_option,
+    package_path_option,
+    resolve_typed_names,
+)
 from kbot.cli.output import print_json, report
 
 
@@ -28,7 +34,7 @@ def command(words: tuple[str, ...], package_path: tuple[str, ...], as_json: bool
     from kbot.model.load import load_robot
     from kbot.xacro import Packages
 
-    file, values = one_file(words)
+    file, values = file_and_arguments(words)
     given = resolve_typed_names(file, values, package_path)
     loaded = load_robot(file, given.arguments, given.properties, Packages(package_path))
     robot = loaded.require()

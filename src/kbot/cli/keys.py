@@ -10,12 +10,16 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 _LOOK_SECONDS = 0.1
+"""Longest wait for a key before the thread checks whether the block has ended."""
 
 
 @contextmanager
 def keys(pressed: Callable[[str], None]) -> Iterator[None]:
-    """Within it, each key of the terminal is handed on, on a thread of its own; the terminal is as it was
-    afterwards. Nothing happens where the input is no terminal. Ctrl-C goes on to end the program."""
+    """Call `pressed` with each key that is typed within the block, on a separate thread.
+
+    The terminal's mode is restored afterwards. If stdin is not a terminal, nothing is read. Ctrl-C still ends
+    the program.
+    """
     if not sys.stdin.isatty():
         yield
         return
@@ -28,7 +32,7 @@ def keys(pressed: Callable[[str], None]) -> Iterator[None]:
         finally:
             closed.set()
         return
-    import termios  # Windows has none
+    import termios  # not available on Windows
     import tty
 
     descriptor = sys.stdin.fileno()
@@ -55,8 +59,8 @@ def _read(descriptor: int, pressed: Callable[[str], None], closed: threading.Eve
 
 
 def _read_windows(pressed: Callable[[str], None], closed: threading.Event) -> None:
-    import msvcrt  # only Windows has it
+    import msvcrt  # only available on Windows
 
     while not closed.wait(_LOOK_SECONDS / 5):
-        while msvcrt.kbhit():  # type: ignore[attr-defined,unused-ignore]  # of Windows alone
-            pressed(msvcrt.getwch())  # type: ignore[attr-defined,unused-ignore]  # of Windows alone
+        while msvcrt.kbhit():  # type: ignore[attr-defined,unused-ignore]  # Windows only
+            pressed(msvcrt.getwch())  # type: ignore[attr-defined,unused-ignore]  # Windows only

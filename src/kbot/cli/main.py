@@ -1,4 +1,4 @@
-"""Finds the verb, imports its module, and turns errors into a message and an exit status.
+"""Runs the verb that the user typed, and turns errors into messages and exit statuses.
 
 Exit status: 0 fine, 1 findings, 2 unusable input or arguments, 130 interrupted.
 """
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from kbot.cli.arguments import examples
+from kbot.cli.arguments import HOW_TO_RECORD, examples
 from kbot.cli.output import report_error
 from kbot.extensions import parts
 from kbot.text.crash import report_thread_error
@@ -44,20 +44,19 @@ VERBS = {
 for _part in parts():
     VERBS |= _part.VERBS
 
-
 ELSEWHERE = {
-    "record": "a run is recorded by kbot sim ROBOT --record FILE",
-    "play": "a recording is played by kbot bag play FILE",
-    "run": "a node of your own in Python runs as python FILE beside a running KBot, or in kbot launch",
-    "action": "an action is its topics, as ROS 1 has it: kbot topic list",
-    "interface": "kbot topic type NAME and kbot service type NAME tell the types",
-    "pkg": "kbot new NAME makes a package",
+    "record": HOW_TO_RECORD,
+    "play": "use kbot bag play FILE",
+    "run": "start your Python node with python FILE while KBot runs, or from a launch file",
+    "action": "KBot's actions are topics, as in ROS 1. List them with kbot topic list",
+    "interface": "use kbot topic type NAME or kbot service type NAME",
+    "pkg": "use kbot new NAME to create a package",
 }
-"""Verbs of `ros2` that KBot lacks, and what is there in their place."""
+"""Verbs of `ros2` that KBot does not have, and what to use instead."""
 
 
 class Verbs(click.Group):
-    """The verbs by name; a verb's module is imported when it is called."""
+    """The verbs by name. A verb's module is imported only when needed, so that `kbot --help` is fast."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(VERBS)
@@ -83,7 +82,7 @@ class Verbs(click.Group):
             return super().resolve_command(ctx, args)
         hint: str = ELSEWHERE.get(word) or did_you_mean(word, VERBS, sides=False)
         if word == "kbot" or Path(word).is_file():
-            hint = f"to look at it: kbot view {word}"
+            hint = f"to show it, use kbot view {word}"
         more = f": {hint}" if hint else ". `kbot --help` lists the verbs."
         raise click.UsageError(f"unknown verb '{word}'{more}", ctx)
 
@@ -132,16 +131,16 @@ def group() -> None:
 
 
 def main(words: Sequence[str] | None = None, expanded: tuple[Expansion, Sequence[str]] | None = None) -> None:
-    """Run the command line and leave with its exit status.
+    """Run the command line and exit with its status.
 
-    `expanded` is what `kbot.cli.start` has expanded for `kbot expand`, and its notes.
+    `expanded` is the expansion that `kbot.cli.start` already made for `kbot expand`, with its notes.
     """
     threading.excepthook = report_thread_error
     sys.exit(run(sys.argv[1:] if words is None else words, expanded))
 
 
 def run(words: Sequence[str], expanded: tuple[Expansion, Sequence[str]] | None = None) -> int:
-    """Run the command line; its exit status. A verb may return one, or call `ctx.exit`."""
+    """Run the command line and return its exit status. A verb may return one, or call `ctx.exit`."""
     if "_KBOT_COMPLETE" in os.environ:
         group.main(list(words), prog_name="kbot")
     try:
@@ -151,7 +150,7 @@ def run(words: Sequence[str], expanded: tuple[Expansion, Sequence[str]] | None =
     except click.exceptions.Exit as stop:
         return stop.exit_code
     except BrokenPipeError:
-        return _reader_gone()
+        return _end_at_closed_pipe()
     except (click.ClickException, KbotError, OSError) as error:
         with suppress(OSError):  # stderr may be full: the status still reports the error
             report_error(error)
@@ -166,7 +165,7 @@ def _print_note(text: str) -> None:
     click.echo(f"note: {text}", err=True)
 
 
-def _reader_gone() -> int:
-    """Whoever read our output has seen enough (`kbot expand … | head`): end as other programs do."""
+def _end_at_closed_pipe() -> int:
+    """The reader closed the pipe (`kbot expand … | head`): end silently with the status 128 + SIGPIPE."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return 141

@@ -1,4 +1,4 @@
-"""What verbs print: findings and errors on stderr, results on stdout."""
+"""Prints findings and errors to stderr, and results to stdout."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def has_color(stream: TextIO) -> bool:
-    """Whether a stream is a terminal whose user did not ask for plain text (NO_COLOR, TERM=dumb)."""
+    """Whether to print colors: the stream is a terminal, and neither NO_COLOR nor TERM=dumb is set."""
     return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
 
@@ -36,24 +36,24 @@ def report(diagnostics: Iterable[Diagnostic], stream: TextIO | None = None) -> N
 
 
 def print_note(text: str) -> None:
-    """Print a line to stderr, so that stdout holds results alone."""
+    """Print a line to stderr: stdout is for results only."""
     click.echo(text, err=True)
 
 
-def say_how_to_fix(diagnostics: Iterable[Diagnostic]) -> None:
-    """The command that applies the safe fixes of what was reported, where there are any."""
+def print_fix_command(diagnostics: Iterable[Diagnostic]) -> None:
+    """Print the command that applies the safe fixes of these diagnostics, if there are any."""
     fixes = [d.fix for d in diagnostics if d.fix and d.fix.safe]
     files = dict.fromkeys(edit.span.file for fix in fixes for edit in fix.edits)
     if files:
-        sys.stderr.write(f"apply what is safe of it with: {shlex.join(['kbot', 'check', '--fix', *files])}\n")
+        sys.stderr.write(f"apply the safe fixes with: {shlex.join(['kbot', 'check', '--fix', *files])}\n")
         sys.stderr.flush()
 
 
 def report_error(error: Exception) -> None:
-    """Write what went wrong to stderr: every diagnostic of a description, or one line."""
+    """Write an error to stderr: all diagnostics of a description, or one line."""
     if isinstance(error, DescriptionError) and error.diagnostics:
         report(error.diagnostics)
-        say_how_to_fix(error.diagnostics)
+        print_fix_command(error.diagnostics)
         return
     head = "\x1b[1;31merror:\x1b[0m" if has_color(sys.stderr) else "error:"
     if isinstance(error, click.ClickException):
@@ -78,30 +78,33 @@ def _takes_values(context: click.Context | None) -> bool:
 
 
 def is_unusable(diagnostic: Diagnostic) -> bool:
-    """Whether a finding says that a file cannot be read at all: it is not there, no text, or not XML."""
+    """Whether a finding means that a file is unusable: it is missing, not text, or not XML."""
     return diagnostic.is_error and diagnostic.code.startswith(("F", "P"))
 
 
-def warn_of_others(package: str, packages: Packages) -> None:
-    """Name the package that is taken, where the working directory holds several of its name."""
+def warn_about_duplicates(package: str, packages: Packages) -> None:
+    """Print which package is used if the working directory contains several with this name."""
     others = packages.others(package)
     if others:
-        taken, also = packages.find(package), ", ".join(others)
-        click.echo(f"warning: there are several packages '{package}': {taken} is taken, not {also}", err=True)
+        used = packages.find(package)
+        click.echo(
+            f"warning: several packages are named '{package}': using {used}, not {', '.join(others)}",
+            err=True,
+        )
 
 
 def print_json(value: object) -> None:
-    """One JSON object on stdout; NaN and infinity, which JSON lacks, are refused."""
+    """Print one JSON object. NaN and infinity raise ValueError, because JSON cannot express them."""
     click.echo(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False))
 
 
-def keep_sources(output: str, sources: Iterable[str]) -> None:
-    """Refuse to write a result over a file that it is made from. Raises KbotError."""
+def refuse_to_overwrite(output: str, sources: Iterable[str]) -> None:
+    """Raise KbotError if the output would overwrite a file that it is computed from."""
     place = os.path.realpath(output)
     if os.path.isfile(place) and place in map(os.path.realpath, sources):  # noqa: PTH113 - any text will do
-        fail(f"{output} is a file that this is made from, and would be lost: write to another")
+        fail(f"{output} is an input of this command and would be overwritten. Choose another output file")
 
 
 def fail(message: str) -> NoReturn:
-    """End the verb with one clear sentence and exit status 2."""
+    """End the verb with an error message and exit status 2."""
     raise KbotError(message)

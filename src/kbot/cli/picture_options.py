@@ -1,4 +1,4 @@
-"""The options of pictures: size, camera direction, background and theme."""
+"""Adds the options of pictures to verbs: size, camera direction, background and theme."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from kbot.render.look import Look
     from kbot.render.palette import Theme
 
-_Function = TypeVar("_Function", bound=Callable[..., Any])  # Any: a verb takes whatever its options give
+_Function = TypeVar("_Function", bound=Callable[..., Any])  # Any: each verb has its own parameters
 
 
 def size_option(default: str) -> Callable[[_Function], _Function]:
@@ -26,19 +26,19 @@ def size_option(default: str) -> Callable[[_Function], _Function]:
 
 
 def parse_size(size: str) -> tuple[int, int]:
-    """Width and height in pixels, up to the largest that is drawn.
+    """Width and height in pixels.
 
     Raises:
-        KbotError: it is not a size; the message shows the format.
+        KbotError: the text is not a size, or it is too large to draw.
     """
     from kbot.render.look import MOST_PIXELS  # lazy in this module: -h is fast
 
     try:
         width, height = (int(word) for word in size.lower().split("x"))
     except ValueError:
-        fail(f"--size is a width and a height in pixels, as in 1280x720; not '{size}'")
+        fail(f"--size takes WxH in pixels, for example 1280x720, not '{size}'")
     if not (1 <= width <= MOST_PIXELS and 1 <= height <= MOST_PIXELS):
-        fail(f"--size {size}: a picture has 1 to {MOST_PIXELS} pixels a side")
+        fail(f"--size {size}: width and height must be 1 to {MOST_PIXELS} pixels")
     return width, height
 
 
@@ -84,5 +84,5 @@ def _parse_look(size: str, side: str, transparent: bool, theme: Theme) -> Look:
     try:
         azimuth, elevation = (to_float(word) for word in side.split(","))
     except ValueError:
-        fail(f"--from is an azimuth and an elevation in degrees, as in 215,28; not '{side}'")
+        fail(f"--from takes AZ,EL in degrees, for example 215,28, not '{side}'")
     return Look(width, height, azimuth, elevation, transparent, theme)

@@ -1,4 +1,4 @@
-"""Shows on a terminal what is being loaded when it takes longer than a second."""
+"""Shows on a terminal what KBot is loading, if that takes longer than a second."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 
 PATIENCE = 1.0
-"""Seconds after which a person wants to know that something goes on."""
+"""Seconds after which the terminal shows that KBot is busy. Shorter waits need no display."""
 
 
 @contextmanager
 def busy(what: str) -> Iterator[None]:
-    """Say on stderr what is being done once it has lasted a while, until it ends; only on a terminal."""
+    """Show `what` on stderr within the block, if stderr is a terminal and the block takes a while."""
     if not sys.stderr.isatty():
         yield
         return
@@ -37,7 +37,10 @@ def busy(what: str) -> Iterator[None]:
 
 @contextmanager
 def loading(what: str) -> Iterator[None]:
-    """As `busy`, for what stays until the end: a tenth of the time would go into looking for cycles in it."""
+    """Show that `what` is being loaded, as `busy` does, and collect no garbage within the block.
+
+    The loaded objects live until the program ends. Searching them for cycles takes a tenth of the time.
+    """
     collecting = gc.isenabled()
     gc.disable()
     try:

@@ -1,4 +1,4 @@
-"""The options of recordings and peers, and the block in which a verb runs with them."""
+"""Adds the options of recordings and peers to verbs, and runs verbs with them."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from kbot.record.run_outputs import Peers, RunOutputs
     from kbot.tf.static_transforms import StaticTransform
 
-_Function = TypeVar("_Function", bound=Callable[..., Any])  # Any: a verb takes whatever its options give
+_Function = TypeVar("_Function", bound=Callable[..., Any])  # Any: each verb has its own parameters
 
 
 class PeerRequest(Protocol):
-    """The peers that a user asked for. `is_live`: for them the run has to keep wall-clock time."""
+    """The peers that the user requested. `is_live`: the run must keep wall-clock time for them."""
 
     @property
     def is_live(self) -> bool: ...
@@ -36,8 +36,10 @@ class PeerRequest(Protocol):
 
 
 def peer_options(function: _Function) -> _Function:
-    """Add the options of peers, passed to the verb as `peers: PeerRequest | None`: None where no installed
-    part of KBot adds peers."""
+    """Add the options of peers, passed to the verb as `peers: PeerRequest | None`.
+
+    `peers` is None if no installed part of KBot provides peers.
+    """
     module = _peers_module()
     if module is not None:
         decorated: _Function = module.peer_options(function)
@@ -53,16 +55,16 @@ def peer_options(function: _Function) -> _Function:
 
 
 def record_options(function: _Function) -> _Function:
-    """Add the options of a recording, passed to the verb as one `record: RecordOptions`."""
+    """Add the options of recordings, passed to the verb as `record: RecordOptions`."""
 
     @functools.wraps(function)
     def with_record(
         *args: object, record: str | None, record_topics: tuple[str, ...], **others: object
     ) -> object:
         if record_topics and record is None:
-            fail("--record-topic goes with --record FILE")
+            fail("--record-topic needs --record FILE")
         if record == "":
-            fail("--record needs the name of the file to write")
+            fail("--record needs a file name")
         return function(*args, record=RecordOptions(record or "", record_topics), **others)
 
     wrapped: Any = with_record
@@ -91,15 +93,16 @@ def run_outputs(
     *,
     served: bool = False,
 ) -> Iterator[RunOutputs]:
-    """Within the block a run is recorded and connected to peers, and Ctrl-C, SIGTERM and a terminal that
-    closes end the program in order. `served`: it keeps wall-clock time, so that `kbot topic` can query it
-    even if no peer was asked for.
+    """Record the run and connect it to peers within the block.
+
+    Ctrl-C, SIGTERM and a closed terminal end the program cleanly. `served`: the run keeps wall-clock time, so
+    that `kbot topic` can query it even if the user requested no peer.
 
     Raises:
-        KbotError: the recording cannot be made, or a bridge cannot be opened.
-        Exit: with status 2 at the end, if the recording ended early; the reason was reported then.
+        KbotError: the recording cannot be created, or a bridge cannot be opened.
+        Exit: with status 2 after the block, if the recording ended early. The reason is already printed.
     """
-    from kbot.record.run_outputs import RunOutputs  # with the recorder's numpy and mcap
+    from kbot.record.run_outputs import RunOutputs  # slow to import: numpy and mcap
 
     if served and peers is None and (module := _peers_module()) is not None:
         peers = module.DEFAULT

@@ -1,7 +1,7 @@
-"""Entry point of `kbot`. A plain `kbot expand` is done here at once; `kbot.cli.main` does the rest.
+"""Entry point of `kbot`. Runs a plain `kbot expand` at once, and leaves all other verbs to `kbot.cli.main`.
 
-Build tools run `kbot expand` for every robot, and the command line's library takes longer to
-import than a description takes to expand.
+Build tools run `kbot expand` for every robot. Importing click takes longer than expanding most descriptions,
+so the plain case does without it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def main() -> None:
-    """Run the command line and leave with its exit status; an unforeseen error is one line and status 2."""
+    """Run the command line and exit with its status. An internal error prints one line and exits with 2."""
     try:
         _main()
     except SystemExit:
@@ -34,11 +34,11 @@ def main() -> None:
 
 
 def _main() -> None:
-    _open_what_is_closed()
+    _reopen_closed_streams()
     _print_utf_8()
     words = sys.argv[1:]
-    expanded = _expand_plainly(words[1:]) if words[:1] == ["expand"] else None
-    if expanded is not None and _is_printed(*expanded):
+    expanded = _expand_without_options(words[1:]) if words[:1] == ["expand"] else None
+    if expanded is not None and _print_if_clean(*expanded):
         return
     from kbot.cli.main import main as full
 
@@ -55,9 +55,11 @@ def _comes_from_ctrl_c(error: BaseException) -> bool:
     return cause is not None
 
 
-def _open_what_is_closed() -> None:
-    """Where a shell closed a standard stream (`kbot check robot.urdf >&-`), take the null device for it, or
-    the next file to be opened would be written to in its place."""
+def _reopen_closed_streams() -> None:
+    """Open the null device for each standard stream that the shell closed (`kbot check robot.urdf >&-`).
+
+    Otherwise the next file that KBot opens would get the stream's number, and output would go into that file.
+    """
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             null = open(os.devnull, mode, encoding="utf-8")  # noqa: PTH123, SIM115 - until the program ends
@@ -65,20 +67,23 @@ def _open_what_is_closed() -> None:
 
 
 def _print_utf_8() -> None:
-    """Print UTF-8 whatever the locale is: XML without a declared encoding is UTF-8, and so is JSON.
+    """Print UTF-8 in every locale: XML without a declared encoding is UTF-8, and so is JSON.
 
-    What UTF-8 cannot express, as a file's name that is not UTF-8, is printed as an escape.
+    A file name that is not valid UTF-8 is printed with escapes.
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(encoding="utf-8", errors="backslashreplace")
 
 
-def _expand_plainly(words: Sequence[str]) -> tuple[Expansion, list[str]] | None:
-    """The expansion of `FILE [name:=value …]` and its notes; None if there is more to do, or an error."""
+def _expand_without_options(words: Sequence[str]) -> tuple[Expansion, list[str]] | None:
+    """The expansion of `FILE [name:=value …]` and its notes.
+
+    None if the words need the full command line, or if there is an error, which `kbot.cli.expand` reports.
+    """
     files = [word for word in words if ":=" not in word]
     if len(files) != 1 or files[0] == "kbot" or "=" in files[0] or files[0].startswith(("-", "/dev/")):
-        return None  # what comes from a pipe can be read once only
+        return None  # kbot.cli.expand handles these; a pipe can be read only once
     from kbot.cli.xacro_command import xacro_arguments
     from kbot.text.errors import KbotError
     from kbot.text.notes import notes_sent_to
@@ -94,8 +99,8 @@ def _expand_plainly(words: Sequence[str]) -> tuple[Expansion, list[str]] | None:
         return None
 
 
-def _is_printed(expansion: Expansion, notes: Sequence[str]) -> bool:
-    """Print an expansion if there is nothing to report; `kbot.cli.expand` takes over any other."""
+def _print_if_clean(expansion: Expansion, notes: Sequence[str]) -> bool:
+    """Print an expansion that has nothing to report. Returns False if `kbot.cli.expand` has to take over."""
     if not expansion.ok or expansion.diagnostics or notes or sys.platform == "win32":
         return False
     try:

@@ -10,7 +10,7 @@ from kbot.cli.arguments import (
     PageOptions,
     config_option,
     examples,
-    one_file,
+    file_and_arguments,
     package_path_option,
     page_options,
     picture_file,
@@ -65,13 +65,13 @@ def command(
     While kbot view runs, `kbot topic` and `kbot tf` can read joint states, frames and recorded topics.
     Ctrl-C stops it.
     """
-    path, values = one_file(words)
+    path, values = file_and_arguments(words)
     from kbot.cli.run_outputs import run_outputs  # lazy in this module: -h is fast
     from kbot.record.names import is_recording
 
     if is_recording(path):
         if shot is not None or values:
-            fail("a recording is played as it is: leave --shot and name:=value out")
+            fail("a recording cannot be combined with --shot or name:=value")
         with loading(path):
             from kbot.workbench.serve import serve_session
             from kbot.workbench.session.played_session import played_session

@@ -49,7 +49,7 @@ def command(words: tuple[str, ...], package_path: tuple[str, ...], as_json: bool
     """
     names, values = split_arguments(words)
     if len(names) != 2:
-        raise KbotError("a FILE and a NAME (or LINE:COLUMN) are expected")
+        raise KbotError("expected a FILE, and a NAME or LINE:COLUMN")
     file, name = names
     given = resolve_typed_names(file, values, package_path)
     expansion = expand(
@@ -74,10 +74,10 @@ def _traces(expansion: Expansion, name: str) -> list[Trace]:
     if match:
         trace = expansion.source_map.at(int(match[1]), int(match[2] or 1))
         if trace is None:
-            raise KbotError(f"nothing was expanded to line {match[1]}, column {match[2] or 1}")
+            raise KbotError(f"the expanded file has no element at line {match[1]}, column {match[2] or 1}")
         return [trace]
     found = expansion.source_map.find(name)
-    # <mimic joint=…>, <parent link=…> and the like have no name of their own, so these are all of it
+    # other tags may have the name too; if none of these three has it, they are the result
     return [trace for trace in found if trace.element.tag in ("link", "joint", "material")] or found
 
 

@@ -1,4 +1,4 @@
-"""What `kbot expand` shares with the `xacro` command."""
+"""Reads arguments as the `xacro` command does, for `kbot expand`."""
 
 from __future__ import annotations
 
@@ -10,10 +10,12 @@ if TYPE_CHECKING:
 
 
 def xacro_arguments(arguments: Mapping[str, str]) -> dict[str, str]:
-    """The arguments as the `xacro` command takes them: trimmed; empty ones and `_name:=` are not for it.
+    """The arguments as the `xacro` command reads them.
+
+    Names and values are trimmed. Empty values and ROS remappings (`_name:=value`) are ignored.
 
     Raises:
-        KbotError: a word with more than one `:=`, or with no name before it.
+        KbotError: a word has more than one `:=`, or no name before it.
     """
     given = {}
     for name, value in arguments.items():
@@ -21,7 +23,7 @@ def xacro_arguments(arguments: Mapping[str, str]) -> dict[str, str]:
             raise KbotError(f"'{name}:={value}' has more than one ':='")
         key, text = name.strip(), value.strip()
         if not key:
-            raise KbotError(f"'{name}:={value}' has no name before ':='; an argument is written name:=value")
+            raise KbotError(f"'{name}:={value}' has no name before ':='. Write name:=value")
         is_remapping = len(key) > 1 and key[0] == "_" and key[1] != "_"
         if text and not is_remapping:
             given[key] = text

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import click
 
 from kbot.cli.arguments import (
-    as_one,
+    HOW_TO_RECORD,
+    collect_options,
     examples,
     json_option,
     output_option,
@@ -32,13 +33,13 @@ if TYPE_CHECKING:
 
 
 ELSEWHERE = {
-    "record": "a run is recorded by kbot sim ROBOT --record FILE",
-    "reindex": "kbot bag convert FILE NEW writes what broke off anew",
-    "check": "kbot bag info FILE reports whether it is complete",
-    "filter": "kbot bag cut FILE NEW --topic NAME --start S --end S leaves the rest out",
-    "compress": "kbot bag convert FILE NEW.mcap compresses",
+    "record": HOW_TO_RECORD,
+    "reindex": "to repair an incomplete recording, use kbot bag convert FILE NEW",
+    "check": "kbot bag info FILE reports whether a recording is complete",
+    "filter": "use kbot bag cut FILE NEW --topic NAME --start S --end S",
+    "compress": "kbot bag convert FILE NEW.mcap writes a compressed recording",
 }
-"""Commands of theirs, and what is there in their place."""
+"""Commands of `rosbag` and `ros2 bag` that KBot does not have, and what to use instead."""
 
 _LISTS = {
     "--topics": "--topic",
@@ -46,12 +47,12 @@ _LISTS = {
     "--remap": "--remap",
     "-m": "--remap",
 }
-"""Options that are followed by several words, and the one that takes each."""
+"""Options of ROS that take several words, and KBot's option that takes one of them at a time."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Excerpt:
-    """The part of recordings to play back, times in s, and the topics and their new names."""
+    """The part of the recordings to play back (in s), the topics, and their new names."""
 
     start: float
     seconds: float | None
@@ -61,7 +62,7 @@ class _Excerpt:
 
 
 class Bag(click.Group):
-    """Names what replaces a command of `rosbag` or `ros2 bag` that KBot does not have."""
+    """Reports what to use instead of a command of `rosbag` or `ros2 bag` that KBot does not have."""
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -73,31 +74,31 @@ class Bag(click.Group):
 
 
 class Play(click.Command):
-    """Takes `--topics A B …` as rosbag and ros2 bag do, up to the next option, `A:=B` as rosbag does, and
+    """Accepts what rosbag and ros2 bag accept: `--topics A B …` up to the next option, a plain `A:=B`, and
     `--clock` with a rate."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         words: list[str] = []
-        one = before = ""
+        option = before = ""
         for word, after in zip(args, [*args[1:], "-"], strict=True):
             if word.startswith("-"):
-                one = _LISTS.get(word, "")
-                if one and after.startswith("-"):
-                    raise click.UsageError(f"{word} is followed by names of topics", ctx)
-                words += [] if one else [word]
+                option = _LISTS.get(word, "")
+                if option and after.startswith("-"):
+                    raise click.UsageError(f"{word} needs at least one value", ctx)
+                words += [] if option else [word]
             elif ":=" in word:
                 words += ["--remap", word]
             elif before != "--clock" or not _is_number(word):
-                words += [one, word] if one else [word]
+                words += [option, word] if option else [word]
             before = word
         return super().parse_args(ctx, words)
 
 
 def read_remaps(words: tuple[str, ...]) -> dict[str, str]:
-    """`/odom:=/odometry`, several of them. Raises UsageError: one is not written so."""
+    """New names by old names, from words like `/odom:=/odometry`. Raises UsageError for any other word."""
     for word in words:
         if not all(word.partition(":=")):
-            raise click.UsageError(f"--remap {word}: a remap is written OLD:=NEW")
+            raise click.UsageError(f"--remap takes OLD:=NEW, not '{word}'")
     return dict(word.split(":=", 1) for word in words)
 
 
@@ -106,14 +107,14 @@ def _is_number(word: str) -> bool:
 
 
 _WALL_CLOCK = 1e9
-"""Seconds (September 2001) from which on a time is taken to be the wall's and not a simulation's."""
+"""Seconds (September 2001). Later times are taken for wall-clock times, earlier ones for simulated times."""
 _MAKERS = {"kbot": "KBot", "mujoco": "MuJoCo", "python": "Python", "machine": "on"}
 
 Rows = list[tuple[str, str]]
 
 
 def bag_text(path: str, found: Summary) -> str:
-    """A recording's size, span, topics and facts, a line each."""
+    """The text of `kbot bag info`: size, time span, metadata and topics, one per line."""
     lines = [f"{path}: {found.kind}, {found.count} messages over {found.seconds:.3f} s"]
     rows: Rows = [("size", _size(path))]
     if found.start is not None and found.end is not None:
@@ -129,7 +130,9 @@ def bag_text(path: str, found: Summary) -> str:
     ]
     if found.broken:
         until = f" up to {found.end * 1e-9:.3f} s" if found.end is not None else ""
-        lines.append(f"It is not whole: {found.broken}. The {found.count} messages{until} can be read.")
+        lines.append(
+            f"The recording is incomplete: {found.broken}. Its {found.count} messages{until} can be read."
+        )
     return "\n".join(lines)
 
 
@@ -152,7 +155,7 @@ def _time(nanoseconds: int) -> str:
 
 
 def _facts(name: str, values: Mapping[str, str]) -> Rows:
-    """KBot's own in words, those of others as they stand."""
+    """The rows of one metadata record: KBot's own in words, all others unchanged."""
     if name in ("kbot", "kbot.cut"):
         return list(_run(values, is_part=name == "kbot.cut"))
     if name == "kbot.end":
@@ -164,9 +167,9 @@ def _facts(name: str, values: Mapping[str, str]) -> Rows:
 def _run(values: Mapping[str, str], *, is_part: bool) -> Iterator[tuple[str, str]]:
     name, namespace, prefix = _list(values, "naming", 3)
     robot = values.get("robot", "?")
-    called = f", called {name}" if name and name != robot else ""
-    beneath = f", its topics beneath /{namespace}" if namespace else ""
-    framed = f", its frames from {prefix}" if prefix else ""
+    called = f", named {name}" if name and name != robot else ""
+    beneath = f", topics under /{namespace}" if namespace else ""
+    framed = f", frame prefix {prefix}" if prefix else ""
     yield "robot", robot + called + beneath + framed
     yield "world", values.get("world", "?")
     x, y, yaw = (_number(value) for value in _list(values, "start", 3))
@@ -185,7 +188,7 @@ def _run(values: Mapping[str, str], *, is_part: bool) -> Iterator[tuple[str, str
 
 
 def _list(values: Mapping[str, str], key: str, length: int) -> list[str]:
-    """What is written as JSON; of that length, and empty texts where it is not there."""
+    """A list that is stored as JSON. If its length is wrong, `length` empty texts; 0 accepts any length."""
     try:
         found = parse_json(values.get(key, "[]"))
     except ValueError:
@@ -302,7 +305,7 @@ def _copy(
 
     copied = copy_recording(recording, target, start=start, end=end, topics=topics)
     if copied.broken:
-        click.echo(f"{recording} is not whole: {copied.broken}", err=True)
+        click.echo(f"{recording} is incomplete: {copied.broken}", err=True)
     click.echo(f"{target}: {copied.messages} messages")
 
 
@@ -350,10 +353,13 @@ def export(
         spare_recordings(output)
     kind = kind or {".svg": "svg", ".parquet": "parquet"}.get(Path(output or "").suffix.lower(), "csv")
     if kind == "parquet" and output is None:
-        fail("a Parquet file is no text to print: name it with -o FILE")
+        fail("a Parquet file is binary and cannot be printed. Add -o FILE")
     table = MessageTable.of(recording, topic)
     if kind == "svg" and not fields:
-        fail(f"a plot is of --field NAME; {topic} has {', '.join(table.numbers) or 'no numbers'}")
+        fail(
+            f"a plot needs --field NAME. The numeric fields of {topic}: "
+            + (", ".join(table.numbers) or "none")
+        )
     table = table.only(fields)
     if kind == "parquet":
         write_bytes(str(output), table.parquet())
@@ -370,7 +376,7 @@ def _plot(table: MessageTable, size: str) -> str:
 
     width, height = parse_size(size)
     if min(width, height) < SMALLEST_PLOT:
-        fail(f"--size {size}: a plot has at least {SMALLEST_PLOT} pixels a side")
+        fail(f"--size {size}: width and height of a plot must be at least {SMALLEST_PLOT} pixels")
     curves = [Curve(name, table.column(name)) for name in table.columns[1:]]
     return plot_svg(table.times, curves, width, height)
 
@@ -419,8 +425,8 @@ def _plot(table: MessageTable, size: str) -> str:
     "--remap", "remaps", multiple=True, metavar="OLD:=NEW", help="Publish OLD as NEW. Can be repeated."
 )
 @peer_options
-@as_one("excerpt", _Excerpt)
-@as_one("pace", Pace)
+@collect_options("excerpt", _Excerpt)
+@collect_options("pace", Pace)
 def play(
     recordings: tuple[str, ...],
     excerpt: _Excerpt,
@@ -449,7 +455,7 @@ def play(
         seconds=excerpt.seconds,
     )
     if pace.loop and player.length == 0.0:
-        fail(f"0 s of {player.path} would be said: that leaves nothing to be said again and again")
+        fail(f"--loop has nothing to repeat: the selected part of {player.path} lasts 0 s")
     play_back(player, peers, pace)
 
 
@@ -470,15 +476,15 @@ def replay(recording: str, package_path: tuple[str, ...]) -> int:
         fail(f"{recording} does not exist")
     again = run_again(recording, Packages(package_path))
     state = {True: "the engine ended in the same state", False: "the engine ended in another state", None: ""}
-    told = [
+    result = [
         again.difference or f"{again.compared} messages are the same, bit for bit",
         state[again.same_state],
     ]
-    click.echo("; ".join(filter(None, told)))
+    click.echo("; ".join(filter(None, result)))
     if again.left_out:
         topics = ", ".join(f"{topic} {count}" for topic, count in again.left_out.items())
         click.echo(
-            f"{sum(again.left_out.values())} messages were not compared ({topics}): only the robots and the "
-            "clock speak again, not sensors, nodes, programs and the recorder of the world"
+            f"{sum(again.left_out.values())} messages were not compared ({topics}): a replay repeats only "
+            "the robots and the clock, not sensors, nodes, programs and recorded world states"
         )
     return 0 if again.is_same else 1

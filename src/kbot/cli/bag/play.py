@@ -1,4 +1,4 @@
-"""`kbot bag play`: plays back a recording in real time, with keys that pause it."""
+"""`kbot bag play`: play back a recording in real time, with keys to pause and step."""
 
 from __future__ import annotations
 
@@ -17,14 +17,16 @@ if TYPE_CHECKING:
     from kbot.record.player import Player
 
 PERIOD = 0.01
+"""Wall-clock seconds between two advances of the player."""
 BEHIND = 0.2
-"""Seconds of wall time that are caught up at most."""
+"""Longest delay, in wall-clock seconds, that playback makes up for. A longer one moves its end."""
 STEP_SECONDS = 0.1
+"""Seconds of the recording that the key s plays."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pace:
-    """`rate` is a factor of wall-clock time, `delay` in seconds."""
+    """How to play back. `rate` is a factor of wall-clock time, `delay` is in seconds."""
 
     rate: float
     delay: float
@@ -33,7 +35,7 @@ class Pace:
 
 
 def play(player: Player, peers: PeerRequest | None, pace: Pace) -> None:
-    """Play it back to peers until its end or Ctrl-C, which is not a failure.
+    """Play back to peers until the end or Ctrl-C. Ctrl-C is not an error.
 
     Raises:
         KbotError: a bridge cannot be opened, or a message cannot be read.
@@ -48,10 +50,10 @@ def play(player: Player, peers: PeerRequest | None, pace: Pace) -> None:
             steps[0] += 1
 
     if player.summary.broken:
-        click.echo(f"{player.summary.broken}; what can be read is played", err=True)
+        click.echo(f"{player.summary.broken}; playing back the readable part", err=True)
     for topic in player.unknown:
         kind = player.summary.topics[topic].type_name
-        click.echo(f"{topic} is not said: KBot does not know {kind}", err=True)
+        click.echo(f"{topic} is not played back: KBot does not know the type {kind}", err=True)
     with suppress(KeyboardInterrupt), run_outputs(peers=peers, served=True) as outputs, keys(pressed):
         outputs.show(player, player.description, player.path)
         click.echo(_start(player, peers, pace), err=True)
@@ -72,10 +74,10 @@ def play(player: Player, peers: PeerRequest | None, pace: Pace) -> None:
 
 
 def _start(player: Player, peers: PeerRequest | None, pace: Pace) -> str:
-    """What is played back, how long it takes, who receives it, and the keys."""
+    """The text that is printed at the start: file, duration, receivers, and keys."""
     receivers = f"{peers.describe()}\n" if peers is not None else ""
-    how = " again and again" if pace.loop else ""
-    how += f" at {pace.rate:g} times its rate" if pace.rate != 1.0 else ""
-    keys_told = "Space pauses it, s steps 0.1 s, Ctrl-C ends it." if sys.stdin.isatty() else "Ctrl-C ends it."
+    how = ", repeated" if pace.loop else ""
+    how += f", at {pace.rate:g} times its speed" if pace.rate != 1.0 else ""
+    key_help = "Space pauses, s advances by 0.1 s, Ctrl-C stops." if sys.stdin.isatty() else "Ctrl-C stops."
     paused = " It is paused." if player.paused else ""
-    return f"{player.path}: {player.length:.3f} s{how}.{paused}\n{receivers}{keys_told}"
+    return f"{player.path}: {player.length:.3f} s{how}.{paused}\n{receivers}{key_help}"

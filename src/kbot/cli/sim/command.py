@@ -1,4 +1,4 @@
-"""The command `kbot sim`: simulate a robot in the browser, or headless as fast as possible."""
+"""`kbot sim`: simulate a robot in the browser, or headless as fast as possible."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import click
 
 from kbot.cli.arguments import (
     PageOptions,
-    as_one,
+    collect_options,
     config_option,
     examples,
+    file_and_arguments,
     json_option,
-    one_file,
     package_path_option,
     page_options,
     picture_file,
@@ -36,11 +36,12 @@ if TYPE_CHECKING:
     from kbot.workbench.displays.display_file import DisplayFile
 
 DURATION = 10.0
+"""Seconds that a headless run takes without --duration."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Setup:
-    """Where and how the robot is simulated."""
+    """The simulation: world, start pose, seed, and contact model."""
 
     world: str
     pose: str
@@ -50,7 +51,7 @@ class _Setup:
 
 @dataclass(frozen=True, slots=True)
 class _RunOptions:
-    """How a run without a page drives, how long it takes, and what it leaves."""
+    """How a headless run drives, how long it takes, and which files it writes."""
 
     duration: float | None
     cmd_vel: str | None
@@ -63,24 +64,24 @@ class _RunOptions:
     def refuse_without_headless(self) -> None:
         for name in ("duration", "cmd_vel", "script", "goto", "plot", "shot"):
             if getattr(self, name) is not None:
-                fail(f"--{name.replace('_', '-')} goes with --headless")
+                fail(f"--{name.replace('_', '-')} needs --headless")
         if self.as_json:
-            fail("--json goes with --headless")
+            fail("--json needs --headless")
 
     def require_consistent(self) -> None:
         seconds = DURATION if self.duration is None else self.duration
         if not (math.isfinite(seconds) and seconds >= 0.0):
-            fail(f"--duration is a finite number of seconds from 0 on, not {seconds}")
+            fail(f"--duration takes a finite number of seconds, at least 0, not {seconds}")
         if self.script is not None and self.cmd_vel is not None:
-            fail("--script drives the robot itself; leave --cmd-vel out")
+            fail("--script drives the robot. Remove --cmd-vel")
         if self.script is not None and self.duration is not None:
-            fail("--script sets its own duration; leave --duration out")
+            fail("--script sets the duration. Remove --duration")
         if self.goto is not None and (self.cmd_vel is not None or self.script is not None):
-            fail("--goto drives the robot itself; leave --cmd-vel and --script out")
+            fail("--goto drives the robot. Remove --cmd-vel and --script")
         if self.shot is not None and self.plot == self.shot:
-            fail(f"--plot and --shot both draw {self.plot}: name two files")
+            fail(f"--plot and --shot both write {self.plot}. Choose two different files")
         if self.goto is not None and self.plot is not None:
-            fail("--plot is for --script and --cmd-vel; leave it out with --goto")
+            fail("--plot does not work with --goto, only with --script and --cmd-vel")
 
 
 @click.command(
@@ -101,7 +102,8 @@ class _RunOptions:
     default="empty",
     show_default=True,
     metavar="W",
-    help="World to simulate in: a built-in name, an SDF file or a map.yaml.",
+    help="World to simulate in: a built-in world (empty, boxes, maze, rooms, corridor, ramp, stairs, "
+    "obstacle_course, track), an SDF file or a map.yaml.",
 )
 @click.option(
     "--headless", is_flag=True, help="Simulate without a page, as fast as possible, and print a report."
@@ -157,8 +159,8 @@ class _RunOptions:
 @package_path_option
 @config_option
 @page_options
-@as_one("setup", _Setup)
-@as_one("run", _RunOptions)
+@collect_options("setup", _Setup)
+@collect_options("run", _RunOptions)
 @click.pass_context
 def command(
     ctx: click.Context,
@@ -186,7 +188,7 @@ def command(
     Exit status: 0 fine; 1 the goal was not reached or an assertion of the script failed; 2 unusable
     input.
     """
-    file, values = one_file(words)
+    file, values = file_and_arguments(words)
     if headless:
         _refuse_without_page(ctx)
         run.require_consistent()
@@ -253,12 +255,12 @@ def _run_headless(
     peers: PeerRequest | None,
     package_path: tuple[str, ...],
 ) -> int:
-    """Run without a page; the exit status."""
+    """Simulate without a page and return the exit status."""
     from kbot.sensors.declared import mount_declared
 
     speeds = None if run.cmd_vel is None else speeds_of("--cmd-vel", run.cmd_vel)
     goal = None if run.goto is None else pose_of("--goto", run.goto)
-    if run.shot is not None:  # reported before the run, which takes its time
+    if run.shot is not None:  # a missing library is reported before the run, which may take long
         from kbot.render.offscreen import require_offscreen
 
         require_offscreen()
@@ -301,7 +303,7 @@ def _draw_end(simulation: Simulation, path: str) -> None:
 def _refuse_without_page(ctx: click.Context) -> None:
     for name in ("host", "port"):
         if ctx.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE:
-            fail(f"--{name} is of the page, which --headless leaves out; for bridges there is --bridge-host")
+            fail(f"--{name} is for the page, which --headless does not serve. For bridges, use --bridge-host")
 
 
 def _simulation(

@@ -1,4 +1,4 @@
-"""Runs without the page: drives by a constant command, a script or to a goal, and reports the end."""
+"""Headless runs of `kbot sim`: drive by a constant command, a script or to a goal, then print a report."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 
 def run_goto(simulation: Simulation, goal: PlanarPose, timeout: float | None, as_json: bool) -> int:
-    """Go there by the world's own map; the exit status is 0 where it was reached, else 1.
+    """Drive to the goal on the world's own map. Returns the exit status: 0 if it was reached, else 1.
 
-    Where the description declares a flat lidar, the robot also stops before what that sees.
+    If the description declares a flat lidar, the robot also stops before obstacles that the lidar sees.
     """
     from kbot.navigation.simulated import go_to  # lazy in this module: -h is fast
     from kbot.sensors import LidarSensor
@@ -60,13 +60,14 @@ def run_goto(simulation: Simulation, goal: PlanarPose, timeout: float | None, as
 
 
 INTERVAL = 0.2
+"""Seconds between two updates of the progress line."""
 
 
 class ProgressLine:
-    """Shows simulated time and speed on stderr while it is entered; `wall` is how long that was."""
+    """Shows simulated time and speed on stderr within the block. `wall` is the duration of the block."""
 
     def __init__(self, simulation: Simulation, seconds: float | None) -> None:
-        """`seconds`: how long the run will be, None where that is not known."""
+        """`seconds`: the duration of the run, None if it is unknown."""
         self._simulation, self._seconds = simulation, seconds
         self.wall = 0.0
         self._shown = False
@@ -101,7 +102,7 @@ class ProgressLine:
 
 
 INTERRUPTED = 130
-"""The exit status after Ctrl-C, as a shell has it."""
+"""Exit status after Ctrl-C, as in a shell: 128 + SIGINT."""
 
 
 def run_headless(
@@ -112,7 +113,7 @@ def run_headless(
     plot: str | None,
     in_real_time: bool = False,
 ) -> int:
-    """Run, then report on stdout; the exit status. `seconds` None is until Ctrl-C."""
+    """Run, print the report, and return the exit status. `seconds` None: run until Ctrl-C."""
     from kbot.sim.report import Odometer, make_report
     from kbot.sim.script import ScriptFailed, run_script
 
@@ -131,7 +132,7 @@ def run_headless(
                 run_script(script, simulation)
         except ScriptFailed as failure:
             failed = failure
-        except KeyboardInterrupt:  # what was simulated until then is reported
+        except KeyboardInterrupt:  # the report covers the time until then
             interrupted = True
     odometer.close()
     result = make_report(simulation, odometer.distance, progress.wall)
@@ -143,7 +144,7 @@ def run_headless(
         sys.stderr.write(f"{failed}\n")
     if interrupted:
         click.echo(f"interrupted at {simulation.time:.3f} s", err=True)
-    if plot is not None:  # after the report, which is not lost where no picture can be written
+    if plot is not None:  # after the report, which is printed even if the picture cannot be written
         from kbot.render.path_plot import draw
 
         believed = [simulation.start @ pose for pose in odometer.odometry]

@@ -14,14 +14,14 @@ import click
 
 from kbot.cli.arguments import (
     PageOptions,
-    as_one,
+    collect_options,
     examples,
     package_path_option,
     page_options,
     split_arguments,
 )
 from kbot.cli.keys import keys
-from kbot.cli.output import fail, is_unusable, print_note, report, say_how_to_fix, warn_of_others
+from kbot.cli.output import fail, is_unusable, print_fix_command, print_note, report, warn_about_duplicates
 from kbot.cli.progress import loading
 from kbot.cli.ros.launch.text import Questions, print_answers, table
 from kbot.cli.ros.peer_flags import peer_options
@@ -75,7 +75,7 @@ _NAMED = 10
 @record_options
 @peer_options
 @page_options
-@as_one("questions", Questions)
+@collect_options("questions", Questions)
 def command(
     words: tuple[str, ...],
     package_path: tuple[str, ...],
@@ -129,14 +129,14 @@ def command(
     if dry_run:
         found = (*plan.diagnostics, *staged.notes, *found)
         report(found)
-        say_how_to_fix(found)
+        print_fix_command(found)
         click.echo(table(plan, staged))
         if any(is_unusable(d) for d in found):
             return 2
         return int(any(d.severity is not Severity.INFO for d in found))
     found = (*(d for d in (*plan.diagnostics, *staged.notes) if d.code.startswith("L")), *found)
     report(found)
-    say_how_to_fix(found)
+    print_fix_command(found)
     if any(note.is_error for note in staged.notes):
         return 2
     if staged.robot is None:
@@ -248,7 +248,7 @@ def _package_folder(word: str, packages: Packages) -> Path:
     if word == SHIPPED_NAME:
         return SHIPPED_PACKAGE
     folder = Path(packages.find(word))
-    warn_of_others(word, packages)
+    warn_about_duplicates(word, packages)
     return folder
 
 
