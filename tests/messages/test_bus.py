@@ -1,3 +1,5 @@
+"""The bus: typed topics within one process."""
+
 import pytest
 
 from kbot.messages import Bus, Odometry, String, TFMessage, Twist
@@ -6,34 +8,34 @@ from kbot.text import KbotError
 
 
 def test_a_message_reaches_every_subscriber_in_order():
-    bus, heard = Bus(), []
-    bus.subscribe("chatter", String, lambda m: heard.append(("first", m.data)))
-    bus.subscribe("/chatter", String, lambda m: heard.append(("second", m.data)))
+    bus, received = Bus(), []
+    bus.subscribe("chatter", String, lambda m: received.append(("first", m.data)))
+    bus.subscribe("/chatter", String, lambda m: received.append(("second", m.data)))
     bus.advertise("/chatter", String).publish(String("hello"))
-    assert heard == [("first", "hello"), ("second", "hello")]
+    assert received == [("first", "hello"), ("second", "hello")]
 
 
-def test_a_closed_subscription_hears_no_more():
-    bus, heard = Bus(), []
-    subscription = bus.subscribe("/a", String, heard.append)
+def test_a_closed_subscription_receives_nothing():
+    bus, received = Bus(), []
+    subscription = bus.subscribe("/a", String, received.append)
     subscription.close()
     subscription.close()
     bus.publish("/a", String("x"))
-    assert heard == []
+    assert received == []
 
 
-def test_a_latched_topic_tells_its_last_message_to_who_comes_later():
-    bus, heard = Bus(), []
+def test_a_late_subscriber_receives_the_latched_message():
+    bus, received = Bus(), []
     bus.advertise("/robot_description", String, latched=True).publish(String("<robot/>"))
-    bus.subscribe("/robot_description", String, heard.append)
-    assert heard == [String("<robot/>")]
+    bus.subscribe("/robot_description", String, received.append)
+    assert received == [String("<robot/>")]
 
 
-def test_an_unlatched_topic_forgets():
-    bus, heard = Bus(), []
-    bus.advertise("/a", String).publish(String("gone"))
-    bus.subscribe("/a", String, heard.append)
-    assert heard == []
+def test_a_late_subscriber_receives_nothing_without_latching():
+    bus, received = Bus(), []
+    bus.advertise("/a", String).publish(String("earlier"))
+    bus.subscribe("/a", String, received.append)
+    assert received == []
 
 
 def test_one_topic_has_one_type():
@@ -45,15 +47,15 @@ def test_one_topic_has_one_type():
         publisher.publish(Twist())
 
 
-def test_is_heard_only_when_someone_listens():
+def test_has_subscribers():
     bus = Bus()
     publisher = bus.advertise("/a", String)
-    assert not publisher.is_heard
+    assert not publisher.has_subscribers
     bus.subscribe("/a", String, print)
-    assert publisher.is_heard
+    assert publisher.has_subscribers
 
 
-def test_the_rate_of_a_topic_is_that_of_all_who_speak_on_it():
+def test_the_rate_of_a_topic_is_the_sum_of_its_publishers():
     bus = Bus()
     first, second = bus.advertise("/tf", TFMessage, rate=50.0), bus.advertise("tf", TFMessage, rate=20.0)
     assert bus.rate("/tf") == 70.0
@@ -67,7 +69,7 @@ def test_the_rate_of_a_topic_is_that_of_all_who_speak_on_it():
     assert bus.rate("/cmd_vel") == bus.rate("/nowhere") == 0.0
 
 
-def test_a_missing_topic_is_named_with_the_nearest():
+def test_error_for_an_unknown_topic_suggests_the_nearest():
     bus = Bus()
     bus.advertise("/odom", Odometry)
     with pytest.raises(KbotError, match="did you mean '/odom'"):
@@ -84,16 +86,16 @@ def test_names_are_made_absolute(topic, namespace, full):
 
 @pytest.mark.parametrize("topic", ["", "/", "a//b", "/a/"])
 def test_a_name_with_an_empty_part_is_refused(topic):
-    with pytest.raises(KbotError, match="no topic's name"):
+    with pytest.raises(KbotError, match="is not a topic name"):
         absolute(topic)
 
 
-def test_a_topic_goes_with_the_last_who_speaks_on_it_or_hears_it():
-    bus, heard = Bus(), []
+def test_a_topic_ends_with_its_last_publisher_and_active_subscriber():
+    bus, received = Bus(), []
     first, second = bus.advertise("/odom", Odometry), bus.advertise("/odom", Odometry)
     commands = bus.subscribe("/cmd_vel", Twist, print)
     bus.publish("/cmd_vel", Twist())
-    bus.subscribe("/odom", Odometry, heard.append, looks_on=True)
+    bus.subscribe("/odom", Odometry, received.append, passive=True)
     first.close()
     first.close()
     assert set(bus.topics) == {"/odom", "/cmd_vel"}
@@ -103,15 +105,15 @@ def test_a_topic_goes_with_the_last_who_speaks_on_it_or_hears_it():
     assert bus.inputs == set()
     with pytest.raises(KbotError, match="no topic /odom"):
         bus.require("/odom")
-    bus.advertise("/cmd_vel", String)  # the name is free for another
+    bus.advertise("/cmd_vel", String)  # the name is free for another type
     bus.advertise("/odom", Odometry).publish(Odometry())
-    assert len(heard) == 1  # who looked on is still there
+    assert len(received) == 1  # the passive subscription still works
 
 
-def test_what_was_said_last_goes_with_its_speaker():
-    bus, heard = Bus(), []
+def test_the_latched_message_is_dropped_with_its_publisher():
+    bus, received = Bus(), []
     publisher = bus.advertise("/robot_description", String, latched=True)
     publisher.publish(String("<robot/>"))
     publisher.close()
-    bus.subscribe("/robot_description", String, heard.append)
-    assert heard == []
+    bus.subscribe("/robot_description", String, received.append)
+    assert received == []

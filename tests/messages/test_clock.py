@@ -1,3 +1,5 @@
+"""The simulated clock and its timers."""
+
 from contextlib import suppress
 
 import pytest
@@ -9,7 +11,7 @@ from kbot.text import KbotError
 MS = 1_000_000
 
 
-def test_timers_fire_once_a_period_in_the_order_they_were_made():
+def test_timers_fire_once_per_period_in_order_of_creation():
     clock, calls = Clock(), []
     clock.every(50.0, lambda: calls.append(("odom", clock.nanoseconds // MS)))
     clock.every(50.0, lambda: calls.append(("joints", clock.nanoseconds // MS)))
@@ -19,7 +21,7 @@ def test_timers_fire_once_a_period_in_the_order_they_were_made():
     assert calls == [("odom", 20), ("joints", 20), ("odom", 40), ("joints", 40), ("slow", 40)]
 
 
-def test_next_due_is_the_soonest_timer():
+def test_next_due_is_that_of_the_earliest_timer():
     clock = Clock()
     assert clock.next_due == NEVER
     clock.every(10.0, lambda: None)
@@ -27,7 +29,7 @@ def test_next_due_is_the_soonest_timer():
     assert clock.next_due == 20 * MS
 
 
-def test_a_cancelled_timer_is_silent():
+def test_a_cancelled_timer_is_not_called():
     clock, calls = Clock(), []
     timer = clock.every(50.0, lambda: calls.append(1))
     timer.cancel()
@@ -47,7 +49,7 @@ def test_a_timer_may_cancel_itself():
     assert calls == [1]
 
 
-def test_set_jumps_without_calling():
+def test_set_does_not_call_timers():
     clock, calls = Clock(), []
     clock.every(50.0, lambda: calls.append(clock.nanoseconds))
     clock.advance_to(30 * MS)
@@ -57,46 +59,46 @@ def test_set_jumps_without_calling():
 
 
 @pytest.mark.parametrize("rate", [0.0, -1.0, float("nan"), float("inf"), 1e-308])
-def test_a_rate_that_is_none_is_refused(rate):
+def test_error_for_an_invalid_rate(rate):
     with pytest.raises(KbotError, match="rate"):
         Clock().every(rate, lambda: None)
 
 
-def test_time_is_split_and_joined_exactly():
+def test_time_converts_nanoseconds_exactly():
     time = Time.from_nanoseconds(3_000_000_007)
     assert (time.sec, time.nanosec, time.nanoseconds) == (3, 7, 3_000_000_007)
 
 
-def test_afterwards_is_once_and_after_all_that_was_due() -> None:
+def test_after_timers_calls_once_after_all_due_timers() -> None:
     clock, called = Clock(), list[str]()
 
     def due() -> None:
         called.append("due")
         if len(called) == 1:
-            clock.afterwards(lambda: called.append("afterwards"))
+            clock.after_timers(lambda: called.append("after"))
 
     clock.every(10.0, due)
     clock.advance_to(200_000_000)
     clock.advance_to(300_000_000)
-    assert called == ["due", "due", "afterwards", "due"]
+    assert called == ["due", "due", "after", "due"]
 
 
-def test_a_moment_that_has_begun_goes_on_until_time_has_advanced_to_it() -> None:
+def test_after_timers_callbacks_wait_for_advance_to() -> None:
     clock, called = Clock(), list[str]()
 
     def due() -> None:
         called.append("due")
-        clock.afterwards(lambda: called.append("afterwards"))
+        clock.after_timers(lambda: called.append("after"))
 
     clock.every(10.0, due)
-    clock.begin_moment(100_000_000)
+    clock.run_timers(100_000_000)
     assert (clock.nanoseconds, called) == (100_000_000, ["due"])
-    called.append("more")
+    called.append("between")
     clock.advance_to(100_000_000)
-    assert called == ["due", "more", "afterwards"]
+    assert called == ["due", "between", "after"]
 
 
-def test_what_a_callback_raises_calls_no_other_timer_sooner_or_later() -> None:
+def test_an_exception_of_a_callback_does_not_shift_other_timers() -> None:
     clock, called = Clock(), []
 
     def fail() -> None:
@@ -104,15 +106,15 @@ def test_what_a_callback_raises_calls_no_other_timer_sooner_or_later() -> None:
         raise ValueError
 
     clock.every(1e9 / 10, fail)
-    clock.every(1e9 / 25, lambda: called.append(("goes on", clock.nanoseconds)))
+    clock.every(1e9 / 25, lambda: called.append(("works", clock.nanoseconds)))
     for now in range(31):
         with suppress(ValueError):
             clock.advance_to(now)
-    assert called == [("fails", 10), ("fails", 20), ("goes on", 25), ("fails", 30)]
+    assert called == [("fails", 10), ("fails", 20), ("works", 25), ("fails", 30)]
 
 
 @pytest.mark.parametrize(("to", "then"), [(0, 10), (44, 50), (500, 510)])
-def test_a_callback_may_set_the_time_and_what_was_jumped_over_is_not_called(to, then) -> None:
+def test_a_callback_may_set_the_time_and_skipped_calls_are_dropped(to, then) -> None:
     clock, called = Clock(), []
 
     def jump() -> None:

@@ -53,14 +53,14 @@ def test_a_sensor_by_its_path_and_only_while_somebody_listens() -> None:
     (label,) = (name for name, sensor in sensors.items() if sensor.message_type is LaserScan)
     GzBridge(sim, [rule(sensors[label].topic, "/front/scan", LaserScan, Direction.TO_ROS)])
     sim.run(0.5)
-    assert not sensors[label].is_heard
+    assert not sensors[label].has_subscribers
     heard: list[LaserScan] = []
     listening = sim.bus.subscribe("/front/scan", LaserScan, heard.append)
     sim.run(1.0)
     assert len(heard) >= 5
     listening.close()
     sim.run(0.2)
-    assert not sensors[label].is_heard
+    assert not sensors[label].has_subscribers
 
 
 @pytest.mark.parametrize(

@@ -22,11 +22,11 @@ def test_nothing_is_made_once_nobody_receives() -> None:
     bus, found = Bus(), []
     publisher = bus.advertise("/odom", msg.Odometry)
     feed = Feed(bus, lambda: 0)
-    assert not publisher.is_heard
+    assert not publisher.has_subscribers
     feed.open("/odom", found.append)
-    assert publisher.is_heard
+    assert publisher.has_subscribers
     feed.close("/odom", found.append)
-    assert not publisher.is_heard
+    assert not publisher.has_subscribers
     feed.close("/odom", found.append)
 
 

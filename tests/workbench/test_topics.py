@@ -62,14 +62,14 @@ def test_nobody_is_told_what_nobody_asked_for() -> None:
     bus = Bus()
     relay = TopicRelay(bus, lambda: 0)
     publisher = bus.advertise("/scan", LaserScan)
-    assert not publisher.is_heard
+    assert not publisher.has_subscribers
     relay.subscribe("/scan", 1)
     relay.subscribe("/scan", 2)
-    assert publisher.is_heard
+    assert publisher.has_subscribers
     relay.leave(1)
-    assert publisher.is_heard
+    assert publisher.has_subscribers
     relay.unsubscribe("/scan", 2)
-    assert not publisher.is_heard
+    assert not publisher.has_subscribers
 
 
 def test_of_many_messages_pages_get_the_newest() -> None:
@@ -186,7 +186,7 @@ def test_a_page_speaks_on_what_is_meant_for_it() -> None:
         ("/cmd_vel", "std_msgs/msg/String", {}, "carries geometry_msgs/msg/Twist"),
         ("/cmd_vel", "geometry_msgs/msg/Twist", {"linea": {}}, "did you mean 'linear'"),
         ("/cmd_vel", "geometry_msgs/msg/Twist", {"linear": {"x": "1"}}, "a number is expected"),
-        ("//", "geometry_msgs/msg/Twist", {}, "no topic's name"),
+        ("//", "geometry_msgs/msg/Twist", {}, "is not a topic name"),
     ):
         with pytest.raises(KbotError) as caught:
             relay.publish(topic, kind, message)

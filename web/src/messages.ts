@@ -1,6 +1,6 @@
 // Generated from src/kbot/messages; do not edit.
 
-/** A moment of the simulation's clock; `nanosec` is less than a second. */
+/** A time of the simulation's clock. `nanosec` is from 0 to 999999999. */
 export interface Time {
   sec: number;
   nanosec: number;
@@ -40,7 +40,7 @@ export interface PoseWithCovariance {
   covariance: readonly number[];
 }
 
-/** `linear` in m/s along, `angular` in rad/s about x, y, z. */
+/** `linear` in m/s along x, y, z, `angular` in rad/s about them. */
 export interface Twist {
   linear: Vector3;
   angular: Vector3;
@@ -64,7 +64,7 @@ export interface Odometry {
   twist: TwistWithCovariance;
 }
 
-/** One entry a joint; a list that is empty says nothing of that quantity. */
+/** One entry per joint. An empty list means that the quantity is unknown. */
 export interface JointState {
   header: Header;
   name: readonly string[];
@@ -78,7 +78,7 @@ export interface Transform {
   rotation: Quaternion;
 }
 
-/** Where `child_frame_id` stands in `header.frame_id`. */
+/** The pose of `child_frame_id` in `header.frame_id`. */
 export interface TransformStamped {
   header: Header;
   child_frame_id: string;
@@ -98,7 +98,7 @@ export interface String {
   data: string;
 }
 
-/** `ranges` in m, +inf where nothing returned, -inf where it was too close (REP 117). */
+/** `ranges` in m. +inf: no return. -inf: an object is closer than `range_min` (REP 117). */
 export interface LaserScan {
   header: Header;
   angle_min: number;
@@ -112,7 +112,7 @@ export interface LaserScan {
   intensities: Float32Array;
 }
 
-/** Turning speed in rad/s and specific force in m/s^2 (gravity is felt upwards), in the sensor's axes. */
+/** Angular velocity in rad/s and specific force in m/s^2, in the sensor's axes. At rest, the specific force is that of gravity, upwards. */
 export interface Imu {
   header: Header;
   orientation: Quaternion;
@@ -123,7 +123,7 @@ export interface Imu {
   linear_acceleration_covariance: readonly number[];
 }
 
-/** One distance in m, +inf and -inf as in LaserScan. */
+/** A distance in m, with +inf and -inf as in LaserScan. */
 export interface Range {
   header: Header;
   radiation_type: number;
@@ -139,7 +139,7 @@ export interface NavSatStatus {
   service: number;
 }
 
-/** Degrees and metres above the WGS 84 ellipsoid; covariance in m^2 over east, north, up. */
+/** Degrees, and metres above the WGS 84 ellipsoid. The covariance is in m^2 over east, north, up. */
 export interface NavSatFix {
   header: Header;
   status: NavSatStatus;
@@ -157,7 +157,7 @@ export interface PointField {
   count: number;
 }
 
-/** Points as bytes, `point_step` a point, `row_step` a row. */
+/** Points as bytes: `point_step` bytes per point, `row_step` bytes per row. */
 export interface PointCloud2 {
   header: Header;
   height: number;
@@ -170,7 +170,7 @@ export interface PointCloud2 {
   is_dense: boolean;
 }
 
-/** Rows from the top; `encoding` is rgb8 or 32FC1 (metres). */
+/** Pixels row by row from the top. KBot's cameras publish `encoding` rgb8, and 32FC1 for depth in m. */
 export interface Image {
   header: Header;
   height: number;
@@ -189,7 +189,7 @@ export interface RegionOfInterest {
   do_rectify: boolean;
 }
 
-/** Intrinsics as ROS 2 names them: `k` (3x3), `r` (3x3), `p` (3x4), row by row, in pixels. */
+/** Intrinsics in pixels, row by row: `k` (3x3), `r` (3x3), `p` (3x4). Field names are those of ROS 2. */
 export interface CameraInfo {
   header: Header;
   height: number;
@@ -204,19 +204,19 @@ export interface CameraInfo {
   roi: RegionOfInterest;
 }
 
-/** N and N m. */
+/** Force in N and torque in N m. */
 export interface Wrench {
   force: Vector3;
   torque: Vector3;
 }
 
-/** In the axes of the header's frame. */
+/** A wrench in the axes of the header's frame. */
 export interface WrenchStamped {
   header: Header;
   wrench: Wrench;
 }
 
-/** Axes of a gamepad from 1 (left, ahead) to -1; a button is 1 while it is pressed. */
+/** The state of a gamepad. Axes are from 1 (left, forward) to -1. A pressed button is 1. */
 export interface Joy {
   header: Header;
   axes: readonly number[];
@@ -253,19 +253,19 @@ export interface PoseWithCovarianceStamped {
   pose: PoseWithCovariance;
 }
 
-/** Which goal is meant; as a request to cancel it is, empty, whichever there is. */
+/** Identifies a goal. In a request to cancel, an empty one means the current goal. */
 export interface GoalID {
   stamp: Time;
   id: string;
 }
 
-/** Poses in the order in which they are passed. */
+/** Poses in the order of travel. */
 export interface Path {
   header: Header;
   poses: readonly PoseStamped[];
 }
 
-/** `resolution` in m a cell; `origin` is the pose of the first cell's corner. */
+/** `resolution` in m per cell. `origin` is the pose of the corner of the first cell. */
 export interface MapMetaData {
   map_load_time: Time;
   resolution: number;
@@ -274,14 +274,14 @@ export interface MapMetaData {
   origin: Pose;
 }
 
-/** Row by row from the origin along x: 0 free to 100 occupied, -1 unknown. */
+/** Cells row by row from the origin, a row is along x. 0 is free, 100 occupied, -1 unknown. */
 export interface OccupancyGrid {
   header: Header;
   info: MapMetaData;
   data: Int8Array;
 }
 
-/** A part of a map, from its column `x` and row `y` on, row by row. */
+/** The cells of a rectangle of a map, row by row. Its first cell is in column `x` and row `y`. */
 export interface OccupancyGridUpdate {
   header: Header;
   x: number;
@@ -291,7 +291,7 @@ export interface OccupancyGridUpdate {
   data: Int8Array;
 }
 
-/** `nanosec` is less than a second, also where `sec` is below zero. */
+/** `sec + nanosec * 1e-9` seconds. `nanosec` is from 0 to 999999999, also if `sec` is negative. */
 export interface Duration {
   sec: number;
   nanosec: number;
@@ -306,7 +306,7 @@ export interface Float64MultiArray {
   data: readonly number[];
 }
 
-/** rad or m, rad/s or m/s, and so on, one number a joint; a list that is empty says nothing of it. */
+/** One number per joint in rad or m, rad/s or m/s, …; N or N m. An empty list leaves the quantity open. */
 export interface JointTrajectoryPoint {
   positions: readonly number[];
   velocities: readonly number[];
@@ -321,7 +321,7 @@ export interface JointTrajectory {
   points: readonly JointTrajectoryPoint[];
 }
 
-/** Each in 0..1. */
+/** Each component is in 0..1. */
 export interface ColorRGBA {
   r: number;
   g: number;
@@ -329,7 +329,7 @@ export interface ColorRGBA {
   a: number;
 }
 
-/** `format` is jpeg or png. */
+/** `data` is a file in the given `format`, jpeg or png. */
 export interface CompressedImage {
   header: Header;
   format: string;
@@ -346,7 +346,7 @@ export interface MeshFile {
   data: Uint8Array;
 }
 
-/** A thing to draw, known by `ns` and `id`; `type` and `action` are the numbers above. Without a `lifetime` it stays until it is deleted. */
+/** A shape to draw, identified by `ns` and `id`. `type` and `action` are the numbers above. Without a `lifetime` it stays until it is deleted. */
 export interface Marker {
   header: Header;
   ns: string;
@@ -384,7 +384,7 @@ export interface Point32 {
   z: number;
 }
 
-/** Its corners in order; the last is joined to the first. */
+/** Corners in order. The last is connected to the first. */
 export interface Polygon {
   points: readonly Point32[];
 }

@@ -1,4 +1,4 @@
-"""Typed messages with ROS's names, topics within the process, and the simulated clock."""
+"""Typed messages with ROS's names, a bus for topics within the process, and the simulated clock."""
 
 from kbot.messages.bus import Bus, Publisher, Subscription
 from kbot.messages.clock import Clock, Timer

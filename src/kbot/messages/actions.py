@@ -1,4 +1,4 @@
-"""Messages of actionlib, and of the action control_msgs/FollowJointTrajectory."""
+"""Messages of actionlib (ROS 1), and of the action control_msgs/FollowJointTrajectory."""
 
 from __future__ import annotations
 
@@ -9,14 +9,15 @@ from kbot.messages.control import Duration, JointTrajectory, JointTrajectoryPoin
 from kbot.messages.navigation import GoalID
 from kbot.messages.types import Header, Int32
 
-HEADER, NOW, SOME, WAY, POINT = Header(), Duration(), GoalID(), JointTrajectory(), JointTrajectoryPoint()
+HEADER, NO_TIME, NO_ID = Header(), Duration(), GoalID()
+TRAJECTORY, POINT = JointTrajectory(), JointTrajectoryPoint()
 
 
 @dataclass(frozen=True, slots=True)
 class GoalStatus:
-    """`status` is one of those below that a server tells of; `text` says why."""
+    """`status` is one of the numbers below, which a server can publish. `text` is the reason."""
 
-    goal_id: GoalID = SOME
+    goal_id: GoalID = NO_ID
     status: int = 0
     text: str = ""
 
@@ -38,7 +39,7 @@ class GoalStatusArray:
 
 @dataclass(frozen=True, slots=True)
 class JointTolerance:
-    """rad or m, and so on: 0 is what the controller has, below 0 is no bound."""
+    """In rad or m, and their derivatives. 0: the tolerance of the controller; negative: unlimited."""
 
     name: str = ""
     position: float = 0.0
@@ -48,10 +49,10 @@ class JointTolerance:
 
 @dataclass(frozen=True, slots=True)
 class FollowJointTrajectoryGoal:
-    trajectory: JointTrajectory = WAY
+    trajectory: JointTrajectory = TRAJECTORY
     path_tolerance: tuple[JointTolerance, ...] = ()
     goal_tolerance: tuple[JointTolerance, ...] = ()
-    goal_time_tolerance: Duration = NOW
+    goal_time_tolerance: Duration = NO_TIME
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +84,7 @@ FEEDBACK = FollowJointTrajectoryFeedback()
 @dataclass(frozen=True, slots=True)
 class FollowJointTrajectoryActionGoal:
     header: Header = HEADER
-    goal_id: GoalID = SOME
+    goal_id: GoalID = NO_ID
     goal: FollowJointTrajectoryGoal = GOAL
 
 

@@ -1,4 +1,4 @@
-"""The bus: typed topics within one process. Subscribers are called at once and in order."""
+"""The bus: typed topics within one process. `publish` calls each subscriber before it returns."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ M = TypeVar("M")
 
 
 class Subscription:
-    """A callback that hears a topic until it is closed."""
+    """A callback that receives a topic's messages until it is closed."""
 
     # Any: each topic has its own type
-    def __init__(self, bus: Bus, topic: _Topic, callback: Callable[[Any], None], looks_on: bool) -> None:
+    def __init__(self, bus: Bus, topic: _Topic, callback: Callable[[Any], None], passive: bool) -> None:
         self._bus = bus
         self._topic = topic
         self.callback = callback
-        self.looks_on = looks_on
+        self.passive = passive
 
     def close(self) -> None:
         if self in self._topic.subscriptions:
@@ -37,32 +37,32 @@ class _Topic:
         self.latched = False
         self.muted = False
         self.last: Any = None
-        self.wanted: Callable[[], None] | None = None
+        self.on_subscribe: Callable[[], None] | None = None
 
     @property
-    def is_there(self) -> bool:
-        """Whether anyone speaks on it, or is meant to hear it."""
-        return bool(self.publishers) or any(not one.looks_on for one in self.subscriptions)
+    def exists(self) -> bool:
+        """Whether it has a publisher, or a subscriber that is not passive."""
+        return bool(self.publishers) or any(not subscription.passive for subscription in self.subscriptions)
 
 
 class Publisher(Generic[M]):
-    """Where messages of one type go out on one topic, until it is closed."""
+    """Publishes messages of one type on one topic, until it is closed."""
 
     def __init__(self, bus: Bus, topic: _Topic, rate: float = 0.0) -> None:
         self._bus = bus
         self._topic = topic
         self.rate = rate
-        """Messages a second of its clock while anyone hears them; 0 where they come as it happens."""
+        """Messages per second of the publisher's clock while there are subscribers; 0 if the rate varies."""
         topic.publishers.append(self)
         bus.changes += 1
 
     def close(self) -> None:
-        """Speak no more; with the last who speaks on a topic, what it said last goes."""
+        """Stop publishing. The topic's last publisher takes the latched message with it."""
         if self not in self._topic.publishers:
             return
         self._topic.publishers.remove(self)
         if not self._topic.publishers:
-            self._topic.last = self._topic.wanted = None
+            self._topic.last = self._topic.on_subscribe = None
         self._bus.changes += 1
 
     @property
@@ -70,13 +70,13 @@ class Publisher(Generic[M]):
         return self._topic.name
 
     @property
-    def is_heard(self) -> bool:
-        """Whether anyone would get a message, now or, on a latched topic, later."""
+    def has_subscribers(self) -> bool:
+        """Whether a message would be received: now or, on a latched topic, by a late subscriber."""
         topic = self._topic
         return bool(topic.subscriptions or topic.latched) and not topic.muted
 
     def publish(self, message: M) -> None:
-        """Hand the message to every subscriber, in the order they came.
+        """Pass a message to every subscriber, in the order in which they subscribed.
 
         Raises:
             KbotError: the message is not of the topic's type.
@@ -98,13 +98,16 @@ def _publish(topic: _Topic, message: object) -> None:
 
 
 class Bus:
-    """The topics of one simulation. A name has one type, said by who comes first; it is there while anyone
-    speaks on it or hears it, but for those who merely look on."""
+    """The topics of one simulation.
+
+    The first publisher or subscriber of a topic sets its type. A topic exists while it has a publisher or a
+    subscriber that is not passive.
+    """
 
     def __init__(self) -> None:
         self._topics: dict[str, _Topic] = {}
         self.changes = 0
-        """Grows whenever a topic begins or ends to be heard or spoken on."""
+        """Grows whenever a publisher or subscription is added or closed, or a topic is muted."""
 
     def advertise(
         self,
@@ -112,75 +115,81 @@ class Bus:
         message_type: type[M],
         *,
         latched: bool = False,
-        wanted: Callable[[], None] | None = None,
+        on_subscribe: Callable[[], None] | None = None,
         rate: float = 0.0,
     ) -> Publisher[M]:
-        """A publisher; a latched topic hands its last message to those who subscribe later. `wanted` is
-        called when somebody subscribes before there is one: what is costly is made then. `rate` is as
-        `Publisher.rate`.
+        """Add a publisher.
+
+        Args:
+            topic: the name. `odom` means `/odom`.
+            message_type: the class of the messages.
+            latched: late subscribers receive the last message.
+            on_subscribe: called when somebody subscribes before the first message. It may publish one, which
+                is useful if the message is costly to compute.
+            rate: see `Publisher.rate`.
 
         Raises:
-            KbotError: the topic's name is not one, or it carries another type.
+            KbotError: the topic's name is not valid, or the topic has another type.
         """
         entry = self._topic(topic, message_type)
         entry.latched = entry.latched or latched
-        entry.wanted = wanted or entry.wanted
+        entry.on_subscribe = on_subscribe or entry.on_subscribe
         return Publisher(self, entry, rate)
 
     def subscribe(
-        self, topic: str, message_type: type[M], callback: Callable[[M], None], *, looks_on: bool = False
+        self, topic: str, message_type: type[M], callback: Callable[[M], None], *, passive: bool = False
     ) -> Subscription:
-        """Hear a topic, whether or not anyone publishes on it yet. Who `looks_on` shows or records what
-        others say: for him alone the topic is not there.
+        """Call `callback` with each message of a topic. The topic needs no publisher yet.
+
+        A `passive` subscriber displays or records messages: alone, it does not make the topic exist.
 
         Raises:
-            KbotError: the topic's name is not one, or it carries another type.
+            KbotError: the topic's name is not valid, or the topic has another type.
         """
         entry = self._topic(topic, message_type, is_input=True)
-        subscription = Subscription(self, entry, callback, looks_on)
+        subscription = Subscription(self, entry, callback, passive)
         self.changes += 1
         entry.subscriptions.append(subscription)
         if entry.last is not None:
             callback(entry.last)
-        elif entry.wanted is not None:
-            entry.wanted()
+        elif entry.on_subscribe is not None:
+            entry.on_subscribe()
         return subscription
 
     def publish(self, topic: str, message: object) -> None:
-        """Publish once without keeping a publisher; a topic that nobody hears is there from then on."""
+        """Publish once, without a publisher of the caller. A new topic keeps a publisher and so exists."""
         entry = self._topic(topic, type(message))
-        if not entry.is_there:
+        if not entry.exists:
             Publisher(self, entry)
         _publish(entry, message)
 
     @property
     def topics(self) -> dict[str, type]:
-        """Name and message type of every topic, in the order they came up."""
-        return {name: entry.message_type for name, entry in self._topics.items() if entry.is_there}
+        """Name and message type of every topic, in the order of their creation."""
+        return {name: entry.message_type for name, entry in self._topics.items() if entry.exists}
 
     def is_latched(self, topic: str) -> bool:
-        """Whether those who come later get the topic's last message."""
+        """Whether late subscribers receive the topic's last message."""
         entry = self._topics.get(absolute(topic))
         return entry is not None and entry.latched
 
     def rate(self, topic: str) -> float:
-        """Messages a second that would be heard on a topic, by the word of those who speak on it; 0 where
-        none gives a rate."""
+        """Messages per second on a topic, as its publishers declare them; 0 if unknown or muted."""
         entry = self._topics.get(absolute(topic))
-        return 0.0 if entry is None or entry.muted else sum(one.rate for one in entry.publishers)
+        return 0.0 if entry is None or entry.muted else sum(publisher.rate for publisher in entry.publishers)
 
     def mute(self, topic: str, muted: bool = True) -> bool:
-        """Let nothing be heard on a topic, or let it be heard again; whether it was mute before."""
+        """Drop the messages of a topic, or stop dropping them. Returns whether they were dropped before."""
         known = self._topics[absolute(topic)]
         before, known.muted = known.muted, muted
         self.changes += 1
         return before
 
     def require(self, topic: str) -> type:
-        """The type of a topic that must be there.
+        """The type of an existing topic.
 
         Raises:
-            KbotError: there is no such topic; the nearest names are said.
+            KbotError: there is no such topic. The error suggests similar names.
         """
         name = absolute(topic)
         if name not in self.topics:
@@ -190,13 +199,13 @@ class Bus:
 
     @property
     def inputs(self) -> frozenset[str]:
-        """Topics that were heard before anyone spoke on them: what is meant to come from outside."""
-        return frozenset(name for name, entry in self._topics.items() if entry.is_input and entry.is_there)
+        """Topics that had a subscriber before a publisher: messages for them come from outside."""
+        return frozenset(name for name, entry in self._topics.items() if entry.is_input and entry.exists)
 
     def _topic(self, topic: str, message_type: type, is_input: bool = False) -> _Topic:
         name = absolute(topic)
         entry = self._topics.setdefault(name, _Topic(name, message_type, is_input))
-        if not (entry.is_there or entry.subscriptions):
+        if not (entry.exists or entry.subscriptions):
             entry = self._topics[name] = _Topic(name, message_type, is_input)
         if entry.message_type is not message_type:
             raise KbotError(
@@ -206,13 +215,13 @@ class Bus:
 
 
 def absolute(topic: str, namespace: str = "") -> str:
-    """The topic's full name: `odom` is `/odom`, in namespace `a` it is `/a/odom`; `/odom` stays.
+    """The full name of a topic: `odom` is `/odom`, or `/a/odom` in the namespace `a`. `/odom` is not changed.
 
     Raises:
-        KbotError: empty, or with an empty part.
+        KbotError: the name is empty or has an empty part.
     """
     name = topic if topic.startswith("/") else f"{namespace.rstrip('/')}/{topic}"
     name = name if name.startswith("/") else f"/{name}"
     if not all(name[1:].split("/")):
-        raise KbotError(f"'{topic}' is no topic's name")
+        raise KbotError(f"'{topic}' is not a topic name: write at least one character between slashes")
     return name

@@ -1,4 +1,4 @@
-"""Simulated time, and timers that it calls."""
+"""Simulated time, and timers that run on it."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from kbot.text import KbotError
 
 NANOSECONDS = 1_000_000_000
 NEVER = 1 << 62
+"""`next_due` without timers: 146 years, later than any run."""
 
 
 @dataclass(slots=True)
 class Timer:
-    """Calls back every `period` nanoseconds, first at `due`."""
+    """Calls `callback` every `period` nanoseconds, first at `due`."""
 
     period: int
     due: int
@@ -27,20 +28,20 @@ class Timer:
 
 
 class Clock:
-    """Time since the start in whole nanoseconds. Its owner, a simulation, moves it on.
+    """Time since the start in whole nanoseconds. Its owner, for example a simulation, advances it.
 
-    Timers that are due at the same moment are called in the order they were made, so that a run
-    is the same every time.
+    Timers that are due at the same time are called in the order of their creation. Therefore two runs with
+    the same inputs are identical.
     """
 
     def __init__(self) -> None:
         self._now = 0
         self._timers: list[tuple[int, int, Timer]] = []
-        """A heap by when each is due and which was made first."""
-        self._made = 0
-        self._afterwards: list[Callable[[], None]] = []
+        """A heap, sorted by due time and then by number."""
+        self._last_number = 0
+        self._after_timers: list[Callable[[], None]] = []
         self.next_due: int = NEVER
-        """Nanoseconds at which the next timer is due, NEVER when there is none."""
+        """The time in nanoseconds at which the next timer is due, or NEVER."""
 
     @property
     def nanoseconds(self) -> int:
@@ -55,55 +56,57 @@ class Clock:
         return Time.from_nanoseconds(self._now)
 
     def every(self, rate: float, callback: Callable[[], None]) -> Timer:
-        """Call back at `rate` (Hz) of simulated time, from the next period on.
+        """Call `callback` at `rate` (Hz of simulated time), first after one period.
 
         Raises:
             KbotError: the rate is not a number above zero.
         """
         if not NANOSECONDS / NEVER < rate <= NANOSECONDS:
-            raise KbotError(f"a rate is a number of calls a second above zero, not {rate}")
+            raise KbotError(f"the rate must be a number above 0 Hz, not {rate}")
         period = max(1, round(NANOSECONDS / rate))
         timer = Timer(period, self._now + period, callback)
-        self._made += 1
-        heappush(self._timers, (timer.due, self._made, timer))
+        self._last_number += 1
+        heappush(self._timers, (timer.due, self._last_number, timer))
         self.next_due = self._timers[0][0]
         return timer
 
-    def afterwards(self, callback: Callable[[], None]) -> None:
-        """Call back once, when time moves on next and all that was due has been called."""
-        self._afterwards.append(callback)
+    def after_timers(self, callback: Callable[[], None]) -> None:
+        """Call `callback` once, at the next `advance_to`, after the timers that are due then."""
+        self._after_timers.append(callback)
 
     def advance_to(self, nanoseconds: int) -> None:
-        """Move time on and call the timers that are due, each as often as its period passed, and then those
-        that wait for the end of this moment."""
-        self.begin_moment(nanoseconds)
-        if self._afterwards:
-            afterwards, self._afterwards = self._afterwards, []
-            for callback in afterwards:
+        """Set the time and call each due timer once for every period that passed, then `after_timers`."""
+        self.run_timers(nanoseconds)
+        if self._after_timers:
+            callbacks, self._after_timers = self._after_timers, []
+            for callback in callbacks:
                 callback()
 
-    def begin_moment(self, nanoseconds: int) -> None:
-        """As `advance_to`, where more is to be said at this moment, which that ends."""
+    def run_timers(self, nanoseconds: int) -> None:
+        """Set the time and call the due timers. `advance_to` must follow with the same time.
+
+        Between the two, the caller can publish more messages with this time.
+        """
         self._now = nanoseconds
-        while self.next_due <= self._now:  # which a callback may set
+        while self.next_due <= self._now:  # a callback may set either
             due, number, timer = self._timers[0]
             if timer.cancelled:
                 heappop(self._timers)
             else:
                 timer.due = due + timer.period
                 heapreplace(self._timers, (timer.due, number, timer))
-            self._find_next()  # before the callback, which may raise
+            self._update_next_due()  # before the callback, because it may raise
             if not timer.cancelled:
                 timer.callback()
 
     def set(self, nanoseconds: int) -> None:
-        """Jump to a time without calling anyone; each timer's next call is its next whole period."""
+        """Jump to a time without calling timers. Each timer is next due at a multiple of its period."""
         self._now = nanoseconds
         for _, _, timer in self._timers:
             timer.due = (nanoseconds // timer.period + 1) * timer.period
         self._timers = [(timer.due, number, timer) for _, number, timer in self._timers]
         heapify(self._timers)
-        self._find_next()
+        self._update_next_due()
 
-    def _find_next(self) -> None:
+    def _update_next_due(self) -> None:
         self.next_due = self._timers[0][0] if self._timers else NEVER

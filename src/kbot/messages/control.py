@@ -1,4 +1,4 @@
-"""Messages that command joints: std_msgs/Float64 and arrays, trajectory_msgs/JointTrajectory."""
+"""Messages that command joints: std_msgs/Float64, Float64MultiArray, trajectory_msgs/JointTrajectory."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ HEADER, LAYOUT = Header(), MultiArrayLayout()
 
 @dataclass(frozen=True, slots=True)
 class Duration:
-    """`nanosec` is less than a second, also where `sec` is below zero."""
+    """`sec + nanosec * 1e-9` seconds. `nanosec` is from 0 to 999999999, also if `sec` is negative."""
 
     sec: int = 0
     nanosec: int = 0
@@ -39,7 +39,7 @@ class Float64MultiArray:
 
 @dataclass(frozen=True, slots=True)
 class JointTrajectoryPoint:
-    """rad or m, rad/s or m/s, and so on, one number a joint; a list that is empty says nothing of it."""
+    """One number per joint in rad or m, rad/s or m/s, …; N or N m. An empty list leaves the quantity open."""
 
     positions: tuple[float, ...] = ()
     velocities: tuple[float, ...] = ()

@@ -9,9 +9,10 @@ from kbot.messages import Bus, Clock
 
 
 class Live(Protocol):
-    """What a link serves: a simulation, or anything else that speaks on a bus as time passes.
+    """What a link serves: a simulation, or anything else that publishes on a bus as time passes.
 
-    `errands` are run between two steps, also while it is `paused`.
+    Its owner calls the `errands` between two steps, also while it is `paused`. An errand returns whether it
+    did something.
     """
 
     @property

@@ -1,4 +1,4 @@
-"""Checks names of topics by ROS's rules."""
+"""Checks topic names by the rules of ROS."""
 
 from __future__ import annotations
 
@@ -7,18 +7,19 @@ import re
 from kbot.text import KbotError
 
 LONGEST = 255
+"""Characters of a topic name, the limit of DDS."""
 _FULL = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
 
 
 def require_topic_name(topic: str) -> None:
-    """Raises KbotError: a topic's full name is none in ROS.
+    """Raises KbotError: ROS does not accept the full name of a topic.
 
-    Of ROS 2's rules those that hold in ROS 1 too, and the length that fits into DDS:
+    The rules are those that hold in ROS 1 and in ROS 2, and the length is that of DDS:
     https://design.ros2.org/articles/topic_and_service_names.html
     """
     shown = topic if len(topic) <= 60 else f"{topic[:57]}..."
     if not _FULL.fullmatch(topic):
-        rule = "letters, digits and _ between slashes, no digit first"
-        raise KbotError(f"{shown!a} is no topic's name in ROS: {rule}")
+        rule = "use letters, digits and _ between slashes, and no digit after a slash"
+        raise KbotError(f"{shown!a} is not a valid topic name in ROS: {rule}")
     if len(topic) > LONGEST:
-        raise KbotError(f"'{shown}' is too long for a topic's name: {len(topic)} characters, not {LONGEST}")
+        raise KbotError(f"the topic name '{shown}' has {len(topic)} characters, {LONGEST} are allowed")

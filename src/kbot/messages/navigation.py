@@ -26,7 +26,7 @@ class PoseWithCovarianceStamped:
 
 @dataclass(frozen=True, slots=True)
 class GoalID:
-    """Which goal is meant; as a request to cancel it is, empty, whichever there is."""
+    """Identifies a goal. In a request to cancel, an empty one means the current goal."""
 
     stamp: Time = START
     id: str = ""
@@ -34,7 +34,7 @@ class GoalID:
 
 @dataclass(frozen=True, slots=True)
 class Path:
-    """Poses in the order in which they are passed."""
+    """Poses in the order of travel."""
 
     header: Header = HEADER
     poses: tuple[PoseStamped, ...] = ()
@@ -42,7 +42,7 @@ class Path:
 
 @dataclass(frozen=True, slots=True)
 class MapMetaData:
-    """`resolution` in m a cell; `origin` is the pose of the first cell's corner."""
+    """`resolution` in m per cell. `origin` is the pose of the corner of the first cell."""
 
     map_load_time: Time = START
     resolution: float = 0.0
@@ -51,26 +51,26 @@ class MapMetaData:
     origin: Pose = ORIGIN
 
 
-def _nothing() -> NDArray[np.int8]:
+def _empty() -> NDArray[np.int8]:
     return np.empty(0, dtype=np.int8)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OccupancyGrid:
-    """Row by row from the origin along x: 0 free to 100 occupied, -1 unknown."""
+    """Cells row by row from the origin, a row is along x. 0 is free, 100 occupied, -1 unknown."""
 
     header: Header = HEADER
     info: MapMetaData = MapMetaData()
-    data: NDArray[np.int8] = field(default_factory=_nothing)
+    data: NDArray[np.int8] = field(default_factory=_empty)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OccupancyGridUpdate:
-    """A part of a map, from its column `x` and row `y` on, row by row."""
+    """The cells of a rectangle of a map, row by row. Its first cell is in column `x` and row `y`."""
 
     header: Header = HEADER
     x: Int32 = 0
     y: Int32 = 0
     width: UInt32 = 0
     height: UInt32 = 0
-    data: NDArray[np.int8] = field(default_factory=_nothing)
+    data: NDArray[np.int8] = field(default_factory=_empty)

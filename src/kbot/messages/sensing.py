@@ -1,4 +1,4 @@
-"""Messages of sensors, as in sensor_msgs and std_msgs. Large data are arrays or bytes."""
+"""Messages of sensors, from sensor_msgs, geometry_msgs and std_msgs. Large data are arrays or bytes."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ Covariance = tuple[float, float, float, float, float, float, float, float, float
 UNKNOWN_COVARIANCE: Covariance = (0.0,) * 9
 
 
-def _nothing() -> NDArray[np.float32]:
+def _empty() -> NDArray[np.float32]:
     return np.empty(0, dtype=np.float32)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LaserScan:
-    """`ranges` in m, +inf where nothing returned, -inf where it was too close (REP 117)."""
+    """`ranges` in m. +inf: no return. -inf: an object is closer than `range_min` (REP 117)."""
 
     header: Header = HEADER
     angle_min: float = 0.0
@@ -32,13 +32,16 @@ class LaserScan:
     scan_time: float = 0.0
     range_min: float = 0.0
     range_max: float = 0.0
-    ranges: NDArray[np.float32] = field(default_factory=_nothing)
-    intensities: NDArray[np.float32] = field(default_factory=_nothing)
+    ranges: NDArray[np.float32] = field(default_factory=_empty)
+    intensities: NDArray[np.float32] = field(default_factory=_empty)
 
 
 @dataclass(frozen=True, slots=True)
 class Imu:
-    """Turning speed in rad/s and specific force in m/s^2 (gravity is felt upwards), in the sensor's axes."""
+    """Angular velocity in rad/s and specific force in m/s^2, in the sensor's axes.
+
+    At rest, the specific force is that of gravity, upwards.
+    """
 
     header: Header = HEADER
     orientation: Quaternion = UPRIGHT
@@ -54,7 +57,7 @@ ULTRASOUND, INFRARED = 0, 1
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """One distance in m, +inf and -inf as in LaserScan."""
+    """A distance in m, with +inf and -inf as in LaserScan."""
 
     header: Header = HEADER
     radiation_type: int = ULTRASOUND
@@ -73,7 +76,7 @@ class NavSatStatus:
 
 @dataclass(frozen=True, slots=True)
 class NavSatFix:
-    """Degrees and metres above the WGS 84 ellipsoid; covariance in m^2 over east, north, up."""
+    """Degrees, and metres above the WGS 84 ellipsoid. The covariance is in m^2 over east, north, up."""
 
     header: Header = HEADER
     status: NavSatStatus = NavSatStatus()
@@ -97,7 +100,7 @@ class PointField:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointCloud2:
-    """Points as bytes, `point_step` a point, `row_step` a row."""
+    """Points as bytes: `point_step` bytes per point, `row_step` bytes per row."""
 
     header: Header = HEADER
     height: int = 0
@@ -112,7 +115,7 @@ class PointCloud2:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Image:
-    """Rows from the top; `encoding` is rgb8 or 32FC1 (metres)."""
+    """Pixels row by row from the top. KBot's cameras publish `encoding` rgb8, and 32FC1 for depth in m."""
 
     header: Header = HEADER
     height: int = 0
@@ -134,7 +137,7 @@ class RegionOfInterest:
 
 @dataclass(frozen=True, slots=True)
 class CameraInfo:
-    """Intrinsics as ROS 2 names them: `k` (3x3), `r` (3x3), `p` (3x4), row by row, in pixels."""
+    """Intrinsics in pixels, row by row: `k` (3x3), `r` (3x3), `p` (3x4). Field names are those of ROS 2."""
 
     header: Header = HEADER
     height: int = 0
@@ -151,7 +154,7 @@ class CameraInfo:
 
 @dataclass(frozen=True, slots=True)
 class Wrench:
-    """N and N m."""
+    """Force in N and torque in N m."""
 
     force: Vector3 = ZERO
     torque: Vector3 = ZERO
@@ -159,7 +162,7 @@ class Wrench:
 
 @dataclass(frozen=True, slots=True)
 class WrenchStamped:
-    """In the axes of the header's frame."""
+    """A wrench in the axes of the header's frame."""
 
     header: Header = HEADER
     wrench: Wrench = Wrench()
@@ -167,7 +170,7 @@ class WrenchStamped:
 
 @dataclass(frozen=True, slots=True)
 class Joy:
-    """Axes of a gamepad from 1 (left, ahead) to -1; a button is 1 while it is pressed."""
+    """The state of a gamepad. Axes are from 1 (left, forward) to -1. A pressed button is 1."""
 
     header: Header = HEADER
     axes: tuple[float, ...] = ()

@@ -1,6 +1,6 @@
-"""Requests and responses of services: std_srvs, and gazebo_msgs as Gazebo's ROS plugins have them.
+"""Requests and responses of services: std_srvs, and the gazebo_msgs of Gazebo's ROS 1 plugins.
 
-Poses and twists are in the world unless a frame is named; an empty name, `world` and `map` mean the world.
+Poses and twists are in the named reference frame. An empty name, `world` and `map` mean the world.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class ModelState:
 
 @dataclass(frozen=True, slots=True)
 class ModelStates:
-    """Every model of the world; what stands fast too."""
+    """Every model of the world, including static ones."""
 
     name: tuple[str, ...] = ()
     pose: tuple[Pose, ...] = ()
@@ -34,7 +34,7 @@ class ModelStates:
 
 @dataclass(frozen=True, slots=True)
 class LinkStates:
-    """Every link of the robots, as `robot::link`."""
+    """Every link of the robots. A name is `robot::link`."""
 
     name: tuple[str, ...] = ()
     pose: tuple[Pose, ...] = ()
@@ -43,17 +43,17 @@ class LinkStates:
 
 @dataclass(frozen=True, slots=True)
 class EmptyRequest:
-    """Nothing is asked but that it be done."""
+    """A request without fields."""
 
 
 @dataclass(frozen=True, slots=True)
 class EmptyResponse:
-    """It is done."""
+    """A response without fields."""
 
 
 @dataclass(frozen=True, slots=True)
 class StatusResponse:
-    """How most of Gazebo's services answer: SpawnModel, DeleteModel, SetModelState, ApplyBodyWrench…"""
+    """The response of SpawnModel, DeleteModel, SetModelState and ApplyBodyWrench."""
 
     success: bool = False
     status_message: str = ""
@@ -61,7 +61,7 @@ class StatusResponse:
 
 @dataclass(frozen=True, slots=True)
 class SpawnModelRequest:
-    """`model_xml` is a URDF, or an SDF where the service is for those."""
+    """`model_xml` is URDF or SDF."""
 
     model_name: str = ""
     model_xml: str = ""
@@ -97,7 +97,7 @@ class SetModelStateRequest:
 
 @dataclass(frozen=True, slots=True)
 class ApplyBodyWrenchRequest:
-    """`reference_point` is in the reference frame; a negative `duration` is for good."""
+    """`reference_point` is in the reference frame. A negative `duration` is unlimited."""
 
     body_name: str = ""
     reference_frame: str = ""
@@ -115,4 +115,4 @@ SERVICES: dict[str, tuple[type, type]] = {
     "gazebo_msgs/SetModelState": (SetModelStateRequest, StatusResponse),
     "gazebo_msgs/ApplyBodyWrench": (ApplyBodyWrenchRequest, StatusResponse),
 }
-"""The types of services by name, with what each is asked and answers."""
+"""The request and response of each service type."""

@@ -18,7 +18,7 @@ NO_COVARIANCE: tuple[float, ...] = (0.0,) * 36
 
 @dataclass(frozen=True, slots=True)
 class Time:
-    """A moment of the simulation's clock; `nanosec` is less than a second."""
+    """A time of the simulation's clock. `nanosec` is from 0 to 999999999."""
 
     sec: int = 0
     nanosec: int = 0
@@ -70,7 +70,7 @@ class Quaternion:
 
     @property
     def yaw(self) -> float:
-        """Heading of the turned x axis seen from above, in rad."""
+        """Heading of the rotated x axis seen from above, in rad."""
         x, y, z, w = self.x, self.y, self.z, self.w
         return atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
@@ -89,7 +89,7 @@ class PoseWithCovariance:
 
 @dataclass(frozen=True, slots=True)
 class Twist:
-    """`linear` in m/s along, `angular` in rad/s about x, y, z."""
+    """`linear` in m/s along x, y, z, `angular` in rad/s about them."""
 
     linear: Vector3 = Vector3()
     angular: Vector3 = Vector3()
@@ -119,7 +119,7 @@ class Odometry:
 
 @dataclass(frozen=True, slots=True)
 class JointState:
-    """One entry a joint; a list that is empty says nothing of that quantity."""
+    """One entry per joint. An empty list means that the quantity is unknown."""
 
     header: Header = Header()
     name: tuple[str, ...] = ()
@@ -136,7 +136,7 @@ class Transform:
 
 @dataclass(frozen=True, slots=True)
 class TransformStamped:
-    """Where `child_frame_id` stands in `header.frame_id`."""
+    """The pose of `child_frame_id` in `header.frame_id`."""
 
     header: Header = Header()
     child_frame_id: str = ""

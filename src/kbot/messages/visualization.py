@@ -1,4 +1,4 @@
-"""Messages to be displayed: visualization_msgs/Marker, poses, polygons."""
+"""Messages for displays: visualization_msgs/Marker, compressed images, poses, polygons."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ADD, DELETE, DELETE_ALL = 0, 2, 3
 
 @dataclass(frozen=True, slots=True)
 class ColorRGBA:
-    """Each in 0..1."""
+    """Each component is in 0..1."""
 
     r: float = 0.0
     g: float = 0.0
@@ -27,7 +27,7 @@ class ColorRGBA:
 
 @dataclass(frozen=True, slots=True)
 class CompressedImage:
-    """`format` is jpeg or png."""
+    """`data` is a file in the given `format`, jpeg or png."""
 
     header: Header = HEADER
     format: str = ""
@@ -51,8 +51,10 @@ BLACK, NO_IMAGE, NO_FILE = ColorRGBA(), CompressedImage(), MeshFile()
 
 @dataclass(frozen=True, slots=True)
 class Marker:
-    """A thing to draw, known by `ns` and `id`; `type` and `action` are the numbers above. Without a
-    `lifetime` it stays until it is deleted."""
+    """A shape to draw, identified by `ns` and `id`. `type` and `action` are the numbers above.
+
+    Without a `lifetime` it stays until it is deleted.
+    """
 
     header: Header = HEADER
     ns: str = ""
@@ -95,7 +97,7 @@ class Point32:
 
 @dataclass(frozen=True, slots=True)
 class Polygon:
-    """Its corners in order; the last is joined to the first."""
+    """Corners in order. The last is connected to the first."""
 
     points: tuple[Point32, ...] = ()
 

@@ -51,7 +51,7 @@ class NavigationTopics:
         self._odometry_frame = self._prefix + (settings.odometry_frame if settings is not None else "odom")
         self._plan = bus.advertise(PLAN, PathMessage, latched=True)
         self._status = bus.advertise(STATUS, String, latched=True)
-        self._map = bus.advertise(MAP, OccupancyGrid, latched=True, wanted=self._map_is_wanted)
+        self._map = bus.advertise(MAP, OccupancyGrid, latched=True, on_subscribe=self._map_is_wanted)
         self._heard = [bus.subscribe(topic, PoseStamped, self._goal) for topic in GOALS]
         self._heard.append(bus.subscribe(CANCEL, GoalID, lambda _: self.goals.cancel()))
         self._heard.append(bus.subscribe(PLACE, PoseWithCovarianceStamped, self._place))

@@ -97,7 +97,7 @@ class Feed:
         if topic not in self._subscriptions:
             kind = self._bus.require(topic)
             self._subscriptions[topic] = self._bus.subscribe(
-                topic, kind, lambda m: self._hand_out(topic, m), looks_on=True
+                topic, kind, lambda m: self._hand_out(topic, m), passive=True
             )
         elif topic in self._last and self._bus.is_latched(topic):
             receiver(self._last[topic])

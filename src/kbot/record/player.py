@@ -118,7 +118,7 @@ class Player:
             publisher, kind = self._publishers[entry.topic]
             if publisher.topic == TF_STATIC and kind is TFMessage:
                 say_static(self.bus, decode_cdr(entry.cdr, TFMessage))
-            elif publisher.is_heard:
+            elif publisher.has_subscribers:
                 publisher.publish(decode_cdr(entry.cdr, kind))
             self._next = next(self._entries, None)
         self.clock.advance_to(until)

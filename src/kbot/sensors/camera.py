@@ -102,9 +102,9 @@ class CameraSensor(Sensor[Image]):
                 beside.close()
 
     @property
-    def is_heard(self) -> bool:
-        beside = self._infos.is_heard or (self._depths is not None and self._depths.is_heard)
-        return beside or super().is_heard
+    def has_subscribers(self) -> bool:
+        beside = self._infos.has_subscribers or (self._depths is not None and self._depths.has_subscribers)
+        return beside or super().has_subscribers
 
     def draw(self) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
         """Colours (height, width, 3) and distances along the axis (height, width) in m now; +inf where
@@ -135,11 +135,11 @@ class CameraSensor(Sensor[Image]):
         )
 
     def _say_beside(self, depths: NDArray[np.float64]) -> None:
-        if self._infos.is_heard:
+        if self._infos.has_subscribers:
             self._infos.publish(self.info())
         if self._depths is not None:
             self.latest_depth = self._image("32FC1", 4, depths.astype("<f4").tobytes())
-            if self._depths.is_heard:
+            if self._depths.has_subscribers:
                 self._depths.publish(self.latest_depth)
 
     def _image(self, encoding: str, size: int, data: bytes) -> Image:

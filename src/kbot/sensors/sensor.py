@@ -148,12 +148,12 @@ class Sensor(ABC, Generic[M]):
             self.close()
 
     @property
-    def is_heard(self) -> bool:
+    def has_subscribers(self) -> bool:
         """Whether someone listens to it."""
-        return self._publisher.is_heard
+        return self._publisher.has_subscribers
 
     def _sample(self) -> None:
-        if self.only_when_heard and not self.is_heard:
+        if self.only_when_heard and not self.has_subscribers:
             return
         now = self.simulation.clock.nanoseconds
         message = self.measure(round(now / NANOSECONDS * self.spec.rate))
@@ -176,7 +176,7 @@ class Sensor(ABC, Generic[M]):
 
     def _hear(self, stamp: int, message: M) -> None:
         self._latest = stamp, message
-        if self._publisher.is_heard:
+        if self._publisher.has_subscribers:
             self._publisher.publish(message)
 
     def _header(self) -> Header:

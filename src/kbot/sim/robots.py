@@ -120,6 +120,6 @@ class Robots(Mapping[str, SimulatedRobot]):
             self._seen = self._bus.changes
             self._subscribed = [topics for topics in self._topics.values() if topics.find_subscribers()]
         if self._subscribed:
-            self._clock.begin_moment(nanoseconds)
+            self._clock.run_timers(nanoseconds)
             for topics in self._subscribed:
                 topics.publish(self._clock)

@@ -121,7 +121,7 @@ class RobotTopics:
 
     def find_subscribers(self) -> bool:
         """Find the topics with subscribers, whenever these may have changed; whether there are any."""
-        self._subscribed = [output for output in self._outputs if output[0].is_heard]
+        self._subscribed = [output for output in self._outputs if output[0].has_subscribers]
         return bool(self._subscribed)
 
     def publish(self, clock: Clock) -> None:

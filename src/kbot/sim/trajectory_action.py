@@ -133,7 +133,7 @@ class TrajectoryAction:
         if self._active is not None:
             self._follow(self._active, now)
         self._updates += 1
-        if self._updates % STATUS_EVERY == 0 and self._status.is_heard:
+        if self._updates % STATUS_EVERY == 0 and self._status.has_subscribers:
             self._say_status()
 
     def _follow(self, active: _Active, now: int) -> None:
@@ -156,7 +156,7 @@ class TrajectoryAction:
         elif off := _too_far(goal.joints, error, goal.constraints.path):
             self._stay(goal)
             self._end(Status.ABORTED, off, Result.PATH_TOLERANCE_VIOLATED)
-        elif self._feedback.is_heard:
+        elif self._feedback.has_subscribers:
             self._say_feedback(active, desired, actual, error)
 
     def _arrive(self, active: _Active, error: tuple[Numbers, Numbers], passed: float) -> None:

@@ -71,7 +71,7 @@ class RobotStatePublisher:
         if self._last is not None and now > self._last:
             self._tf.rate = 1e9 / (now - self._last)
         self._last = now
-        if self._tf.is_heard:
+        if self._tf.has_subscribers:
             self._tf.publish(self._message(self._moving, stamp))
 
     def _message(self, joints: list[_Said], stamp: msg.Time) -> msg.TFMessage:

@@ -172,7 +172,7 @@ class PeerLink:
         self._stirred[wake] = None
         if not self._waits:
             self._waits = True
-            self._simulation.clock.afterwards(self._end_moment)
+            self._simulation.clock.after_timers(self._end_moment)
 
     def _end_moment(self) -> None:
         self._waits = False

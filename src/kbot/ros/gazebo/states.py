@@ -39,13 +39,13 @@ class GazeboTopics:
 
     def _publish(self) -> None:
         sim = self._simulation
-        if self._models.is_heard:
+        if self._models.has_subscribers:
             names, fixed = tuple(models_of(sim)), _fixed(sim)
             states = [_state_of(sim, name, fixed) for name in names]
             self._models.publish(
                 srv.ModelStates(names, tuple(s[0] for s in states), tuple(s[1] for s in states))
             )
-        if self._links.is_heard:
+        if self._links.has_subscribers:
             links = [(name, link) for name, robot in sim.robots.items() for link in robot.robot.links]
             moving = [link_state(sim, name, link) for name, link in links]
             names = tuple(f"{name}::{link}" for name, link in links)

@@ -103,9 +103,9 @@ class _Relay:
         self._subscription: Subscription | None = None
 
     def look(self) -> None:
-        if self._publisher.is_heard and self._subscription is None:
+        if self._publisher.has_subscribers and self._subscription is None:
             self._subscription = self._bus.subscribe(self._source, self._kind, self._publisher.publish)
-        elif not self._publisher.is_heard and self._subscription is not None:
+        elif not self._publisher.has_subscribers and self._subscription is not None:
             self._subscription.close()
             self._subscription = None
 

@@ -36,7 +36,7 @@ class ContactForces:
         simulation.clock.every(RATE, self._say)
 
     def _say(self) -> None:
-        if self._publisher.is_heard:
+        if self._publisher.has_subscribers:
             header = Header(self._simulation.clock.stamp, WORLD)
             markers = (self._marker(header, number, *force) for number, force in enumerate(self.forces()))
             self._publisher.publish(MarkerArray((CLEAR, *markers)))

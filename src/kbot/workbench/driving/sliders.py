@@ -146,7 +146,7 @@ class Sliders:
 
     def _say(self) -> None:
         header = Header(self.clock.stamp)
-        if self._joint_states.is_heard:
+        if self._joint_states.has_subscribers:
             positions = self._all_positions()
             self._joint_states.publish(JointState(header, tuple(positions), tuple(positions.values())))
 

@@ -156,7 +156,7 @@ class PlayedRun:
             say_static(self.bus, message)
         self._say_moves()
         for topic, (publisher, _) in self._publishers.items():
-            if publisher.is_heard:
+            if publisher.has_subscribers:
                 self._say(topic)
         if damage is None:
             return ""
@@ -173,7 +173,7 @@ class PlayedRun:
         damage = damage_at(self._run.index, until)
         if damage is not None:
             self._pass_over(damage)
-        heard = [topic for topic, (publisher, _) in self._publishers.items() if publisher.is_heard]
+        heard = [topic for topic, (publisher, _) in self._publishers.items() if publisher.has_subscribers]
         for entry in self._run.index.between(heard, before, until):
             self.clock.advance_to(max(entry.nanoseconds, self.clock.nanoseconds))
             publisher, kind = self._publishers[entry.topic]
@@ -274,7 +274,7 @@ class PlayedRun:
 
     def _advertise(self, name: str, kind: type) -> Publisher[Any]:
         return self.bus.advertise(
-            name, kind, latched=name in LATCHED, wanted=self._sayer(name), rate=self._run.rate(name)
+            name, kind, latched=name in LATCHED, on_subscribe=self._sayer(name), rate=self._run.rate(name)
         )
 
     def _listen(self) -> None:
