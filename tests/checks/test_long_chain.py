@@ -30,7 +30,7 @@ def test_what_hangs_on_a_long_chain_is_weighed(tmp_path: Path) -> None:
     ratios = [d for d in check_file(str(path)) if d.code == "I116"]
     # l0 carries 3000 kg, l1 2999 kg …: more than a thousand times 1 kg for the first 2000 joints
     assert len(ratios) == 2000
-    assert ratios[0].message.startswith("j1: 3000 kg at 'l1' against 1 kg at 'l0'")
+    assert ratios[0].message.startswith("j1: 3000 kg at 'l1' and 1 kg at 'l0'")
 
 
 def test_a_long_chain_is_drawn_in_lines_that_stay_short(tmp_path: Path) -> None:

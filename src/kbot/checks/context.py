@@ -74,8 +74,8 @@ class Context:
         name = definition.attributes.get("name", "")
         return written if written is None else str(self.expansion.overridden.get(name, written))
 
-    def says(self, code: str, origin: Origin) -> bool:
-        """Whether findings of a code are wanted at a place: what it says there need not be said by others."""
+    def reports(self, code: str, origin: Origin) -> bool:
+        """Whether findings of a code are wanted at a place. Others then need not report the same fault."""
         return self.config.wants(code, origin.span.file)
 
     def has(self, needs: str) -> bool:

@@ -1,1 +1,1 @@
-"""The rules, one function each, one file a family; `kbot.checks.registry` imports them on first use."""
+"""The rules: one function for each rule, one file for each family, imported by `registry` on first use."""

@@ -13,6 +13,9 @@ from kbot.model import Cylinder, JointType, Mesh, Sphere
 from kbot.text import Element, Origin, Related, Severity
 
 _SLIDES = 0.2
+"""A caster with at most this friction coefficient slides in a turn. Gazebo's default is 1."""
+_LEAST_OFF = 1e-3
+"""m. Wheels, casters and frames that are off by less than this are not reported."""
 
 
 def _ground(context: Context) -> float | None:
@@ -25,14 +28,14 @@ def caster_place(context: Context, caster: Caster) -> Origin:
 
 @rule("D112", "not-on-ground", Severity.WARNING, "drive")
 def not_on_ground(context: Context) -> Found:
-    """A caster or wheel whose lowest point is not in the plane that the drive wheels stand on.
+    """The lowest point of a caster or wheel is not at the height of the ground under the drive wheels.
 
-    Why: 5 mm too high, it hangs: the robot tips onto it when it brakes, and its laser sweeps the floor. 5
-    mm too low, it lifts the drive wheels, which spin in the air.
+    Why: A caster that is 5 mm too high hangs in the air. The robot tips onto it when it brakes, and its lidar
+    then scans the floor. A caster that is 5 mm too low lifts the drive wheels, which spin in the air.
 
-    Example: a caster of radius 0.015 on a mount made for 0.0175.
+    Example: A caster of radius 0.015 on a mount that was made for radius 0.0175.
 
-    Fix: compute the mount's height from both radii: `z = wheel_z - wheel_radius + caster_radius`.
+    Fix: Compute the mount's height from both radii: `z = wheel_z - wheel_radius + caster_radius`.
 
     Autofix: none.
     """
@@ -45,36 +48,34 @@ def not_on_ground(context: Context) -> Found:
         if not wheel.radius or wheel.link in context.unsure:
             continue
         off = wheel.bottom - ground
-        if len(context.base.pairs) > 1 and abs(off) > max(1e-3, 0.02 * size):
+        if len(context.base.pairs) > 1 and abs(off) > max(_LEAST_OFF, 0.02 * size):
             yield Finding(
                 wheel.joint.pose.origin or wheel.joint.origin,
                 f"{wheel.link}: its lowest point is {abs(off) * 1e3:.3g} mm "
-                f"{'above' if off > 0 else 'below'} that of "
-                "the other wheels",
+                f"{'above' if off > 0 else 'below'} that of the other wheels",
                 related=(Related("the wheel it is compared with", axle.left.joint.origin),),
             )
-    touching = [c for c in context.base.casters if abs(c.bottom - ground) <= max(1e-3, 0.03 * size)]
+    touching = [c for c in context.base.casters if abs(c.bottom - ground) <= max(_LEAST_OFF, 0.03 * size)]
     for caster in context.base.casters:
         if {caster.link, context.robot.parent_joint[caster.link].name} & context.unsure:
             continue
         off = caster.bottom - ground
         arm = max(abs(caster.center[0] - axle.left.center[0]), 1e-3)
         tilt = math.degrees(math.atan2(abs(off), arm))
-        if off > max(1e-3, 0.03 * size) and not (touching and not isinstance(caster.shape, Sphere)):
+        # if a caster touches the ground, only a ball that hangs is reported
+        if off > max(_LEAST_OFF, 0.03 * size) and not (touching and not isinstance(caster.shape, Sphere)):
             yield Finding(
                 caster_place(context, caster),
-                f"{caster.link}: it hangs {off * 1e3:.3g} mm above the ground that the wheels stand "
-                "on: the robot tips "
-                f"by {tilt:.2g} degrees until it touches",
+                f"{caster.link}: it hangs {off * 1e3:.3g} mm above the ground under the wheels: "
+                f"the robot tips by {tilt:.2g} degrees until it touches",
                 "compute its height from the radii",
                 (Related("its shape", caster.shape.origin), Related("a drive wheel", axle.left.joint.origin)),
             )
-        elif off < -1e-3:
+        elif off < -_LEAST_OFF:
             yield Finding(
                 caster_place(context, caster),
-                f"{caster.link}: it reaches {-off * 1e3:.3g} mm below the ground that the wheels stand "
-                "on: it lifts them "
-                f"or tilts the robot by {tilt:.2g} degrees",
+                f"{caster.link}: it reaches {-off * 1e3:.3g} mm below the ground under the wheels: "
+                f"it lifts them or tilts the robot by {tilt:.2g} degrees",
                 "compute its height from the radii",
                 (Related("its shape", caster.shape.origin), Related("a drive wheel", axle.left.joint.origin)),
             )
@@ -82,15 +83,17 @@ def not_on_ground(context: Context) -> Found:
 
 @rule("D113", "footprint-off-ground", Severity.WARNING, "drive")
 def footprint_off_ground(context: Context) -> Found:
-    """`base_footprint` that does not lie in the plane that the wheels touch.
+    """`base_footprint` does not lie in the plane in which the wheels touch the ground.
 
-    Why: REP 120 puts it on the ground. Navigation projects obstacles and poses onto it: the robot is
-    drawn sunk in or floating, a height filter lets the floor through as an obstacle, and spawned at z = 0
-    it falls or jumps.
+    Why: REP 120 puts `base_footprint` on the ground. Navigation projects obstacles and poses onto it. At
+    another height rviz draws the robot below or above the floor, and a height filter takes the floor for an
+    obstacle. A robot that is spawned at z = 0 falls or jumps.
 
-    Example: a joint from `base_footprint` to `base_link` at z = 0 where the axle is 35 mm above the ground.
+    Example: A joint from `base_footprint` to `base_link` at z = 0, although the axle is 35 mm above the
+    ground.
 
-    Fix: put `base_link` above it by the wheels' radius and what the axle hangs below.
+    Fix: Give the joint to `base_link` a z of the wheel radius plus the distance by which the axle is below
+    `base_link`.
 
     Autofix: none.
     """
@@ -105,9 +108,8 @@ def footprint_off_ground(context: Context) -> Found:
         wheel = context.base.pairs[0].left
         yield Finding(
             place,
-            f"base_footprint lies {abs(off) * 1e3:.4g} mm {'above' if off > 0 else 'below'} the plane "
-            "that the wheels "
-            "touch",
+            f"base_footprint is {abs(off) * 1e3:.4g} mm {'above' if off > 0 else 'below'} the ground "
+            "under the wheels",
             "put it on the ground (REP 120)",
             (Related("a drive wheel", wheel.joint.pose.origin or wheel.joint.origin),),
         )
@@ -117,13 +119,13 @@ def footprint_off_ground(context: Context) -> Found:
 def base_off_axle(context: Context) -> Found:
     """The base frame of a two-wheeled robot is not under the middle of its axle.
 
-    Why: turning on the spot, the base goes round a circle instead of standing still. Differential drive
-    odometry reckons with the axle's middle: unless it accounts for the offset, each turn adds an error of
-    that size.
+    Why: When the robot turns on the spot, its base moves on a circle. Differential drive odometry computes
+    the motion of the axle's middle. If it does not account for the offset, each turn adds an error of that
+    size.
 
-    Example: wheels 20 mm ahead of `base_footprint`.
+    Example: Wheels 20 mm ahead of `base_footprint`.
 
-    Fix: put `base_footprint` under the axle's middle, keeping the rest in its place.
+    Fix: Put `base_footprint` under the middle of the axle, and keep all other parts where they are.
 
     Autofix: none.
     """
@@ -139,28 +141,28 @@ def base_off_axle(context: Context) -> Found:
     middle = [(a + b) / 2.0 for a, b in zip(pair.left.center, pair.right.center, strict=True)]
     x, y, _ = frame.local((middle[0], middle[1], middle[2]))
     away = math.hypot(x, y)
-    if away > 1e-3:
+    if away > _LEAST_OFF:
         where = "behind" if x > 0 else "ahead of" if x < 0 else "beside"
         for _, origin in at_both(pair, pose_origin):
             yield Finding(
                 origin,
-                f"{name} is {away * 1e3:.4g} mm {where} the middle of the axle: turning on the spot it "
-                f"goes round a circle of {away * 1e3:.4g} mm radius",
-                f"put {name} under the middle of the axle, or let odometry account for it",
+                f"{name} is {away * 1e3:.4g} mm {where} the middle of the axle: when the robot turns on the "
+                f"spot, {name} moves on a circle of {away * 1e3:.4g} mm radius",
+                f"put {name} under the middle of the axle, or account for the offset in odometry",
                 (Related(name, context.robot.links[name].origin),),
             )
 
 
 @rule("D128", "below-ground", Severity.INFO, "drive")
 def below_ground(context: Context) -> Found:
-    """A shape that reaches below the ground that the wheels stand on.
+    """A shape reaches below the ground on which the wheels stand.
 
-    Why: a collision there carries the robot in the wheels' place, or is thrown out of the ground at the
-    first step; a visual is hidden in part.
+    Why: A collision below the ground carries the robot instead of the wheels, or the simulator throws it out
+    of the ground in the first step. The part of a visual below the ground is hidden.
 
-    Example: a marker cube of `base_footprint`, half of it below.
+    Example: A marker cube on `base_footprint`, half of which is below the ground.
 
-    Fix: raise it by half its height.
+    Fix: Raise the shape. For a cube that is half below the ground, raise it by half its height.
 
     Autofix: none.
     """
@@ -178,11 +180,10 @@ def below_ground(context: Context) -> Found:
         ):
             deep = [(ground - lowest(p, frame), p) for p in parts if not isinstance(p.geometry, Mesh)]
             depth, part = max(deep, key=lambda d: d[0], default=(0.0, None))
-            if part is not None and depth > (1e-3 if what == "collision" else 2e-4):
+            if part is not None and depth > (_LEAST_OFF if what == "collision" else 2e-4):
                 yield Finding(
                     part.origin,
-                    f"{link.name}: its {what} reaches {depth * 1e3:.3g} mm below the ground that the "
-                    "wheels stand on",
+                    f"{link.name}: its {what} reaches {depth * 1e3:.3g} mm below the ground under the wheels",
                     severity=severity,
                 )
                 break
@@ -190,21 +191,21 @@ def below_ground(context: Context) -> Found:
 
 @rule("D118", "caster-scrubs", Severity.WARNING, "drive")
 def caster_scrubs(context: Context) -> Found:
-    """A caster that cannot follow a turn: fixed, or rolling about one axis, with the default friction.
+    """A caster cannot follow a turn: it is fixed or rolls about one axis, and has the default friction.
 
-    Why: in a turn it must move sideways. It scrubs, and its friction works against the wheels: measured
-    on KBot's size, ten turns on the spot end 218 degrees short.
+    Why: In a turn a caster must move sideways. It scrubs over the ground, and its friction works against the
+    wheels. In a simulation of KBot with a single-axis caster and default contacts, ten turns on the spot
+    ended 218 degrees short.
 
     Example: `<joint name="caster_wheel_joint" type="continuous"> <axis xyz="0 1 0"/>` for a ball.
 
-    Fix: a swivel joint about z above the roll joint; or a fixed ball without friction
-    (`<gazebo reference="caster_wheel"> <mu1>0</mu1> <mu2>0</mu2> </gazebo>`).
+    Fix: Put a swivel joint about z above the roll joint, or use a fixed ball without friction:
+    `<gazebo reference="caster_wheel"> <mu1>0</mu1> <mu2>0</mu2> </gazebo>`.
 
     Autofix: none.
     """
-    speaks_of_friction = any(
-        e.tag == "gazebo" and "reference" in e.attributes for e in context.robot.extensions
-    )
+    # without settings for Gazebo a description cannot set friction, so a fixed caster is only a note
+    is_for_gazebo = any(e.tag == "gazebo" and "reference" in e.attributes for e in context.robot.extensions)
     axle_x = sum(w.center[0] for w in context.base.wheels) / len(context.base.wheels)
     ground = _ground(context) or 0.0
     yield from _of_unknown_size(context)
@@ -223,27 +224,31 @@ def caster_scrubs(context: Context) -> Found:
             continue
         arm = abs(caster.center[0] - axle_x)
         if arm < 1e-3:
-            continue
+            continue  # beside the axle a turn on the spot does not move it sideways
         if joint.type is JointType.FIXED:
-            severity = Severity.WARNING if speaks_of_friction else Severity.INFO
+            severity = Severity.WARNING if is_for_gazebo else Severity.INFO
             text = f"{caster.link}: a fixed caster with the default friction scrubs over the ground"
         else:
             severity = Severity.WARNING
             axis = context.frames[caster.link].direction(joint.axis)
             if abs(axis[2]) > 0.9:
-                continue
-            text = f"{caster.link}: it rolls about one axis alone, and scrubs sideways in every turn"
+                continue  # an upright axis is a swivel
+            text = f"{caster.link}: {_ONE_AXIS}"
         yield Finding(
             joint.axis_origin if joint.axis_origin and joint.is_movable else joint.origin,
             f"{text}, {arm * 1e3:.4g} mm from the axle",
-            "let it swivel about z, or make it a fixed ball without friction",
-            (Related("what touches the ground", caster.shape.origin),),
+            _SWIVEL,
+            (Related("its shape on the ground", caster.shape.origin),),
             severity=severity,
         )
 
 
+_ONE_AXIS = "it rolls about one axis only and scrubs sideways in every turn"
+_SWIVEL = "let it swivel about z, or make it a fixed ball without friction"
+
+
 def _of_unknown_size(context: Context) -> Found:
-    """Casters whose size or place could not be read: what their joint allows is known all the same."""
+    """D118 for casters whose size or place could not be read: their joint alone shows the fault."""
     seen = {c.link for c in context.base.casters}
     for joint in context.robot.joints.values():
         link = joint.child
@@ -260,8 +265,8 @@ def _of_unknown_size(context: Context) -> Found:
         ):
             yield Finding(
                 joint.axis_origin,
-                f"{link}: it rolls about one axis alone, and scrubs sideways in every turn",
-                "let it swivel about z, or make it a fixed ball without friction",
+                f"{link}: {_ONE_AXIS}",
+                _SWIVEL,
             )
 
 
@@ -270,7 +275,7 @@ def _below_swivel(context: Context, link: str) -> bool:
 
 
 def _slides(context: Context, link: str) -> bool:
-    """Whether a `<gazebo reference>` gives the link next to no friction, in Classic's or in SDF's words."""
+    """Whether a `<gazebo reference>` gives the link next to no friction, with tags of Classic or of SDF."""
     for extension in context.robot.extensions:
         if extension.tag == "gazebo" and extension.attributes.get("reference") == link:
             values = [_number(e) for e in extension.descendants() if e.tag in ("mu1", "mu2", "mu")]
@@ -280,7 +285,7 @@ def _slides(context: Context, link: str) -> bool:
 
 
 def _number(element: Element) -> float:
-    """What an element says as a text or, as the reader of Gazebo takes it too, as its `value`."""
+    """The number in an element's text or, as Gazebo also accepts, in its `value`; 1 if it is not a number."""
     try:
         return float(element.attributes.get("value", element.text))
     except ValueError:

@@ -14,7 +14,7 @@ from kbot.text.suggest import did_you_mean
 
 
 def _gazebo_plugins(context: Context) -> Iterator[Element]:
-    """Those in sensors too."""
+    """All plugins within `<gazebo>`, also those of sensors."""
     for extension in extensions(context.robot, "gazebo"):
         yield from (e for e in extension.descendants() if e.tag == "plugin")
 
@@ -26,38 +26,37 @@ def _unknown_joints(context: Context, holder: Element, what: str) -> Found:
         if name and name not in joints and "$" not in name:
             yield Finding(
                 element.attribute_origin("name"),
-                f"{what} '{holder.attributes.get('name', '')}': '{name}' is no joint of this robot",
+                f"{what} '{holder.attributes.get('name', '')}': '{name}' is not a joint of this robot",
                 did_you_mean(name, joints),
             )
 
 
 @rule("D101", "plugin-joint-unknown", Severity.ERROR, "robot")
 def plugin_joint_unknown(context: Context) -> Found:
-    """A plugin or controller that names a joint that the robot does not have.
+    """A plugin or controller names a joint that the robot does not have.
 
-    Why: the plugin refuses to load ("Joint 'x' not found"), and the robot does not move. KBot drives the
+    Why: The plugin refuses to load ("Joint 'x' not found"), and the robot does not move. KBot drives the
     wheels that it finds, and the message names them.
 
     Example: `<left_joint>wheel_left_jiont</left_joint>`
 
-    Fix: name a joint of this robot.
+    Fix: Name a joint of this robot.
 
-    Autofix: safe, where the name is a slip of one known name: it is written.
+    Autofix: safe: KBot corrects the name if it is a slip of one known name.
     """
     return reported(context.drive_findings, "D101")
 
 
 @rule("W134", "drive-joint-unknown", Severity.WARNING, "robot")
 def drive_joint_unknown(context: Context) -> Found:
-    """A drive plugin or controller that names a joint which does not turn a driving wheel, or no joint for
-    one side.
+    """A drive plugin or controller names a joint that does not turn a drive wheel, or no joint for one side.
 
-    Why: outside KBot the robot does not follow its commands. A drive that names a caster's joint turns the
+    Why: Outside KBot the robot does not follow its commands. A drive that names a caster's joint turns the
     caster. KBot drives the wheels that it finds, and the message names them.
 
     Example: `<leftJoint>caster_joint</leftJoint>`
 
-    Fix: name the joint that turns the wheel.
+    Fix: Name the joint that turns the wheel.
 
     Autofix: none.
     """
@@ -66,15 +65,15 @@ def drive_joint_unknown(context: Context) -> Found:
 
 @rule("D131", "joint-named-twice", Severity.ERROR, "robot")
 def joint_named_twice(context: Context) -> Found:
-    """A joint that a drive plugin or controller names as left and as right, or twice on one side.
+    """A drive plugin or controller names a joint both as left and as right, or twice on one side.
 
-    Why: for both sides one wheel gets two commands, of which the last wins, and the other wheel gets none:
-    the robot runs in circles. `kbot sim` does not drive it. Named twice on one side, ros2_control does not
-    activate the controller, and gazebo_ros_diff_drive does not start.
+    Why: If both sides name one joint, its wheel gets two commands, of which the last one wins. The other
+    wheel gets none, and the robot runs in circles. `kbot sim` does not drive such a robot. If one side names
+    a joint twice, ros2_control does not activate the controller, and gazebo_ros_diff_drive does not start.
 
     Example: `<leftJoint>left_wheel_joint</leftJoint> <rightJoint>left_wheel_joint</rightJoint>`
 
-    Fix: name the joint of each wheel once, on its own side.
+    Fix: Name the joint of each wheel once, on its own side.
 
     Autofix: none.
     """
@@ -83,15 +82,16 @@ def joint_named_twice(context: Context) -> Found:
 
 @rule("D102", "control-joint-unknown", Severity.ERROR, "robot")
 def control_joint_unknown(context: Context) -> Found:
-    """A joint within `<ros2_control>` that the robot lacks.
+    """`<ros2_control>` names a joint that the robot does not have.
 
-    Why: the resource manager throws while it loads the description, and takes the controller manager with it.
+    Why: The resource manager throws an exception while it loads the description, and the controller manager
+    exits.
 
     Example: `<ros2_control …> <joint name="left_whele_joint"> …`
 
-    Fix: name a joint of this robot.
+    Fix: Name a joint of this robot.
 
-    Autofix: safe, where the name is a slip of one known name: it is written.
+    Autofix: safe: KBot corrects the name if it is a slip of one known name.
     """
     for extension in extensions(context.robot, "ros2_control"):
         yield from _unknown_joints(context, extension, "<ros2_control>")
@@ -99,40 +99,41 @@ def control_joint_unknown(context: Context) -> Found:
 
 @rule("D103", "gazebo-reference-unknown", Severity.WARNING, "robot")
 def gazebo_reference_unknown(context: Context) -> Found:
-    """`<gazebo reference>` of a link or joint that the robot lacks.
+    """`<gazebo reference>` names a link or joint that the robot does not have.
 
-    Why: the converter to SDF drops what is in it: friction, colour, sensors and all, without a word.
+    Why: The converter to SDF silently drops everything in the element, for example friction, colour and
+    sensors.
 
     Example: `<gazebo reference="left_whele">`
 
-    Fix: name a link or joint of this robot.
+    Fix: Name a link or joint of this robot.
 
-    Autofix: safe, where the name is a slip of one known name: it is written.
+    Autofix: safe: KBot corrects the name if it is a slip of one known name.
     """
     robot = context.robot
     for extension in robot.extensions:
         name = extension.attributes.get("reference", "")
         if extension.tag != "gazebo" or not name or name in robot.links or name in robot.joints:
             continue
-        what = ", ".join(sorted({f"<{e.tag}>" for e in extension.elements()})[:4]) or "what is in it"
+        what = ", ".join(sorted({f"<{e.tag}>" for e in extension.elements()})[:4]) or "its content"
         yield Finding(
             extension.attribute_origin("reference"),
-            f"'{name}' is no link or joint of this robot: {what} is dropped",
+            f"'{name}' is not a link or joint of this robot: Gazebo drops {what}",
             did_you_mean(name, [*robot.links, *robot.joints]),
         )
 
 
 @rule("D104", "transmission-joint-unknown", Severity.ERROR, "robot")
 def transmission_joint_unknown(context: Context) -> Found:
-    """A transmission of a joint that the robot lacks.
+    """A transmission names a joint that the robot does not have.
 
-    Why: ros_control refuses to load the transmission, and with it every controller of that joint.
+    Why: ros_control refuses to load the transmission, and every controller of that joint.
 
     Example: `<transmission …> <joint name="left_whele_joint"> …`
 
-    Fix: name a joint of this robot.
+    Fix: Name a joint of this robot.
 
-    Autofix: safe, where the name is a slip of one known name: it is written.
+    Autofix: safe: KBot corrects the name if it is a slip of one known name.
     """
     for extension in context.robot.extensions:
         holders: Iterable[Element] = ()
@@ -146,16 +147,16 @@ def transmission_joint_unknown(context: Context) -> Found:
 
 @rule("D121", "plugin-frame-unknown", Severity.WARNING, "robot")
 def plugin_frame_unknown(context: Context) -> Found:
-    """The base frame of a drive plugin or controller is no link of the robot.
+    """The base frame of a drive plugin or controller is not a link of the robot.
 
-    Why: it publishes odom -> that frame beside the robot's own tree: tf has two trees, and rviz and
+    Why: The plugin publishes a transform from odom to that frame. tf then has two trees, and rviz and
     navigation find no transform between odom and the robot.
 
     Example: `<robot_base_frame>base_footprnt</robot_base_frame>`
 
-    Fix: name the robot's root link.
+    Fix: Name the robot's root link.
 
-    Autofix: safe, where the name is a slip of one known name: it is written.
+    Autofix: safe: KBot corrects the name if it is a slip of one known name.
     """
     links = context.robot.links
     for controller in context.declared_drives:
@@ -163,7 +164,7 @@ def plugin_frame_unknown(context: Context) -> Found:
         if word is None or not word.text or word.text.lstrip("/") in links or "$" in word.text:
             continue
         if word.text.rsplit("/", 1)[-1] in links:
-            continue  # a prefix of tf
+            continue  # with a tf prefix
         yield Finding(
             word.origin,
             f"{controller.name}: its base frame '{word.text}' is not a link of this robot",
@@ -173,15 +174,15 @@ def plugin_frame_unknown(context: Context) -> Found:
 
 @rule("D122", "two-publishers", Severity.WARNING, "robot")
 def two_publishers(context: Context) -> Found:
-    """Two that publish or drive the same: a second drive plugin for the same joints, or wheel transforms
-    from a plugin.
+    """Two drives command the same joint, or a plugin publishes the wheels' transforms, as
+    robot_state_publisher already does.
 
-    Why: both send, and the last wins: the wheels flicker between two angles, commands are obeyed by half.
-    robot_state_publisher publishes every joint's transform already.
+    Why: Both publish, and the last message wins. The wheels flicker between two angles, or the robot follows
+    only some of the commands. robot_state_publisher already publishes the transform of every joint.
 
     Example: `<publishWheelTF>true</publishWheelTF>`
 
-    Fix: let one of them do it.
+    Fix: Remove one of the two drives, or set `publishWheelTF` to false.
 
     Autofix: none.
     """
@@ -193,7 +194,7 @@ def two_publishers(context: Context) -> Found:
                 yield Finding(
                     joint.origin,
                     f"'{joint.text}' is driven by '{first.name}' and by '{controller.name}'",
-                    "let one of them drive it",
+                    "remove one of the two",
                     (Related(f"'{first.name}'", first.origin),),
                 )
                 break
@@ -203,7 +204,7 @@ def two_publishers(context: Context) -> Found:
             tag = place.tag if place else "publishWheelTF"
             yield Finding(
                 place.origin if place else controller.origin,
-                f"{controller.name} publishes the wheels' transforms, and so does robot_state_publisher",
+                f"{controller.name} publishes the wheels' transforms, as robot_state_publisher does",
                 f"write <{tag}>false</{tag}>",
             )
 
@@ -215,14 +216,14 @@ def _plugin_tags(context: Context, tags: tuple[str, ...]) -> Iterator[Element]:
 
 @rule("D123", "no-velocity-interface", Severity.WARNING, "drive")
 def no_velocity_interface(context: Context) -> Found:
-    """A drive wheel within `<ros2_control>` that has no velocity command interface.
+    """A drive wheel in `<ros2_control>` has no velocity command interface.
 
-    Why: diff_drive_controller claims `wheel_joint/velocity` and cannot be configured: "Unable to obtain
-    left wheel joint command interface". The robot does not move.
+    Why: diff_drive_controller claims `wheel_joint/velocity` and cannot be configured: "Unable to obtain left
+    wheel joint command interface". The robot does not move.
 
     Example: `<joint name="left_wheel_joint"> <command_interface name="position"/> …`
 
-    Fix: `<command_interface name="velocity"/>`.
+    Fix: Add `<command_interface name="velocity"/>`.
 
     Autofix: none.
     """

@@ -1,4 +1,4 @@
-"""Rules that compare the wheel sizes given to plugins and controllers with the wheels themselves."""
+"""Rules that compare the wheel sizes of plugins, controllers and properties with the robot's wheels."""
 
 from __future__ import annotations
 
@@ -17,21 +17,22 @@ _RADIUS = re.compile(r"(drive_?)?wheel_?(radius|diameter)", re.IGNORECASE)
 
 
 def _conventions(pair: Pair) -> list[float]:
-    """Distances that are called the wheels' separation: between middles, inner faces, outer faces."""
+    """The distances that authors call wheel separation: between middles, inner faces and outer faces."""
     width = max(pair.left.width, pair.right.width)
     return [pair.separation, pair.separation - width, pair.separation + width]
 
 
 @rule("D105", "separation-differs", Severity.WARNING, "robot")
 def separation_differs(context: Context) -> Found:
-    """A wheel separation, given to a plugin or controller or as a property, that is not the robot's own.
+    """The wheel separation in a plugin, controller or property differs from the distance between the wheels.
 
-    Why: yaw is computed as (right - left) / separation. With 0.15 m for a robot of 0.174 m every turn is
-    reported 16 % too large: after one turn odometry is 58 degrees off.
+    Why: Odometry computes yaw as (right - left) / separation. With 0.15 m for wheels that are 0.174 m apart,
+    it reports every turn 16 % too large. After one turn it is 58 degrees off.
 
     Example: `<wheelSeparation>0.15</wheelSeparation>` on wheels 0.174 m apart.
 
-    Fix: compute it once, and use it for the joints and the plugin: `${base_width + 2*base_wheel_gap}`.
+    Fix: Compute the separation once, and use it for the joints and for the plugin:
+    `${base_width + 2*base_wheel_gap}`.
 
     Autofix: none.
     """
@@ -43,20 +44,20 @@ def separation_differs(context: Context) -> Found:
     for name, value, origin in _properties(context, _SEPARATION):
         if (
             all(abs(value - d) > 0.01 * true for d in _conventions(pairs[0]))
-            and abs(value - true / 2) > 0.01 * true
+            and abs(value - true / 2) > 0.01 * true  # half the separation places one wheel
         ):
             if any(_conventions(p)[0] and abs(value - p.separation) < 0.01 * value for p in pairs):
                 continue
             yield Finding(
                 origin,
                 f"property '{name}': " + separation_is_off(value, true),
-                "compute it from what places the joints",
+                "compute it from the properties that place the joints",
                 related,
             )
 
 
 def _properties(context: Context, name: re.Pattern[str]) -> Iterator[tuple[str, float, Origin]]:
-    """Properties of a name whose value is a plain number, which no argument changes."""
+    """Top-level properties of this name whose value is a plain positive number: name, value and place."""
     for file in context.sources:
         for element in file.root.elements():
             if element.tag != "xacro:property":
@@ -68,14 +69,15 @@ def _properties(context: Context, name: re.Pattern[str]) -> Iterator[tuple[str, 
 
 @rule("D106", "radius-differs", Severity.WARNING, "robot")
 def radius_differs(context: Context) -> Found:
-    """A wheel radius or diameter given to a plugin or controller that is not the wheels' own.
+    """The wheel radius or diameter in a plugin, controller or property differs from that of the wheels.
 
-    Why: every distance is off by the ratio: with 0.04 for 0.035 m the robot says 1.14 m when it has gone 1 m.
+    Why: Every distance is wrong by the ratio of the two. With 0.04 m for wheels of 0.035 m, odometry reports
+    1.14 m after 1 m.
 
     Example: `<wheelDiameter>0.08</wheelDiameter>` on wheels of radius 0.035 m.
 
-    Fix: use the property that makes the wheels: `${wheel_radius}` as a radius, `${2*wheel_radius}` as a
-    diameter.
+    Fix: Use the property from which the wheels are made: `${wheel_radius}` as a radius, `${2*wheel_radius}`
+    as a diameter.
 
     Autofix: none.
     """
@@ -91,6 +93,6 @@ def radius_differs(context: Context) -> Found:
             yield Finding(
                 origin,
                 f"property '{name}': the wheels have a radius of {radii[0]:.4g} m, not {given:.4g}",
-                "make the wheels from it",
+                "make the wheels with this property",
                 related,
             )

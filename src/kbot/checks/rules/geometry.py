@@ -11,21 +11,23 @@ from kbot.model import Box, Capsule, Collision, Cylinder, Geometry, Mesh, Sphere
 from kbot.text import Related, Severity
 from kbot.text.suggest import did_you_mean
 
-_DEEP = 2e-3  # m: shapes drawn a little into each other are common and harmless
+_DEEP = 2e-3  # m: shapes that overlap by less are common and harmless
+_MOST_SHAPES = 60
+"""G111 compares every two collision shapes of a robot with at most this many: pairs grow with the square."""
 
 
 @rule("G106", "no-collision", Severity.WARNING, "robot")
 def no_collision(context: Context) -> Found:
-    """A link that a movable joint carries, with a visual and no collision, on it or on what is fixed to it.
+    """A link on a movable joint has a visual but no collision, and no link that is fixed to it has one.
 
-    Why: it is seen and touches nothing: a wheel sinks into the ground until the chassis lies on it, an arm
-    reaches through the table.
+    Why: The link is visible but touches nothing. A wheel sinks into the ground until the chassis lies on it,
+    and an arm passes through the table.
 
     Example: `<link name="left_wheel"> <visual>…</visual> <inertial>…</inertial> </link>`
 
-    Fix: add a `<collision>`, of a simple shape.
+    Fix: Add a `<collision>` with a simple shape.
 
-    Autofix: unsafe: the visual's origin and geometry are copied into a `<collision>` when they are a simple
+    Autofix: unsafe: KBot copies the visual's origin and geometry into a `<collision>` if they are a simple
     shape.
     """
     robot = context.robot
@@ -39,24 +41,24 @@ def no_collision(context: Context) -> Found:
             continue
         yield Finding(
             link.origin,
-            f"{link.name}: joint '{joint.name}' moves it, and it has a visual and no collision: it "
+            f"{link.name}: joint '{joint.name}' moves it, but it has a visual and no collision: it "
             "touches nothing",
-            "add a <collision> of a simple shape",
-            (Related("what is seen of it", link.visuals[0].origin),),
+            "add a <collision> with a simple shape",
+            (Related("its visual", link.visuals[0].origin),),
             fix=context.copy_visual(link.visuals[0].origin),
         )
 
 
 @rule("G107", "size-not-positive", Severity.ERROR, "robot")
 def size_not_positive(context: Context) -> Found:
-    """A shape with a size that is zero or negative, or a mesh with a scale of zero.
+    """A size of a shape is zero or negative, or a mesh has a scale of zero.
 
-    Why: physics engines refuse it or divide by it; rviz shows nothing. A negative mesh scale mirrors the
-    mesh and turns its surface inside out, which is left alone here.
+    Why: Physics engines refuse the shape or divide by its size, and rviz shows nothing. A negative mesh scale
+    mirrors the mesh and turns its surface inside out. This rule does not report it.
 
     Example: `<cylinder radius="0" length="0.1"/>`
 
-    Fix: write the size in metres.
+    Fix: Write the size in metres.
 
     Autofix: none.
     """
@@ -84,16 +86,16 @@ def _bad_size(geometry: Geometry) -> str:
 
 @rule("G108", "undefined-material", Severity.WARNING, "robot")
 def undefined_material(context: Context) -> Found:
-    """A material used by name that is defined nowhere.
+    """A visual uses a material that is not defined.
 
-    Why: rviz and Gazebo paint the part in their default (red, white or grey), and urdfdom prints
-    "material 'x' undefined" or refuses the visual, as its version may be.
+    Why: rviz and Gazebo draw the part in their default colour (red, white or grey). Depending on its version,
+    urdfdom prints "material 'x' undefined" or refuses the visual.
 
-    Example: `<material name="bleu"/>` where `blue` is defined.
+    Example: `<material name="bleu"/>`, although only `blue` is defined.
 
-    Fix: define it at the root: `<material name="blue"> <color rgba="0 0 0.8 1"/> </material>`.
+    Fix: Define it at the root: `<material name="blue"> <color rgba="0 0 0.8 1"/> </material>`.
 
-    Autofix: safe, where the name is a slip of one known name: it is written.
+    Autofix: safe: KBot corrects the name if it is a slip of one known name.
     """
     robot = context.robot
     defined = set(robot.materials)
@@ -103,17 +105,17 @@ def undefined_material(context: Context) -> Found:
         for v in link.visuals
         if v.material and (v.material.rgba or v.material.texture)
     }
-    said: set[str] = set()
+    reported: set[str] = set()
     for link in context.sure_links:
         for visual in link.visuals:
             material = visual.material
             if material is None or material.rgba or material.texture or not material.name:
                 continue
-            if material.name not in defined and material.name not in said:
-                said.add(material.name)
+            if material.name not in defined and material.name not in reported:
+                reported.add(material.name)
                 yield Finding(
                     material.origin,
-                    f"{link.name}: the material '{material.name}' is defined nowhere",
+                    f"{link.name}: the material '{material.name}' is not defined",
                     did_you_mean(material.name, defined)
                     or f'add <material name="{material.name}"> with a <color>',
                 )
@@ -121,16 +123,16 @@ def undefined_material(context: Context) -> Found:
 
 @rule("G112", "color-out-of-range", Severity.WARNING, "robot")
 def color_out_of_range(context: Context) -> Found:
-    """A colour with a number outside 0..1.
+    """A colour has a number outside 0..1.
 
-    Why: red, green, blue and alpha run from 0 to 1 in URDF. `255` is cut to 1, so that every such colour
-    comes out white or one of eight; an alpha of 0 hides the part.
+    Why: In URDF red, green, blue and alpha run from 0 to 1. Values above 1 are cut to 1. With numbers of
+    0..255 a part is therefore black, white or one of six other colours. An alpha of 0 hides the part.
 
     Example: `<color rgba="255 128 0 1"/>`
 
-    Fix: divide by 255: `<color rgba="1 0.5 0 1"/>`.
+    Fix: Divide by 255: `<color rgba="1 0.5 0 1"/>`.
 
-    Autofix: unsafe: plain numbers of 0..255 are divided by 255.
+    Autofix: unsafe: KBot divides plain numbers of 0..255 by 255.
     """
     for element in context.tagged("color"):
         if "rgba" not in element.attributes:
@@ -150,7 +152,7 @@ def color_out_of_range(context: Context) -> Found:
             fix = context.replace_plain(origin, text, "divide by 255", safe=False)
         yield Finding(
             origin,
-            f"rgba {element.attributes['rgba']}: colours run from 0 to 1, what is above is cut to 1",
+            f"rgba {element.attributes['rgba']}: colours range from 0 to 1, larger numbers are cut to 1",
             "divide by 255",
             fix=fix,
         )
@@ -158,15 +160,15 @@ def color_out_of_range(context: Context) -> Found:
 
 @rule("G109", "shapes-differ", Severity.WARNING, "robot")
 def shapes_differ(context: Context) -> Found:
-    """A collision that differs from what is seen by more than a fifth: the extents of the two, both plain
-    shapes.
+    """The extents or centres of a link's collision and visual, both of the same plain shape, differ by more
+    than a fifth.
 
-    Why: the robot is stopped by what is not seen, or goes through what is. For a wheel, the radius seen
-    is not the radius it rolls on: odometry is wrong by the ratio.
+    Why: An invisible part of the collision stops the robot, or a visible part of it passes through obstacles.
+    A wheel rolls on the collision's radius and not on the visible one, so odometry is wrong by their ratio.
 
-    Example: visual `<cylinder radius="0.035" …/>`, collision `<cylinder radius="0.35" …/>`.
+    Example: A visual `<cylinder radius="0.035" …/>` with a collision `<cylinder radius="0.35" …/>`.
 
-    Fix: give both the same size, best by one property.
+    Fix: Give both the same size, preferably from one property.
 
     Autofix: none.
     """
@@ -186,9 +188,9 @@ def shapes_differ(context: Context) -> Found:
             if abs(a - b) > 0.2 * max(a, b) and abs(a - b) > 2e-3:
                 yield Finding(
                     body.collisions[0].origin,
-                    f"{link.name}: the collision measures {b * 1e3:.4g} mm along {'xyz'[axis]}, the visual "
+                    f"{link.name}: the collision is {b * 1e3:.4g} mm long along {'xyz'[axis]}, the visual "
                     f"{a * 1e3:.4g} mm ({(b / a - 1.0) * 100.0:+.0f} %)",
-                    related=(Related("what is seen", body.visuals[0].origin),),
+                    related=(Related("the visual", body.visuals[0].origin),),
                 )
                 break
         else:
@@ -197,8 +199,8 @@ def shapes_differ(context: Context) -> Found:
             if apart > 0.2 * size and apart > 2e-3:
                 yield Finding(
                     body.collisions[0].origin,
-                    f"{link.name}: the collision's middle lies {apart * 1e3:.4g} mm from the visual's",
-                    related=(Related("what is seen", body.visuals[0].origin),),
+                    f"{link.name}: the collision's centre is {apart * 1e3:.4g} mm from that of the visual",
+                    related=(Related("the visual", body.visuals[0].origin),),
                 )
 
 
@@ -209,15 +211,16 @@ def _middle(ends: tuple[Vector, Vector]) -> Vector:
 
 @rule("G111", "collides-at-rest", Severity.INFO, "robot")
 def collides_at_rest(context: Context) -> Found:
-    """Two links of plain shapes that lie in each other with all joints at zero, joined by no joint.
+    """The plain collision shapes of two links overlap when all joints are at zero, and no joint connects the
+    links.
 
-    Why: simulators that check self-collision push them apart at the first step: the robot jumps, or its
-    wheels rub. MoveIt calls the start state in collision.
+    Why: Simulators that check self-collision push the links apart in the first step. The robot jumps, or its
+    wheels rub. MoveIt reports that the start state is in collision.
 
-    Example: a caster's ball that reaches into the battery box.
+    Example: The ball of a caster that reaches into the battery box.
 
-    Fix: move or shrink one of the collisions. Links are not compared if one joint or
-    only fixed joints connect them.
+    Fix: Move or shrink one of the collisions. KBot does not compare links that one joint, or only fixed
+    joints, connect.
 
     Autofix: none.
     """
@@ -228,28 +231,28 @@ def collides_at_rest(context: Context) -> Found:
         for part in context.bodies[link.name].collisions
         if isinstance(part.geometry, Box | Sphere | Cylinder | Capsule)
     ]
-    if len(plain) > 60:
+    if len(plain) > _MOST_SHAPES:
         return
     groups = {name: _group(context, name) for name, _ in plain}
     joined = {frozenset((j.parent, j.child)) for j in robot.joints.values()}
-    said: set[frozenset[str]] = set()
+    reported: set[frozenset[str]] = set()
     for i, (name, part) in enumerate(plain):
         for other_name, other in plain[i + 1 :]:
             pair = frozenset((name, other_name))
-            if groups[name] == groups[other_name] or pair in joined or pair in said:
+            if groups[name] == groups[other_name] or pair in joined or pair in reported:
                 continue
             depth = overlap(context, name, part, other_name, other)
             if depth > _DEEP:
-                said.add(pair)
+                reported.add(pair)
                 yield Finding(
                     part.origin,
-                    f"{name}: it lies in '{other_name}' by {depth * 1e3:.3g} mm with all joints at zero",
+                    f"{name}: it overlaps '{other_name}' by {depth * 1e3:.3g} mm with all joints at zero",
                     related=(Related(f"the collision of '{other_name}'", other.origin),),
                 )
 
 
 def _group(context: Context, link: str) -> str:
-    """The topmost link that fixed joints hold a link to."""
+    """The topmost link to which fixed joints connect a link."""
     robot = context.robot
     while link in robot.parent_joint and not robot.parent_joint[link].is_movable:
         link = robot.parent_joint[link].parent
@@ -257,10 +260,10 @@ def _group(context: Context, link: str) -> str:
 
 
 def overlap(context: Context, a: str, one: LinkShape, b: str, other: LinkShape) -> float:
-    """A lower bound of how deep two shapes lie in each other, along the best of a few directions, m.
+    """The depth in m to which two shapes overlap, estimated from a few directions; 0 if they do not overlap.
 
-    Separating axes: each shape's own three axes and the line between the centres. Where none separates
-    them, boxes and spheres do touch; round bodies may be missed or a little overstated at rims.
+    It is the smallest overlap along the three axes of each shape and the line between the centres. Shapes
+    that only another direction separates are taken to overlap.
     """
     frame_a, frame_b = context.frames[a], context.frames[b]
     away = subtract(frame_b.point(other.frame.translation), frame_a.point(one.frame.translation))

@@ -1,4 +1,4 @@
-"""Rules about mass and tensors on their own: numbers that no rigid body can have."""
+"""Rules about masses and inertia tensors that no rigid body can have, whatever its shape."""
 
 from __future__ import annotations
 
@@ -14,10 +14,13 @@ from kbot.model import Inertial, Joint, Link, Mesh, RobotModel
 from kbot.text import Related, Severity
 
 _RATIO = 1000.0
+_LIGHTEST = 0.02
+"""kg. A lighter part is not reported, however heavy the robot is that carries it."""
 
 
 def weights_below(context: Context, only_fixed: bool = True) -> dict[str, float]:
-    """Mass of each link and of what fixed joints hold to it, or of all that hangs on it, kg."""
+    """Mass in kg of each link and those that fixed joints connect below it, or of it and all links below
+    it."""
     robot = context.robot
     masses: dict[str, float] = {}
     for link in reversed(_downwards(robot)):
@@ -27,7 +30,7 @@ def weights_below(context: Context, only_fixed: bool = True) -> dict[str, float]
 
 
 def _downwards(robot: RobotModel) -> list[str]:
-    """The links, each behind its parent."""
+    """The links, parents before children."""
     links = [robot.root]
     for link in links:
         links += [j.child for j in robot.child_joints[link]]
@@ -41,14 +44,14 @@ def _own_mass(context: Context, link: str) -> float:
 
 @rule("I116", "mass-ratio", Severity.WARNING, "robot")
 def mass_ratio(context: Context) -> Found:
-    """Bodies on both sides of a movable joint whose masses differ by more than 1000 times.
+    """The masses on the two sides of a movable joint differ by a factor of more than 1000.
 
-    Why: the contact and joint solvers of Gazebo, Bullet and MuJoCo converge slowly then: joints
-    stretch, the light body trembles, a heavy load hangs on a light link as on a spring.
+    Why: The contact and joint solvers of Gazebo, Bullet and MuJoCo then converge slowly. The joint stretches,
+    the light body trembles, and a heavy load hangs on a light link as on a spring.
 
-    Example: an arm of 2000 kg on a turntable of 1 kg.
+    Example: An arm of 2000 kg on a turntable of 1 kg.
 
-    Fix: check the units, and give the light link its real mass.
+    Fix: Check the units, and give the light link its real mass.
 
     Autofix: none.
     """
@@ -63,7 +66,7 @@ def mass_ratio(context: Context) -> Found:
             continue
         if hanging / above > _RATIO:
             yield _ratio_finding(context, joint, hanging, above, joint.child, joint.parent)
-        elif above / below > _RATIO and below > 0.02:
+        elif above / below > _RATIO and below > _LIGHTEST:
             yield _ratio_finding(context, joint, above, below, joint.parent, joint.child)
 
 
@@ -78,15 +81,15 @@ def _ratio_finding(
     )
     return Finding(
         joint.origin,
-        f"{joint.name}: {heavy:.4g} kg at '{heavy_link}' against {light:.4g} kg at '{light_link}', "
-        f"{heavy / light:.0f} times: the joint will be soft and tremble",
-        "check the masses' units",
+        f"{joint.name}: {heavy:.4g} kg at '{heavy_link}' and {light:.4g} kg at '{light_link}', a ratio of "
+        f"{heavy / light:.0f}: the joint will be soft and tremble",
+        "check the units of the masses",
         related,
     )
 
 
 def _tops(robot: RobotModel) -> dict[str, str]:
-    """For each link the topmost one that fixed joints hold it to: together they are one rigid body."""
+    """For each link the topmost link of its rigid body, which fixed joints connect."""
     tops: dict[str, str] = {}
     for link in _downwards(robot):
         joint = robot.parent_joint.get(link)
@@ -94,8 +97,8 @@ def _tops(robot: RobotModel) -> dict[str, str]:
     return tops
 
 
-def weighed(context: Context) -> Iterator[tuple[Link, Inertial]]:
-    """Links with an inertial, those left out that an error touches."""
+def links_with_inertial(context: Context) -> Iterator[tuple[Link, Inertial]]:
+    """Links that have an inertial and that no error touches."""
     for link in context.sure_links:
         if link.inertial is not None:
             yield link, link.inertial
@@ -106,31 +109,34 @@ def is_finite(inertial: Inertial) -> bool:
     return all(map(math.isfinite, (i.mass, i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz, *i.pose.xyz)))
 
 
-def sound(inertial: Inertial) -> bool:
-    """A finite positive mass and a positive definite tensor."""
+def is_valid(inertial: Inertial) -> bool:
+    """Whether the mass is finite and positive, and the tensor positive definite."""
     return is_finite(inertial) and inertial.mass > 0.0 and eigenvalues(inertial.tensor)[0] > 0.0
 
 
 def breaks_triangle(moments: Vector) -> bool:
-    """Whether the largest of three principal moments is more than the others together."""
+    """Whether the largest of three principal moments is more than the other two together.
+
+    1 % more is allowed: for a flat plate they are equal, and the numbers of a file are rounded.
+    """
     low, middle, high = sorted(moments)
     return low > 1e-9 * high and high > (low + middle) * 1.01
 
 
 @rule("I102", "mass-not-positive", Severity.ERROR, "robot")
 def mass_not_positive(context: Context) -> Found:
-    """A movable link whose mass is zero or negative.
+    """The mass of a link is negative, or a movable link has a mass of zero.
 
-    Why: a force on it gives an infinite acceleration, or one the wrong way. Gazebo drops the link
-    without a word, MuJoCo refuses the robot, Bullet welds it to the world.
+    Why: A force on such a link causes an infinite acceleration, or one in the opposite direction. Gazebo
+    silently drops the link, MuJoCo refuses the robot, and Bullet welds the link to the world.
 
     Example: `<mass value="0"/>`
 
-    Fix: set the part's real mass. A massless frame on a fixed joint needs no `<inertial>`.
+    Fix: Set the part's real mass. A massless frame on a fixed joint needs no `<inertial>`.
 
     Autofix: none.
     """
-    for link, inertial in weighed(context):
+    for link, inertial in links_with_inertial(context):
         if not math.isfinite(inertial.mass) or inertial.mass > 0.0:
             continue
         joint = context.robot.parent_joint.get(link.name)
@@ -138,32 +144,33 @@ def mass_not_positive(context: Context) -> Found:
             continue
         yield Finding(
             inertial.mass_origin,
-            f"{link.name}: the mass is {inertial.mass:g} kg: no simulator can accelerate it as meant",
-            "set the part's real mass, or leave <inertial> out of a massless frame on a fixed joint",
+            f"{link.name}: the mass is {inertial.mass:g} kg: no simulator can accelerate it correctly",
+            "set the part's real mass, or remove <inertial> from a massless frame on a fixed joint",
         )
 
 
 @rule("I103", "zero-tensor", Severity.WARNING, "robot")
 def zero_tensor(context: Context) -> Found:
-    """A movable link with mass and a tensor of zeros.
+    """All moments of a movable link are zero, although the link has a mass.
 
-    Why: the link turns without resistance: a motor spins it up infinitely fast. MuJoCo refuses it, ODE
-    and Bullet become unstable at the first contact.
+    Why: The link has no resistance to turning, and a motor spins it up infinitely fast. MuJoCo refuses the
+    robot. ODE and Bullet become unstable at the first contact.
 
     Example: `<mass value="1"/> <inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>`
 
-    Fix: use the tensor of a solid of the link's shape.
+    Fix: Use the tensor of a solid of the link's shape.
 
-    Autofix: unsafe: the tensor of a solid of the link's shape, in numbers or by the macro that computes it.
+    Autofix: unsafe: KBot writes the tensor of a solid of the link's shape, as numbers or as a call of a macro
+    that computes it.
     """
-    for link, inertial in weighed(context):
+    for link, inertial in links_with_inertial(context):
         joint = context.robot.parent_joint.get(link.name)
         if joint is None or not joint.is_movable or not is_finite(inertial) or not inertial.mass > 0.0:
             continue
         if all(v == 0.0 for row in inertial.tensor for v in row):
             yield Finding(
                 inertial.inertia_origin,
-                f"{link.name}: {inertial.mass:g} kg with a tensor of zeros: nothing resists its turning",
+                f"{link.name}: {inertial.mass:g} kg with a tensor of zeros: it has no resistance to turning",
                 solid_hint(context, link, inertial),
                 fix=solid_fix(context, link, inertial),
             )
@@ -171,22 +178,25 @@ def zero_tensor(context: Context) -> Found:
 
 @rule("I104", "not-positive-definite", Severity.ERROR, "robot")
 def not_positive_definite(context: Context) -> Found:
-    """A tensor with a moment that is zero or negative.
+    """The inertia tensor is not positive definite: a principal moment is zero or negative.
 
-    Why: about that axis a torque turns the link the wrong way, or infinitely fast; kinetic energy can
-    be negative. MuJoCo refuses it; other engines explode.
+    Why: A torque about that axis turns the link the wrong way, or infinitely fast, and its kinetic energy can
+    be negative. MuJoCo refuses the robot, and other engines become unstable.
 
-    Example: `ixx="0.001" iyy="0.001" izz="-0.001"`, or products larger than the moments.
+    Example: `ixx="0.001" iyy="0.001" izz="-0.001"`, or products of inertia that are larger than the moments.
 
-    Fix: take the tensor from the part's CAD model about its centre of mass, or from a solid of its shape.
+    Fix: Take the tensor about the centre of mass from the part's CAD model, or use that of a solid of its
+    shape.
 
-    Autofix: unsafe: the tensor of a solid of the link's shape, in numbers or by the macro that computes it.
+    Autofix: unsafe: KBot writes the tensor of a solid of the link's shape, as numbers or as a call of a macro
+    that computes it.
     """
-    for link, inertial in weighed(context):
+    for link, inertial in links_with_inertial(context):
         if not is_finite(inertial) or not inertial.mass > 0.0:
             continue
         tensor = inertial.tensor
         low, _, high = eigenvalues(tensor)
+        # a smaller share of the largest moment is zero but for rounding; a tensor of zeros is I103
         if all(v == 0.0 for row in tensor for v in row) or low > 1e-9 * abs(high):
             continue
         if low >= 0.0 and not _moves(context, link):
@@ -207,19 +217,21 @@ def _moves(context: Context, link: Link) -> bool:
 
 @rule("I105", "triangle-inequality", Severity.WARNING, "robot")
 def triangle_inequality(context: Context) -> Found:
-    """Principal moments of which one is larger than the other two together.
+    """One principal moment is larger than the other two together.
 
-    Why: no distribution of mass has them: a moment is made of the same squared distances as the
-    other two. MuJoCo refuses the robot; elsewhere it tumbles as no body can. What follows from
-    that one moment (I107, I108, I111) is not said again.
+    Why: No distribution of mass has such moments, because every moment is the sum of the squared distances
+    from an axis. MuJoCo refuses the robot, and in other engines it tumbles as no real body can. KBot does not
+    report I107, I108 and I111 for the same moment.
 
     Example: `ixx="0.001" iyy="0.001" izz="0.01"`
 
-    Fix: take the tensor from the part's CAD model about its centre of mass, or from a solid of its shape.
+    Fix: Take the tensor about the centre of mass from the part's CAD model, or use that of a solid of its
+    shape.
 
-    Autofix: unsafe: the tensor of a solid of the link's shape, in numbers or by the macro that computes it.
+    Autofix: unsafe: KBot writes the tensor of a solid of the link's shape, as numbers or as a call of a macro
+    that computes it.
     """
-    for link, inertial in weighed(context):
+    for link, inertial in links_with_inertial(context):
         if not is_finite(inertial):
             continue
         low, middle, high = moments = eigenvalues(inertial.tensor)
@@ -235,16 +247,16 @@ def triangle_inequality(context: Context) -> Found:
 
 @rule("I106", "no-inertial", Severity.WARNING, "robot")
 def no_inertial(context: Context) -> Found:
-    """A link that a movable joint carries, without `<inertial>` on it or on what is fixed to it.
+    """A link on a movable joint has no `<inertial>`, and no link that is fixed to it has one.
 
-    Why: Gazebo and gz drop such a link with its joint and everything behind it, without a word;
-    MuJoCo refuses a moving body without mass. In rviz all looks well.
+    Why: Gazebo and gz silently drop the link, its joint and everything behind it. MuJoCo refuses a moving
+    body without mass. rviz shows nothing unusual.
 
     Example: `<link name="left_wheel"> <visual>…</visual> <collision>…</collision> </link>`
 
-    Fix: add `<inertial>` with a mass and the tensor of a solid of the link's shape.
+    Fix: Add `<inertial>` with the mass, and the tensor of a solid of the link's shape.
 
-    Autofix: none; nobody but the author knows the mass.
+    Autofix: none. Only the author knows the mass.
     """
     robot = context.robot
     if not any(link.inertial for link in robot.links.values()):
@@ -258,8 +270,8 @@ def no_inertial(context: Context) -> Found:
             continue
         yield Finding(
             link.origin,
-            f"{link.name}: {joint.type} joint '{joint.name}' moves it, and it has no <inertial>: "
-            "simulators drop it, and all that hangs on it",
+            f"{link.name}: {joint.type} joint '{joint.name}' moves it, but it has no <inertial>: "
+            "simulators drop it and all links behind it",
             "add <inertial> with a mass and a tensor",
             (Related(f"the joint '{joint.name}'", joint.origin),),
         )
@@ -267,19 +279,19 @@ def no_inertial(context: Context) -> Found:
 
 @rule("I114", "placeholder-tensor", Severity.WARNING, "robot")
 def placeholder_tensor(context: Context) -> Found:
-    """The same tensor on three links or more whose shapes or masses differ.
+    """Three or more links have the same inertia tensor, although their shapes or masses differ.
 
-    Why: it is a placeholder that was copied along. Links of 1 cm and of 1 m then turn equally hard:
-    the small ones hardly move, the large ones are thrown about.
+    Why: The tensor is a placeholder that was copied. Links of 1 cm and of 1 m then resist turning equally.
+    The small ones hardly move, and the large ones are thrown about.
 
     Example: `<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/>` on every link.
 
-    Fix: give each link the tensor of its own shape.
+    Fix: Give each link the tensor of its own shape.
 
     Autofix: none.
     """
     groups: dict[tuple[float, ...], list[tuple[Link, Inertial]]] = defaultdict(list)
-    for link, inertial in weighed(context):
+    for link, inertial in links_with_inertial(context):
         i = inertial
         groups[i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz].append((link, inertial))
     for key, group in groups.items():
@@ -302,7 +314,7 @@ def placeholder_tensor(context: Context) -> Found:
 
 
 def _outline(context: Context, link: Link, by_name: bool) -> tuple[float, ...] | str | None:
-    """What tells one link's size from another's: extents to a millimetre, or the meshes' names."""
+    """A key that differs for links of different size: extents to a millimetre, or the names of meshes."""
     body = context.bodies[link.name]
     bounds = body.ends
     if bounds is not None and body.complete:
@@ -315,14 +327,15 @@ def _outline(context: Context, link: Link, by_name: bool) -> tuple[float, ...] |
 
 @rule("I115", "root-inertia", Severity.INFO, "robot")
 def root_inertia(context: Context) -> Found:
-    """The root link has an inertial.
+    """The root link has an `<inertial>`.
 
-    Why: KDL, and robot_state_publisher, MoveIt's dynamics and controllers built on it, cannot have it there
-    and ignore it with a warning: the robot is lighter by that mass.
+    Why: KDL does not support an inertia on the root link and ignores it with a warning.
+    robot_state_publisher, and dynamics and controllers that use KDL, then compute with a robot that is
+    lighter by that mass.
 
     Example: `<link name="base_link"> <inertial>…</inertial> … </link>` as the first link.
 
-    Fix: add an empty link above it: `<link name="base_footprint"/>` and a fixed joint.
+    Fix: Add an empty link above it: `<link name="base_footprint"/>` and a fixed joint.
 
     Autofix: none.
     """

@@ -1,10 +1,10 @@
 """Fixes of an inertial: the right tensor as numbers, or a call of the macro that computes it.
 
-Texts are taken over as they are written, so that what is computed from a property stays so. Where a macro
+Expressions are copied as they are written, so that a size from a property stays an expression. If a macro
 made the inertial, its call is edited and never its body.
 
-While a property is overridden, no fix writes numbers: they would be those of the caller's robot, and not of
-the file's.
+While a property is overridden, no fix writes numbers: they would be those of the caller's robot and not
+those of the file.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from kbot.text import Call, Edit, Element, Fix
 from kbot.xacro.macros import Macro
 
 _WORDS = re.compile(r"(?:\$\{[^}]*(?:\}|\Z)|[^\s$])+")
-_COMPUTED = "let the macro compute the tensor of its shape"
+_COMPUTED = "call the macro that computes the tensor of its shape"
 
 
 def solid_hint(context: Context, link: Link, inertial: Inertial) -> str:
@@ -39,9 +39,9 @@ def solid_hint(context: Context, link: Link, inertial: Inertial) -> str:
 def solid_fix(context: Context, link: Link, inertial: Inertial) -> Fix | None:
     """A fix that gives the link the tensor of a solid of its shape.
 
-    The sizes are written into the call of the inertia macro that made the inertial; else a macro that
-    computes the tensor is called in its place; else the tensor is written where six plain numbers stand.
-    """
+    It writes the sizes into the call of the inertia macro that made the inertial. If there is no such call,
+    it replaces the inertial by a call of a macro that computes the tensor. If there is no such macro either,
+    it replaces six plain numbers by those of the tensor."""
     solid = context.bodies[link.name].solid
     if solid is None or not inertial.mass > 0.0:
         return None
@@ -53,9 +53,9 @@ def solid_fix(context: Context, link: Link, inertial: Inertial) -> Fix | None:
 
 
 def turning_fix(context: Context, link: Link, inertial: Inertial) -> Fix | None:
-    """A fix that turns an inertial as the link's first shape is turned."""
+    """A fix that gives an inertial the rotation of the link's first shape."""
     shapes: tuple[Collision | Visual, ...] = (*link.collisions, *link.visuals)
-    title = "turn the inertial with its geometry"
+    title = "rotate the inertial with its geometry"
     if context.expansion.overridden:
         return None
     made = _macro_call(context, inertial)
@@ -73,17 +73,17 @@ def turning_fix(context: Context, link: Link, inertial: Inertial) -> Fix | None:
     return Fix(title, edits, safe=False) if edits else None
 
 
-def exchanging_fix(context: Context, inertial: Inertial, one: int, other: int) -> Fix | None:
-    """A fix that exchanges what is along two axes (0, 1, 2): two sizes of a box macro's call, or two plain
-    moments."""
+def exchanging_fix(context: Context, inertial: Inertial, a: int, b: int) -> Fix | None:
+    """A fix that exchanges the values of two axes (0, 1, 2): two sizes in the call of a box macro, or two
+    plain moments."""
     made = _macro_call(context, inertial)
     if made is None:
         names = ("ixx", "iyy", "izz")
-        return context.exchange(inertial.inertia_origin, names[one], names[other])
+        return context.exchange(inertial.inertia_origin, names[a], names[b])
     if made.macro.kind != "box":
         return None
     spans = made.element.attribute_spans()
-    first, second = made.macro.sizes[one], made.macro.sizes[other]
+    first, second = made.macro.sizes[a], made.macro.sizes[b]
     if first not in spans or second not in spans:
         return None
     texts = spans[first][1].text, spans[second][1].text
@@ -93,7 +93,7 @@ def exchanging_fix(context: Context, inertial: Inertial, one: int, other: int) -
 
 @dataclass(frozen=True, slots=True)
 class _Made:
-    """The call that made an inertial: its element as written, its macro, the calls around it."""
+    """The call that made an inertial: its element as written, its macro, and the calls around it."""
 
     element: Element
     macro: InertiaMacro
@@ -101,7 +101,7 @@ class _Made:
 
 
 def _macro_call(context: Context, inertial: Inertial) -> _Made | None:
-    """The call of an inertia macro that an inertial comes from."""
+    """The call of the inertia macro that made an inertial, if one did."""
     call, table = inertial.origin.call, context.expansion.macros
     if call is None or call.kind != "macro" or table is None:
         return None
@@ -112,14 +112,14 @@ def _macro_call(context: Context, inertial: Inertial) -> _Made | None:
 
 
 def _shape_of(link: Link) -> Collision | Visual | None:
-    """The shape that a link's mass is judged by, where it is one box, cylinder or sphere."""
+    """The only shape of a link if it is a box, cylinder or sphere; a collision comes before a visual."""
     shapes: tuple[Collision | Visual, ...] = link.collisions or link.visuals
     return shapes[0] if len(shapes) == 1 and isinstance(shapes[0].geometry, Box | Cylinder | Sphere) else None
 
 
 def _sizes(context: Context, shape: Collision | Visual, scope: Call | None) -> tuple[Kind, list[str]] | None:
-    """A shape's sizes, as they are written where the same names hold, else as numbers where these are the
-    file's own."""
+    """A shape's sizes: as written if the same names are defined in `scope`, else as numbers if no property is
+    overridden."""
     kind: Kind
     match shape.geometry:
         case Box(size=(x, y, z)):
@@ -140,7 +140,7 @@ def _sizes(context: Context, shape: Collision | Visual, scope: Call | None) -> t
 
 
 def _angles(context: Context, shape: Collision | Visual, scope: Call | None) -> str:
-    """A shape's roll, pitch, yaw, as they are written where the same names hold, else as numbers."""
+    """A shape's roll, pitch, yaw: as written if the same names are defined in `scope`, else as numbers."""
     origin = shape.pose.origin
     element = context.element_at(origin) if origin is not None and origin.call == scope else None
     spans = element.attribute_spans() if element is not None else {}
@@ -159,11 +159,11 @@ def _with_sizes(context: Context, made: _Made, shape: Collision | Visual) -> Fix
         return None
     pairs = zip(made.macro.sizes, sizes[1], strict=True)
     edits = tuple(edit for name, text in pairs for edit in set_value(spans[name][1], text))
-    return Fix("give the macro the sizes of its shape", edits, safe=False) if edits else None
+    return Fix("pass the sizes of its shape to the macro", edits, safe=False) if edits else None
 
 
 def _as_call(context: Context, inertial: Inertial, shape: Collision | Visual) -> Fix | None:
-    """A call of a fitting inertia macro in the place of the inertial, with the same names in force."""
+    """A call of a matching inertia macro instead of the inertial, within the same macro call."""
     macros, scope = tuple(find_macros(context.expansion.macros)), inertial.origin.call
     sizes = _sizes(context, shape, scope) if macros and shape.geometry.origin.call == scope else None
     element = context.element_at(inertial.origin) if sizes is not None else None
@@ -191,7 +191,7 @@ def _as_call(context: Context, inertial: Inertial, shape: Collision | Visual) ->
 
 
 def _as_numbers(context: Context, link: Link, inertial: Inertial) -> Fix | None:
-    """The tensor of a solid of the link's shape, where six plain numbers stand now."""
+    """The tensor of a solid of the link's shape instead of six plain numbers."""
     solid = context.bodies[link.name].solid
     element = context.element_at(inertial.inertia_origin)
     if solid is None or element is None or context.expansion.overridden:

@@ -18,39 +18,38 @@ _FULL_TURN = 2.0 * math.pi
 
 @rule("J105", "axis-missing", Severity.WARNING, "robot")
 def axis_missing(context: Context) -> Found:
-    """A revolute, continuous, prismatic or planar joint without `<axis>`.
+    """A joint of type revolute, continuous, prismatic or planar has no `<axis>`.
 
-    Why: the axis is then x, `1 0 0`: a wheel whose axle lies along y rolls about the direction of
-    travel instead.
+    Why: The axis is then x, `1 0 0`. A wheel whose axle lies along y turns about the direction of travel.
 
     Example: `<joint name="left_wheel_joint" type="continuous"> <parent …/> <child …/> </joint>`
 
-    Fix: write the axis, even where it is x.
+    Fix: Write the axis even when it is x.
 
-    Autofix: safe: `<axis xyz="1 0 0"/>`, which is what the joint has, is written out.
+    Autofix: safe: KBot writes `<axis xyz="1 0 0"/>`, the axis that the joint has now.
     """
     for joint in context.sure_joints:
         if joint.axis_origin is None and joint.type not in (JointType.FIXED, JointType.FLOATING):
             yield Finding(
                 joint.origin,
                 f"{joint.name}: a {joint.type} joint without <axis> has the axis x, 1 0 0",
-                'write <axis xyz="…"/>, even where it is 1 0 0',
+                'write <axis xyz="…"/>, even if it is 1 0 0',
                 fix=context.insert_into(
-                    joint.origin, '<axis xyz="1 0 0"/>', "write the axis the joint has", safe=True
+                    joint.origin, '<axis xyz="1 0 0"/>', "write the axis that the joint has", safe=True
                 ),
             )
 
 
 @rule("J106", "axis-zero", Severity.ERROR, "robot")
 def axis_zero(context: Context) -> Found:
-    """A joint whose axis has no length.
+    """The axis of a joint has length zero.
 
-    Why: there is no direction to move in. Dividing by its length gives NaN, which spreads to every
-    frame behind the joint: the robot vanishes from rviz, the simulation stops.
+    Why: The joint has no direction in which to move. A division by the length gives NaN, which spreads to
+    every frame behind the joint. The robot vanishes from rviz, and the simulation stops.
 
     Example: `<axis xyz="0 0 0"/>`
 
-    Fix: write a unit vector.
+    Fix: Write a unit vector.
 
     Autofix: none.
     """
@@ -63,16 +62,16 @@ def axis_zero(context: Context) -> Found:
 
 @rule("J107", "axis-not-unit", Severity.WARNING, "robot")
 def axis_not_unit(context: Context) -> Found:
-    """A joint whose axis is not of length 1.
+    """The axis of a joint is not a unit vector.
 
-    Why: consumers differ. Some normalise; KDL, Pinocchio's readers and hand-written kinematics have
-    used it as it stands, so that a turn of 1 rad comes out as 2 rad for `0 0 2`.
+    Why: Tools differ. Some normalise the axis. KDL, the readers of Pinocchio and hand-written kinematics have
+    used it as it is written, so a turn of 1 rad about `0 0 2` becomes 2 rad.
 
-    Example: `<axis xyz="0 1 1"/>`, which is 1.414 long.
+    Example: `<axis xyz="0 1 1"/>`, which has length 1.414.
 
-    Fix: divide by the length: `<axis xyz="0 0.70710678 0.70710678"/>`.
+    Fix: Divide by the length: `<axis xyz="0 0.70710678 0.70710678"/>`.
 
-    Autofix: safe: the same direction, of length 1, is written when the axis is plain numbers.
+    Autofix: safe: KBot writes the same direction with length 1 if the axis consists of plain numbers.
     """
     for joint in context.sure_joints:
         length = norm(joint.axis)
@@ -82,24 +81,25 @@ def axis_not_unit(context: Context) -> Found:
             by = " ".join(f"{v / length:.10g}" for v in joint.axis)
             yield Finding(
                 joint.axis_origin,
-                f"{joint.name}: the axis is {length:.4g} long, not 1: a turn of 1 rad may come out as "
+                f"{joint.name}: the axis has length {length:.4g}, not 1: a turn of 1 rad may become "
                 f"{length:.4g} rad",
-                f'<axis xyz="{by}"/>',
-                fix=context.replace_plain(joint.axis_origin, by, "make the axis of length 1", safe=True),
+                f'write <axis xyz="{by}"/>',
+                fix=context.replace_plain(joint.axis_origin, by, "normalise the axis", safe=True),
             )
 
 
 @rule("J108", "angle-in-degrees", Severity.WARNING, "document")
 def angle_in_degrees(context: Context) -> Found:
-    """A roll, pitch or yaw beyond one full turn: degrees where radians are meant.
+    """A roll, pitch or yaw is larger than one full turn, probably because it is in degrees.
 
-    Why: 90 rad is 14.3 turns: the frame ends up 116.6 degrees round, not 90, and nothing says so.
+    Why: URDF angles are in radians. 90 rad is 14.3 turns and puts the frame at 116.6 degrees, without an
+    error message.
 
     Example: `<origin xyz="0 0 0" rpy="90 0 0"/>`
 
-    Fix: write radians: `rpy="${pi/2} 0 0"`, or `${radians(90)}`.
+    Fix: Write radians: `rpy="${pi/2} 0 0"` or `${radians(90)}`.
 
-    Autofix: unsafe: plain numbers are taken for degrees and written in radians.
+    Autofix: unsafe: KBot takes plain numbers for degrees and writes them in radians.
     """
     for element in context.tagged("origin"):
         if "rpy" not in element.attributes or "$" in element.attributes["rpy"]:
@@ -111,9 +111,9 @@ def angle_in_degrees(context: Context) -> Found:
             radians = " ".join(f"{math.radians(v):.10g}" for v in values)
             yield Finding(
                 element.attribute_origin("rpy"),
-                f"rpy {element.attributes['rpy']}: {worst:g} rad is {worst / _FULL_TURN:.1f} turns "
-                f"(it ends at {turned:.1f} degrees): degrees where radians are meant?",
-                f'as degrees it is rpy="{radians}"',
+                f"rpy {element.attributes['rpy']}: {worst:g} rad is {worst / _FULL_TURN:.1f} turns and ends "
+                f"at {turned:.1f} degrees: is it in degrees instead of radians?",
+                f'if it is in degrees, write rpy="{radians}"',
                 fix=context.replace_plain(
                     element.attribute_origin("rpy"), radians, "read the angles as degrees", safe=False
                 ),
@@ -122,16 +122,16 @@ def angle_in_degrees(context: Context) -> Found:
 
 @rule("J110", "mimic-missing", Severity.ERROR, "robot")
 def mimic_missing(context: Context) -> Found:
-    """A `<mimic>` of a joint that the robot lacks, or of one that cannot move.
+    """`<mimic>` names a joint that the robot does not have, or a fixed joint.
 
-    Why: robot_state_publisher and joint_state_publisher leave the joint out, and every frame behind
-    it goes missing: "No transform from […]".
+    Why: robot_state_publisher and joint_state_publisher skip the joint. Every frame behind it is missing: "No
+    transform from […]".
 
     Example: `<mimic joint="left_finger_jiont"/>`
 
-    Fix: name a joint of this robot that moves.
+    Fix: Name a movable joint of this robot.
 
-    Autofix: safe, where the name is a slip of one known name: it is written.
+    Autofix: safe: KBot corrects the name if it is a slip of one known name.
     """
     for joint in context.sure_joints:
         if joint.mimic is None:
@@ -140,7 +140,9 @@ def mimic_missing(context: Context) -> Found:
         if leader is None:
             hint = did_you_mean(joint.mimic.joint, context.robot.joints)
             yield Finding(
-                joint.mimic.origin, f"{joint.name}: it mimics '{joint.mimic.joint}', which is no joint", hint
+                joint.mimic.origin,
+                f"{joint.name}: it mimics '{joint.mimic.joint}', which is not a joint of this robot",
+                hint,
             )
         elif not leader.is_movable:
             yield Finding(
@@ -152,13 +154,14 @@ def mimic_missing(context: Context) -> Found:
 
 @rule("J111", "mimic-ring", Severity.ERROR, "robot")
 def mimic_ring(context: Context) -> Found:
-    """Joints that mimic each other in a ring, or a joint that mimics itself.
+    """Joints mimic each other in a ring, or a joint mimics itself.
 
-    Why: no joint of the ring has a position of its own; publishers recurse, or leave all of them out.
+    Why: No joint of the ring has a position of its own. Publishers recurse without end, or skip all of these
+    joints.
 
-    Example: joint a with `<mimic joint="b"/>`, joint b with `<mimic joint="a"/>`
+    Example: Joint a with `<mimic joint="b"/>`, joint b with `<mimic joint="a"/>`.
 
-    Fix: let one joint lead.
+    Fix: Remove the `<mimic>` of one joint. The others then follow it.
 
     Autofix: none.
     """
@@ -181,15 +184,15 @@ def mimic_ring(context: Context) -> Found:
 
 @rule("J113", "ignored-on-fixed", Severity.INFO, "robot")
 def ignored_on_fixed(context: Context) -> Found:
-    """A fixed joint with `<axis>`, `<limit>`, `<dynamics>` or `<mimic>`.
+    """A fixed joint has an `<axis>`, `<limit>`, `<dynamics>` or `<mimic>`.
 
-    Why: none of it has a meaning there. Either it is left over, or the joint was meant to move.
+    Why: These elements have no effect on a fixed joint. Either they are left over, or the joint should move.
 
     Example: `<joint type="fixed"> … <axis xyz="0 1 0"/> <limit …/>`
 
-    Fix: remove them, or give the joint the type it was meant to have.
+    Fix: Remove them, or give the joint the type that you meant.
 
-    Autofix: unsafe: the element is removed.
+    Autofix: unsafe: KBot removes the element.
     """
     for joint in context.sure_joints:
         if joint.is_movable:
@@ -203,8 +206,8 @@ def ignored_on_fixed(context: Context) -> Found:
             if origin is not None:
                 yield Finding(
                     origin,
-                    f"{joint.name}: <{tag}> means nothing on a fixed joint",
-                    "remove it, or give the joint the type it was meant to have",
+                    f"{joint.name}: <{tag}> has no effect on a fixed joint",
+                    "remove it, or change the type of the joint",
                     fix=_removal(context.element_at(origin)),
                 )
 
@@ -215,13 +218,13 @@ def _removal(element: Element | None) -> Fix | None:
 
 @rule("J114", "negative-dynamics", Severity.ERROR, "robot")
 def negative_dynamics(context: Context) -> Found:
-    """Negative damping or friction.
+    """The damping or friction of a joint is negative.
 
-    Why: it feeds energy in: the joint speeds itself up until the simulation blows up.
+    Why: Negative damping adds energy. The joint accelerates by itself until the simulation becomes unstable.
 
     Example: `<dynamics damping="-0.1" friction="0"/>`
 
-    Fix: remove the sign.
+    Fix: Remove the sign.
 
     Autofix: none.
     """

@@ -12,6 +12,8 @@ from kbot.text import Severity
 
 _LIMITED = (JointType.REVOLUTE, JointType.PRISMATIC)
 _FULL_TURN = 2.0 * math.pi
+_UNLIMITED = 1e4
+"""rad. A limit from this size on is written to mean that the joint has none, and not in degrees."""
 
 
 def _unit(joint: Joint) -> str:
@@ -20,38 +22,38 @@ def _unit(joint: Joint) -> str:
 
 @rule("J101", "missing-limit", Severity.ERROR, "robot")
 def missing_limit(context: Context) -> Found:
-    """A revolute or prismatic joint without `<limit>`.
+    """A revolute or prismatic joint has no `<limit>`.
 
-    Why: urdfdom refuses the whole robot ("joint is of type REVOLUTE but it does not specify limits"):
-    nothing is loaded, by no tool that is built on it.
+    Why: urdfdom refuses the whole robot: "joint is of type REVOLUTE but it does not specify limits". Every
+    tool that uses urdfdom then loads nothing.
 
     Example: `<joint name="arm" type="revolute"> <axis xyz="0 0 1"/> … </joint>`
 
-    Fix: add `<limit lower="-1.57" upper="1.57" effort="10" velocity="1"/>`, or make the joint
-    `continuous` when it may turn without end.
+    Fix: Add `<limit lower="-1.57" upper="1.57" effort="10" velocity="1"/>`, or make the joint `continuous` if
+    it can turn without a stop.
 
-    Autofix: none; nobody but the author knows the limits.
+    Autofix: none. Only the author knows the limits.
     """
     for joint in context.sure_joints:
         if joint.type in _LIMITED and joint.limit is None:
             hint = 'add <limit lower="…" upper="…" effort="…" velocity="…"/>'
             if joint.type is JointType.REVOLUTE:
-                hint += ', or use type="continuous" for a joint that turns without end'
+                hint += ', or use type="continuous" for a joint without stops'
             yield Finding(joint.origin, f"{joint.name}: a {joint.type} joint needs a <limit>", hint)
 
 
 @rule("J102", "limit-reversed", Severity.ERROR, "robot")
 def limit_reversed(context: Context) -> Found:
-    """A joint whose lower limit is above its upper one.
+    """The lower limit of a joint is above its upper limit.
 
-    Why: no position satisfies both. Simulators clamp to one end, refuse, or throw the joint from one
-    stop to the other; MoveIt calls every state of the robot invalid.
+    Why: No position satisfies both limits. Simulators clamp the joint to one end, refuse it, or throw it from
+    one stop to the other. MoveIt rejects every state of the robot.
 
     Example: `<limit lower="1.57" upper="-1.57" effort="10" velocity="1"/>`
 
-    Fix: exchange the two.
+    Fix: Exchange the two values.
 
-    Autofix: unsafe: the two values are exchanged, which is right unless one has a wrong sign.
+    Autofix: unsafe: KBot exchanges the two values. This is wrong if one value has a wrong sign.
     """
     for joint in context.sure_joints:
         limit = joint.limit
@@ -68,15 +70,15 @@ def limit_reversed(context: Context) -> Found:
 
 @rule("J103", "limit-closed", Severity.WARNING, "robot")
 def limit_closed(context: Context) -> Found:
-    """A movable joint whose limits leave it no room: lower and upper are equal.
+    """The lower and upper limits of a movable joint are equal.
 
-    Why: the joint is published, planned for and simulated as movable, and never moves; a solver
-    spends its iterations on a stop hit from both sides. `<limit effort=… velocity=…/>` alone means
-    lower = upper = 0.
+    Why: Tools publish, plan for and simulate the joint as movable, but it never moves. A solver spends its
+    iterations on a stop that is hit from both sides. `<limit effort=… velocity=…/>` alone means lower = upper
+    = 0.
 
     Example: `<joint type="revolute"> … <limit effort="10" velocity="1"/> </joint>`
 
-    Fix: give lower and upper, or make the joint `fixed`, or `continuous`.
+    Fix: Set lower and upper, or make the joint `fixed` or `continuous`.
 
     Autofix: none.
     """
@@ -98,15 +100,14 @@ def limit_closed(context: Context) -> Found:
 
 @rule("J104", "no-effort", Severity.WARNING, "robot")
 def no_effort(context: Context) -> Found:
-    """A movable joint whose effort or velocity limit is 0 or negative.
+    """The effort or velocity limit of a movable joint is 0 or negative.
 
-    Why: 0 is not "no limit". ros2_control, Gazebo and MoveIt take it at its word: a joint with 0 N m
-    never accelerates, one with 0 rad/s may not turn, and a trajectory over it takes for ever.
+    Why: 0 does not mean "no limit". ros2_control, Gazebo and MoveIt apply it: a joint with 0 N m never
+    accelerates, and one with 0 rad/s must not turn. A trajectory through such a joint takes infinitely long.
 
     Example: `<limit lower="-1" upper="1" effort="0" velocity="0"/>`
 
-    Fix: write what the motor can do: its stall torque in N m and its speed in rad/s (N and m/s for a
-    prismatic joint).
+    Fix: Write the motor's stall torque in N m and its speed in rad/s (N and m/s for a prismatic joint).
 
     Autofix: none.
     """
@@ -125,22 +126,22 @@ def no_effort(context: Context) -> Found:
         if dead:
             yield Finding(
                 limit.origin,
-                f"{joint.name}: {' and '.join(dead)} is no 'unlimited': a consumer that keeps to it never "
-                "moves the joint",
-                "write what the motor can do",
+                f"{joint.name}: a limit of {' and '.join(dead)} does not mean 'unlimited': "
+                "a tool that applies it never moves the joint",
+                "write the limits of the motor",
             )
 
 
 @rule("J109", "limit-in-degrees", Severity.WARNING, "robot")
 def limit_in_degrees(context: Context) -> Found:
-    """A revolute joint that may turn more than two full turns either way: degrees for radians.
+    """A limit of a revolute joint is beyond two full turns, probably because it is in degrees.
 
-    Why: limits of -90..90 rad let the joint turn 14 times round; its stop does not exist, and a
-    planner may go the long way.
+    Why: URDF angles are in radians. Limits of -90..90 rad let the joint turn 14 times in each direction. The
+    joint has no usable stop, and a planner may choose a long way round.
 
     Example: `<limit lower="-90" upper="90" effort="10" velocity="1"/>`
 
-    Fix: write radians; for a joint that may turn without end use `continuous`.
+    Fix: Write radians. Use type `continuous` for a joint that can turn without a stop.
 
     Autofix: none.
     """
@@ -149,53 +150,52 @@ def limit_in_degrees(context: Context) -> Found:
         if limit is None or joint.type is not JointType.REVOLUTE:
             continue
         worst = max(map(abs, joint.range))
-        if 2.0 * _FULL_TURN < worst < 1e4:
+        if 2.0 * _FULL_TURN < worst < _UNLIMITED:
             yield Finding(
                 limit.origin,
-                f"{joint.name}: {worst:g} rad is {worst / _FULL_TURN:.1f} turns: degrees where radians "
-                "are meant?",
-                f"as degrees it is {math.radians(worst):.4f} rad",
+                f"{joint.name}: {worst:g} rad is {worst / _FULL_TURN:.1f} turns: is it in degrees instead of "
+                "radians?",
+                f"if it is in degrees, write {math.radians(worst):.4f}",
             )
 
 
 @rule("J112", "limit-on-continuous", Severity.INFO, "robot")
 def limit_on_continuous(context: Context) -> Found:
-    """Position limits on a continuous joint.
+    """A continuous joint has position limits.
 
-    Why: urdfdom ignores lower and upper of a continuous joint: whoever wrote them expects a stop
-    that is not there.
+    Why: urdfdom ignores lower and upper of a continuous joint. The stop that they describe does not exist.
 
     Example: `<joint type="continuous"> … <limit lower="-1" upper="1" effort="5" velocity="2"/>`
 
-    Fix: make the joint `revolute` to have the stop; else leave lower and upper out.
+    Fix: Make the joint `revolute` to have the stop, or remove lower and upper.
 
-    Autofix: unsafe: lower and upper are removed.
+    Autofix: unsafe: KBot removes lower and upper.
     """
     for joint in context.sure_joints:
         limit = joint.limit
         if limit is None or joint.type is not JointType.CONTINUOUS:
             continue
         low, high = limit.lower or 0.0, limit.upper or 0.0
-        if (low, high) != (0.0, 0.0) and max(abs(low), abs(high)) < 1e4:
+        if (low, high) != (0.0, 0.0) and max(abs(low), abs(high)) < _UNLIMITED:
             yield Finding(
                 limit.origin,
                 f"{joint.name}: a continuous joint has no stops; {low:.4g}..{high:.4g} rad is ignored",
-                'use type="revolute" to have them, or leave lower and upper out',
+                'use type="revolute" to have stops, or remove lower and upper',
                 fix=remove_attributes(context.element_at(limit.origin), ("lower", "upper"), safe=False),
             )
 
 
 @rule("J115", "zero-out-of-limits", Severity.INFO, "robot")
 def zero_out_of_limits(context: Context) -> Found:
-    """A joint whose limits leave 0 out.
+    """0 is outside the limits of a joint.
 
-    Why: at 0 is where joint_state_publisher, Gazebo and MoveIt put a joint that nobody has said
-    anything about; this one starts outside its own limits, and is thrown to a stop or refused.
+    Why: joint_state_publisher, Gazebo and MoveIt start a joint at 0 if they have no other position. The joint
+    then starts outside its limits. Simulators throw it to a stop, and planners refuse it.
 
     Example: `<limit lower="0.5" upper="1.5" effort="10" velocity="1"/>`
 
-    Fix: set the joint's frame so that 0 lies within, or give an initial position where the robot is
-    started.
+    Fix: Choose the joint's frame so that 0 is within the limits, or set an initial position where the robot
+    is started.
 
     Autofix: none.
     """
@@ -207,6 +207,6 @@ def zero_out_of_limits(context: Context) -> Found:
         if low <= high and not low - 1e-6 <= 0.0 <= high + 1e-6:
             yield Finding(
                 limit.origin,
-                f"{joint.name}: 0 lies outside {low:.4g}..{high:.4g} {_unit(joint)}, where every tool "
-                "starts it",
+                f"{joint.name}: tools start the joint at 0, which is outside its limits "
+                f"{low:.4g}..{high:.4g} {_unit(joint)}",
             )

@@ -1,4 +1,4 @@
-"""Rules about the motors of wheels: whether they can move the robot."""
+"""Rules about the motors of wheels: whether they can turn the wheels and move the robot."""
 
 from __future__ import annotations
 
@@ -12,18 +12,19 @@ from kbot.model import JointType, Mesh
 from kbot.text import Related, Severity
 
 _SLOPE = math.radians(5.0)
+"""A little steeper than a ramp for wheelchairs (1:12, 4.8 degrees)."""
 
 
 @rule("D117", "wheel-cannot-turn", Severity.WARNING, "drive")
 def wheel_cannot_turn(context: Context) -> Found:
-    """A drive wheel on a fixed joint or on one with limits.
+    """The joint of a drive wheel is fixed, prismatic or has limits.
 
-    Why: the robot drives until the wheel meets its stop, after a third of a metre for a wheel of 5 cm and a
-    full turn, or not at all.
+    Why: The robot drives only until the wheel reaches its stop, for example after 0.31 m with a wheel of
+    radius 5 cm and one full turn. On a fixed or prismatic joint the wheel does not turn.
 
     Example: `<joint name="left_wheel_joint" type="revolute"> … <limit lower="-3.14" upper="3.14" …/>`
 
-    Fix: `type="continuous"`.
+    Fix: Set `type="continuous"`.
 
     Autofix: none.
     """
@@ -35,25 +36,25 @@ def wheel_cannot_turn(context: Context) -> Found:
             joint = wheel.joint
             if joint.type is JointType.FIXED and (driven or turning):
                 yield Finding(
-                    joint.origin, f"{joint.name}: a drive wheel on a fixed joint does not turn", _MEND
+                    joint.origin, f"{joint.name}: a drive wheel on a fixed joint does not turn", _HINT
                 )
             elif joint.type is JointType.PRISMATIC:
                 message = f"{joint.name}: a drive wheel on a prismatic joint slides and does not turn"
-                yield Finding(joint.origin, message, _MEND)
+                yield Finding(joint.origin, message, _HINT)
             elif joint.type is JointType.REVOLUTE and joint.limit:
                 low, high = joint.range
-                if high - low < 1e4:
+                if high - low < 1e4:  # rad; a larger range is written to mean no limit
                     way = (high - low) * wheel.radius
                     yield Finding(
                         joint.origin,
                         f"{joint.name}: a drive wheel with limits {low:.4g}..{high:.4g} rad stops "
                         f"after {way:.3g} m",
-                        _MEND,
+                        _HINT,
                         (Related("the limits", joint.limit.origin),),
                     )
 
 
-_MEND = 'type="continuous"'
+_HINT = 'type="continuous"'
 
 
 def _driven(context: Context) -> set[str]:
@@ -62,14 +63,14 @@ def _driven(context: Context) -> set[str]:
 
 @rule("D119", "wheel-effort-small", Severity.WARNING, "drive")
 def wheel_effort_small(context: Context) -> Found:
-    """Wheel joints whose effort limits together cannot hold the robot on a slope of 5 degrees.
+    """The effort limits of all wheel joints together cannot hold the robot on a slope of 5 degrees.
 
-    Why: the torque needed is mass x g x sin(slope) x radius. With less the robot does not climb a
-    ramp or a door sill, and on the flat it follows its commands late.
+    Why: The required torque is mass x g x sin(slope) x radius. With less the robot cannot climb a ramp or a
+    door sill, and on flat ground it follows its commands late.
 
-    Example: 20 kg on wheels of 5 cm needs 0.85 N m; two wheels with `effort="0.1"` give 0.2.
+    Example: 20 kg on wheels of 5 cm need 0.85 N m. Two wheels with `effort="0.1"` have 0.2 N m.
 
-    Fix: write the motors' torque, or the robot's true mass.
+    Fix: Write the motors' torque, or the robot's real mass.
 
     Autofix: none.
     """
@@ -85,23 +86,22 @@ def wheel_effort_small(context: Context) -> Found:
         slope = math.degrees(math.asin(min(1.0, sum(efforts) / (mass * GRAVITY * max(radii)))))
         yield Finding(
             limit.origin if limit else wheels[0].joint.origin,
-            f"{len(wheels)} wheels with {sum(efforts):.3g} N m together carry {mass:.4g} kg up "
-            f"{slope:.2g} degrees at "
-            f"most; 5 degrees need {needed:.3g} N m",
+            f"{len(wheels)} wheels with {sum(efforts):.3g} N m together hold {mass:.4g} kg on a slope of at "
+            f"most {slope:.2g} degrees; 5 degrees need {needed:.3g} N m",
             "write the motors' torque",
         )
 
 
 @rule("D120", "wheel-mesh-collision", Severity.INFO, "drive")
 def wheel_mesh_collision(context: Context) -> Found:
-    """A drive wheel that touches the ground with a mesh.
+    """The collision shape of a drive wheel is a mesh.
 
-    Why: a mesh is a polygon: the wheel rumbles from edge to edge, its rolling radius changes with its
-    angle, and each contact costs as much as a hundred plain ones.
+    Why: A mesh is a polygon. The wheel rumbles from edge to edge, and its rolling radius changes with its
+    angle. Each contact costs as much as a hundred contacts of plain shapes.
 
     Example: `<collision> <geometry> <mesh filename="…/wheel.stl"/>`
 
-    Fix: a cylinder (or a sphere) of the wheel's radius; the visual may stay a mesh.
+    Fix: Use a cylinder or a sphere of the wheel's radius. The visual can stay a mesh.
 
     Autofix: none.
     """
@@ -111,7 +111,7 @@ def wheel_mesh_collision(context: Context) -> Found:
                 if isinstance(collision.geometry, Mesh):
                     yield Finding(
                         collision.geometry.origin,
-                        f"{wheel.link}: the wheel touches the ground with a mesh, which rumbles",
+                        f"{wheel.link}: the collision of the wheel is a mesh, which rumbles",
                         "use a cylinder of the wheel's radius",
                     )
                     break
@@ -119,15 +119,16 @@ def wheel_mesh_collision(context: Context) -> Found:
 
 @rule("D125", "wheel-undriven", Severity.INFO, "drive")
 def wheel_undriven(context: Context) -> Found:
-    """A drive wheel that nothing drives: no plugin, controller, transmission, nor limit of effort or speed.
+    """No plugin, controller or transmission drives a drive wheel, and its joint has no effort or velocity
+    limit.
 
-    Why: on the screen the robot moves; in a simulator nothing ever turns the wheel, or what does turns it
-    with unbounded torque: it reaches any speed within one step, and slips or tips.
+    Why: The wheel moves in rviz. In a simulator nothing turns it, or a motor with unbounded torque does. Such
+    a motor reaches any speed within one step, and the wheel slips or the robot tips.
 
-    Example: `<joint name="left_wheel_joint" type="continuous">` without `<limit>` in a description
-    without plugins.
+    Example: `<joint name="left_wheel_joint" type="continuous">` without `<limit>` in a description without
+    plugins.
 
-    Fix: add `<limit effort="…" velocity="…"/>` and `<dynamics damping="…"/>`, and a drive plugin or
+    Fix: Add `<limit effort="…" velocity="…"/>` and `<dynamics damping="…"/>`, and a drive plugin or
     ros2_control.
 
     Autofix: none.
@@ -150,5 +151,5 @@ def wheel_undriven(context: Context) -> Found:
             yield Finding(
                 joint.origin,
                 f"{joint.name}: no plugin, controller or transmission drives it, and it has {lacks}",
-                'add <limit effort="…" velocity="…"/> and what drives the wheel',
+                'add <limit effort="…" velocity="…"/>, and a drive plugin or ros2_control',
             )

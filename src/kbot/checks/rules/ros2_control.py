@@ -23,40 +23,40 @@ _SHORT = {"pos": "position", "vel": "velocity", "eff": "effort", "torque": "effo
 
 @rule("D129", "hardware-plugin-unknown", Severity.ERROR, "robot")
 def hardware_plugin_unknown(context: Context) -> Found:
-    """A hardware plugin that its package does not have.
+    """A hardware plugin does not exist in its package.
 
-    Why: pluginlib finds no such class, the controller manager does not load the hardware, and no controller
-    finds the interfaces of its joints.
+    Why: pluginlib finds no such class, and the controller manager does not load the hardware. No controller
+    then finds the interfaces of its joints.
 
     Example: `<plugin>gz_ros2_control/GazeboSimSystm</plugin>`
 
-    Fix: write the plugin's name as its package declares it. Plugins of packages that KBot does not know are
-    not reported.
+    Fix: Write the plugin's name as its package declares it. KBot does not report plugins of packages that it
+    does not know.
 
-    Autofix: safe, where the name is a slip of one known name: it is written.
+    Autofix: safe: KBot corrects the name if it is a slip of one known name.
     """
     packages = {name.partition("/")[0] for name in _PLUGINS}
     for plugin in _plugins(context):
         name = plugin.text.strip()
         hint = did_you_mean(name, _PLUGINS)
         if name not in _PLUGINS and (hint.sure or name.partition("/")[0] in packages):
-            what = f"there is no hardware plugin '{name}': the controller manager does not load it"
-            yield Finding(plugin.origin, what, hint)
+            message = f"there is no hardware plugin '{name}': the controller manager does not load it"
+            yield Finding(plugin.origin, message, hint)
 
 
 @rule("D130", "interface-unknown", Severity.ERROR, "robot")
 def interface_unknown(context: Context) -> Found:
-    """An interface of a joint that its hardware does not have, or that is another's misspelt.
+    """The hardware of a joint does not have an interface of this name.
 
-    Why: Gazebo's hardware knows position, velocity and effort, and offers no other; a controller that wants
-    `arm/position` is not loaded where the joint offers `arm/pos`.
+    Why: Gazebo's hardware offers the interfaces position, velocity and effort only. A controller that claims
+    `arm/position` is not loaded if the joint offers `arm/pos`.
 
     Example: `<command_interface name="pos"/>`
 
-    Fix: `position`, `velocity` or `effort`. Your own hardware may have other interfaces. For it, KBot
+    Fix: Write `position`, `velocity` or `effort`. Your own hardware may have other interfaces. For it, KBot
     reports only slips of these names.
 
-    Autofix: safe, where the name is a slip of one known name: it is written.
+    Autofix: safe: KBot corrects the name if it is a slip of one known name.
     """
     for extension in extensions(context.robot, "ros2_control"):
         is_gazebo = any(e.text.strip().partition("/")[0] in _GAZEBO_PACKAGES for e in _plugins_of(extension))
@@ -66,12 +66,11 @@ def interface_unknown(context: Context) -> Found:
                 hint = did_you_mean(name, _INTERFACES)
                 if name in _INTERFACES or not (is_gazebo or hint.sure) or "$" in name:
                     continue
-                who = joint.attributes.get("name", "")
-                told = hint or (f"did you mean '{_SHORT[name]}'?" if name in _SHORT else "")
+                suggestion = hint or (f"did you mean '{_SHORT[name]}'?" if name in _SHORT else "")
                 yield Finding(
                     element.attribute_origin("name"),
-                    f"{who}: its hardware has no interface '{name}'",
-                    told or f"there are {', '.join(_INTERFACES)}",
+                    f"{joint.attributes.get('name', '')}: its hardware has no interface '{name}'",
+                    suggestion or f"it has {', '.join(_INTERFACES)}",
                 )
 
 
@@ -94,13 +93,14 @@ def _faults(context: Context, code: str) -> Found:
 
 @rule("W132", "controllers-unreadable", Severity.ERROR, "robot")
 def controllers_unreadable(context: Context) -> Found:
-    """A file of controller parameters that cannot be used.
+    """KBot cannot read a file of controller parameters.
 
-    Why: no controller is loaded; the drive's limits and sizes are not known.
+    Why: The controller manager loads none of the controllers, and the limits and sizes of the drive are
+    unknown.
 
-    Example: a YAML that is indented with a tab.
+    Example: A YAML file that is indented with a tab.
 
-    Fix: correct the file. One that is not there at all is a warning.
+    Fix: Correct the file. A missing file is a warning.
 
     Autofix: none.
     """
@@ -109,15 +109,15 @@ def controllers_unreadable(context: Context) -> Found:
 
 @rule("W143", "controller-type-unknown", Severity.ERROR, "robot")
 def controller_type_unknown(context: Context) -> Found:
-    """A controller of a type that its package does not have.
+    """The type of a controller does not exist in its package.
 
-    Why: the controller manager finds no such class and does not load the controller: its joints stay as
-    they are.
+    Why: The controller manager finds no such class and does not load the controller. Nothing commands its
+    joints.
 
     Example: `type: joint_trajectory_controller/JointTrajectoryControler`
 
-    Fix: write the type as its package declares it. Types of packages that KBot does not
-    know are not reported.
+    Fix: Write the type as its package declares it. KBot does not report types of packages that it does not
+    know.
 
     Autofix: none.
     """
@@ -128,14 +128,15 @@ def controller_type_unknown(context: Context) -> Found:
 
 @rule("W144", "parameters-misnamed", Severity.ERROR, "robot")
 def parameters_misnamed(context: Context) -> Found:
-    """Parameters of a node that stand beneath another word than `ros__parameters`, with two underscores.
+    """The parameters of a node are under a misspelt key instead of `ros__parameters`, which has two
+    underscores.
 
     Why: rcl refuses the whole file ("Cannot have a value before ros__parameters"), and the controller manager
-    ends before it starts.
+    exits before it starts.
 
     Example: `arm_controller: {ros_parameters: {joints: [elbow]}}`
 
-    Fix: write `ros__parameters`.
+    Fix: Write `ros__parameters`.
 
     Autofix: none.
     """

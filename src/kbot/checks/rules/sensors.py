@@ -16,7 +16,7 @@ from kbot.text.suggest import did_you_mean
 
 
 def distance_along(p: Vector, d: Vector, shape: object, half: Vector) -> float | None:
-    """Distance along a ray to a plain shape at the origin; None when it misses or starts within."""
+    """Distance along a ray to a plain shape at the origin; None if the ray misses it or starts inside."""
     match shape:
         case Sphere(radius=r):
             return _ball(p, d, r)
@@ -59,12 +59,16 @@ def _tube(p: Vector, d: Vector, r: float, half: float) -> float | None:
 
 
 _BEAMS = 360
+"""Beams that a lidar's angles are divided into: one per degree for a full circle."""
 
 
 def own_body(
     context: Context, link: str, sensor: Element, angles: tuple[float, float], ranges: tuple[float, float]
 ) -> tuple[str, float, float, Origin] | None:
-    """What most beams hit of the robot: link, nearest distance (m), share of beams, place."""
+    """The link of the robot that most beams hit, with its nearest distance (m), share of beams and place.
+
+    None if no beam hits the robot, or the sensor's `<pose>` is rotated or cannot be read.
+    """
     frame = context.frames[link]
     pose = sensor.find("pose")
     if pose is not None:
@@ -105,7 +109,7 @@ def own_body(
 
 
 def _beams_towards(center: Vector, reach: float, angles: tuple[float, float]) -> Iterator[int]:
-    """The beams that may meet what lies within `reach` of a point of the lidar's frame."""
+    """The beams that can hit a shape within `reach` of a point of the lidar's frame."""
     away, step = math.hypot(center[0], center[1]), (angles[1] - angles[0]) / _BEAMS
     if away <= reach or not 0.0 < step <= 2.0 * math.pi / _BEAMS * 1.01:
         yield from range(_BEAMS)
@@ -120,7 +124,7 @@ def _beams_towards(center: Vector, reach: float, angles: tuple[float, float]) ->
 def _in_plane(
     context: Context, frame: SpatialFrame, own: set[str]
 ) -> list[tuple[str, LinkShape, SpatialFrame]]:
-    """The shapes of other links that the lidar's plane cuts, and where they stand in the root's frame."""
+    """The shapes of other links that the lidar's plane cuts, and their poses in the root's frame."""
     up = frame.direction((0.0, 0.0, 1.0))
     cut = []
     for name, body in context.bodies.items():
@@ -143,7 +147,7 @@ _OUTSIDE = frozenset({"odom", "map", "world", "earth"})
 
 
 def sensors(context: Context) -> Iterator[tuple[Element, str, Element]]:
-    """Each `<sensor>` of a `<gazebo reference>`: the extension, the link it is on, the sensor."""
+    """Each `<sensor>` of a `<gazebo reference>`: the extension, the name of its link, the sensor."""
     for extension in context.robot.extensions:
         if extension.tag == "gazebo" and "reference" in extension.attributes:
             for sensor in extension.elements("sensor"):
@@ -158,14 +162,14 @@ def _frames_of(sensor: Element) -> Iterator[Element]:
 
 @rule("C101", "camera-no-optical-frame", Severity.WARNING, "robot")
 def camera_no_optical_frame(context: Context) -> Found:
-    """A camera whose images are published in a frame that is not an optical one (REP 103).
+    """A camera publishes its images in a frame that is not an optical frame (REP 103).
 
-    Why: image pipelines take z forward, x right, y down. In a body frame (x forward, z up) point clouds and
-    detections come out lying on their side: what is in front appears above.
+    Why: Image pipelines expect z forward, x right and y down. In a body frame, with x forward and z up, point
+    clouds and detections are turned on their side: what is in front of the camera appears above it.
 
-    Example: a camera on `camera_link` without `camera_optical_link`.
+    Example: A camera on `camera_link` without `camera_optical_link`.
 
-    Fix: add a frame turned by `rpy="${-pi/2} 0 ${-pi/2}"` and name it in the sensor
+    Fix: Add a frame that is turned by `rpy="${-pi/2} 0 ${-pi/2}"`, and name it in the sensor
     (`<gz_frame_id>`, `<optical_frame_id>` or `<frameName>`).
 
     Autofix: none.
@@ -184,16 +188,15 @@ def camera_no_optical_frame(context: Context) -> Found:
             continue
         yield Finding(
             sensor.origin,
-            f"{sensor.attributes.get('name', 'camera')}: '{link}' has no optical frame beneath it: "
-            "images would be "
-            "taken with x forward for z forward",
-            'add a link joined by <origin rpy="${-pi/2} 0 ${-pi/2}"/> and name it as the sensor\'s frame',
+            f"{sensor.attributes.get('name', 'camera')}: image pipelines expect z forward, but '{link}' has "
+            "x forward and no optical frame below it",
+            'add a link with <origin rpy="${-pi/2} 0 ${-pi/2}"/> and name it as the frame of the sensor',
             (Related(f"'{link}'", context.robot.links[link].origin),),
         )
 
 
 def _is_optical(context: Context, link: str, name: str) -> bool:
-    """Whether a frame's z looks along the link's x, and its x to the link's right."""
+    """Whether a frame's z axis points along the link's x axis."""
     if name not in context.frames:
         return False
     frame, own = context.frames[name], context.frames[link]
@@ -203,14 +206,14 @@ def _is_optical(context: Context, link: str, name: str) -> bool:
 
 @rule("C102", "lidar-sees-robot", Severity.WARNING, "robot")
 def lidar_sees_robot(context: Context) -> Found:
-    """A lidar whose scanning plane cuts the robot's own body.
+    """The scanning plane of a lidar cuts the robot's own body.
 
-    Why: the beams that hit it report an obstacle that comes along wherever the robot goes: the costmap blocks
-    it, and mapping draws it all over.
+    Why: The beams that hit the robot report an obstacle that moves with it. The costmap is blocked there, and
+    mapping draws the obstacle everywhere.
 
-    Example: a lidar at z = 0.1 behind a mast that stands on the same plate.
+    Example: A lidar at z = 0.1 behind a mast on the same plate.
 
-    Fix: raise it, narrow its angles, or set `<min>` of its range beyond the body.
+    Fix: Raise the lidar, narrow its angles, or set the `<min>` of its range beyond the body.
 
     Autofix: none.
     """
@@ -234,10 +237,9 @@ def lidar_sees_robot(context: Context) -> Found:
             name, distance, share, origin = hit
             yield Finding(
                 sensor.origin,
-                f"{sensor.attributes.get('name', 'lidar')}: {share * 100.0:.2g} % of its beams end on "
-                f"'{name}', the "
-                f"nearest {distance * 1e3:.3g} mm away",
-                "raise it, narrow its angles, or set its least range beyond the body",
+                f"{sensor.attributes.get('name', 'lidar')}: {share * 100.0:.2g} % of its beams hit "
+                f"'{name}', the nearest at {distance * 1e3:.3g} mm",
+                "raise it, narrow its angles, or set its minimum range beyond the body",
                 (Related(f"the collision of '{name}'", origin),),
             )
 
@@ -255,16 +257,16 @@ def _value(element: Element, path: tuple[str, str], default: float) -> float:
 
 @rule("C103", "sensor-frame-unknown", Severity.WARNING, "robot")
 def sensor_frame_unknown(context: Context) -> Found:
-    """A sensor's frame that is no link of the robot.
+    """The frame of a sensor is not a link of the robot.
 
-    Why: its messages carry a frame that tf does not know: rviz shows nothing, navigation drops each message
-    ("the message filter's queue is full").
+    Why: tf does not have the frame of the sensor's messages. rviz shows nothing, and navigation drops every
+    message ("the message filter's queue is full").
 
     Example: `<frameName>lasr_link</frameName>`
 
-    Fix: name a link of this robot.
+    Fix: Name a link of this robot.
 
-    Autofix: safe, where the name is a slip of one known name: it is written.
+    Autofix: safe: KBot corrects the name if it is a slip of one known name.
     """
     links = context.robot.links
     for extension in context.robot.extensions:
@@ -287,15 +289,15 @@ def sensor_frame_unknown(context: Context) -> Found:
 
 @rule("C104", "sensor-frame-lumped", Severity.INFO, "robot")
 def sensor_frame_lumped(context: Context) -> Found:
-    """A sensor on a link that is lost when the description is made into SDF, its fixed joint being lumped.
+    """A sensor is on a link that disappears in SDF, because its fixed joint is lumped.
 
-    Why: Gazebo merges a link on a fixed joint into its parent. The sensor lives on, its frame does not:
-    gz stamps its messages with `robot/base_link/lidar`, which is no frame of tf.
+    Why: Gazebo merges a link on a fixed joint into its parent. The sensor remains, but its frame does not. gz
+    stamps its messages with a frame like `robot/base_link/lidar`, which does not exist in tf.
 
-    Example: a gz lidar on `laser_frame`, without `<gz_frame_id>`.
+    Example: A gz lidar on `laser_frame` without `<gz_frame_id>`.
 
-    Fix: `<gz_frame_id>laser_frame</gz_frame_id>` in the sensor, or
-    `<gazebo reference="laser_joint"> <preserveFixedJoint>true</preserveFixedJoint> </gazebo>`.
+    Fix: Write `<gz_frame_id>laser_frame</gz_frame_id>` in the sensor, or `<gazebo reference="laser_joint">
+    <preserveFixedJoint>true</preserveFixedJoint> </gazebo>`.
 
     Autofix: none.
     """
@@ -320,8 +322,7 @@ def sensor_frame_lumped(context: Context) -> Found:
         yield Finding(
             sensor.origin,
             f"{sensor.attributes.get('name', 'sensor')}: '{link}' is merged into '{joint.parent}' in "
-            "SDF, and its "
-            "messages carry a frame that tf does not know",
+            "SDF, so its messages have a frame that is not in tf",
             f"add <gz_frame_id>{link}</gz_frame_id>",
             (Related(f"the fixed joint '{joint.name}'", joint.origin),),
         )
@@ -329,14 +330,14 @@ def sensor_frame_lumped(context: Context) -> Found:
 
 @rule("C105", "scan-angle-in-degrees", Severity.WARNING, "robot")
 def scan_angle_in_degrees(context: Context) -> Found:
-    """A lidar's or camera's angle beyond a full turn: degrees where radians are meant.
+    """An angle of a lidar or camera is larger than one full turn, probably because it is in degrees.
 
-    Why: -180..180 rad is 57 turns: the beams are spread over the same directions again and again, and a point
-    of the scan is shown anywhere but where it was hit.
+    Why: SDF angles are in radians. -180..180 rad is 57 turns. The beams cover the same directions many times,
+    and the points of a scan appear in wrong directions.
 
     Example: `<min_angle>-180</min_angle>`
 
-    Fix: write radians: `<min_angle>-3.14159</min_angle>`, `<horizontal_fov>1.047</horizontal_fov>`.
+    Fix: Write radians: `<min_angle>-3.14159</min_angle>`, `<horizontal_fov>1.047</horizontal_fov>`.
 
     Autofix: none.
     """
@@ -352,6 +353,6 @@ def scan_angle_in_degrees(context: Context) -> Found:
                 yield Finding(
                     element.origin,
                     f"{sensor.attributes.get('name', 'sensor')}: {element.tag} {angle:g} rad is "
-                    f"{abs(angle) / 2.0 / math.pi:.1f} turns: degrees where radians are meant?",
-                    f"as degrees it is {math.radians(angle):.5g} rad",
+                    f"{abs(angle) / 2.0 / math.pi:.1f} turns: is it in degrees instead of radians?",
+                    f"if it is in degrees, write {math.radians(angle):.5g}",
                 )

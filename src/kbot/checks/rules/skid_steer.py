@@ -10,23 +10,25 @@ from kbot.checks.registry import Finding, Found, rule
 from kbot.kinematics.drive.wheels import Pair
 from kbot.text import Severity
 
-_WORTH_TELLING = 0.1
-"""Share of a turn that is missing from which on it is told; what is within it, friction blurs."""
+_LEAST_SHORTFALL = 0.1
+"""The share by which a turn falls short before it is reported; friction makes smaller shares uncertain."""
 
 
 @rule("D126", "turns-short", Severity.INFO, "drive")
 def turns_short(context: Context) -> Found:
-    """A skid steer whose drive is told the distance between its wheels, not the wider one that it turns by.
+    """The wheel separation of a skid-steer drive is the distance between its wheels, which is less than the
+    separation with which it turns.
 
-    Why: wheels before and behind the middle are dragged sideways in a turn, and friction holds it back: of
-    axles 2a and wheels 2b apart it makes b^2 / (a^2 + b^2) of a turn, half of it where the wheels stand in a
-    square, and odometry tells the whole. The figure is for wheels that bear the same and slide by Coulomb's
-    law; in simulation more is missing. Mecanum wheels that are simulated as plain ones drag alike.
+    Why: Wheels before and behind the middle are dragged sideways in a turn, and their friction reduces the
+    turn. With axles 2a apart and wheels 2b apart the robot makes b^2 / (a^2 + b^2) of a turn, while odometry
+    reports the whole turn. With wheels in a square that is half a turn. The formula assumes equal loads and
+    Coulomb friction. In simulation the robot turns even less. Mecanum wheels that are simulated as plain
+    wheels have the same drag.
 
-    Example: `wheel_separation: 0.3756` for a robot of four wheels, its axles 0.262 m apart.
+    Example: `wheel_separation: 0.3756` for a robot with four wheels whose axles are 0.262 m apart.
 
-    Fix: set `wheel_separation_multiplier` (ros2_control), or a plugin's wheel separation times that; then
-    measure a turn and correct it.
+    Fix: Set `wheel_separation_multiplier` (ros2_control), or multiply a plugin's wheel separation by it. Then
+    measure a turn and correct the value.
 
     Autofix: none.
     """
@@ -42,7 +44,7 @@ def turns_short(context: Context) -> Found:
             continue
         needed = 1.0 / turn_share([_place(pair) for pair in pairs], true)
         made = size.value / true / needed
-        if made < 1.0 - _WORTH_TELLING:
+        if made < 1.0 - _LEAST_SHORTFALL:
             yield Finding(
                 size.given.origin,
                 f"{controller.name}: a turn drags the wheels of {len(pairs)} axles across the ground: the "
@@ -53,11 +55,12 @@ def turns_short(context: Context) -> Found:
 
 
 def turn_share(axles: Sequence[float], separation: float) -> float:
-    """What a skid steer that turns in place makes of its wheels' turn, 0 to 1; `axles` are their places
-    along x and `separation` the distance of left and right wheels, m.
+    """The share of a turn, 0 to 1, that a skid steer makes when its wheels command a whole turn on the spot.
 
-    The turn at which friction on all wheels, equal in load, of one coefficient and against the way that each
-    slides (Coulomb), has no moment about the middle. For two axles it is b^2 / (a^2 + b^2).
+    `axles` are the x positions of the axles, and `separation` is the distance between left and right wheels,
+    both in m. At this share the friction of all wheels together has no moment about the middle. All wheels
+    bear the same load, and each is braked against its direction of sliding (Coulomb). For two axles it is
+    b^2 / (a^2 + b^2).
     """
     middle, half = sum(axles) / len(axles), separation / 2.0
     offsets = [x - middle for x in axles]

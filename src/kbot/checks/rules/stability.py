@@ -1,4 +1,4 @@
-"""Rules about the support of a wheeled robot, and when it tips over."""
+"""Rules about the support of a wheeled robot and about tipping over."""
 
 from __future__ import annotations
 
@@ -15,18 +15,22 @@ from kbot.kinematics.spatial import GRAVITY
 from kbot.model import Mesh
 from kbot.text import Origin, Related, Severity
 
+_LEAST_ACCELERATION = 0.5
+"""m/s^2. A robot that tips at less is reported; it is half of a controller's usual limit of 1 m/s^2."""
+
 
 @rule("D115", "tips-over", Severity.WARNING, "drive")
 def tips_over(context: Context) -> Found:
-    """A centre of mass outside the polygon of the contacts, or so near its edge that driving tips the robot.
+    """The centre of mass is outside the polygon of the contact points, or so near its edge that driving tips
+    the robot.
 
-    Why: outside, the robot falls over standing still. Inside, it tips when it accelerates or brakes by
-    more than g x (distance to the edge) / (height): a controller's default of 1 m/s^2 is enough for a
-    tall robot.
+    Why: A robot whose centre of mass is outside falls over at rest. Inside, the robot tips when it
+    accelerates or brakes by more than g x (distance to the edge) / (height). A controller's default of 1
+    m/s^2 is enough to tip a tall robot.
 
-    Example: two wheels, a caster behind them, and a battery in front of the axle.
+    Example: Two wheels, a caster behind them, and a battery in front of the axle.
 
-    Fix: move the mass over the support, or add a caster on that side.
+    Fix: Move the mass over the wheels and casters, or add a caster on that side.
 
     Autofix: none.
     """
@@ -55,19 +59,20 @@ def tips_over(context: Context) -> Found:
     if margin < -1e-3:
         yield Finding(
             heavy or context.robot.origin,
-            f"the centre of mass ({total_mass(context.robot):.3g} kg) lies {-margin * 1e3:.3g} mm outside "
-            f"the contacts, {direction}: the robot falls over standing still",
+            f"the centre of mass ({total_mass(context.robot):.3g} kg) is {-margin * 1e3:.3g} mm outside "
+            f"the contacts, {direction}: the robot falls over at rest",
             "move the mass over the wheels and casters",
             tuple(
-                Related(f"'{c.link}' bears it", caster_place(context, c)) for c in context.base.casters[:2]
+                Related(f"'{c.link}' carries the robot", caster_place(context, c))
+                for c in context.base.casters[:2]
             ),
         )
-    elif GRAVITY * margin / height < 0.5:
+    elif GRAVITY * margin / height < _LEAST_ACCELERATION:
         yield Finding(
             heavy or context.robot.origin,
-            f"the centre of mass lies {max(margin, 0.0) * 1e3:.3g} mm inside the contacts, "
-            f"{direction}, at a height of "
-            f"{height * 1e3:.3g} mm: the robot tips over at {GRAVITY * max(margin, 0.0) / height:.2g} m/s^2",
+            f"the centre of mass is {max(margin, 0.0) * 1e3:.3g} mm inside the contacts, {direction}, at a "
+            f"height of {height * 1e3:.3g} mm: the robot tips over at "
+            f"{GRAVITY * max(margin, 0.0) / height:.2g} m/s^2",
             "move the mass, or add a caster on that side",
         )
 
@@ -97,14 +102,14 @@ def _margin(hull: Sequence[Point], p: Point) -> tuple[float, Point]:
 
 @rule("D116", "two-contacts", Severity.WARNING, "drive")
 def two_contacts(context: Context) -> Found:
-    """A robot that stands on its two drive wheels alone.
+    """The robot stands on its two drive wheels only.
 
-    Why: it falls forwards or backwards until its chassis touches the ground, and drags it along: the
-    drive wheels lose load, and the heading wanders. (A robot that balances by control ignores this.)
+    Why: It falls forwards or backwards until its chassis touches the ground, and then drags it along. The
+    drive wheels lose load, and the heading drifts. Ignore this finding for a robot that balances by control.
 
-    Example: two wheels on a plate, and a caster without `<collision>`.
+    Example: Two wheels on a plate, and a caster without `<collision>`.
 
-    Fix: add a caster that touches the ground, with a `<collision>`.
+    Fix: Add a caster that touches the ground, with a `<collision>`.
 
     Autofix: none.
     """
@@ -118,7 +123,7 @@ def two_contacts(context: Context) -> Found:
         if name in driving or name not in context.frames:
             continue
         if any(isinstance(c.geometry, Mesh) for c in link.collisions):
-            return  # what it touches the ground with is not known here
+            return  # the lowest point of a mesh is not computed here
         for part in context.bodies[name].collisions:
             if lowest(part, context.frames[name]) < base.ground + 0.25 * max(w.radius for w in base.wheels):
                 return

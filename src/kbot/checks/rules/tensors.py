@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from kbot.checks.context import Context
 from kbot.checks.facts.bodies import LinkBody, LinkShape, Solid, axis_of, link_tensor
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.rules.inertia import breaks_triangle, is_finite, sound, weighed
+from kbot.checks.rules.inertia import breaks_triangle, is_finite, is_valid, links_with_inertial
 from kbot.checks.rules.inertia_fixes import exchanging_fix, turning_fix
 from kbot.kinematics.spatial import (
     Matrix,
@@ -25,7 +25,7 @@ from kbot.kinematics.spatial import (
 from kbot.model import Collision, Inertial, Link, Sphere, Visual
 from kbot.text import Related, Severity
 
-_SMALL = 1e-3  # m: bodies smaller than this are markers, not parts
+_SMALL = 1e-3  # m: smaller bodies are markers and not parts
 _AXES = "xyz"
 
 
@@ -37,18 +37,18 @@ def geometry_of(body: LinkBody, name: str = "") -> tuple[Related, ...]:
 
 @rule("I110", "mass-outside-shape", Severity.INFO, "robot")
 def mass_outside_shape(context: Context) -> Found:
-    """A centre of mass outside the box around the link's own shapes.
+    """The centre of mass is outside the box around the link's own shapes.
 
-    Why: it may be meant (a shape that leaves the heavy half out), but is mostly a sign, a unit or a
-    frame gone wrong: the link swings about a point in the air.
+    Why: This can be intended, for example if the shapes leave out a heavy part. Usually it is a wrong sign,
+    unit or frame, and the link swings about a point in the air.
 
-    Example: `<inertial> <origin xyz="0 0 0.5"/> …` on a box 0.1 high.
+    Example: `<inertial> <origin xyz="0 0 0.5"/> …` on a box 0.1 m high.
 
-    Fix: give the centre of mass in the link's own frame.
+    Fix: Give the centre of mass in the link's own frame.
 
     Autofix: none.
     """
-    for link, inertial in weighed(context):
+    for link, inertial in links_with_inertial(context):
         if not is_finite(inertial) or not inertial.mass > 0.0 or _elsewhere(context, link, inertial):
             continue
         away = _outside(context.bodies[link.name], inertial.pose.xyz)
@@ -56,13 +56,16 @@ def mass_outside_shape(context: Context) -> Found:
             origin = inertial.pose.origin or inertial.origin
             yield Finding(
                 origin,
-                f"{link.name}: the centre of mass lies {away * 1e3:.4g} mm outside the box around its shapes",
+                f"{link.name}: the centre of mass is {away * 1e3:.4g} mm outside the box around its shapes",
                 related=geometry_of(context.bodies[link.name]),
             )
 
 
 def _outside(body: LinkBody, point: Vector) -> float:
-    """How far a point of the link's frame lies outside the box around its shapes, m; 0 within."""
+    """Distance in m by which a point of the link's frame is outside the box around its shapes; 0 inside.
+
+    The box is grown by 5 % of its longest side.
+    """
     bounds = body.ends
     if bounds is None or not body.complete:
         return 0.0
@@ -78,7 +81,8 @@ def _outside(body: LinkBody, point: Vector) -> float:
 
 
 def _elsewhere(context: Context, link: Link, inertial: Inertial) -> str:
-    """The link in whose frame the centre of mass would lie within the shape; empty when it is well."""
+    """The link in whose frame the centre of mass would be inside the shape; empty if there is none or if the
+    centre of mass is inside anyway."""
     body = context.bodies[link.name]
     bounds = body.ends
     joint = context.robot.parent_joint.get(link.name)
@@ -97,18 +101,18 @@ def _elsewhere(context: Context, link: Link, inertial: Inertial) -> str:
 
 @rule("I113", "mass-in-other-frame", Severity.WARNING, "robot")
 def mass_in_other_frame(context: Context) -> Found:
-    """A centre of mass that is given in another link's frame.
+    """The centre of mass is given in the frame of another link.
 
-    Why: `<origin>` of an inertial is in the link's own frame. Given in the parent's, it is off by the whole
-    joint offset: the robot leans and tips over there.
+    Why: The `<origin>` of an inertial is in the link's own frame. In the parent's frame it is wrong by the
+    joint's offset, and the robot leans and tips over to that side.
 
-    Example: a wheel whose joint is at `0 0.2 0`, with `<inertial> <origin xyz="0 0.2 0"/>`.
+    Example: A wheel whose joint is at `0 0.2 0`, with `<inertial> <origin xyz="0 0.2 0"/>`.
 
-    Fix: subtract the joint's origin: for a part that is even, `xyz="0 0 0"`.
+    Fix: Subtract the joint's origin. For a symmetric part the result is `xyz="0 0 0"`.
 
     Autofix: none.
     """
-    for link, inertial in weighed(context):
+    for link, inertial in links_with_inertial(context):
         if not is_finite(inertial) or not inertial.mass > 0.0:
             continue
         other = _elsewhere(context, link, inertial)
@@ -117,47 +121,46 @@ def mass_in_other_frame(context: Context) -> Found:
             joint = context.robot.parent_joint[link.name]
             yield Finding(
                 inertial.pose.origin or inertial.origin,
-                f"{link.name}: the centre of mass lies {away:.4g} mm from the link's frame, outside "
-                "its shape; it "
-                f"would lie within when read in the frame of '{other}'",
-                "an inertial's origin is in the link's own frame",
+                f"{link.name}: the centre of mass is {away:.4g} mm from the link's frame, outside its shape; "
+                f"in the frame of '{other}' it would be inside",
+                "give the origin of an inertial in the link's own frame",
                 (Related(f"the joint '{joint.name}'", joint.origin), *geometry_of(context.bodies[link.name])),
             )
 
 
 @rule("I111", "tensor-not-turned", Severity.WARNING, "robot")
 def tensor_not_turned(context: Context) -> Found:
-    """A cylinder's tensor whose axis is not the cylinder's: the inertial frame is not turned with the
-    geometry.
+    """The inertia tensor of a cylinder is not aligned with the cylinder, because the inertial frame was not
+    rotated together with the geometry.
 
-    Why: a wheel's cylinder is turned by `rpy="${pi/2} 0 0"` to lie along y; its tensor, written for an axis
-    along z, is not. About its axle a thin disc then has half the moment it should have, and it
-    wobbles when the robot turns.
+    Why: A wheel's cylinder is rotated by `rpy="${pi/2} 0 0"` to lie along y, but its tensor is that of a
+    cylinder along z. A thin disc then has half its moment about the axle, and it wobbles when the robot
+    turns.
 
     Example: `<inertial> <mass …/> <inertia …/> </inertial>` beside
     `<visual> <origin rpy="1.5708 0 0"/> <geometry> <cylinder …/>`.
 
-    Fix: give the inertial the origin that the geometry has: `<origin xyz="0 0 0" rpy="1.5708 0 0"/>`.
+    Fix: Give the inertial the origin of the geometry: `<origin xyz="0 0 0" rpy="1.5708 0 0"/>`.
 
-    Autofix: unsafe: those angles are written into the inertial, or into the call of its macro.
+    Autofix: unsafe: KBot writes these angles into the inertial, or into the call of its macro.
     """
-    for link, inertial in weighed(context):
+    for link, inertial in links_with_inertial(context):
         about = about_axle(context, link, inertial)
         if about is None:
             continue
-        if about.is_one_of_an_impossible_three and context.says("I105", inertial.inertia_origin):
+        if about.breaks_triangle_across and context.reports("I105", inertial.inertia_origin):
             continue
         rpy = part_rpy(context, link) if about.is_cylinders else ""
         if about.is_cylinders:
             what = "the inertial frame is not turned with the geometry"
         else:
-            one, other = about.across
-            what = f"across it {one:.4g} and {other:.4g}, which a round body has equal"
+            low, high = about.across
+            what = f"the moments across it, {low:.4g} and {high:.4g}, should be equal for a round body"
         yield Finding(
             inertial.inertia_origin,
             f"{link.name}: the moment about its {about.name} is {about.along:.4g} kg m^2, its cylinder has "
             f"{about.due:.4g} ({(about.along / about.due - 1.0) * 100.0:+.0f} %): {what}",
-            f'give the inertial the origin its geometry has: rpy="{rpy}"' if rpy else "",
+            f'give the inertial the origin of its geometry: rpy="{rpy}"' if rpy else "",
             geometry_of(context.bodies[link.name]),
             fix=turning_fix(context, link, inertial) if rpy else None,
         )
@@ -165,10 +168,13 @@ def tensor_not_turned(context: Context) -> Found:
 
 @dataclass(frozen=True, slots=True)
 class AboutAxle:
-    """A tensor that is uneven about the axis of its round body; moments in kg m^2.
+    """A tensor whose moments across the axis of its round body are unequal; moments in kg m^2.
 
-    `due` is what the body has about its axis. `is_cylinders`: the moments are those of the cylinder,
-    about another axis than its own.
+    name          of the axis in messages
+    along         the moment about the axis
+    across        the moments across the axis
+    due           the moment that the body has about its axis
+    is_cylinders  whether the moments are those of the cylinder, but about another axis
     """
 
     name: str
@@ -178,23 +184,26 @@ class AboutAxle:
     is_cylinders: bool
 
     @property
-    def is_one_of_an_impossible_three(self) -> bool:
-        """Whether one moment across the axis is what makes all three impossible (I105), which is said there:
-        with the other one in its place a body could have them, and an even one."""
-        one, other = sorted(self.across)
+    def breaks_triangle_across(self) -> bool:
+        """Whether the smaller moment across the axis alone makes the three impossible, which I105 reports.
+
+        With the larger moment in its place a round body could have them.
+        """
+        low, high = sorted(self.across)
         return (
             not self.is_cylinders
-            and breaks_triangle((one, other, self.along))
-            and not breaks_triangle((other, other, self.along))
+            and breaks_triangle((low, high, self.along))
+            and not breaks_triangle((high, high, self.along))
         )
 
 
 def about_axle(context: Context, link: Link, inertial: Inertial) -> AboutAxle | None:
-    """How a tensor lies about the axis of its link's one round shape; None where it does as it should."""
+    """A link's tensor about the axis of its only round shape; None if the moments across the axis are equal,
+    or the link has no such shape."""
     body = context.bodies[link.name]
     part = _only_round(body)
     axis = axis_of(part) if part else None
-    if part is None or axis is None or body.solid is None or not sound(inertial):
+    if part is None or axis is None or body.solid is None or not is_valid(inertial):
         return None
     tensor = link_tensor(inertial)
     along = dot(axis, rotate(tensor, axis))
@@ -204,7 +213,7 @@ def about_axle(context: Context, link: Link, inertial: Inertial) -> AboutAxle | 
         return None
     base = context.mobile_base
     wheel = base is not None and any(link.name == w.link for w in base.wheels)
-    # a tensor with an axis of its own that is not the cylinder's, as a cylinder's formula gives
+    # the tensor of the cylinder's formula, but about another axis than the cylinder's
     fits = all(
         abs(a - b * inertial.mass) < 0.05 * high
         for a, b in zip((low, middle, high), sorted(part.solid_diagonal()), strict=True)
@@ -218,24 +227,24 @@ def about_axle(context: Context, link: Link, inertial: Inertial) -> AboutAxle | 
 
 
 def part_rpy(context: Context, link: Link) -> str:
-    """The roll, pitch, yaw of the link's first shape, as a text."""
+    """The roll, pitch, yaw of the link's first shape as text; empty if they are zero."""
     shapes: tuple[Collision | Visual, ...] = (*link.collisions, *link.visuals)
     shape = shapes[0]
     return " ".join(f"{v:.10g}" for v in shape.pose.rpy) if any(shape.pose.rpy) else ""
 
 
 def _only_round(body: LinkBody) -> LinkShape | None:
-    """The link's cylinder, when it has one and no other shape by which its mass is judged."""
+    """The link's only shape, in which its mass is taken to be; None if it has several."""
     parts = body.collisions or body.visuals
     if len(parts) == 1 and isinstance(parts[0].geometry, Sphere) and len(body.visuals) == 1:
-        parts = body.visuals  # a ball stands in for the wheel that is seen
+        parts = body.visuals  # a ball is often the collision of a visible cylindrical wheel
     return parts[0] if len(parts) == 1 else None
 
 
 def _moments_across(tensor: Matrix, axis: Vector, along: float) -> tuple[float, float]:
     """Principal moments of the tensor in the plane across an axis."""
     low, middle, high = eigenvalues(tensor)
-    # take away what belongs to the axis, exact when the axis is a principal one
+    # leave out the moment about the axis; this is exact if the axis is a principal axis
     rest = sorted((low, middle, high), key=lambda v: abs(v - along))[1:]
     skew = norm(subtract(rotate(tensor, axis), (axis[0] * along, axis[1] * along, axis[2] * along)))
     return (rest[0], rest[1]) if skew < 0.02 * high else (low, high)
@@ -243,22 +252,23 @@ def _moments_across(tensor: Matrix, axis: Vector, along: float) -> tuple[float, 
 
 @rule("I112", "moments-swapped", Severity.WARNING, "robot")
 def moments_swapped(context: Context) -> Found:
-    """Two principal moments exchanged against the link's shape.
+    """Two principal moments of a link are exchanged, compared with a solid of its shape.
 
-    Why: a flat plate then turns about its upright axis as easily as about its edge: yaw starts and stops too
-    fast, and it pitches too slowly.
+    Why: A flat plate then turns about its upright axis as easily as about its edge. Yaw starts and stops too
+    fast, and pitch changes too slowly.
 
-    Example: `box_inertia` called with its height and depth exchanged: izz 0.0214 where a plate of
-    16 x 16 x 1 cm and 10 kg has 0.0427 kg m^2.
+    Example: `box_inertia` called with height and depth exchanged: izz is 0.0214, but a plate of 16 x 16 x 1
+    cm and 10 kg has 0.0427 kg m^2.
 
-    Fix: pass the sizes in the order that the macro wants.
+    Fix: Pass the sizes in the order that the macro expects.
 
-    Autofix: unsafe: two plain moments are exchanged, or two sizes in the call of the macro that makes them.
+    Autofix: unsafe: KBot exchanges two plain moments, or two sizes in the call of the macro that computes
+    them.
     """
-    for link, inertial in weighed(context):
+    for link, inertial in links_with_inertial(context):
         body = context.bodies[link.name]
         solid = body.solid
-        if solid is None or not sound(inertial) or (len(solid.parts) == 1 and axis_of(solid.parts[0])):
+        if solid is None or not is_valid(inertial) or (len(solid.parts) == 1 and axis_of(solid.parts[0])):
             continue
         found = _swap(inertial, solid)
         if found is None:
@@ -267,16 +277,16 @@ def moments_swapped(context: Context) -> Found:
         yield Finding(
             inertial.inertia_origin,
             f"{link.name}: i{_AXES[a] * 2} {own[a]:.4g} and i{_AXES[b] * 2} {own[b]:.4g} kg m^2 are "
-            "exchanged: a "
-            f"solid of its shape has i{_AXES[a] * 2} {due[a]:.4g} and i{_AXES[b] * 2} {due[b]:.4g}",
-            "pass the sizes in the order that the formula wants",
+            f"exchanged: a solid of its shape has i{_AXES[a] * 2} {due[a]:.4g} and "
+            f"i{_AXES[b] * 2} {due[b]:.4g}",
+            "pass the sizes in the order that the formula expects",
             geometry_of(body),
             fix=exchanging_fix(context, inertial, a, b),
         )
 
 
 def _swap(inertial: Inertial, solid: Solid) -> tuple[Vector, Vector, tuple[int, int]] | None:
-    """The moments as they are, as they should be, and the two that are exchanged; None when they are not."""
+    """The moments as given and as they should be, and the two axes that are exchanged; None if none are."""
     turn = transpose(rotation(inertial.pose.rpy))
     unit_tensor = tensor_in(turn, solid.unit_tensor)
     due = (

@@ -1,4 +1,4 @@
-"""Rules about drive wheels: their sides, axes, sizes, joints and motors."""
+"""Rules about drive wheels: their sides, axes, sizes and places."""
 
 from __future__ import annotations
 
@@ -9,11 +9,14 @@ from kbot.checks.context import Context
 from kbot.checks.facts.bodies import LinkShape, axis_of
 from kbot.checks.registry import Finding, Found, reported, rule
 from kbot.checks.rules.geometry import overlap
-from kbot.kinematics.drive.findings import EXCHANGE_PLACES, axis_faults
+from kbot.kinematics.drive.findings import EXCHANGE_PLACES, UNEQUAL, axis_faults
 from kbot.kinematics.drive.part_names import side_of
 from kbot.kinematics.drive.wheels import MOST_JOINTS, Pair, Wheel, rigid_links
 from kbot.model import Joint, JointType, Mesh
 from kbot.text import Origin, Related, Severity
+
+_ALIGNED = 0.985
+"""Cosine of 10 degrees, by which axes may differ."""
 
 
 def _axis_origin(joint: Joint) -> Origin:
@@ -21,8 +24,8 @@ def _axis_origin(joint: Joint) -> Origin:
 
 
 def at_both(pair: Pair, place: Callable[[Joint], Origin]) -> Iterator[tuple[Wheel, Origin]]:
-    """Where to say what both wheels have in common: at the left one's place, and at the right one's where
-    one macro made both, so that it is known for the macro's own."""
+    """The places for a finding that both wheels share: that of the left wheel, and that of the right wheel if
+    one macro made both. Findings of every call show that the fault is the macro's."""
     left, right = place(pair.left.joint), place(pair.right.joint)
     yield pair.left, left
     if left.span == right.span:
@@ -35,15 +38,15 @@ def pose_origin(joint: Joint) -> Origin:
 
 @rule("D107", "wheels-exchanged", Severity.WARNING, "robot")
 def wheels_exchanged(context: Context) -> Found:
-    """A wheel called left that stands on the right, or the other way round.
+    """A wheel that is named left is on the right, or the other way round.
 
-    Why: y points left (REP 103). A controller that is told to turn left speeds up the wheel called
-    right, and the robot turns right; odometry turns against the robot, and navigation spins it round.
+    Why: y points left (REP 103). To turn left, a controller speeds up the wheel that is named right, and the
+    robot turns right. Odometry turns against the robot, and navigation makes the robot spin.
 
     Example: `<xacro:wheel prefix="left" reflect="-1"/>`
 
-    Fix: where the joints' names are right, exchange the signs of the wheels' y. Where the plugin or
-    controller names them in the wrong order, exchange the names in `<leftJoint>` and `<rightJoint>`.
+    Fix: If the joints' names are right, exchange the signs of the wheels' y. If the plugin or controller
+    names them in the wrong order, exchange the names in `<leftJoint>` and `<rightJoint>`.
 
     Autofix: none.
     """
@@ -57,8 +60,8 @@ def wheels_exchanged(context: Context) -> Found:
         if left.center[1] < right.center[1] and (named or not by_controllers):
             yield Finding(
                 left.joint.pose.origin or left.joint.origin,
-                f"{left.joint.name}: its wheel stands at y = {left.center[1] * 1e3:.4g} mm, on the right of "
-                f"'{right.joint.name}' at {right.center[1] * 1e3:.4g} mm: turns come out reversed",
+                f"{left.joint.name}: its wheel is at y = {left.center[1] * 1e3:.4g} mm, to the right of "
+                f"'{right.joint.name}' at {right.center[1] * 1e3:.4g} mm: turns are reversed",
                 EXCHANGE_PLACES,
                 (Related(f"'{right.joint.name}'", right.joint.pose.origin or right.joint.origin),),
             )
@@ -75,14 +78,14 @@ def _named_sides(context: Context, pair: Pair) -> bool:
 
 @rule("D108", "wheel-axes-opposed", Severity.WARNING, "robot")
 def wheel_axes_opposed(context: Context) -> Found:
-    """Two wheels of a pair whose axes point in opposite directions.
+    """The axes of the two wheels of a pair point in opposite directions.
 
-    Why: equal speeds then turn them against each other: told to go straight, the robot spins on the spot, for
-    every controller that knows nothing of it.
+    Why: Equal joint speeds then turn the wheels against each other. A robot that should drive straight spins
+    on the spot, unless its controller accounts for the axes.
 
     Example: `<axis xyz="0 ${reflect} 0"/>` in a macro called with 1 and -1.
 
-    Fix: let both axes point along +y in the base's frame.
+    Fix: Let both axes point along +y of the base frame.
 
     Autofix: none.
     """
@@ -91,14 +94,14 @@ def wheel_axes_opposed(context: Context) -> Found:
 
 @rule("D109", "wheels-drive-backwards", Severity.WARNING, "robot")
 def wheels_drive_backwards(context: Context) -> Found:
-    """Both wheels' axes point along -y.
+    """The axes of both wheels point along -y.
 
-    Why: a positive speed then drives the robot backwards. diff_drive controllers take positive for
-    forwards: the robot runs from its goal, while its odometry says that it comes nearer.
+    Why: A positive joint speed then drives the robot backwards. diff_drive controllers expect positive speeds
+    to drive forwards. The robot drives away from its goal, while its odometry reports that it comes nearer.
 
     Example: `<axis xyz="0 -1 0"/>`
 
-    Fix: `<axis xyz="0 1 0"/>`.
+    Fix: Write `<axis xyz="0 1 0"/>`.
 
     Autofix: none.
     """
@@ -107,14 +110,14 @@ def wheels_drive_backwards(context: Context) -> Found:
 
 @rule("D110", "wheel-axis-askew", Severity.WARNING, "drive")
 def wheel_axis_askew(context: Context) -> Found:
-    """A drive wheel whose joint axis is not level along y, or is not its own cylinder's axis.
+    """The joint axis of a drive wheel is not level along y, or not the axis of its own cylinder.
 
-    Why: a wheel that turns about another axis than its own tumbles like a coin; one whose axle is askew drags
-    sideways on each turn of the wheel.
+    Why: A wheel that turns about another axis than its own tumbles like a coin. A wheel whose axle is not
+    along y drags sideways as it rolls.
 
-    Example: a cylinder turned to lie along y on a joint with `<axis xyz="1 0 0"/>`.
+    Example: A cylinder that lies along y on a joint with `<axis xyz="1 0 0"/>`.
 
-    Fix: make axis and cylinder agree: axis `0 1 0` and a geometry with `rpy="${pi/2} 0 0"`.
+    Fix: Align axis and cylinder: axis `0 1 0` and a geometry with `rpy="${pi/2} 0 0"`.
 
     Autofix: none.
     """
@@ -126,27 +129,26 @@ def wheel_axis_askew(context: Context) -> Found:
             own = axis_of(part) if part else None
             if part is not None and own is not None:
                 along = abs(float(wheel.axis @ context.frames[link].direction(own)))
-                if along < 0.985:
+                if along < _ALIGNED:
                     angle = math.degrees(math.acos(min(1.0, along)))
                     yield Finding(
                         _axis_origin(wheel.joint),
-                        f"{wheel.joint.name}: it turns about an axis {angle:.3g} degrees from that of "
-                        "its own cylinder: the wheel tumbles",
+                        f"{wheel.joint.name}: its axis is {angle:.3g} degrees from the axis of its cylinder: "
+                        "the wheel tumbles",
                         related=(Related("the cylinder", part.origin),),
                     )
                     continue
-            if abs(wheel.axis[1]) < 0.985:
+            if abs(wheel.axis[1]) < _ALIGNED:
                 angle = math.degrees(math.acos(min(1.0, abs(wheel.axis[1]))))
                 yield Finding(
                     _axis_origin(wheel.joint),
-                    f"{wheel.joint.name}: its axis lies {angle:.3g} degrees from the base's y axis: "
-                    "the wheel drags "
-                    "sideways",
+                    f"{wheel.joint.name}: its axis is {angle:.3g} degrees from the y axis of the base: "
+                    "the wheel drags sideways",
                 )
 
 
 def _part(context: Context, wheel: Wheel) -> tuple[str, LinkShape | None]:
-    """The shape that a wheel's size is of, with its link, which may be one that is fixed to the wheel's."""
+    """The shape that gives a wheel its size, and its link, which may be fixed to the wheel's link."""
     for link in rigid_links(context.robot, wheel.link):
         for part in context.bodies[link].parts:
             if part.geometry is wheel.shape:
@@ -156,14 +158,14 @@ def _part(context: Context, wheel: Wheel) -> tuple[str, LinkShape | None]:
 
 @rule("D111", "wheels-not-mirrored", Severity.WARNING, "drive")
 def wheels_not_mirrored(context: Context) -> Found:
-    """Two wheels of a pair that are not each other's mirror image in place, size or mass.
+    """The two wheels of a pair are not mirror images in place, size or mass.
 
-    Why: with radii that differ by 1 % a robot with a track of 17 cm that is told to go straight goes round a
-    circle of 17 m; axles that do not line up scrub; a heavier side brakes later.
+    Why: If the radii differ by 1 %, a robot with a track of 17 cm drives a circle of 17 m radius instead of
+    straight ahead. Axles that are not in line scrub, and a heavier side brakes later.
 
-    Example: left wheel at `x="0.02"`, right wheel at `x="0.025"`.
+    Example: The left wheel at `x="0.02"`, the right wheel at `x="0.025"`.
 
-    Fix: make both by one macro with a sign.
+    Fix: Make both wheels with one macro that takes a sign.
 
     Autofix: none.
     """
@@ -172,8 +174,8 @@ def wheels_not_mirrored(context: Context) -> Found:
         if math.dist(left.center, right.center) < 0.1 * left.radius:
             yield Finding(
                 pose_origin(right.joint),
-                f"{left.joint.name} and {right.joint.name}: both wheels stand at the same place",
-                "one of them has a wrong sign",
+                f"{left.joint.name} and {right.joint.name}: both wheels are at the same place",
+                "correct the sign of one of them",
                 (Related(f"'{left.joint.name}'", pose_origin(left.joint)),),
             )
     links = context.robot.links
@@ -186,7 +188,7 @@ def wheels_not_mirrored(context: Context) -> Found:
             ("x", left.center[0], right.center[0], max(5e-4, 0.01 * size)),
             ("z", left.center[2], right.center[2], max(5e-4, 0.01 * size)),
             ("y (from the middle)", abs(left.center[1]), abs(right.center[1]), max(1e-3, 0.02 * size)),
-            ("radius", left.radius, right.radius, 0.002 * known),
+            ("radius", left.radius, right.radius, UNEQUAL * known),
             ("width", left.width, right.width, 0.02 * known),
         ):
             if abs(a - b) > tolerance:
@@ -205,14 +207,14 @@ def wheels_not_mirrored(context: Context) -> Found:
 
 @rule("D114", "wheel-in-chassis", Severity.INFO, "drive")
 def wheel_in_chassis(context: Context) -> Found:
-    """A drive wheel that lies within a shape of the link that carries it.
+    """A drive wheel is inside a shape of the link that carries it.
 
-    Why: simulators leave out contacts between a link and its child, so that it goes unnoticed there;
-    seen, the wheel is hidden; once the wheel's joint is two links away, both push each other apart.
+    Why: Simulators ignore contacts between a link and its child, so the overlap has no effect there. The
+    wheel is hidden, however. If the wheel's joint is moved two links away, both push each other apart.
 
-    Example: a chassis box 20 cm wide with wheels 15 cm apart and no wheel wells.
+    Example: A chassis box 20 cm wide with wheels 15 cm apart and no wheel wells.
 
-    Fix: move the wheels out, or make the collision of several boxes.
+    Fix: Move the wheels out, or build the collision from several boxes.
 
     Autofix: none.
     """
@@ -229,7 +231,7 @@ def wheel_in_chassis(context: Context) -> Found:
                 if depth > 0.5 * wheel.width or depth > 0.25 * wheel.radius:
                     yield Finding(
                         joint.pose.origin or joint.origin,
-                        f"{wheel.link}: the wheel lies {depth * 1e3:.3g} mm deep in '{joint.parent}'",
+                        f"{wheel.link}: the wheel reaches {depth * 1e3:.3g} mm into '{joint.parent}'",
                         related=(Related(f"the shape of '{joint.parent}'", part.origin),),
                     )
                     break
@@ -237,15 +239,14 @@ def wheel_in_chassis(context: Context) -> Found:
 
 @rule("K003", "not-checked", Severity.INFO, "robot")
 def not_checked(context: Context) -> Found:
-    """A robot of a launch file, or the drive of a robot, that is not checked because it would take too long.
+    """A robot of a launch file, or the drive of a robot, is not checked because it would take too long.
 
-    Why: the drive rules (D…) compare each wheel with each other wheel, which takes too long for thousands of
-    joints. A launch file may start hundreds of robots. Without this finding they would look as if they had
-    passed.
+    Why: The drive rules (D…) compare each wheel with every other wheel, which takes too long for thousands of
+    joints. A launch file may start hundreds of robots. Without this finding they would seem to have passed.
 
-    Example: a robot with 1001 joints, one of which is continuous or driven by a plugin.
+    Example: A robot with 1001 joints, one of which is continuous or driven by a plugin.
 
-    Fix: check a description with the drive alone, for example without the arms by a `<xacro:if>`. Check
+    Fix: Check a description with the drive only, for example without the arms by a `<xacro:if>`. Check
     further robots of a launch file by their own files.
 
     Autofix: none.
