@@ -70,7 +70,7 @@ def test_a_model_is_spawned_seen_and_deleted(running: Running) -> None:
 def test_a_model_of_sdf_is_spawned(running: Running) -> None:
     request = srv.SpawnModelRequest("box", CRATE, "", msg.Pose(msg.Point(1.0)), "")
     answer = ask(running, "/gazebo/spawn_sdf_model", request)
-    assert (answer.success, answer.status_message) == (True, "box is put at 1.000, 0.000, 0.000")
+    assert (answer.success, answer.status_message) == (True, "spawned box at 1.000, 0.000, 0.000")
     broken = srv.SpawnModelRequest("other", CRATE.replace("0.2 0.2 0.2", "0.2"))
     answer = ask(running, "/gazebo/spawn_sdf_model", broken)
     assert not answer.success

@@ -8,7 +8,7 @@ _LEGAL = re.compile(r"[A-Za-z~/][\w/]*\Z", re.ASCII)
 
 
 def join(namespace: str, name: str) -> str:
-    """A name within a namespace; global and private names stay as they are."""
+    """The name in the namespace. Global and private names are not changed."""
     if name.startswith(("~", "/")) or not namespace:
         return name
     if namespace == "~":
@@ -17,17 +17,17 @@ def join(namespace: str, name: str) -> str:
 
 
 def canonical(name: str) -> str:
-    """Without doubled or trailing slashes."""
+    """The name without doubled or trailing slashes."""
     if not name or name == "/":
         return name
     return ("/" if name.startswith("/") else "") + "/".join(part for part in name.split("/") if part)
 
 
 def as_namespace(name: str) -> str:
-    """A global namespace with a slash at both ends, as `/`, `/robot/`."""
+    """A global namespace with a slash at both ends: `/` or `/robot/`."""
     return "/" + "".join(f"{part}/" for part in name.split("/") if part)
 
 
 def is_legal(name: str) -> bool:
-    """Whether a name may be given to a node, topic or parameter."""
+    """Whether ROS accepts a name for a node, topic or parameter. It accepts an empty one."""
     return not name or (bool(_LEGAL.match(name)) and "//" not in name)

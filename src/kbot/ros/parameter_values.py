@@ -10,17 +10,18 @@ from typing import Any
 from kbot.text.yaml import Dialect, load_yaml
 
 ParameterValue = bool | int | float | str | bytes | list[Any] | dict[str, Any] | None  # Any: what YAML holds
-"""What a parameter holds; None is not set. ROS 2 has only lists of one type, ROS 1 has whatever YAML has."""
+"""The value of a parameter; None means not set. The elements of a ROS 2 list have one type. ROS 1 accepts any
+YAML value."""
 TYPES = ("auto", "str", "string", "int", "double", "bool", "boolean", "yaml")
 _ANGLE = re.compile(r"(rad|deg)?\(?([^()]*)\)?")
 _FACTOR = re.compile(r"[+-]?(?:\d+(?:\.\d*)?(?:[eE][+-]?\d+)?|\.\d+|pi)")
 
 
 def convert(text: str, type_: str) -> ParameterValue:
-    """The value a text stands for, by one of TYPES.
+    """Convert a text to a type, which is one of TYPES.
 
     Raises:
-        ValueError: the text is no such value; its words say why.
+        ValueError: the text is not a value of that type. The message gives the reason.
     """
     match type_:
         case "auto":
@@ -39,11 +40,11 @@ def convert(text: str, type_: str) -> ParameterValue:
         case "yaml":
             value: ParameterValue = load_yaml(text, ROSPARAM)
             return value
-    raise ValueError(f"'{type_}' is no type of parameter; it is one of {', '.join(TYPES)}")
+    raise ValueError(f"unknown parameter type '{type_}'; use one of: {', '.join(TYPES)}")
 
 
 def dump_yaml(parameters: Mapping[str, ParameterValue], namespace: str) -> str:
-    """The parameters beneath a namespace as a tree, as `rosparam dump` writes them."""
+    """The parameters below a namespace as a YAML tree, in the format of `rosparam dump`."""
     import yaml  # lazy in this module: start-up time
 
     tree: dict[str, Any] = {}
@@ -62,6 +63,8 @@ def dump_yaml(parameters: Mapping[str, ParameterValue], namespace: str) -> str:
 
 
 def _guessed(text: str) -> bool | int | float | str:
+    """The value that roslaunch makes of a text without a type. `1_000` is a text, although Python reads a
+    number."""
     try:
         if "." in text:
             return float(text)
@@ -75,10 +78,11 @@ def _guessed(text: str) -> bool | int | float | str:
 
 
 def _angle(text: str, unit: float) -> float:
-    """A product and quotient of numbers and `pi`, in radians."""
+    """An angle in radians, from products and quotients of numbers and `pi`. `unit` is the radians of one
+    unit."""
     match = _ANGLE.fullmatch(text.strip())
     if not match:
-        raise ValueError(f"'{text}' is no angle")
+        raise ValueError(f"'{text}' is not an angle")
     sign, value, operator = 1.0, 1.0, "*"
     body = match[2].strip()
     if body.startswith("-"):
@@ -89,7 +93,7 @@ def _angle(text: str, unit: float) -> float:
             continue
         factor = _FACTOR.fullmatch(piece.strip())
         if not factor:
-            raise ValueError(f"'{text}' is no angle")
+            raise ValueError(f"'{text}' is not an angle")
         number = math.pi if factor[0] == "pi" else float(factor[0])
         if operator == "/" and number == 0:
             raise ValueError(f"'{text}' divides by zero")
@@ -104,4 +108,4 @@ ROSPARAM = Dialect(
     },
     {"!degrees": re.compile(r"^deg\([^)]*\)$"), "!radians": re.compile(r"^rad\([^)]*\)$")},
 )
-"""YAML as rosparam reads it: `deg(…)` and `rad(…)` are angles in radians."""
+"""YAML as rosparam reads it. Angles in `deg(…)` and `rad(…)` become radians."""

@@ -1,4 +1,4 @@
-"""The options of peers: which bridges a run opens, and how."""
+"""Options of a run's peers: which bridges it opens, and how."""
 
 from __future__ import annotations
 
@@ -15,9 +15,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class PeerOptions:
-    """`bridges` are names of the registry. `host` is the address at which peers reach them, the loopback if
-    None. Without `navigation`, goals, plan and map are not bridged. `parameters`, by full name, are there for
-    peers to read."""
+    """Which bridges to open, and how.
+
+    bridges     names in the registry
+    host        the address at which peers reach the bridges; None means the loopback address
+    navigation  whether goals, plan and map are bridged
+    parameters  values that peers can read, by full name
+    """
 
     bridges: tuple[str, ...] = ()
     host: str | None = None
@@ -26,11 +30,11 @@ class PeerOptions:
 
     @property
     def is_live(self) -> bool:
-        """Whether a bridge is asked for, so that the run has to keep wall-clock time."""
+        """Whether a bridge is requested, so that the run must keep wall-clock time."""
         return bool(self.bridges)
 
     def describe(self) -> str:
-        """Who receives the run's messages, in one sentence."""
+        """A sentence that names the peers which receive the run's messages."""
         titles = [kind.title for kind in BRIDGES if kind.name in self.bridges]
         if titles:
             return f"Peers: {', '.join(titles)} and kbot topic echo."
@@ -38,8 +42,8 @@ class PeerOptions:
         return f"Peers: kbot topic echo. For others, add {', '.join(flags[:-1])} or {flags[-1]}."
 
     def open(self, report: Callable[[str], None]) -> RosPeers:
-        """`report` receives sentences for the user."""
-        from kbot.ros.peers import RosPeers  # when opened: it loads the graph server's websockets
+        """Open the bridges. `report` receives sentences for the user."""
+        from kbot.ros.peers import RosPeers  # imported here because it loads websockets
 
         return RosPeers(
             report, self.bridges, self.host, navigation=self.navigation, parameters=self.parameters

@@ -32,7 +32,7 @@ class RosPeers:
         navigation: bool = True,
         parameters: Mapping[str, ParameterValue] | None = None,
     ) -> None:
-        """`report` receives sentences for the user. The rest is as in PeerOptions."""
+        """`report` receives sentences for the user. PeerOptions describes the other parameters."""
         self._report = report
         self._kinds = [kind for kind in BRIDGES if kind.name in bridges]
         self._host = host
@@ -48,7 +48,7 @@ class RosPeers:
         Raises:
             KbotError: a bridge cannot be opened.
         """
-        from kbot.ros.gazebo.gazebo_services import gazebo_services  # for a simulation: they load the engine
+        from kbot.ros.gazebo.gazebo_services import gazebo_services  # lazy: they load the engine
         from kbot.ros.gazebo.states import GazeboTopics
 
         self._simulation = simulation
@@ -58,8 +58,8 @@ class RosPeers:
         self._connect(simulation, feed, description, simulation.robot.name, world, tells_time=True)
 
     def show(self, shown: Live, feed: Feed, description: str, name: str, *, tells_time: bool) -> None:
-        """Connect a robot that is shown and not simulated, under the name `name`. Unless it `tells_time`,
-        peers keep wall-clock time.
+        """Connect a robot that is shown and not simulated, under the name `name`. Without `tells_time`, peers
+        use wall-clock time.
 
         Raises:
             KbotError: a bridge cannot be opened.
@@ -67,7 +67,7 @@ class RosPeers:
         self._connect(shown, feed, description, name, "", tells_time=tells_time)
 
     def leave(self) -> None:
-        """Disconnect what was joined or shown; the bridges stay open."""
+        """Disconnect the simulation or the shown robot. The bridges stay open."""
         self._link.detach()
         if self._simulation is not None:
             self._simulation.journal.listeners.remove(self._link.tell)
@@ -109,6 +109,6 @@ class RosPeers:
 
 
 def _navigation_topics() -> frozenset[str]:
-    from kbot.navigation.topics import TOPICS  # when asked for: navigation takes start-up time
+    from kbot.navigation.topics import TOPICS  # lazy: start-up time
 
     return TOPICS

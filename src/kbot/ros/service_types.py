@@ -1,4 +1,4 @@
-"""The definitions of service types for ROS 1 and ROS 2, made from their requests and responses."""
+"""Definitions of service types for ROS 1 and ROS 2, made from the classes of their requests and responses."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ EVENT = "service_msgs/msg/ServiceEventInfo"
 
 @dataclasses.dataclass(frozen=True)
 class ServiceType:
-    """A service's type; `name` as ROS 1 writes it, without `/srv/`."""
+    """The type of a service. `name` is in the form of ROS 1, without `/srv/`."""
 
     name: str
     request: type
@@ -32,27 +32,29 @@ class ServiceType:
 
     @property
     def request_name(self) -> str:
-        """The name of the type that is asked, in both stores."""
+        """The name of the request's type, in the type stores of ROS 1 and ROS 2."""
         return part_name(self.name, "Request")
 
     @property
     def response_name(self) -> str:
+        """The name of the response's type, in the type stores of ROS 1 and ROS 2."""
         return part_name(self.name, "Response")
 
     @property
     def md5(self) -> str:
-        """As ROS 1 reckons it: over both parts, each nested type by its own sum."""
+        """The MD5 sum as ROS 1 computes it, over request and response. A nested type counts as its own
+        sum."""
         return _md5(self.name)
 
 
 def service_type(name: str) -> ServiceType:
-    """A type by its name, with or without `/srv/`. Raises KbotError: KBot has no such type."""
+    """The type of a name with or without `/srv/`. Raises KbotError: KBot does not have it."""
     from kbot.messages.services import SERVICES  # lazy in this module: start-up time
 
     short = name.replace("/srv/", "/")
     if short not in SERVICES:
         hint = did_you_mean(short, SERVICES)
-        raise KbotError(f"there is no type of service {name}" + (f": {hint}" if hint else ""))
+        raise KbotError(f"unknown service type {name}" + (f": {hint}" if hint else ""))
     return ServiceType(short, *SERVICES[short])
 
 
@@ -72,17 +74,18 @@ def _md5(service: str) -> str:
 
 @cache
 def service_hash(name: str) -> str:
-    """RIHS01 hash of a service's type, as rmw_zenoh puts it into keys: over a type with the request, the
-    response and an event. https://github.com/ros-infrastructure/rep/pull/381"""
+    """The RIHS01 hash of a service type, which rmw_zenoh puts into keys. It is computed over a type that
+    holds the request, the response and an event. https://github.com/ros-infrastructure/rep/pull/381"""
     kind = service_type(name)
     known = ros2_types().fielddefs
     parts = dict(known[kind.request_name][1]), dict(known[kind.response_name][1])
     return hash_of_service(kind.ros2_name, *parts)
 
 
-# Any: nested tuples of rosbags
+# Any: rosbags describes fields by nested tuples
 def hash_of_service(name: str, request: dict[str, Any], response: dict[str, Any]) -> str:
-    """The same of any service, from the fields of its two parts as rosbags describes them."""
+    """The RIHS01 hash of any service type, from the fields of its request and response in the form of
+    rosbags."""
     from rosbags.interfaces import Nodetype
     from rosbags.typesys import Stores, get_typestore
 
@@ -108,7 +111,7 @@ def hash_of_service(name: str, request: dict[str, Any], response: dict[str, Any]
     }
     store.fielddefs.update(ros2_types().fielddefs)
     constants, event_fields = store.fielddefs[EVENT]
-    # a char of ROS 2's .msg is an uint8 in what is hashed
+    # the hash is computed with uint8 where the .msg file of ROS 2 has char
     octets: Any = Nodetype.ARRAY, ((Nodetype.BASE, ("uint8", 0)), 16)
     store.fielddefs[EVENT] = (
         constants,

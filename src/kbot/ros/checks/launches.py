@@ -17,21 +17,22 @@ from kbot.xacro import Packages
 
 _SPAWNERS = ("spawn_model", "spawn_entity.py", "create")
 _STEPS_OF_ROBOTS = 1_000_000
-"""Steps of the expansions of the robots that are checked. A check takes up to three times as long, so that
-all take 3 s. The largest of 168 real robots takes 33,000 steps."""
+"""Limit on the expansion steps of all robots that a launch file loads. A check takes up to three times as
+long as the expansion, so all checks together take about 3 s. The largest of 168 real robots takes 33,000
+steps."""
 _PUBLISHERS = ("joint_state_publisher", "joint_state_publisher_gui")
 
 
 def check_launch(
     source: Source, arguments: Mapping[str, str], packages: Packages, config: Config
 ) -> tuple[list[Diagnostic], list[Source]]:
-    """What is wrong with a launch file, and with the robots it loads; and the sources that were read."""
+    """The findings of a launch file and of the robots that it loads, and the sources that were read."""
     if is_ros_2(source.path, source.text):
         plan = read_launch_2(source.path, arguments, packages, source=source)
     else:
         plan = read_launch(source.path, arguments, packages, source=source)
     found = dict.fromkeys((*plan.problems, *plan.findings))
-    # an included file in Python is a program, which a check does not run
+    # a check does not run Python launch files: for an included one, L080 is not a finding
     own = [d for d in found if d.code != "L080" or (d.origin and d.origin.span.file == source.path)]
     sources = [source]
     of_robots: list[Diagnostic] = []
@@ -44,21 +45,23 @@ def check_launch(
             continue
         if steps < 0:
             message = f"{description.path} is not checked: the launch file has too many robots"
-            of_robots.append(Diagnostic("K003", Severity.INFO, message, origin, "check it alone"))
+            of_robots.append(
+                Diagnostic("K003", Severity.INFO, message, origin, f"run kbot check {description.path}")
+            )
             continue
         context = examine(entry, description.arguments, packages.beside(entry.path), config)
         of_robots += findings(context)
         steps -= context.expansion.steps
         sources += [file.source for file in context.sources]
-    said = {_key(d) for d in of_robots}
+    reported = {_key(d) for d in of_robots}
     own += [*missing_displays(plan.nodes), *_two_publishers(plan, packages)]
-    own = [d for d in own if _key(d) not in said]
+    own = [d for d in own if _key(d) not in reported]
     return list(dict.fromkeys((*own, *of_robots))), sources
 
 
 def _descriptions(plan: Plan) -> list[tuple[RobotDescription, Origin]]:
-    """The robot files that the parameters hold, each once with the same arguments, and the place of the first
-    parameter."""
+    """The robot files that parameters load, with the origin of the parameter. A file that is loaded again
+    with the same arguments is listed once, with the origin of the first parameter."""
     found: dict[tuple[str, tuple[tuple[str, str], ...]], Param] = {}
     for param in plan.params.values():
         if param.description is not None:
@@ -72,7 +75,7 @@ def _key(diagnostic: Diagnostic) -> tuple[str, str]:
 
 
 def _two_publishers(plan: Plan, packages: Packages) -> Iterator[Diagnostic]:
-    """A joint_state_publisher beside a simulated robot whose drive plugin publishes the wheels' states."""
+    """D122: joint_state_publisher runs beside a simulated robot whose plugin publishes the wheels' states."""
     publishers = [n for n in plan.nodes if n.package in _PUBLISHERS or n.type in _PUBLISHERS]
     if not publishers or not any(n.type in _SPAWNERS for n in plan.nodes):
         return
@@ -86,9 +89,9 @@ def _two_publishers(plan: Plan, packages: Packages) -> Iterator[Diagnostic]:
                     "D122",
                     Severity.WARNING,
                     f"joint_state_publisher and the plugin '{driver.name}' both publish the wheels' states: "
-                    "they flicker between two angles",
+                    "the wheels flicker between two angles",
                     publishers[0].origin,
-                    "leave the joint_state_publisher out where the robot is simulated",
+                    "remove joint_state_publisher from the launch file that simulates the robot",
                     (Related(f"'{driver.name}'", driver.publishes_joints.origin),),
                 )
 

@@ -1,4 +1,4 @@
-"""The pages of the codes of launch files, from pages.tsv, which has a line for each code."""
+"""Registers the rule pages of launch file codes. pages.tsv has a line for each code."""
 
 from pathlib import Path
 

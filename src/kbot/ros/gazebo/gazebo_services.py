@@ -1,6 +1,6 @@
-"""Gazebo's services under the names of ROS 1's gazebo_ros.
+"""Gazebo's services, with the names that gazebo_ros of ROS 1 gives them.
 
-A model is a robot or a body of the world; a link is `robot::link`, or `link` of the first robot.
+A model is a robot or a body of the world. A link is named `robot::link`; `link` alone is of the first robot.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from kbot.messages import services as srv
 from kbot.messages import types as msg
 from kbot.ros.bridges.service import Answer, Service
-from kbot.ros.gazebo.peer_descriptions import spawn_text, told_of
+from kbot.ros.gazebo.peer_descriptions import spawn_text, summary_of
 from kbot.ros.gazebo.states import (
     in_world,
     link_named,
@@ -26,21 +26,21 @@ from kbot.ros.service_types import service_type
 from kbot.sim import Simulation
 from kbot.text import DescriptionError, KbotError
 
-FOR_GOOD = 1e6
-"""Seconds that a wrench lasts where it is to last for good."""
+ENDLESS_S = 1e6
+"""Seconds that a wrench of negative duration acts: by gazebo_msgs/ApplyBodyWrench it never ends."""
 
 
 def gazebo_services() -> dict[str, Service]:
     """The services by name."""
-    found: list[tuple[str, str, Answer]] = [
-        ("/gazebo/pause_physics", "std_srvs/Empty", _quietly(_pause)),
-        ("/gazebo/unpause_physics", "std_srvs/Empty", _quietly(_unpause)),
+    services: list[tuple[str, str, Answer]] = [
+        ("/gazebo/pause_physics", "std_srvs/Empty", _empty_service(_pause)),
+        ("/gazebo/unpause_physics", "std_srvs/Empty", _empty_service(_unpause)),
         (
             "/gazebo/reset_world",
             "std_srvs/Empty",
-            _quietly(lambda simulation: simulation.snapshots.reset_world()),
+            _empty_service(lambda simulation: simulation.snapshots.reset_world()),
         ),
-        ("/gazebo/reset_simulation", "std_srvs/Empty", _quietly(Simulation.reset)),
+        ("/gazebo/reset_simulation", "std_srvs/Empty", _empty_service(Simulation.reset)),
         ("/gazebo/spawn_urdf_model", "gazebo_msgs/SpawnModel", _spawn_model("urdf")),
         ("/gazebo/spawn_sdf_model", "gazebo_msgs/SpawnModel", _spawn_model("sdf")),
         ("/gazebo/delete_model", "gazebo_msgs/DeleteModel", _delete_model),
@@ -48,7 +48,7 @@ def gazebo_services() -> dict[str, Service]:
         ("/gazebo/set_model_state", "gazebo_msgs/SetModelState", _set_model_state),
         ("/gazebo/apply_body_wrench", "gazebo_msgs/ApplyBodyWrench", _apply_body_wrench),
     ]
-    return {name: Service(name, service_type(kind), answer) for name, kind, answer in found}
+    return {name: Service(name, service_type(kind), answer) for name, kind, answer in services}
 
 
 def _pause(simulation: Simulation) -> None:
@@ -59,7 +59,9 @@ def _unpause(simulation: Simulation) -> None:
     simulation.paused = False
 
 
-def _quietly(work: Callable[[Simulation], None]) -> Answer:
+def _empty_service(work: Callable[[Simulation], None]) -> Answer:
+    """A service with an empty response."""
+
     def answer(simulation: Simulation, request: srv.EmptyRequest) -> srv.EmptyResponse:
         work(simulation)
         return srv.EmptyResponse()
@@ -67,60 +69,61 @@ def _quietly(work: Callable[[Simulation], None]) -> Answer:
     return answer
 
 
-def _telling(work: Callable[[Simulation, Any], str]) -> Answer:
-    """A service that answers whether it went well, and in words."""
+def _status_service(work: Callable[[Simulation, Any], str]) -> Answer:
+    """A service that responds with success or failure, and with a message."""
 
-    def answer(simulation: Simulation, request: Any) -> srv.StatusResponse:  # noqa: ANN401 - its own
+    def answer(simulation: Simulation, request: Any) -> srv.StatusResponse:  # noqa: ANN401 - of any type
         try:
             return srv.StatusResponse(True, work(simulation, request))
         except DescriptionError as error:
-            return srv.StatusResponse(False, told_of(error))
+            return srv.StatusResponse(False, summary_of(error))
         except KbotError as error:
             return srv.StatusResponse(False, str(error))
 
     return answer
 
 
-def _spawn_model(usual: str) -> Answer:
-    """Of a text that is taken for URDF or SDF where its first tag does not tell."""
+def _spawn_model(default_format: str) -> Answer:
+    """A service that spawns a model. `default_format` is used if the first tag is not that of URDF or SDF."""
 
-    @_telling
+    @_status_service
     def spawn(simulation: Simulation, request: srv.SpawnModelRequest) -> str:
         place = in_world(simulation, request.initial_pose, request.reference_frame)
         namespace = request.robot_namespace.strip("/") or None
-        return spawn_text(simulation, request.model_name, request.model_xml, place, namespace, usual)
+        return spawn_text(simulation, request.model_name, request.model_xml, place, namespace, default_format)
 
     return spawn
 
 
-@_telling
+@_status_service
 def _delete_model(simulation: Simulation, request: srv.DeleteModelRequest) -> str:
     simulation.models.delete_model(request.model_name)
-    return f"{request.model_name} is gone"
+    return f"deleted {request.model_name}"
 
 
-@_telling
+@_status_service
 def _set_model_state(simulation: Simulation, request: srv.SetModelStateRequest) -> str:
     state = request.model_state
     put(simulation, state.model_name, state.pose, state.twist, state.reference_frame)
-    return f"{state.model_name} is there"
+    return f"moved {state.model_name}"
 
 
-@_telling
+@_status_service
 def _apply_body_wrench(simulation: Simulation, request: srv.ApplyBodyWrenchRequest) -> str:
-    """Axes are the world's, or those of the frame; acting off the centre of mass adds a torque."""
+    """Force and torque are in the axes of the reference frame. A force at a point beside the centre of mass
+    adds a torque."""
     robot, link = link_named(simulation, request.body_name)
     if request.start_time.nanoseconds > simulation.clock.nanoseconds:
-        raise KbotError("a wrench begins at once here: leave start_time out")
+        raise KbotError("KBot applies a wrench at once, not at a later time: leave start_time out")
     axes = world_from_frame(simulation, request.reference_frame).rotation
     lever = axes @ np.array(xyz(request.reference_point))
     force = axes @ np.array(xyz(request.wrench.force))
     torque = axes @ np.array(xyz(request.wrench.torque)) + np.cross(lever, force)
     seconds = request.duration.seconds
     simulation.disturbances.apply_body_wrench(
-        link, tuple(force.tolist()), seconds if seconds >= 0.0 else FOR_GOOD, tuple(torque.tolist()), robot
+        link, tuple(force.tolist()), seconds if seconds >= 0.0 else ENDLESS_S, tuple(torque.tolist()), robot
     )
-    return f"{robot}::{link} is pushed"
+    return f"applied the wrench to {robot}::{link}"
 
 
 def _get_model_state(simulation: Simulation, request: srv.GetModelStateRequest) -> srv.GetModelStateResponse:
@@ -129,4 +132,4 @@ def _get_model_state(simulation: Simulation, request: srv.GetModelStateRequest) 
     except KbotError as error:
         return srv.GetModelStateResponse(status_message=str(error))
     header = msg.Header(simulation.clock.stamp, request.relative_entity_name or "world")
-    return srv.GetModelStateResponse(header, pose, twist, True, "here it is")
+    return srv.GetModelStateResponse(header, pose, twist, True, f"the state of {request.model_name}")

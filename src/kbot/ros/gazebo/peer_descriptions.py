@@ -1,4 +1,4 @@
-"""Descriptions that peers send: nothing in them is evaluated, and they name only allowed files."""
+"""Spawns descriptions that peers send. Nothing in them is evaluated, and they can name only allowed files."""
 
 from __future__ import annotations
 
@@ -24,64 +24,64 @@ def spawn_text(
     xml: str,
     place: Transform,
     namespace: str | None = None,
-    usual: str = "urdf",
+    default_format: str = "urdf",
 ) -> str:
-    """Spawn what a text describes, a robot of URDF or a model of SDF, and say so. What its first tag does
-    not tell is taken for the `usual` one.
+    """Spawn a robot from URDF or a model from SDF, and return a sentence that reports it. The first tag gives
+    the format; for any other tag it is `default_format`.
 
     Raises:
-        DescriptionError, KbotError: it cannot be used, or cannot stand there.
+        DescriptionError, KbotError: the text cannot be used, or another object is in its place.
     """
     if not xml.strip():
-        raise KbotError(f"the text of the model is empty: {usual.upper()} is needed")
+        raise KbotError(f"the model text is empty: send {default_format.upper()}")
     first = _FIRST_TAG.match(xml)
     tag = first["tag"] if first is not None else ""
-    kind = {"sdf": "sdf", "gazebo": "sdf", "robot": "urdf"}.get(tag, usual)
-    if not xml.lstrip().startswith("<"):  # else it would be the name of a file
-        raise KbotError(f"the text of the model is no {kind.upper()}: it does not begin with a tag")
+    kind = {"sdf": "sdf", "gazebo": "sdf", "robot": "urdf"}.get(tag, default_format)
+    if not xml.lstrip().startswith("<"):  # the readers take other texts for the name of a file
+        raise KbotError(f"the model text is not {kind.upper()}: it does not begin with a tag")
     if kind == "sdf":
         return _spawn_sdf(simulation, name, xml, place)
     reach = Reach()
-    # the name is not yet known to be one: it must not lead into a folder
+    # an unchecked name could have a path in it
     robot = read_urdf_text(xml, f"{name if is_model_name(name) else 'model'}.urdf", reach)
     _check_files(robot, reach)
-    return _stand(simulation, robot, name, place, namespace)
+    return _spawn_robot(simulation, robot, name, place, namespace)
 
 
-def told_of(error: DescriptionError) -> str:
-    """In a line: what is wrong with a description."""
-    told = "; ".join(f"{d.origin}: {d.message}" for d in error.diagnostics if d.is_error)
-    return told or str(error)
+def summary_of(error: DescriptionError) -> str:
+    """The errors of a description in one line."""
+    errors = "; ".join(f"{d.origin}: {d.message}" for d in error.diagnostics if d.is_error)
+    return errors or str(error)
 
 
 def _spawn_sdf(simulation: Simulation, name: str, sdf: str, place: Transform) -> str:
     if name and not is_model_name(name):
         raise KbotError(
-            f"{reprlib.repr(name)} is no model's name: letters, digits and _ only, a letter first"
+            f"{reprlib.repr(name)} is not a model name: use letters, digits and _, and begin with a letter"
         )
-    put = simulation.models.spawn_sdf(sdf, name or None, place, is_confined=True)[0].belongs_to
+    spawned = simulation.models.spawn_sdf(sdf, name or None, place, is_confined=True)[0].belongs_to
     x, y, z = place.translation.tolist()
-    return f"{put} is put at {x:.3f}, {y:.3f}, {z:.3f}"
+    return f"spawned {spawned} at {x:.3f}, {y:.3f}, {z:.3f}"
 
 
-def _stand(
+def _spawn_robot(
     simulation: Simulation, robot: RobotModel, name: str, place: Transform, namespace: str | None
 ) -> str:
     x, y, _ = place.translation.tolist()
     spawned = simulation.models.spawn_model(robot, name or None, x, y, place.yaw, namespace=namespace)
     where = f"/{spawned.naming.namespace}" if spawned.naming.namespace else "the root"
-    return f"{spawned.name} stands on the ground at {x:.3f}, {y:.3f}; its topics are under {where}"
+    return f"spawned {spawned.name} on the ground at {x:.3f}, {y:.3f}; its topics are under {where}"
 
 
 def _check_files(robot: RobotModel, reach: Reach) -> None:
-    """Raises DescriptionError: a mesh, or a plugin's file of parameters, is not within reach, or a mesh is
-    none."""
+    """Raises DescriptionError: the robot names a mesh or a parameter file that peers may not use, or a broken
+    mesh."""
     wrong: dict[str, Origin] = {}
     for link in robot.links.values():
         for shape in (part.geometry for part in link.shapes):
-            said = _wrong_with(shape) if isinstance(shape, Mesh) else ""
-            if said:
-                wrong.setdefault(said, shape.origin)
+            error = _mesh_error(shape) if isinstance(shape, Mesh) else ""
+            if error:
+                wrong.setdefault(error, shape.origin)
     for extension in robot.extensions:
         for plugin in extension.elements("plugin"):
             for element in plugin.elements("parameters"):
@@ -92,7 +92,7 @@ def _check_files(robot: RobotModel, reach: Reach) -> None:
         raise DescriptionError([Diagnostic("F008", Severity.ERROR, m, o) for m, o in wrong.items()])
 
 
-def _wrong_with(mesh: Mesh) -> str:
+def _mesh_error(mesh: Mesh) -> str:
     if mesh.path is None:
         return NOT_IN_REACH.format(f"the mesh {mesh.uri}")
     try:

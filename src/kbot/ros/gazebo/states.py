@@ -1,6 +1,6 @@
 """Poses and velocities of models and links, as Gazebo's topics and services report them.
 
-A model is a robot or a body of the world; a link is `robot::link`, or `link` of the first robot.
+A model is a robot or a body of the world. A link is named `robot::link`; `link` alone is of the first robot.
 """
 
 from __future__ import annotations
@@ -18,11 +18,13 @@ from kbot.sim import Simulation
 from kbot.text import KbotError
 
 TOPICS_RATE = 50.0
+"""Hz at which the states of models and links are published."""
 WORLD = frozenset({"", "world", "map"})
+"""Names of the world's frame, as Gazebo accepts them."""
 
 
 class GazeboTopics:
-    """`/gazebo/model_states` and `/gazebo/link_states` out, `/gazebo/set_model_state` in."""
+    """Publishes `/gazebo/model_states` and `/gazebo/link_states`, subscribes to `/gazebo/set_model_state`."""
 
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation
@@ -62,7 +64,7 @@ def models_of(simulation: Simulation) -> list[str]:
 
 
 def state_of(simulation: Simulation, model: str) -> tuple[msg.Pose, msg.Twist]:
-    """In the world; what stands fast has the pose it was built at."""
+    """Pose and velocity of a model in the world. A fixed body has the pose that the world gives it."""
     return _state_of(simulation, model, _fixed(simulation))
 
 
@@ -90,12 +92,13 @@ def link_state(simulation: Simulation, robot: str, link: str) -> tuple[msg.Pose,
 
 def relative_state(simulation: Simulation, model: str, frame: str) -> tuple[msg.Pose, msg.Twist]:
     if model not in models_of(simulation):
-        simulation.models.get_model_state(model)  # raises, with the nearest names
+        simulation.models.get_model_state(model)  # raises an error that suggests similar names
     return seen_from(world_from_frame(simulation, frame), *state_of(simulation, model))
 
 
 def seen_from(frame: Transform, pose: msg.Pose, twist: msg.Twist) -> tuple[msg.Pose, msg.Twist]:
-    """In another frame; speeds are turned into its axes, the frame's own are not taken off."""
+    """A pose and a twist in another frame. The twist is rotated into its axes; the frame's own velocity is
+    not subtracted."""
     turn = frame.rotation.T
     linear, angular = turn @ np.array(xyz(twist.linear)), turn @ np.array(xyz(twist.angular))
     return (
@@ -105,6 +108,7 @@ def seen_from(frame: Transform, pose: msg.Pose, twist: msg.Twist) -> tuple[msg.P
 
 
 def put(simulation: Simulation, model: str, pose: msg.Pose, twist: msg.Twist, frame: str) -> None:
+    """Set the pose and velocity of a model, given in a frame."""
     base = world_from_frame(simulation, frame)
     turn = base.rotation
     linear, angular = turn @ np.array(xyz(twist.linear)), turn @ np.array(xyz(twist.angular))
@@ -118,7 +122,7 @@ def in_world(simulation: Simulation, pose: msg.Pose, frame: str) -> Transform:
 
 
 def world_from_frame(simulation: Simulation, name: str) -> Transform:
-    """`world_from_frame` of the world, a model or a link."""
+    """The transform to the world from the frame of the world, a model or a link."""
     if name in WORLD:
         return Transform.identity()
     if name in models_of(simulation):
@@ -130,7 +134,7 @@ def world_from_frame(simulation: Simulation, name: str) -> Transform:
 def link_named(simulation: Simulation, name: str) -> tuple[str, str]:
     robot, mark, link = name.rpartition("::")
     found = simulation.robots.named(robot if mark else None)
-    found.body.index(link)  # raises where there is no such link
+    found.body.index(link)  # raises if the robot does not have the link
     return found.name, link
 
 
@@ -138,12 +142,12 @@ def _transform(pose: msg.Pose) -> Transform:
     q = pose.orientation
     quaternion = (q.x, q.y, q.z, q.w)
     try:
-        # what was left out is all zeros in ROS 1, and Gazebo takes it for upright
+        # a ROS 1 message without an orientation has zeros, which Gazebo reads as the identity
         return Transform.from_quaternion_xyzw(
             quaternion if any(quaternion) else (0.0, 0.0, 0.0, 1.0), xyz(pose.position)
         )
     except ValueError as error:
-        raise KbotError(f"that is no pose: {error}") from None
+        raise KbotError(f"invalid pose: {error}") from None
 
 
 def _pose(transform: Transform) -> msg.Pose:
