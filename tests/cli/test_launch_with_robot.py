@@ -172,7 +172,7 @@ def test_a_program_drives_the_robot_and_ends_the_launch_and_the_run_is_recorded(
     done = launched(package, GAZEBO.format("") + SPAWN.format("-x 2") + body, "--record", "run.mcap")
     assert done.returncode == 0, done.stderr
     assert "arrived at 0.4" in done.stdout
-    assert "/drive is required and ended with status 0: the launch ends" in done.stderr
+    assert "/drive is required and exited with status 0: the launch ends" in done.stderr
     again = replay(str(package / "run.mcap"))
     assert again.is_same
     # 0.3 m from where it was spawned, and on until the last command is taken for lost
@@ -183,7 +183,7 @@ def test_a_required_program_that_fails_is_the_launch_s_failure(package: Path) ->
     node = program(package, "fail.py", "raise SystemExit(3)\n").format('required="true"')
     done = launched(package, GAZEBO.format("") + SPAWN.format("") + node)
     assert done.returncode == 1
-    assert "/fail is required and ended with status 3: the launch ends" in done.stderr
+    assert "/fail is required and exited with status 3: the launch ends" in done.stderr
 
 
 def test_rosbag_record_records(package: Path) -> None:
@@ -381,4 +381,4 @@ def test_a_launch_of_a_recording_alone_ends_with_it(package: Path, driven: Path)
         check=False,
     )
     assert (done.returncode, done.stderr) == (0, "")
-    assert "KBot's player of recordings" in done.stdout
+    assert "KBot's recording player" in done.stdout

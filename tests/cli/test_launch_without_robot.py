@@ -99,7 +99,7 @@ def test_keys_are_heard_without_a_robot(folder: Path, terminal: tuple[int, int])
     ours, theirs = terminal
     (folder / "a.launch").write_text(f"<launch>{TELEOP}</launch>")
     with running(folder, "launch", str(folder / "a.launch"), keyboard=theirs) as told:
-        until(lambda: "There is no robot here" in told())
+        until(lambda: "The launch file has no robot" in told())
         os.write(ours, b"i")
         assert kbot("topic", "echo", "/cmd_vel", "--once", "--field", "linear.x").stdout == "0.5\n---\n"
 
@@ -110,8 +110,8 @@ def test_keys_drive_the_kbot_that_runs(folder: Path, terminal: tuple[int, int]) 
     with running(folder, "sim", "kbot", "--no-browser", "--port", "0"):
         until(lambda: kbot("node", "list").returncode == 0)
         with running(folder, "launch", str(folder / "a.launch"), keyboard=theirs) as told:
-            until(lambda: "There is no robot here" in told())
-            assert "The KBot that runs receives /cmd_vel." in told()
+            until(lambda: "The launch file has no robot" in told())
+            assert "The running KBot receives /cmd_vel." in told()
             assert "Frames of the launch are not published" in told()
             os.write(ours, b"i")
             until(lambda: speed() > 0.2)

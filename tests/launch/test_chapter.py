@@ -28,7 +28,7 @@ def test_the_printed_launch_file_says_what_noetic_stumbles_over(shared: Path) ->
         "L056": (15, "-verbose"),
     }
     renamed = next(d for d in plan.findings if d.code == "L053")
-    assert "no transforms come" in renamed.hint
+    assert "no transforms are published" in renamed.hint
     assert renamed.fix is not None
     assert [edit.replacement for edit in renamed.fix.edits] == ["robot_state_publisher"]
     assert not any(problem.is_error for problem in plan.problems)

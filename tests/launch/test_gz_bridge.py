@@ -57,7 +57,7 @@ def test_marks_of_an_argument_say_the_direction(folder: Path) -> None:
     )
     found = by_words(folder, words, '<remap from="/b" to="/cmd_vel"/>')
     (note,) = found.notes
-    assert (note.code, note.message) == ("L063", "KBot does not offer the service /world/w/control of gz")
+    assert (note.code, note.message) == ("L063", "KBot does not provide the gz service /world/w/control")
     assert rules(found) == [
         ("/a", "/a", TWIST, Direction.BOTH),
         ("/b", "/cmd_vel", TWIST, Direction.TO_GZ),
@@ -84,31 +84,36 @@ def test_launch_files_of_the_bridge_itself_take_a_config_file(folder: Path) -> N
 @pytest.mark.parametrize(
     ("text", "line", "column", "said"),
     [
-        (f"- ros_topic_name: /a\n  ros_type_name: {TWIST}\n", 1, 3, "the entry of /a lacks gz_type_name"),
-        ("- ros_topic: /a\n", 1, 3, "a bridge has no 'ros_topic'"),
+        (
+            f"- ros_topic_name: /a\n  ros_type_name: {TWIST}\n",
+            1,
+            3,
+            "the bridge entry of /a needs gz_type_name",
+        ),
+        ("- ros_topic: /a\n", 1, 3, "a bridge entry has no key 'ros_topic'"),
         (
             f"- topic_name: /a\n  ros_type_name: {TWIST}\n  gz_type_name: gz.msgs.Odometry\n",
             2,
             3,
-            f"{TWIST} is gz.msgs.Twist in gz, not gz.msgs.Odometry",
+            f"{TWIST} converts to gz.msgs.Twist, not to gz.msgs.Odometry",
         ),
         (
             f"- topic_name: /a\n  ros_type_name: {TWIST}\n  gz_type_name: gz.msgs.Twist\n"
             "  direction: ROS_TO_GAZEBO\n",
             4,
             3,
-            "'ROS_TO_GAZEBO' is no direction",
+            "unknown direction 'ROS_TO_GAZEBO'",
         ),
         ("- topic_name: /a\n  ros_type_name: [\n", 3, 1, "the YAML cannot be read: while parsing"),
-        ("\n- 17\n", 2, 3, "17 is no entry of a bridge"),
-        ("- topic_name: 17\n", 1, 3, "17 is no name of a topic of ROS"),
-        ("- gz_topic_name: a b\n", 1, 3, "'a b' is no name of a topic of gz"),
-        ("- topic_name: /a\n  ros_type_name: T\n", 2, 3, "'T' is no name of a type of ROS, as in geometry_"),
+        ("\n- 17\n", 2, 3, "17 is not a bridge entry"),
+        ("- topic_name: 17\n", 1, 3, "17 is not a ROS topic name"),
+        ("- gz_topic_name: a b\n", 1, 3, "'a b' is not a gz topic name"),
+        ("- topic_name: /a\n  ros_type_name: T\n", 2, 3, "'T' is not a ROS type, for example geometry_"),
         (
             f"- topic_name: /a\n  ros_type_name: {TWIST}\n  gz_type_name: [gz.msgs.Twist]\n",
             3,
             3,
-            "['gz.msgs.Twist'] is no name of a type of gz",
+            "['gz.msgs.Twist'] is not a gz type",
         ),
     ],
 )
@@ -139,7 +144,7 @@ def test_an_argument_that_is_none_is_said_at_its_node(folder: Path) -> None:
     (note,) = by_words(folder, f"/ok@{TWIST}@gz.msgs.Twist /cmd_vel@{TWIST}").notes
     assert note.origin is not None
     assert note.origin.span.text.startswith("<node")
-    assert f"'/cmd_vel@{TWIST}' is no topic for a bridge" in note.message
+    assert f"'/cmd_vel@{TWIST}' is not a bridge argument" in note.message
 
 
 @pytest.fixture

@@ -128,7 +128,7 @@ def test_a_model_of_sdf_that_is_the_robot_itself_gives_it_its_place(folder: Path
     )
     assert (found.robots[0].spawn.model, found.models) == ("burger", ())
     (note,) = (n for n in found.notes if n.code == "L063")
-    assert "same.sdf is the robot that r.urdf describes" in note.message
+    assert "same.sdf is the same robot as r.urdf" in note.message
     found = staged(folder, described + spawner.format("other"))
     assert ([m.path for m in found.models], found.robots[0].spawn.x) == ([str(folder / "other.sdf")], 0.0)
 

@@ -52,9 +52,9 @@ def test_modules_of_its_own_folder_are_there(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "name", "why"),
     [
-        ("import no_such_module_of_ros\n", "n.py", "imports no_such_module_of_ros, not here"),
-        ("\x7fELF", "n", "is no Python program"),
-        ("import (\n", "n.py", "n.py:1: it is not valid Python"),
+        ("import no_such_module_of_ros\n", "n.py", "imports no_such_module_of_ros, not installed"),
+        ("\x7fELF", "n", "is not a Python program"),
+        ("import (\n", "n.py", "n.py:1: not valid Python"),
     ],
 )
 def test_one_that_cannot_run_is_named_at_its_line_with_why(
@@ -167,12 +167,12 @@ def test_a_respawned_process_is_started_again(watch: Watch) -> None:
     said = len(count.read_text())
     time.sleep(0.3)
     assert len(count.read_text()) == said
-    assert any("is started again" in text for text in watch.told)
+    assert any("is restarted" in text for text in watch.told)
 
 
 def test_one_that_is_not_respawned_runs_once(watch: Watch) -> None:
     running = watch.run(watch.process("a", COUNT))
-    until(lambda: watch.told == ["/a ended"], "an end")
+    until(lambda: watch.told == ["/a exited"], "an end")
     running.close()
     assert (watch.folder / "count").read_text() == "x"
     assert not watch.ended.is_set()
@@ -183,7 +183,7 @@ def test_the_end_of_a_required_process_ends_the_launch(watch: Watch) -> None:
     assert watch.ended.wait(60)
     running.close()
     assert running.status == 1
-    assert watch.told == ["/a is required and ended with status 3: the launch ends"]
+    assert watch.told == ["/a is required and exited with status 3: the launch ends"]
 
 
 def test_what_a_process_prints_is_in_its_log(watch: Watch) -> None:
@@ -192,7 +192,7 @@ def test_what_a_process_prints_is_in_its_log(watch: Watch) -> None:
     until(lambda: bool(watch.told), "an end")
     running.close()
     assert log.read_text() == "hello\n"
-    assert watch.told == [f"/a ended with status 1; what it printed is in {log}"]
+    assert watch.told == [f"/a exited with status 1; its output is in {log}"]
 
 
 def test_one_that_follows_another_waits_for_its_end(watch: Watch) -> None:
@@ -200,7 +200,7 @@ def test_one_that_follows_another_waits_for_its_end(watch: Watch) -> None:
     first = watch.process("first", f"import time; time.sleep(0.3); {order.format(1)}")
     second = watch.process("second", order.format(2), after=("exit", "/first"))
     running = watch.run(second, first)
-    until(lambda: "/second ended" in watch.told, "an end of the second")
+    until(lambda: "/second exited" in watch.told, "an end of the second")
     running.close()
     assert (watch.folder / "order").read_text() == "12"
 

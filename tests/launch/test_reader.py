@@ -297,7 +297,7 @@ def test_files_are_bounded_together(folder: Path, tag: str, size: int) -> None:
     tags = "".join(tag.format(number) for number in range(10))
     diagnostic = only(plan_of(folder, tags))
     assert diagnostic.code == "L070"
-    assert "big.yaml is too large, with all files read before it" in diagnostic.message
+    assert "big.yaml is too large, together with all files before it" in diagnostic.message
 
 
 def test_expansions_are_bounded_together(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -310,5 +310,5 @@ def test_expansions_are_bounded_together(folder: Path, monkeypatch: pytest.Monke
     tag = '<param name="p{}" command="xacro $(dirname)/r.xacro"/>'
     plan = plan_of(folder, "".join(map(tag.format, range(10))))
     assert {d.code for d in plan.diagnostics} == {"L070"}
-    assert "r.xacro takes too much work to expand, with all files read before it" in only(plan).message
+    assert "r.xacro takes too much work to expand, together with all files before it" in only(plan).message
     assert 0 < len(plan.params) < 10

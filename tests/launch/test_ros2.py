@@ -240,7 +240,7 @@ def test_a_launch_file_that_gives_no_description_is_told(
 
 @pytest.mark.parametrize("nothing", ["None", "'talker'", "[[1]]"])
 def test_what_is_no_action_is_told(folder: Path, nothing: str) -> None:
-    assert "stands where an action is expected" in only(python(folder, nothing)).message
+    assert "expected an action, not " in only(python(folder, nothing)).message
 
 
 def test_a_module_that_is_not_there_is_named_at_its_import(folder: Path) -> None:
@@ -254,7 +254,7 @@ def test_a_program_runs_only_when_it_is_trusted(folder: Path) -> None:
     file = folder / "a.launch.py"
     file.write_text(f"open({str(folder / 'mark')!r}, 'w').close()\n")
     found = only(read_launch_2(str(file)))
-    assert (found.code, found.hint) == ("L080", "if you trust it: --trust")
+    assert (found.code, found.hint) == ("L080", "if you trust it, add --trust")
     assert not (folder / "mark").exists()
 
 

@@ -88,9 +88,9 @@ def test_substitutions_of_newer_releases(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("before", "message", "hint"),
     [
-        ("os.environ['KBOT_MODEL']", "the environment variable KBOT_MODEL is not set", "KBOT_MODEL=…"),
+        ("os.environ['KBOT_MODEL']", "the environment variable KBOT_MODEL is not set", "KBOT_MODEL=VALUE"),
         ("import no_such_module", "needs the Python module 'no_such_module'", "PYTHONPATH"),
-        ("from launch.actions import NoSuchAction", "KBot has no launch.actions.NoSuchAction", ""),
+        ("from launch.actions import NoSuchAction", "KBot does not provide launch.actions.NoSuchAction", ""),
         ("from nav2_common.launch import RewritenYaml", "nav2_common.launch.RewritenYaml", "RewrittenYaml"),
     ],
 )

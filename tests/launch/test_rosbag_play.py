@@ -112,9 +112,9 @@ def test_a_player_beside_a_simulation_begins_paused(folder: Path, args: str, pau
 def test_each_number_is_refused_at_its_own_option(folder: Path) -> None:
     notes = staged(folder, f"-s -1 -u -1 --delay=-1 {folder}/a.bag").notes
     assert sorted((note.origin.span.column, note.message) for note in notes if note.origin) == [
-        (58, "-s is from 0 to 1e+09 seconds, not -1"),
-        (64, "-u is from 0 to 1e+09 seconds, not -1"),
-        (67, "--delay is from 0 to 1e+09 seconds, not -1"),
+        (58, "-s must be 0 to 1e+09 seconds, not -1"),
+        (64, "-u must be 0 to 1e+09 seconds, not -1"),
+        (67, "--delay must be 0 to 1e+09 seconds, not -1"),
     ]
 
 

@@ -140,6 +140,6 @@ def test_a_file_of_displays_that_is_not_there_is_told_where_it_is_written(folder
     for option in ("-d ", "--display-config="):
         (note,) = staged(folder, f"<launch>\n{node.format(option, 'robto.rviz')}</launch>").notes
         assert (note.code, note.hint) == ("L059", "did you mean 'robot.rviz'?")
-        assert note.message == f"there is no file {folder / 'robto.rviz'}: rviz shows its own displays"
+        assert note.message == f"{folder / 'robto.rviz'} does not exist: rviz shows its default displays"
         assert note.origin is not None
         assert (note.origin.span.line, note.origin.span.text[-20:]) == (2, "$(dirname)/robto.rviz"[-20:])

@@ -56,5 +56,5 @@ def test_a_wrong_parameter_is_reported_at_its_line(tmp_path: Path) -> None:
     (note,) = found.notes
     assert note.origin is not None
     assert (note.code, note.origin.span.line) == ("L062", 2)
-    assert note.message == "speed is a finite number, not 'fast'"
+    assert note.message == "speed must be a finite number, not 'fast'"
     assert found.stand_ins.keys == Keys("/cmd_vel", 0.5, 1.0)

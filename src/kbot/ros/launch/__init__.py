@@ -1,4 +1,4 @@
-"""ROS launch files: reads what would run, with which parameters and from which line, and runs it."""
+"""Reads and runs ROS launch files: nodes, their parameters, and the line that each comes from."""
 
 from kbot.lazy_names import lazy_names
 from kbot.ros.launch.plan import Argument, Included, Machine, Param, Plan, PlannedNode, RobotDescription
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from kbot.ros.launch.ros2 import read_launch_2
     from kbot.ros.launch.ros_version import is_ros_2
 
-# nodes and bridges know plans and read no launch file
+# lazy: nodes and bridges use plans but do not read launch files
 _READERS = {"is_ros_2": "ros_version", "read_launch": "ros1", "read_launch_2": "ros2"}
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""A parameter's `command=`: the commands that KBot replaces. Others run only with permission."""
+"""Runs the `command=` of a parameter. KBot itself replaces xacro and cat; other commands need permission."""
 
 from __future__ import annotations
 
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 _XACRO_FLAGS = {"--check-order", "--deps", "--just-deps", "--just-includes", "-q"}
 _XACRO_VALUES = {"--verbosity", "-o"}
 _TIMEOUT_S = 60.0
+"""A command that takes longer fails."""
 _COMMENT = re.compile(r"<!--.*?(?:-->|\Z)", re.DOTALL)
 
 Note = Callable[[Diagnostic], None]
@@ -34,12 +35,13 @@ Note = Callable[[Diagnostic], None]
 def run(
     command: str, packages: Packages, origin: Origin, note: Note, budget: Budget, allowed: bool
 ) -> tuple[str, RobotDescription | None]:
-    """What a command prints, and the description it expands if it is xacro.
+    """The output of a command and, if it prints a robot, which robot that is.
 
-    Faults of the description are notes: the launch goes on, to show what can be shown of it.
+    Errors in the description are passed to `note`. The launch continues, to show what it can of the robot.
 
     Raises:
-        LaunchError: L040 the command is not xacro or cat, L041 it fails, L070 it takes too much work.
+        LaunchError: L040 the command is not allowed, L041 it fails, L056 xacro does not have the option,
+            L070 it takes too much work.
     """
     try:
         words = split_words(command)
@@ -54,22 +56,22 @@ def run(
         text = read_source(words[1]).text
         return text, description_of(words[1], text)
     if not allowed:
-        hint = "KBot runs xacro and cat itself; --allow-commands lets a launch file run anything"
+        hint = "if you trust the launch file, add --allow-commands; without it, KBot runs only xacro and cat"
         raise LaunchError("L040", f"the command '{name}' is not run", hint, words[0])
     return _process(words), None
 
 
 def description_of(path: str, text: str) -> RobotDescription | None:
-    """The robot that a file's text is as it stands; xacro would have to be expanded first."""
+    """The robot in the text of a file. None if the text is not a robot or must be expanded by xacro first."""
     is_robot = "<robot" in text and "xacro:" not in _COMMENT.sub("", text)
     return RobotDescription(path, {}) if is_robot else None
 
 
 def expand_within(budget: Budget, file: str, arguments: Mapping[str, str], packages: Packages) -> Expansion:
-    """Expand a description. The work counts toward what the launch file may take.
+    """Expand a description. The work is charged to the budget of the launch file.
 
     Raises:
-        LaunchError: L070, all descriptions and files together take too much work.
+        LaunchError: L070, all descriptions and files together exceed the budget.
     """
     limits = Limits(steps=max(budget.steps, 0))
     expansion = expand(file, arguments, packages=packages.beside(file), limits=limits)
@@ -83,7 +85,7 @@ def _xacro(
     files: list[str] = []
     arguments: dict[str, str] = {}
     if PurePath(words[0]).name == "xacro.py":
-        message, hint = "xacro.py is gone since xacro 1.14 (Noetic)", "write xacro, without .py"
+        message, hint = "xacro.py was removed in xacro 1.14 (Noetic)", "use xacro instead of xacro.py"
         note(Diagnostic("L053", Severity.ERROR, message, part_of(origin, "xacro.py"), hint))
     rest = iter(words[1:])
     for word in rest:
@@ -91,16 +93,16 @@ def _xacro(
             key, _, value = word.partition(":=")
             arguments[key] = value
         elif word in ("--inorder", "-i"):
-            message = f"{word} says nothing any more: xacro reads in order since Melodic"
-            note(Diagnostic("L057", Severity.INFO, message, part_of(origin, word), "drop the option"))
+            message = f"{word} has no effect: xacro processes a file in order since Melodic"
+            note(Diagnostic("L057", Severity.INFO, message, part_of(origin, word), "remove the option"))
         elif word in _XACRO_VALUES:
             next(rest, None)
         elif word.startswith("-") and word not in _XACRO_FLAGS:
-            raise LaunchError("L056", f"xacro has no option {word}", "", word)
+            raise LaunchError("L056", f"xacro has no option {word}", "remove it", word)
         elif not word.startswith("-"):
             files.append(word)
     if len(files) != 1:
-        raise LaunchError("L041", f"xacro takes one file, not {len(files)}")
+        raise LaunchError("L041", f"xacro takes one file, and the command names {len(files)}")
     file = find_file(files[0]) or files[0]
     expansion = expand_within(budget, file, arguments, packages)
     for diagnostic in expansion.diagnostics:
@@ -115,6 +117,6 @@ def _process(words: list[str]) -> str:
         raise LaunchError("L041", f"the command cannot be run: {error}", "", words[0]) from None
     if done.returncode:
         last = done.stderr.decode("utf-8", "replace").strip().splitlines()[-1:]
-        said = f": {last[0]}" if last else ""
-        raise LaunchError("L041", f"the command ended with status {done.returncode}{said}", "", words[0])
+        reason = f": {last[0]}" if last else ""
+        raise LaunchError("L041", f"the command exited with status {done.returncode}{reason}", "", words[0])
     return done.stdout.decode("utf-8", "replace")

@@ -1,4 +1,4 @@
-"""Evaluates Python expressions of launch files: `$(eval …)`, PythonExpression."""
+"""Evaluates Python expressions of launch files: `$(eval …)` and PythonExpression."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ _HARMLESS = (
 )
 
 BUILTINS: Mapping[str, Callable[..., object]] = {function.__name__: function for function in _HARMLESS}
-"""Python's own functions that expressions may call: they compute and nothing more."""
+"""The built-in functions that expressions may call. They only compute."""
 
 
 def joined(parts: Sequence[str], budget: Budget) -> str:
-    """Texts one after the other.
+    """The texts joined.
 
     Raises:
-        LaunchError: L015, they are too long, alone or with all that the file's substitutions made before.
+        LaunchError: L015, the result exceeds the limit, alone or together with all earlier substitutions.
     """
     try:
         return budget.joined(parts)
@@ -51,11 +51,11 @@ def joined(parts: Sequence[str], budget: Budget) -> str:
 
 
 def evaluated(expression: str, names: Environment) -> str:
-    """A Python expression's value as text. The expression can compute, within the budget of `names`, and
-    nothing more.
+    """The value of a Python expression, as text. The expression can only compute, within the budget of
+    `names`.
 
     Raises:
-        LaunchError: L014, or what looking up a name raised.
+        LaunchError: L014, or the error of a name's lookup.
     """
     try:
         return names.budget.text(value_of(expression, names))

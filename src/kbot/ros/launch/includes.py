@@ -1,4 +1,4 @@
-"""Limits on the includes of launch files: their depth, and their cost together."""
+"""Limits on the includes of launch files: their depth, their number, and the work that they take together."""
 
 from __future__ import annotations
 
@@ -9,29 +9,30 @@ from kbot.xacro.xacro_error import LimitFault
 
 MOST_LEVELS = 64
 MOST_FILES = 1000
+"""Files that include each other twice double in number with each level: the depth alone does not end them."""
 
 
 def require_end(path: str, levels: int, files: int) -> None:
-    """Check that a file may be included so many levels deep, after so many others.
+    """Check that a file may be included at depth `levels`, after `files` other files.
 
     Raises:
-        LaunchError: L070, it may not.
+        LaunchError: L070, a limit is exceeded.
     """
     is_deep = levels > MOST_LEVELS
     if is_deep or files >= MOST_FILES:
-        bound = f"more than {MOST_LEVELS} levels deep" if is_deep else f"after {MOST_FILES:,} others"
-        raise LaunchError("L070", f"{path} is included {bound}", "does it include itself?")
+        bound = f"more than {MOST_LEVELS} levels deep" if is_deep else f"after {MOST_FILES:,} other files"
+        raise LaunchError("L070", f"{path} is included {bound}", "check whether it includes itself")
 
 
 _YAML_STEPS = 3
-"""Of a character of YAML: PyYAML's loader in Python takes 5 microseconds for each where values are short."""
+"""Steps for a character of YAML. PyYAML's Python loader takes 5 microseconds for each if values are short."""
 
 
 def charge_file(budget: Budget, source: Source) -> None:
-    """Charge reading a file.
+    """Charge the work of reading a file.
 
     Raises:
-        LaunchError: L070, the files are too large together.
+        LaunchError: L070, all files together are too large.
     """
     if source.path.endswith((".yaml", ".yml")):
         charge_yaml(budget, source.path, source.text)
@@ -40,7 +41,7 @@ def charge_file(budget: Budget, source: Source) -> None:
 
 
 def charge_yaml(budget: Budget, path: str, text: str) -> None:
-    """Charge reading YAML of a file.
+    """Charge the work of reading the YAML of a file.
 
     Raises:
         LaunchError: L070, as `charge_file` does.
@@ -49,7 +50,7 @@ def charge_yaml(budget: Budget, path: str, text: str) -> None:
 
 
 def charge_text(budget: Budget, path: str, text: str | bytes) -> None:
-    """Charge reading a file, and keeping its text: about a microsecond for 8 characters.
+    """Charge the work of reading a file and storing its text: about a microsecond for 8 characters.
 
     Raises:
         LaunchError: L070, as `charge_file` does.
@@ -58,7 +59,7 @@ def charge_text(budget: Budget, path: str, text: str | bytes) -> None:
 
 
 def charge(budget: Budget, path: str, steps: int, fault: str = "is too large") -> None:
-    """Charge the work that a file takes.
+    """Charge an amount of work for a file.
 
     Raises:
         LaunchError: L070, as `charge_file` does.
@@ -66,5 +67,5 @@ def charge(budget: Budget, path: str, steps: int, fault: str = "is too large") -
     try:
         budget.charge(steps)
     except LimitFault:
-        message = f"{path} {fault}, with all files read before it"
+        message = f"{path} {fault}, together with all files before it"
         raise LaunchError("L070", message, "split the launch file", is_limit=True) from None

@@ -1,4 +1,4 @@
-"""The ROS packages that KBot knows: what replaces each of their nodes, their options, old names."""
+"""The ROS packages that KBot knows: the replacements of their nodes, options, and old names of nodes."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 _SHARE = "/opt/ros/stand-in/share"
+"""The folder that `$(find …)` gives for packages that are not installed. It does not exist."""
 
 
 class Role(StrEnum):
-    """What stands in for a node."""
+    """What replaces a node. `kbot launch` prints the text in its table of nodes."""
 
     ROBOT_STATE = "the workbench's transforms"
     JOINT_STATE = "the workbench's joint states"
@@ -20,11 +21,11 @@ class Role(StrEnum):
     CONTROLLER = "the controllers of KBot's simulation"
     TELEOP = "the drive keys of the workbench and of this terminal"
     GAMEPAD = "the gamepad of the page"
-    TRANSFORM = "a static transform of KBot's"
+    TRANSFORM = "KBot's static transform"
     MAP = "KBot's map"
     RECORDER = "KBot's recorder"
     BRIDGE = "the topics of KBot's simulation"
-    PLAYER = "KBot's player of recordings"
+    PLAYER = "KBot's recording player"
 
 
 NODES: Mapping[str, Mapping[str, Role | None]] = {
@@ -66,18 +67,21 @@ NODES: Mapping[str, Mapping[str, Role | None]] = {
     "joy_linux": {"joy_linux_node": Role.GAMEPAD},
     "teleop_twist_joy": {"teleop_node": Role.GAMEPAD},
 }
-"""The nodes of packages that KBot knows, and the stand-in for each; None if there is none."""
+"""The nodes of the packages that KBot knows, and the replacement of each, None if KBot does not have one."""
 
 STAND_IN_PACKAGES = frozenset({*NODES, "xacro"})
+"""Packages that `$(find …)` finds although they are not installed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Renamed:
+    """A node that ROS renamed, and the release that did it."""
+
     new_package: str
     new_type: str
     since: str
     missing: str
-    """What a user of a ROS sees when roslaunch goes on without the node."""
+    """What a ROS user sees when roslaunch continues without the node."""
 
 
 RENAMED: Mapping[tuple[str, str], Renamed] = {
@@ -85,18 +89,18 @@ RENAMED: Mapping[tuple[str, str], Renamed] = {
         "robot_state_publisher",
         "robot_state_publisher",
         "robot_state_publisher 1.15 (Noetic)",
-        "no transforms come, and in rviz the robot falls together at the origin",
+        "no transforms are published, and rviz draws all links at the origin",
     ),
     ("rviz", "rviz.sh"): Renamed("rviz", "rviz", "rviz 1.12", "no window opens"),
     ("gazebo", "spawn_model"): Renamed(
-        "gazebo_ros", "spawn_model", "gazebo_ros 2.0 (Hydro)", "the world stays without the robot"
+        "gazebo_ros", "spawn_model", "gazebo_ros 2.0 (Hydro)", "the world does not get the robot"
     ),
     ("gazebo", "gazebo"): Renamed("gazebo_ros", "gazebo", "gazebo_ros 2.0 (Hydro)", "nothing is simulated"),
     ("joint_state_publisher", "joint_state_publisher_gui"): Renamed(
         "joint_state_publisher_gui",
         "joint_state_publisher_gui",
         "joint_state_publisher 1.15 (Noetic)",
-        "there are no sliders, and joints that move have no transforms",
+        "no sliders appear, and movable joints have no transforms",
     ),
 }
 
@@ -123,7 +127,7 @@ SPAWN_MODEL_VALUES: Mapping[str, int] = {
     "-J": 2,
     "-package_to_model": 0,
 }
-"""Options of gazebo_ros' spawn_model, and how many words follow each."""
+"""Options of gazebo_ros' spawn_model, and the number of words after each."""
 
 GAZEBO_ARGUMENTS: Mapping[str, str] = {
     "paused": "false",
@@ -144,16 +148,16 @@ GAZEBO_ARGUMENTS: Mapping[str, str] = {
     "server_required": "false",
     "gui_required": "false",
 }
-"""Arguments and defaults of gazebo_ros' empty_world.launch; its siblings pass on a few of them."""
+"""Arguments of gazebo_ros' empty_world.launch, with their defaults."""
 
-_SIBLING_ARGUMENTS = {
+_OTHER_WORLD_ARGUMENTS = {
     name: GAZEBO_ARGUMENTS[name] for name in ("paused", "use_sim_time", "gui", "headless", "debug")
 }
 
 LAUNCH_FILES: Mapping[tuple[str, str], Mapping[str, str]] = {
     ("gazebo_ros", "empty_world.launch"): GAZEBO_ARGUMENTS,
     **{
-        ("gazebo_ros", f"{world}.launch"): _SIBLING_ARGUMENTS | {"verbose": "false"}
+        ("gazebo_ros", f"{world}.launch"): _OTHER_WORLD_ARGUMENTS | {"verbose": "false"}
         for world in (
             "elevator_world",
             "mud_world",
@@ -164,7 +168,7 @@ LAUNCH_FILES: Mapping[tuple[str, str], Mapping[str, str]] = {
         )
     },
 }
-"""Launch files that KBot stands in for, by package and name, with their arguments and defaults."""
+"""ROS 1 launch files that KBot replaces, by package and name, with their arguments and defaults."""
 
 LAUNCH_FILES_2 = frozenset(
     {
@@ -178,7 +182,7 @@ LAUNCH_FILES_2 = frozenset(
         ("gazebo_ros", "gzclient.launch.py"),
     }
 )
-"""The same of ROS 2, whose arguments are not checked."""
+"""ROS 2 launch files that KBot replaces. Their arguments are not checked."""
 
 
 _PROGRAMS: Mapping[str, Role] = {
@@ -192,7 +196,7 @@ _GZ: Mapping[tuple[str, str], Role] = {
     ("gz", "sim"): Role.SIMULATOR,
     ("ign", "gazebo"): Role.SIMULATOR,
 }
-"""What stands in for a program without a package, by itself or by its first word."""
+"""What replaces a process that is not a node, by its program and first word."""
 
 _COMMANDS_2: Mapping[tuple[str, ...], Role] = {
     ("bag", "record"): Role.RECORDER,
@@ -202,13 +206,13 @@ _COMMANDS_2: Mapping[tuple[str, ...], Role] = {
         for verb in ("load_controller", "load_start_controller", "set_controller_state")
     },
 }
-"""What stands in for `ros2 VERB …` as a process."""
+"""What replaces the process `ros2 VERB …`, by its first two words."""
 
 
 def role(package: str, type_: str, args: str = "") -> Role | None:
-    """What stands in for a node, its old names included; None where nothing does.
+    """What replaces a node, also under an old name. None if KBot does not replace it.
 
-    A process without a package is known by its program and `args`.
+    A process does not have a package: its program and `args` identify it.
     """
     if not package:
         words = args.split()
@@ -222,12 +226,12 @@ def role(package: str, type_: str, args: str = "") -> Role | None:
 
 
 def share_of(package: str) -> str:
-    """The path that `$(find …)` gives for a package that is not here and that KBot stands in for."""
+    """The path that `$(find …)` gives for a package that KBot replaces and that is not installed."""
     return f"{_SHARE}/{package}"
 
 
 def stand_in_file(path: str) -> tuple[str, str] | None:
-    """Package and path within it, of a file in a package that is not here; None for any other file."""
+    """The package, and the path in it, of a file under a path of `share_of`. None for any other file."""
     if not path.startswith(_SHARE + "/"):
         return None
     package, _, inner = path[len(_SHARE) + 1 :].partition("/")

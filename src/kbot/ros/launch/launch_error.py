@@ -1,4 +1,4 @@
-"""The error of a value in a launch file that cannot be computed."""
+"""The error for a value in a launch file that cannot be computed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ class LaunchError(Exception):
     """A value that cannot be computed.
 
     piece     the part of the text that is wrong
-    is_limit  whether the file exceeds the limit of work; then all work that follows is refused too
+    is_limit  whether the file exceeds the budget of work. All later work fails for the same reason.
     """
 
     def __init__(

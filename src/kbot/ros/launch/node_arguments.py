@@ -1,4 +1,4 @@
-"""A node's arguments as words: options, their values, and where each was written."""
+"""Splits a node's arguments into options, values and other words, and finds where each was written."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from kbot.text.numbers import to_float
 
 @dataclass(frozen=True)
 class Options:
-    """Words after each option that was given (the last of its name counts), and all other words."""
+    """The words after each option, and all other words. The last of several options with one name counts."""
 
     node: PlannedNode
     given: Mapping[str, tuple[str, ...]]
     rest: tuple[str, ...]
     notes: list[Diagnostic] = field(default_factory=list)
-    """What is wrong with their values, as it is found."""
+    """Errors in the values. `number` adds to them."""
 
     def text(self, *names: str) -> str | None:
-        """The word after the first of these options that was given."""
+        """The word after an option. Of several names, the first that was given counts."""
         found = next((self.given[name] for name in names if self.given.get(name)), None)
         return found[0] if found else None
 
@@ -32,13 +32,14 @@ class Options:
         return any(name in self.given for name in names)
 
     def number(self, name: str, default: float = 0.0) -> float:
-        """The number after an option; what is none is a note, and the default."""
+        """The number after an option. For a word that is not a number, adds a note and returns the
+        default."""
         word = self.text(name)
         return default if word is None else number(self.node, word, name, default, self.notes)
 
 
 def split(node: PlannedNode) -> list[str]:
-    """The words of a node's arguments; none where a quote is not closed."""
+    """The words of a node's arguments. Empty if a quote is not closed."""
     try:
         return split_words(node.args)
     except ValueError:
@@ -46,8 +47,8 @@ def split(node: PlannedNode) -> list[str]:
 
 
 def read_options(node: PlannedNode, values: Mapping[str, int]) -> Options:
-    """`values` tells how many words follow each option that there is; `-1` is all up to the next option.
-    A long one may have its word after a `=` too."""
+    """Read a node's options. `values` is the number of words after each option; -1 means all words up to the
+    next option. The word of a long option can also follow a `=`."""
     given: dict[str, tuple[str, ...]] = {}
     rest: list[str] = []
     words = split(node)
@@ -71,32 +72,33 @@ def read_options(node: PlannedNode, values: Mapping[str, int]) -> Options:
 
 
 def number(node: PlannedNode, word: str, what: str, default: float, notes: list[Diagnostic]) -> float:
-    """A finite number of a node's arguments; what is none is a note, and the default."""
+    """A word of a node's arguments as a finite number. For any other word, adds a note and returns the
+    default."""
     try:
         value = to_float(word)
     except ValueError:
         value = math.nan
     if math.isfinite(value):
         return value
-    message = f"{what} is a finite number, not '{word}'"
-    notes.append(Diagnostic("L062", Severity.ERROR, message, place_of(node, word), "the node refuses it"))
+    message = f"{what} must be a finite number, not '{word}'"
+    notes.append(Diagnostic("L062", Severity.ERROR, message, place_of(node, word), "the node rejects it"))
     return default
 
 
 _WRITTEN = re.compile(r"(?:\$\([^)]*(?:\)|\Z)|\S)+")
-"""A word as it is written, `$(find a)/b` among them."""
+"""A word as it is written in the file. `$(find a)/b` is one word."""
 
 
 def place_of(node: PlannedNode, word: str) -> Origin:
-    """Where a word of a node's arguments was written; all of them where it is not found."""
+    """Where a word of a node's arguments was written. If it is not found, where the arguments were."""
     origin = node.spans.get("args", node.origin)
     words = _WRITTEN.findall(origin.span.text)
     return _nth(origin, words.index(word)) if word in words else origin
 
 
 def place_of_value(node: PlannedNode, option: str) -> Origin:
-    """Where the word that an option gives was written (the last of its name counts), with the option where a
-    `=` joins them; all of the arguments where it is not found."""
+    """Where the value of an option was written. For `--option=value` this includes the option, because both
+    are one word. If the option is not found, where the arguments were."""
     origin = node.spans.get("args", node.origin)
     words = _WRITTEN.findall(origin.span.text)
     for at in reversed(range(len(words))):
@@ -108,6 +110,7 @@ def place_of_value(node: PlannedNode, option: str) -> Origin:
 
 
 def _nth(origin: Origin, number: int) -> Origin:
+    """The origin of a word, counted from 0."""
     span = origin.span
     at = span.start
     for count, word in enumerate(_WRITTEN.findall(span.text)):

@@ -1,4 +1,4 @@
-"""The plan of a launch file: nodes with their parameters, each with the line it comes from."""
+"""The plan of a launch file: nodes and parameters, each with the line that it comes from."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from kbot.text import DescriptionError, Diagnostic, Origin
 
 @dataclass(frozen=True, slots=True)
 class RobotDescription:
-    """The robot file that a parameter's `command=` expands, with its xacro arguments."""
+    """The robot file that a parameter is filled from, with the xacro arguments."""
 
     path: str
     arguments: Mapping[str, str]
@@ -20,7 +20,7 @@ class RobotDescription:
 
 @dataclass(frozen=True, slots=True)
 class Param:
-    """A parameter of the store: a global name and its value."""
+    """A parameter: its global name and its value."""
 
     name: str
     value: ParameterValue
@@ -30,7 +30,7 @@ class Param:
 
 @dataclass(frozen=True, slots=True)
 class Argument:
-    """A declared `<arg>`; `value` is None where one is required and none was given."""
+    """A declared argument. `value` is None if it is required and was not given."""
 
     name: str
     value: str | None
@@ -41,11 +41,13 @@ class Argument:
 
 @dataclass(frozen=True, slots=True)
 class Machine:
+    """A machine that nodes can be started on."""
+
     name: str
     address: str
     origin: Origin
     settings: tuple[object, ...] = ()
-    """All by which two of one name are told apart."""
+    """All other settings. Two machines of one name must have the same."""
 
     @property
     def is_local(self) -> bool:
@@ -54,7 +56,7 @@ class Machine:
 
 @dataclass(frozen=True, slots=True)
 class PlannedNode:
-    """A process to run. `namespace` has a slash at both ends; `remaps` are (from, to)."""
+    """A process to run. `namespace` has a slash at both ends. `remaps` are pairs of (from, to)."""
 
     package: str
     type: str
@@ -74,28 +76,28 @@ class PlannedNode:
     launch_prefix: str | None = None
     machine: str | None = None
     is_test: bool = False
-    """It is run by a test runner, never by a launch."""
+    """Whether it is a `<test>`, which only a test runner runs."""
     parameter_files: tuple[str, ...] = ()
-    """Files of parameters that a node of ROS 2 is given."""
+    """The parameter files of a ROS 2 node."""
     delay: float = 0.0
-    """Seconds after the launch's start, or after `after`, at which it is started."""
+    """Seconds from the start of the launch, or from `after`, to the start of the node."""
     after: tuple[str, str] | None = None
-    """It is started once that node (a full name) did this: `exit` or `start`."""
+    """The event that starts the node: `exit` or `start`, and the full name of the other node."""
 
     @property
     def full_name(self) -> str:
-        """Namespace and name, as `/robot/camera`."""
+        """Namespace and name, for example `/robot/camera`."""
         return self.name if self.name.startswith("$") else names.join(self.namespace, self.name)
 
     @property
     def file(self) -> str:
-        """The launch file it was written in."""
+        """The launch file that names the node."""
         return self.origin.span.file
 
 
 @dataclass(frozen=True, slots=True)
 class Included:
-    """A launch file of a ROS package that is not here and that KBot stands in for."""
+    """An included launch file of a ROS package that is not installed and that KBot replaces."""
 
     package: str
     name: str
@@ -106,11 +108,11 @@ class Included:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a launch file would do, in the order it was written.
+    """What a launch file would do, in the order in which it is written.
 
-    problems     what keeps the file from being read as it is meant; with an error it is unusable
-    findings     what a ROS would stumble over, each with the mend; KBot can go on
-    clear        namespaces whose parameters are deleted first
+    problems     errors in the file itself; with an error, the plan cannot be used
+    findings     errors that ROS would raise, each with a fix; KBot can continue
+    clear        namespaces whose parameters are deleted before the launch
     store        (command, parameter, file) of `rosparam dump` and `rosparam delete`
     """
 
@@ -128,7 +130,7 @@ class Plan:
     is_ros_2: bool = False
 
     def params_of(self, node: PlannedNode) -> dict[str, Param]:
-        """A node's own parameters, by their names within the node."""
+        """The parameters of a node, by their names in the node."""
         prefix = f"{node.full_name}/"
         return {n.removeprefix(prefix): p for n, p in self.params.items() if n.startswith(prefix)}
 
@@ -141,7 +143,7 @@ class Plan:
         """This plan.
 
         Raises:
-            DescriptionError: the launch file cannot be used; carries all diagnostics.
+            DescriptionError: the launch file cannot be used. The error holds all diagnostics.
         """
         if any(problem.is_error for problem in self.problems):
             raise DescriptionError(self.diagnostics)

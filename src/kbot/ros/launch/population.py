@@ -1,4 +1,4 @@
-"""The robots that a launch spawns: one for each spawner, with names, frames and controllers."""
+"""Finds the robots that a launch spawns, one for each spawner, with their names, frames and controllers."""
 
 from __future__ import annotations
 
@@ -19,38 +19,40 @@ _LINK = re.compile(r"<link\s+name\s*=\s*[\"']([^\"']+)")
 def read_population(
     plan: Plan, spawners: Sequence[PlannedNode], controllers: Iterable[SpawnedController]
 ) -> tuple[list[SpawnedRobot], list[SpawnedRobot], list[Diagnostic]]:
-    """The robots of a launch, the first being the one that is shown where nothing is spawned, none where no
-    parameter holds a robot; models of SDF; and what is wrong with spawners."""
+    """The robots of a launch, its SDF models, and findings about its spawners.
+
+    Without a spawner, the robot is that of the first parameter with a description, if any.
+    """
     notes: list[Diagnostic] = []
     robots: list[SpawnedRobot] = []
     models: list[SpawnedRobot] = []
-    strangers: list[PlannedNode] = []
+    unmatched: list[PlannedNode] = []
     for node in spawners:
         spawn, found = read_spawn(node)
         notes += found
         if node.type == "create" and len(spawners) > 1 and not spawn.namespace:
-            # gz itself names topics by the model, or as the description says
+            # gz names topics after the model, or as the description does, and does not have namespaces
             spawn = replace(spawn, namespace=node.namespace.strip("/") or spawn.model)
-        description = _described(spawned(plan, node))
+        description = _description_of(spawned(plan, node))
         if description is None:
-            strangers.append(node)
+            unmatched.append(node)
         elif any(spawn.model == other.spawn.model for other in (*robots, *models)):
-            notes.append(_taken(node, spawn))
+            notes.append(_name_taken(node, spawn))
         elif is_sdf(node, description.path):
             models.append(SpawnedRobot(description.path, {}, spawn, node.origin))
         else:
             robots.append(_robot(plan, node, description, spawn))
-    notes += [_no_robot(node) for node in strangers[not robots :]]
+    notes += [_no_robot(node) for node in unmatched[not robots :]]
     if not robots:
-        robots = _first(plan, strangers[:1])
+        robots = _first(plan, unmatched[:1])
         twin = next((m for m in models if robots and _is_robot(m, plan)), None)
         if twin is not None:
             robots = [replace(robots[0], spawn=twin.spawn, origin=twin.origin)]
             models.remove(twin)
-            notes.append(_in_its_place(twin, robots[0]))
+            notes.append(_replaced_by_description(twin, robots[0]))
     if len(robots) > 1:
-        robots = [_apart(robot, number, notes) for number, robot in enumerate(robots)]
-        notes += _shared(robots)
+        robots = [_distinct(robot, number, notes) for number, robot in enumerate(robots)]
+        notes += _shared_topics(robots)
     return _with_controllers(robots, controllers), models, notes
 
 
@@ -60,10 +62,10 @@ def _robot(plan: Plan, node: PlannedNode, description: RobotDescription, spawn: 
 
 
 def _first(plan: Plan, spawners: Sequence[PlannedNode]) -> list[SpawnedRobot]:
-    """The robot that the launch's parameters hold, where no spawner names one."""
+    """The robot of the launch's parameters, for a launch in which no spawner names one."""
     described = {name: param for name, param in plan.params.items() if param.description}
     param = described.get("/robot_description") or next(iter(described.values()), None)
-    description = _described(param)
+    description = _description_of(param)
     if param is None or description is None:
         return []
     for node in spawners:
@@ -72,7 +74,7 @@ def _first(plan: Plan, spawners: Sequence[PlannedNode]) -> list[SpawnedRobot]:
 
 
 def _is_robot(model: SpawnedRobot, plan: Plan) -> bool:
-    """Whether a model of SDF is the robot that a parameter describes: most links are of the same names."""
+    """Whether an SDF model is the robot of a parameter: more than half of its links have the same names."""
     texts = (str(param.value) for param in plan.params.values() if param.description)
     described = {name for text in texts for name in _LINK.findall(text)}
     try:
@@ -82,36 +84,35 @@ def _is_robot(model: SpawnedRobot, plan: Plan) -> bool:
     return 2 * len(own & described) > len(own)
 
 
-def _in_its_place(model: SpawnedRobot, robot: SpawnedRobot) -> Diagnostic:
-    message = (
-        f"{Path(model.path).name} is the robot that {Path(robot.path).name} describes, which is simulated"
-    )
-    hint = "in its place: its sensors and plugins are those of the description"
+def _replaced_by_description(model: SpawnedRobot, robot: SpawnedRobot) -> Diagnostic:
+    sdf, description = Path(model.path).name, Path(robot.path).name
+    message = f"{sdf} is the same robot as {description}: KBot simulates {description} in its place"
+    hint = "its sensors and plugins are those of the description, not of the SDF file"
     return Diagnostic("L063", Severity.INFO, message, model.origin, hint)
 
 
-def _described(found: Param | RobotDescription | None) -> RobotDescription | None:
-    return found.description if isinstance(found, Param) else found
+def _description_of(source: Param | RobotDescription | None) -> RobotDescription | None:
+    return source.description if isinstance(source, Param) else source
 
 
 def _frame_prefix(plan: Plan, spawner: PlannedNode, namespace: str) -> str:
-    """What robot_state_publisher is told to put before frames: `tf_prefix` of ROS 1, which holds for all in a
-    namespace, `frame_prefix` of ROS 2."""
+    """The prefix of a robot's frames: `frame_prefix` of its robot_state_publisher (ROS 2), otherwise
+    `tf_prefix` of its namespace (ROS 1), otherwise empty."""
     below = {f"/{namespace}/" if namespace else "/", spawner.namespace}
     for node in plan.nodes:
         if role(node.package, node.type) is Role.ROBOT_STATE and node.namespace in below:
-            told = plan.params.get(f"{node.full_name}/frame_prefix")
-            if told is not None:
-                return str(told.value)
+            param = plan.params.get(f"{node.full_name}/frame_prefix")
+            if param is not None:
+                return str(param.value)
     for above in sorted(below, key=len, reverse=True):
-        told = plan.params.get(f"{above}tf_prefix")
-        if told is not None and str(told.value).strip("/"):
-            return f"{str(told.value).strip('/')}/"
+        param = plan.params.get(f"{above}tf_prefix")
+        if param is not None and str(param.value).strip("/"):
+            return f"{str(param.value).strip('/')}/"
     return ""
 
 
-def _apart(robot: SpawnedRobot, number: int, notes: list[Diagnostic]) -> SpawnedRobot:
-    """One of several: told apart by namespace, and its frames by what stands before them."""
+def _distinct(robot: SpawnedRobot, number: int, notes: list[Diagnostic]) -> SpawnedRobot:
+    """One of several robots, with a name and a frame prefix that tell it from the others."""
     spawn = robot.spawn
     prefix = robot.frame_prefix or (f"{spawn.namespace}/" if spawn.namespace else "")
     if not prefix and number:
@@ -119,21 +120,23 @@ def _apart(robot: SpawnedRobot, number: int, notes: list[Diagnostic]) -> Spawned
     if not spawn.model and number:
         spawn = replace(spawn, model=f"robot_{number + 1}")
     if number and spawn.joints:
-        message = f"-J: only the first robot starts with joints elsewhere than at 0, not {spawn.model}"
+        message = (
+            f"-J has no effect: only the first robot starts with joints that are not at 0, not {spawn.model}"
+        )
         notes.append(Diagnostic("L063", Severity.WARNING, message, robot.origin))
     return replace(robot, spawn=spawn, frame_prefix=prefix)
 
 
-def _shared(robots: Sequence[SpawnedRobot]) -> list[Diagnostic]:
+def _shared_topics(robots: Sequence[SpawnedRobot]) -> list[Diagnostic]:
     notes = []
     seen: dict[str, SpawnedRobot] = {}
     for robot in robots:
         other = seen.setdefault(robot.spawn.namespace, robot)
         if other is not robot:
             where = f"/{robot.spawn.namespace}".rstrip("/")
-            message = f"'{robot.spawn.model}' shares its topics with '{other.spawn.model}': {where}/cmd_vel"
+            message = f"'{robot.spawn.model}' and '{other.spawn.model}' share their topics: {where}/cmd_vel"
             message += " drives both"
-            hint = f'give it a namespace: <group ns="{robot.spawn.model}">, or -robot_namespace'
+            hint = f'give one a namespace: <group ns="{robot.spawn.model}">, or -robot_namespace'
             notes.append(Diagnostic("L063", Severity.WARNING, message, robot.origin, hint))
     return notes
 
@@ -141,7 +144,8 @@ def _shared(robots: Sequence[SpawnedRobot]) -> list[Diagnostic]:
 def _with_controllers(
     robots: Sequence[SpawnedRobot], controllers: Iterable[SpawnedController]
 ) -> list[SpawnedRobot]:
-    """Each controller belongs to the robot whose namespace it is in, else to the first."""
+    """The robots with their controllers. A controller belongs to the robot with its namespace, otherwise to
+    the first robot."""
     own: dict[int, list[SpawnedController]] = {}
     for controller in controllers:
         fitting = (
@@ -153,13 +157,13 @@ def _with_controllers(
     return [replace(r, controllers=tuple(own.get(number, ()))) for number, r in enumerate(robots)]
 
 
-def _taken(node: PlannedNode, spawn: SpawnRequest) -> Diagnostic:
-    message = f"{node.full_name} spawns no further '{spawn.model}': the world has a model of that name"
-    hint = "each model has a name of its own: -model NAME"
+def _name_taken(node: PlannedNode, spawn: SpawnRequest) -> Diagnostic:
+    message = f"{node.full_name} spawns nothing: another spawner already uses the name '{spawn.model}'"
+    hint = "give each model its own name: -model NAME"
     return Diagnostic("L062", Severity.WARNING, message, node.origin, hint)
 
 
 def _no_robot(node: PlannedNode) -> Diagnostic:
-    message = f"{node.full_name} spawns nothing: it names no robot that this launch sets"
-    hint = "-param NAME of a parameter that xacro fills, or -file FILE"
+    message = f"{node.full_name} spawns nothing: it does not name a robot of this launch file"
+    hint = "name a parameter that holds a robot with -param NAME, or a file with -file FILE"
     return Diagnostic("L062", Severity.WARNING, message, node.origin, hint)

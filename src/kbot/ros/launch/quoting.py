@@ -1,4 +1,4 @@
-"""Splits a command line of a launch file into words."""
+"""Splits command lines of launch files into words."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import shlex
 
 
 def split_words(text: str, *, windows: bool = os.name == "nt") -> list[str]:
-    """Words with spaces between, quoted ones whole, as a shell has them. On Windows a backslash is part of a
-    path, as `$(find …)` gives it, and quotes nothing.
+    """The words of a command line, split at spaces and quotes like a shell does. On Windows a backslash is
+    not an escape character, because `$(find …)` gives paths with backslashes.
 
     Raises:
         ValueError: a quote is not closed.

@@ -19,7 +19,7 @@ class Reporter:
         self.problems: list[Diagnostic] = []
         self.findings: list[Diagnostic] = []
         self.budget = Budget(DEFAULT)
-        """The work that the expressions and substitutions of the file and of those it includes may take."""
+        """The work left for expressions and substitutions of the file and its includes."""
         self._seen: set[tuple[str, str, str, int]] = set()
         self._is_limit_reached = False
 
@@ -33,7 +33,7 @@ class Reporter:
         warning: bool = False,
         related: Iterable[Related] = (),
     ) -> None:
-        """Report what prevents the file from being read as intended."""
+        """Report an error in the file itself."""
         severity = Severity.WARNING if warning else Severity.ERROR
         key = (code, message, origin.span.file, origin.span.start)
         if key not in self._seen:
@@ -41,19 +41,20 @@ class Reporter:
             self.problems.append(Diagnostic(code, severity, message, origin, hint, tuple(related)))
 
     def fault(self, error: LaunchError, origin: Origin) -> None:
-        """Report an error, unless a limit was reached before: later errors are only its consequences."""
+        """Report an error. Once a limit is exceeded, later errors are only its consequences and are not
+        reported."""
         if not self._is_limit_reached:
             self.problem(error.code, error.message, origin, error.hint)
             self._is_limit_reached = error.is_limit
 
     def finding(self, diagnostic: Diagnostic) -> None:
-        """Report what ROS would reject."""
+        """Report an error that ROS would raise."""
         if diagnostic not in self.findings:
             self.findings.append(diagnostic)
 
 
 def part_of(origin: Origin, piece: str) -> Origin:
-    """The part of an attribute's value that holds a piece of its text; all of it where it is not found."""
+    """Where a piece of an attribute's value was written. If it is not found, where the whole value was."""
     span = origin.span
     at = span.source.data.find(piece.encode(), span.start, span.end) if piece else -1
     if at < 0:

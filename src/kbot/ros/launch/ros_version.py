@@ -1,4 +1,4 @@
-"""Whether a launch file is for ROS 1 or ROS 2."""
+"""Finds out whether a launch file is for ROS 1 or ROS 2."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ _WORDS_OF_2 = re.compile(
 
 
 def is_ros_2(path: str, text: str | None = None) -> bool:
-    """Whether a launch file is one of ROS 2: by its name, or by words that ROS 1 does not have.
+    """Whether a launch file is for ROS 2: by its name, or by words that ROS 1 does not have.
 
-    `text` is what it holds, where that is known already.
+    `text` is the content of the file. If it is None, the file is read.
     """
     if path.endswith((".py", ".yaml", ".yml")):
         return True

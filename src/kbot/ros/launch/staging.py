@@ -1,4 +1,4 @@
-"""Decides how KBot runs a plan without ROS: its robots, their start poses, and what replaces each node."""
+"""Decides how KBot runs a plan: its robots, their start poses, and what replaces each node."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class StandInSettings:
     maps        map.yaml files that a map server publishes
     recordings  what rosbag records
     playings    recordings that are played back
-    keys        the settings of teleop_twist_keyboard; None without one
+    keys        the settings of teleop_twist_keyboard; None if the launch does not have it
     bridged     topics that a bridge to gz renames
     """
 
@@ -60,14 +60,14 @@ class StandInSettings:
 class Stage:
     """What KBot does in place of a launch's nodes.
 
-    robots        the first is the one that is shown or driven; none if no parameter holds a robot
+    robots        the first is the one that is shown or driven; empty if no parameter holds a robot
     models        SDF models that are spawned
-    is_simulated  whether the robots are simulated, because one is spawned or its hardware is run
+    is_simulated  whether the robots are simulated: the launch has a spawner or ros2_control_node
     gazebo        the world, and whether the simulation starts paused
-    viewer        the settings of rviz; None without one
+    viewer        the settings of rviz; None if the launch does not have it
     joints        the settings of joint_state_publisher
-    programs      the user's own nodes that can be run
-    notes         what is not done, and why
+    programs      the user's own nodes that can run
+    notes         nodes that are not run and settings that have no effect, with the reason
     """
 
     robots: tuple[SpawnedRobot, ...]
@@ -87,13 +87,13 @@ class Stage:
 
     @property
     def has_window(self) -> bool:
-        """Whether the launch shows a window: Gazebo's or rviz's."""
+        """Whether the launch opens a window of Gazebo or rviz."""
         return self.gazebo.window or self.viewer is not None
 
 
 def stage(plan: Plan, packages: Packages | None = None) -> Stage:
-    """The robots and stand-ins of a plan, and a note for each node that KBot neither replaces nor runs. Tests
-    are not run, as with roslaunch."""
+    """The robots and replaced nodes of a plan, with a note for each node that KBot neither replaces nor runs.
+    Like roslaunch, KBot does not run tests."""
     packages = packages or Packages(around=plan.path)
     plan = replace(plan, nodes=tuple(node for node in plan.nodes if not node.is_test))
     cast: dict[Role | None, list[PlannedNode]] = {}
@@ -111,7 +111,7 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
     now = datetime.now()
     recordings = [noted(read_recording(node, now)) for node in cast.get(Role.RECORDER, [])]
     is_simulated = bool(spawners) or any(runs_hardware(node) for node in plan.nodes)
-    found = [noted(read_playing(node, can_wait=is_simulated)) for node in cast.get(Role.PLAYER, [])]
+    found = [noted(read_playing(node, can_pause=is_simulated)) for node in cast.get(Role.PLAYER, [])]
     playings = tuple(playing for playing in found if playing is not None)
     gazebo = noted(read_gazebo(plan))
     joints = noted(read_joint_states(plan))
@@ -158,9 +158,9 @@ def _programs(nodes: list[PlannedNode], packages: Packages) -> tuple[tuple[Progr
 def _unknown(node: PlannedNode) -> Diagnostic:
     severity = Severity.ERROR if node.required else Severity.WARNING
     what = f"node {node.package}/{node.type}" if node.package else f"program {node.type}"
-    message = f"nothing stands in for the {what}: {node.full_name} is not run"
-    hint = "it runs where a ROS is installed"
-    hint = f"the launch needs it (required); {hint}" if node.required else hint
+    message = f"{node.full_name} is not run: KBot cannot replace the {what}"
+    hint = "run it with ROS"
+    hint = f"the node is required; {hint}" if node.required else hint
     return Diagnostic("L055", severity, message, node.spans["type"], hint)
 
 

@@ -1,4 +1,4 @@
-"""Finds the user's own programs among the nodes of a launch file: their files and interpreters."""
+"""Finds the files and interpreters of the user's own programs in a launch file."""
 
 from __future__ import annotations
 
@@ -20,13 +20,14 @@ from kbot.xacro.packages import PackageNotFound, Packages
 
 _SHEBANG = re.compile(r"#!.*\bpython[\d.]*\s*$")
 _SKIPPED = frozenset({"build", "install", "log", "devel", "node_modules", "__pycache__"})
-_ASK_SECONDS = 20.0
+"""Folders without sources: outputs of colcon, catkin, npm and Python."""
+_QUERY_TIMEOUT_S = 20.0
+"""Time limit for asking another interpreter which modules it has."""
 
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """A node of the user's own that can be run: its interpreter, its file and the ROS modules that it
-    imports."""
+    """A user's own node that can run: its interpreter, its file, and the ROS modules that it imports."""
 
     node: PlannedNode
     interpreter: str
@@ -48,32 +49,36 @@ def find_program(node: PlannedNode, packages: Packages) -> Program | Diagnostic:
     except DescriptionError:
         text = ""
     if not (file.suffix == ".py" or _SHEBANG.match(text.partition("\n")[0])):
-        return _not_run(node, f"{file} is no Python program", "a compiled node needs a ROS: roslaunch")
+        return _not_run(
+            node, f"{file} is not a Python program", "KBot runs only Python nodes; run it with ROS"
+        )
     try:
         wanted = _imports(ast.parse(text), file.parent, Path(folder))
     except (SyntaxError, ValueError) as error:
         line = f"{file}:{getattr(error, 'lineno', 1)}"
-        return _not_run(node, f"{line}: it is not valid Python", str(getattr(error, "msg", error)))
+        return _not_run(node, f"{line}: not valid Python", str(getattr(error, "msg", error)))
     ros = wanted & {"rospy", "rclpy"}
     interpreter = next(
         (python for python in _interpreters() if not _lacking(python, frozenset(wanted))), None
     )
     if interpreter is None:
         lacking = sorted(_lacking(sys.executable, frozenset(wanted)))
-        what = "a ROS, or write it with kbot.Node, which needs none" if ros else "what it imports"
-        return _not_run(node, f"{file} imports {', '.join(lacking)}, not here", f"install {what}")
+        hint = (
+            "install ROS, or use kbot.Node, which does not need ROS" if ros else "install the missing modules"
+        )
+        return _not_run(node, f"{file} imports {', '.join(lacking)}, not installed", hint)
     return Program(node, interpreter, str(file), frozenset(ros))
 
 
 def _not_run(node: PlannedNode, why: str, hint: str) -> Diagnostic:
     severity = Severity.ERROR if node.required else Severity.WARNING
     message = f"{node.full_name} ({node.package}/{node.type}) is not run: {why}"
-    hint = f"the launch needs it (required); {hint}".rstrip("; ") if node.required else hint
+    hint = f"the node is required; {hint}".rstrip("; ") if node.required else hint
     return Diagnostic("L055", severity, message, node.spans["type"], hint)
 
 
 def _in_package(folder: Path, name: str) -> Path | None:
-    """A file of that name, with or without .py, nearest to the package's root."""
+    """The file of that name, with or without .py, that is nearest to the root of the package."""
     found: list[Path] = []
     for root, folders, files in os.walk(folder):
         folders[:] = sorted(f for f in folders if f not in _SKIPPED and not f.startswith("."))
@@ -82,7 +87,7 @@ def _in_package(folder: Path, name: str) -> Path | None:
 
 
 def _imports(tree: ast.Module, folder: Path, package: Path) -> set[str]:
-    """Modules without which it does not start; those of its own folder and package are there."""
+    """The modules that a program imports at its start, without those of its own folder and package."""
     found: set[str] = set()
 
     def look(nodes: Iterable[ast.stmt]) -> None:
@@ -101,7 +106,7 @@ def _imports(tree: ast.Module, folder: Path, package: Path) -> set[str]:
 
 @cache
 def _interpreters() -> tuple[str, ...]:
-    """Our own Python, then the machine's, which a ROS is installed for."""
+    """KBot's own Python, then those of the machine, for which ROS is installed."""
     other = shutil.which("python3") or shutil.which("python")
     system = "/usr/bin/python3" if Path("/usr/bin/python3").exists() else None
     return tuple(dict.fromkeys(python for python in (sys.executable, other, system) if python))
@@ -109,7 +114,7 @@ def _interpreters() -> tuple[str, ...]:
 
 @cache
 def _lacking(python: str, modules: frozenset[str]) -> frozenset[str]:
-    """Those of the modules that an interpreter does not find."""
+    """The modules that an interpreter does not find."""
     if python == sys.executable:
         return frozenset(name for name in modules if not _is_here(name))
     code = "import sys, importlib.util as u; print(*(m for m in sys.argv[1:] if u.find_spec(m) is None))"
@@ -118,7 +123,7 @@ def _lacking(python: str, modules: frozenset[str]) -> frozenset[str]:
             [python, "-c", code, *sorted(modules)],
             capture_output=True,
             text=True,
-            timeout=_ASK_SECONDS,
+            timeout=_QUERY_TIMEOUT_S,
             check=False,
         )
     except (OSError, subprocess.TimeoutExpired):

@@ -1,1 +1,1 @@
-"""Reads the settings of the nodes that KBot replaces, from arguments and parameters: a file for each kind."""
+"""Reads the settings of the nodes that KBot replaces from arguments and parameters. Each kind has a file."""

@@ -1,4 +1,4 @@
-"""Reads the settings of Gazebo: the world, whether it starts paused, whether it shows a window."""
+"""Reads the settings of Gazebo: the world, and whether it starts paused and shows a window."""
 
 from __future__ import annotations
 
@@ -11,18 +11,19 @@ from kbot.ros.launch.plan import Included, Plan, PlannedNode
 from kbot.ros.launch.quoting import split_words
 from kbot.text import Diagnostic, Severity
 
-_TAKE_A_WORD = frozenset(
+_WITH_VALUE = frozenset(
     ("--render-engine", "--physics-engine", "--record-path", "--playback", "--gui-config", "-z", "--levels")
 )
-_ELSEWHERE: Mapping[str, str] = {
-    "recording": "--record FILE records the run",
-    "respawn_gazebo": "the simulation does not end by itself",
+"""Options of gz sim that a value follows."""
+_NO_EFFECT: Mapping[str, str] = {
+    "recording": "to record the run, use --record FILE",
+    "respawn_gazebo": "the simulation does not exit by itself",
 }
 
 
 @dataclass(frozen=True, slots=True)
 class GazeboSettings:
-    """`world` is as the launch file names it."""
+    """`world` is the name in the launch file."""
 
     world: str = "empty"
     paused: bool = False
@@ -30,7 +31,7 @@ class GazeboSettings:
 
 
 def read_gazebo(plan: Plan) -> tuple[GazeboSettings, list[Diagnostic]]:
-    """The settings of the launch's first Gazebo, and what of them is done otherwise."""
+    """The settings of the first Gazebo of a launch, and a note for each argument that has no effect."""
     notes: list[Diagnostic] = []
     for included in plan.included:
         notes += _notes(included)
@@ -62,7 +63,7 @@ def _included(included: Included) -> GazeboSettings | None:
 
 
 def _gz(words: str, given: Mapping[str, str]) -> GazeboSettings:
-    """Gazebo starts paused unless `-r` is given, and without a window where `-s` is."""
+    """The settings of gz. It starts paused unless `-r` is given, and `-s` starts it without a window."""
     try:
         parts = split_words(words)
     except ValueError:
@@ -71,7 +72,7 @@ def _gz(words: str, given: Mapping[str, str]) -> GazeboSettings:
     for word in parts:
         if skip:
             skip = False
-        elif word in _TAKE_A_WORD or word == "-v":
+        elif word in _WITH_VALUE or word == "-v":
             skip = word != "-v"
         elif not word.startswith("-") and not word.isdecimal():
             world = world or word
@@ -80,13 +81,13 @@ def _gz(words: str, given: Mapping[str, str]) -> GazeboSettings:
 
 
 def _gz_process(node: PlannedNode) -> GazeboSettings | None:
-    """`gz sim …` and `ign gazebo …`; None for any other."""
+    """The settings of the processes `gz sim …` and `ign gazebo …`. None for any other process."""
     _, _, words = node.args.partition(" ")
     return _gz(words, {}) if node.type in ("gz", "ign") and not node.package else None
 
 
 def _server(node: PlannedNode) -> GazeboSettings:
-    """gazebo or gzserver as a node, with the world among its arguments."""
+    """The settings of gazebo or gzserver as a node. The world is one of its arguments."""
     words = split(node)
     worlds = [word for word in words if word.endswith((".world", ".sdf"))]
     world = worlds[0] if worlds else "empty"
@@ -95,8 +96,8 @@ def _server(node: PlannedNode) -> GazeboSettings:
 
 def _notes(included: Included) -> list[Diagnostic]:
     return [
-        Diagnostic("L063", Severity.INFO, f"{name}: {why}", included.origin)
-        for name, why in _ELSEWHERE.items()
+        Diagnostic("L063", Severity.INFO, f"{name} has no effect: {why}", included.origin)
+        for name, why in _NO_EFFECT.items()
         if _is_on(included.arguments, name)
     ]
 

@@ -1,4 +1,4 @@
-"""Reads the settings of ros_gz_bridge: which topics of gz are which of ROS, from YAML and arguments."""
+"""Reads the settings of ros_gz_bridge from YAML and arguments: the ROS topic for each topic of gz."""
 
 from __future__ import annotations
 
@@ -24,10 +24,14 @@ _SERVICE = re.compile(r"[^@\s]+@\w+/srv/\w+(?:@[\w.]+@[\w.]+)?")
 _TOPIC = re.compile(r"[~/]?\w[\w/]*", re.ASCII)
 _GZ_TOPIC = re.compile(r"[^\s@]+")
 _WORDS = (
-    *((name, _TOPIC, "topic of ROS") for name in ("topic_name", "ros_topic_name")),
-    ("gz_topic_name", _GZ_TOPIC, "topic of gz"),
-    ("ros_type_name", re.compile(r"\w+(/msg)?/\w+", re.ASCII), "type of ROS, as in geometry_msgs/msg/Twist"),
-    ("gz_type_name", re.compile(r"\w+(\.\w+)+", re.ASCII), "type of gz, as in gz.msgs.Twist"),
+    *((name, _TOPIC, "ROS topic name") for name in ("topic_name", "ros_topic_name")),
+    ("gz_topic_name", _GZ_TOPIC, "gz topic name"),
+    (
+        "ros_type_name",
+        re.compile(r"\w+(/msg)?/\w+", re.ASCII),
+        "ROS type, for example geometry_msgs/msg/Twist",
+    ),
+    ("gz_type_name", re.compile(r"\w+(\.\w+)+", re.ASCII), "gz type, for example gz.msgs.Twist"),
 )
 _KEYS = (
     *("topic_name", "ros_topic_name", "gz_topic_name", "ros_type_name", "gz_type_name", "direction"),
@@ -73,11 +77,11 @@ TYPES: Mapping[str, tuple[str, ...]] = {
     "tf2_msgs/msg/TFMessage": ("Pose_V",),
     "trajectory_msgs/msg/JointTrajectory": ("JointTrajectory",),
 }
-"""Types of ROS and what each is in gz.msgs, as ros_gz_bridge converts them."""
+"""ROS types, and the types of gz.msgs that ros_gz_bridge converts each to."""
 
 
 def read_bridged(plan: Plan, nodes: Iterable[PlannedNode]) -> tuple[tuple[Bridged, ...], list[Diagnostic]]:
-    """What a launch's bridges carry, and what is wrong with what they are told."""
+    """The topics that the bridges of a launch convert, and findings about the bridges' settings."""
     reader = _Reader(plan)
     for node in nodes:
         reader.node(node)
@@ -97,17 +101,17 @@ class _Reader:
     def node(self, node: PlannedNode) -> None:
         words = split(node)
         remaps = dict(node.remaps) | dict(word.split(":=", 1) for word in words if ":=" in word)
-        told = {
+        full_remaps = {
             _full(source, node.namespace): _full(target, node.namespace) for source, target in remaps.items()
         }
         config = self._plan.params.get(f"{node.full_name}/config_file")
         if config is not None and config.value:
-            self.file(str(config.value), config.origin, node.namespace, told)
+            self.file(str(config.value), config.origin, node.namespace, full_remaps)
         for word in words:
             if word == "--ros-args":
                 break
             if ":=" not in word and not word.startswith("-"):
-                self._argument(node, word, told)
+                self._argument(node, word, full_remaps)
 
     def _argument(self, node: PlannedNode, word: str, remaps: Mapping[str, str]) -> None:
         where = place_of(node, word)
@@ -121,8 +125,8 @@ class _Reader:
             return
         match = _ARGUMENT.fullmatch(word)
         if match is None:
-            message = f"'{word}' is no topic for a bridge"
-            hint = "/topic@ros_type@gz_type, with [ in the place of the second @ for from gz to ROS, ] back"
+            message = f"'{word}' is not a bridge argument"
+            hint = "use /topic@ros_type@gz_type, or [ (gz to ROS) or ] (ROS to gz) in place of the second @"
             self._note(message, where, hint)
             return
         gz = _full(match["topic"], "/")
@@ -131,7 +135,7 @@ class _Reader:
         self._add(gz, remaps.get(ros, ros), match["ros"], match["gz"], direction, where, where)
 
     def file(self, path: str, origin: Origin, namespace: str, remaps: Mapping[str, str]) -> None:
-        """Read a configuration; it may be absent, which is said where it is named."""
+        """Read a configuration file. If it does not exist, this is reported where the file is named."""
         call = Call("include", path, origin.span, origin.call)
         try:
             source = read_source(path)
@@ -148,7 +152,9 @@ class _Reader:
         data = document.data
         if not isinstance(data, list):
             self._note(
-                f"{path} is to hold a list of topics", Origin(source.whole()), "- ros_topic_name: /cmd_vel …"
+                f"{path} must contain a list of topics",
+                Origin(source.whole()),
+                "- ros_topic_name: /cmd_vel …",
             )
             return
         all_places = _Places(document, call)
@@ -158,7 +164,7 @@ class _Reader:
                 self._entry(entry, keys, all_places, namespace, remaps)
             else:
                 self._note(
-                    f"{entry!r:.60} is no entry of a bridge", all_places.of(*keys), "- ros_topic_name: …"
+                    f"{entry!r:.60} is not a bridge entry", all_places.of(*keys), "- ros_topic_name: …"
                 )
 
     def _entry(
@@ -171,8 +177,8 @@ class _Reader:
     ) -> None:
         for key in entry:
             if str(key) not in _KEYS:
-                hint = did_you_mean(str(key), _KEYS) or f"there are {', '.join(_KEYS)}"
-                self._note(f"a bridge has no '{key}'", places.of(*keys, str(key)), hint)
+                hint = did_you_mean(str(key), _KEYS) or f"use one of: {', '.join(_KEYS)}"
+                self._note(f"a bridge entry has no key '{key}'", places.of(*keys, str(key)), hint)
         if "service_name" in entry:
             self._service(entry["service_name"], places.of(*keys, "service_name"))
             return
@@ -181,20 +187,22 @@ class _Reader:
         gz, ros = entry.get("gz_topic_name", either), entry.get("ros_topic_name", either)
         gz, ros = gz or ros, ros or gz
         if not gz or not ros:
-            self._note("this entry names no topic", first, "gz_topic_name: and ros_topic_name:")
+            self._note(
+                "the bridge entry does not name a topic", first, "add gz_topic_name and ros_topic_name"
+            )
             return
         for name, pattern, what in _WORDS:
             if entry.get(name) and not (isinstance(entry[name], str) and pattern.fullmatch(entry[name])):
-                self._note(f"{entry[name]!r:.60} is no name of a {what}", places.of(*keys, name))
+                self._note(f"{entry[name]!r:.60} is not a {what}", places.of(*keys, name))
                 return
         missing = [name for name in ("ros_type_name", "gz_type_name") if not entry.get(name)]
         if missing:
-            self._note(f"the entry of {ros} lacks {' and '.join(missing)}", first)
+            self._note(f"the bridge entry of {ros} needs {' and '.join(missing)}", first)
             return
         wanted = str(entry.get("direction", Direction.BOTH))
         if wanted not in list(Direction):
-            hint = did_you_mean(wanted, list(Direction)) or f"there are {', '.join(Direction)}"
-            self._note(f"'{wanted}' is no direction", places.of(*keys, "direction"), hint)
+            hint = did_you_mean(wanted, list(Direction)) or f"use one of: {', '.join(Direction)}"
+            self._note(f"unknown direction '{wanted}'", places.of(*keys, "direction"), hint)
             return
         full = _full(str(ros), namespace)
         self._add(
@@ -221,14 +229,16 @@ class _Reader:
         kind = f"{package}/msg/{name.removeprefix('msg/')}"
         fitting = TYPES.get(kind)
         if fitting is not None and PurePosixPath(gz_type.replace(".", "/")).name not in fitting:
-            self._note(f"{kind} is gz.msgs.{fitting[0]} in gz, not {gz_type}: nothing is carried", typed)
+            self._note(
+                f"{kind} converts to gz.msgs.{fitting[0]}, not to {gz_type}: the topic is not bridged", typed
+            )
             return
         self.found.append(Bridged(gz, ros, kind, direction, where))
 
     def _service(self, name: object, where: Origin) -> None:
-        message = f"KBot does not offer the service {name!s:.60} of gz"
+        message = f"KBot does not provide the gz service {name!s:.60}"
         self.notes.append(
-            Diagnostic("L063", Severity.WARNING, message, where, "call the services under /gazebo/ instead")
+            Diagnostic("L063", Severity.WARNING, message, where, "use the services under /gazebo/ instead")
         )
 
     def _note(self, message: str, where: Origin, hint: str = "") -> None:
@@ -237,6 +247,8 @@ class _Reader:
 
 @dataclass(frozen=True, slots=True)
 class _Places:
+    """The origins of the values in a configuration file."""
+
     document: YamlDocument
     call: Call
 

@@ -19,7 +19,7 @@ _KNOWN = (
 
 
 def read_joint_states(plan: Plan) -> tuple[JointStateSettings, list[Diagnostic]]:
-    """The settings of the launch's first joint_state_publisher, and what is wrong with them."""
+    """The settings of the first joint_state_publisher of a launch, and findings about them."""
     notes: list[Diagnostic] = []
     for node in plan.nodes:
         if role(node.package, node.type) is Role.JOINT_STATE:
@@ -37,7 +37,7 @@ class _Reader:
         for name, param in self._params.items():
             first = name.split("/")[0]
             if first not in _KNOWN:
-                hint = did_you_mean(first, _KNOWN) or f"there are {', '.join(_KNOWN)}"
+                hint = did_you_mean(first, _KNOWN) or f"use one of: {', '.join(_KNOWN)}"
                 self._note(param, f"joint_state_publisher has no parameter '{first}'", hint)
         rate = self._number("rate", RATE)
         sources = self._value("source_list", [])
@@ -56,14 +56,14 @@ class _Reader:
             parent = self._value(f"{base}/parent", "")
             if not parent:
                 params = [p for name, p in self._params.items() if name.startswith(base)]
-                self._note(params[0], f"the dependent joint '{joint}' has no parent", "")
+                self._note(params[0], f"the dependent joint '{joint}' has no parent", f"set {base}/parent")
                 continue
             factor, offset = self._number(f"{base}/factor", 1.0), self._number(f"{base}/offset", 0.0)
             found[joint] = Dependent(str(parent), factor, offset)
         return found
 
     def _below(self, name: str) -> list[str]:
-        """Names one level beneath a parameter's."""
+        """The names one level below a parameter name."""
         names = (key.split("/")[1] for key in self._params if key.startswith(f"{name}/"))
         return list(dict.fromkeys(names))
 
@@ -78,7 +78,7 @@ class _Reader:
         value = param.value
         if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value):
             return float(value)
-        self._note(param, f"{name} is a finite number, not {value!r}", "")
+        self._note(param, f"{name} must be a finite number, not {value!r}", "")
         return default
 
     def _note(self, param: Param, message: str, hint: str) -> None:

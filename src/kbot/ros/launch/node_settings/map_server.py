@@ -11,7 +11,8 @@ from kbot.text import Diagnostic, Severity
 
 
 def read_maps(plan: Plan, servers: Iterable[PlannedNode]) -> tuple[tuple[str, ...], list[Diagnostic]]:
-    """The map.yaml files, from ROS 1's arguments or ROS 2's parameter, and an error for each missing one."""
+    """The map.yaml files, from arguments in ROS 1 or a parameter in ROS 2, and an error for each missing
+    file."""
     found: list[str] = []
     notes: list[Diagnostic] = []
     for node in servers:
@@ -21,7 +22,7 @@ def read_maps(plan: Plan, servers: Iterable[PlannedNode]) -> tuple[tuple[str, ..
         if Path(path).is_file():
             found.append(path)
         else:
-            what = f"the map {path} is not there" if path else "map_server is given no map"
+            what = f"the map {path} does not exist" if path else f"{node.full_name} does not name a map"
             where = param.origin if param is not None else node.spans.get("args", node.origin)
-            notes.append(Diagnostic("L059", Severity.ERROR, f"{what}: nothing is on /map", where))
+            notes.append(Diagnostic("L059", Severity.ERROR, f"{what}: /map is not published", where))
     return tuple(found), notes

@@ -29,46 +29,48 @@ _ROS2: Mapping[str, int] = {
     **dict.fromkeys(("--topics", "--exclude-topics", "-m", "--remap", "-x", "--exclude"), -1),
 }
 SLOWEST, FASTEST = 0.01, 100.0
-"""Rates, as `kbot bag play` has them."""
+"""The limits of the rate, the same as in `kbot bag play`."""
 LONGEST = 1e9
-"""Seconds that an option may give."""
+"""The largest number of seconds in an option, about 32 years."""
 _SUFFIXES = (".bag", ".mcap", ".db3")
 _PAUSES = ("--pause", "--start-paused", "-p")
-_NOT_DONE: Mapping[str, str] = {
-    "--clock": "KBot tells the time",
+_NO_EFFECT: Mapping[str, str] = {
+    "--clock": "KBot itself publishes /clock",
     "--rate-control-topic": "the rate is that of --rate",
-    "--pause-topics": "it goes on",
-    "--regex": "topics are named one by one",
-    "-x": "topics are chosen by --topics",
-    "--exclude": "topics are chosen by --topics",
-    "--exclude-topics": "topics are chosen by --topics",
+    "--pause-topics": "playback does not pause",
+    "--regex": "select topics with --topics",
+    "-x": "select topics with --topics",
+    "--exclude": "select topics with --topics",
+    "--exclude-topics": "select topics with --topics",
 }
 
 
-def read_playing(node: PlannedNode, *, can_wait: bool = False) -> tuple[Playing | None, list[Diagnostic]]:
-    """What a player of ROS 1 (rosbag play) or of ROS 2 (ros2 bag play) would say; None where no recording is
-    there. `can_wait`: whether something lets one that is paused go on."""
+def read_playing(node: PlannedNode, *, can_pause: bool = False) -> tuple[Playing | None, list[Diagnostic]]:
+    """What a node of rosbag play (ROS 1) or a process of ros2 bag play (ROS 2) would play back. None if its
+    recording does not exist. `can_pause` is whether something can continue a paused playback."""
     is_ros_2 = node.package != "rosbag"
     options = read_options(node, _ROS2 if is_ros_2 else _ROS1)
     words = [word for word in options.rest[2 if is_ros_2 else 0 :] if not word.startswith("__")]
     remaps = dict(node.remaps)
-    said = (*words, *_given(options, "-m", "--remap"))
-    remaps |= dict(word.split(":=", 1) for word in said if ":=" in word)
+    remap_words = (*words, *_given(options, "-m", "--remap"))
+    remaps |= dict(word.split(":=", 1) for word in remap_words if ":=" in word)
     named = [word for word in words if ":=" not in word and not _is_number(word)]
     named += [*_given(options, "--bags"), *_given(options, "-i", "--input")]
     topics = list(_given(options, "--topics"))
-    if not named and topics:  # argparse takes a bag after --topics for a topic, and so the bag is last
+    if not named and topics:  # argparse reads a bag after --topics as a topic
         named = [topic for topic in topics if topic.endswith(_SUFFIXES)]
         topics = [topic for topic in topics if topic not in named]
     pauses = next((option for option in (_PAUSES if is_ros_2 else _PAUSES[:1]) if options.has(option)), "")
-    for option, why in (_NOT_DONE if can_wait else {**_NOT_DONE, pauses: "it begins at once"}).items():
+    for option, why in (
+        _NO_EFFECT if can_pause else {**_NO_EFFECT, pauses: "playback starts at once"}
+    ).items():
         if option and options.has(option):
             options.notes.append(
-                Diagnostic("L063", Severity.INFO, f"{option}: {why}", place_of(node, option))
+                Diagnostic("L063", Severity.INFO, f"{option} has no effect: {why}", place_of(node, option))
             )
     missing = [path for path in named if not Path(path).exists()]
     if missing or not named:
-        options.notes.append(_nothing(node, missing))
+        options.notes.append(_no_recording(node, missing))
         return None, options.notes
     ahead = ("--start-offset",) if is_ros_2 else ("--start", "-s")
     keeps_on = options.has("-k", "--keep-alive")
@@ -84,7 +86,7 @@ def read_playing(node: PlannedNode, *, can_wait: bool = False) -> tuple[Playing 
         remaps={_absolute(source): _absolute(target) for source, target in remaps.items()},
         prefix="" if is_ros_2 else (options.text("--prefix", "-p") or "").strip("/"),
         required=node.required and not keeps_on,
-        paused=can_wait and bool(pauses),
+        paused=can_pause and bool(pauses),
     ), options.notes
 
 
@@ -95,18 +97,20 @@ def _given(options: Options, *names: str) -> tuple[str, ...]:
 def _bounded(
     options: Options, names: tuple[str, ...], default: float, low: float, high: float, unit: str
 ) -> float:
-    """The number that the first of these options gives; what is out of its bounds is a note, and the
-    default."""
+    """The number of the first of these options that is given. For a number out of range, adds a note and
+    returns the default."""
     name = next((name for name in names if options.has(name)), names[0])
     value = options.number(name, default)
     if low <= value <= high:
         return value
-    options.notes.append(_refused(options, name, f"{name} is from {low:g} to {high:g} {unit}, not {value:g}"))
+    options.notes.append(
+        _rejected(options, name, f"{name} must be {low:g} to {high:g} {unit}, not {value:g}")
+    )
     return default
 
 
 def _duration(options: Options, is_ros_2: bool) -> float | None:
-    """Seconds that are said, None for all: so does ROS 2 take a number below zero."""
+    """The seconds to play back. None means all, which ROS 2 also writes as a negative number."""
     names = ("--playback-duration",) if is_ros_2 else ("--duration", "-u")
     name = next((name for name in names if options.has(name)), None)
     if name is None:
@@ -114,18 +118,18 @@ def _duration(options: Options, is_ros_2: bool) -> float | None:
     least = -LONGEST if is_ros_2 else 0.0
     seconds = _bounded(options, (name,), -1.0, least, LONGEST, "seconds")
     if seconds == 0.0 and options.has("-l", "--loop"):
-        options.notes.append(_refused(options, name, f"{name} 0 leaves nothing to be said again and again"))
+        options.notes.append(_rejected(options, name, f"{name} 0 with --loop plays nothing"))
         return None
     return seconds if seconds >= 0.0 else None
 
 
-def _refused(options: Options, name: str, message: str) -> Diagnostic:
+def _rejected(options: Options, name: str, message: str) -> Diagnostic:
     where = place_of_value(options.node, name)
-    return Diagnostic("L062", Severity.ERROR, message, where, "the player refuses it")
+    return Diagnostic("L062", Severity.ERROR, message, where, "the player rejects it")
 
 
 def _is_number(word: str) -> bool:
-    """What follows `--clock`, whose rate may be left out."""
+    """Whether a word is a number: the rate after `--clock`, which can be missing."""
     return word.replace(".", "", 1).isdecimal()
 
 
@@ -133,8 +137,8 @@ def _absolute(topic: str) -> str:
     return names.canonical(f"/{topic}")
 
 
-def _nothing(node: PlannedNode, missing: list[str]) -> Diagnostic:
-    what = f"the recording {missing[0]} is not there" if missing else "no recording is named"
+def _no_recording(node: PlannedNode, missing: list[str]) -> Diagnostic:
+    what = f"the recording {missing[0]} does not exist" if missing else "the node does not name a recording"
     where = place_of(node, missing[0]) if missing else node.spans.get("args", node.origin)
     severity = Severity.ERROR if node.required else Severity.WARNING
-    return Diagnostic("L059", severity, f"{what}: {node.full_name} says nothing", where)
+    return Diagnostic("L059", severity, f"{what}: {node.full_name} plays nothing", where)

@@ -25,29 +25,29 @@ _ROS2: Mapping[str, int] = {
     **dict.fromkeys(("--compression-mode", "--compression-format", "-f", "--serialization-format"), 1),
     "--topics": -1,
 }
-_CHOICES = ("-e", "--regex", "-x", "--exclude", "--node", "--duration", "--split", "-l", "--limit")
+_NO_EFFECT = ("-e", "--regex", "-x", "--exclude", "--node", "--duration", "--split", "-l", "--limit")
 
 
 @dataclass(frozen=True, slots=True)
 class RecordRequest:
-    """A file, and the topics that are recorded; all where there are none."""
+    """The file and the topics of a recording. Without topics, it has all topics."""
 
     path: str
     topics: tuple[str, ...]
 
 
 def read_recording(node: PlannedNode, now: datetime) -> tuple[RecordRequest, list[Diagnostic]]:
-    """What a recorder of ROS 1 (rosbag record) or of ROS 2 (ros2 bag record) would write.
+    """What a node of rosbag record (ROS 1) or a process of ros2 bag record (ROS 2) would record.
 
-    `now` names the file where its arguments do not, as those programs do.
+    If the arguments do not name the file, its name is made from `now`, as those programs do.
     """
     ros2 = node.package != "rosbag"
     options = read_options(node, _ROS2 if ros2 else _ROS1)
     words = options.rest[2:] if ros2 else options.rest
     topics = [*words, *options.given.get("--topics", ())]
-    for option in _CHOICES:
+    for option in _NO_EFFECT:
         if options.has(option):
-            message = f"{option}: the recording goes on from start to end with all topics that are named"
+            message = f"{option} has no effect: KBot records the named topics from start to end"
             options.notes.append(Diagnostic("L063", Severity.WARNING, message, place_of(node, option)))
     chosen = () if options.has("-a", "--all", "-e", "--regex") else tuple(topics)
     path = _rosbag2(options, now) if ros2 else _bag(options, now)

@@ -16,16 +16,16 @@ from kbot.text.suggest import did_you_mean
 
 @dataclass(frozen=True, slots=True)
 class ViewerSettings:
-    """`displays` is the file of the displays, which may be missing. Both are empty where rviz uses its
-    defaults."""
+    """`displays` is the display file, which may not exist. An empty value means that rviz uses its
+    default."""
 
     displays: str = ""
     fixed_frame: str = ""
 
 
 def read_viewer(nodes: Sequence[PlannedNode]) -> tuple[ViewerSettings | None, list[Diagnostic]]:
-    """The settings of a launch's rviz, None without one, and a warning for each missing display file. Of
-    several rviz, the first that names a file and the first that names a frame count."""
+    """The settings of rviz in a launch, and a warning for each missing display file. None if there is no
+    rviz. With several, the first that names a file and the first that names a frame count."""
     if not nodes:
         return None, []
     displays = next((file for node in nodes if (file := display_config(node.args))), "")
@@ -51,7 +51,7 @@ def missing_displays(nodes: Iterable[PlannedNode]) -> list[Diagnostic]:
         if file and find_file(file) is None:
             option = "-d" if "-d" in node.args.split() else "--display-config"
             where = place_of_value(node, option)
-            message = f"there is no file {file}: rviz shows its own displays"
+            message = f"{file} does not exist: rviz shows its default displays"
             found.append(Diagnostic("L059", Severity.WARNING, message, where, _nearest_file(file)))
     return found
 

@@ -1,4 +1,4 @@
-"""Reads the settings of controller_manager's spawners: which controllers start, with which parameters."""
+"""Reads the settings of controller_manager's spawners: the controllers that start, and their parameters."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ _COMMAND_2 = {"-c": 1, "--controller-manager": 1, "--set-state": 1, "--spin-time
 
 
 @dataclass(frozen=True, slots=True)
-class _Wish:
-    """A controller that a node spawns; `files` and `kind` are what ROS 2's spawner is told of it."""
+class _Request:
+    """A controller that a node spawns. `files` and `kind` come from the arguments of ROS 2's spawner."""
 
     name: str
     manager: str
@@ -44,7 +44,7 @@ class _Wish:
 
 @dataclass(frozen=True, slots=True)
 class _File:
-    """A parameter file of ROS 2, and who loads it."""
+    """A ROS 2 parameter file, and where it is loaded."""
 
     document: YamlDocument
     call: Call
@@ -53,19 +53,21 @@ class _File:
 def read_controllers(
     plan: Plan, nodes: Iterable[PlannedNode]
 ) -> tuple[tuple[SpawnedController, ...], list[Diagnostic]]:
-    """What the `nodes` of controller managers spawn, each controller once, and what is wrong with files."""
+    """The controllers that `nodes` spawn, each once, and findings about their files."""
     notes: list[Diagnostic] = []
-    wishes: dict[str, _Wish] = {}
+    requests: dict[str, _Request] = {}
     shared: list[_File] = []
     for node in nodes:
         if runs_hardware(node):
             shared += _files(node.parameter_files, node.origin, notes)
-        for wish in _wishes(node, plan.is_ros_2):
-            wishes[names.join(wish.manager, wish.name)] = wish
+        for request in _requests(node, plan.is_ros_2):
+            requests[names.join(request.manager, request.name)] = request
     spawned = []
-    for full, wish in wishes.items():
+    for full, request in requests.items():
         if plan.is_ros_2:
-            settings = _settings_2(plan, full, wish, [*shared, *_files(wish.files, wish.origin, notes)])
+            settings = _settings_2(
+                plan, full, request, [*shared, *_files(request.files, request.origin, notes)]
+            )
         else:
             settings = {
                 name.removeprefix(f"{full}/").replace("/", "."): Setting(param.value, param.origin)
@@ -73,64 +75,66 @@ def read_controllers(
                 if name.startswith(f"{full}/")
             }
             if not settings:
-                notes.append(_unknown(plan, full, wish))
+                notes.append(_without_parameters(plan, full, request))
                 continue
         ros = 2 if plan.is_ros_2 else 1
-        spawned.append(SpawnedController(full, settings, wish.is_active, ros, wish.origin))
+        spawned.append(SpawnedController(full, settings, request.is_active, ros, request.origin))
     return tuple(spawned), notes
 
 
-def _unknown(plan: Plan, full: str, wish: _Wish) -> Diagnostic:
-    """A controller of ROS 1 is its parameters; those of ROS 2 may be in the description."""
+def _without_parameters(plan: Plan, full: str, request: _Request) -> Diagnostic:
+    """The finding for a ROS 1 controller without parameters. In ROS 2, the description can have them."""
     known = [name.removesuffix("/type") for name in plan.params if name.endswith("/type")]
-    what = f"the controller {full} is not loaded: there are no parameters beneath that name"
-    hint = did_you_mean(full, known) or (f"there are {', '.join(known)}" if known else "")
-    return Diagnostic("L064", Severity.WARNING, what, wish.origin, hint)
+    message = f"the controller {full} is not loaded: it has no parameters"
+    hint = did_you_mean(full, known) or (
+        f"the launch file sets parameters of {', '.join(known)}" if known else ""
+    )
+    return Diagnostic("L064", Severity.WARNING, message, request.origin, hint)
 
 
 def runs_hardware(node: PlannedNode) -> bool:
-    """Whether a node is the controller manager of ROS 2 for a robot's hardware, true or made up."""
+    """Whether a node is ROS 2's controller manager for the hardware of a robot, real or mocked."""
     return (node.package, node.type) == ("controller_manager", "ros2_control_node")
 
 
-def _wishes(node: PlannedNode, is_ros_2: bool) -> Iterator[_Wish]:
+def _requests(node: PlannedNode, is_ros_2: bool) -> Iterator[_Request]:
     if not node.package:
         yield from _command(node)
     elif node.type == "spawner" and not is_ros_2:
         options = read_options(node, _SPAWNER_1)
         below = options.text("--namespace")
         manager = names.as_namespace(names.join(node.namespace, below) if below else node.namespace)
-        for word in _plain(options.rest):
-            yield _Wish(word, manager, not options.has("--stopped"), place_of(node, word))
+        for word in _controller_names(options.rest):
+            yield _Request(word, manager, not options.has("--stopped"), place_of(node, word))
     elif node.type in ("spawner", "spawner.py"):
         options = read_options(node, _SPAWNER_2)
         is_active = not options.has("--stopped", "--inactive", "--load-only")
         kind = options.text("-t", "--controller-type") or ""
         files = (*options.given.get("-p", ()), *options.given.get("--param-file", ()))
-        for word in _plain(options.rest):
-            yield _Wish(word, _manager(node, options), is_active, place_of(node, word), files, kind)
+        for word in _controller_names(options.rest):
+            yield _Request(word, _manager(node, options), is_active, place_of(node, word), files, kind)
     elif node.type == "controller_manager" and not is_ros_2:
         action, *rest = node.args.split() or [""]
         if action in ("spawn", "load"):
-            for word in _plain(rest):
-                yield _Wish(word, node.namespace, action == "spawn", place_of(node, word))
+            for word in _controller_names(rest):
+                yield _Request(word, node.namespace, action == "spawn", place_of(node, word))
 
 
-def _command(node: PlannedNode) -> Iterator[_Wish]:
-    """`ros2 control load_controller --set-state active NAME`, as a process."""
+def _command(node: PlannedNode) -> Iterator[_Request]:
+    """The controllers of a process `ros2 control load_controller --set-state active NAME`."""
     options = read_options(node, _COMMAND_2)
     verb, *rest = options.rest[1:] or ("",)
     states = ("active", "start")
     if verb in ("load_controller", "load_start_controller") and rest:
         is_active = verb == "load_start_controller" or options.text("--set-state") in states
         origin = place_of(node, rest[0])
-        yield _Wish(rest[0], _manager(node, options), is_active, origin, tuple(rest[1:2]))
+        yield _Request(rest[0], _manager(node, options), is_active, origin, tuple(rest[1:2]))
     elif verb == "set_controller_state" and len(rest) == 2:
-        yield _Wish(rest[0], _manager(node, options), rest[1] in states, place_of(node, rest[0]))
+        yield _Request(rest[0], _manager(node, options), rest[1] in states, place_of(node, rest[0]))
 
 
-def _plain(words: Iterable[str]) -> list[str]:
-    """Words that are names: no remapping, nothing after `--ros-args`, and no option that is unknown."""
+def _controller_names(words: Iterable[str]) -> list[str]:
+    """The words that name controllers: not options, remappings, or anything after `--ros-args`."""
     found: list[str] = []
     for word in words:
         if word == "--ros-args":
@@ -141,7 +145,7 @@ def _plain(words: Iterable[str]) -> list[str]:
 
 
 def _manager(node: PlannedNode, options: Options) -> str:
-    """The namespace of the controller manager that a node of ROS 2 speaks to."""
+    """The namespace of the controller manager whose services a ROS 2 spawner calls."""
     below = options.text("-n", "--namespace") or ""
     here = names.as_namespace(names.join(node.namespace, below)) if below else node.namespace
     manager = names.join(here, options.text("-c", "--controller-manager") or "controller_manager")
@@ -158,7 +162,7 @@ def _files(paths: Iterable[str], origin: Origin, notes: list[Diagnostic]) -> lis
             notes.append(Diagnostic("L059", Severity.WARNING, first.message, origin, first.hint))
             continue
         except YamlError as error:
-            message = f"the controllers' file is no YAML: {error.problem}"
+            message = f"the controllers' file is not YAML: {error.problem}"
             place = Origin(error.span, Call("include", path, origin.span, origin.call))
             notes.append(Diagnostic("L059", Severity.WARNING, message, place))
             continue
@@ -166,17 +170,18 @@ def _files(paths: Iterable[str], origin: Origin, notes: list[Diagnostic]) -> lis
     return found
 
 
-def _settings_2(plan: Plan, full: str, wish: _Wish, files: Iterable[_File]) -> dict[str, Setting]:
-    """What files and launch tell the controller's own node, and its manager of its type."""
-    manager = names.join(wish.manager, "controller_manager")
+def _settings_2(plan: Plan, full: str, request: _Request, files: Iterable[_File]) -> dict[str, Setting]:
+    """The parameters of a ROS 2 controller, from files and the launch. Its type is a parameter of its
+    manager."""
+    manager = names.join(request.manager, "controller_manager")
     found: dict[str, Setting] = {}
     for file in files:
-        kind = node_parameters(file.document, manager, file.call).get(f"{wish.name}.type")
+        kind = node_parameters(file.document, manager, file.call).get(f"{request.name}.type")
         found |= {"type": kind} if kind else {}
         found |= node_parameters(file.document, full, file.call)
     for node in plan.nodes:
-        if runs_hardware(node) and (param := plan.params.get(f"{node.full_name}/{wish.name}.type")):
+        if runs_hardware(node) and (param := plan.params.get(f"{node.full_name}/{request.name}.type")):
             found.setdefault("type", Setting(param.value, param.origin))
-    if wish.kind:
-        found["type"] = Setting(wish.kind, wish.origin)
+    if request.kind:
+        found["type"] = Setting(request.kind, request.origin)
     return found

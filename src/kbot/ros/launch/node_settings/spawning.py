@@ -1,4 +1,4 @@
-"""Reads the settings of spawn_model, spawn_entity.py and create: which robot is spawned, and where."""
+"""Reads the settings of spawn_model, spawn_entity.py and create: the robot to spawn, and its pose."""
 
 from __future__ import annotations
 
@@ -27,8 +27,15 @@ _WORLD_FRAMES = ("", "world", "map", "odom")
 
 @dataclass(frozen=True, slots=True)
 class SpawnRequest:
-    """Where a robot starts in the world: m and rad. `z` is None where it is put on the ground. `model` is
-    what it is called, empty for its own name; its topics are in the `namespace`, as `a/b`, or at the root."""
+    """How a robot is spawned.
+
+    x, y, z           position in the world in m; without `z` the robot is put on the ground
+    roll, pitch, yaw  attitude in rad
+    joints            joint positions in rad or m
+    unpause           whether the simulation continues after spawning
+    model             the name of the model; empty for the name in the description
+    namespace         the namespace of its topics without outer slashes, for example `a/b`
+    """
 
     x: float = 0.0
     y: float = 0.0
@@ -44,7 +51,7 @@ class SpawnRequest:
 
 @dataclass(frozen=True, slots=True)
 class SpawnedRobot:
-    """A robot file with its xacro arguments, where it is put, and what stands before its frames."""
+    """A robot file with its xacro arguments, its spawn request, and the prefix of its frames."""
 
     path: str
     arguments: Mapping[str, str]
@@ -55,7 +62,7 @@ class SpawnedRobot:
 
 
 def read_spawn(node: PlannedNode) -> tuple[SpawnRequest, list[Diagnostic]]:
-    """What a spawner's arguments ask for, and what of it is not done."""
+    """The request in a spawner's arguments, and a note for each option that has no effect."""
     options = _options(node)
     spawn = SpawnRequest(
         x=options.number("-x"),
@@ -70,19 +77,19 @@ def read_spawn(node: PlannedNode) -> tuple[SpawnRequest, list[Diagnostic]]:
         namespace=_namespace(node, options),
     )
     for option, why in (
-        ("-database", "there is no database of models"),
-        ("-package_to_model", "nothing is rewritten"),
+        ("-database", "KBot does not have a model database"),
+        ("-package_to_model", "KBot does not rewrite package:// to model://"),
     ):
         if options.has(option):
-            options.notes.append(_partly(node, option, why))
+            options.notes.append(_no_effect(node, option, why))
     frame = options.text("-reference_frame") or ""
     if frame not in _WORLD_FRAMES:
-        options.notes.append(_partly(node, "-reference_frame", "the pose is taken in the world"))
+        options.notes.append(_no_effect(node, "-reference_frame", "the pose is in the world frame"))
     return spawn, options.notes
 
 
 def spawned(plan: Plan, node: PlannedNode) -> Param | RobotDescription | None:
-    """The description that a spawner names: a parameter that is set, or a file."""
+    """The description that a spawner names, as a parameter or a file. None if it does not exist."""
     options = _options(node)
     file = options.text("-file")
     if file:
@@ -95,19 +102,19 @@ def spawned(plan: Plan, node: PlannedNode) -> Param | RobotDescription | None:
     for full in (name, f"{node.namespace}{name}", f"/{name}"):
         if full in described:
             return described[full]
-    if topic:  # the topic of robot_state_publisher, whose parameter has its name
+    if topic:  # robot_state_publisher publishes its parameter on a topic of the same name
         return next((p for full, p in described.items() if full.endswith(f"/{name}")), None)
     return None
 
 
 def is_sdf(node: PlannedNode, path: str) -> bool:
-    """Whether what a spawner names is a model of SDF, and no robot of URDF."""
+    """Whether a spawner names an SDF model and not a URDF robot."""
     return path.endswith(".sdf") or (_options(node).has("-sdf") and not path.endswith((".urdf", ".xacro")))
 
 
 def _namespace(node: PlannedNode, options: Options) -> str:
-    """Plugins of Gazebo for ROS are in the spawner's own namespace, unless it is told another; gz knows of
-    none."""
+    """The namespace of a robot's topics: that of `-robot_namespace`, otherwise that of the spawner. gz does
+    not have namespaces."""
     given = options.text("-robot_namespace") if options.has("-robot_namespace") else None
     if given is None and node.type == "create":
         return ""
@@ -128,5 +135,5 @@ def _joints(options: Options) -> dict[str, float]:
     return {joint: number(options.node, word, f"-J {joint}", 0.0, notes) for joint, word in pairs}
 
 
-def _partly(node: PlannedNode, option: str, why: str) -> Diagnostic:
-    return Diagnostic("L063", Severity.WARNING, f"{option}: {why}", place_of(node, option))
+def _no_effect(node: PlannedNode, option: str, why: str) -> Diagnostic:
+    return Diagnostic("L063", Severity.WARNING, f"{option} has no effect: {why}", place_of(node, option))

@@ -14,7 +14,7 @@ from kbot.text import Diagnostic, Severity
 
 
 def read_keys(plan: Plan, nodes: Sequence[PlannedNode]) -> tuple[Keys | None, list[Diagnostic]]:
-    """The settings of the first teleop_twist_keyboard, and what is wrong with its parameters."""
+    """The settings of the first teleop_twist_keyboard, and findings about its parameters."""
     if not nodes:
         return None, []
     notes: list[Diagnostic] = []
@@ -23,7 +23,7 @@ def read_keys(plan: Plan, nodes: Sequence[PlannedNode]) -> tuple[Keys | None, li
 
 
 class _Params:
-    """A node's own parameters. In ROS 1 its command line can set them, too."""
+    """The parameters of a node. In ROS 1 its command line can also set them."""
 
     def __init__(self, plan: Plan, node: PlannedNode, notes: list[Diagnostic]) -> None:
         self._node, self._notes = node, notes
@@ -59,6 +59,6 @@ class _Params:
         if math.isfinite(number) and not isinstance(found, bool):
             return number
         where = param.origin if param is not None else self._node.spans.get("args", self._node.origin)
-        message = f"{name} is a finite number, not {found!r}"
+        message = f"{name} must be a finite number, not {found!r}"
         self._notes.append(Diagnostic("L062", Severity.WARNING, message, where))
         return default

@@ -1,4 +1,4 @@
-"""Reads attributes of tags: checks them, and applies their substitutions."""
+"""Reads the attributes of tags: checks them and makes their substitutions."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from kbot.text.suggest import did_you_mean
 
 
 class Attributes(dict[str, str]):
-    """An element's attributes with their substitutions made. `ok`: all could be made."""
+    """The attributes of an element after substitution. `ok` is whether all substitutions could be made."""
 
     ok = True
 
 
 class TagReader:
-    """Reads tags and reports what is wrong with them.
+    """Reads tags and reports their errors.
 
     `anonymous` remembers the names that `$(anon …)` made. If it is None, such substitutions are not changed.
     """
@@ -28,7 +28,7 @@ class TagReader:
         self.reporter, self.anonymous = reporter, anonymous
 
     def attributes(self, element: Element, context: LaunchScope) -> Attributes:
-        """An element's attributes, checked against its tag's and with their substitutions made."""
+        """The attributes of an element after substitution. Unknown and missing ones are reported."""
         known = ATTRIBUTES[element.tag]
         found = Attributes()
         for name, raw in element.attributes.items():
@@ -37,7 +37,7 @@ class TagReader:
             if name not in known:
                 spans = element.attribute_spans().get(name)
                 origin = Origin(spans[0], context.call) if spans else context.origin(element)
-                hint = did_you_mean(name, known) or f"it may have {', '.join(known)}"
+                hint = did_you_mean(name, known) or f"use one of: {', '.join(known)}"
                 self.reporter.problem(
                     "L003", f"<{element.tag}> has no attribute '{name}'", origin, hint, warning=True
                 )
@@ -51,7 +51,7 @@ class TagReader:
             if name not in element.attributes:
                 found.ok = False
                 self.reporter.problem(
-                    "L004", f"<{element.tag}> lacks its attribute '{name}'", context.origin(element)
+                    "L004", f"<{element.tag}> needs the attribute '{name}'", context.origin(element)
                 )
         return found
 
@@ -60,7 +60,7 @@ class TagReader:
         return SubstitutionScope(context.file, packages, context.args, self.reporter.budget, self.anonymous)
 
     def resolve(self, element: Element, name: str, raw: str, context: LaunchScope) -> str | None:
-        """An attribute's value with its substitutions made; None, and a problem, where that fails."""
+        """The value of an attribute after substitution. An error is reported, and None is returned."""
         scope = self._scope(context)
         try:
             return scope.resolve(raw)
@@ -70,7 +70,8 @@ class TagReader:
             return None
 
     def resolve_text(self, text: str, element: Element, context: LaunchScope) -> str | None:
-        """The text within an element with its substitutions made, as `subst_value` asks for."""
+        """The text of an element after substitution, for `subst_value`. An error is reported, and None is
+        returned."""
         scope = self._scope(context)
         try:
             return scope.resolve(text)
@@ -79,7 +80,7 @@ class TagReader:
             return None
 
     def applies(self, element: Element, context: LaunchScope) -> bool:
-        """Whether an element's `if` and `unless` let it stand."""
+        """Whether the `if` or `unless` of an element is fulfilled."""
         given = [name for name in ("if", "unless") if name in element.attributes]
         if not given:
             return True
@@ -92,27 +93,27 @@ class TagReader:
         try:
             return bool(convert(value, "bool")) is (given[0] == "if")
         except ValueError as error:
-            hint = "true, false, 1 and 0 are understood"
+            hint = "use true, false, 1 or 0"
             self.reporter.problem("L005", str(error), context.attribute_origin(element, given[0]), hint)
             return False
 
     def namespace(self, element: Element, found: Attributes, context: LaunchScope) -> bool:
-        """Whether what an element gives as `ns` can be one; it may give none."""
+        """Whether an element does not have `ns`, or a valid one."""
         given = found.get("ns", "/")
         if given and not given.startswith("~"):
             return True
-        says = "an empty 'ns' says nothing" if not given else f"'{given}' is private to a node, no namespace"
-        self.reporter.problem("L005", says, context.attribute_origin(element, "ns"), "leave it out")
+        message = f"the private name '{given}' is not a namespace" if given else "'ns' is empty"
+        self.reporter.problem("L005", message, context.attribute_origin(element, "ns"), "remove 'ns'")
         return False
 
     def flag(self, element: Element, found: Attributes, name: str, context: LaunchScope) -> bool:
-        """A yes-or-no attribute, false where it is not given."""
+        """The value of a true-or-false attribute; false if it is missing."""
         word = found.get(name, "false").lower()
-        if name == "clear_params" and not word:  # roslaunch passes over this one alone
+        if name == "clear_params" and not word:  # roslaunch accepts an empty value only here
             return False
         if word not in ("true", "false"):
             origin = context.attribute_origin(element, name)
-            self.reporter.problem("L005", f"'{name}' is true or false, not '{found[name]}'", origin)
+            self.reporter.problem("L005", f"'{name}' must be true or false, not '{found[name]}'", origin)
         return word == "true"
 
     def number(
@@ -125,7 +126,7 @@ class TagReader:
         whole: bool = False,
         signed: bool = False,
     ) -> float | None:
-        """The number that an attribute says, above 0 unless it may be `signed`; None where it says none."""
+        """The number in an attribute, above 0 unless `signed`. An error is reported, and None is returned."""
         try:
             value = float(int(found[name]) if whole else found[name])
         except (ValueError, OverflowError):
@@ -134,5 +135,5 @@ class TagReader:
             return value
         what = f"{'a whole number' if whole else 'a number'}{'' if signed else ' above 0'}"
         origin = context.attribute_origin(element, name)
-        self.reporter.problem("L005", f"'{name}' is {what}, not '{found[name]}'", origin)
+        self.reporter.problem("L005", f"'{name}' must be {what}, not '{found[name]}'", origin)
         return None

@@ -1,4 +1,4 @@
-"""The context of a tag in a launch file: namespace, arguments, remaps, environment."""
+"""The scope of a tag in a launch file: namespace, arguments, remaps, environment."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from kbot.text import Call, Element, Origin
 
 @dataclass
 class LaunchScope:
-    """The surroundings of an element. Groups, nodes and included files get a child of it.
+    """The scope of an element. Groups, nodes and included files get a child scope.
 
-    args       values that `$(arg …)` gives here
-    declared   arguments that were declared here, so that a second declaration is seen
-    private    `~name` parameters, which the nodes that follow get
-    forgiving  whether the file was included with pass_all_args, so that redeclaration is no error; in a group
-               of the file it is one
-    is_root    it is that of the launch file itself, not of a group or an included file
+    args       the values of `$(arg …)`
+    declared   the arguments declared in this scope; a second declaration is an error
+    private    `~name` parameters, which all later nodes get
+    forgiving  whether a second declaration is allowed, because the file was included with pass_all_args.
+               A group of that file does not allow it
+    is_root    whether this is the scope of the launch file itself, not of a group or an included file
     """
 
     file: str
@@ -34,7 +34,8 @@ class LaunchScope:
     is_root: bool = False
 
     def child(self, namespace: str | None = None) -> LaunchScope:
-        """A copy whose changes do not reach this one, in a namespace below (or a global one)."""
+        """A copy in a namespace below this one, or in a global namespace. Changes of it do not affect this
+        scope."""
         below = self.namespace
         if namespace:
             below = names.as_namespace(names.join(below, namespace))
@@ -51,17 +52,19 @@ class LaunchScope:
         )
 
     def included(self, namespace: str | None, file: str, args: dict[str, str], at: Element) -> LaunchScope:
-        """The surroundings of a file that is included here: nothing is declared, `args` are passed."""
+        """The scope of a file that `at` includes. It has only the arguments `args`."""
         inner = self.child(namespace)
         inner.call = Call("include", file, at.origin.span, self.call)
         inner.file, inner.args, inner.declared = file, args, set()
-        inner.private = self.private or inner.private  # roslaunch shares those that there are with the file
+        inner.private = (
+            self.private or inner.private
+        )  # roslaunch shares them with the file, unless there are none yet
         return inner
 
     def origin(self, element: Element) -> Origin:
-        """Where an element was written, and the includes that brought it."""
+        """Where an element was written, with the includes that lead to it."""
         return Origin(element.origin.span, self.call)
 
     def attribute_origin(self, element: Element, name: str) -> Origin:
-        """Where an attribute's value was written, and the includes that brought it."""
+        """Where the value of an attribute was written, with the includes that lead to it."""
         return Origin(element.attribute_origin(name).span, self.call)

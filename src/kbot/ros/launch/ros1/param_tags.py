@@ -1,4 +1,4 @@
-"""Reads `<param>` and `<rosparam>`: values for the parameter server."""
+"""Reads `<param>` and `<rosparam>`, which set parameters."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ _YAML_COMMANDS = ("load", "dump", "delete")
 
 
 class ParameterStore:
-    """The parameters that a launch file sets, in order. `others` are its dumps and deletions."""
+    """The parameters that a launch file sets, in order. `others` are `rosparam dump` and `rosparam
+    delete`."""
 
     def __init__(self, tags: TagReader, allow_commands: bool) -> None:
         self.tags, self.reporter = tags, tags.reporter
@@ -32,24 +33,25 @@ class ParameterStore:
         self.others: list[tuple[str, str, str]] = []
 
     def add(self, param: Param) -> None:
-        """Set a parameter; a later value replaces an earlier one."""
+        """Set a parameter. A later value replaces an earlier one."""
         parts = param.name.split("/")[1:-1]
         for count in range(1, len(parts) + 1):
             above = "/" + "/".join(parts[:count])
             if above in self.store:
-                message = f"the parameter {param.name} lies beneath {above}, which has a value of its own"
+                message = f"the parameter {param.name} is inside {above}, which already has a value"
                 self.reporter.problem("L035", message, param.origin, warning=True)
         self.store[param.name] = param
 
     def param(self, element: Element, context: LaunchScope) -> Param | None:
-        """The parameter of a `<param>`, its name as written; None where it cannot be had."""
+        """The parameter of a `<param>`, with its name as written. None if it has an error, which is
+        reported."""
         reporter = self.reporter
         found = self.tags.attributes(element, context)
         given = [name for name in _SOURCES if name in element.attributes]
         if len(given) != 1:
             what = f"exactly one of {', '.join(_SOURCES)}"
-            said = " and ".join(given) or "none of them"
-            reporter.problem("L030", f"<param> needs {what}, and has {said}", context.origin(element))
+            has = " and ".join(given) or "none of them"
+            reporter.problem("L030", f"<param> needs {what}, but has {has}", context.origin(element))
             return None
         if not found.ok:
             return None
@@ -57,9 +59,9 @@ class ParameterStore:
         origin = context.attribute_origin(element, source)
         type_ = (found.get("type") or "auto").lower().strip()
         if type_ not in TYPES:
-            hint = did_you_mean(type_, TYPES) or f"there are {', '.join(TYPES)}"
+            hint = did_you_mean(type_, TYPES) or f"use one of: {', '.join(TYPES)}"
             where = context.attribute_origin(element, "type")
-            reporter.problem("L031", f"there is no type '{type_}'", where, hint)
+            reporter.problem("L031", f"unknown parameter type '{type_}'", where, hint)
             return None
         try:
             value, description = self._value(source, found, type_, origin)
@@ -96,7 +98,7 @@ class ParameterStore:
         return convert(output, type_), description
 
     def rosparam(self, element: Element, context: LaunchScope) -> None:
-        """A `<rosparam>`: YAML into the store, or a dump or deletion to be done at the launch."""
+        """Read a `<rosparam>`: set the parameters of its YAML, or note a dump or deletion for the launch."""
         reporter = self.reporter
         found = self.tags.attributes(element, context)
         if not found.ok:
@@ -106,17 +108,17 @@ class ParameterStore:
         name = names.join(found.get("ns", ""), found.get("param", ""))
         full = names.join(context.namespace, name) if name else context.namespace
         if command not in _YAML_COMMANDS:
-            hint = did_you_mean(command, _YAML_COMMANDS) or f"there are {', '.join(_YAML_COMMANDS)}"
+            hint = did_you_mean(command, _YAML_COMMANDS) or f"use one of: {', '.join(_YAML_COMMANDS)}"
             origin = context.attribute_origin(element, "command")
-            reporter.problem("L033", f"<rosparam> has no command '{command}'", origin, hint)
+            reporter.problem("L033", f"unknown <rosparam> command '{command}'", origin, hint)
         elif command == "load":
             substituted = self.tags.flag(element, found, "subst_value", context)
             self._load(element, context, file, full, bool(name), substituted)
         elif command == "delete" and file is not None:
             origin = context.attribute_origin(element, "file")
-            reporter.problem("L033", "'delete' takes no file", origin)
+            reporter.problem("L033", "command 'delete' does not take a file", origin, "remove 'file'")
         elif command == "dump" and file is None:
-            reporter.problem("L004", "'dump' lacks its attribute 'file'", context.origin(element))
+            reporter.problem("L004", "command 'dump' needs the attribute 'file'", context.origin(element))
         else:
             self.others.append((command, full, file or ""))
 
@@ -154,7 +156,7 @@ class ParameterStore:
             return
         data = {} if document.data is None else document.data
         if not isinstance(data, dict) and not named:
-            message = "YAML that is no mapping needs a name: the attribute 'param'"
+            message = 'YAML that is not a mapping needs a parameter name: add param="NAME"'
             reporter.problem("L034", message, context.origin(element))
             return
         call = Call("include", file or "", context.origin(element).span, context.call)
@@ -171,14 +173,14 @@ class ParameterStore:
         place: Callable[[Keys], Origin],
         keys: Keys = (),
     ) -> None:
-        """Set what a mapping holds, each at its `place`."""
+        """Set the parameters of a mapping, each with the origin that `place` gives for its keys."""
         if isinstance(value, dict):
             for key, item in value.items():
                 if isinstance(key, str):
                     self._spread(names.join(name, key), item, place, (*keys, key))
-                else:  # as `on:` and `1:`, which YAML does not read as texts
-                    message = f"the key {key!r} of the YAML is no name"
-                    self.reporter.problem("L033", message, place(keys), "put it in quotes")
+                else:  # YAML reads `on:` as a truth value and `1:` as a number
+                    message = f"the YAML key {key!r} is not a name"
+                    self.reporter.problem("L033", message, place(keys), "put the key in quotes")
         else:
             self.add(Param(names.canonical(name), value, place(keys)))
 

@@ -1,4 +1,4 @@
-"""Reads a ROS 1 launch file as a Plan, and finds all its problems in one run."""
+"""Reads a ROS 1 launch file into a Plan and reports all its errors at once."""
 
 from __future__ import annotations
 
@@ -106,8 +106,10 @@ class _Reader:
         charge_file(self.reporter.budget, source)
         root = parse_xml(source)
         if root.tag != "launch":
-            hint = "a ROS 1 launch file starts with <launch>"
-            self.reporter.problem("L001", f"this is a <{root.tag}>, no launch file", root.origin, hint)
+            hint = "a ROS 1 launch file begins with <launch>"
+            self.reporter.problem(
+                "L001", f"not a launch file: the root element is <{root.tag}>", root.origin, hint
+            )
             raise DescriptionError(self.reporter.problems)
         return root
 
@@ -116,7 +118,7 @@ class _Reader:
             if element.tag not in CHILDREN["launch"]:
                 hint = did_you_mean(element.tag, CHILDREN["launch"])
                 origin = context.origin(element)
-                self.reporter.problem("L002", f"there is no tag <{element.tag}>", origin, hint, warning=True)
+                self.reporter.problem("L002", f"unknown tag <{element.tag}>", origin, hint, warning=True)
             elif self.tags.applies(element, context):
                 self._element(element, context)
 
@@ -148,12 +150,12 @@ class _Reader:
             return
         origin = context.origin(element)
         if value is not None and default is not None:
-            self.reporter.problem("L020", f"the argument '{name}' has a value and a default", origin)
+            self.reporter.problem("L020", f"the argument '{name}' has both a value and a default", origin)
         elif name in context.declared and not context.forgiving:
             self.reporter.problem("L021", f"the argument '{name}' is declared twice", origin)
         elif value is not None and name in context.args and not context.forgiving:
-            message = f"the argument '{name}' has a fixed value, and another one was given"
-            hint = "default= lets it be set from outside"
+            message = f"the argument '{name}' has a fixed value and cannot be set"
+            hint = "use default= instead of value= to make it settable"
             self.reporter.problem("L022", message, context.attribute_origin(element, "value"), hint)
         elif value is not None:
             context.args[name] = value
@@ -183,13 +185,15 @@ class _Reader:
             return
         twin = self.nodes.get(node.full_name)
         if twin:
-            related = [Related("the other one", twin.origin)]
+            related = [Related("the other node", twin.origin)]
             message = f"two nodes have the name {node.full_name}"
-            self.reporter.problem("L050", message, node.origin, "names are unique", related=related)
+            self.reporter.problem("L050", message, node.origin, "rename one of them", related=related)
             return
         if node.machine and node.machine in self.machines and not self.machines[node.machine].is_local:
-            message = f"the machine '{node.machine}' is another one: KBot runs here only"
-            self.reporter.problem("L061", message, node.origin, "the node is run here", warning=True)
+            message = (
+                f"the machine '{node.machine}' is not this one: KBot runs {node.full_name} on this machine"
+            )
+            self.reporter.problem("L061", message, node.origin, warning=True)
         self.nodes[node.full_name] = node
 
     def _machine(self, element: Element, context: LaunchScope) -> None:
@@ -198,9 +202,9 @@ class _Reader:
             return
         twin = self.machines.setdefault(machine.name, machine)
         if twin.settings != machine.settings:
-            related = [Related("the other one", twin.origin)]
-            message = f"two machines have the name '{machine.name}'"
-            self.reporter.problem("L050", message, machine.origin, "names are unique", related=related)
+            related = [Related("the other machine", twin.origin)]
+            message = f"two machines with different settings have the name '{machine.name}'"
+            self.reporter.problem("L050", message, machine.origin, "rename one of them", related=related)
 
     def _group(self, element: Element, context: LaunchScope) -> None:
         found = self.tags.attributes(element, context)
@@ -209,7 +213,7 @@ class _Reader:
         inner = context.child(found.get("ns"))
         self._clear(element, context, inner, self.tags.flag(element, found, "clear_params", context))
         self._elements(element, inner)
-        context.machine = inner.machine  # as roslaunch has it: the default machine outlives its group
+        context.machine = inner.machine  # as in roslaunch, the default machine stays set after its group
 
     def _clear(self, element: Element, context: LaunchScope, inner: LaunchScope, asked: bool) -> None:
         if not asked:
@@ -264,14 +268,14 @@ class _Reader:
         file: str,
         passed: Passed,
     ) -> None:
-        """A file of a package that is not here: what it would start is stood in for."""
+        """Include a file of a package that KBot replaces."""
         name = Path(file).name
         defaults = LAUNCH_FILES.get((package, name))
         origin = context.attribute_origin(element, "file")
         if defaults is None:
             names_ = [f for p, f in LAUNCH_FILES if p == package]
-            hint = did_you_mean(name, names_) or "install the package, or leave the include out"
-            message = f"the package '{package}' is not here, and KBot has nothing in place of its {name}"
+            hint = did_you_mean(name, names_) or "install the package or remove the include"
+            message = f"the package '{package}' is not installed, and KBot cannot replace its {name}"
             self.reporter.problem("L012", message, origin, hint)
             return
         report_unused(passed, set(defaults), name, self.reporter)
@@ -282,13 +286,13 @@ class _Reader:
 
 
 Passed = dict[str, tuple[str, Origin]]
-"""Arguments by name, each with where it is given."""
+"""The passed arguments by name: the value, and where it was written."""
 
 
 def read_passed(
     element: Element, context: LaunchScope, tags: TagReader, passing_all: bool
 ) -> tuple[Passed, list[tuple[str, str]]]:
-    """The arguments and the environment that an `<include>` gives the file."""
+    """The arguments and the environment that an `<include>` passes to its file."""
     here = context.origin(element)
     passed: Passed = {name: (value, here) for name, value in context.args.items()} if passing_all else {}
     own: set[str] = set()
@@ -297,7 +301,7 @@ def read_passed(
     for child in element.elements():
         if child.tag not in CHILDREN["include"]:
             hint = did_you_mean(child.tag, CHILDREN["include"])
-            message = f"<{child.tag}> has no place in <include>"
+            message = f"<{child.tag}> is not allowed in <include>"
             tags.reporter.problem("L002", message, context.origin(child), hint, warning=True)
             continue
         if not tags.applies(child, context):
@@ -311,7 +315,7 @@ def read_passed(
         origin = Origin(child.attribute_origin("name").span, context.call)
         name, value, default = found["name"], found.get("value"), found.get("default")
         if value is not None and default is not None:
-            tags.reporter.problem("L020", f"the argument '{name}' has a value and a default", origin)
+            tags.reporter.problem("L020", f"the argument '{name}' has both a value and a default", origin)
         elif name in own and not passing_all:
             tags.reporter.problem("L021", f"the argument '{name}' is passed twice", origin)
         elif value is not None:
@@ -335,7 +339,7 @@ def report_unused(passed: Passed, declared: set[str], file: str, reporter: Repor
 def read_node(
     element: Element, context: LaunchScope, tags: TagReader, parameters: ParameterStore, clear: list[str]
 ) -> PlannedNode | None:
-    """The node of a `<node>` or `<test>`; None where it cannot be made out."""
+    """The node of a `<node>` or `<test>`. None if it has an error, which is reported."""
     found = tags.attributes(element, context)
     surroundings = _children(element, context, found, tags, parameters)
     if not found.ok or not tags.namespace(element, found, context):
@@ -343,11 +347,11 @@ def read_node(
     name = found.get("name") or found.get("test-name", "")
     named = context.attribute_origin(element, "name" if "name" in found else "test-name")
     if not name.startswith("$(anon") and ("/" in name or name.startswith("~")):
-        hint = "the attribute 'ns' says the namespace"
-        tags.reporter.problem("L051", f"a node's name has no namespace in it, and '{name}' has", named, hint)
+        hint = "set the namespace with the attribute 'ns'"
+        tags.reporter.problem("L051", f"the node name '{name}' must not contain a namespace", named, hint)
     elif not names.is_legal(name) and not name.startswith("$(anon"):
-        hint = "a name holds letters, digits and _, and starts with a letter"
-        tags.reporter.problem("L051", f"'{name}' is no ROS name", named, hint, warning=True)
+        hint = "use letters, digits and _, and begin with a letter"
+        tags.reporter.problem("L051", f"'{name}' is not a valid ROS name", named, hint, warning=True)
     namespace = context.child(found.get("ns")).namespace
     if tags.flag(element, found, "clear_params", context):
         clear.append(names.as_namespace(names.join(namespace, name)))
@@ -379,17 +383,18 @@ def read_node(
 
 
 _CHOICES = {"output": ("log", "screen"), "cwd": ("ROS_HOME", "ros_home", "node")}
-
-
-_NOT_OF_TESTS = ("respawn", "respawn_delay", "output")
+_ONLY_OF_NODES = ("respawn", "respawn_delay", "output")
+"""Attributes that `<test>` does not have, unlike `<node>`."""
 
 
 def _check(element: Element, found: Attributes, context: LaunchScope, tags: TagReader) -> None:
-    """What roslaunch refuses to start with."""
+    """Report values with which roslaunch does not start."""
     for key, choices in _CHOICES.items():
         if key in found and found[key] not in choices:
             hint = did_you_mean(found[key], choices)
-            message = f"'{key}' is {' or '.join(c for c in choices if c != 'ros_home')}, not '{found[key]}'"
+            message = (
+                f"'{key}' must be {' or '.join(c for c in choices if c != 'ros_home')}, not '{found[key]}'"
+            )
             tags.reporter.problem("L005", message, context.attribute_origin(element, key), hint)
     for key in ("pkg", "type"):
         if not found[key].strip():
@@ -397,15 +402,15 @@ def _check(element: Element, found: Attributes, context: LaunchScope, tags: TagR
     if element.tag == "test":
         _check_test(element, found, context, tags)
     elif all(found.get(key, "").lower() == "true" for key in ("respawn", "required")):
-        message = "a node is either started again or required: 'respawn' and 'required' are both true"
+        message = "a node cannot have both 'respawn' and 'required'"
         tags.reporter.problem("L006", message, context.attribute_origin(element, "required"))
 
 
 def _check_test(element: Element, found: Attributes, context: LaunchScope, tags: TagReader) -> None:
-    for key in _NOT_OF_TESTS:
+    for key in _ONLY_OF_NODES:
         if key in found:
             origin = context.attribute_origin(element, key)
-            tags.reporter.problem("L003", f"<test> has no attribute '{key}'", origin, "it is one of <node>")
+            tags.reporter.problem("L003", f"<test> has no attribute '{key}'", origin, "only <node> has it")
     if found.get("time-limit"):
         tags.number(element, found, "time-limit", context)
     if found.get("retry"):
@@ -415,7 +420,7 @@ def _check_test(element: Element, found: Attributes, context: LaunchScope, tags:
 def _children(
     element: Element, context: LaunchScope, found: Attributes, tags: TagReader, parameters: ParameterStore
 ) -> LaunchScope:
-    """Reads what stands within a node; the node's own remaps and environment."""
+    """Read the elements in a node, and return a scope with the node's own remaps and environment."""
     surroundings = context.child()
     name = found.get("name") or found.get("test-name") or "unnamed"
     own = context.child(found.get("ns")).child(name)
@@ -424,7 +429,7 @@ def _children(
     for child in element.elements():
         if child.tag not in CHILDREN["node"]:
             hint = did_you_mean(child.tag, CHILDREN["node"])
-            message = f"<{child.tag}> has no place in <{element.tag}>"
+            message = f"<{child.tag}> is not allowed in <{element.tag}>"
             tags.reporter.problem("L002", message, context.origin(child), hint, warning=True)
         elif not tags.applies(child, context):
             continue
@@ -446,7 +451,7 @@ def _children(
 
 
 def read_remap(element: Element, context: LaunchScope, tags: TagReader) -> None:
-    """A `<remap>`; a later one of the same name replaces an earlier one."""
+    """Read a `<remap>`. A later one for the same name replaces an earlier one."""
     found = tags.attributes(element, context)
     if not found.ok:
         return
@@ -454,37 +459,39 @@ def read_remap(element: Element, context: LaunchScope, tags: TagReader) -> None:
     for key, name in zip(("from", "to"), pair, strict=True):
         if not name or not names.is_legal(name):
             origin = context.attribute_origin(element, key)
-            tags.reporter.problem("L060", f"'{name}' is no ROS name", origin)
+            tags.reporter.problem("L060", f"'{name}' is not a valid ROS name", origin)
             return
     context.remaps.pop(pair[0], None)
     context.remaps[pair[0]] = pair[1]
 
 
 def read_env(element: Element, context: LaunchScope, tags: TagReader) -> None:
-    """An `<env>`, for the nodes that follow."""
+    """Read an `<env>`, which applies to all later nodes."""
     found = tags.attributes(element, context)
     if not found.ok:
         return
     if not found["name"]:
         origin = context.attribute_origin(element, "name")
-        tags.reporter.problem("L005", "an environment variable needs a name", origin)
+        tags.reporter.problem("L005", "'name' is empty", origin)
         return
     context.env.append((found["name"], found["value"]))
 
 
 def _review(node: PlannedNode, reporter: Reporter) -> None:
+    """Report a node that its package does not have, or not any more."""
     origin = node.spans["type"]
     renamed = RENAMED.get((node.package, node.type))
     if renamed:
         new = renamed.new_type
         package = f" in {renamed.new_package}" if renamed.new_package != node.package else ""
-        message = f"the node {node.package}/{node.type} is gone: it is {new}{package} since {renamed.since}"
-        hint = f"roslaunch cannot start it and runs the others: {renamed.missing}"
+        replaced = f"was replaced by {renamed.new_package}/{new} in {renamed.since}"
+        message = f"the node {node.package}/{node.type} {replaced}"
+        hint = f"roslaunch starts the other nodes without it: {renamed.missing}"
         edits = []
         for key, value in (("pkg", renamed.new_package), ("type", new)):
             if node.spans[key].span.text != value:
                 edits.append(Edit(node.spans[key].span, value))
-        fix = Fix(f'write type="{new}"{package}', tuple(edits), safe=True)
+        fix = Fix(f'set type="{new}"{package}', tuple(edits), safe=True)
         reporter.finding(Diagnostic("L053", Severity.ERROR, message, origin, hint, fix=fix))
     elif node.package in NODES and node.type not in NODES[node.package]:
         hint = did_you_mean(node.type, NODES[node.package])
@@ -496,7 +503,7 @@ def _review(node: PlannedNode, reporter: Reporter) -> None:
 
 
 def _review_spawn_model(node: PlannedNode, reporter: Reporter) -> None:
-    """spawn_model refuses to start over one option that it does not know."""
+    """Report options that spawn_model does not know: with one, it does not start."""
     try:
         words = split_words(node.args)
     except ValueError as error:
@@ -507,9 +514,9 @@ def _review_spawn_model(node: PlannedNode, reporter: Reporter) -> None:
         count = SPAWN_MODEL_VALUES.get(word)
         if count is None:
             near = did_you_mean(word, SPAWN_MODEL_VALUES)
-            hint = f"{near} drop it; " if near else "drop it; "
-            hint += f"there are {' '.join(SPAWN_MODEL_VALUES)}"
-            message = f"spawn_model has no option '{word}': it refuses to start, and the robot never appears"
+            hint = f"{near} " if near else "remove it; "
+            hint += f"the options are {' '.join(SPAWN_MODEL_VALUES)}"
+            message = f"spawn_model has no option '{word}': it does not start, and the robot does not appear"
             reporter.finding(Diagnostic("L056", Severity.ERROR, message, place_of(node, word), hint))
             continue
         for _ in range(count):
@@ -517,24 +524,22 @@ def _review_spawn_model(node: PlannedNode, reporter: Reporter) -> None:
 
 
 _DEFAULTS = ("true", "false", "never")
-
-
-_SSH = 22.0
-"""The usual port."""
+_SSH_PORT = 22.0
+"""The default port of SSH."""
 
 
 def read_machine(element: Element, context: LaunchScope, tags: TagReader) -> Machine | None:
-    """The machine of a `<machine>`, which becomes the surroundings' own where it is the default."""
+    """The machine of a `<machine>`. A default machine is set in the scope, for all later nodes."""
     found = tags.attributes(element, context)
     if not found.ok:
         return None
     default = found.get("default", "false").lower()
     if default not in _DEFAULTS:
         origin = context.attribute_origin(element, "default")
-        tags.reporter.problem("L005", f"'default' is one of {', '.join(_DEFAULTS)}, not '{default}'", origin)
+        tags.reporter.problem("L005", f"'default' must be {' or '.join(_DEFAULTS)}, not '{default}'", origin)
     if default == "true":
         context.machine = found["name"]
-    port: float | None = _SSH
+    port: float | None = _SSH_PORT
     if found.get("ssh-port"):
         port = tags.number(element, found, "ssh-port", context, whole=True)
     timeout = tags.number(element, found, "timeout", context) if "timeout" in found else None

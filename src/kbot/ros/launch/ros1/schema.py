@@ -1,4 +1,4 @@
-"""The tags of a ROS 1 launch file, their attributes, and which tag may be inside which."""
+"""The tags of a ROS 1 launch file, their attributes, and the tags allowed in each."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ ATTRIBUTES: Mapping[str, tuple[str, ...]] = {
     "machine": ("name", "address", "env-loader", "ssh-port", "user", "password", "default", "timeout"),
     "master": ("auto", "start", "uri"),
 }
-"""Attributes of each tag, `if` and `unless` left out, which every tag may have."""
+"""The attributes of each tag, without `if` and `unless`, which every tag can have."""
 
 REQUIRED: Mapping[str, tuple[str, ...]] = {
     "arg": ("name",),

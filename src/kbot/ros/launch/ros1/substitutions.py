@@ -1,4 +1,4 @@
-"""Substitutions of ROS 1 launch files: `$(find …)`, `$(arg …)`, `$(eval …)` and others."""
+"""Makes the substitutions of ROS 1 launch files: `$(find …)`, `$(arg …)`, `$(eval …)` and others."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg", "eval")
 
 @dataclass
 class SubstitutionScope:
-    """What substitutions can see.
+    """The values that substitutions can use.
 
-    `anonymous` remembers the names that `$(anon …)` gave; None leaves such substitutions as they are.
+    `anonymous` remembers the names that `$(anon …)` made. If it is None, such substitutions are not changed.
     """
 
     file: str
@@ -36,7 +36,7 @@ class SubstitutionScope:
     anonymous: dict[str, str] | None = field(default_factory=dict)
 
     def resolve(self, text: str) -> str:
-        """The text with its substitutions made.
+        """The text after substitution.
 
         Raises:
             LaunchError: L010 to L016.
@@ -57,9 +57,14 @@ class SubstitutionScope:
             at = end
             word, *rest = whole[2:-1].split() or [""]
             if word == "eval":
-                raise LaunchError("L015", "$(eval …) must be the whole value", "put the rest into it", whole)
+                raise LaunchError(
+                    "L015",
+                    "$(eval …) must be the whole value",
+                    "put the rest of the value into the expression",
+                    whole,
+                )
             if word not in COMMANDS:
-                hint = did_you_mean(word, COMMANDS) or f"there are {', '.join(COMMANDS)}"
+                hint = did_you_mean(word, COMMANDS) or f"use one of: {', '.join(COMMANDS)}"
                 raise LaunchError("L010", f"unknown substitution $({word})", hint, whole)
             value = self._command(word, rest, whole) if (word == "find") is finding else whole
             if finding and word == "find":
@@ -122,7 +127,7 @@ class SubstitutionScope:
 
 
 class _Names:
-    """What an `$(eval …)` may name: the substitutions as functions, mathematics, the arguments."""
+    """The names that `$(eval …)` can use: substitutions as functions, the module math, and the arguments."""
 
     def __init__(self, scope: SubstitutionScope) -> None:
         self.budget = scope.budget
@@ -144,7 +149,7 @@ class _Names:
             return self._known[name]
         if name in self._scope.arguments:
             return convert(self._scope.arguments[name], "auto")
-        if name in BUILTINS:  # roslaunch lets arguments of these names come first
+        if name in BUILTINS:  # after the arguments: in roslaunch, an argument hides a built-in function
             return BUILTINS[name]
         hint = did_you_mean(name, [*self._known, *self._scope.arguments, *BUILTINS])
         raise LaunchError("L014", f"the name '{name}' is not defined", hint, name)
@@ -154,8 +159,10 @@ class _Names:
 
 
 def _before_path(folder: str, text: str, at: int) -> tuple[str, int]:
-    """A package's folder, ready for the path that follows it at `at`, and where that path goes on: roslaunch
-    joins both, so that a slash is put between, and a path that begins with two is a path from the root."""
+    """The text for `$(find …)`, up to the path that follows at `at`, and the offset of the rest of that path.
+
+    roslaunch joins folder and path: it adds a missing slash, and a path with two slashes starts at the root.
+    """
     slash = text.startswith("/", at)
     at += slash
     following = text[at : at + 1]
@@ -165,10 +172,10 @@ def _before_path(folder: str, text: str, at: int) -> tuple[str, int]:
 
 
 def _substitutions(text: str) -> list[tuple[int, int]]:
-    """Start and end of each `$(…)`, the end not included; one that is never closed stays as it is.
+    """Start and end (exclusive) of each `$(…)`. One that is not closed is not a substitution.
 
     Raises:
-        LaunchError: L015, a `$` or `(` within one.
+        LaunchError: L015, a substitution contains `$` or `(`.
     """
     found: list[tuple[int, int]] = []
     at = text.find("$(")
@@ -179,7 +186,9 @@ def _substitutions(text: str) -> list[tuple[int, int]]:
         stop = mark.start()
         if text[stop] != ")":
             piece = text[at : stop + 1]
-            raise LaunchError("L015", f"'{text[stop]}' cannot stand within $(…)", "they do not nest", piece)
+            raise LaunchError(
+                "L015", f"'{text[stop]}' is not allowed in $(…)", "substitutions cannot be nested", piece
+            )
         if stop > at + 2:
             found.append((at, stop + 1))
         at = text.find("$(", stop)

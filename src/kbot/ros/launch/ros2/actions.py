@@ -1,6 +1,6 @@
-"""Actions of ROS 2 launch files. Each keeps its arguments and the line that made it.
+"""The actions of ROS 2 launch files. Each stores its arguments and the line that created it.
 
-The names and arguments are those of `launch.actions`, `launch_ros.actions` and their neighbours.
+Names and arguments are those of `launch.actions`, `launch_ros.actions` and related modules.
 """
 
 from __future__ import annotations
@@ -15,11 +15,12 @@ from kbot.ros.launch.ros2.substitutions import Substitution
 from kbot.text import Origin
 
 Value = Any
-"""What may stand where a substitution is expected. Not object: actions pass keywords on to their bases."""
+"""A value that can be a substitution. It is not `object`, because actions pass keywords to their base
+classes."""
 
 
 class Action:
-    """Something to do, unless its condition says otherwise."""
+    """An action, which runs if it has no condition or its condition is true."""
 
     def __init__(self, *, condition: Condition | None = None, **_: object) -> None:
         self.condition = condition
@@ -106,7 +107,7 @@ class UnsetEnvironmentVariable(Action):
 
 
 class LaunchDescriptionSource:
-    """Where an included launch file is."""
+    """The location of an included launch file."""
 
     def __init__(self, location: Value = "", *_: Value, **more: Value) -> None:
         self.location = more.get("launch_file_path", location)
@@ -252,14 +253,14 @@ class LogInfo(Action):
 
 
 class Silent(Action):
-    """Something that changes nothing of what is run."""
+    """An action that has no effect on what KBot runs."""
 
     def __init__(self, *_: object, **more: Value) -> None:
         super().__init__(condition=more.get("condition"))
 
 
 class Shutdown(Silent):
-    """Ends the launch; as `on_exit` of a node it makes the node a required one."""
+    """Ends the launch. As `on_exit` of a node it makes the node required."""
 
 
 class EmitEvent(Action):
@@ -274,7 +275,7 @@ class ParameterValue:
 
 
 class PlacedParameter:
-    """Parameters by name, as a `<param>` gives them, with its place."""
+    """The parameters of a `<param>`, by name, with its origin."""
 
     def __init__(self, values: dict[str, object], origin: Origin) -> None:
         self.values, self.origin = values, origin
@@ -286,7 +287,7 @@ class ParameterFile:
 
 
 def is_value(value: object) -> bool:
-    """Whether something is a text, a substitution or a sequence of those."""
+    """Whether a value is a text, a substitution or a sequence of those."""
     return isinstance(value, str | Substitution) or (
         isinstance(value, list | tuple) and all(isinstance(v, str | Substitution) for v in value)
     )

@@ -1,4 +1,4 @@
-"""Conditions of actions, with the names of ROS 2's `launch.conditions`."""
+"""The conditions of actions, with the names of `launch.conditions` in ROS 2."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from kbot.ros.launch.ros2.substitutions import as_substitution, is_true, perform
 
 
 class Condition:
-    """Whether an action is carried out."""
+    """Decides whether an action runs."""
 
     def __init__(self, predicate: object) -> None:
         self.predicate = as_substitution(predicate)
@@ -30,13 +30,13 @@ class LaunchConfigurationEquals(Condition):
         self.name, self.expected = launch_configuration_name, expected_value
 
     def evaluate(self, context: LaunchContext) -> bool:
-        return self._is(context)
+        return self._matches(context)
 
-    def _is(self, context: LaunchContext) -> bool:
+    def _matches(self, context: LaunchContext) -> bool:
         actual = context.launch_configurations.get(self.name)
         return actual == (None if self.expected is None else performed(self.expected, context))
 
 
 class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
     def evaluate(self, context: LaunchContext) -> bool:
-        return not self._is(context)
+        return not self._matches(context)

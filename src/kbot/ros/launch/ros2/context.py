@@ -1,4 +1,4 @@
-"""The state of a ROS 2 launch file while it runs, which its substitutions read."""
+"""The state of a ROS 2 launch file while it runs. Substitutions read it."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ from kbot.xacro.budget import Budget
 from kbot.xacro.packages import PackageNotFound, Packages
 
 _ADDRESS = re.compile(r"(?:package|model|file)://[^\"']*/")
-"""Where a mesh is, without its name."""
+"""The folder in the address of a mesh."""
 
 
-class Performed(Protocol):
+class Performable(Protocol):
     """A substitution."""
 
     def perform(self, context: LaunchContext) -> str:
-        """Its text, now."""
+        """The current text of the substitution."""
         ...
 
 
 @dataclass
 class LaunchContext:
-    """The state of a launch. `descriptions`: which robot file each expanded text came from."""
+    """The state of a launch. `descriptions` maps each expanded text to the robot file that it came from."""
 
     file: str
     packages: Packages
@@ -47,18 +47,21 @@ class LaunchContext:
     anonymous: dict[str, str] = field(default_factory=dict)
     namespace: str = "/"
     remaps: list[tuple[str, str]] = field(default_factory=list)
-    parameters: dict[str, Any] = field(default_factory=dict)  # Any: what launch files give
+    parameters: dict[str, Any] = field(default_factory=dict)  # Any: a value of any type
     descriptions: dict[str, RobotDescription] = field(default_factory=dict)
     launched: Mapping[str, Param] = field(default_factory=dict)
-    """The parameters of the nodes so far, by full name."""
+    """The parameters of the nodes before the current action, by full name."""
 
-    def perform_substitution(self, substitution: Performed) -> str:
-        """The text of a substitution, as launch files ask for it."""
+    def perform_substitution(self, substitution: Performable) -> str:
+        """The text of a substitution. Python launch files call this method."""
         return substitution.perform(self)
 
     def described(self, text: str) -> RobotDescription | None:
-        """Which robot file a text came from, also where a launch file has changed it since: the addresses of
-        its files alone, or more, and then it is a file of its own."""
+        """The robot file that a text came from. None if the text is not a robot.
+
+        A launch file can change the text. If it changed only the folders of mesh files, the robot file is
+        still known. After other changes, the text is written to a new file.
+        """
         known = self.descriptions.get(text)
         if known is not None or "<robot" not in text:
             return known
@@ -69,16 +72,16 @@ class LaunchContext:
         found = self.descriptions[text] = RobotDescription(scratch_file(text, ".urdf"), {})
         return found
 
-    def begin_anew(self) -> None:
-        """Forget what was set, as a group does that forwards nothing."""
+    def reset(self) -> None:
+        """Clear the state, for a group that does not forward it."""
         self.launch_configurations, self.environment = {}, dict(os.environ)
         self.namespace, self.remaps, self.parameters = "/", [], {}
 
     def share(self, package: str) -> str:
-        """A package's share folder, or that which stands in for a package KBot knows.
+        """The share folder of a package, or a replacement if KBot replaces the package.
 
         Raises:
-            LaunchError: L012, no such package.
+            LaunchError: L012, the package is not found.
         """
         try:
             return str(self.packages.beside(self.file).find(package))
@@ -88,18 +91,19 @@ class LaunchContext:
             raise LaunchError("L012", f"the package '{package}' is not found", error.hint, package) from None
 
     def prefix(self, package: str) -> str:
-        """Where a package is installed: two above its share folder. Raises as `share` does."""
+        """The install prefix of a package, two folders above its share folder. Raises the errors of
+        `share`."""
         return str(Path(self.share(package)).parents[1])
 
     def has_resource(self, kind: str, name: str) -> str | bool:
-        """The prefix of a package, of the kind `packages`, or no; nothing else is indexed here."""
+        """The prefix of a resource of the kind `packages`, or False. KBot does not index other kinds."""
         try:
             return self.prefix(name) if kind == "packages" else False
         except LaunchError:
             return False
 
     def command(self, text: str, origin: Origin | None) -> str:
-        """What a command prints, where KBot stands in for it."""
+        """The output of a command. KBot itself replaces xacro, cat and `ros2 param get`."""
         words = [word for word in text.split() if not word.startswith("-")]
         if words[:3] == ["ros2", "param", "get"] and len(words) == 5:
             return self._parameter(*words[3:])
@@ -111,15 +115,15 @@ class LaunchContext:
         return output
 
     def _parameter(self, node: str, name: str) -> str:
-        """What `ros2 param get` prints, with `--hide-type`."""
+        """The output of `ros2 param get --hide-type`."""
         found = self.launched.get(f"/{node.strip('/')}/{name}")
         if found is None:
-            hint = "the node that has it stands before in the launch file"
-            raise LaunchError("L041", f"no node {node} with the parameter '{name}' is launched yet", hint)
+            hint = "put that node earlier in the launch file"
+            raise LaunchError("L041", f"no earlier node {node} has the parameter '{name}'", hint)
         return str(found.value)
 
     def evaluate(self, expression: str) -> str:
-        """A Python expression's value as text; it can compute and nothing more."""
+        """The value of a Python expression, as text. The expression can only compute."""
         return evaluated(expression, _Names(self.budget))
 
 
@@ -128,7 +132,7 @@ def _without_folders(text: str) -> str:
 
 
 class _Names:
-    """What a PythonExpression may name: mathematics and harmless builtins."""
+    """The names that a PythonExpression can use: the module math and harmless built-in functions."""
 
     def __init__(self, budget: Budget) -> None:
         self.budget = budget
@@ -140,7 +144,7 @@ class _Names:
     def lookup(self, name: str) -> Any:
         if name not in self._known:
             raise LaunchError(
-                "L014", f"the name '{name}' is not defined", "a text needs quotes around it", name
+                "L014", f"the name '{name}' is not defined", "if it is a text, put it in quotes", name
             )
         return self._known[name]
 

@@ -1,4 +1,4 @@
-"""Event handlers of ROS 2 launch files, with the names of `launch.event_handlers`."""
+"""The event handlers of ROS 2 launch files, with the names of `launch.event_handlers`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from kbot.ros.launch.ros2.actions import Action, Value
 
 
 class EventHandler:
-    """What is to be done when something happens to an action: its `event`."""
+    """Runs actions when the `event` happens to another action."""
 
     event = "exit"
 

@@ -1,4 +1,4 @@
-"""Reads ROS 2 launch files in XML and YAML, as the same actions that Python files make."""
+"""Reads ROS 2 launch files in XML and YAML into the same actions that Python files create."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ def read_xml(source: Source, reporter: Reporter) -> list[object]:
     """The actions of a launch file in XML.
 
     Raises:
-        DescriptionError: P001 to P003, or L001: it is no launch file.
+        DescriptionError: P001 to P003, or L001: it is not a launch file.
     """
     root = parse_xml(source)
     if root.tag != "launch":
-        raise DescriptionError([_no_launch(Origin(root.origin.span))])
+        raise DescriptionError([_not_a_launch_file(Origin(root.origin.span))])
     return _Markup(reporter).actions(root)
 
 
@@ -38,7 +38,7 @@ def read_yaml_launch(source: Source, reporter: Reporter) -> list[object]:
     """The actions of a launch file in YAML.
 
     Raises:
-        DescriptionError: L033 no YAML, or L001: it is no launch file.
+        DescriptionError: L033, it is not YAML; L001, it is not a launch file.
     """
     try:
         document = read_yaml(source, TEXT)
@@ -49,15 +49,15 @@ def read_yaml_launch(source: Source, reporter: Reporter) -> list[object]:
         root = Element("launch", {}, source, 0, len(source.data))
         root.children.extend(_elements(document, document.data["launch"], ("launch",)))
         return _Markup(reporter).actions(root)
-    raise DescriptionError([_no_launch(Origin(source.whole()))])
+    raise DescriptionError([_not_a_launch_file(Origin(source.whole()))])
 
 
-def _no_launch(origin: Origin) -> Diagnostic:
-    return Diagnostic("L001", Severity.ERROR, "this is no launch file", origin, "it starts with 'launch'")
+def _not_a_launch_file(origin: Origin) -> Diagnostic:
+    return Diagnostic("L001", Severity.ERROR, "not a launch file", origin, "the root must be 'launch'")
 
 
 def _elements(document: YamlDocument, items: object, keys: Keys) -> list[Element | Text]:
-    """Elements of a list of one-key mappings at `keys`, as the XML of the same launch file has them."""
+    """The XML elements for a list of mappings with one key, which is at `keys` in the document."""
     return [
         _element(document, tag, value, document.span(*keys, str(number), tag), (*keys, str(number), tag))
         for number, item in enumerate(items if isinstance(items, list) else [])
@@ -66,13 +66,13 @@ def _elements(document: YamlDocument, items: object, keys: Keys) -> list[Element
 
 
 def _element(document: YamlDocument, tag: str, value: object, key: Span, keys: Keys) -> Element:
-    """The element of the value at `keys`, which begins at its `key`."""
+    """The XML element for the value at `keys`. It begins at the span `key`."""
     place = document.place(*keys)
     element = Element(tag, {}, document.source, key.start, place.value.end if place else key.end)
     if isinstance(value, str):
-        # push_ros_namespace: NAME and the like
+        # for example `push_ros_namespace: NAME`
         element.attributes["namespace" if "namespace" in tag else "value"] = value
-    elif isinstance(value, list):  # as `group: [...]`
+    elif isinstance(value, list):  # for example `group: [...]`
         element.children.extend(_elements(document, value, keys))
     elif isinstance(value, dict):
         for name, part in value.items():
@@ -128,15 +128,15 @@ class _Markup:
         }
 
     def actions(self, parent: Element) -> list[object]:
-        """The actions of an element's children, each with its place and its condition."""
+        """The actions of an element's children, each with its origin and condition."""
         made: list[object] = []
         for element in parent.elements():
-            if element.tag == "keep":  # it is no action: groups and resets read it
+            if element.tag == "keep":  # not an action: `group` and `reset` read it
                 continue
             maker = self._makers.get(element.tag)
             if maker is None:
                 hint = did_you_mean(element.tag, self._makers)
-                message = f"there is no tag <{element.tag}>"
+                message = f"unknown tag <{element.tag}>"
                 self.reporter.problem("L002", message, element.origin, hint, warning=True)
                 continue
             try:
@@ -151,14 +151,14 @@ class _Markup:
 
     def _of(self, element: Element, name: str) -> object:
         if name not in element.attributes:
-            raise LaunchError("L004", f"<{element.tag}> lacks its attribute '{name}'")
+            raise LaunchError("L004", f"<{element.tag}> needs the attribute '{name}'")
         return parse(element.attributes[name])
 
     def _get(self, element: Element, name: str) -> object:
         return parse(element.attributes[name]) if name in element.attributes else None
 
     def _all(self, element: Element) -> dict[str, Any]:  # Any: keywords of actions
-        """Every attribute but the conditions."""
+        """All attributes except the conditions."""
         return {
             name: parse(text) for name, text in element.attributes.items() if name not in ("if", "unless")
         }
@@ -181,7 +181,7 @@ class _Markup:
 
     def _arg(self, element: Element) -> act.Action:
         if "name" not in element.attributes:
-            raise LaunchError("L004", "<arg> lacks its attribute 'name'")
+            raise LaunchError("L004", "<arg> needs the attribute 'name'")
         default, description = self._get(element, "default"), element.attributes.get("description")
         return act.DeclareLaunchArgument(
             element.attributes["name"], default_value=default, description=description
@@ -238,7 +238,7 @@ class _Markup:
         )
 
     def _parameters(self, element: Element, above: str = "") -> Iterator[act.PlacedParameter]:
-        """One, or those that are nested in it, by the names `a.b`."""
+        """The parameter of a `<param>`, or those nested in it, with names like `a.b`."""
         name = above + element.attributes.get("name", "")
         nested = list(element.elements("param"))
         for child in nested:
@@ -296,10 +296,10 @@ _WHOLE: dict[str, Callable[..., sub.Substitution]] = {"command": sub.Command, "e
 
 
 def parse(text: str) -> sub.Substitution:
-    """A text with its `$(…)` taken apart.
+    """The substitution for a text with `$(…)`.
 
     Raises:
-        LaunchError: L010 an unknown one, L015 one that is malformed.
+        LaunchError: L010, a `$(…)` is unknown; L015, one is malformed.
     """
     parts, at = _parts(text, 0, inside=False)
     if at != len(text):
@@ -308,7 +308,8 @@ def parse(text: str) -> sub.Substitution:
 
 
 def _parts(text: str, at: int, *, inside: bool) -> tuple[list[object], int]:
-    """Texts and substitutions from `at` on: to the end, or to the ')' that closes one."""
+    """The texts and substitutions from `at` to the end or, `inside` a `$(…)`, to its ')'. Also returns where
+    they end."""
     parts: list[object] = []
     plain: list[str] = []
     depth = 0
@@ -324,7 +325,9 @@ def _parts(text: str, at: int, *, inside: bool) -> tuple[list[object], int]:
             at = end + 1
             continue
         character = text[at]
-        if character == "\\" and at + 1 < len(text):  # within one, quotes are yet to be told from text
+        if character == "\\" and at + 1 < len(
+            text
+        ):  # inside a `$(…)`, escapes are kept until its quotes are read
             plain.append(text[at : at + 2] if inside else text[at + 1])
             at += 2
             continue
@@ -359,7 +362,7 @@ def _made(inner: list[object], whole: str) -> sub.Substitution:
 
 
 def _unquoted(pieces: list[object]) -> list[object]:
-    """The pieces without the quotes around all of them."""
+    """The pieces without the quotes around the whole."""
     first, last = pieces[0], pieces[-1]
     if isinstance(first, str) and isinstance(last, str) and last.rstrip().endswith(first[0]):
         if len(pieces) == 1:
@@ -369,7 +372,8 @@ def _unquoted(pieces: list[object]) -> list[object]:
 
 
 def _split(pieces: list[object], whole: str) -> list[object]:
-    """The values of a substitution: words apart by spaces, each of texts and substitutions."""
+    """The values of a substitution, which are separated by spaces. Each consists of texts and
+    substitutions."""
     values: list[list[object]] = []
     joined = False
     for piece in pieces:

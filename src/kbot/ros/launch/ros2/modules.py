@@ -1,4 +1,4 @@
-"""Runs launch files in Python, with KBot's modules in place of ROS 2's.
+"""Runs Python launch files, with KBot's modules in place of ROS 2's.
 
 The classes of `nav2_common` and the functions of `xacro` have the names and arguments of the originals.
 """
@@ -23,7 +23,7 @@ from kbot.ros.launch.ros2 import actions, conditions, handlers, neighbours, subs
 from kbot.ros.launch.ros2.conditions import Condition
 from kbot.ros.launch.ros2.context import LaunchContext
 from kbot.ros.launch.ros2.parameters import read_parameter_file
-from kbot.ros.launch.ros2.places import line_origin, place, running
+from kbot.ros.launch.ros2.places import line_origin, place, register_running
 from kbot.ros.launch.ros2.scratch import scratch_file
 from kbot.ros.launch.ros2.substitutions import Substitution, as_substitution, is_true, performed
 from kbot.ros.parameter_values import convert
@@ -35,7 +35,7 @@ _T = TypeVar("_T")
 
 
 class PythonFiles:
-    """Runs launch files in Python within one context."""
+    """Runs Python launch files in one context."""
 
     def __init__(self, context: LaunchContext) -> None:
         self.context = context
@@ -43,26 +43,28 @@ class PythonFiles:
 
     @contextmanager
     def modules_in_place(self) -> Iterator[None]:
-        """ROS 2's modules replaced by ours, also for what a launch file calls later."""
+        """Replace ROS 2's modules by KBot's within the block, also for functions that a launch file calls
+        later."""
         with _in_place(self._modules):
             yield
 
     def load(self, source: Source) -> list[object]:
-        """The entities of a file's `generate_launch_description()`.
+        """The entities that the file's `generate_launch_description()` returns.
 
         Raises:
-            DescriptionError: L081 it fails, L082 it has no such function, or one that returns none.
+            DescriptionError: L081, the file fails; L082, the function is missing or does not return a
+                LaunchDescription.
         """
-        running(source)
-        # Any: what launch files give
+        register_running(source)
+        # Any: a launch file defines values of any type
         namespace: dict[str, Any] = {"__name__": "launch_file", "__file__": source.path, "open": self._open}
         return self.guarded(source, lambda: self._entities(source, namespace))
 
     def _entities(self, source: Source, namespace: dict[str, Any]) -> list[object]:
-        exec(compile(source.text, source.path, "exec"), namespace)  # noqa: S102 - trust was asked for
+        exec(compile(source.text, source.path, "exec"), namespace)  # noqa: S102 - the user trusts the file
         generate = namespace.get("generate_launch_description")
         if not callable(generate):
-            message = "a launch file in Python has a function generate_launch_description()"
+            message = "the launch file does not define generate_launch_description()"
             raise DescriptionError([Diagnostic("L082", Severity.ERROR, message, line_origin(source, 1))])
         description = generate()
         if not isinstance(description, actions.LaunchDescription):
@@ -77,7 +79,7 @@ class PythonFiles:
         """Run the user's code.
 
         Raises:
-            DescriptionError: what the code raised, at its line of the launch file.
+            DescriptionError: the error that the code raised, at its line of the launch file.
         """
         try:
             return work()
@@ -89,14 +91,14 @@ class PythonFiles:
         except SyntaxError as error:
             at = line_origin(source, error.lineno or 1)
             found = Diagnostic("L081", Severity.ERROR, f"not valid Python: {error.msg}", at)
-        except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever a stranger's program raises
-            message, hint = _said(error)
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - the user's program can raise any error
+            message, hint = _explained(error)
             where = (_places(error) or [line_origin(source, 1)])[-1]
             found = Diagnostic("L081", Severity.ERROR, message, where, hint)
         raise DescriptionError([found])
 
     def _open(self, path: Any, mode: str = "r", *args: Any, **more: Any) -> IO[Any]:
-        """`open`, remembering which text came from which robot file."""
+        """`open`, which also remembers the file of each robot text."""
         if mode in ("r", "rt") and Path(path).suffix in (".urdf", ".xacro", ".xml"):
             text = read_source(path).text
             self.context.descriptions[text] = RobotDescription(str(path), {})
@@ -118,30 +120,30 @@ def _in_place(modules: Mapping[str, ModuleType]) -> Iterator[None]:
 
 
 def _places(error: BaseException) -> list[Origin]:
-    """The lines of launch files that an exception came through, the innermost last."""
+    """The lines of launch files in the traceback of an exception, the innermost last."""
     frames = traceback.extract_tb(error.__traceback__)
     return [found for frame in frames if (found := place(frame.filename, frame.lineno or 1))]
 
 
-def _said(error: BaseException) -> tuple[str, str]:
-    """What is said of an exception of a launch file, and what can be done."""
+def _explained(error: BaseException) -> tuple[str, str]:
+    """A message and a hint for an exception in a launch file."""
     frames = traceback.extract_tb(error.__traceback__)
     if isinstance(error, KeyError) and frames and frames[-1].filename in ("<frozen os>", os.__file__):
         name = error.args[0]
-        return f"the environment variable {name} is not set", f"set it: {name}=… kbot launch …"
+        return f"the environment variable {name} is not set", f"set it: {name}=VALUE kbot launch …"
     if isinstance(error, ModuleNotFoundError):
-        hint = "install it beside KBot, or name its folder in PYTHONPATH"
-        return f"the launch file needs the Python module '{error.name}'", hint
+        hint = "install it in KBot's Python, or add its folder to PYTHONPATH"
+        return f"the launch file needs the Python module '{error.name}', which is not installed", hint
     if isinstance(error, ImportError):
         missing = re.match(r"cannot import name '(\w+)'", str(error))
         module = sys.modules.get(error.name or "")
         if missing and isinstance(module, Module):
-            return f"KBot has no {error.name}.{missing[1]}", did_you_mean(missing[1], vars(module))
+            return f"KBot does not provide {error.name}.{missing[1]}", did_you_mean(missing[1], vars(module))
     return f"the launch file fails: {type(error).__name__}: {error}", ""
 
 
 def _named(kind: type, *modules: ModuleType) -> dict[str, Any]:
-    """The classes of a kind, by their names."""
+    """The subclasses of `kind` in the modules, by name."""
     return {
         name: value
         for module in modules
@@ -168,15 +170,15 @@ _SOURCES = {
 }
 
 
-_IN_MODULES_OF_THEIR_OWN = (
+_WITH_SUBMODULES = (
     *("launch.actions", "launch.event_handlers", "launch.events", "launch.launch_description_sources"),
     *("launch.substitutions", "launch_ros.actions", "launch_ros.event_handlers", "launch_ros.substitutions"),
 )
-"""Each name of these can be had from a module of its own as well: `launch.substitutions.command`."""
+"""Each name in these modules can also be imported from its own submodule: `launch.substitutions.command`."""
 
 
 def modules_of(context: LaunchContext) -> dict[str, ModuleType]:
-    """The modules that launch files import, by name."""
+    """The modules that launch files can import, by name."""
     ament = {
         "get_package_share_directory": context.share,
         "get_package_share_path": lambda n: Path(context.share(n)),
@@ -254,7 +256,7 @@ def modules_of(context: LaunchContext) -> dict[str, ModuleType]:
         "ament_index_python.resources": {"has_resource": context.has_resource},
         "xacro": xacro_functions(context),
     }
-    for name in _IN_MODULES_OF_THEIR_OWN:
+    for name in _WITH_SUBMODULES:
         contents |= {f"{name}.{_snake(part)}": {part: value} for part, value in contents[name].items()}
     modules: dict[str, ModuleType] = {}
     for name, values in contents.items():
@@ -272,23 +274,24 @@ def _snake(name: str) -> str:
 
 
 class Module(ModuleType):
-    """A module that says which name it lacks, and which it has."""
+    """A module whose error for a missing name suggests a similar one."""
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(name)
         hint = did_you_mean(name, vars(self))
-        raise AttributeError(f"KBot has no {self.__name__}.{name}" + (f": {hint}" if hint else ""))
+        raise AttributeError(f"KBot does not provide {self.__name__}.{name}" + (f": {hint}" if hint else ""))
 
 
 def xacro_functions(context: LaunchContext) -> dict[str, object]:
-    """The module's functions by name; what they expand is known to the context as that file's robot."""
+    """The functions of the module `xacro`, by name. The context learns which file each expanded text is
+    from."""
     xacro = _Xacro(context)
     return {name: getattr(xacro, name) for name in ("process_file", "process", "parse", "process_doc")}
 
 
 class _Document:
-    """What xacro.process_file and xacro.parse give, as far as launch files use it."""
+    """The result of xacro.process_file and xacro.parse, with the methods that launch files use."""
 
     def __init__(self, text: str, path: str = "") -> None:
         self.text, self.path = text, path
@@ -314,7 +317,7 @@ class _Xacro:
         return _Document(expansion.text)
 
     def parse(self, source: object, filename: object = None) -> _Document:
-        """A document that is not expanded yet, of an open file or of one that is named."""
+        """The document of an open file or of a file name. It is not expanded yet."""
         text = source.read() if hasattr(source, "read") else read_source(str(filename)).text
         known = self.context.descriptions.get(text)
         return _Document(text, str(filename) if filename else known.path if known else "")
@@ -329,7 +332,8 @@ class _Xacro:
 
 
 class RewrittenYaml(Substitution):
-    """A parameter file with values, and names of keys, replaced, beneath `root_key` where that is given."""
+    """The path of a copy of a parameter file with replaced values and keys, below `root_key` if it is
+    given."""
 
     def __init__(
         self,
@@ -371,7 +375,8 @@ class RewrittenYaml(Substitution):
 
 
 class ReplaceString(Substitution):
-    """A file with texts replaced; the file itself where `condition` says no."""
+    """The path of a copy of a file with replaced texts. If `condition` is false, the path of the file
+    itself."""
 
     def __init__(
         self, source_file: object, replacements: Mapping[str, object], condition: Condition | None = None
@@ -389,7 +394,7 @@ class ReplaceString(Substitution):
 
 
 class HasNodeParams(Substitution):
-    """Whether a parameter file speaks of a node."""
+    """Whether a parameter file has an entry for a node."""
 
     def __init__(self, source_file: object, node_name: object) -> None:
         self.source, self.node = as_substitution(source_file), as_substitution(node_name)

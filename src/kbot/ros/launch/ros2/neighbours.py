@@ -1,4 +1,4 @@
-"""Launch actions and helpers of other packages: controller_manager and ros_gz, with their names."""
+"""Launch actions and helper functions of controller_manager and ros_gz."""
 
 from __future__ import annotations
 
@@ -26,17 +26,18 @@ _SPAWN_OPTIONS = {
 
 
 def gz_server(*, condition: Condition | None = None, **given: object) -> act.IncludeLaunchDescription:
-    """Gazebo's server, as the action GzServer and the tag `<gz_server>` start it."""
+    """The action GzServer and the tag `<gz_server>`, which start Gazebo's server."""
     return _included("ros_gz_sim", "gz_server.launch.py", given, condition)
 
 
 def ros_gz_bridge(*, condition: Condition | None = None, **given: object) -> act.IncludeLaunchDescription:
-    """The bridge, as the action RosGzBridge and the tag `<ros_gz_bridge>` start it."""
+    """The action RosGzBridge and the tag `<ros_gz_bridge>`, which start the bridge."""
     return _included("ros_gz_bridge", "ros_gz_bridge.launch.py", given, condition)
 
 
 def gz_spawn_model(*, condition: Condition | None = None, **given: object) -> act.OpaqueFunction:
-    """The program `create`, with the options that are not empty."""
+    """The action GzSpawnModel and the tag `<gz_spawn_model>`, which run `create` with all options that are
+    not empty."""
 
     def spawn(context: LaunchContext) -> list[act.Action]:
         texts = {name: performed(value, context) for name, value in given.items() if name in _SPAWN_OPTIONS}
@@ -57,7 +58,7 @@ LAUNCH_FILES: Mapping[tuple[str, str], tuple[Callable[..., act.Action], ...]] = 
     ("ros_gz_sim", "gz_spawn_model.launch.py"): (gz_spawn_model,),
     ("ros_gz_sim", "ros_gz_spawn_model.launch.py"): (ros_gz_bridge, gz_spawn_model),
 }
-"""Launch files that are actions of ours, which take the arguments of the file."""
+"""Launch files that KBot replaces by actions. The actions take the arguments of the file."""
 
 
 def controllers_spawner(
@@ -73,7 +74,7 @@ def controllers_spawner(
 def controllers_spawner_from_dict(
     controller_info_dict: Mapping[str, object], extra_spawner_args: Iterable[object] = ()
 ) -> act.LaunchDescription:
-    """The same of controllers by name, each with its file or files of parameters."""
+    """`generate_controllers_spawner_launch_description_from_dict`: controllers with their parameter files."""
     files: list[object] = []
     for given in controller_info_dict.values():
         for file in given if isinstance(given, list) else [given]:
@@ -106,7 +107,7 @@ CONTROLLER_HELPERS: Mapping[str, Callable[..., act.LaunchDescription]] = {
 
 
 class Transition:
-    """Numbers of lifecycle_msgs, for launch files that name them: nodes of ours have no lifecycle."""
+    """Constants of lifecycle_msgs, for launch files that use them. KBot's nodes do not have a lifecycle."""
 
     TRANSITION_CREATE, TRANSITION_CONFIGURE, TRANSITION_CLEANUP = 0, 1, 2
     TRANSITION_ACTIVATE, TRANSITION_DEACTIVATE = 3, 4

@@ -1,4 +1,4 @@
-"""Parameters of a ROS 2 node: dictionaries, files and values typed as launch_ros types them."""
+"""Reads the parameters of ROS 2 nodes from dictionaries and files, and types values as launch_ros does."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ _TYPES = {"str": str, "int": int, "float": float, "bool": bool}
 
 @dataclass(frozen=True, slots=True)
 class PlacedValue:
-    """A parameter's value, and where it was written; None for a place that only its node tells."""
+    """The value of a parameter, and where it was written. None means the origin of its node."""
 
-    value: Any  # Any: what YAML or a launch file gives
+    value: Any  # Any: YAML and launch files give any type
     origin: Origin | None = None
 
 
 def parameters_of(
     given: Iterable[object], node: str, context: LaunchContext, origin: Origin
 ) -> dict[str, PlacedValue]:
-    """The parameters of a node that was made at `origin`, by name (`a.b` for nested ones); later ones replace
-    earlier ones."""
+    """The parameters of a node that was created at `origin`, by name. Nested names are joined: `a.b`. Later
+    values replace earlier ones."""
     found: dict[str, PlacedValue] = {}
     for item in given:
         if isinstance(item, PlacedParameter):
@@ -51,7 +51,7 @@ def _always(origin: Origin) -> Place:
 
 
 def parameter_files(given: Iterable[object], context: LaunchContext) -> tuple[str, ...]:
-    """The paths of the files among the parameters of a node."""
+    """The paths of the parameter files of a node."""
     return tuple(_path(item, context) for item in given if not isinstance(item, Mapping | PlacedParameter))
 
 
@@ -60,11 +60,11 @@ def _path(item: object, context: LaunchContext) -> str:
 
 
 def parameters_of_file(path: str, node: str | None, context: LaunchContext) -> dict[str, PlacedValue]:
-    """The parameters of a node in a parameter file, of every node for None.
+    """The parameters of a node in a parameter file. For None, those of all nodes.
 
     Raises:
-        DescriptionError: L033, it is no parameter file; or it cannot be read.
-        LaunchError: L070, it is too large, with all files read before it.
+        DescriptionError: L033, it is not a parameter file; or it cannot be read.
+        LaunchError: L070, it is too large, together with all files before it.
     """
     source = read_source(path)
     charge_yaml(context.budget, path, source.text)
@@ -73,10 +73,10 @@ def parameters_of_file(path: str, node: str | None, context: LaunchContext) -> d
 
 
 def read_parameter_file(path: str) -> dict[str, Any]:
-    """The whole of a parameter file, nodes by name.
+    """The content of a parameter file, by node name.
 
     Raises:
-        DescriptionError: L033, it is no parameter file; or it cannot be read.
+        DescriptionError: L033, it is not a parameter file; or it cannot be read.
     """
     data: dict[str, Any] = _read(read_source(path)).data
     return data
@@ -89,7 +89,7 @@ def _read(source: Source) -> YamlDocument:
         message = f"the YAML cannot be read: {error}"
         raise DescriptionError([Diagnostic("L033", Severity.ERROR, message, Origin(error.span))]) from None
     if not isinstance(document.data, dict):
-        message = f"{source.path} is no parameter file: NODE: ros__parameters: … is expected"
+        message = f"{source.path} is not a parameter file, which has the form NODE: ros__parameters: …"
         where = Origin(Span(source, 0, 0))
         raise DescriptionError([Diagnostic("L033", Severity.ERROR, message, where)])
     return document
@@ -98,7 +98,7 @@ def _read(source: Source) -> YamlDocument:
 def _flat(
     values: Mapping[Any, object], context: LaunchContext, place: Place, keys: Keys = (), prefix: str = ""
 ) -> dict[str, PlacedValue]:
-    """`place` tells where the value beneath some keys was written."""
+    """The parameters of a mapping by joined name. `place` gives the origin of a value from its keys."""
     found: dict[str, PlacedValue] = {}
     for key, value in values.items():
         own = performed(key, context) if is_value(key) else str(key)
@@ -114,14 +114,14 @@ def _placed(value: object, context: LaunchContext, origin: Origin | None) -> Pla
     try:
         return PlacedValue(plain(value, context), origin)
     except LaunchError as fault:
-        if origin is None or fault.is_limit:  # the reporter has to know that a limit is reached
+        if origin is None or fault.is_limit:  # the reporter must see that a limit is exceeded
             raise
         found = Diagnostic(fault.code, Severity.ERROR, fault.message, origin, fault.hint)
         raise DescriptionError([found]) from None
 
 
 def plain(value: object, context: LaunchContext) -> Any:
-    """A parameter's value: texts made of substitutions are read as YAML, unless a type is said."""
+    """The value of a parameter. The text of substitutions is read as YAML, unless a type is given."""
     if isinstance(value, ParameterValue):
         text = plain(value.value, context) if not is_value(value.value) else performed(value.value, context)
         return _typed(text, value.type)
@@ -145,14 +145,14 @@ def _typed(text: object, type_: object) -> Any:
         if type_ is float and isinstance(value, int):
             value = float(value)
         if not isinstance(value, _TYPES[wanted]):
-            raise LaunchError("L031", f"'{text}' is no {wanted}", "", text)
+            raise LaunchError("L031", f"'{text}' is not of type {wanted}", "", text)
         return value
     try:
         value = load_yaml(text, ROSPARAM)
-        return text if isinstance(value, str) else value  # YAML would fold the lines of a description
+        return (
+            text if isinstance(value, str) else value
+        )  # not the value: YAML would fold the lines of a description
     except ValueError:
-        hint = "say that it is a text: ParameterValue(…, value_type=str)"
+        hint = "if it is a text, use ParameterValue(…, value_type=str)"
         short = text if len(text) < 40 else text[:40] + "…"
-        raise LaunchError(
-            "L031", f"the parameter's text is read as YAML, and is none: {short}", hint
-        ) from None
+        raise LaunchError("L031", f"the parameter is not valid YAML: {short}", hint) from None

@@ -1,4 +1,4 @@
-"""Finds the line of a launch file that made an action."""
+"""Finds the line of a Python launch file that created an action."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from kbot.text import Origin, Source, Span
 _running: dict[str, Source] = {}
 
 
-def running(source: Source) -> None:
-    """Let lines of a launch file be found while it runs."""
+def register_running(source: Source) -> None:
+    """Register a launch file that runs, so that its lines can be found."""
     _running[source.path] = source
 
 
 def here() -> Origin | None:
-    """The innermost line of a running launch file; None where none runs."""
+    """The innermost line of the running launch file. None if none runs."""
     frame: FrameType | None = sys._getframe(1)
     while frame is not None:
         origin = place(frame.f_code.co_filename, frame.f_lineno)
@@ -29,13 +29,13 @@ def here() -> Origin | None:
 
 
 def place(file: str, line: int) -> Origin | None:
-    """A line of a running launch file; None for any other file."""
+    """A line of a running launch file. None for any other file."""
     source = _running.get(file)
     return None if source is None else line_origin(source, line)
 
 
 def line_origin(source: Source, number: int) -> Origin:
-    """A whole line, without the space around it."""
+    """The origin of a whole line, without the space around it."""
     text = source.line(number)
     indent = len(text) - len(text.lstrip())
     start = source.offset(number, indent + 1)
@@ -43,8 +43,8 @@ def line_origin(source: Source, number: int) -> Origin:
 
 
 def parameter_place(node: Origin, name: str) -> Origin | None:
-    """Where the call that made a node, at its line, writes a parameter's name in `parameters=`; None where it
-    does not, or not as a text."""
+    """Where the call that created a node has a parameter's name in `parameters=`. None if the name is not
+    there, or is not a literal."""
     source, line = node.span.source, node.span.line
     for call in _calls(source.text) if source.path.endswith(".py") else ():
         for keyword in call.keywords if call.lineno == line else ():
@@ -61,6 +61,6 @@ def _calls(text: str) -> tuple[ast.Call, ...]:
 
 
 def _origin(source: Source, part: ast.Constant) -> Origin:
-    first, last = part.col_offset, part.end_col_offset or part.col_offset  # in bytes, as spans are
+    first, last = part.col_offset, part.end_col_offset or part.col_offset  # both are in bytes, like spans
     start = source.offset(part.lineno, 1)
     return Origin(Span(source, start + first, start + last))

@@ -1,4 +1,4 @@
-"""Reads a ROS 2 launch file as a Plan: executes its actions as far as a plan needs it."""
+"""Reads a ROS 2 launch file into a Plan. It runs the actions as far as the plan needs it."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ def read_launch_2(
 ) -> Plan:
     """The plan of a ROS 2 launch file in Python, XML or YAML.
 
-    Errors in the file are the plan's problems, not exceptions. A file in Python is a program: it runs only
-    when `trusted`.
+    Errors in the file are problems of the plan, not exceptions. A Python file is a program and runs only if
+    `trusted`.
     """
     given = dict(arguments or {})
     try:
@@ -69,8 +69,8 @@ def read_launch_2(
         if not file.path.endswith(".py"):
             return read_xml(file, reporter)
         if not trusted:
-            message = "a ROS 2 launch file in Python is a program, and was not run"
-            hint = "if you trust it: --trust"
+            message = "a Python launch file is a program, and was not run"
+            hint = "if you trust it, add --trust"
             raise DescriptionError([Diagnostic("L080", Severity.ERROR, message, Origin(file.whole()), hint)])
         return python.load(file)
 
@@ -83,7 +83,7 @@ def read_launch_2(
     for name in given:
         if name not in visitor.arguments and not any(p.is_error for p in reporter.problems):
             hint = did_you_mean(name, visitor.arguments)
-            message = f"the launch file declares no argument '{name}'"
+            message = f"the launch file has no argument '{name}'"
             reporter.problem("L024", message, start, hint, warning=True)
     return visitor.plan(path)
 
@@ -92,7 +92,7 @@ Load = Callable[[Source, "ActionVisitor"], list[object]]
 
 
 class ActionVisitor:
-    """Runs actions in order; `plan()` is the result."""
+    """Runs actions in order. `plan()` returns the result."""
 
     def __init__(self, context: LaunchContext, reporter: Reporter, given: dict[str, str], load: Load) -> None:
         self.context, self.reporter, self.given, self.load = context, reporter, given, load
@@ -107,7 +107,7 @@ class ActionVisitor:
         self._pushed: list[dict[str, str]] = []
         self._after: tuple[str, str] | None = None
         self._names: dict[int, str] = {}
-        """Full names of the nodes that actions made, by the action's identity."""
+        """The full names of nodes, by the identity of the action that created them."""
 
     def plan(self, path: str) -> Plan:
         return Plan(
@@ -123,7 +123,7 @@ class ActionVisitor:
         )
 
     def read(self, source: Source) -> None:
-        """Run a launch file in the context as it is."""
+        """Run a launch file in the current context."""
         outer, self.context.file = self.context.file, source.path
         self.files.append(source.path)
         charge_file(self.context.budget, source)
@@ -143,11 +143,11 @@ class ActionVisitor:
             elif isinstance(entity, list | tuple):
                 self.visit_all(entity)
             else:
-                message = f"{type(entity).__name__} stands where an action is expected"
+                message = f"expected an action, not {type(entity).__name__}"
                 self.reporter.problem("L081", message, self.context.here)
 
     def visit(self, action: act.Action) -> None:
-        """Run one action; its error is a problem at the line that made it."""
+        """Run one action. An error is reported at the line that created the action."""
         self.context.here = origin = action.origin or self.context.here
         try:
             if action.condition is None or action.condition.evaluate(self.context):
@@ -226,14 +226,12 @@ class ActionVisitor:
         default = None if action.default is None else performed(action.default, context)
         if name not in context.launch_configurations:
             if default is None:
-                hint = f"give it: {name}:=…"
-                raise LaunchError(
-                    "L011", f"the launch argument '{name}' has no default and was not given", hint
-                )
+                hint = f"set it with {name}:=VALUE"
+                raise LaunchError("L011", f"the launch argument '{name}' has no default and is not set", hint)
             context.launch_configurations[name] = default
         value = context.launch_configurations[name]
         if action.choices is not None and value not in action.choices:
-            hint = did_you_mean(value, action.choices) or f"there are {', '.join(action.choices)}"
+            hint = did_you_mean(value, action.choices) or f"use one of: {', '.join(action.choices)}"
             raise LaunchError("L025", f"the launch argument '{name}' cannot be '{value}'", hint)
         if self.depth == 1 or name not in self.arguments:
             self.arguments[name] = Argument(name, value, default, action.description, origin)
@@ -246,7 +244,8 @@ class ActionVisitor:
             self._delay = outer
 
     def _handler(self, handler: EventHandler) -> None:
-        """What is done when a process ends or starts; of one that is not there it is done at once."""
+        """Run the actions for the end or start of a process. If KBot does not know the process, they run at
+        once."""
         outer, target = self._after, self._names.get(id(handler.target))
         if target is not None:
             self._after = handler.event, target
@@ -270,7 +269,7 @@ class ActionVisitor:
         )
         is_scoped = is_true(performed(action.scoped, context))
         if is_scoped and not is_true(performed(action.forwarding, context)):
-            context.begin_anew()
+            context.reset()
         context.launch_configurations.update(configurations)
         try:
             self.visit_all(action.actions)
@@ -298,8 +297,8 @@ class ActionVisitor:
             if makers:
                 return
             if (package, name) not in known_packages.LAUNCH_FILES_2:
-                message = f"the package '{package}' is not here, and KBot has nothing in place of its {name}"
-                raise LaunchError("L012", message, "install the package, or leave the include out")
+                message = f"the package '{package}' is not installed, and KBot cannot replace its {name}"
+                raise LaunchError("L012", message, "install the package or remove the include")
             self.included.append(Included(package, name, passed, context.namespace, origin))
             return
         require_end(path, self.depth, len(self.files))
@@ -332,7 +331,8 @@ class ActionVisitor:
 
 
 def _not_built(path: str) -> tuple[str, str] | None:
-    """Package and file, of one whose sources are here and which its build would make."""
+    """The package and name of a launch file that the build of a package would create. None if the file exists
+    or KBot does not replace it."""
     package, file = Path(path).parts[-3:-2], Path(path).name
     known = package and (package[0], file) in known_packages.LAUNCH_FILES_2
     return (package[0], file) if known and not Path(path).exists() else None
@@ -387,16 +387,16 @@ def process_of(action: act.ExecuteProcess, context: LaunchContext, origin: Origi
 
 
 def seconds_of(value: object, context: LaunchContext) -> float:
-    """A delay or a period. Raises LaunchError: L005, it is no number."""
+    """A delay or a period. Raises LaunchError: L005, it is not a number."""
     text = performed(value, context) if act.is_value(value) else str(value)
     try:
         return to_float(text)
     except ValueError:
-        raise LaunchError("L005", f"'{text}' is no number of seconds", "", text) from None
+        raise LaunchError("L005", f"'{text}' is not a number of seconds", "", text) from None
 
 
 def ends_launch(on_exit: object) -> bool:
-    """Whether what is done at a process's end is the end of all."""
+    """Whether `on_exit` of a process ends the launch."""
     reactions = on_exit if isinstance(on_exit, list | tuple) else [on_exit]
     return any(
         isinstance(reaction, act.Shutdown)
@@ -406,7 +406,7 @@ def ends_launch(on_exit: object) -> bool:
 
 
 def _words(written: object, context: LaunchContext) -> list[str]:
-    """One word of a command, or all of a command line."""
+    """The words of one part of a command, which is a single word or a command line."""
     text = performed(written, context)
     return split_words(text) if isinstance(written, CommandLine) else [text]
 

@@ -1,4 +1,4 @@
-"""Temporary files for texts that a launch file makes and other programs read."""
+"""Writes texts that a launch file makes to temporary files, so that they can be read by their path."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from functools import cache
 
 
 def scratch_file(text: str, suffix: str) -> str:
-    """The path of a new file with a text in it, which is there until the program ends."""
+    """Write a text to a new file and return its path. The file is deleted when KBot exits."""
     with tempfile.NamedTemporaryFile(
         "w", suffix=suffix, dir=_folder(), delete=False, encoding="utf-8"
     ) as file:

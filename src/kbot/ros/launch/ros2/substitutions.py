@@ -1,6 +1,6 @@
-"""Substitutions of ROS 2 launch files: values that are known only when the file runs.
+"""The substitutions of ROS 2 launch files: values that are known only when the file runs.
 
-The names and arguments are those of `launch.substitutions` and `launch_ros.substitutions`.
+Names and arguments are those of `launch.substitutions` and `launch_ros.substitutions`.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from kbot.text.suggest import did_you_mean
 
 
 class Substitution:
-    """A text that is made when it is asked for."""
+    """A text that is computed while the launch file runs."""
 
     def perform(self, context: LaunchContext) -> str:
         raise NotImplementedError
 
 
 def as_substitution(value: object) -> Substitution:
-    """What may stand where a substitution is expected: one, a text, a number, or a sequence of those."""
+    """The substitution for a value: a substitution, a text, a number, or a sequence of those."""
     if isinstance(value, Substitution):
         return value
     if isinstance(value, list | tuple):
@@ -35,22 +35,22 @@ def as_substitution(value: object) -> Substitution:
 
 
 def performed(value: object, context: LaunchContext) -> str:
-    """The text of whatever may stand where a substitution is expected."""
+    """The text of a value that can be a substitution."""
     return as_substitution(value).perform(context)
 
 
 def is_true(text: str) -> bool:
-    """A condition's text as yes or no.
+    """The truth value of a text.
 
     Raises:
-        LaunchError: L005, it is neither.
+        LaunchError: L005, it is neither true nor false.
     """
     word = text.strip().lower()
     if word in ("true", "1"):
         return True
     if word in ("false", "0"):
         return False
-    raise LaunchError("L005", f"'{text}' is neither true nor false", "true, false, 1 and 0 are understood")
+    raise LaunchError("L005", f"'{text}' is neither true nor false", "use true, false, 1 or 0")
 
 
 class TextSubstitution(Substitution):
@@ -62,7 +62,7 @@ class TextSubstitution(Substitution):
 
 
 class Sequence(Substitution):
-    """One after the other."""
+    """The texts of several substitutions, joined."""
 
     def __init__(self, parts: Iterable[object]) -> None:
         self.parts = [as_substitution(part) for part in parts]
@@ -72,7 +72,7 @@ class Sequence(Substitution):
 
 
 class CommandLine(Sequence):
-    """Words as they are typed, quotes and all."""
+    """A command line, which has quotes and is split into words later."""
 
 
 class LaunchConfiguration(Substitution):
@@ -154,7 +154,7 @@ class EnvironmentVariable(Substitution):
             return context.environment[name]
         if self.default is not None:
             return performed(self.default, context)
-        hint = f"set it: {name}=… kbot launch …"
+        hint = f"set it: {name}=VALUE kbot launch …"
         raise LaunchError("L013", f"the environment variable {name} is not set", hint, name)
 
 
@@ -202,7 +202,7 @@ class FileContent(Substitution):
 
 
 class Parameter(Substitution):
-    """A parameter that SetParameter set."""
+    """The value of a parameter that SetParameter set."""
 
     def __init__(self, name: object, *, default: object = None) -> None:
         self.name, self.default = as_substitution(name), default
@@ -214,7 +214,7 @@ class Parameter(Substitution):
         if self.default is not None:
             return performed(self.default, context)
         hint = did_you_mean(name, context.parameters)
-        raise LaunchError("L011", f"the parameter '{name}' is set for no node here", hint, name)
+        raise LaunchError("L011", f"the parameter '{name}' is not set", hint, name)
 
 
 class LaunchLogDir(Substitution):
@@ -228,7 +228,7 @@ class _Several(Substitution):
         self.values = [as_substitution(value) for value in values]
 
     def truths(self, context: LaunchContext) -> list[bool]:
-        """Of all of them, so that one that is neither is told whatever the others are."""
+        """The truth values of all, so that an invalid value is reported whatever the others are."""
         return [is_true(value.perform(context)) for value in self.values]
 
 
@@ -261,7 +261,7 @@ class _Pair(Substitution):
 
 
 def _equal(left: str, right: str) -> bool:
-    """Whether two texts are the same yes or no, the same number, or the same text."""
+    """Whether two texts are the same truth value, the same number, or the same text."""
     words = ("true", "1", "false", "0")
     if left.lower() in words and right.lower() in words:
         return is_true(left) == is_true(right)

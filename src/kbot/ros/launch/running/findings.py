@@ -1,4 +1,4 @@
-"""Findings about the robots that a launch simulates."""
+"""Checks the robots that a launch simulates."""
 
 from __future__ import annotations
 
@@ -13,7 +13,11 @@ def simulation_findings(stage: Stage, packages: Packages) -> tuple[Diagnostic, .
     """Findings about the spawned controllers and the hardware of the robots that are simulated."""
     if not stage.is_simulated:
         return ()
-    from kbot.checks.first_look import CONTROL, first_look, folded  # only where something is simulated
+    from kbot.checks.first_look import (
+        CONTROL,
+        first_look,
+        folded,
+    )  # lazy: start-up time of launches without a simulation
     from kbot.sim.preparation import controller_findings
 
     findings: list[Diagnostic] = []

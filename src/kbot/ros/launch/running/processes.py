@@ -1,4 +1,4 @@
-"""The processes of a launch: starts, watches, restarts and ends them as roslaunch does."""
+"""Starts, watches, restarts and ends the processes of a launch, as roslaunch does."""
 
 from __future__ import annotations
 
@@ -16,17 +16,23 @@ from kbot.text import KbotError
 
 SIGINT_SECONDS = 15.0
 SIGTERM_SECONDS = 2.0
-"""How long a process has after each signal, as in roslaunch."""
-_LOOK_SECONDS = 0.05
+"""Seconds that a process has to exit after each signal, as in roslaunch."""
+_POLL_S = 0.05
+"""Seconds between two checks whether a process has exited."""
 _WINDOWS = sys.platform == "win32"
 
 
 @dataclass(frozen=True, slots=True)
 class Process:
-    """What to run, by the node's full name. `log` is the file for what it prints; None is the terminal.
+    """A process to run.
 
-    `respawn` seconds after its end it is started again (None: never). The end of a `required` one ends the
-    launch. It is started after `delay` seconds, counted from when the node of `after` started or ended.
+    name      the full name of the node
+    folder    the working folder
+    log       the file for its output; None for the terminal
+    respawn   seconds from its exit to its restart; None if it is not restarted
+    required  whether its exit ends the launch
+    delay     seconds to its start, from the start of the launch or from `after`
+    after     the event that its start waits for: `start` or `exit`, and the name of the other node
     """
 
     name: str
@@ -41,18 +47,18 @@ class Process:
 
 
 class Processes:
-    """Runs processes until it is closed. A thread of its own watches them."""
+    """Runs processes until `close`. A separate thread watches them."""
 
     def __init__(
-        self, processes: Sequence[Process], tell: Callable[[str], None], end: Callable[[], None]
+        self, processes: Sequence[Process], report: Callable[[str], None], end: Callable[[], None]
     ) -> None:
-        """`tell` is given sentences for the user; `end` is called once a required process is gone."""
-        self._tell, self._end = tell, end
+        """`report` receives sentences for the user. `end` is called when a required process exits."""
+        self._report, self._end = report, end
         self._running: dict[str, tuple[Process, subprocess.Popen[bytes]]] = {}
         self._due: list[tuple[float, Process]] = []
         self._waiting: list[Process] = []
         self.status = 0
-        """Exit status of the required process that ended the launch; 0 when none did."""
+        """The exit status of the launch: 1 if a required process failed, otherwise 0."""
         self._closed, self._lock = threading.Event(), threading.Lock()
         now = time.monotonic()
         known = {process.name for process in processes}
@@ -65,21 +71,21 @@ class Processes:
         self._thread.start()
 
     @property
-    def are_over(self) -> bool:
-        """Whether none runs, and none is to be started."""
+    def have_ended(self) -> bool:
+        """Whether no process is running or waiting to start."""
         with self._lock:
             return not (self._running or self._due or self._waiting)
 
     def close(self) -> None:
-        """End all: SIGINT, after a while SIGTERM, then SIGKILL, each to the process and what it started. A
-        further Ctrl-C goes to the last of these."""
+        """End all processes and the processes that they started: SIGINT, later SIGTERM, then SIGKILL. Another
+        Ctrl-C sends SIGKILL at once."""
         self._closed.set()
         self._thread.join()
         try:
             self._end_all()
         finally:
             for _, running in self._running.values():
-                _signal(running, _KILL)  # what is left, and what it left behind
+                _signal(running, _KILL)  # processes that are left, and their children
 
     def _end_all(self) -> None:
         left = [running for _, running in self._running.values() if running.poll() is None]
@@ -92,11 +98,11 @@ class Processes:
                 time.sleep(0.01)
 
     def _watch(self) -> None:
-        while not self._closed.wait(_LOOK_SECONDS):
+        while not self._closed.wait(_POLL_S):
             with self._lock:
-                self._look()
+                self._poll()
 
-    def _look(self) -> None:
+    def _poll(self) -> None:
         now = time.monotonic()
         due = [process for at, process in self._due if at <= now]
         self._due = [entry for entry in self._due if entry[0] > now]
@@ -112,24 +118,26 @@ class Processes:
         try:
             running = start(process)
         except KbotError as error:
-            self._tell(str(error))
+            self._report(str(error))
             self._ended(process, 127, silently=True)
             return
         self._running[process.name] = process, running
         self._follow("start", process)
 
     def _ended(self, process: Process, status: int, silently: bool = False) -> None:
-        where = f"; what it printed is in {process.log}" if process.log and status else ""
+        where = f"; its output is in {process.log}" if process.log and status else ""
         if process.respawn is not None:
-            self._tell(f"{process.name} ended with status {status} and is started again{where}")
+            self._report(f"{process.name} exited with status {status} and is restarted{where}")
             self._due.append((time.monotonic() + process.respawn, process))
         elif process.required:
-            self._tell(f"{process.name} is required and ended with status {status}: the launch ends{where}")
+            self._report(
+                f"{process.name} is required and exited with status {status}: the launch ends{where}"
+            )
             self.status = 1 if status else 0
             self._end()
         elif not silently:
-            how = "ended" if status == 0 else f"ended with status {status}"
-            self._tell(f"{process.name} {how}{where}")
+            how = "exited" if status == 0 else f"exited with status {status}"
+            self._report(f"{process.name} {how}{where}")
         self._follow("exit", process)
 
     def _follow(self, event: str, process: Process) -> None:
@@ -140,7 +148,7 @@ class Processes:
 
 
 def start(process: Process) -> subprocess.Popen[bytes]:
-    """Start it in a group of its own, so that Ctrl-C in the terminal reaches it through us alone.
+    """Start a process in its own process group, so that only KBot passes Ctrl-C in the terminal to it.
 
     Raises:
         KbotError: it cannot be started.
@@ -179,4 +187,4 @@ def _signal(running: subprocess.Popen[bytes], number: int) -> None:
         else:
             os.killpg(running.pid, number)
     except (ProcessLookupError, PermissionError, OSError):
-        return  # it is gone
+        return  # the process has exited

@@ -20,15 +20,16 @@ from kbot.ros.launch.running.shared_parameters import set_on_master
 from kbot.ros.launch.user_program import Program
 from kbot.ros.peer_options import PeerOptions
 
-_LOOK_SECONDS = 0.1
+_POLL_S = 0.1
+"""Seconds between two checks whether all programs have ended."""
 
 
 def run_programs(plan: Plan, programs: Sequence[Program], note: Callable[[str], None]) -> int:
-    """Run programs without a robot until all have ended, a required one has ended, or Ctrl-C. They connect to
-    the ROS or KBot that runs already. Returns the exit status.
+    """Run programs without a robot until all have exited, a required one has exited, or Ctrl-C. They connect
+    to the ROS or KBot that is already running. Return the exit status.
 
     Raises:
-        KbotError: they need a ROS 1 master, and none answers.
+        KbotError: they need a ROS 1 master, and none is running.
     """
     from kbot.ros.client import wanted_transport  # lazy in this module: most launches run no programs
 
@@ -39,8 +40,8 @@ def run_programs(plan: Plan, programs: Sequence[Program], note: Callable[[str], 
         processes = Processes(built, note, _thread.interrupt_main)
         try:
             with suppress(KeyboardInterrupt):
-                while not processes.are_over:
-                    time.sleep(_LOOK_SECONDS)
+                while not processes.have_ended:
+                    time.sleep(_POLL_S)
         finally:
             processes.close()
     return processes.status
@@ -53,8 +54,8 @@ def start_programs(
     peers: PeerOptions,
     note: Callable[[str], None],
 ) -> Processes | None:
-    """Start a launch's programs, which run until the stack is closed. Without a bridge they connect to this
-    KBot. The end of a required one interrupts the main thread. Returns None if there are none."""
+    """Start the programs of a launch, which run until the stack is closed. Without a bridge they connect to
+    this KBot. The exit of a required one interrupts the main thread. Return None if there are no programs."""
     if not programs:
         return None
     kind = "ros2" if "ros2" in peers.bridges and "ros1" not in peers.bridges else "ros1"
@@ -66,7 +67,7 @@ def start_programs(
 
 
 def live_for_programs(programs: Sequence[Program], peers: PeerOptions) -> PeerOptions:
-    """The peers, with a bridge for the user's own programs to connect by if the user asked for none."""
+    """The peers, with a bridge for the user's own programs if the user did not ask for a bridge."""
     if not programs or peers.is_live:
         return peers
     from kbot.ros.client import wanted_transport
@@ -78,8 +79,8 @@ def live_for_programs(programs: Sequence[Program], peers: PeerOptions) -> PeerOp
 
 
 def command_line(program: Program, plan: Plan, parameter_file: str) -> list[str]:
-    """The words to run it by, as roslaunch and ros2 launch write them. `parameter_file` is for ROS 2. It is
-    empty if there are no parameters."""
+    """The command line of a program, in the form of roslaunch or ros2 launch. `parameter_file` is for ROS 2
+    and empty without parameters."""
     node = program.node
     prefix = split_words(node.launch_prefix) if node.launch_prefix else []
     words = [*prefix, program.interpreter, program.file, *split(node)]
@@ -93,7 +94,7 @@ def command_line(program: Program, plan: Plan, parameter_file: str) -> list[str]
 
 
 def environment(program: Program) -> dict[str, str]:
-    """The environment of its process: KBot's own, the node's, and the folder of its package's modules."""
+    """The environment of a program: that of KBot and of the node, and the module folder of its package."""
     found = dict(os.environ)
     node = program.node
     source = Path(program.file).parents[1] / "src"
@@ -111,7 +112,7 @@ def _processes(
     plan: Plan, programs: Sequence[Program], defaults: Mapping[str, str], note: Callable[[str], None]
 ) -> Iterator[list[Process]]:
     """The processes to start, with `defaults` for their environment. Their logs and parameter files are in a
-    folder that is deleted at the end unless a log has text."""
+    folder, which is deleted at the end if all logs are empty."""
     folder = Path(tempfile.mkdtemp(prefix="kbot-launch-"))
     try:
         if any(program.node.output == "log" for program in programs):
@@ -143,7 +144,7 @@ def _process(plan: Plan, program: Program, logs: Path, defaults: Mapping[str, st
 
 
 def _parameter_words(plan: Plan, node: PlannedNode) -> list[str]:
-    """A ROS 1 node's own parameters as words, for a run without a parameter server."""
+    """The parameters of a ROS 1 node as words of its command line, for a run without a parameter server."""
     if plan.is_ros_2:
         return []  # they are in its parameter file
     own = plan.params_of(node).items()
@@ -151,7 +152,8 @@ def _parameter_words(plan: Plan, node: PlannedNode) -> list[str]:
 
 
 def _folder(node: PlannedNode, program: Program) -> str:
-    """The working folder: the program's own for `cwd="node"`, ROS's for `ROS_HOME`, else the current one."""
+    """The working folder: that of the program for `cwd="node"`, that of ROS for `ROS_HOME`, else the current
+    one."""
     if node.cwd == "node":
         return str(Path(program.file).parent)
     if node.cwd in ("ROS_HOME", "ros-root", "ros_home"):
@@ -162,11 +164,11 @@ def _folder(node: PlannedNode, program: Program) -> str:
 
 
 def _parameter_file(plan: Plan, node: PlannedNode, path: Path) -> str:
-    """A ROS 2 file of the node's parameters; none for ROS 1, where the master has them."""
+    """Write a parameter file for a ROS 2 node. Empty for ROS 1, where the master has the parameters."""
     own = {name: param.value for name, param in plan.params_of(node).items()}
     if not plan.is_ros_2 or not own:
         return ""
-    import yaml  # only for nodes of ROS 2 with parameters
+    import yaml  # lazy: only ROS 2 nodes with parameters need it
 
     path.write_text(yaml.safe_dump({node.full_name: {"ros__parameters": own}}), encoding="utf-8")
     return str(path)

@@ -1,4 +1,4 @@
-"""Runs a launch with a robot: the robot in the workbench, and the launch's other nodes beside it."""
+"""Runs a launch with a robot: serves the robot in the workbench and runs the other nodes beside it."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ class RobotRun:
     def run(
         self, record: RecordOptions, peers: PeerOptions, world: ChosenWorld | None, address: Address
     ) -> int:
-        """Serve the workbench, with the launch's programs beside it, until Ctrl-C or until a required one
-        ends; the exit status. Without a `world` the robot is shown and not simulated.
+        """Serve the workbench and run the launch's programs until Ctrl-C or until a required program exits.
+        Return the exit status. Without a `world` the robot is shown and not simulated.
 
         Raises:
             DescriptionError, KbotError: the robot or a bridge cannot be used.
@@ -76,21 +76,21 @@ class RobotRun:
         return processes.status if processes is not None else 0
 
     def session(self, outputs: RunOutputs, world: ChosenWorld | None) -> Session:
-        """The robot in the workbench: simulated in a world, or shown where there is none."""
+        """The robot in the workbench: simulated in a world, or only shown if `world` is None."""
         session = self._shown(outputs) if world is None else self._simulated(outputs, world)
         if self._stage.viewer is not None:
             session.display_file = self._displays(self._stage.viewer)
         return session
 
     def _displays(self, viewer: ViewerSettings) -> DisplayFile:
-        """The displays of the launch's rviz. An unusable file is reported, because rviz would start without
-        it; a missing file is among the stage's notes."""
+        """The displays of the launch's rviz. An invalid file is only reported, because rviz also starts
+        without it. The notes of the stage report a missing file."""
         displays = DisplayFile()
         if Path(viewer.displays).is_file():
             try:
                 displays = DisplayFile(viewer.displays)
             except KbotError as error:
-                self._terminal.note(f"{error}; the page shows its own displays")
+                self._terminal.note(f"{error}. The page shows its default displays.")
         for note in displays.notes:
             self._terminal.note(f"{viewer.displays}: {note}")
         if viewer.fixed_frame:
@@ -98,7 +98,7 @@ class RobotRun:
         return displays
 
     def _simulated(self, outputs: RunOutputs, world: ChosenWorld) -> Session:
-        # lazy in this module: they load the engine, which a robot that is only shown does not need
+        # lazy: they load the engine, which a robot that is only shown does not need
         from kbot.sensors.declared import mount_on_others
         from kbot.sim.naming import Naming
         from kbot.workbench.session.driven_session import driven_session
@@ -107,7 +107,7 @@ class RobotRun:
         spawn = robot.spawn
         start = PlanarPose(spawn.x, spawn.y, spawn.yaw)
 
-        def attend(simulation: Simulation) -> None:
+        def connect(simulation: Simulation) -> None:
             bus = simulation.bus
             stand_ins.publish_maps(bus)
             outputs.join(simulation, "", world.name)
@@ -128,18 +128,18 @@ class RobotRun:
             lambda read: with_controllers(read, robot.controllers),
         )
         naming = Naming(spawn.model, spawn.namespace, robot.frame_prefix)
-        session = driven_session(description, world.world, world.name, 0, "recipe", attend, start, naming)
+        session = driven_session(description, world.world, world.name, 0, "recipe", connect, start, naming)
         session.paused = stage.gazebo.paused
         if session.paused:
             self._terminal.note(
-                "The simulation is paused, as the launch file asks. Press P in the page to continue."
+                "The launch file starts the simulation paused. Press P in the page to continue."
             )
         return session
 
     def _shown(self, outputs: RunOutputs) -> Session:
         joints = self._stage.joints
 
-        def attend(sliders: Sliders) -> None:
+        def connect(sliders: Sliders) -> None:
             self.stand_ins.publish_maps(sliders.bus)
             outputs.show(sliders, to_urdf(sliders.robot), sliders.robot.name)
 
@@ -148,7 +148,7 @@ class RobotRun:
                     try:
                         sliders.set_joint(name, position)
                     except KbotError:
-                        continue  # a joint of another robot
+                        continue  # the joint belongs to another robot
 
             for topic in joints.sources:
                 sliders.bus.subscribe(topic, JointState, set_joints)
@@ -160,12 +160,12 @@ class RobotRun:
             self._package_path,
             lambda read: with_dependent_joints(read, joints.dependent, joints.use_mimic_tags),
         )
-        setting = SliderSetting(joints.zeros, joints.rate, attend)
+        setting = SliderSetting(joints.zeros, joints.rate, connect)
         return Session(description, "view", lambda robot: Sliders(robot, setting=setting))
 
 
 def _command_of(simulation: Simulation, topic: str) -> Callable[[float, float], None]:
-    """The command of the robot that subscribes to the topic, else of the first robot."""
+    """The function that commands the robot which subscribes to the topic, else the first robot."""
     for robot in simulation.robots.values():
         if robot.settings is not None and topic in map(robot.naming.topic, robot.settings.command_topics):
             return robot.command

@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 
 def spawn_all(simulation: Simulation, stage: Stage, package_path: Sequence[str]) -> None:
-    """Spawn all robots and models but the first robot, which the simulation has already. That one gets the
-    joint positions, the height and the attitude of its spawner.
+    """Spawn all models, and all robots except the first, which is already in the simulation. The first robot
+    gets the joint positions, the height and the attitude of its spawner.
 
     Raises:
-        DescriptionError, KbotError: one cannot be used, or another object is in its place.
+        DescriptionError, KbotError: a robot or model cannot be used, or another object is in its place.
     """
     first, *others = stage.robots
     _place(simulation, first.spawn)

@@ -1,4 +1,4 @@
-"""Shares the parameters of a launch: with peers, with a ROS 1 master, and in files."""
+"""Gives the parameters of a launch to peers and a ROS 1 master, and writes them to files."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ _CALLER = "/kbot_launch"
 
 
 def with_parameters(plan: Plan, peers: PeerOptions) -> PeerOptions:
-    """The peers, which can read the launch's parameters."""
+    """The peers, with the parameters of the launch."""
     values = {name: param.value for name, param in plan.params.items() if _is_portable(param.value)}
     return replace(peers, parameters=values)
 
 
 def _is_portable(value: object) -> bool:
-    """Whether each kind of peer accepts a value: XML-RPC has no None and no integers above 32 bits."""
+    """Whether all kinds of peers accept a value. XML-RPC does not have None or integers above 32 bits."""
     if isinstance(value, list):
         return all(map(_is_portable, value))
     if isinstance(value, int):
@@ -30,7 +30,7 @@ def _is_portable(value: object) -> bool:
 
 def dump_parameters(plan: Plan) -> None:
     """Write the files of `<rosparam command="dump">`."""
-    from kbot.ros.parameter_values import dump_yaml  # rarely needed: start-up time
+    from kbot.ros.parameter_values import dump_yaml  # lazy: start-up time
     from kbot.text.files import write_text
 
     for command, name, file in plan.store:
@@ -41,12 +41,12 @@ def dump_parameters(plan: Plan) -> None:
 
 def clear_on_master(plan: Plan) -> None:
     """Delete parameters on the ROS 1 master as roslaunch does: first those of `<rosparam command="delete">`,
-    then those of `clear_params`. Nothing happens without a master."""
+    then those of `clear_params`. Without a master, do nothing."""
     from kbot.ros.bridges.ros1.rpc import RpcFailed, call  # lazy in this module: only with ROS 1
 
     deleted = [name for command, name, _ in plan.store if command == "delete"]
     for name in (*deleted, *plan.clear):
-        with suppress(RpcFailed):  # there is no such parameter
+        with suppress(RpcFailed):  # the parameter is not set
             call(_master(), "deleteParam", _CALLER, name)
 
 
@@ -54,7 +54,7 @@ def set_on_master(plan: Plan) -> None:
     """Set the launch's parameters on the ROS 1 master.
 
     Raises:
-        KbotError: no master answers.
+        KbotError: no master is running.
     """
     from kbot.ros.bridges.ros1.rpc import RpcFailed, call  # only with ROS 1
 

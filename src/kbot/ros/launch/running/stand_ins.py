@@ -1,4 +1,4 @@
-"""Runs the stand-ins of a launch on a bus: maps, recordings that are played back, and keys."""
+"""Runs the replacements of a launch's nodes on a bus: maps, playback of recordings, and keys."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from kbot.ros.nodes.teleop_twist_keyboard import HELP, RATE, TeleopKeys
 
 
 class StandIns:
-    """Runs them on one bus, and on the next one where another simulation replaces it. The static transforms
-    are not among them: RunOutputs publishes these."""
+    """Replaces map_server, rosbag and teleop_twist_keyboard on one bus, and on the next one when another
+    simulation starts. Static transforms are not included: RunOutputs publishes them."""
 
     def __init__(self, settings: StandInSettings, terminal: Terminal, end: Callable[[], None]) -> None:
-        """`end` ends the launch; it is called at the end of a required recording."""
+        """`end` ends the launch. It is called at the end of a required recording."""
         self.settings, self._terminal, self._end = settings, terminal, end
         keys = settings.keys
         self.teleop = TeleopKeys(keys.speed, keys.turn) if keys is not None else None
         self.players: list[BusPlayback] = []
 
-    def record_options(self, asked: RecordOptions, *, is_simulated: bool) -> RecordOptions:
-        """What to record: what the user asked for, else what the launch's rosbag records. A robot that is not
-        simulated is not recorded."""
+    def record_options(self, requested: RecordOptions, *, is_simulated: bool) -> RecordOptions:
+        """What to record: what the user asked for, otherwise what rosbag of the launch records. Only
+        simulated robots are recorded."""
         for recording in self.settings.recordings[:1]:
             if not is_simulated:
-                self._terminal.note(f"{recording.path} is not recorded: nothing is simulated here")
-            elif not asked.path:
+                self._terminal.note(f"{recording.path} is not recorded: KBot records only a simulated robot")
+            elif not requested.path:
                 self._terminal.note(f"Recording to {recording.path}")
                 return RecordOptions(recording.path, recording.topics)
-        return asked
+        return requested
 
     def publish_maps(self, bus: Bus) -> None:
         """Publish the maps of map servers.
@@ -44,7 +44,7 @@ class StandIns:
         """
         if not self.settings.maps:
             return
-        from kbot.messages.navigation import MapMetaData, OccupancyGrid  # only for a map: start-up time
+        from kbot.messages.navigation import MapMetaData, OccupancyGrid  # lazy: start-up time
         from kbot.world.occupancy_files import read_map
 
         for path in self.settings.maps:
@@ -59,11 +59,12 @@ class StandIns:
         published: Collection[str] = (),
         instead: Mapping[str, Callable[[Any], None]] | None = None,  # Any: each topic has its own type
     ) -> None:
-        """Play back the launch's recordings. Playback on an earlier bus ends and continues here. Topics that
-        are `published` by others are left out; messages on topics of `instead` go to its functions.
+        """Play back the launch's recordings. Playback on an earlier bus ends and continues on this one.
+        Topics in `published`, which others publish, are not played back. Messages on topics in `instead` go
+        to its functions.
 
         Raises:
-            DescriptionError: a recording cannot be read, or does not have what is asked for.
+            DescriptionError: a recording cannot be read, or does not have a requested topic or time.
         """
         earlier = self.players
         for playback in earlier:
@@ -84,12 +85,12 @@ class StandIns:
             new.go_on_from(old)
 
     def drive(self, clock: Clock, command: Callable[[float, float], None]) -> None:
-        """Command the speeds of the pressed keys, in m/s and rad/s, as the clock advances."""
+        """Command the speeds of the pressed keys, in m/s and rad/s, while the clock advances."""
         if (teleop := self.teleop) is not None:
             clock.every(RATE, lambda: teleop.drive(command))
 
     def keys(self) -> AbstractContextManager[None]:
-        """Read keys from the terminal, within the block."""
+        """Read keys from the terminal within the block."""
         if self.teleop is None:
             return nullcontext()
         self._terminal.note(HELP)

@@ -1,4 +1,4 @@
-"""The interface through which a running launch uses the command line."""
+"""The interface by which a running launch uses the command line."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from kbot.tf.static_transforms import StaticTransform
 
 
 class Terminal(Protocol):
-    """The user's terminal, and the block in which a run is recorded and connected to peers."""
+    """The user's terminal, and the outputs of a run."""
 
     def note(self, text: str) -> None:
         """Print a sentence."""
@@ -23,12 +23,12 @@ class Terminal(Protocol):
         """Print diagnostics."""
 
     def loading(self, what: str) -> AbstractContextManager[None]:
-        """Show, within the block, that something is loading."""
+        """Show within the block that something is loading."""
 
     def keys(self, press: Callable[[str], None]) -> AbstractContextManager[None]:
-        """Pass each key to `press`, within the block."""
+        """Pass each key to `press` within the block."""
 
     def outputs(
         self, record: RecordOptions, peers: PeerOptions, transforms: Sequence[StaticTransform]
     ) -> AbstractContextManager[RunOutputs]:
-        """Record a run and connect it to peers, within the block. Signals end the run in order."""
+        """Record a run and connect it to peers within the block. Signals end the run in order."""

@@ -25,9 +25,9 @@ from kbot.ros.nodes.rosbag_play import BusPlayback
 from kbot.ros.peer_options import PeerOptions
 
 PERIOD = 0.01
-"""Seconds between two looks at what is due."""
+"""Seconds between two steps of the clock."""
 BEHIND = 0.2
-"""Seconds of wall-clock time that are caught up at most."""
+"""The most seconds of wall-clock time that the clock catches up after a delay."""
 _TWIST = "geometry_msgs/msg/Twist"
 
 
@@ -43,21 +43,22 @@ class _Published:
 
 def run_without_robot(plan: Plan, stage: Stage, peers: PeerOptions, terminal: Terminal) -> int:
     """Publish what the launch's nodes publish and run its programs, until all have ended, a required one has
-    ended, or Ctrl-C. Returns the exit status.
+    ended, or Ctrl-C. Return the exit status.
 
-    Time is wall-clock time. With recordings it is theirs, and /clock is published. If no bridge is asked for,
-    no ROS is installed and another KBot runs, that KBot receives the key commands.
+    Time is wall-clock time. With recordings it is their time, which is published on /clock. If the user did
+    not ask for a bridge, ROS is not installed and another KBot is running, that KBot receives the key
+    commands.
 
     Raises:
         KbotError: a recording or a map cannot be read, or a bridge or the other KBot cannot be reached.
     """
     published, ended = _Published(), threading.Event()
     bus, clock = published.bus, published.clock
-    settings, speed = _own_speed(stage.stand_ins)
+    settings, speed = _separate_rate(stage.stand_ins)
     stand_ins = StandIns(settings, terminal, ended.set)
     dump_parameters(plan)
     stand_ins.record_options(RecordOptions(), is_simulated=False)
-    peers = _as_installed(with_parameters(plan, peers))
+    peers = _with_installed_ros(with_parameters(plan, peers))
     is_beside = not (settings.playings or peers.is_live) and bool(running())
     if not is_beside:
         peers = live_for_programs(stage.programs, peers)
@@ -75,7 +76,7 @@ def run_without_robot(plan: Plan, stage: Stage, peers: PeerOptions, terminal: Te
             stand_ins.drive(clock, _publisher_of_commands(bus, topic))
             if is_beside:
                 _forward(stack, bus, topic)
-                terminal.note(f"The KBot that runs receives {topic}.")
+                terminal.note(f"The running KBot receives {topic}.")
         stack.enter_context(stand_ins.keys())
         if is_beside:
             _report_unpublished(settings, terminal)
@@ -86,15 +87,15 @@ def run_without_robot(plan: Plan, stage: Stage, peers: PeerOptions, terminal: Te
             outputs.show(published, description, name, tells_time=bool(players))
         processes = start_programs(stack, plan, stage.programs, peers, terminal.note)
         if not players:
-            terminal.note("There is no robot here. Ctrl-C ends it.")
+            terminal.note("The launch file has no robot. Press Ctrl-C to stop.")
         with suppress(KeyboardInterrupt):
             _run(published, stand_ins.players, speed, processes, ended)
     return processes.status if processes is not None else 0
 
 
-def _own_speed(settings: StandInSettings) -> tuple[StandInSettings, float]:
-    """A single recording plays at rate 1 while the clock runs at the recording's rate, so that /clock has the
-    time of its messages; the settings and that rate."""
+def _separate_rate(settings: StandInSettings) -> tuple[StandInSettings, float]:
+    """The settings with rate 1 for a single recording, and its own rate, at which the clock must run. /clock
+    then has the time of the recording's messages."""
     if len(settings.playings) != 1:
         return settings, 1.0
     (playing,) = settings.playings
@@ -108,21 +109,22 @@ def _run(
     processes: Processes | None,
     ended: threading.Event,
 ) -> None:
-    """Advance the clock, by recordings at `speed` times wall-clock time, until the end."""
+    """Advance the clock until the end of the launch. With recordings, it runs at `speed` times wall-clock
+    time."""
     due = time.monotonic()
     while not ended.is_set():
         for errand in tuple(published.errands):
             errand()
-        _pass_time(published.clock, speed if players else None)
-        if players and all(p.is_over for p in players) and (processes is None or processes.are_over):
+        _advance(published.clock, speed if players else None)
+        if players and all(p.is_over for p in players) and (processes is None or processes.have_ended):
             return
         due = max(due + PERIOD, time.monotonic() - BEHIND)
         time.sleep(max(0.0, due - time.monotonic()))
 
 
-def _pass_time(clock: Clock, speed: float | None) -> None:
-    """Advance by a period at `speed`; without one, to wall-clock time. After a sleep of the machine the clock
-    jumps."""
+def _advance(clock: Clock, speed: float | None) -> None:
+    """Advance by one period at `speed` or, if it is None, to wall-clock time. The clock jumps after the
+    machine was asleep."""
     if speed is not None:
         clock.advance_to(clock.nanoseconds + round(PERIOD * speed * 1e9))
         return
@@ -136,12 +138,13 @@ def _pass_time(clock: Clock, speed: float | None) -> None:
 def _report_unpublished(settings: StandInSettings, terminal: Terminal) -> None:
     for what, is_there in (("Frames", settings.transforms), ("Maps", settings.maps)):
         if is_there:
-            terminal.note(f"{what} of the launch are not published: the KBot that runs has its own")
+            terminal.note(f"{what} of the launch file are not published: the running KBot publishes its own")
 
 
-def _as_installed(peers: PeerOptions) -> PeerOptions:
-    """The peers, with a bridge to the installed ROS if that can be used and the user asked for none."""
-    from kbot.ros.client import wanted_transport  # lazy in this module: few launches need it
+def _with_installed_ros(peers: PeerOptions) -> PeerOptions:
+    """The peers, with a bridge to the installed ROS if the user did not ask for a bridge and it can be
+    opened."""
+    from kbot.ros.client import wanted_transport  # lazy: few launches need it
 
     if peers.is_live:
         return peers
@@ -161,12 +164,12 @@ def _publisher_of_commands(bus: Bus, topic: str) -> Callable[[float, float], Non
 
 
 def _forward(stack: ExitStack, bus: Bus, topic: str) -> None:
-    """Forward a topic to the running KBot until the stack is closed. KBOT_AT selects one of several.
+    """Forward a topic to the running KBot until the stack is closed. KBOT_AT selects one of several KBots.
 
     Raises:
-        KbotError: KBOT_AT selects none of them, or that KBot does not subscribe to the topic.
+        KbotError: KBOT_AT does not select one, or that KBot does not subscribe to the topic.
     """
-    from kbot.ros.graph.client import GraphClient  # with websockets
+    from kbot.ros.graph.client import GraphClient  # lazy: it loads websockets
 
     graph = stack.enter_context(GraphClient(find(os.environ.get("KBOT_AT", ""), "KBOT_AT=NUMBER")))
     graph.advertise(topic, _TWIST)

@@ -1,4 +1,4 @@
-"""Chooses the world that a launch simulates in."""
+"""Chooses the world that a launch is simulated in."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from kbot.world import BUILDERS, World, load_world
 
 
 class ChosenWorld(NamedTuple):
-    """A world, and the name of the built-in world or of the file that it comes from."""
+    """A world, and the name of the built-in world or file that it is loaded from."""
 
     name: str
     world: World
 
 
 def choose_world(wanted: str | None, launched: str, note: Callable[[str], None]) -> ChosenWorld:
-    """The world `wanted`, else the one that the launch file names: its file if that exists, else KBot's world
-    of the same name, else the empty world, with a note to the user.
+    """Load the world `wanted`, otherwise the one that the launch file names: its file if that exists, else
+    KBot's world of the same name, else the empty world, with a note for the user.
 
     Raises:
         DescriptionError, KbotError: the world cannot be used.
@@ -33,5 +33,5 @@ def _known(name: str, note: Callable[[str], None]) -> str:
     own = PurePosixPath(name.replace("\\", "/")).stem
     if own in BUILDERS:
         return own
-    note(f"The world '{name}' is not found: the robot starts in 'empty'.")
+    note(f"The world '{name}' is not found. The robot starts in 'empty'.")
     return "empty"
