@@ -53,7 +53,7 @@ def test_without_an_output_it_is_named_by_the_robot_and_nothing_is_lost(
         (["--to", "png", "--size", "big"], "--size takes WxH in pixels"),
         (["--to", "png", "--size", "0x9"], "1 to 8192 pixels"),
         (["--to", "png", "--from", "north"], "--from takes AZ,EL in degrees"),
-        (["--to", "png", "--from", "0,100"], "an elevation of -90 to 90"),
+        (["--to", "png", "--from", "0,100"], "the elevation within -90 to 90"),
         (["--to", "glb", "--joint", "left_wheel_jiont:=1"], "did you mean 'left_wheel_joint'"),
         (["--to", "glb", "--joint", "left_wheel_joint:=much"], "takes a number in rad or m, not 'much'"),
         (["--to", "glb", "--joint", "left_wheel_joint"], "--joint takes NAME:=VALUE"),

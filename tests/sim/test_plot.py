@@ -55,8 +55,8 @@ def test_it_says_what_is_what(monkeypatch):
     odometry = [PlanarPose(-0.5, 0.0, 0.0), PlanarPose(8.5, 0.3, np.pi / 2)]
     draw(truth, odometry, World("w", (floor(),)), "kbot in w, 9.00 s")
     assert {"kbot in w, 9.00 s", "x [m]", "y [m]", "start", "end"} <= told.keys()
-    assert "truth: where the robot was, at the end x 8.500 m, y 0.000 m, yaw 0.0°" in told
-    believed = "odometry: where it believed to be, at the end x 8.500 m, y 0.300 m, yaw 90.0°, 300.0 mm off"
+    assert "truth: ends at x 8.500 m, y 0.000 m, yaw 0.0°" in told
+    believed = "odometry: ends at x 8.500 m, y 0.300 m, yaw 90.0°, 300.0 mm off"
     assert believed in told
     at = told["8.5"][0]  # of the line along x, for along y there is none
     assert at == pytest.approx(LEFT + (8.5 + 0.75) / 9.5 * SIZE)

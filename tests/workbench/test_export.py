@@ -115,16 +115,16 @@ def test_without_opengl_one_sentence_says_what_to_install(
     xacro: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def nothing(width: int, height: int) -> None:
-        raise KbotError("cameras draw off screen by OpenGL, which is not here: install it")
+        raise KbotError("cameras need off-screen OpenGL, which is not available: install it")
 
     monkeypatch.setattr("kbot.render.offscreen._context", nothing)
-    with pytest.raises(KbotError, match="a picture is drawn off screen by OpenGL, which is not here"):
+    with pytest.raises(KbotError, match="pictures need off-screen OpenGL, which is not available"):
         draw_picture(robot_alone(load_robot(str(xacro)).require()), Look(40, 30))
 
 
 @pytest.mark.parametrize("size", [(0, 10), (10, 0), (10_000, 10)])
 def test_no_picture_has_such_a_size(size: tuple[int, int]) -> None:
-    with pytest.raises(KbotError, match="pixels a side"):
+    with pytest.raises(KbotError, match="each side must be 1 to 8192 pixels"):
         Look(*size)
 
 

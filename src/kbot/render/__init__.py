@@ -1,1 +1,1 @@
-"""Draws robots, worlds and runs: pictures, GLB and plots."""
+"""Draw robots, worlds and runs: pictures, GLB and plots."""

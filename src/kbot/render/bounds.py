@@ -1,4 +1,4 @@
-"""The bounding box of all that is visible of a robot."""
+"""The bounding box of a robot's visible shapes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,11 @@ from kbot.text import KbotError
 
 
 def visible_bounds(robot: RobotModel) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest and highest corner (3,) of what is seen of the robot at zero, in its root frame; metres."""
+    """Return the robot's lowest and highest corner (3,) with all joints at 0, in m in its root frame.
+
+    A link without visuals counts with its collisions. A robot without shapes counts with the origins of its
+    links.
+    """
     poses = FrameTree(robot).poses({})
     boxes = list(_bounds(robot, poses))
     if not boxes:
@@ -31,5 +35,5 @@ def _bounds(robot: RobotModel, poses: dict[str, Transform]) -> Iterator[tuple[np
                 box = bounds(part.geometry, pose.rotation)
             except KbotError:
                 box = None
-            low, high = box or (0.0, 0.0)  # of a mesh that cannot be read its place is known
+            low, high = box or (0.0, 0.0)  # an unreadable mesh counts as a point at its pose
             yield low + pose.translation, high + pose.translation

@@ -1,4 +1,4 @@
-"""World and robot as a simulated camera sees them."""
+"""The world and the robot as a simulated camera sees them."""
 
 from __future__ import annotations
 
@@ -22,20 +22,23 @@ from kbot.world.sdf.materials import link_colours
 
 GREY = (0.6, 0.6, 0.6, 1.0)
 
-# the engine's cameras look along -z with y up; a sensor looks along x with z up
+# A MuJoCo camera looks along -z with y up. A sensor looks along x with z up.
 _SENSOR_FROM_CAMERA = Transform.from_rotation_translation(
     np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]), (0.0, 0.0, 0.0)
 )
 
 
 class PictureModel:
-    """A model that only stands for pictures: its bodies are put where the simulation's are."""
+    """A model that is only drawn. Its bodies are moved to the poses of the simulation's bodies."""
 
     def __init__(
         self, simulation: Simulation, fovy: float, size: tuple[int, int], near: float, far: float
     ) -> None:
-        """`fovy`, the vertical field of view in rad; `size` as width and height in pixels; the planes between
-        which something is seen, in m."""
+        """Build the model of a run.
+
+        `fovy` is the vertical field of view in rad, `size` is width and height in pixels, `near` and `far`
+        are the clipping planes in m.
+        """
         self._simulation = simulation
         spec = mujoco.MjSpec()
         spec.compiler.degree = False
@@ -57,8 +60,11 @@ class PictureModel:
         self._mocap = {n: int(self.model.body(n).mocapid[0]) for n in names}
 
     def place(self, camera: NDArray[np.float64], axes: NDArray[np.float64]) -> None:
-        """Put everything where it is now, and the camera at a place (3,) with the sensor's axes (3, 3). The
-        simulation's frames are up to date."""
+        """Move all bodies to their current poses, and the camera to `camera` (3,) with `axes` (3, 3) of the
+        sensor.
+
+        The frames of the simulation must be up to date.
+        """
         simulation = self._simulation
         self._put("camera", Transform.from_rotation_translation(axes, camera))
         if self._moving:
@@ -87,7 +93,7 @@ class PictureModel:
                 _add(spec, added, part.shape, part.pose, part.rgba)
 
     def _add_robot(self, spec: mujoco.MjSpec, robot: str) -> Iterator[tuple[str, str]]:
-        """Those of its links that are seen."""
+        """Add the links that have visuals, and yield robot and link name of each."""
         description = self._simulation.robots[robot].robot
         colours = link_colours(description)
         for name, link in description.links.items():
@@ -108,7 +114,7 @@ def _add(
     pose: Transform,
     rgba: tuple[float, ...],
 ) -> None:
-    """What cannot be drawn is left out: the simulation has warned of it."""
+    """Add one shape. Skip it if it cannot be drawn, because the simulation has already warned of it."""
     try:
         if isinstance(shape, Mesh | WorldMesh):
             geom = body.add_geom(
@@ -125,7 +131,11 @@ def _add(
 
 
 def _mesh(spec: mujoco.MjSpec, shape: Mesh | WorldMesh) -> str:
-    """Triangles as they are; Raises KbotError for a file that is not there or not readable."""
+    """Add the triangles of a mesh unless the model has them already, and return their name.
+
+    Raises:
+        KbotError: the file is missing or unreadable.
+    """
     if isinstance(shape, WorldMesh):
         vertices, faces = shape.vertices, shape.faces.astype(np.int64)
     else:

@@ -1,6 +1,6 @@
-"""The floor of pictures, as the page draws it: a fading grid, darker beneath the robot.
+"""The floor of pictures: a fading grid that is darker under the robot.
 
-The same formulas as the page's shader (`web/src/view/ground.ts`).
+It follows the page's shader (`web/src/view/ground.ts`), so that pictures and page look alike.
 """
 
 from __future__ import annotations
@@ -18,8 +18,10 @@ Array = NDArray[np.float64]
 
 
 def draw_floor(things: PictureScene, look: Look, palette: Palette) -> tuple[Array, Array, Array]:
-    """Colours (h, w, 3) and opacity (h, w) in 0..1, and the distance along the camera's axis in m (h, w),
-    inf where there is no floor; rows from the top."""
+    """Return colours (h, w, 3) and opacity (h, w) in 0..1, and the depth along the camera's axis (h, w) in m.
+
+    The depth is inf where there is no floor. The first row is the top of the picture.
+    """
     away = look.distance(things.view_radius)
     eye = things.centre + look.towards_eye * away
     half = math.tan(FIELD_OF_VIEW / 2.0)
@@ -28,7 +30,7 @@ def draw_floor(things: PictureScene, look: Look, palette: Palette) -> tuple[Arra
     right, above, back = look.axes.T
     rays = (
         across[None, :, None] * half * look.aspect * right + up[:, None, None] * half * above - back
-    )  # their part along the axis is 1, so that the factor below is the distance along it
+    )  # their component along the axis is 1, so that `depth` below is the distance along it
     with np.errstate(divide="ignore", invalid="ignore"):
         depth = (things.ground - eye[2]) / rays[..., 2]
     seen = (depth > 0.0) & np.isfinite(depth) & (eye[2] > things.ground)
@@ -37,7 +39,7 @@ def draw_floor(things: PictureScene, look: Look, palette: Palette) -> tuple[Arra
     reach = 4.0 * max(2.0 * away * half * 1.75, things.radius * 2.0)
     off = np.linalg.norm(place - things.centre[:2], axis=-1) / reach
     wide = np.abs(np.gradient(place, axis=0)) + np.abs(np.gradient(place, axis=1))
-    cell = 10.0 ** round(math.log10(things.radius * 0.8))
+    cell = 10.0 ** round(math.log10(things.radius * 0.8))  # `Ground.suit` of the page
     colours = np.broadcast_to(palette.floor, (*place.shape[:2], 3))
     colours = _mix(colours, palette.line, _ruled(place / cell, wide / cell))
     colours = _mix(colours, palette.major_line, _ruled(place / (cell * 10.0), wide / (cell * 10.0)))

@@ -1,4 +1,4 @@
-"""Writes a robot as one GLB file (binary glTF 2.0): a node for each link, meshes in metres, y up."""
+"""Write a robot as one GLB file (binary glTF 2.0): one node per link, meshes in metres, y up."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from kbot.render.surfaces import PaintedSurface, robot_surfaces
 if TYPE_CHECKING:
     import trimesh  # lazy in this module: slow to import
 
-# glTF 2.0, 3.4: y is up and the front looks along z; in URDF z is up and x is ahead (REP 103)
+# glTF 2.0, section 3.4: y is up and the front faces +z. In URDF z is up and the front faces +x (REP 103).
 Y_UP_FROM_Z_UP = np.array(
     [[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
 )
 
 
 def glb(robot: RobotModel, joints: Mapping[str, float] | None = None) -> bytes:
-    """The robot standing as `joints` say (rad, m), those not given at 0.
+    """Return the GLB of the robot with its joints at `joints` (rad, m). Joints that are not given are at 0.
 
-    The nodes of the links hang on one another as the links do; the root's stands beneath one that turns z up
-    into y up.
+    The nodes form the same tree as the links. The node of the root link is the child of a node that turns
+    z-up into y-up.
 
     Raises:
         KbotError: an unknown joint, or a position that is not finite.
@@ -74,11 +74,11 @@ def _mesh(surface: PaintedSurface, name: str) -> trimesh.Trimesh:
         alphaMode="BLEND" if a < 1.0 else "OPAQUE",
         doubleSided=a < 1.0,
     )
-    vertices, normals, faces, was = creased(surface.vertices, surface.faces)
-    visual = TextureVisuals(uv=textured.uv[was] if textured else None, material=material)
+    vertices, normals, faces, sources = creased(surface.vertices, surface.faces)
+    visual = TextureVisuals(uv=textured.uv[sources] if textured else None, material=material)
     return trimesh.Trimesh(vertices, faces, vertex_normals=normals, visual=visual, process=False)
 
 
 def _linear(value: float) -> float:
-    """A colour's part as glTF counts it, from sRGB (IEC 61966-2-1)."""
+    """Convert an sRGB component (IEC 61966-2-1) to the linear one that glTF stores."""
     return value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4

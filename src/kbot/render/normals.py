@@ -1,4 +1,4 @@
-"""Normals for smooth shading that keeps edges sharp."""
+"""Normals for smooth shading that keep edges sharp."""
 
 from __future__ import annotations
 
@@ -11,21 +11,22 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 SHARP = math.radians(30.0)
+"""Faces that meet at a larger angle keep a sharp edge between them."""
 _MOST_PAIRS = 20_000_000
+"""Meshes with more pairs of corners are shaded flat, which bounds the memory of the pairs."""
 
 
 def face_normals(vertices: Array, faces: Index) -> Array:
-    """Normals (m, 3) of triangles, as long as twice their area."""
+    """Return the normals (m, 3) of triangles. Their length is twice the triangle's area."""
     a, b, c = vertices[faces[:, 0]], vertices[faces[:, 1]], vertices[faces[:, 2]]
     return np.cross(b - a, c - a)
 
 
 def creased(vertices: Array, faces: Index) -> tuple[Array, Array, Index, Index]:
-    """Vertices, their unit normals and faces, such that triangles that meet at less than 30 degrees share a
-    normal and others do not; and for each vertex the one that it was.
+    """Return vertices, their unit normals, faces, and the index of the source vertex of each vertex.
 
-    The normal at a corner is the mean of its face's and of those around the vertex that turn little from
-    it, weighted by area.
+    Triangles that meet at less than 30 degrees share a normal at their common vertex. The normal at a corner
+    is the mean, weighted by area, of its own face and of the faces around the vertex within that angle.
     """
     normals = face_normals(vertices, faces)
     long = np.linalg.norm(normals, axis=1)
@@ -47,12 +48,12 @@ def creased(vertices: Array, faces: Index) -> tuple[Array, Array, Index, Index]:
         )
     keys = np.concatenate([corners[:, None], np.round(smooth * 1e4).astype(np.int64)], axis=1)
     _, chosen, became = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-    was = corners[chosen]
-    return vertices[was], smooth[chosen], became.reshape(-1, 3), was
+    sources = corners[chosen]
+    return vertices[sources], smooth[chosen], became.reshape(-1, 3), sources
 
 
 def _pairs(order: Index, counts: Index) -> tuple[Index, Index]:
-    """All ordered pairs of corners at the same vertex."""
+    """Return all ordered pairs of corners at the same vertex."""
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
     first = np.repeat(order, np.repeat(counts, counts))
     total = int((counts**2).sum())

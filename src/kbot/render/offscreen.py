@@ -1,4 +1,4 @@
-"""Draws off screen with OpenGL: on Linux through EGL, also with Mesa's software driver."""
+"""Draw off screen with OpenGL: on Linux through EGL, which also works with Mesa's software driver."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from kbot.text import KbotError
 
 MISSING = (
-    "cameras draw off screen by OpenGL, which is not here ({why}): pip install 'kbot[camera]' (in a clone:"
+    "cameras need off-screen OpenGL, which is not available ({why}): pip install 'kbot[camera]' (in a clone:"
     " .venv/bin/pip install -e '.[camera]') and, on Linux, apt install libegl1 libgl1-mesa-dri"
 )
 
 
 class Canvas:
-    """Draws the one camera of a model. Raises KbotError where there is no OpenGL off screen."""
+    """Draw the only camera of a model. Raises KbotError if off-screen OpenGL is not available."""
 
     def __init__(self, model: mujoco.MjModel, width: int, height: int, shadows: bool = False) -> None:
         self._gl = _context(width, height)
@@ -40,8 +40,10 @@ class Canvas:
         self._depths = np.empty((height, width), dtype=np.float32)
 
     def draw(self, data: mujoco.MjData) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
-        """Colours (height, width, 3) and distances along the camera's axis (height, width) in m, inf where
-        nothing is; rows from the top."""
+        """Return colours (height, width, 3) and distances along the camera's axis (height, width) in m.
+
+        The distance is inf where nothing is drawn. The first row is the top of the picture.
+        """
         model, everything = self._model, mujoco.mjtCatBit.mjCAT_ALL
         mujoco.mjv_updateScene(model, data, self._option, None, self._camera, everything, self._scene)
         with self._current():
@@ -56,7 +58,8 @@ class Canvas:
 
     @contextmanager
     def _current(self) -> Iterator[None]:
-        """Draw here, and let go afterwards, so that the next picture may be drawn by another thread."""
+        """Make the context current and release it afterwards, so that another thread can draw the next
+        picture."""
         if hasattr(self._gl, "as_current"):
             with self._gl.as_current():
                 yield
@@ -68,7 +71,8 @@ class Canvas:
 def add_triangles(
     spec: mujoco.MjSpec, name: str, vertices: NDArray[np.float64], faces: NDArray[np.int_]
 ) -> mujoco.MjsMesh:
-    """Add a mesh to a model that is only drawn: `vertices` (n, 3) in m, `faces` (m, 3). Returns the mesh."""
+    """Add a mesh of `vertices` (n, 3) in m and `faces` (m, 3) to a model that is only drawn, and return
+    it."""
     return spec.add_mesh(
         name=name,
         uservert=at_least_four(np.asarray(vertices, dtype=np.float64)).ravel(),
@@ -78,12 +82,12 @@ def add_triangles(
 
 
 def at_least_four(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rows with the last repeated: the engine accepts no mesh of fewer than four vertices."""
+    """Repeat the last row until there are four. MuJoCo accepts no mesh of fewer than four vertices."""
     return rows[np.minimum(np.arange(max(4, len(rows))), len(rows) - 1)]
 
 
 def require_offscreen() -> None:
-    """Raises KbotError: there is no OpenGL off screen."""
+    """Raise KbotError if off-screen OpenGL is not available."""
     _context(1, 1).free()
 
 

@@ -1,4 +1,4 @@
-"""Colours of the page (`web/src/view/palette.ts`), in 0..1."""
+"""The page's colours (`web/src/view/palette.ts`), in 0..1."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def _rgb(code: int) -> Colour:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Palette:
-    """One theme; `shadow` is how dark the floor is beneath the robot."""
+    """The colours of one theme. `shadow` is how dark the floor is under the robot, in 0..1."""
 
     background: Colour
     floor: Colour

@@ -1,4 +1,4 @@
-"""Plots a run from above: true path, odometry path and walls."""
+"""Plot a run from above: true path, odometry path and walls."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ Colour = tuple[int, int, int]
 Point = tuple[float, float]
 
 SIZE = 900
-"""Pixels of a side of the plane."""
+"""Side of the square plane in pixels."""
 LEFT, TOP, RIGHT, BOTTOM = 70, 120, 30, 60
-"""Pixels around it, for numbers, title and legend."""
+"""Margins around the plane in pixels, for numbers, title and legend."""
 TEXT, TITLE = 15, 20
-"""Pixels that letters are high."""
+"""Letter heights in pixels."""
 MARGIN = 0.25
-"""Metres around the ways."""
+"""Metres around the paths."""
 WHITE, GRID, AXIS = (255, 255, 255), (230, 232, 236), (190, 194, 200)
 INK = (40, 46, 54)
 WALL, RAMP = (120, 126, 135), (222, 208, 186)
@@ -33,9 +33,11 @@ TRUTH, ODOMETRY, START, END = (20, 90, 200), (240, 130, 20), (40, 160, 70), (200
 
 
 def draw(truth: Sequence[PlanarPose], odometry: Sequence[PlanarPose], world: World, title: str) -> bytes:
-    """A PNG: the true way blue, odometry orange, walls grey, a grid with its metres; x to the right,
-    y up, from the green dot to the red one; odometry ends at the orange one. Above it the `title`, what is
-    what, and where both ended."""
+    """Return a PNG of the true path (blue), odometry (orange) and walls (grey), on a grid labelled in m.
+
+    x points right and y up. The start is green, the true end red and the end of odometry orange. The `title`,
+    a legend and both end poses are above the plane.
+    """
     from PIL import Image, ImageDraw  # lazy in this module: slow to import
 
     xs, ys = [p.x for p in (*truth, *odometry)], [p.y for p in (*truth, *odometry)]
@@ -43,7 +45,7 @@ def draw(truth: Sequence[PlanarPose], odometry: Sequence[PlanarPose], world: Wor
     low = ((min(xs) + max(xs) - width) / 2, (min(ys) + max(ys) - width) / 2)
 
     def place(points: Sequence[Point]) -> list[Point]:
-        """Pixels of the plane, to the right and down, of points in m."""
+        """Convert points in m to pixels of the plane, right and down."""
         return [((x - low[0]) / width * SIZE, SIZE - (y - low[1]) / width * SIZE) for x, y in points]
 
     plane = Image.new("RGB", (SIZE, SIZE), WHITE)
@@ -70,7 +72,7 @@ def draw(truth: Sequence[PlanarPose], odometry: Sequence[PlanarPose], world: Wor
 
 
 def _number(pen: ImageDraw, low: Point, width: float) -> None:
-    """The metres of the grid's lines, along the lower and the left side."""
+    """Label the grid lines in m, along the bottom and the left side."""
     from PIL import ImageFont
 
     font = ImageFont.load_default(TEXT)
@@ -83,18 +85,18 @@ def _number(pen: ImageDraw, low: Point, width: float) -> None:
 
 
 def _explain(pen: ImageDraw, truth: PlanarPose, odometry: PlanarPose, title: str) -> None:
-    """The title, and what each way is and where it ended."""
+    """Draw the title, the legend and both end poses."""
     from PIL import ImageFont
 
     pen.text((LEFT, 14), title, INK, ImageFont.load_default(TITLE), "lt")
-    off = hypot(truth.x - odometry.x, truth.y - odometry.y)
-    believed = f"{_words(odometry)}, {off * 1000:.1f} mm off"
-    words = (
-        (TRUTH, f"truth: where the robot was, at the end {_words(truth)}"),
-        (ODOMETRY, f"odometry: where it believed to be, at the end {believed}"),
+    error = hypot(truth.x - odometry.x, truth.y - odometry.y)
+    estimated = f"{_words(odometry)}, {error * 1000:.1f} mm off"
+    entries = (
+        (TRUTH, f"truth: ends at {_words(truth)}"),
+        (ODOMETRY, f"odometry: ends at {estimated}"),
     )
     font = ImageFont.load_default(TEXT)
-    for number, (colour, text) in enumerate(words):
+    for number, (colour, text) in enumerate(entries):
         middle = 54 + 22 * number
         pen.rectangle((LEFT, middle - 2, LEFT + 24, middle + 2), colour)
         pen.text((LEFT + 34, middle), text, INK, font, "lm")
@@ -108,7 +110,8 @@ def _words(pose: PlanarPose) -> str:
 
 
 def _lines(low: float, width: float) -> Iterator[float]:
-    """Where the grid has lines, along one axis."""
+    """Yield the positions of the grid lines along one axis: every 0.5 m, or a multiple of it for wide
+    plots."""
     step = 0.5 * max(1, round(width / 10))
     for index in range(ceil(low / step), floor((low + width) / step) + 1):
         yield index * step
@@ -122,7 +125,7 @@ def _grid(low: Point, width: float) -> Iterator[tuple[list[Point], Colour]]:
 
 
 def _outlines(world: World) -> Iterator[tuple[list[Point], Colour]]:
-    """Of what stands still, seen from above."""
+    """Yield the outlines of static bodies, seen from above."""
     for body in world.bodies:
         for part in body.parts if body.is_static else ():
             outline = (

@@ -1,4 +1,4 @@
-"""Draws a picture as PNG without a browser, with the page's colours, light and floor."""
+"""Draw a picture as PNG without a browser, with the page's colours, light and floor."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ from kbot.text import KbotError
 
 Array = NDArray[np.float64]
 
-_FINER = 3  # drawn this much larger and averaged, for smooth edges
-_MOST_DRAWN = 8192
-_SMALLEST = (
-    1e-9  # what is less of the square of the view's radius is not seen, and the engine takes no nothing
-)
-# the page's lights in the engine's terms, which adds them up as the screen shows them
+_FINER = 3  # pictures are drawn this many times larger and averaged, for smooth edges
+_MOST_DRAWN = 8192  # pixels of a side that is drawn before averaging
+# Surfaces below this share of the view radius squared are skipped: they are invisible, and MuJoCo rejects
+# meshes without area.
+_SMALLEST = 1e-9
+# The page's lights for MuJoCo, which adds them in display colours, not in linear ones.
 _AMBIENT, _SUN, _FILL = 0.46, 0.52, 0.2
 
 
 def draw_picture(things: PictureScene, look: Look) -> bytes:
-    """A PNG of exactly the size of `look`: with the floor, or the things alone where it is transparent.
+    """Return a PNG of exactly the size of `look`: with the floor, or without it if the look is transparent.
 
     Raises:
-        KbotError: OpenGL is not to be had off screen; the text says what to install.
+        KbotError: off-screen OpenGL is not available. The message says what to install.
     """
     finer = max(1, min(_FINER, _MOST_DRAWN // max(look.width, look.height)))
     colours, opacity, depth = _draw_things(things, look, finer)
@@ -59,7 +59,7 @@ def _on_floor(things: PictureScene, look: Look, colours: Array, opacity: Array, 
 
 
 def _draw_things(things: PictureScene, look: Look, finer: int) -> tuple[Array, Array, Array]:
-    """Colours (h, w, 3) and opacity (h, w) in 0..1, and least distance along the axis in m, (h, w)."""
+    """Return colours (h, w, 3), opacity (h, w) in 0..1, and the least distance along the axis (h, w) in m."""
     width, height = look.width * finer, look.height * finer
     model = _model(things, look, width, height)
     data = mujoco.MjData(model)
@@ -68,11 +68,11 @@ def _draw_things(things: PictureScene, look: Look, finer: int) -> tuple[Array, A
     try:
         drawn, distances = Canvas(model, width, height).draw(data)
     except KbotError as error:
-        raise KbotError(str(error).replace("cameras draw", "a picture is drawn")) from None
+        raise KbotError(str(error).replace("cameras need", "pictures need")) from None
     hit = np.isfinite(distances)
     blocks = (look.height, finer, look.width, finer)
     covered = hit.reshape(blocks).mean(axis=(1, 3))
-    # the product stays in bytes, which take an eighth of the memory of doubles
+    # The product stays in bytes, which take an eighth of the memory of doubles.
     summed = (drawn * hit[..., None]).reshape(*blocks, 3).mean(axis=(1, 3)) / 255.0
     colours = summed / np.where(covered > 0.0, covered, 1.0)[..., None]
     return colours, covered, distances.reshape(blocks).min(axis=(1, 3))
@@ -109,7 +109,7 @@ def _model(things: PictureScene, look: Look, width: int, height: int) -> mujoco.
 
 
 def _area(surface: PaintedSurface) -> float:
-    """Square metres."""
+    """Return the area of a surface in m²."""
     return float(np.linalg.norm(face_normals(surface.vertices, surface.faces), axis=1).sum()) / 2.0
 
 
@@ -124,11 +124,14 @@ def _add(spec: mujoco.MjSpec, name: str, surface: PaintedSurface) -> None:
         mesh.userfacetexcoord = faces.astype(np.int32).ravel()
         _add_texture(spec, name, texture)
         geom.material = name
-    geom.contype = geom.conaffinity = 0  # of what may touch something the engine wants the hull
+    geom.contype = geom.conaffinity = 0  # MuJoCo computes the convex hull of meshes that can collide
 
 
 def _add_texture(spec: mujoco.MjSpec, name: str, texture: Texture) -> None:
-    """A material that lays a picture over a mesh; its first row is at the top, where v is 0 to the engine."""
+    """Add a material that maps an image onto a mesh.
+
+    The image's first row is its top, where MuJoCo has v = 0.
+    """
     image = texture.image.convert("RGB")
     laid = spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, nchannel=3)
     laid.width, laid.height, laid.data = image.width, image.height, image.tobytes()

@@ -19,8 +19,11 @@ from kbot.world.sdf.materials import link_colours
 
 @dataclass(frozen=True, slots=True)
 class PictureScene:
-    """What is seen of each link, and of all else, in the world's frame. `centre` (3,) and `radius` are those
-    of the robot, `ground` is the height of the floor, `view_radius` that of what a picture shows; metres."""
+    """The visible surfaces of each link and of all other objects, in the world frame.
+
+    `centre` (3,) and `radius` enclose the robot, `ground` is the height of the floor, and `view_radius` is
+    the radius that the picture shows; all in m.
+    """
 
     links: Mapping[str, tuple[PaintedSurface, ...]]
     others: tuple[PaintedSurface, ...]
@@ -31,7 +34,7 @@ class PictureScene:
 
 
 def robot_alone(robot: RobotModel, joints: Mapping[str, float] | None = None) -> PictureScene:
-    """A robot standing as `joints` say (rad, m), those not given at 0, on a floor beneath its lowest point.
+    """Return a robot with its joints at `joints` (rad, m; others at 0), on a floor under its lowest point.
 
     Raises:
         KbotError: an unknown joint, or a position that is not finite.
@@ -40,7 +43,8 @@ def robot_alone(robot: RobotModel, joints: Mapping[str, float] | None = None) ->
 
 
 def robot_in_world(simulation: Simulation) -> PictureScene:
-    """A simulated robot and its world as they stand now, in Gazebo's colours where they are written."""
+    """Return a simulated robot and its world at their current poses, in Gazebo's colours where the files set
+    them."""
     now = simulation.models.body_poses()
     others = (
         surface.moved(now.get(body.name, body.pose))

@@ -1,4 +1,4 @@
-"""Plots numbers over time as SVG, with axes and a legend."""
+"""Plot numbers over time as SVG, with axes and a legend."""
 
 from __future__ import annotations
 
@@ -17,19 +17,20 @@ _COLOURS: dict[Theme, tuple[str, ...]] = {
     "dark": ("#5aa9ff", "#f9a046", "#06ffb7", "#ffb1f1", "#ff606a", "#a9a5ab"),
     "light": ("#0a66c8", "#c15600", "#168749", "#9b5395", "#c0002b", "#3f5f59"),
 }
-"""Those of the page's plots (`web/src/style/tokens.css`), which the colour-blind tell apart too."""
+"""The colours of the page's plots (`web/src/style/tokens.css`), which are distinct for colour-blind readers
+too."""
 _PAPER: dict[Theme, tuple[str, str, str]] = {
     "dark": ("#151a21", "#e6eaf0", "#2a333f"),
     "light": ("#ffffff", "#1b222b", "#dde2e9"),
 }
-"""Background, text, lines."""
+"""Background, text and grid lines."""
 _DASHES = ("", "8 4", "2 3")
-"""So that curves are told apart where colours come again, or are not seen."""
+"""Dash patterns that keep curves distinct when colours repeat, or in black and white."""
 
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """A value for each moment, None where there is none."""
+    """One value per time, None where there is no value."""
 
     label: str
     values: Sequence[float | None]
@@ -38,7 +39,8 @@ class Curve:
 def plot_svg(
     time: Sequence[float], curves: Sequence[Curve], width: int, height: int, theme: Theme = "light"
 ) -> str:
-    """Curves against time in s, each broken where it has no value, or where time goes back."""
+    """Return the curves against `time` in s. A curve breaks where it has no value, and where time jumps
+    back."""
     paper, ink, line = _PAPER[theme]
     columns = max(1, (width - MARGIN_LEFT - MARGIN_RIGHT) // 220)
     top = 12 + LEGEND_LINE * math.ceil(len(curves) / columns)
@@ -89,7 +91,7 @@ def plot_svg(
 
 
 def _path(points: Sequence[tuple[float, float, float | None]]) -> str:
-    """Moves and lines through time and place of each point."""
+    """Return an SVG path through points of time, x and y."""
     words: list[str] = []
     before, is_down = -math.inf, False
     for time, x, y in points:
@@ -102,7 +104,8 @@ def _path(points: Sequence[tuple[float, float, float | None]]) -> str:
 
 
 def _span(values: Sequence[float], margin: float = 0.0) -> tuple[float, float]:
-    """Lowest and highest, never the same; with a share of their distance around them."""
+    """Return the lowest and the highest value, widened by `margin` of their distance; never two equal
+    numbers."""
     low, high = (min(values), max(values)) if values else (0.0, 1.0)
     if high - low <= 1e-12 * max(abs(low), abs(high), 1e-300):
         reach = abs(low) * 0.1 or 0.5
@@ -112,7 +115,7 @@ def _span(values: Sequence[float], margin: float = 0.0) -> tuple[float, float]:
 
 
 def round_ticks(low: float, high: float, most: float) -> list[float]:
-    """Multiples of 1, 2 or 5 times a power of ten within a range, at most so many."""
+    """Return multiples of 1, 2 or 5 times a power of ten within a range, at most `most` of them."""
     rough = (high - low) / max(most, 1.0)
     power = 10.0 ** math.floor(math.log10(rough))
     step = next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= rough * (1 - 1e-9))

@@ -18,8 +18,10 @@ from kbot.world import world as things
 from kbot.world.ground import height_field_triangles, is_the_ground
 
 AROUND = 48
+"""Segments around a cylinder, a sphere or a capsule."""
 MOST_TRIANGLES = 500_000
-"""Of all visuals of a robot: so many in one STL take 1.0 GB and 6 s as PNG, 0.6 GB and 3 s as GLB."""
+"""Limit for all visuals of a robot. This many in one STL take 1.0 GB and 6 s as PNG, 0.6 GB and 3 s as
+GLB."""
 
 Array = NDArray[np.float64]
 RGBA = tuple[float, float, float, float]
@@ -27,7 +29,8 @@ RGBA = tuple[float, float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class PaintedSurface:
-    """Triangles of one colour in some frame: `vertices` (n, 3) in m, `faces` (m, 3) indices, rgba in 0..1."""
+    """Triangles of one colour in one frame: `vertices` (n, 3) in m, `faces` (m, 3) indices, `rgba` in
+    0..1."""
 
     vertices: Array
     faces: NDArray[np.int64]
@@ -35,15 +38,16 @@ class PaintedSurface:
     texture: Texture | None = None
 
     def moved(self, pose: Transform) -> PaintedSurface:
-        """The same in the frame in which its own frame stands at `pose`."""
+        """Return the surface in the frame in which its own frame is at `pose`."""
         return PaintedSurface(pose.apply(self.vertices), self.faces, self.rgba, self.texture)
 
 
 def robot_surfaces(
     robot: RobotModel, colours: Mapping[str, RGBA] = MappingProxyType({})
 ) -> Mapping[str, tuple[PaintedSurface, ...]]:
-    """The visuals of each link in its own frame. A mesh that cannot be read is left out. `colours` of links
-    count instead of the description's own.
+    """Return the visuals of each link in its own frame. Meshes that cannot be read are skipped.
+
+    `colours` of links replace the description's own colours.
 
     Raises:
         KbotError: the visuals have more than MOST_TRIANGLES in all.
@@ -75,15 +79,16 @@ def _link_surfaces(link: Link, colour: RGBA | None) -> Iterator[PaintedSurface]:
 
 
 def body_surfaces(body: things.Body) -> Iterator[PaintedSurface]:
-    """What is seen of a body of a world, in its own frame; not the level ground, which is the floor."""
+    """Yield the visible surfaces of a world's body, in its own frame, without level ground, which is the
+    floor."""
     for part in body.parts:
         if part.visible and not is_the_ground(body, part):
-            for one in filter(_has_faces, parts(part.shape)):
-                yield PaintedSurface(one.vertices, one.faces, part.rgba).moved(part.pose)
+            for mesh in filter(_has_faces, parts(part.shape)):
+                yield PaintedSurface(mesh.vertices, mesh.faces, part.rgba).moved(part.pose)
 
 
 def parts(shape: Geometry | things.Shape) -> tuple[MeshPart, ...]:
-    """A shape's triangles, of which those of a mesh may have colours of their own."""
+    """Return a shape's triangles. The parts of a mesh can have their own colours."""
     from trimesh import creation  # lazy in this module: slow to import
 
     match shape:
@@ -109,7 +114,7 @@ def parts(shape: Geometry | things.Shape) -> tuple[MeshPart, ...]:
 
 
 def _has_faces(part: MeshPart) -> bool:
-    """A shape without size has none."""
+    """Return whether a part has faces. A shape without size has none."""
     return len(part.faces) > 0
 
 
@@ -117,7 +122,7 @@ def _mesh_parts(shape: Mesh) -> tuple[MeshPart, ...]:
     try:
         return load_mesh(shape.path).parts if shape.path is not None else ()
     except KbotError:
-        return ()  # the checks say so, at the line
+        return ()  # the checks report it at its line
 
 
 def _scaled(part: MeshPart, scale: tuple[float, float, float]) -> MeshPart:

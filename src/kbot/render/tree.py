@@ -1,4 +1,4 @@
-"""Draws the kinematic tree as SVG, in the style of `urdf_to_graphviz`: links as boxes, joints as ovals."""
+"""Draw the kinematic tree as SVG, in the style of `urdf_to_graphviz`: links as boxes, joints as ovals."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _STYLE = (
 
 
 def tree_svg(robot: RobotModel) -> str:
-    """The tree from the left to the right, the root first; each joint with its type as the tip."""
+    """Return the tree from left to right, starting with the root. Each joint's tooltip shows its type."""
     children: dict[str, list[Joint]] = {name: [] for name in robot.links}
     for joint in robot.joints.values():
         children[joint.parent].append(joint)
@@ -75,7 +75,7 @@ def tree_svg(robot: RobotModel) -> str:
 
 
 def _depth_first(root: str, children: dict[str, list[Joint]]) -> list[str]:
-    """Every link, each before those that hang on it; no recursion, for chains may be long."""
+    """Return all links, parents before children. It is not recursive, because chains can be long."""
     order, waiting = [], [root]
     while waiting:
         order.append(waiting.pop())
