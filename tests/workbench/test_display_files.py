@@ -43,23 +43,23 @@ def test_own_files_say_all_that_is_set() -> None:
     ("text", "said"),
     [
         ("displays: [", "a.kbot.yaml:1: not YAML"),
-        ("displays:\n- kind: Gird\n", "a.kbot.yaml:2: no display of kind \"Gird\": did you mean 'Grid'?"),
-        ("displays:\n- name: Grid\n", "a.kbot.yaml:2: a display has a 'kind'"),
+        ("displays:\n- kind: Gird\n", "a.kbot.yaml:2: unknown display kind \"Gird\": did you mean 'Grid'?"),
+        ("displays:\n- name: Grid\n", "a.kbot.yaml:2: a display needs a 'kind'"),
         (
             "displays:\n- kind: Grid\n  properties:\n    cel: 1\n",
-            "a.kbot.yaml:4: 'cel' is no property of Grid: did you mean 'cell'?",
+            "a.kbot.yaml:4: 'cel' is not a property of Grid: did you mean 'cell'?",
         ),
         (
             "displays:\n- kind: Grid\n  properties: {cell: -1}\n",
-            "a.kbot.yaml:3: 'cell' is -1, where 0 to 100 is meant",
+            "a.kbot.yaml:3: 'cell' is -1: expected 0 to 100",
         ),
-        ("displays:\n- kind: Grid\n  properties: {cell: .nan}\n", "a number is meant"),
-        ("displays:\n- kind: Grid\n  properties: {colour: red}\n", "a colour is meant"),
+        ("displays:\n- kind: Grid\n  properties: {cell: .nan}\n", "expected a number"),
+        ("displays:\n- kind: Grid\n  properties: {colour: red}\n", "expected a colour"),
         ("displays:\n- kind: Grid\n  enabled: perhaps\n", "a.kbot.yaml:3: 'enabled' is \"perhaps\""),
-        ("displays: 3\n", "a.kbot.yaml:1: a list is expected here, not 3"),
-        ("display: []\n", "a.kbot.yaml:1: 'display' is not known here: did you mean 'displays'?"),
-        ("view: {eye: [1, 2], target: [0, 0, 0]}\n", "three numbers each"),
-        ("- 1\n", "fields by name are expected here, not a list"),
+        ("displays: 3\n", "a.kbot.yaml:1: expected a list, not 3"),
+        ("display: []\n", "a.kbot.yaml:1: unknown field 'display': did you mean 'displays'?"),
+        ("view: {eye: [1, 2], target: [0, 0, 0]}\n", "a list of three numbers"),
+        ("- 1\n", "expected a mapping, not a list"),
         ("a: &a [*a]\n", "a.kbot.yaml:1: "),
         ("displays:\n- kind: Grid\n  enabled: !!int ''\n", 'a.kbot.yaml:3: not YAML: "" is not a valid int'),
         ("displays:\n- kind: !!bool perhaps\n", 'a.kbot.yaml:2: not YAML: "perhaps" is not a valid bool'),
@@ -88,7 +88,7 @@ def test_a_page_saves_to_the_file_it_came_from(tmp_path: Path) -> None:
     assert isinstance(copy, DisplaysText)
     assert read_settings(copy.text, copy.name).displays[0].properties["cell"] == 0.125
     before = path.read_text()
-    with pytest.raises(KbotError, match="no display of kind"):
+    with pytest.raises(KbotError, match="unknown display kind"):
         file.save("file", {"displays": [{"kind": "Nothing"}]})
     assert path.read_text() == before
 
@@ -101,9 +101,9 @@ def test_a_file_that_is_not_there_is_made_when_it_is_saved(tmp_path: Path) -> No
         "file", {"globals": {}, "displays": [{"kind": "TF", "name": "TF", "enabled": True, "properties": {}}]}
     )
     assert read_settings(path.read_text(), "a").displays[0].kind == "TF"
-    with pytest.raises(KbotError, match="start with --config"):
+    with pytest.raises(KbotError, match="start KBot with --config"):
         DisplayFile().save("file", {})
-    with pytest.raises(KbotError, match="settings of displays are in"):
+    with pytest.raises(KbotError, match="display settings must be in"):
         DisplayFile("robot.urdf")
 
 
@@ -111,7 +111,7 @@ def test_a_frame_held_still_goes_before_the_files_own(tmp_path: Path) -> None:
     path = tmp_path / "seen.rviz"
     path.write_text(RVIZ1)
     for file, others in ((DisplayFile(str(path)), True), (DisplayFile(), False)):
-        file.hold("base_link")
+        file.set_fixed_frame("base_link")
         assert file.greeting is not None
         assert file.greeting.setup["globals"]["frame"] == "base_link"
         assert ("displays" in file.greeting.setup) == others

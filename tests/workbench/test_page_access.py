@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from kbot.workbench.protocol import Refused, Told
+from kbot.workbench.protocol import Notice, Refused
 from kbot.workbench.session.session import Session
 
 from .conftest import until
@@ -147,7 +147,7 @@ def test_numbers_that_run_are_not_told_one_after_the_other(
     assert page.evaluate("heard") == []
     page.keyboard.press("k")  # what happens once is told
     until(lambda: page.get_by_role("button", name="1 bookmark").is_visible())
-    asked(driving[1], lambda: driving[1].announce(Told("Well done.")))
+    asked(driving[1], lambda: driving[1].announce(Notice("Well done.")))
     until(lambda: page.evaluate("heard") != [])
 
 

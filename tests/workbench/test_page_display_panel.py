@@ -140,7 +140,7 @@ def test_settings_are_kept_as_a_copy_and_opened_again(
     broken = tmp_path / "broken.kbot.yaml"
     broken.write_text("displays:\n- kind: Gird\n")
     page.get_by_label("A file of displays").set_input_files(broken)
-    until(lambda: "broken.kbot.yaml:2: no display of kind" in page.inner_text(".notices"))
+    until(lambda: "broken.kbot.yaml:2: unknown display kind" in page.inner_text(".notices"))
 
 
 SPECK = "<visual><geometry><sphere radius='1e-4'/></geometry></visual>"

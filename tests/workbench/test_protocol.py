@@ -41,10 +41,10 @@ def test_good_messages_are_read() -> None:
     [
         ("", "not JSON"),
         ("[1]", "not a JSON object"),
-        ("{}", "unknown type null"),
+        ("{}", "unknown message type null"),
         ('{"type": "drove"}', "did you mean 'drive'?"),
         ('{"type": "drive", "linear": 0}', "'angular' is missing"),
-        ('{"type": "drive", "linear": 0, "angular": 0, "x": 1}', 'no field "x"'),
+        ('{"type": "drive", "linear": 0, "angular": 0, "x": 1}', 'unknown field "x"'),
         ('{"type": "drive", "linear": "1", "angular": 0}', "not a number"),
         ('{"type": "drive", "linear": true, "angular": 0}', "not a number"),
         ('{"type": "drive", "linear": 11, "angular": 0}', "not between -10 and 10"),
@@ -54,14 +54,14 @@ def test_good_messages_are_read() -> None:
         ('{"type": "pause", "paused": 1}', "not true or false"),
         ('{"type": "set_joints", "preset": "up"}', "one of zero, centre, random"),
         ('{"type": "set_joint", "name": "' + "j" * 300 + '", "position": 0}', "300 characters"),
-        ('{"type": "open_source", "file": 3}', "not a text"),
+        ('{"type": "open_source", "file": 3}', "not a string"),
         ('{"type": "save_displays", "kind": "file", "setup": []}', "not a JSON object"),
         (
             '{"type": "save_displays", "kind": "file", "setup": {"a": ' + "[" * 30 + "]" * 30 + "}}",
             "20 levels",
         ),
         ("[" * 60_000, "not JSON"),
-        ('"' + "a" * 70_000 + '"', "at most 65536"),
+        ('"' + "a" * 70_000 + '"', "the limit is 65536"),
     ],
 )
 def test_bad_messages_are_refused_with_the_reason(text: str, said: str) -> None:

@@ -53,7 +53,7 @@ def test_what_is_not_shown_is_named() -> None:
     lines = [line.strip() for line in RVIZ1.splitlines()]
     imu = 1 + lines.index("- Class: rviz_plugin_tutorials/Imu")
     lidar = 1 + lines.index("- Class: rviz/LaserScan")
-    assert f"Imu (rviz_plugin_tutorials/Imu), line {imu}: no such display here" in notes
+    assert f"Imu (rviz_plugin_tutorials/Imu), line {imu}: KBot does not have this display" in notes
     assert f"Front lidar (LaserScan), line {lidar}: not used: Queue Size" in notes
     assert "Robot Description" not in notes
     assert "Panels" not in notes
@@ -61,7 +61,7 @@ def test_what_is_not_shown_is_named() -> None:
     other = other.replace("- Class: rviz/Displays", "- Class: moveit_rviz_plugin/Panel")
     notes = "\n".join(read_rviz(other, "robot.rviz").notes)
     assert "not used: Robot Description" in notes
-    assert "moveit_rviz_plugin/Panel of Panels: kept in the file" in notes
+    assert "moveit_rviz_plugin/Panel in Panels: KBot does not have it; it is kept in the file" in notes
 
 
 def test_our_own_files_of_rviz_are_used_whole(tmp_path: Path) -> None:
@@ -165,9 +165,9 @@ def test_a_new_file_for_rviz_is_one_of_rviz_2() -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("Panels: []\n", "a.rviz:1: no configuration of rviz"),
-        ("Visualization Manager:\n  Displays: 3\n", "a.rviz:2: a list is expected here"),
-        ("Visualization Manager:\n  Displays:\n    - Name: x\n", "a.rviz:3: a display of rviz has a 'Class'"),
+        ("Panels: []\n", "a.rviz:1: not an rviz configuration"),
+        ("Visualization Manager:\n  Displays: 3\n", "a.rviz:2: expected a list"),
+        ("Visualization Manager:\n  Displays:\n    - Name: x\n", "a.rviz:3: an rviz display needs a 'Class'"),
         ("Visualization Manager: {\n", "a.rviz:2: not YAML"),
     ],
 )
@@ -197,7 +197,7 @@ def test_values_of_no_use_are_named_and_kept() -> None:
     text = RVIZ2.replace("Alpha: 0.7", "Alpha: much").replace("costmap", "plaid")
     found = read_rviz(text, "a.rviz")
     notes = "\n".join(found.notes)
-    assert 'Map, line 4: Alpha is "much", where a number is meant; it is kept' in notes
+    assert 'Map, line 4: Alpha is "much": expected a number; it is kept in the file' in notes
     assert "Map, line 5: Color Scheme" in notes
     kept = yaml.safe_load(write_rviz(found.settings, found.document))["Visualization Manager"]["Displays"][0]
     assert (kept["Alpha"], kept["Color Scheme"]) == ("much", "plaid")

@@ -118,7 +118,7 @@ def test_a_copy_is_for_the_rviz_that_is_asked_for() -> None:
         # the goal as navigation of each ROS hears it
         goal = next(tool["Topic"] for tool in manager["Tools"] if tool["Class"].endswith("/SetGoal"))
         assert goal == ("/move_base_simple/goal" if kind == "rviz1" else {"Value": "/goal_pose"})
-        assert any("Speed (Twist) is left out: rviz 1" in note for note in notes) == (kind == "rviz1")
+        assert any("Speed (Twist) is not saved: rviz 1" in note for note in notes) == (kind == "rviz1")
 
 
 @pytest.mark.parametrize(("kind", "package"), [("rviz1", "rviz"), ("rviz2", "rviz_default_plugins")])
@@ -152,7 +152,7 @@ def test_a_copy_keeps_what_the_same_rviz_knows_besides(package: str) -> None:
     (entry,) = yaml.safe_load(answer.text)["Visualization Manager"]["Displays"]
     assert entry["Class"] == ("rviz_default_plugins/Camera" if package == "rviz" else "rviz/Camera")
     assert entry["Overlay Alpha"] == 0.25
-    assert any("alone knows" in note for note in answer.notes)
+    assert any("that only rviz" in note for note in answer.notes)
 
 
 def test_an_empty_file_of_rviz_1_stays_one(tmp_path: Path) -> None:
@@ -249,7 +249,8 @@ def test_points_and_namespaces_are_read_and_only_what_changed_is_written() -> No
 def test_an_end_of_the_colours_that_is_no_number_is_named_and_kept() -> None:
     found = read_rviz(POINTS.replace("Max Value: 2.5", "Max Value: top"), "points.rviz")
     assert found.notes == (
-        'Cloud, line 6: Autocompute Value Bounds/Max Value is "top", where a number is meant; it is kept',
+        'Cloud, line 6: Autocompute Value Bounds/Max Value is "top": expected a number;'
+        " it is kept in the file",
     )
     assert "high" not in found.settings.displays[0].properties
     kept = yaml.safe_load(write_rviz(found.settings, found.document))["Visualization Manager"]["Displays"][0]

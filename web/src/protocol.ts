@@ -6,13 +6,13 @@ export interface WorldParameter {
   is_whole: boolean;
 }
 
-/** A built-in world, or the file of one, and what its parameters are: those of the present world, or what they are when not given. */
+/** A built-in world or a world file. `parameters` are those of the current world, or the defaults of another one. */
 export interface WorldChoice {
   name: string;
   parameters: readonly WorldParameter[];
 }
 
-/** What this session is; sent first. `played` is the recording on show, empty where none is. `cannot_drive` says why, and is empty when it can. `things` are what may be put into the world, `seed` is that of whatever is random, and `folder` is where recordings go. */
+/** Describes the session. It is sent first. `played` is the recording on display, or empty. `cannot_drive` is the reason why the robot cannot drive, or empty. `things` can be spawned, `seed` is the seed of everything random, and recordings are written to `folder`. */
 export interface About {
   file: string;
   played: string;
@@ -30,7 +30,7 @@ export interface About {
   type: "about";
 }
 
-/** Where something was written: 1-based line and column, and how many characters of that line. */
+/** A place in a source file: 1-based line and column, and the number of characters on that line. */
 export interface Place {
   file: string;
   line: number;
@@ -38,7 +38,7 @@ export interface Place {
   length: number;
 }
 
-/** A primitive or a mesh, in the frame of its link or of the world. `size`: box x, y, z; cylinder and capsule radius, length (along z); sphere radius; ellipsoid half axes; mesh scale x, y, z. `mesh` is the id to fetch as `/mesh/<id>`, empty where there is none. */
+/** A primitive or a mesh, in the frame of its link or of the world. `size`: box x, y, z; cylinder and capsule radius, length (along z); sphere radius; ellipsoid half axes; mesh scale x, y, z. `mesh` is the id to fetch as `/mesh/<id>`, empty for primitives. */
 export interface Shape {
   kind: "box" | "cylinder" | "sphere" | "capsule" | "ellipsoid" | "mesh";
   size: readonly number[];
@@ -58,7 +58,7 @@ export interface InertiaView {
   place: Place | null;
 }
 
-/** A link; `parent` and `joint` are empty for the root. */
+/** A link. `parent` and `joint` are empty for the root. */
 export interface LinkView {
   name: string;
   parent: string;
@@ -69,7 +69,7 @@ export interface LinkView {
   place: Place | null;
 }
 
-/** A joint whose position is one number, about or along `axis` in the frame of its child. `lower` and `upper` are the slider's ends. `control` is what may be told to it here, `speed` the most it goes at in rad/s or m/s. */
+/** A joint with one position, about or along `axis` in the frame of its child. `lower` and `upper` are the ends of the slider. `control` is the command that the joint accepts here, `speed` its greatest speed in rad/s or m/s. */
 export interface JointView {
   name: string;
   kind: "continuous" | "revolute" | "prismatic";
@@ -83,7 +83,7 @@ export interface JointView {
   place: Place | null;
 }
 
-/** A thing in the world and where it starts; a `moving` one has its pose in every state. */
+/** A body of the world and its initial pose. The pose of a `moving` body is in every state. */
 export interface BodyView {
   name: string;
   moving: boolean;
@@ -92,7 +92,7 @@ export interface BodyView {
   quaternion: readonly number[];
 }
 
-/** All that is drawn; states refer to it by `revision`, in the order of its links and joints. `world` is the frame that states have their poses in, `ground` the height the floor lies at; `radius` is that of a sphere around the robot and `centre` its middle in the root frame, at zero. */
+/** Everything that is drawn. States refer to it by `revision`, in the order of its links and joints. `world` is the frame of the poses in states, and `ground` the height of the floor. `radius` and `centre` describe a sphere around the robot with all joints at zero, in the root frame. */
 export interface Scene {
   revision: number;
   robot: string;
@@ -107,14 +107,14 @@ export interface Scene {
   type: "scene";
 }
 
-/** The world's bodies are others, and all else of the scene is as it was. */
+/** New bodies of the world. The rest of the scene is unchanged. */
 export interface Things {
   revision: number;
   bodies: readonly BodyView[];
   type: "things";
 }
 
-/** Something that goes wrong, in words, from `start` to `stop` s of simulated time; None is for good. */
+/** An injected fault: its description, and when it starts and stops in s of simulated time. None means that it does not stop. */
 export interface FaultView {
   number: number;
   words: string;
@@ -122,14 +122,14 @@ export interface FaultView {
   stop: number | null;
 }
 
-/** A robot or a thing that fell out of the world, at `time` s of simulated time, and is at `z` m now; the robot on show has no name. */
+/** A robot or an object that fell off the floor at `time` s of simulated time and is now at height `z` in m. The robot on display has an empty name. */
 export interface FallenView {
   name: string;
   time: number;
   z: number;
 }
 
-/** One moment. `poses` holds x, y, z, qx, qy, qz, qw of each link in the world, flat; `bodies` those of the moving bodies. `frames` names the frames that are no links, and their parents, as tf tells of them; `frame_poses` are theirs in the world. `command` and `twist` are forward speed and turning speed, asked and made; `odometry` is x, y, yaw as the wheels tell it. `rate` is simulated time per wall time. `at` is where it is in seconds along the timeline. `jumps` counts how often the robot was put elsewhere, which is no part of its way. */
+/** The state of a run at one time. `poses` holds x, y, z, qx, qy, qz, qw of each link in the world, flat, and `bodies` those of the moving bodies. `frames` are names and parents of the tf frames that are not links, and `frame_poses` their poses in the world. `command` and `twist` are the commanded and the actual forward and turning speed. `odometry` is x, y, yaw as estimated from the wheels. `rate` is simulated time per wall-clock time. `at` is the time in s on the timeline. `jumps` counts how often the robot was moved to another place without driving there. */
 export interface State {
   revision: number;
   time: number;
@@ -153,20 +153,20 @@ export interface State {
   type: "state";
 }
 
-/** One macro call or include that brought a finding's element. */
+/** One macro call or include that led to a finding's element. */
 export interface Step {
   kind: "macro" | "include";
   name: string;
   place: Place;
 }
 
-/** Another place a finding speaks of. */
+/** Another place that a finding refers to. */
 export interface Note {
   message: string;
   place: Place;
 }
 
-/** One diagnostic; `link` is the link it lies in and `fix` what would mend it, or they are empty. */
+/** One diagnostic. `link` is the link it is in and `fix` the title of its fix. Both can be empty. */
 export interface Finding {
   code: string;
   severity: "error" | "warning" | "info";
@@ -179,7 +179,7 @@ export interface Finding {
   fix: string;
 }
 
-/** All findings; `stale` when the scene shows an older, still good description. `serial` counts readings, so that a fix is asked for from the list that is on show. */
+/** All findings. `stale` means that the scene shows an older, valid description. `serial` counts readings of the description, so that a page asks for a fix in the list that it displays. */
 export interface Findings {
   serial: number;
   stale: boolean;
@@ -187,14 +187,14 @@ export interface Findings {
   type: "findings";
 }
 
-/** What an attribute that is written as an expression came to: a value for each macro call that made another one; `more` where there are more than are told. */
+/** The values of an attribute that is written as an expression, one for each macro call with a different value. `more` means that some are omitted. */
 export interface Hint {
   place: Place;
   values: readonly string[];
   more: boolean;
 }
 
-/** The text of one of the description's files; `owners` says which links each line belongs to, `hints` what the expressions in it came to. */
+/** The text of one of the description's files. `owners` lists the links of each line, `hints` the values of its expressions. */
 export interface SourceText {
   file: string;
   text: string;
@@ -203,7 +203,7 @@ export interface SourceText {
   type: "source";
 }
 
-/** A number that the description is made with: a xacro argument or property. `written` is what the file says and `value` what the picture shows; with `is_truth` it is true or false, as 1 or 0. `place` is that of the number. */
+/** A number in the description that can be changed: a xacro argument or property. `written` is the value in the file and `value` the one on display. With `is_truth` the value is a boolean, as 1 or 0. `place` is the place of the number. */
 export interface Parameter {
   kind: "arg" | "property";
   name: string;
@@ -213,7 +213,7 @@ export interface Parameter {
   place: Place;
 }
 
-/** All of them, in the order they are written. `undo` says what would be undone, if anything, and `redo` what would be done again. */
+/** All parameters in the order of the file. `undo` and `redo` are the titles of the changes to undo and redo, or empty. */
 export interface Parameters {
   parameters: readonly Parameter[];
   undo: string;
@@ -221,7 +221,7 @@ export interface Parameters {
   type: "parameters";
 }
 
-/** A topic by its ROS type (`sensor_msgs/msg/LaserScan`). `rate` is messages a second of simulated time, counted where a page hears them, otherwise by the word of who says them, or None; in a recording the mean of all of it. An input is what is meant to come from outside. */
+/** A topic with its ROS type (`sensor_msgs/msg/LaserScan`). `rate` is in messages per simulated second: measured while a page subscribes, otherwise the publisher's declared rate, or None. In a recording it is the mean over the whole recording. An input is a topic that other programs are meant to publish. */
 export interface TopicView {
   name: string;
   kind: string;
@@ -229,13 +229,13 @@ export interface TopicView {
   is_input: boolean;
 }
 
-/** Every topic that a page may hear. */
+/** All topics that a page can subscribe to. */
 export interface Topics {
   topics: readonly TopicView[];
   type: "topics";
 }
 
-/** One message of a topic that was asked for, its fields by name. `time` is when it was published; with `is_latched` that was before it was asked for. Large arrays are no JSON: such a message comes as a binary frame, as `workbench.topics.relay` says. */
+/** One message of a subscribed topic, with its fields by name. `time` is when it was published. `is_latched` means that it was published before the page subscribed. Messages with large arrays are not sent as JSON but as a binary frame, see `workbench.topics.relay`. */
 export interface TopicMessage {
   topic: string;
   kind: string;
@@ -245,7 +245,7 @@ export interface TopicMessage {
   type: "message";
 }
 
-/** The displays' settings from a file, as `workbench.displays.display_settings` has them. `notes` report what is not shown, and `file` is where the page may save, empty where it may not. */
+/** Display settings from a file, in the format of `workbench.displays.display_settings`. `notes` report what is not displayed. `file` is the file that the page can save to, or empty. */
 export interface Displays {
   name: string;
   file: string;
@@ -254,7 +254,7 @@ export interface Displays {
   type: "displays";
 }
 
-/** Settings as the text of a file of that name, for the browser to keep. */
+/** Display settings as the text of a file with that name, for the browser to save. */
 export interface DisplaysText {
   name: string;
   text: string;
@@ -262,21 +262,21 @@ export interface DisplaysText {
   type: "displays_text";
 }
 
-/** The settings were written to their file. */
+/** The display settings were written to their file. */
 export interface DisplaysSaved {
   file: string;
   notes: readonly string[];
   type: "displays_saved";
 }
 
-/** A recording under way: its file, its bytes on disk so far, and the seconds of simulated time in it. */
+/** A running recording: its file, its size in bytes, and its length in simulated seconds. */
 export interface RecordingView {
   file: string;
   bytes: number;
   seconds: number;
 }
 
-/** What there is to go back to, from `start` to `end` in seconds along a timeline that only grows, and what this page is shown of it: the moment `at`, or what is (`live`). With `played` it is that of a recorded file, whole. `paused` and `speed` are of now. Topics that are `silent` had said nothing until that moment. The page `asked` for a moment last, which may be before or after all there is. */
+/** The times that a page can display, from `start` to `end` in s on a timeline that never goes back. `at` is the time that this page displays, `live` means that it displays the present, and `asked` is the time it asked for last, which can be outside the timeline. `played` means that the timeline is that of a recording. `paused` and `speed` describe the present. Topics in `silent` had not published anything until `at`. */
 export interface Timeline {
   start: number;
   end: number;
@@ -292,7 +292,7 @@ export interface Timeline {
   type: "timeline";
 }
 
-/** A moment that was marked, in seconds along the timeline and by the simulation's clock, and what was noted of it. */
+/** A bookmarked time, in s on the timeline and by the simulation's clock, with its note. */
 export interface Bookmark {
   number: number;
   at: number;
@@ -300,20 +300,20 @@ export interface Bookmark {
   note: string;
 }
 
-/** All of them, in the order of their moments. */
+/** All bookmarks, ordered by time. */
 export interface Bookmarks {
   all: readonly Bookmark[];
   type: "bookmarks";
 }
 
-/** A recording has ended: its file, and the address that gives it, empty where it is too large. */
+/** A recording has ended: its file, and the address to download it, empty if it is too large. */
 export interface Recorded {
   file: string;
   address: string;
   type: "recorded";
 }
 
-/** The way since so many resets, as far as it is kept: where the robot was, x and y in m of the world, at moments in s along the timeline. To the points of these numbers, from 0, it did not drive: it was put there. */
+/** The robot's path since the given number of resets, as far as it is kept: x and y in m of the world at times in s on the timeline. `jumps` are the indices of points that the robot did not drive to but was moved to. */
 export interface Trail {
   resets: number;
   at: readonly number[];
@@ -323,7 +323,7 @@ export interface Trail {
   type: "trail";
 }
 
-/** What was at moments `at` along the timeline, which were `time` by the simulation's clock: a list of values for each field, null where there was none yet. Of more moments than a picture has columns every second, third and so on is given. */
+/** Values over time: `at` on the timeline, `time` by the simulation's clock, and a list of values for each field, null where there is no value yet. With `is_thinned` only every n-th value is included, because there are more than a plot has columns. */
 export interface Series {
   number: number;
   start: number;
@@ -335,37 +335,37 @@ export interface Series {
   type: "series";
 }
 
-/** A plot as SVG, for the browser to keep. */
+/** A plot as SVG, for the browser to save. */
 export interface PlotDrawn {
   svg: string;
   type: "plot_drawn";
 }
 
-/** What was done, in words. */
-export interface Told {
+/** A notice for the user about something that was done. */
+export interface Notice {
   text: string;
   type: "told";
 }
 
-/** A message was not obeyed. */
+/** A message was not carried out. */
 export interface Refused {
   reason: string;
   type: "refused";
 }
 
-/** Answered by `Heard` once all that was said before it is taken in: a page that lags is told less. */
+/** The page replies with `BeatReply` when it has processed everything before the beat. A page that lags receives fewer messages. */
 export interface Beat {
   type: "beat";
 }
 
-/** Forward speed in m/s and turning speed in rad/s, held until changed or the page falls silent. */
+/** Forward speed in m/s and turning speed in rad/s, held until changed or until the page stops sending. */
 export interface Drive {
   linear: number;
   angular: number;
   type: "drive";
 }
 
-/** Stand still, whoever is driving. */
+/** Stop the robot, whichever page drives it. */
 export interface Stop {
   type: "stop";
 }
@@ -376,7 +376,7 @@ export interface SetJoint {
   type: "set_joint";
 }
 
-/** All joints at once: to zero or the limit nearest to it, to the middle of their range, or anywhere. */
+/** Set all joints: to zero or the nearest limit, to the middle of their range, or at random. */
 export interface SetJoints {
   preset: "zero" | "centre" | "random";
   type: "set_joints";
@@ -387,7 +387,7 @@ export interface Pause {
   type: "pause";
 }
 
-/** Simulate a little while paused. */
+/** Simulate for a short time while paused. */
 export interface Advance {
   seconds: number;
   type: "advance";
@@ -397,13 +397,13 @@ export interface Reset {
   type: "reset";
 }
 
-/** Simulated seconds per second of wall time. */
+/** Simulated seconds per wall-clock second. */
 export interface SetSpeed {
   factor: number;
   type: "set_speed";
 }
 
-/** Push a link of the robot, or a body of the world, with a force in N along the world's axes for a while of simulated time. */
+/** Apply a force in N along the world axes to a link of a robot, or to a body of the world, for some simulated seconds. */
 export interface Push {
   link: string;
   x: number;
@@ -413,7 +413,7 @@ export interface Push {
   type: "push";
 }
 
-/** Put something of `About.things` into the running world, with its foot at a place (m, rad). A box is as long, wide and high as asked; everything else has its own size. */
+/** Add one of `About.things` to the running world, with its lowest point at a position (m, rad). A box has the given length, width and height. Everything else has its own size. */
 export interface Spawn {
   what: string;
   x: number;
@@ -426,13 +426,13 @@ export interface Spawn {
   type: "spawn";
 }
 
-/** Take a robot or a thing out of the running world, by the name of one of its bodies. */
+/** Delete a robot or an object from the running world, by the name of one of its bodies. */
 export interface Delete {
   name: string;
   type: "delete";
 }
 
-/** Put a robot (on the ground) or a thing somewhere else, standing still: metres and radians. */
+/** Move a robot (on the ground) or an object to another pose (m, rad), and stop it. */
 export interface MoveModel {
   name: string;
   x: number;
@@ -442,7 +442,7 @@ export interface MoveModel {
   type: "move_model";
 }
 
-/** Give the robot a speed at once, m/s along the world's axes. */
+/** Set the robot's velocity at once, in m/s along the world axes. */
 export interface Kick {
   x: number;
   y: number;
@@ -450,7 +450,7 @@ export interface Kick {
   type: "kick";
 }
 
-/** Let something go wrong for some seconds from now on: a link slips with a coefficient of friction, or carries a payload in kg; a joint is blocked; a topic is silent. */
+/** Inject a fault for some seconds: a link slips (coefficient of friction) or carries a payload (kg), a joint is blocked, or a topic is silent. */
 export interface Disturb {
   fault: "slip" | "payload" | "blocked" | "silent";
   target: string;
@@ -459,26 +459,26 @@ export interface Disturb {
   type: "disturb";
 }
 
-/** Let a fault of `State.faults` be over, and not come again. */
+/** End a fault of `State.faults` and remove it from the schedule. */
 export interface EndFault {
   number: number;
   type: "end_fault";
 }
 
-/** Everything back to its start while time goes on, or time to 0 while everything goes on. */
+/** Reset all models while time continues (`world`), or reset the clock to 0 while the models stay (`time`). */
 export interface ResetPart {
   what: "world" | "time";
   type: "reset_part";
 }
 
-/** Let a joint that has a controller go at a speed, rad/s or m/s. */
+/** Set the speed of a joint that has a controller, in rad/s or m/s. */
 export interface JointSpeed {
   name: string;
   velocity: number;
   type: "joint_speed";
 }
 
-/** Start again in another world: a built-in world's name, with parameters if any, or the file of the world that the run was started in. `seed` is that of whatever is random in a run, as the noise of sensors is. */
+/** Start again in another world: a built-in world with optional parameters, or the world file that the run started with. `seed` is the seed of everything random in a run, for example of sensor noise. */
 export interface SetWorld {
   world: string;
   seed: number;
@@ -490,7 +490,7 @@ export interface OpenSource {
   type: "open_source";
 }
 
-/** Show the robot with another value, the file left as it is. */
+/** Display the robot with another value, without changing the file. */
 export interface SetParameter {
   kind: "arg" | "property";
   name: string;
@@ -498,17 +498,17 @@ export interface SetParameter {
   type: "set_parameter";
 }
 
-/** Show what the file says again. */
+/** Display the values of the file again. */
 export interface DropParameters {
   type: "drop_parameters";
 }
 
-/** Write the values on show into the file. */
+/** Write the displayed values to the file. */
 export interface KeepParameters {
   type: "keep_parameters";
 }
 
-/** Replace `was`, which stands at a line and column (1-based) of one of the files, by `text`. */
+/** Replace the text `was` at a line and column (1-based) of one of the files with `text`. */
 export interface EditSource {
   file: string;
   line: number;
@@ -518,24 +518,24 @@ export interface EditSource {
   type: "edit_source";
 }
 
-/** Carry out the fix of a finding of the list with this serial. */
+/** Apply the fix of a finding in the list with this serial. */
 export interface ApplyFix {
   serial: number;
   index: number;
   type: "apply_fix";
 }
 
-/** Take back the last change that the page made to a file. */
+/** Undo the last change that the page made to a file. */
 export interface Undo {
   type: "undo";
 }
 
-/** Do again what was taken back last. */
+/** Redo the change that was undone last. */
 export interface Redo {
   type: "redo";
 }
 
-/** Hear a topic: the newest message whenever there is one and this page keeps up. */
+/** Subscribe to a topic. The page receives the newest message, as often as it can keep up. */
 export interface Subscribe {
   topic: string;
   type: "subscribe";
@@ -546,7 +546,7 @@ export interface Unsubscribe {
   type: "unsubscribe";
 }
 
-/** Say something on a topic that is meant for it: a goal, a pose, a point, a command. */
+/** Publish on one of the topics that pages may publish: a goal, a pose, a point, a command. */
 export interface Publish {
   topic: string;
   kind: string;
@@ -554,56 +554,56 @@ export interface Publish {
   type: "publish";
 }
 
-/** Write the displays' settings: to the file they came from, or as a text of KBot's or rviz's kind for the browser to keep. */
+/** Save display settings: to their file, or as text in the format of KBot or rviz for the browser to save. */
 export interface SaveDisplays {
   kind: "file" | "kbot" | "rviz1" | "rviz2";
   setup: { [name: string]: unknown };
   type: "save_displays";
 }
 
-/** Show the settings in a file that was chosen in the browser. */
+/** Load display settings from a file that was chosen in the browser. */
 export interface OpenDisplays {
   name: string;
   text: string;
   type: "open_displays";
 }
 
-/** Show the moment `at` seconds along the timeline: to this page alone, or where a recording is played to all. */
+/** Show the time `at` on the timeline: to this page only, or to all pages if a recording is played back. */
 export interface Seek {
   at: number;
   type: "seek";
 }
 
-/** Show what is, and no longer what was. */
+/** Return from an earlier time to the present. */
 export interface GoLive {
   type: "go_live";
 }
 
-/** Let the simulation go on from the moment that this page is shown, or the nearest one that was saved. */
+/** Continue the simulation from the time on display, or from the nearest saved state. */
 export interface Resume {
   type: "resume";
 }
 
-/** Whether a recording that came to its end begins again. */
+/** Set whether playback restarts at the end of the recording. */
 export interface SetLoop {
   loop: boolean;
   type: "set_loop";
 }
 
-/** Begin or end a recording of the simulation, in a file that the server names. */
+/** Start or stop a recording of the simulation. The server chooses the file name. */
 export interface RecordRun {
   on: boolean;
   type: "record";
 }
 
-/** Bookmark the moment `at` seconds along the timeline, which is `time` by the simulation's clock. */
+/** Bookmark the time `at` on the timeline, which is `time` by the simulation's clock. */
 export interface Mark {
   at: number;
   time: number;
   type: "mark";
 }
 
-/** Write on a bookmark. */
+/** Change the note of a bookmark. */
 export interface NoteMark {
   number: number;
   note: string;
@@ -615,13 +615,13 @@ export interface RemoveMark {
   type: "remove_mark";
 }
 
-/** Say which way the robot took since the simulation was reset so many times. */
+/** Request the robot's path since the given number of resets. */
 export interface AskTrail {
   resets: number;
   type: "ask_trail";
 }
 
-/** Say how numbers went from `start` to `end` seconds along the timeline; `number` comes back with the answer. A field is `/topic path.to.it`, or `state path.to.it` of the State, whose positions go by joint. */
+/** Request values over time, from `start` to `end` in s on the timeline. The answer has the same `number`. A field is `/topic path.to.field`, or `state path.to.field` of the State, whose positions are by joint name. */
 export interface AskSeries {
   number: number;
   fields: readonly string[];
@@ -630,7 +630,7 @@ export interface AskSeries {
   type: "ask_series";
 }
 
-/** Draw the same as SVG, of so many pixels; `labels` are the names of the fields. */
+/** Request the same as an SVG of the given size in pixels. `labels` are the names of the fields. */
 export interface DrawPlot {
   fields: readonly string[];
   labels: readonly string[];
@@ -642,11 +642,11 @@ export interface DrawPlot {
   type: "draw_plot";
 }
 
-/** All up to a `Beat` is taken in. */
-export interface Heard {
+/** The page has processed everything up to a `Beat`. */
+export interface BeatReply {
   type: "heard";
 }
 
-export type FromServer = About | Scene | Things | State | Findings | SourceText | Parameters | Topics | TopicMessage | Displays | DisplaysText | DisplaysSaved | Timeline | Bookmarks | Recorded | Trail | Series | PlotDrawn | Told | Refused | Beat;
+export type FromServer = About | Scene | Things | State | Findings | SourceText | Parameters | Topics | TopicMessage | Displays | DisplaysText | DisplaysSaved | Timeline | Bookmarks | Recorded | Trail | Series | PlotDrawn | Notice | Refused | Beat;
 
-export type FromPage = Drive | Stop | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | Push | Spawn | Delete | MoveModel | Kick | Disturb | EndFault | ResetPart | JointSpeed | SetWorld | OpenSource | SetParameter | DropParameters | KeepParameters | EditSource | ApplyFix | Undo | Redo | Subscribe | Unsubscribe | Publish | SaveDisplays | OpenDisplays | Seek | GoLive | Resume | SetLoop | RecordRun | Mark | NoteMark | RemoveMark | AskTrail | AskSeries | DrawPlot | Heard;
+export type FromPage = Drive | Stop | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | Push | Spawn | Delete | MoveModel | Kick | Disturb | EndFault | ResetPart | JointSpeed | SetWorld | OpenSource | SetParameter | DropParameters | KeepParameters | EditSource | ApplyFix | Undo | Redo | Subscribe | Unsubscribe | Publish | SaveDisplays | OpenDisplays | Seek | GoLive | Resume | SetLoop | RecordRun | Mark | NoteMark | RemoveMark | AskTrail | AskSeries | DrawPlot | BeatReply;

@@ -1,1 +1,1 @@
-"""Displays of the page: their kinds, and their settings in files."""
+"""The displays of the page: their kinds, and their settings in files."""

@@ -1,4 +1,4 @@
-"""The file with the displays' settings: KBot's own (`.kbot.yaml`) or rviz's (`.rviz`)."""
+"""Read and write the file of the display settings: KBot's own (`.kbot.yaml`) or rviz's (`.rviz`)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from kbot.workbench.displays.display_settings import (
     read_settings,
     write_settings,
 )
-from kbot.workbench.displays.rviz import Version, read_rviz, unwritten, version_of, write_rviz
+from kbot.workbench.displays.rviz import Version, read_rviz, unsupported, version_of, write_rviz
 from kbot.workbench.protocol import Displays, DisplaysSaved, DisplaysText
 
 RVIZ = ".rviz"
@@ -27,35 +27,35 @@ VERSIONS: Mapping[str, Version] = {"rviz1": 1, "rviz2": 2}
 
 
 class DisplayFile:
-    """Reads and writes settings; keeps what a file of rviz has besides, so that it is written back."""
+    """Reads and writes display settings. Whatever else is in an rviz file is kept and written back."""
 
     def __init__(self, path: str = "") -> None:
-        """`path` is the file to read and to save to, which need not be there yet; none where it is empty.
+        """`path` is the file to read and to save to. It may be missing, and it may be empty for no file.
 
         Raises:
-            KbotError: it is of another kind, cannot be read, or is malformed; with file:line.
+            KbotError: the file is of another kind, cannot be read, or is malformed; with file:line.
         """
         self.path = path
         self.greeting: Displays | None = None
-        """What pages are told first, None where there is nothing to tell."""
+        """The settings that a page receives when it connects, or None."""
         self._rviz: Mapping[str, object] | None = None
         if path:
-            _of_known_kind(path)
+            _require_known_suffix(path)
             text = read_source(path).text if Path(path).exists() else ""
             self.greeting = self.open(path, text) if text else Displays(Path(path).name, path, {}, ())
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What of the file the page does not show."""
+        """What the page does not display of the file."""
         return self.greeting.notes if self.greeting is not None else ()
 
     def open(self, name: str, text: str) -> Displays:
-        """The settings in a file's text.
+        """Return the settings in a file's text.
 
         Raises:
-            KbotError: it is of another kind, or malformed; with name:line.
+            KbotError: the file is of another kind or malformed; with name:line.
         """
-        _of_known_kind(name)
+        _require_known_suffix(name)
         with reading(name):
             if name.endswith(RVIZ):
                 found = read_rviz(text, name)
@@ -63,35 +63,36 @@ class DisplayFile:
                 return Displays(Path(name).name, self.path, plain(found.settings), found.notes)
             return Displays(Path(name).name, self.path, plain(read_settings(text, name)), ())
 
-    def hold(self, frame: str) -> None:
-        """Make a frame the fixed one, whatever the file says."""
-        told = self.greeting or Displays("", "", {}, ())
-        options = {**told.setup.get("globals", {}), "frame": frame}
-        self.greeting = replace(told, setup={**told.setup, "globals": options})
+    def set_fixed_frame(self, frame: str) -> None:
+        """Set the fixed frame, regardless of the file."""
+        settings = self.greeting or Displays("", "", {}, ())
+        options = {**settings.setup.get("globals", {}), "frame": frame}
+        self.greeting = replace(settings, setup={**settings.setup, "globals": options})
 
     def save(self, kind: str, setup: Mapping[str, object], frame: str = "") -> DisplaysText | DisplaysSaved:
-        """Write a page's settings: `file` to the file; as a text `kbot`, or `rviz1` or `rviz2`.
-        What a file of rviz has besides is kept for the version that wrote it; `frame` is the fixed frame
-        there where the settings choose none, for rviz shows nothing without one.
+        """Write a page's settings: `file` to the file, `kbot`, `rviz1` or `rviz2` as text for the browser.
+
+        What else an rviz file holds is kept for the rviz version that wrote it. `frame` is the fixed frame of
+        an rviz file if the settings choose none, because rviz displays nothing without one.
 
         Raises:
-            KbotError: there is no file, it cannot be written, or the settings are none.
+            KbotError: there is no file, it cannot be written, or the settings are invalid.
         """
         settings = check(marked(dict(setup), "the page"))
         if kind != "file":
             text, notes = self._text(settings, VERSIONS.get(kind), frame)
             return DisplaysText(TITLES[kind], text, notes)
         if not self.path:
-            raise KbotError("there is no file to save to: start with --config FILE, or keep a copy instead")
+            raise KbotError("there is no file to save to: start KBot with --config FILE, or save a copy")
         text, notes = self._text(settings, self._version if self.path.endswith(RVIZ) else None, frame)
         write_bytes(self.path, text.encode())
-        # a page that comes later starts with what was saved
+        # pages that connect later start with the saved settings
         self.greeting = self.open(self.path, text)
         return DisplaysSaved(self.path, notes)
 
     @property
     def _version(self) -> Version:
-        """That of the file of rviz that was read, or that a new one is for."""
+        """The version of the rviz file that was read, otherwise 2."""
         return 2 if self._rviz is None else version_of(self._rviz)
 
     def _text(
@@ -101,16 +102,17 @@ class DisplayFile:
             return write_settings(settings), ()
         if frame and not settings.globals.get("frame"):
             settings = replace(settings, globals={**settings.globals, "frame": frame})
-        left = [
-            f"{name} is left out: rviz {version} has no such display" for name in unwritten(settings, version)
+        notes = [
+            f"{name} is not saved: rviz {version} does not have this display"
+            for name in unsupported(settings, version)
         ]
         if self._rviz is None or self._version == version:
-            return write_rviz(settings, self._rviz, version), tuple(left)
-        left.append(f"what rviz {self._version} alone knows of the file that was read is left out")
+            return write_rviz(settings, self._rviz, version), tuple(notes)
+        notes.append(f"settings that only rviz {self._version} has are not saved")
         own = [replace(display, source=-1) for display in settings.displays]
-        return write_rviz(replace(settings, displays=tuple(own)), None, version), tuple(left)
+        return write_rviz(replace(settings, displays=tuple(own)), None, version), tuple(notes)
 
 
-def _of_known_kind(name: str) -> None:
+def _require_known_suffix(name: str) -> None:
     if not name.endswith(SUFFIXES):
-        raise KbotError(f"{name}: settings of displays are in a .kbot.yaml or a .rviz file")
+        raise KbotError(f"{name}: display settings must be in a .kbot.yaml or a .rviz file")

@@ -1,4 +1,4 @@
-"""The settings of displays as plain data: checked, read from and written to `.kbot.yaml`."""
+"""Display settings as plain data: checked, read from and written to `.kbot.yaml`."""
 
 from __future__ import annotations
 
@@ -20,8 +20,10 @@ HEADER = "# Displays of KBot's workbench: kbot view ROBOT --config THIS\n"
 
 @dataclass(frozen=True, slots=True)
 class Display:
-    """One display; properties that are not there have their initial value. `source` is the place that it had
-    in the file of rviz it comes from, -1 for others."""
+    """One display. Properties that are missing have their initial value.
+
+    `source` is the display's index in the rviz file it comes from, or -1.
+    """
 
     kind: str
     name: str
@@ -32,8 +34,11 @@ class Display:
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """From where one looks: m along the axes of the fixed frame, from its origin or that of `frame`. Whether
-    without perspective, and along with the frame, which is the robot's root where it is empty."""
+    """The viewpoint: `eye` and `target` in m along the axes of the fixed frame.
+
+    Their origin is that of `frame`, or of the fixed frame. `flat` is without perspective. With `follow` the
+    view moves with `frame`, or with the robot's root if `frame` is empty.
+    """
 
     eye: tuple[float, float, float]
     target: tuple[float, float, float]
@@ -50,26 +55,26 @@ class DisplaySettings:
 
 
 def read_settings(text: str, file: str) -> DisplaySettings:
-    """The settings in a `.kbot.yaml`.
+    """Return the settings in a `.kbot.yaml`.
 
     Raises:
-        KbotError: no YAML, an unknown kind or property, or a value that is none; with file:line.
+        KbotError: malformed YAML, an unknown kind or property, or an invalid value; with file:line.
     """
     document = read_marked(text, file)
     return check(document)
 
 
 def check(document: Marked) -> DisplaySettings:
-    """Settings out of fields by name, as files and pages have them.
+    """Return the settings in a mapping, from a file or from a page.
 
     Raises:
         KbotError: what is wrong, and where.
     """
     entries = document.fields
-    _known(document, entries, ("globals", "displays", "view"))
+    _require_known(document, entries, ("globals", "displays", "view"))
     displays = entries["displays"].items if "displays" in entries else []
     if len(displays) > MOST_DISPLAYS:
-        raise document.error(f"{len(displays)} displays: at most {MOST_DISPLAYS} are shown")
+        raise document.error(f"{len(displays)} displays: the limit is {MOST_DISPLAYS}")
     options = {property.name: property for property in GLOBALS}
     view = entries.get("view")
     return DisplaySettings(
@@ -80,14 +85,14 @@ def check(document: Marked) -> DisplaySettings:
 
 
 def write_settings(settings: DisplaySettings) -> str:
-    """A `.kbot.yaml` that reads as these settings."""
+    """Return the text of a `.kbot.yaml` with these settings."""
     import yaml  # lazy in this module: start-up time
 
     return HEADER + str(yaml.safe_dump(plain(settings, sources=False), sort_keys=False, allow_unicode=True))
 
 
 def plain(settings: DisplaySettings, *, sources: bool = True) -> dict[str, object]:
-    """As `check` takes it, with the `sources` of displays or without."""
+    """Return the settings as a mapping that `check` accepts, with or without the `sources` of displays."""
     found: dict[str, object] = {
         "globals": dict(settings.globals),
         "displays": [
@@ -114,44 +119,45 @@ def plain(settings: DisplaySettings, *, sources: bool = True) -> dict[str, objec
 
 
 def marked(value: object, file: str) -> Marked:
-    """A page's JSON as `check` takes it."""
+    """Convert a page's JSON to the type that `check` accepts."""
     if isinstance(value, dict):
         return Marked({str(name): marked(part, file) for name, part in value.items()}, file, 1)
     return Marked([marked(part, file) for part in value] if isinstance(value, list) else value, file, 1)
 
 
 def checked_value(property: Property, value: object) -> Value:
-    """A property's value.
+    """Return a property's value.
 
     Raises:
-        KbotError: it is of another kind, or out of range; the text says what is meant.
+        KbotError: it is of another kind or out of range. The message names the expected value.
     """
     match property.kind:
         case "switch":
             if isinstance(value, bool):
                 return value
-            raise KbotError("true or false is meant")
+            raise KbotError("expected true or false")
         case "number":
             if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-                raise KbotError("a number is meant")
+                raise KbotError("expected a number")
             if not property.low <= value <= property.high:
-                raise KbotError(f"{property.low:g} to {property.high:g} is meant")
+                raise KbotError(f"expected {property.low:g} to {property.high:g}")
             return float(value)
         case "choice":
             if isinstance(value, str) and value in property.options:
                 return value
-            raise KbotError(f"one of {', '.join(property.options)} is meant")
+            raise KbotError(f"expected one of {', '.join(property.options)}")
         case "colour":
             if isinstance(value, str) and (value == property.initial == "" or _is_colour(value)):
                 return value
-            raise KbotError("a colour is meant, as in '#ff8800'")
+            raise KbotError("expected a colour such as '#ff8800'")
     if isinstance(value, str) and len(value) <= 256:
         return value
-    raise KbotError("a text is meant")
+    raise KbotError("expected a string of at most 256 characters")
 
 
 def properties_of(kind: DisplayKind, names: Iterable[str]) -> dict[str, Property]:
-    """A kind's properties by name, with those of the links, displays and namespaces that `names` speak of."""
+    """Return a kind's properties by name, including those of the links, displays and namespaces in
+    `names`."""
     found = {property.name: property for property in kind.properties}
     parts = (*kind.per_link, *kind.per_display, *kind.per_namespace)
     per_part = {property.name: property for property in parts}
@@ -164,14 +170,14 @@ def properties_of(kind: DisplayKind, names: Iterable[str]) -> dict[str, Property
 
 def _display(entry: Marked) -> Display:
     fields = entry.fields
-    _known(entry, fields, ("kind", "name", "enabled", "properties", "source"))
+    _require_known(entry, fields, ("kind", "name", "enabled", "properties", "source"))
     if "kind" not in fields:
-        raise entry.error("a display has a 'kind'")
+        raise entry.error("a display needs a 'kind'")
     name = fields["kind"].value
     kind = BY_NAME.get(name) if isinstance(name, str) else None
     if kind is None:
-        hint = did_you_mean(str(name), BY_NAME) or f"there are {', '.join(BY_NAME)}"
-        raise fields["kind"].error(f"no display of kind {fields['kind'].said}: {hint}")
+        hint = did_you_mean(str(name), BY_NAME) or f"expected one of {', '.join(BY_NAME)}"
+        raise fields["kind"].error(f"unknown display kind {fields['kind'].shown}: {hint}")
     values = fields.get("properties")
     source = fields["source"].value if "source" in fields else -1
     return Display(
@@ -187,18 +193,18 @@ def _values(entries: Marked, known: Mapping[str, Property], what: str) -> dict[s
     found = {}
     for name, entry in entries.fields.items():
         if name not in known:
-            hint = did_you_mean(name, known) or f"there are {', '.join(known)}"
-            raise entry.error(f"'{name}' is no {what}: {hint}")
+            hint = did_you_mean(name, known) or f"expected one of {', '.join(known)}"
+            raise entry.error(f"'{name}' is not a {what}: {hint}")
         try:
             found[name] = checked_value(known[name], entry.value)
         except KbotError as error:
-            raise entry.error(f"'{name}' is {entry.said}, where {error}") from None
+            raise entry.error(f"'{name}' is {entry.shown}: {error}") from None
     return found
 
 
 def _view(entry: Marked) -> View:
     fields = entry.fields
-    _known(entry, fields, ("eye", "target", "flat", "follow", "frame"))
+    _require_known(entry, fields, ("eye", "target", "flat", "follow", "frame"))
     return View(
         _triple(entry, fields.get("eye")),
         _triple(entry, fields.get("target")),
@@ -211,7 +217,7 @@ def _view(entry: Marked) -> View:
 def _triple(view: Marked, entry: Marked | None) -> tuple[float, float, float]:
     values = entry.plain if entry is not None else None
     if not isinstance(values, list) or len(values) != 3 or not all(_is_number(v) for v in values):
-        raise (entry or view).error("a view has an 'eye' and a 'target': three numbers each")
+        raise (entry or view).error("a view needs an 'eye' and a 'target', each a list of three numbers")
     x, y, z = (float(v) for v in values)
     return x, y, z
 
@@ -220,21 +226,21 @@ def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e6
 
 
-def _of_type(fields: Mapping[str, Marked], name: str, kind: type, default: Any) -> Any:  # noqa: ANN401 - of the kind that is asked for
+def _of_type(fields: Mapping[str, Marked], name: str, kind: type, default: Any) -> Any:  # noqa: ANN401 - a value of `kind`
     entry = fields.get(name)
     if entry is None:
         return default
     if not isinstance(entry.value, kind):
-        meant = "a text" if kind is str else "true or false"
-        raise entry.error(f"'{name}' is {entry.said}, where {meant} is meant")
+        expected = "a string" if kind is str else "true or false"
+        raise entry.error(f"'{name}' is {entry.shown}: expected {expected}")
     return entry.value
 
 
-def _known(where: Marked, fields: Mapping[str, Marked], names: tuple[str, ...]) -> None:
+def _require_known(where: Marked, fields: Mapping[str, Marked], names: tuple[str, ...]) -> None:
     for name, entry in fields.items():
         if name not in names:
-            hint = did_you_mean(name, names) or f"there are {', '.join(names)}"
-            raise entry.error(f"'{name}' is not known here: {hint}")
+            hint = did_you_mean(name, names) or f"expected one of {', '.join(names)}"
+            raise entry.error(f"unknown field '{name}': {hint}")
 
 
 def _is_colour(value: str) -> bool:

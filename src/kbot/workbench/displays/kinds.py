@@ -1,6 +1,6 @@
-"""The kinds of displays; `web/src/displays/kinds.ts` is generated from here.
+"""The kinds of displays. `web/src/displays/kinds.ts` is generated from this table.
 
-Lengths that are 0 by themselves suit the robot's size.
+A length whose `zero` is "auto" is 0 by default, which means that it fits the robot's size.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from kbot.workbench.displays.property import (
 
 _COVARIANCE = (
     switch("covariance", "Covariance", False, "Covariance/Value"),
-    number("covariance_alpha", "Its opacity", 0.3, 0.0, 1.0, rviz="Covariance/Position/Alpha"),
+    number("covariance_alpha", "Covariance opacity", 0.3, 0.0, 1.0, rviz="Covariance/Position/Alpha"),
 )
 _SHAPE = (
     choice("shape", "Shape", ("arrow", "axes"), "Shape"),
@@ -29,23 +29,23 @@ _SHAPE = (
 )
 _POINTS = (
     choice("style", "Style", ("points", "squares", "spheres", "boxes"), "Style"),
-    number("size", "Size of points", 4.0, 1.0, 50.0, "px", "Size (Pixels)"),
-    number("metres", "Size of shapes", 0.01, 0.0001, 100.0, "m", "Size (m)"),
+    number("size", "Point size", 4.0, 1.0, 50.0, "px", "Size (Pixels)"),
+    number("metres", "Shape size", 0.01, 0.0001, 100.0, "m", "Size (m)"),
     number("decay", "Decay time", 0.0, 0.0, 600.0, "s", "Decay Time"),
     colour("colour", "Colour", "#ff4d6d", "Color"),
 )
 _RANGE = (
     switch("auto", "Automatic range", True),
-    number("low", "Lowest", 0.0, -1e6, 1e6),
-    number("high", "Highest", 10.0, -1e6, 1e6),
+    number("low", "Minimum", 0.0, -1e6, 1e6),
+    number("high", "Maximum", 10.0, -1e6, 1e6),
 )
-"""Between which values colours go."""
+"""The values between which colours are interpolated."""
 _NAMESPACES = (switch("show", "Show", True, "Namespaces"),)
 
 TOPIC_KINDS = (
     DisplayKind(
         "LaserScan",
-        "What a lidar sees",
+        "The points of a laser scan",
         (
             TOPIC,
             *_POINTS,
@@ -58,7 +58,7 @@ TOPIC_KINDS = (
     ),
     DisplayKind(
         "PointCloud2",
-        "Points in space",
+        "The points of a point cloud",
         (
             TOPIC,
             *_POINTS,
@@ -72,13 +72,13 @@ TOPIC_KINDS = (
     ),
     DisplayKind(
         "Path",
-        "A way that was planned or taken",
+        "A planned or driven path",
         (
             TOPIC,
             colour("colour", "Colour", "#19ff00", "Color"),
             choice("style", "Line style", ("lines", "billboards"), "Line Style"),
-            number("width", "Width of lines", 3.0, 1.0, 50.0, "px"),
-            number("metres", "Width of billboards", 0.03, 0.0001, 100.0, "m", "Line Width"),
+            number("width", "Line width", 3.0, 1.0, 50.0, "px"),
+            number("metres", "Billboard width", 0.03, 0.0001, 100.0, "m", "Line Width"),
             choice("poses", "Poses", ("none", "arrows", "axes"), "Pose Style"),
             opacity(),
         ),
@@ -87,15 +87,15 @@ TOPIC_KINDS = (
     ),
     DisplayKind(
         "Odometry",
-        "Where the wheels tell that the robot is",
+        "The pose estimated from the wheels",
         (
             TOPIC,
             _SHAPE[0],
             replace(_SHAPE[1], rviz="Shape/Shaft Length"),
             colour("colour", "Colour", "#ff8a3d", "Shape/Color"),
             number("keep", "Keep", 100.0, 0.0, 10_000.0, rviz="Keep", zero="all"),
-            number("distance", "Each", 0.05, 0.0, 100.0, "m", "Position Tolerance"),
-            number("angle", "or each", 0.1, 0.0, 3.2, "rad", "Angle Tolerance"),
+            number("distance", "Position tolerance", 0.05, 0.0, 100.0, "m", "Position Tolerance"),
+            number("angle", "Angle tolerance", 0.1, 0.0, 3.2, "rad", "Angle Tolerance"),
             *_COVARIANCE,
             opacity(rviz="Shape/Alpha"),
         ),
@@ -104,14 +104,14 @@ TOPIC_KINDS = (
     ),
     DisplayKind(
         "Pose",
-        "One pose, as a goal is",
+        "One pose, for example a goal",
         (TOPIC, *_SHAPE, colour("colour", "Colour", "#ff1900", "Color"), opacity()),
         topics=("geometry_msgs/msg/PoseStamped",),
         rviz=("Pose",),
     ),
     DisplayKind(
         "PoseWithCovariance",
-        "One pose and how sure it is",
+        "One pose and its covariance",
         (
             TOPIC,
             *_SHAPE,
@@ -125,7 +125,7 @@ TOPIC_KINDS = (
     ),
     DisplayKind(
         "PoseArray",
-        "Many poses, as those of a particle filter",
+        "Many poses, for example of a particle filter",
         (
             TOPIC,
             _SHAPE[0],
@@ -138,13 +138,13 @@ TOPIC_KINDS = (
     ),
     DisplayKind(
         "Twist",
-        "A velocity: an arrow for the straight part, one around for the turn",
+        "A velocity: a straight arrow for its linear part, a curved one for its angular part",
         (
             TOPIC,
-            number("linear_scale", "m for 1 m/s", 0.5, 0.01, 100.0, rviz="Linear Arrow Scale"),
-            number("angular_scale", "m for 1 rad/s", 0.1, 0.01, 100.0, rviz="Angular Arrow Scale"),
-            colour("linear", "Straight", "#46a758", "Linear Color"),
-            colour("angular", "Turn", "#cccc33", "Angular Color"),
+            number("linear_scale", "m per m/s", 0.5, 0.01, 100.0, rviz="Linear Arrow Scale"),
+            number("angular_scale", "m per rad/s", 0.1, 0.01, 100.0, rviz="Angular Arrow Scale"),
+            colour("linear", "Linear", "#46a758", "Linear Color"),
+            colour("angular", "Angular", "#cccc33", "Angular Color"),
             opacity(),
         ),
         topics=("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"),
@@ -152,11 +152,11 @@ TOPIC_KINDS = (
     ),
     DisplayKind(
         "Wrench",
-        "A force, and a torque around its axis",
+        "A force, and a torque about its axis",
         (
             TOPIC,
-            number("linear_scale", "m for 1 N", 0.05, 0.0001, 100.0, rviz="Force Arrow Scale"),
-            number("angular_scale", "m for 1 Nm", 0.1, 0.0001, 100.0, rviz="Torque Arrow Scale"),
+            number("linear_scale", "m per N", 0.05, 0.0001, 100.0, rviz="Force Arrow Scale"),
+            number("angular_scale", "m per Nm", 0.1, 0.0001, 100.0, rviz="Torque Arrow Scale"),
             colour("linear", "Force", "#cc3333", "Force Color"),
             colour("angular", "Torque", "#cccc33", "Torque Color"),
             opacity(),
@@ -166,7 +166,7 @@ TOPIC_KINDS = (
     ),
     DisplayKind(
         "Polygon",
-        "A closed line, as a robot's footprint is",
+        "A closed line, for example a robot's footprint",
         (
             TOPIC,
             colour("colour", "Colour", "#19ff00", "Color"),
@@ -178,7 +178,7 @@ TOPIC_KINDS = (
     ),
     DisplayKind(
         "Map",
-        "Where it is free and where not",
+        "Free, occupied and unknown space",
         (
             TOPIC,
             choice("scheme", "Colours", ("map", "costmap", "raw"), "Color Scheme"),
@@ -190,7 +190,7 @@ TOPIC_KINDS = (
     ),
     DisplayKind(
         "Marker",
-        "A thing that a program draws",
+        "A shape that a program publishes",
         (TOPIC,),
         topics=("visualization_msgs/msg/Marker",),
         per_namespace=_NAMESPACES,
@@ -198,7 +198,7 @@ TOPIC_KINDS = (
     ),
     DisplayKind(
         "MarkerArray",
-        "Things that a program draws",
+        "Shapes that a program publishes",
         (TOPIC,),
         topics=("visualization_msgs/msg/MarkerArray",),
         per_namespace=_NAMESPACES,
@@ -206,37 +206,40 @@ TOPIC_KINDS = (
     ),
     DisplayKind(
         "Contacts",
-        "Where the robot is touched, and the forces there",
+        "The robot's contacts and their forces",
         (
             replace(TOPIC, initial="/contacts"),
-            number("scale", "m for the robot's weight", 0.0, 0.0, 100.0, zero="auto"),
+            number("scale", "m per robot weight", 0.0, 0.0, 100.0, zero="auto"),
             colour("colour", "Colour", "#ffd60a"),
         ),
         topics=("visualization_msgs/msg/MarkerArray",),
     ),
     DisplayKind(
         "Image",
-        "A camera's picture",
+        "A camera's image",
         (
             TOPIC,
             switch("normalize", "Normalize range", True, "Normalize Range"),
-            number("near", "Nearest", 0.0, 0.0, 1e3, "m", "Min Value"),
-            number("far", "Farthest", 5.0, 0.0, 1e3, "m", "Max Value"),
+            number("near", "Minimum", 0.0, 0.0, 1e3, "m", "Min Value"),
+            number("far", "Maximum", 5.0, 0.0, 1e3, "m", "Max Value"),
         ),
         topics=("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"),
         rviz=("Image",),
     ),
     DisplayKind(
         "Camera",
-        "The scene as a camera sees it, over its picture",
+        "The scene as a camera sees it, over its image",
         (
             TOPIC,
             choice(
-                "rendering", "Picture", ("background and overlay", "background", "overlay"), "Image Rendering"
+                "rendering",
+                "Image rendering",
+                ("background and overlay", "background", "overlay"),
+                "Image Rendering",
             ),
             number("alpha", "Overlay opacity", 0.5, 0.0, 1.0, rviz="Overlay Alpha"),
             number("zoom", "Zoom", 1.0, 0.1, 100.0, rviz="Zoom Factor"),
-            number("far", "Farthest", 100.0, 0.1, 1e4, "m", "Far Plane Distance"),
+            number("far", "Far plane", 100.0, 0.1, 1e4, "m", "Far Plane Distance"),
         ),
         topics=("sensor_msgs/msg/Image",),
         per_display=(switch("show", "Show", True, "Visibility"),),
@@ -244,14 +247,14 @@ TOPIC_KINDS = (
     ),
     DisplayKind(
         "Range",
-        "A distance, as ultrasound and infrared tell it",
+        "A distance measured by ultrasound or infrared",
         (TOPIC, colour("colour", "Colour", "#ffffff", "Color"), opacity(0.5)),
         topics=("sensor_msgs/msg/Range",),
         rviz=("Range",),
     ),
     DisplayKind(
         "PointStamped",
-        "A point, as one that was clicked",
+        "A point, for example a clicked one",
         (
             TOPIC,
             number("radius", "Radius", 0.0, 0.0, 10.0, "m", "Radius", zero="auto"),
@@ -270,16 +273,16 @@ GLOBALS = (
     number("light", "Light", 1.0, 0.0, 3.0),
     switch("floor", "Floor", True),
 )
-"""What holds for all displays."""
+"""Options that apply to all displays."""
 
 KINDS = (
     DisplayKind(
         "Grid",
-        "Lines on the floor, or anywhere",
+        "Lines on the floor or in another plane",
         (
             number("cell", "Cell size", 0.0, 0.0, 100.0, "m", "Cell Size", zero="auto"),
             number("count", "Cells", 0.0, 0.0, 1000.0, rviz="Plane Cell Count", zero="auto"),
-            number("normal_count", "Cells upwards", 0.0, 0.0, 100.0, rviz="Normal Cell Count"),
+            number("normal_count", "Vertical cells", 0.0, 0.0, 100.0, rviz="Normal Cell Count"),
             choice("plane", "Plane", ("XY", "XZ", "YZ"), "Plane"),
             frame("frame", "Frame", "Reference Frame"),
             number("x", "x", 0.0, -1e3, 1e3, "m", "Offset/X"),
@@ -297,7 +300,7 @@ KINDS = (
             switch("visual", "Visual", True, "Visual Enabled"),
             switch("collision", "Collision", False, "Collision Enabled"),
             switch("inertia", "Inertia", False, "Mass Properties/Inertia"),
-            choice("inertia_shape", "Inertia as", ("box", "ellipsoid")),
+            choice("inertia_shape", "Inertia shape", ("box", "ellipsoid")),
             switch("mass", "Centre of mass", False, "Mass Properties/Mass"),
             switch("joints", "Joints", False),
             opacity(),
@@ -317,16 +320,16 @@ KINDS = (
             switch("names", "Names", False, "Show Names"),
             switch("arrows", "Arrows", False, "Show Arrows"),
             number("length", "Length", 0.0, 0.0, 100.0, "m", zero="auto"),
-            text("filter", "Only", "Filter (whitelist)"),
-            text("without", "Without", "Filter (blacklist)"),
+            text("filter", "Include", "Filter (whitelist)"),
+            text("without", "Exclude", "Filter (blacklist)"),
         ),
         single=True,
         rviz=("TF",),
     ),
-    DisplayKind("Trail", "The way the robot took", (colour("colour", "Colour", ""),), single=True),
+    DisplayKind("Trail", "The robot's path", (colour("colour", "Colour", ""),), single=True),
     DisplayKind(
         "World",
-        "What stands in the world",
+        "The world's objects",
         (switch("shapes", "Shapes", True), opacity(rviz="")),
         single=True,
     ),

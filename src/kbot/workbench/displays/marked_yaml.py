@@ -1,4 +1,4 @@
-"""YAML values that know their line, for display files."""
+"""YAML values with their line numbers, for errors in display files."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from kbot.text import KbotError, Source
 from kbot.text.yaml import PLAIN, Keys, YamlDocument, YamlError, read_yaml
 
 MOST_VALUES = 50_000
-"""Of settings, with each alias counted as what it stands for."""
+"""Values in a settings file. An alias counts as the values that it refers to."""
 
 
 @dataclass(frozen=True, slots=True)
 class Marked:
-    """A value and where it stands; of a mapping and a list the values are marked too."""
+    """A value with its file and line. The values of mappings and lists are marked too."""
 
     value: Any
     file: str
@@ -26,13 +26,13 @@ class Marked:
 
     @property
     def fields(self) -> dict[str, Marked]:
-        """Raises KbotError: it is no mapping."""
+        """The fields of a mapping. Raises KbotError if the value is not a mapping."""
         if not isinstance(self.value, dict):
-            raise self.error(f"fields by name are expected here, not {self.said}")
+            raise self.error(f"expected a mapping, not {self.shown}")
         return self.value
 
     def at(self, label: str) -> Marked | None:
-        """A field by its label, `A/B` being the field `B` of the field `A`."""
+        """Return the field of a label. `A/B` is the field `B` of the field `A`."""
         found: Marked | None = self
         for part in label.split("/"):
             found = found.value.get(part) if found is not None and isinstance(found.value, dict) else None
@@ -40,16 +40,16 @@ class Marked:
 
     @property
     def items(self) -> list[Marked]:
-        """Raises KbotError: it is no list."""
+        """The items of a list. Raises KbotError if the value is not a list."""
         if not isinstance(self.value, list):
-            raise self.error(f"a list is expected here, not {self.said}")
+            raise self.error(f"expected a list, not {self.shown}")
         return self.value
 
     @property
-    def said(self) -> str:
-        """The value in an error's words."""
+    def shown(self) -> str:
+        """The value as errors quote it."""
         if isinstance(self.value, dict | list):
-            return "fields" if isinstance(self.value, dict) else "a list"
+            return "a mapping" if isinstance(self.value, dict) else "a list"
         return (
             "nothing" if self.value is None else json.dumps(self.value, ensure_ascii=False, default=str)[:60]
         )
@@ -63,10 +63,10 @@ class Marked:
 
 
 def read_marked(text: str, file: str) -> Marked:
-    """The document of a text.
+    """Return the document of a text.
 
     Raises:
-        KbotError: it is not YAML, or it has more values than settings have; with the line.
+        KbotError: malformed YAML, or more than MOST_VALUES values; with the line.
     """
     try:
         document = read_yaml(Source(file, text), PLAIN, MOST_VALUES)

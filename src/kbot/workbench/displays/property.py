@@ -11,11 +11,13 @@ ValueKind = Literal["switch", "number", "colour", "choice", "text", "topic", "fr
 
 @dataclass(frozen=True, slots=True)
 class Property:
-    """`initial` is the value of a new display. Numbers lie from `low` to `high`, `unit` is shown beside them,
-    and `zero` in the place of a 0 that stands for something; a colour is `#rrggbb`; a choice is one of
-    `options`. A topic that is empty is the first of the display's type, a frame that is empty the fixed
-    frame. `rviz` is the name in rviz's files, where it has one; a part after a slash lies beneath the part
-    before."""
+    """A property of a display.
+
+    `initial` is the value in a new display. Numbers are from `low` to `high`, with `unit` shown beside them,
+    and `zero` is shown instead of 0 if 0 has a special meaning. A colour is `#rrggbb`, a choice is one of
+    `options`. An empty topic is the first one of the display's type, an empty frame is the fixed frame.
+    `rviz` is the label in rviz files, or empty. `A/B` is the label `B` under `A`.
+    """
 
     name: str
     label: str
@@ -31,10 +33,13 @@ class Property:
 
 @dataclass(frozen=True, slots=True)
 class DisplayKind:
-    """`topics` are the types of messages it shows; of a `single` kind there is one display at most. Each link
-    of the robot has the properties `per_link` too, as `link/property`, each display `per_display` and each
-    namespace of markers `per_namespace`, as `name/property`. `rviz` are the names that rviz has for its
-    class, without the package, the first being that which is written."""
+    """A kind of display.
+
+    `topics` are the message types that it displays. A `single` kind has at most one display. Each link of the
+    robot also has the properties `per_link`, as `link/property`. Each display has `per_display` and each
+    marker namespace `per_namespace`, as `name/property`. `rviz` are rviz's names of the class, without the
+    package. The first one is written.
+    """
 
     name: str
     about: str
@@ -69,7 +74,7 @@ def colour(name: str, label: str, initial: str, rviz: str = "") -> Property:
 
 
 def choice(name: str, label: str, options: tuple[str, ...], rviz: str = "") -> Property:
-    """The first of the options is the initial one."""
+    """Return a choice whose initial value is the first option."""
     return Property(name, label, "choice", options[0], options=options, rviz=rviz)
 
 

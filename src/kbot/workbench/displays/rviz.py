@@ -1,7 +1,7 @@
-"""Reads and writes rviz's display files (`.rviz`). What KBot lacks is kept and listed.
+"""Read and write rviz's display files (`.rviz`). What KBot does not have is kept in the file and reported.
 
-rviz 1 and rviz 2 write the same document: displays by class (`rviz/Grid`, `rviz_default_plugins/Grid`) with
-properties by the labels they have on screen.
+rviz 1 and rviz 2 write the same document: displays by class (`rviz/Grid`, `rviz_default_plugins/Grid`), with
+properties named by their labels on screen.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ FIXED_FRAME = "<Fixed Frame>"
 PLANES = ("XY", "XZ", "YZ")
 SCHEMES = ("map", "costmap", "raw")
 RENDERINGS = ("background and overlay", "background", "overlay")
-AS_THEY_ARE = frozenset((*PLANES, *SCHEMES, *RENDERINGS))
-"""Choices that rviz writes as they are called here."""
-ALIKE = {"flat squares": "squares", "tiles": "squares"}
-"""Styles of points that look the same here."""
+UNCHANGED_CHOICES = frozenset((*PLANES, *SCHEMES, *RENDERINGS))
+"""Choices that rviz writes in the same way."""
+EQUIVALENT_STYLES = {"flat squares": "squares", "tiles": "squares"}
+"""Point styles of rviz that KBot draws as another one."""
 
 
 def read_value(property: Property, value: object) -> Value:
-    """A property's value.
+    """Return a property's value.
 
     Raises:
-        KbotError: it is none; the text says what is meant.
+        KbotError: it is invalid. The message names the expected value.
     """
     if isinstance(value, dict) and "Value" in value:
         value = value["Value"]
@@ -48,7 +48,7 @@ def read_value(property: Property, value: object) -> Value:
         case "choice":
             by_name = {_bare(option): option for option in property.options}
             if _bare(str(value)) not in by_name:
-                raise KbotError(f"one of {', '.join(property.options)} is known here")
+                raise KbotError(f"expected one of {', '.join(property.options)}")
             return by_name[_bare(str(value))]
         case "frame":
             return "" if value == FIXED_FRAME else checked_value(property, value)
@@ -58,13 +58,13 @@ def read_value(property: Property, value: object) -> Value:
 
 
 def write_value(property: Property, value: Value, ros1: bool) -> Any:  # noqa: ANN401 - what YAML holds
-    """A property's value as rviz reads it."""
+    """Return a property's value as rviz reads it."""
     match property.kind:
         case "colour":
             text = str(value) or "#a0a0a4"
             return "; ".join(str(int(text[at : at + 2], 16)) for at in (1, 3, 5))
         case "choice":
-            return value if value in AS_THEY_ARE else str(value).capitalize()
+            return value if value in UNCHANGED_CHOICES else str(value).capitalize()
         case "frame":
             return value or FIXED_FRAME
         case "topic":
@@ -77,30 +77,31 @@ def write_value(property: Property, value: Value, ros1: bool) -> Any:  # noqa: A
 
 def _bare(option: str) -> str:
     bare = option.lower().removesuffix(" (flat)").strip()
-    return ALIKE.get(bare, bare)
+    return EQUIVALENT_STYLES.get(bare, bare)
 
 
 def _colour(value: object) -> str:
-    """`#rrggbb` of `r; g; b` in 0..255."""
+    """Convert `r; g; b` in 0..255 to `#rrggbb`."""
     try:
         red, green, blue = (int(part) for part in str(value).split(";"))
     except ValueError:
-        raise KbotError("a colour is meant, as in '255; 0; 0'") from None
+        raise KbotError("expected a colour such as '255; 0; 0'") from None
     if not all(0 <= part <= 255 for part in (red, green, blue)):
-        raise KbotError("numbers from 0 to 255 are meant")
+        raise KbotError("expected numbers from 0 to 255")
     return f"#{red:02x}{green:02x}{blue:02x}"
 
 
 PICTURE_HEIGHT = 800
-"""Pixels of a picture's height, by which the scale of TopDownOrtho (pixels a metre) is understood."""
+"""Height of the view in pixels that is assumed to convert the scale of TopDownOrtho (pixels per metre)."""
 HALF_ANGLE = math.radians(16)
-"""Half of the angle that the page sees, upwards."""
+"""Half of the page's vertical field of view."""
 STRAIGHT_DOWN = 1e-3
+"""Horizontal offset of the eye in a view from above. It sets which way is up in the picture."""
 ORBITS = ("Orbit", "XYOrbit", "ThirdPersonFollower")
 
 
 def read_view(views: Marked, notes: list[str]) -> View | None:
-    """The current view; where it is of a kind that is not known, a note and None."""
+    """Return the current view. For a kind that KBot does not have, add a note and return None."""
     current = views.value.get("Current") if isinstance(views.value, dict) else None
     if current is None or not isinstance(current.value, dict):
         return None
@@ -125,13 +126,18 @@ def read_view(views: Marked, notes: list[str]) -> View | None:
         angle = _number(fields, "Angle", 0.0)
         back = (STRAIGHT_DOWN * math.sin(angle), -STRAIGHT_DOWN * math.cos(angle), 1.0)
         return View(_along(target, back, height), target, flat=True, follow=frame != "", frame=frame)
-    notes.append(f"the view {fields.get('Class')}, line {current.line}: there is none such here; it is kept")
+    notes.append(
+        f"the view {fields.get('Class')}, line {current.line}: KBot does not have it; it is kept in the file"
+    )
     return None
 
 
 def write_view(view: View, views: dict[str, Any], package: str) -> None:
-    """Put a view in the place of the current one: TopDownOrtho where it is flat and from above, else Orbit,
-    or the follower where that was one."""
+    """Replace the current view.
+
+    A flat view from above is written as TopDownOrtho. Otherwise the kind of the replaced view is kept, and is
+    Orbit by default.
+    """
     before = views.get("Current")
     old = before if isinstance(before, dict) else {}
     away = [e - t for e, t in zip(view.eye, view.target, strict=True)]
@@ -170,7 +176,7 @@ def write_view(view: View, views: dict[str, Any], package: str) -> None:
 
 
 def _target_frame(fields: dict[str, Any]) -> str:
-    """The frame that the view goes along with, from whose origin it is told; empty for the fixed one."""
+    """The frame that the view follows and that its coordinates start from, or empty for the fixed frame."""
     frame = str(fields.get("Target Frame", FIXED_FRAME))
     return "" if frame == FIXED_FRAME else frame
 
@@ -196,7 +202,7 @@ def _along(
 Version: TypeAlias = Literal[1, 2]
 ROS1, ROS2 = "rviz", "rviz_default_plugins"
 PACKAGES: Mapping[Version, str] = {1: ROS1, 2: ROS2}
-"""Where displays, tools and views of each version are."""
+"""The package of displays, tools and views in each version."""
 NOT_IN_RVIZ_1 = ("TwistStamped", "Wrench")
 TOOLS = ("Interact", "MoveCamera", "Select", "FocusCamera", "Measure")
 TOPICS_OF_TOOLS = {
@@ -204,34 +210,35 @@ TOPICS_OF_TOOLS = {
     "SetGoal": ("/move_base_simple/goal", "/goal_pose"),
     "PublishPoint": ("/clicked_point", "/clicked_point"),
 }
-"""Tools that publish, and where they do in rviz 1 and in rviz 2."""
+"""Tools that publish, with their topics in rviz 1 and in rviz 2."""
 
 STANDARD = ("rviz", "rviz_common", "rviz_default_plugins")
-"""Packages whose panels and tools every rviz has."""
-THE_ROBOT = {"Robot Description": "robot_description", "Description Topic": "/robot_description"}
-"""Where rviz 1 and rviz 2 have the robot from that is shown here anyway."""
+"""Packages whose panels and tools are part of rviz."""
+ROBOT_FIELDS = {"Robot Description": "robot_description", "Description Topic": "/robot_description"}
+"""Fields with which rviz 1 and rviz 2 name the robot that KBot displays anyway."""
 
 
 def plugins(entries: object) -> list[str]:
-    """Classes of panels or tools that do not come with rviz."""
+    """Return the classes of panels or tools that are not part of rviz."""
     tables = [entry for entry in entries if isinstance(entry, dict)] if isinstance(entries, list) else []
     names = [table["Class"] for table in tables if isinstance(table.get("Class"), str)]
     return [name for name in names if name.partition("/")[0] not in STANDARD]
 
 
-def is_the_robot(label: str, value: Marked) -> bool:
-    """Whether a display's field says no more than that it shows the robot."""
-    said = value.plain.get("Value") if isinstance(value.plain, dict) else value.plain
-    return label in THE_ROBOT and said == THE_ROBOT[label]
+def is_robot_field(label: str, value: Marked) -> bool:
+    """Return whether a display's field only refers to the robot on display."""
+    name = value.plain.get("Value") if isinstance(value.plain, dict) else value.plain
+    return label in ROBOT_FIELDS and name == ROBOT_FIELDS[label]
 
 
 def version_of(document: Mapping[str, Any]) -> Version:
-    """The rviz that wrote a configuration, by the packages of what is in it; 2 where nothing tells."""
+    """Return the rviz version that wrote a configuration, by the packages in it; 2 if none shows it."""
     return 1 if any(name.startswith(f"{ROS1}/") for name in _classes(document)) else 2
 
 
 def new_document(version: Version) -> dict[str, Any]:
-    """A configuration with no displays; with the tools of a new rviz, which has none but a file's."""
+    """Return a configuration without displays. It has the tools of a new rviz, because rviz takes its tools
+    from the file."""
     package = PACKAGES[version]
     tools: list[dict[str, Any]] = [{"Class": f"{package}/{name}"} for name in TOOLS]
     for name, topics in TOPICS_OF_TOOLS.items():
@@ -275,7 +282,7 @@ TF_LENGTH = 0.2
 
 
 def read_special(kind: DisplayKind, fields: Mapping[str, Marked], read: set[str]) -> dict[str, Value]:
-    """What a display of rviz says so; adds to `read` the fields that were looked at."""
+    """Return the values that rviz stores in another form, and add their fields to `read`."""
     if kind.name in ("LaserScan", "PointCloud2"):
         read.update(POINTS)
         return _read_colours(kind, fields)
@@ -288,13 +295,12 @@ def read_special(kind: DisplayKind, fields: Mapping[str, Marked], read: set[str]
 
 
 def range_labels(by: Value | None) -> Mapping[str, str]:
-    """Where rviz has the values between which the colours of points go: for an axis and for the intensity
-    there are fields of their own."""
+    """Return rviz's fields for the colour range of points: axes and intensity have separate ones."""
     return AXIS if by in AXES else INTENSITY if by == "intensity" else {}
 
 
-def written(kind: DisplayKind, values: Mapping[str, Value]) -> Iterator[tuple[str, Any]]:
-    """Labels and values that rviz is to have, the label of one beneath another after a slash."""
+def special_fields(kind: DisplayKind, values: Mapping[str, Value]) -> Iterator[tuple[str, Any]]:
+    """Yield labels and values to write that rviz stores in another form. `A/B` is the label `B` under `A`."""
     by = values.get("by")
     if by is not None:
         transformers = {ours: theirs for theirs, ours in reversed(COLOUR_BY.items())}
@@ -315,7 +321,7 @@ def _read_colours(kind: DisplayKind, fields: Mapping[str, Marked]) -> dict[str, 
 
 
 def read_links(kind: DisplayKind, links: Marked | None) -> dict[str, Value]:
-    """What `Links` says other than at first, as `link/property`."""
+    """Return the values in `Links` that differ from the initial ones, as `link/property`."""
     found: dict[str, Value] = {}
     for link, entry in links.value.items() if links is not None and isinstance(links.value, dict) else ():
         for property in kind.per_link if isinstance(entry.value, dict) else ():
@@ -325,20 +331,20 @@ def read_links(kind: DisplayKind, links: Marked | None) -> dict[str, Value]:
     return found
 
 
-def hidden(visibility: object, above: bool = True) -> Iterator[str]:
-    """Names of the displays that a camera's `Visibility` leaves out, alone or with their group."""
+def hidden_displays(visibility: object, above: bool = True) -> Iterator[str]:
+    """Yield the displays that a camera's `Visibility` hides, by themselves or with their group."""
     if not isinstance(visibility, dict):
         return
     is_seen = above and visibility.get("Value") is not False
     for name, value in visibility.items():
         if isinstance(value, dict):
-            yield from hidden(value, is_seen)
+            yield from hidden_displays(value, is_seen)
         elif name != "Value" and not (is_seen and value is not False):
             yield str(name)
 
 
-def show(camera: dict[str, Any], name: str, is_seen: bool) -> None:
-    """Say in a camera's `Visibility` whether a display is seen, where that is told already or at the end."""
+def set_visibility(camera: dict[str, Any], name: str, is_seen: bool) -> None:
+    """Set in a camera's `Visibility` whether a display is visible: at its existing entry, or at the end."""
     visibility = camera.get("Visibility")
     if not isinstance(visibility, dict):
         visibility = camera["Visibility"] = {"Value": True}
@@ -353,13 +359,13 @@ def _holder(visibility: dict[str, Any], name: str) -> dict[str, Any] | None:
 
 
 def read_namespaces(namespaces: object) -> dict[str, Value]:
-    """What `Namespaces` hides, as `namespace/show`."""
-    said = namespaces.items() if isinstance(namespaces, dict) else ()
-    return {f"{name}/show": False for name, is_seen in said if is_seen is False}
+    """Return what `Namespaces` hides, as `namespace/show`."""
+    entries = namespaces.items() if isinstance(namespaces, dict) else ()
+    return {f"{name}/show": False for name, is_seen in entries if is_seen is False}
 
 
-def show_namespace(markers: dict[str, Any], name: str, is_seen: bool) -> None:
-    """Say in a display's `Namespaces` whether the markers of one are seen."""
+def set_namespace_visibility(markers: dict[str, Any], name: str, is_seen: bool) -> None:
+    """Set in a display's `Namespaces` whether the markers of a namespace are visible."""
     namespaces = markers.get("Namespaces")
     if not isinstance(namespaces, dict):
         namespaces = markers["Namespaces"] = {}
@@ -369,21 +375,26 @@ def show_namespace(markers: dict[str, Any], name: str, is_seen: bool) -> None:
 GROUP = "Group"
 NOTHING = object()
 BY_CLASS = {name: kind for kind in KINDS for name in kind.rviz}
-OWN = frozenset({"Class", "Name", "Enabled", "Value", "Displays", "Links", "Frames", "Tree", "Namespaces"})
-"""Fields of a display that are no settings of how it looks, or that are read otherwise."""
+SEPARATE_FIELDS = frozenset(
+    {"Class", "Name", "Enabled", "Value", "Displays", "Links", "Frames", "Tree", "Namespaces"}
+)
+"""Fields of a display that are not settings of its look, or that are read separately."""
 TOPIC_NAMES = {
     "Image": "Image Topic",
     "Camera": "Image Topic",
     "Marker": "Marker Topic",
     "MarkerArray": "Marker Topic",
 }
-"""What rviz 1 calls the topic where it is not `Topic`."""
+"""rviz 1's labels of the topic where they are not `Topic`."""
 
 
 @dataclass(frozen=True, slots=True)
 class RvizFile:
-    """A configuration as it was read: `settings` of what both have, `notes` of what was left out and why, and
-    the whole `document`, so that all that is not known here is written back."""
+    """An rviz configuration.
+
+    `settings` are those that KBot has too, and `notes` report what was skipped and why. The whole `document`
+    is kept, so that unknown parts are written back.
+    """
 
     settings: DisplaySettings
     notes: tuple[str, ...]
@@ -394,12 +405,12 @@ def read_rviz(text: str, file: str) -> RvizFile:
     """Read a configuration.
 
     Raises:
-        KbotError: no YAML, or none that rviz writes; with file:line.
+        KbotError: malformed YAML, or not an rviz configuration; with file:line.
     """
     document = read_marked(text, file)
     manager = document.fields.get("Visualization Manager")
     if manager is None:
-        raise document.error("no configuration of rviz: there is no 'Visualization Manager'")
+        raise document.error("not an rviz configuration: 'Visualization Manager' is missing")
     notes: list[str] = []
     fields = manager.fields
     displays = []
@@ -408,7 +419,7 @@ def read_rviz(text: str, file: str) -> RvizFile:
             display = _read_display(entry, number, notes)
             if display is not None:
                 displays.append(display)
-    displays.append(Display("World", "World"))  # rviz knows of none, and a simulation has one
+    displays.append(Display("World", "World"))  # rviz does not have a world, and a simulation does
     options = {}
     if "Global Options" in fields:
         found = fields["Global Options"]
@@ -419,15 +430,21 @@ def read_rviz(text: str, file: str) -> RvizFile:
     view = read_view(fields["Views"], notes) if "Views" in fields else None
     for holder, part in ((document.fields, "Panels"), (fields, "Tools")):
         if part in holder:
-            notes += [f"{name} of {part}: kept in the file" for name in plugins(holder[part].plain)]
+            notes += [
+                f"{name} in {part}: KBot does not have it; it is kept in the file"
+                for name in plugins(holder[part].plain)
+            ]
     return RvizFile(DisplaySettings(options, tuple(displays), view), tuple(notes), document.plain)
 
 
 def write_rviz(
     settings: DisplaySettings, original: Mapping[str, Any] | None = None, version: Version = 2
 ) -> str:
-    """A configuration that reads as these settings. What `original` has besides stays as it is; without one
-    it is a new one for that version of rviz."""
+    """Return a configuration with these settings.
+
+    Everything else in `original` is kept. Without `original` the configuration is a new one for that version
+    of rviz.
+    """
     import yaml  # lazy in this module: start-up time
 
     document: dict[str, Any] = copy.deepcopy(dict(original)) if original else new_document(version)
@@ -441,13 +458,13 @@ def write_rviz(
         if number in shown:
             _write_display(shown[number], entry, package)
         else:
-            holder[:] = [one for one in holder if one is not entry]
+            holder[:] = [other for other in holder if other is not entry]
     for display in settings.displays:
         kind = next(kind for kind in KINDS if kind.name == display.kind)
         name = _class_in(kind, version_of(document))
         if shown.get(display.source) is not display and name:
             entry = {"Class": f"{package}/{name}"}
-            _write_display(_whole(display, kind), entry, package)
+            _write_display(_with_initial_values(display, kind), entry, package)
             manager["Displays"].append(entry)
     options = manager.setdefault("Global Options", {})
     for property in GLOBALS:
@@ -459,19 +476,19 @@ def write_rviz(
     return str(yaml.safe_dump(document, sort_keys=False, allow_unicode=True, width=4096))
 
 
-def unwritten(settings: DisplaySettings, version: Version) -> tuple[str, ...]:
-    """What that rviz has no display for."""
+def unsupported(settings: DisplaySettings, version: Version) -> tuple[str, ...]:
+    """Return the displays that this version of rviz does not have."""
     have_none = {kind.name for kind in KINDS if not _class_in(kind, version)} - {"World"}
     return tuple(f"{d.name} ({d.kind})" for d in settings.displays if d.kind in have_none)
 
 
 def _class_in(kind: DisplayKind, version: Version) -> str:
-    """What a version of rviz calls a kind, empty where it has none."""
+    """Return the class of a kind in a version of rviz, or an empty string."""
     return next((name for name in kind.rviz if version == 2 or name not in NOT_IN_RVIZ_1), "")
 
 
 def _flat(entries: Marked) -> Iterator[Marked]:
-    """Displays, also those in groups, in their order."""
+    """Yield displays in their order, including those in groups."""
     for entry in entries.items:
         if _class(entry) == GROUP:
             if "Displays" in entry.fields:
@@ -481,7 +498,7 @@ def _flat(entries: Marked) -> Iterator[Marked]:
 
 
 def _plain_flat(entries: list[dict[str, Any]]) -> Iterator[tuple[list[dict[str, Any]], dict[str, Any]]]:
-    """The same of a document without marks; each with the list that holds it."""
+    """Yield the displays of a document without marks, each with the list that holds it."""
     for entry in list(entries):
         if str(entry.get("Class")).rpartition("/")[2] == GROUP:
             yield from _plain_flat(entry.get("Displays") or [])
@@ -492,7 +509,7 @@ def _plain_flat(entries: list[dict[str, Any]]) -> Iterator[tuple[list[dict[str, 
 def _class(entry: Marked) -> str:
     name = entry.fields.get("Class")
     if name is None or not isinstance(name.value, str):
-        raise (name or entry).error("a display of rviz has a 'Class'")
+        raise (name or entry).error("an rviz display needs a 'Class'")
     return name.value.rpartition("/")[2]
 
 
@@ -508,7 +525,9 @@ def _read_display(entry: Marked, number: int, notes: list[str]) -> Display | Non
     name = str(fields["Name"].plain) if "Name" in fields else cls.rpartition("/")[2]
     kind = _kind(cls)
     if kind is None:
-        notes.append(f"{name} ({cls}), line {entry.line}: no such display here; it is kept in the file")
+        notes.append(
+            f"{name} ({cls}), line {entry.line}: KBot does not have this display; it is kept in the file"
+        )
         return None
     read: set[str] = set()
     values = read_special(kind, fields, read)
@@ -523,8 +542,10 @@ def _read_display(entry: Marked, number: int, notes: list[str]) -> Display | Non
         values.update(read_namespaces(fields["Namespaces"].plain))
     if kind.per_display and "Visibility" in fields:
         read.add("Visibility")
-        values.update({f"{name}/show": False for name in hidden(fields["Visibility"].plain)})
-    ignored = sorted(name for name in fields.keys() - OWN - read if not is_the_robot(name, fields[name]))
+        values.update({f"{name}/show": False for name in hidden_displays(fields["Visibility"].plain)})
+    ignored = sorted(
+        name for name in fields.keys() - SEPARATE_FIELDS - read if not is_robot_field(name, fields[name])
+    )
     if ignored:
         notes.append(f"{name} ({kind.name}), line {entry.line}: not used: {', '.join(ignored)}")
     enabled = fields["Enabled"].value if "Enabled" in fields else True
@@ -532,7 +553,7 @@ def _read_display(entry: Marked, number: int, notes: list[str]) -> Display | Non
 
 
 def _labels(property: Property, kind: DisplayKind, by: Value | None) -> list[str]:
-    """Where rviz may have a property of points that are coloured `by` something, or of anything else."""
+    """Return rviz's possible labels of a property. `by` is what points are coloured by."""
     label = property.rviz or range_labels(by).get(property.name, "")
     labels = [label] if label else []
     if property.name == "topic" and kind.name in TOPIC_NAMES:
@@ -550,12 +571,14 @@ def _read_property(
         try:
             return read_value(property, found.plain)
         except KbotError as error:
-            notes.append(f"{owner}, line {found.line}: {label} is {found.said}, where {error}; it is kept")
+            notes.append(
+                f"{owner}, line {found.line}: {label} is {found.shown}: {error}; it is kept in the file"
+            )
     return NOTHING
 
 
-def _says(property: Property, entry: dict[str, Any], label: str, value: Value) -> bool:
-    """Whether a field means that already, in whatever words rviz has for it."""
+def _has_value(property: Property, entry: dict[str, Any], label: str, value: Value) -> bool:
+    """Return whether a field already has that value, in any of the forms that rviz accepts."""
     found: Any = entry
     for part in label.split("/"):
         found = found.get(part) if isinstance(found, dict) else None
@@ -588,9 +611,9 @@ def _write_display(display: Display, entry: dict[str, Any], package: str) -> Non
         property = properties[name]
         part, of_part, _ = name.rpartition("/")
         if of_part and kind.per_display:
-            show(entry, part, value is True)
+            set_visibility(entry, part, value is True)
         elif of_part and kind.per_namespace:
-            show_namespace(entry, part, value is True)
+            set_namespace_visibility(entry, part, value is True)
         elif of_part:
             _put(entry, f"Links/{part}/{property.rviz}", value)
         if of_part:
@@ -599,13 +622,16 @@ def _write_display(display: Display, entry: dict[str, Any], package: str) -> Non
         if package == ROS1:
             labels.reverse()
         label = next((label for label in labels if label in entry), labels[0] if labels else "")
-        if label and not _says(property, entry, label, value):
+        if label and not _has_value(property, entry, label, value):
             _put(entry, label, write_value(property, value, package == ROS1))
-    for label, said in written(kind, display.properties):
-        _put(entry, label, said)
+    for label, value in special_fields(kind, display.properties):
+        _put(entry, label, value)
 
 
-def _whole(display: Display, kind: DisplayKind) -> Display:
-    """With initial values, which may be others in rviz, but for those that suit the robot by themselves."""
+def _with_initial_values(display: Display, kind: DisplayKind) -> Display:
+    """Add the initial values to a display, because rviz may have other ones.
+
+    Empty and zero values are omitted, because they mean that KBot chooses.
+    """
     initial = {p.name: p.initial for p in kind.properties if p.initial is False or p.initial not in ("", 0.0)}
     return replace(display, properties={**initial, **display.properties})

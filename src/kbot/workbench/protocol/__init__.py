@@ -1,7 +1,7 @@
-"""The messages between server and page; `web/src/protocol.ts` is generated from them.
+"""The messages between server and page. `web/src/protocol.ts` is generated from them.
 
-Lengths in metres, angles in radians, quaternions x, y, z, w, colours in 0..1. Every message is a
-JSON object with a `type`.
+Lengths are in metres, angles in radians, quaternions are x, y, z, w, and colours are in 0..1. Every message
+is a JSON object with a `type`.
 """
 
 from kbot.workbench.protocol.messages import (
@@ -12,6 +12,7 @@ from kbot.workbench.protocol.messages import (
     AskSeries,
     AskTrail,
     Beat,
+    BeatReply,
     BodyView,
     Bookmark,
     Bookmarks,
@@ -33,7 +34,6 @@ from kbot.workbench.protocol.messages import (
     FromPage,
     FromServer,
     GoLive,
-    Heard,
     Hint,
     InertiaView,
     JointSpeed,
@@ -47,6 +47,7 @@ from kbot.workbench.protocol.messages import (
     Name,
     Note,
     NoteMark,
+    Notice,
     OpenDisplays,
     OpenSource,
     Parameter,
@@ -87,7 +88,6 @@ from kbot.workbench.protocol.messages import (
     Subscribe,
     Things,
     Timeline,
-    Told,
     TopicMessage,
     Topics,
     TopicView,
@@ -106,6 +106,7 @@ __all__ = [
     "AskSeries",
     "AskTrail",
     "Beat",
+    "BeatReply",
     "BodyView",
     "Bookmark",
     "Bookmarks",
@@ -127,7 +128,6 @@ __all__ = [
     "FromPage",
     "FromServer",
     "GoLive",
-    "Heard",
     "Hint",
     "InertiaView",
     "JointSpeed",
@@ -141,6 +141,7 @@ __all__ = [
     "Name",
     "Note",
     "NoteMark",
+    "Notice",
     "OpenDisplays",
     "OpenSource",
     "Parameter",
@@ -181,7 +182,6 @@ __all__ = [
     "Subscribe",
     "Things",
     "Timeline",
-    "Told",
     "TopicMessage",
     "TopicView",
     "Topics",

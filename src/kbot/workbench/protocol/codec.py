@@ -1,4 +1,4 @@
-"""Decodes messages from a page, after checks of size, type and range, and encodes those to it."""
+"""Encode messages to pages, and decode messages from pages after checking size, type and range."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ _STATE_FIELDS = tuple(field.name for field in dataclasses.fields(State))
 
 
 def encode(message: FromServer) -> str:
-    """One message as compact JSON."""
-    if isinstance(message, State):  # fifty times a second, and nearly flat: no need to copy it deeply
+    """Return one message as compact JSON."""
+    if isinstance(message, State):  # sent up to fifty times a second, and nearly flat: skip the deep copy
         fields = {name: getattr(message, name) for name in _STATE_FIELDS}
     else:
         fields = dataclasses.asdict(message)
@@ -26,8 +26,9 @@ def encode(message: FromServer) -> str:
 
 
 MAX_MESSAGE = 64 * 1024
+"""Characters of a message from a page."""
 MOST_LEVELS = 20
-"""Of objects and lists in each other."""
+"""How deep objects and lists may be nested."""
 
 _MESSAGES: dict[str, type] = {
     typing.get_args(typing.get_type_hints(cls)["type"])[0]: cls for cls in typing.get_args(FromPage)
@@ -35,34 +36,35 @@ _MESSAGES: dict[str, type] = {
 
 
 class BadMessage(KbotError):
-    """A message that is not obeyed; its text says why."""
+    """A malformed message from a page. Its text says what is wrong."""
 
 
 def decode(data: str | bytes) -> FromPage:
-    """The message in a WebSocket frame.
+    """Return the message in a WebSocket frame.
 
     Raises:
-        BadMessage: not JSON, an unknown type, a field missing, too many, of the wrong type or range.
+        BadMessage: not JSON, an unknown type, a missing or unknown field, or a value of the wrong type or
+            range.
     """
     if not isinstance(data, str):
-        raise BadMessage("a binary message: messages are JSON text")
+        raise BadMessage("binary message: messages must be JSON text")
     if len(data) > MAX_MESSAGE:
-        raise BadMessage(f"a message of {len(data)} characters: at most {MAX_MESSAGE} are read")
+        raise BadMessage(f"message of {len(data)} characters: the limit is {MAX_MESSAGE}")
     try:
         value = parse_json(data)
     except ValueError:
-        raise BadMessage("a message that is not JSON") from None
+        raise BadMessage("the message is not JSON") from None
     if not isinstance(value, dict):
-        raise BadMessage("a message that is not a JSON object")
+        raise BadMessage("the message is not a JSON object")
     kind = value.pop("type", None)
     if not isinstance(kind, str) or kind not in _MESSAGES:
         hint = did_you_mean(kind, _MESSAGES) if isinstance(kind, str) and len(kind) < 64 else ""
-        raise BadMessage(f"a message of unknown type {_short(kind)}{'; ' + hint if hint else ''}")
+        raise BadMessage(f"unknown message type {_short(kind)}{': ' + hint if hint else ''}")
     cls = _MESSAGES[kind]
     hints = _fields(cls)
     for name in value:
         if name not in hints:
-            raise BadMessage(f"{kind}: no field {_short(name)}")
+            raise BadMessage(f"{kind}: unknown field {_short(name)}")
     for name, hint in hints.items():
         if name not in value:
             raise BadMessage(f"{kind}: the field '{name}' is missing")
@@ -83,7 +85,7 @@ def _check(value: object, hint: Any, where: str) -> object:  # noqa: ANN401 - a 
     if typing.get_origin(hint) is Literal:
         allowed = typing.get_args(hint)
         if not isinstance(value, str) or value not in allowed:
-            raise BadMessage(f"{where} is {_short(value)}: one of {', '.join(allowed)} is meant")
+            raise BadMessage(f"{where} is {_short(value)}, not one of {', '.join(allowed)}")
         return value
     if hint is float:
         if isinstance(value, bool) or not isinstance(value, int | float):
@@ -99,8 +101,9 @@ def _check(value: object, hint: Any, where: str) -> object:  # noqa: ANN401 - a 
         if not isinstance(value, list):
             raise BadMessage(f"{where} is {_short(value)}, not a list")
         if isinstance(bound, Length) and len(value) > bound.most:
-            raise BadMessage(f"{where} has {len(value)} entries: at most {bound.most} are read")
-        return tuple(_check(one, typing.get_args(hint)[0], f"{where}.{n}") for n, one in enumerate(value))
+            raise BadMessage(f"{where} has {len(value)} entries: the limit is {bound.most}")
+        item_hint = typing.get_args(hint)[0]
+        return tuple(_check(item, item_hint, f"{where}.{n}") for n, item in enumerate(value))
     if typing.get_origin(hint) is dict:
         if not isinstance(value, dict):
             raise BadMessage(f"{where} is {_short(value)}, not a JSON object")
@@ -109,9 +112,9 @@ def _check(value: object, hint: Any, where: str) -> object:  # noqa: ANN401 - a 
         return value
     if hint is str:
         if not isinstance(value, str):
-            raise BadMessage(f"{where} is {_short(value)}, not a text")
+            raise BadMessage(f"{where} is {_short(value)}, not a string")
         if isinstance(bound, Length) and len(value) > bound.most:
-            raise BadMessage(f"{where} has {len(value)} characters: at most {bound.most} are read")
+            raise BadMessage(f"{where} has {len(value)} characters: the limit is {bound.most}")
         return value
     raise TypeError(f"no check for {hint}")
 

@@ -1,4 +1,4 @@
-"""The messages between server and page, a dataclass for each; the unions `FromPage` and `FromServer`."""
+"""The messages between server and page: a dataclass for each, and the unions `FromPage` and `FromServer`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """The finite numbers from `low` to `high` that a page may send."""
+    """A page may send finite numbers from `low` to `high`."""
 
     low: float
     high: float
@@ -16,7 +16,7 @@ class Bounds:
 
 @dataclass(frozen=True, slots=True)
 class Length:
-    """The longest text, in characters, or list that a page may send."""
+    """The longest string (in characters) or list that a page may send."""
 
     most: int
 
@@ -27,7 +27,7 @@ Name = Annotated[str, Length(256)]
 SettingsText = Annotated[str, Length(60_000)]
 PathName = Annotated[str, Length(4096)]
 Fields = Annotated[tuple[Name, ...], Length(12)]
-"""What is plotted together."""
+"""The fields of one plot."""
 
 
 # --- Worlds, objects and faults ---
@@ -35,7 +35,7 @@ Fields = Annotated[tuple[Name, ...], Length(12)]
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where something was written: 1-based line and column, and how many characters of that line."""
+    """A place in a source file: 1-based line and column, and the number of characters on that line."""
 
     file: str
     line: int
@@ -47,8 +47,8 @@ class Place:
 class Shape:
     """A primitive or a mesh, in the frame of its link or of the world.
 
-    `size`: box x, y, z; cylinder and capsule radius, length (along z); sphere radius; ellipsoid half
-    axes; mesh scale x, y, z. `mesh` is the id to fetch as `/mesh/<id>`, empty where there is none.
+    `size`: box x, y, z; cylinder and capsule radius, length (along z); sphere radius; ellipsoid half axes;
+    mesh scale x, y, z. `mesh` is the id to fetch as `/mesh/<id>`, empty for primitives.
     """
 
     kind: ShapeKind
@@ -69,8 +69,8 @@ class WorldParameter:
 
 @dataclass(frozen=True, slots=True)
 class WorldChoice:
-    """A built-in world, or the file of one, and what its parameters are: those of the present world, or what
-    they are when not given."""
+    """A built-in world or a world file. `parameters` are those of the current world, or the defaults of
+    another one."""
 
     name: str
     parameters: tuple[WorldParameter, ...]
@@ -78,8 +78,11 @@ class WorldChoice:
 
 @dataclass(frozen=True, slots=True)
 class SetWorld:
-    """Start again in another world: a built-in world's name, with parameters if any, or the file of the world
-    that the run was started in. `seed` is that of whatever is random in a run, as the noise of sensors is."""
+    """Start again in another world: a built-in world with optional parameters, or the world file that the run
+    started with.
+
+    `seed` is the seed of everything random in a run, for example of sensor noise.
+    """
 
     world: PathName
     seed: Annotated[float, Bounds(0, 2**53)]
@@ -88,7 +91,8 @@ class SetWorld:
 
 @dataclass(frozen=True, slots=True)
 class ResetPart:
-    """Everything back to its start while time goes on, or time to 0 while everything goes on."""
+    """Reset all models while time continues (`world`), or reset the clock to 0 while the models stay
+    (`time`)."""
 
     what: Literal["world", "time"]
     type: Literal["reset_part"] = "reset_part"
@@ -96,8 +100,10 @@ class ResetPart:
 
 @dataclass(frozen=True, slots=True)
 class Spawn:
-    """Put something of `About.things` into the running world, with its foot at a place (m, rad). A box is as
-    long, wide and high as asked; everything else has its own size."""
+    """Add one of `About.things` to the running world, with its lowest point at a position (m, rad).
+
+    A box has the given length, width and height. Everything else has its own size.
+    """
 
     what: Name
     x: Annotated[float, Bounds(-1e4, 1e4)]
@@ -112,7 +118,7 @@ class Spawn:
 
 @dataclass(frozen=True, slots=True)
 class Delete:
-    """Take a robot or a thing out of the running world, by the name of one of its bodies."""
+    """Delete a robot or an object from the running world, by the name of one of its bodies."""
 
     name: Name
     type: Literal["delete"] = "delete"
@@ -120,7 +126,7 @@ class Delete:
 
 @dataclass(frozen=True, slots=True)
 class MoveModel:
-    """Put a robot (on the ground) or a thing somewhere else, standing still: metres and radians."""
+    """Move a robot (on the ground) or an object to another pose (m, rad), and stop it."""
 
     name: Name
     x: Annotated[float, Bounds(-1e4, 1e4)]
@@ -132,8 +138,8 @@ class MoveModel:
 
 @dataclass(frozen=True, slots=True)
 class Push:
-    """Push a link of the robot, or a body of the world, with a force in N along the world's axes for a while
-    of simulated time."""
+    """Apply a force in N along the world axes to a link of a robot, or to a body of the world, for some
+    simulated seconds."""
 
     link: Name
     x: Annotated[float, Bounds(-1000, 1000)]
@@ -145,7 +151,7 @@ class Push:
 
 @dataclass(frozen=True, slots=True)
 class Kick:
-    """Give the robot a speed at once, m/s along the world's axes."""
+    """Set the robot's velocity at once, in m/s along the world axes."""
 
     x: Annotated[float, Bounds(-100, 100)]
     y: Annotated[float, Bounds(-100, 100)]
@@ -155,8 +161,8 @@ class Kick:
 
 @dataclass(frozen=True, slots=True)
 class Disturb:
-    """Let something go wrong for some seconds from now on: a link slips with a coefficient of friction, or
-    carries a payload in kg; a joint is blocked; a topic is silent."""
+    """Inject a fault for some seconds: a link slips (coefficient of friction) or carries a payload (kg), a
+    joint is blocked, or a topic is silent."""
 
     fault: Literal["slip", "payload", "blocked", "silent"]
     target: Name
@@ -167,7 +173,7 @@ class Disturb:
 
 @dataclass(frozen=True, slots=True)
 class EndFault:
-    """Let a fault of `State.faults` be over, and not come again."""
+    """End a fault of `State.faults` and remove it from the schedule."""
 
     number: Annotated[float, Bounds(0, 1e9)]
     type: Literal["end_fault"] = "end_fault"
@@ -175,7 +181,8 @@ class EndFault:
 
 @dataclass(frozen=True, slots=True)
 class FaultView:
-    """Something that goes wrong, in words, from `start` to `stop` s of simulated time; None is for good."""
+    """An injected fault: its description, and when it starts and stops in s of simulated time. None means
+    that it does not stop."""
 
     number: int
     words: str
@@ -185,8 +192,8 @@ class FaultView:
 
 @dataclass(frozen=True, slots=True)
 class FallenView:
-    """A robot or a thing that fell out of the world, at `time` s of simulated time, and is at `z` m now; the
-    robot on show has no name."""
+    """A robot or an object that fell off the floor at `time` s of simulated time and is now at height `z` in
+    m. The robot on display has an empty name."""
 
     name: str
     time: float
@@ -195,7 +202,7 @@ class FallenView:
 
 @dataclass(frozen=True, slots=True)
 class JointSpeed:
-    """Let a joint that has a controller go at a speed, rad/s or m/s."""
+    """Set the speed of a joint that has a controller, in rad/s or m/s."""
 
     name: Name
     velocity: Annotated[float, Bounds(-1e3, 1e3)]
@@ -203,7 +210,7 @@ class JointSpeed:
 
 
 Action = Spawn | Delete | MoveModel | Kick | Disturb | EndFault | ResetPart | JointSpeed
-"""What changes a running world."""
+"""Messages that change a running world."""
 
 
 # --- Topics ---
@@ -211,9 +218,12 @@ Action = Spawn | Delete | MoveModel | Kick | Disturb | EndFault | ResetPart | Jo
 
 @dataclass(frozen=True, slots=True)
 class TopicView:
-    """A topic by its ROS type (`sensor_msgs/msg/LaserScan`). `rate` is messages a second of simulated time,
-    counted where a page hears them, otherwise by the word of who says them, or None; in a recording the mean
-    of all of it. An input is what is meant to come from outside."""
+    """A topic with its ROS type (`sensor_msgs/msg/LaserScan`).
+
+    `rate` is in messages per simulated second: measured while a page subscribes, otherwise the publisher's
+    declared rate, or None. In a recording it is the mean over the whole recording. An input is a topic that
+    other programs are meant to publish.
+    """
 
     name: str
     kind: str
@@ -223,7 +233,7 @@ class TopicView:
 
 @dataclass(frozen=True, slots=True)
 class Topics:
-    """Every topic that a page may hear."""
+    """All topics that a page can subscribe to."""
 
     topics: tuple[TopicView, ...]
     type: Literal["topics"] = "topics"
@@ -231,10 +241,10 @@ class Topics:
 
 @dataclass(frozen=True, slots=True)
 class TopicMessage:
-    """One message of a topic that was asked for, its fields by name. `time` is when it was published; with
-    `is_latched` that was before it was asked for.
+    """One message of a subscribed topic, with its fields by name.
 
-    Large arrays are no JSON: such a message comes as a binary frame, as `workbench.topics.relay` says.
+    `time` is when it was published. `is_latched` means that it was published before the page subscribed.
+    Messages with large arrays are not sent as JSON but as a binary frame, see `workbench.topics.relay`.
     """
 
     topic: str
@@ -247,7 +257,7 @@ class TopicMessage:
 
 @dataclass(frozen=True, slots=True)
 class Subscribe:
-    """Hear a topic: the newest message whenever there is one and this page keeps up."""
+    """Subscribe to a topic. The page receives the newest message, as often as it can keep up."""
 
     topic: Name
     type: Literal["subscribe"] = "subscribe"
@@ -261,7 +271,7 @@ class Unsubscribe:
 
 @dataclass(frozen=True, slots=True)
 class Publish:
-    """Say something on a topic that is meant for it: a goal, a pose, a point, a command."""
+    """Publish on one of the topics that pages may publish: a goal, a pose, a point, a command."""
 
     topic: Name
     kind: Name
@@ -274,8 +284,8 @@ class Publish:
 
 @dataclass(frozen=True, slots=True)
 class Seek:
-    """Show the moment `at` seconds along the timeline: to this page alone, or where a recording is played to
-    all."""
+    """Show the time `at` on the timeline: to this page only, or to all pages if a recording is played
+    back."""
 
     at: Annotated[float, Bounds(0, 1e12)]
     type: Literal["seek"] = "seek"
@@ -283,21 +293,21 @@ class Seek:
 
 @dataclass(frozen=True, slots=True)
 class GoLive:
-    """Show what is, and no longer what was."""
+    """Return from an earlier time to the present."""
 
     type: Literal["go_live"] = "go_live"
 
 
 @dataclass(frozen=True, slots=True)
 class Resume:
-    """Let the simulation go on from the moment that this page is shown, or the nearest one that was saved."""
+    """Continue the simulation from the time on display, or from the nearest saved state."""
 
     type: Literal["resume"] = "resume"
 
 
 @dataclass(frozen=True, slots=True)
 class SetLoop:
-    """Whether a recording that came to its end begins again."""
+    """Set whether playback restarts at the end of the recording."""
 
     loop: bool
     type: Literal["set_loop"] = "set_loop"
@@ -305,7 +315,7 @@ class SetLoop:
 
 @dataclass(frozen=True, slots=True)
 class AskTrail:
-    """Say which way the robot took since the simulation was reset so many times."""
+    """Request the robot's path since the given number of resets."""
 
     resets: Annotated[float, Bounds(0, 1e12)]
     type: Literal["ask_trail"] = "ask_trail"
@@ -313,9 +323,11 @@ class AskTrail:
 
 @dataclass(frozen=True, slots=True)
 class Trail:
-    """The way since so many resets, as far as it is kept: where the robot was, x and y in m of the world, at
-    moments in s along the timeline. To the points of these numbers, from 0, it did not drive: it was put
-    there."""
+    """The robot's path since the given number of resets, as far as it is kept: x and y in m of the world at
+    times in s on the timeline.
+
+    `jumps` are the indices of points that the robot did not drive to but was moved to.
+    """
 
     resets: int
     at: tuple[float, ...]
@@ -327,7 +339,7 @@ class Trail:
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """Bookmark the moment `at` seconds along the timeline, which is `time` by the simulation's clock."""
+    """Bookmark the time `at` on the timeline, which is `time` by the simulation's clock."""
 
     at: Annotated[float, Bounds(0, 1e12)]
     time: Annotated[float, Bounds(-1e12, 1e12)]
@@ -336,7 +348,7 @@ class Mark:
 
 @dataclass(frozen=True, slots=True)
 class NoteMark:
-    """Write on a bookmark."""
+    """Change the note of a bookmark."""
 
     number: Annotated[float, Bounds(0, 1e15)]
     note: Name
@@ -351,8 +363,7 @@ class RemoveMark:
 
 @dataclass(frozen=True, slots=True)
 class Bookmark:
-    """A moment that was marked, in seconds along the timeline and by the simulation's clock, and what was
-    noted of it."""
+    """A bookmarked time, in s on the timeline and by the simulation's clock, with its note."""
 
     number: int
     at: float
@@ -362,7 +373,7 @@ class Bookmark:
 
 @dataclass(frozen=True, slots=True)
 class Bookmarks:
-    """All of them, in the order of their moments."""
+    """All bookmarks, ordered by time."""
 
     all: tuple[Bookmark, ...]
     type: Literal["bookmarks"] = "bookmarks"
@@ -370,7 +381,7 @@ class Bookmarks:
 
 @dataclass(frozen=True, slots=True)
 class RecordRun:
-    """Begin or end a recording of the simulation, in a file that the server names."""
+    """Start or stop a recording of the simulation. The server chooses the file name."""
 
     on: bool
     type: Literal["record"] = "record"
@@ -378,7 +389,7 @@ class RecordRun:
 
 @dataclass(frozen=True, slots=True)
 class RecordingView:
-    """A recording under way: its file, its bytes on disk so far, and the seconds of simulated time in it."""
+    """A running recording: its file, its size in bytes, and its length in simulated seconds."""
 
     file: str
     bytes: int
@@ -387,7 +398,7 @@ class RecordingView:
 
 @dataclass(frozen=True, slots=True)
 class Recorded:
-    """A recording has ended: its file, and the address that gives it, empty where it is too large."""
+    """A recording has ended: its file, and the address to download it, empty if it is too large."""
 
     file: str
     address: str
@@ -396,10 +407,13 @@ class Recorded:
 
 @dataclass(frozen=True, slots=True)
 class Timeline:
-    """What there is to go back to, from `start` to `end` in seconds along a timeline that only grows, and
-    what this page is shown of it: the moment `at`, or what is (`live`). With `played` it is that of a
-    recorded file, whole. `paused` and `speed` are of now. Topics that are `silent` had said nothing until
-    that moment. The page `asked` for a moment last, which may be before or after all there is."""
+    """The times that a page can display, from `start` to `end` in s on a timeline that never goes back.
+
+    `at` is the time that this page displays, `live` means that it displays the present, and `asked` is the
+    time it asked for last, which can be outside the timeline. `played` means that the timeline is that of a
+    recording. `paused` and `speed` describe the present. Topics in `silent` had not published anything until
+    `at`.
+    """
 
     start: float
     end: float
@@ -417,7 +431,7 @@ class Timeline:
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One macro call or include that brought a finding's element."""
+    """One macro call or include that led to a finding's element."""
 
     kind: Literal["macro", "include"]
     name: str
@@ -426,7 +440,7 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class Note:
-    """Another place a finding speaks of."""
+    """Another place that a finding refers to."""
 
     message: str
     place: Place
@@ -437,7 +451,7 @@ class Note:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One diagnostic; `link` is the link it lies in and `fix` what would mend it, or they are empty."""
+    """One diagnostic. `link` is the link it is in and `fix` the title of its fix. Both can be empty."""
 
     code: str
     severity: Literal["error", "warning", "info"]
@@ -452,9 +466,9 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class Findings:
-    """All findings; `stale` when the scene shows an older, still good description.
+    """All findings. `stale` means that the scene shows an older, valid description.
 
-    `serial` counts readings, so that a fix is asked for from the list that is on show.
+    `serial` counts readings of the description, so that a page asks for a fix in the list that it displays.
     """
 
     serial: int
@@ -471,8 +485,8 @@ class OpenSource:
 
 @dataclass(frozen=True, slots=True)
 class Hint:
-    """What an attribute that is written as an expression came to: a value for each macro call that made
-    another one; `more` where there are more than are told."""
+    """The values of an attribute that is written as an expression, one for each macro call with a different
+    value. `more` means that some are omitted."""
 
     place: Place
     values: tuple[str, ...]
@@ -481,8 +495,8 @@ class Hint:
 
 @dataclass(frozen=True, slots=True)
 class SourceText:
-    """The text of one of the description's files; `owners` says which links each line belongs to, `hints`
-    what the expressions in it came to."""
+    """The text of one of the description's files. `owners` lists the links of each line, `hints` the values
+    of its expressions."""
 
     file: str
     text: str
@@ -493,10 +507,10 @@ class SourceText:
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A number that the description is made with: a xacro argument or property.
+    """A number in the description that can be changed: a xacro argument or property.
 
-    `written` is what the file says and `value` what the picture shows; with `is_truth` it is true or false,
-    as 1 or 0. `place` is that of the number.
+    `written` is the value in the file and `value` the one on display. With `is_truth` the value is a boolean,
+    as 1 or 0. `place` is the place of the number.
     """
 
     kind: Literal["arg", "property"]
@@ -509,8 +523,8 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True)
 class Parameters:
-    """All of them, in the order they are written. `undo` says what would be undone, if anything, and `redo`
-    what would be done again."""
+    """All parameters in the order of the file. `undo` and `redo` are the titles of the changes to undo and
+    redo, or empty."""
 
     parameters: tuple[Parameter, ...]
     undo: str
@@ -520,7 +534,7 @@ class Parameters:
 
 @dataclass(frozen=True, slots=True)
 class SetParameter:
-    """Show the robot with another value, the file left as it is."""
+    """Display the robot with another value, without changing the file."""
 
     kind: Literal["arg", "property"]
     name: Name
@@ -530,21 +544,21 @@ class SetParameter:
 
 @dataclass(frozen=True, slots=True)
 class DropParameters:
-    """Show what the file says again."""
+    """Display the values of the file again."""
 
     type: Literal["drop_parameters"] = "drop_parameters"
 
 
 @dataclass(frozen=True, slots=True)
 class KeepParameters:
-    """Write the values on show into the file."""
+    """Write the displayed values to the file."""
 
     type: Literal["keep_parameters"] = "keep_parameters"
 
 
 @dataclass(frozen=True, slots=True)
 class EditSource:
-    """Replace `was`, which stands at a line and column (1-based) of one of the files, by `text`."""
+    """Replace the text `was` at a line and column (1-based) of one of the files with `text`."""
 
     file: PathName
     line: Annotated[float, Bounds(1, 1e9)]
@@ -556,7 +570,7 @@ class EditSource:
 
 @dataclass(frozen=True, slots=True)
 class ApplyFix:
-    """Carry out the fix of a finding of the list with this serial."""
+    """Apply the fix of a finding in the list with this serial."""
 
     serial: Annotated[float, Bounds(0, 1e15)]
     index: Annotated[float, Bounds(0, 1e6)]
@@ -565,14 +579,14 @@ class ApplyFix:
 
 @dataclass(frozen=True, slots=True)
 class Undo:
-    """Take back the last change that the page made to a file."""
+    """Undo the last change that the page made to a file."""
 
     type: Literal["undo"] = "undo"
 
 
 @dataclass(frozen=True, slots=True)
 class Redo:
-    """Do again what was taken back last."""
+    """Redo the change that was undone last."""
 
     type: Literal["redo"] = "redo"
 
@@ -593,7 +607,7 @@ class InertiaView:
 
 @dataclass(frozen=True, slots=True)
 class LinkView:
-    """A link; `parent` and `joint` are empty for the root."""
+    """A link. `parent` and `joint` are empty for the root."""
 
     name: str
     parent: str
@@ -606,9 +620,11 @@ class LinkView:
 
 @dataclass(frozen=True, slots=True)
 class JointView:
-    """A joint whose position is one number, about or along `axis` in the frame of its child. `lower` and
-    `upper` are the slider's ends. `control` is what may be told to it here, `speed` the most it goes at in
-    rad/s or m/s."""
+    """A joint with one position, about or along `axis` in the frame of its child.
+
+    `lower` and `upper` are the ends of the slider. `control` is the command that the joint accepts here,
+    `speed` its greatest speed in rad/s or m/s.
+    """
 
     name: str
     kind: Literal["continuous", "revolute", "prismatic"]
@@ -624,7 +640,7 @@ class JointView:
 
 @dataclass(frozen=True, slots=True)
 class BodyView:
-    """A thing in the world and where it starts; a `moving` one has its pose in every state."""
+    """A body of the world and its initial pose. The pose of a `moving` body is in every state."""
 
     name: str
     moving: bool
@@ -635,10 +651,10 @@ class BodyView:
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """All that is drawn; states refer to it by `revision`, in the order of its links and joints.
+    """Everything that is drawn. States refer to it by `revision`, in the order of its links and joints.
 
-    `world` is the frame that states have their poses in, `ground` the height the floor lies at; `radius` is
-    that of a sphere around the robot and `centre` its middle in the root frame, at zero.
+    `world` is the frame of the poses in states, and `ground` the height of the floor. `radius` and `centre`
+    describe a sphere around the robot with all joints at zero, in the root frame.
     """
 
     revision: int
@@ -656,7 +672,7 @@ class Scene:
 
 @dataclass(frozen=True, slots=True)
 class Things:
-    """The world's bodies are others, and all else of the scene is as it was."""
+    """New bodies of the world. The rest of the scene is unchanged."""
 
     revision: int
     bodies: tuple[BodyView, ...]
@@ -668,9 +684,11 @@ class Things:
 
 @dataclass(frozen=True, slots=True)
 class AskSeries:
-    """Say how numbers went from `start` to `end` seconds along the timeline; `number` comes back with the
-    answer. A field is `/topic path.to.it`, or `state path.to.it` of the State, whose positions go by
-    joint."""
+    """Request values over time, from `start` to `end` in s on the timeline. The answer has the same `number`.
+
+    A field is `/topic path.to.field`, or `state path.to.field` of the State, whose positions are by joint
+    name.
+    """
 
     number: Annotated[float, Bounds(0, 1e15)]
     fields: Fields
@@ -681,7 +699,7 @@ class AskSeries:
 
 @dataclass(frozen=True, slots=True)
 class DrawPlot:
-    """Draw the same as SVG, of so many pixels; `labels` are the names of the fields."""
+    """Request the same as an SVG of the given size in pixels. `labels` are the names of the fields."""
 
     fields: Fields
     labels: Fields
@@ -695,9 +713,11 @@ class DrawPlot:
 
 @dataclass(frozen=True, slots=True)
 class Series:
-    """What was at moments `at` along the timeline, which were `time` by the simulation's clock: a list of
-    values for each field, null where there was none yet. Of more moments than a picture has columns every
-    second, third and so on is given."""
+    """Values over time: `at` on the timeline, `time` by the simulation's clock, and a list of values for each
+    field, null where there is no value yet.
+
+    With `is_thinned` only every n-th value is included, because there are more than a plot has columns.
+    """
 
     number: float
     start: float
@@ -711,7 +731,7 @@ class Series:
 
 @dataclass(frozen=True, slots=True)
 class PlotDrawn:
-    """A plot as SVG, for the browser to keep."""
+    """A plot as SVG, for the browser to save."""
 
     svg: str
     type: Literal["plot_drawn"] = "plot_drawn"
@@ -722,8 +742,10 @@ class PlotDrawn:
 
 @dataclass(frozen=True, slots=True)
 class Displays:
-    """The displays' settings from a file, as `workbench.displays.display_settings` has them. `notes` report
-    what is not shown, and `file` is where the page may save, empty where it may not."""
+    """Display settings from a file, in the format of `workbench.displays.display_settings`.
+
+    `notes` report what is not displayed. `file` is the file that the page can save to, or empty.
+    """
 
     name: str
     file: str
@@ -734,7 +756,7 @@ class Displays:
 
 @dataclass(frozen=True, slots=True)
 class DisplaysText:
-    """Settings as the text of a file of that name, for the browser to keep."""
+    """Display settings as the text of a file with that name, for the browser to save."""
 
     name: str
     text: str
@@ -744,7 +766,7 @@ class DisplaysText:
 
 @dataclass(frozen=True, slots=True)
 class DisplaysSaved:
-    """The settings were written to their file."""
+    """The display settings were written to their file."""
 
     file: str
     notes: tuple[str, ...]
@@ -753,8 +775,8 @@ class DisplaysSaved:
 
 @dataclass(frozen=True, slots=True)
 class SaveDisplays:
-    """Write the displays' settings: to the file they came from, or as a text of KBot's or rviz's kind for the
-    browser to keep."""
+    """Save display settings: to their file, or as text in the format of KBot or rviz for the browser to
+    save."""
 
     kind: Literal["file", "kbot", "rviz1", "rviz2"]
     setup: dict[str, Any]
@@ -763,7 +785,7 @@ class SaveDisplays:
 
 @dataclass(frozen=True, slots=True)
 class OpenDisplays:
-    """Show the settings in a file that was chosen in the browser."""
+    """Load display settings from a file that was chosen in the browser."""
 
     name: Name
     text: SettingsText
@@ -775,13 +797,15 @@ class OpenDisplays:
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """One moment. `poses` holds x, y, z, qx, qy, qz, qw of each link in the world, flat; `bodies`
-    those of the moving bodies. `frames` names the frames that are no links, and their parents, as tf tells
-    of them; `frame_poses` are theirs in the world.
+    """The state of a run at one time.
 
-    `command` and `twist` are forward speed and turning speed, asked and made; `odometry` is x, y,
-    yaw as the wheels tell it. `rate` is simulated time per wall time. `at` is where it is in seconds along
-    the timeline. `jumps` counts how often the robot was put elsewhere, which is no part of its way.
+    `poses` holds x, y, z, qx, qy, qz, qw of each link in the world, flat, and `bodies` those of the moving
+    bodies. `frames` are names and parents of the tf frames that are not links, and `frame_poses` their poses
+    in the world.
+
+    `command` and `twist` are the commanded and the actual forward and turning speed. `odometry` is x, y, yaw
+    as estimated from the wheels. `rate` is simulated time per wall-clock time. `at` is the time in s on the
+    timeline. `jumps` counts how often the robot was moved to another place without driving there.
     """
 
     revision: int
@@ -808,9 +832,12 @@ class State:
 
 @dataclass(frozen=True, slots=True)
 class About:
-    """What this session is; sent first. `played` is the recording on show, empty where none is.
-    `cannot_drive` says why, and is empty when it can. `things` are what may be put into the world, `seed`
-    is that of whatever is random, and `folder` is where recordings go."""
+    """Describes the session. It is sent first.
+
+    `played` is the recording on display, or empty. `cannot_drive` is the reason why the robot cannot drive,
+    or empty. `things` can be spawned, `seed` is the seed of everything random, and recordings are written to
+    `folder`.
+    """
 
     file: str
     played: str
@@ -829,8 +856,8 @@ class About:
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
-    """What was done, in words."""
+class Notice:
+    """A notice for the user about something that was done."""
 
     text: str
     type: Literal["told"] = "told"
@@ -838,7 +865,7 @@ class Told:
 
 @dataclass(frozen=True, slots=True)
 class Refused:
-    """A message was not obeyed."""
+    """A message was not carried out."""
 
     reason: str
     type: Literal["refused"] = "refused"
@@ -846,7 +873,8 @@ class Refused:
 
 @dataclass(frozen=True, slots=True)
 class Beat:
-    """Answered by `Heard` once all that was said before it is taken in: a page that lags is told less."""
+    """The page replies with `BeatReply` when it has processed everything before the beat. A page that lags
+    receives fewer messages."""
 
     type: Literal["beat"] = "beat"
 
@@ -872,7 +900,7 @@ FromServer = (
     | Trail
     | Series
     | PlotDrawn
-    | Told
+    | Notice
     | Refused
     | Beat
 )
@@ -883,7 +911,7 @@ FromServer = (
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """Forward speed in m/s and turning speed in rad/s, held until changed or the page falls silent."""
+    """Forward speed in m/s and turning speed in rad/s, held until changed or until the page stops sending."""
 
     linear: Annotated[float, Bounds(-10, 10)]
     angular: Annotated[float, Bounds(-50, 50)]
@@ -892,7 +920,7 @@ class Drive:
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """Stand still, whoever is driving."""
+    """Stop the robot, whichever page drives it."""
 
     type: Literal["stop"] = "stop"
 
@@ -906,7 +934,7 @@ class SetJoint:
 
 @dataclass(frozen=True, slots=True)
 class SetJoints:
-    """All joints at once: to zero or the limit nearest to it, to the middle of their range, or anywhere."""
+    """Set all joints: to zero or the nearest limit, to the middle of their range, or at random."""
 
     preset: Literal["zero", "centre", "random"]
     type: Literal["set_joints"] = "set_joints"
@@ -920,7 +948,7 @@ class Pause:
 
 @dataclass(frozen=True, slots=True)
 class Advance:
-    """Simulate a little while paused."""
+    """Simulate for a short time while paused."""
 
     seconds: Annotated[float, Bounds(0.001, 1)]
     type: Literal["advance"] = "advance"
@@ -933,15 +961,15 @@ class Reset:
 
 @dataclass(frozen=True, slots=True)
 class SetSpeed:
-    """Simulated seconds per second of wall time."""
+    """Simulated seconds per wall-clock second."""
 
     factor: Annotated[float, Bounds(0.1, 10)]
     type: Literal["set_speed"] = "set_speed"
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
-    """All up to a `Beat` is taken in."""
+class BeatReply:
+    """The page has processed everything up to a `Beat`."""
 
     type: Literal["heard"] = "heard"
 
@@ -989,5 +1017,5 @@ FromPage = (
     | AskTrail
     | AskSeries
     | DrawPlot
-    | Heard
+    | BeatReply
 )

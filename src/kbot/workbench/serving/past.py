@@ -6,7 +6,7 @@ from collections.abc import Generator, Sequence
 from dataclasses import replace
 
 from kbot.text import KbotError
-from kbot.workbench.protocol import State, Timeline, Told, Trail
+from kbot.workbench.protocol import Notice, State, Timeline, Trail
 from kbot.workbench.protocol.codec import encode
 from kbot.workbench.serving.hub import Client, Hub
 from kbot.workbench.session.session import Session
@@ -105,7 +105,7 @@ class Past:
         self._history.set_clock()
         self._ways.go_on_from(saved.at)
         self._session.resume(saved.state)
-        self._hub.publish(Told(self._way_on(at, saved)))
+        self._hub.publish(Notice(self._way_on(at, saved)))
         self.go_live(client)
 
     def _way_on(self, at: float, saved: Saved) -> str:

@@ -22,11 +22,11 @@ from kbot.text.complaints import Complaints
 from kbot.workbench.protocol import (
     AskSeries,
     AskTrail,
+    BeatReply,
     DrawPlot,
     Drive,
     FromPage,
     GoLive,
-    Heard,
     Mark,
     NoteMark,
     OpenSource,
@@ -76,7 +76,7 @@ _CHANGE_NOTHING = (
     | Mark
     | NoteMark
     | RemoveMark
-    | Heard
+    | BeatReply
 )
 """What pages ask for that is answered, or seen when time passes."""
 
@@ -163,7 +163,7 @@ class Server:
             if isinstance(message, Seek):
                 client.asked = message.at
             match message:
-                case Heard():
+                case BeatReply():
                     client.heard()
                 case Subscribe(topic=topic):
                     self._subscribe(client, topic)

@@ -19,6 +19,7 @@ from kbot.workbench.protocol import (
     Findings,
     FromPage,
     FromServer,
+    Notice,
     OpenDisplays,
     OpenSource,
     Pause,
@@ -39,7 +40,6 @@ from kbot.workbench.protocol import (
     State,
     Stop,
     Timeline,
-    Told,
 )
 from kbot.workbench.scene.foreign_frames import frame_for_peers
 from kbot.workbench.session.deadman import NOBODY, Deadman
@@ -184,7 +184,7 @@ class Session:
         messages: list[FromServer] = [Refused(refused)] if refused else []
         if not self.shown.is_stale:
             if self._motion.note:
-                messages.append(Told(self._motion.note))
+                messages.append(Notice(self._motion.note))
             self.recording.end()
             self.topics.attach(self._motion.bus)
             messages.append(self._scene.build(self._motion))

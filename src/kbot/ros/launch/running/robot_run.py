@@ -94,7 +94,7 @@ class RobotRun:
         for note in displays.notes:
             self._terminal.note(f"{viewer.displays}: {note}")
         if viewer.fixed_frame:
-            displays.hold(viewer.fixed_frame)
+            displays.set_fixed_frame(viewer.fixed_frame)
         return displays
 
     def _simulated(self, outputs: RunOutputs, world: ChosenWorld) -> Session:
