@@ -124,7 +124,7 @@ def test_without_opengl_one_sentence_says_what_to_install(
 
 @pytest.mark.parametrize("size", [(0, 10), (10, 0), (10_000, 10)])
 def test_no_picture_has_such_a_size(size: tuple[int, int]) -> None:
-    with pytest.raises(KbotError, match="each side must be 1 to 8192 pixels"):
+    with pytest.raises(KbotError, match="width and height must be 1 to 8192 pixels"):
         Look(*size)
 
 

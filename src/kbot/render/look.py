@@ -37,7 +37,7 @@ class Look:
     def __post_init__(self) -> None:
         if not (1 <= self.width <= MOST_PIXELS and 1 <= self.height <= MOST_PIXELS):
             raise KbotError(
-                f"picture size {self.width}x{self.height}: each side must be 1 to {MOST_PIXELS} pixels"
+                f"picture size {self.width}x{self.height}: width and height must be 1 to {MOST_PIXELS} pixels"
             )
         if not (math.isfinite(self.azimuth) and -90.0 <= self.elevation <= 90.0):
             raise KbotError("the azimuth must be finite and the elevation within -90 to 90 degrees")
