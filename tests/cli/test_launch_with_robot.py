@@ -263,7 +263,7 @@ def test_programs_run_without_a_robot_until_all_have_ended(
         timeout=60,
         check=False,
     )
-    assert (done.returncode, done.stderr) == (0, "/say ended\n")
+    assert (done.returncode, done.stderr) == (0, "/say exited\n")
     assert "/say {'speed': 0.4} ('on',)" in done.stdout
 
 

@@ -112,7 +112,7 @@ def test_keys_drive_the_kbot_that_runs(folder: Path, terminal: tuple[int, int]) 
         with running(folder, "launch", str(folder / "a.launch"), keyboard=theirs) as told:
             until(lambda: "The launch file has no robot" in told())
             assert "The running KBot receives /cmd_vel." in told()
-            assert "Frames of the launch are not published" in told()
+            assert "Frames of the launch file are not published" in told()
             os.write(ours, b"i")
             until(lambda: speed() > 0.2)
             os.write(ours, b"k")
