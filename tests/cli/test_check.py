@@ -188,7 +188,7 @@ def test_a_file_that_is_not_a_baseline_is_refused(robot: Path, text: str) -> Non
     with pytest.raises(KbotError) as refused:
         run("robot.xacro", "--baseline", "odd.json")
     assert str(refused.value) == (
-        "odd.json is not a baseline of kbot check: write one with --write-baseline to another file"
+        "odd.json is not a baseline of kbot check: write a new baseline with --write-baseline to another file"
     )
 
 

@@ -1,4 +1,4 @@
-"""Checks of robot descriptions: a file goes in, findings come out, each at the line that caused it."""
+"""Checks of robot descriptions: a file in, findings out, each with its source line."""
 
 from kbot.checks.config import Config
 from kbot.checks.open_files import OpenFiles

@@ -1,6 +1,6 @@
 """A baseline lists a robot's known findings, so that only new ones are reported.
 
-A finding is known again by its code, file and message; its line may move.
+A finding matches an entry by its code, file and message, not by its line: editing moves lines.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from kbot.text.files import read_text
 from kbot.text.json_text import parse_json
 
 _VERSION = 1
-_HOW = ": write one with --write-baseline to another file"
+_HOW = ": write a new baseline with --write-baseline to another file"
 Key = tuple[str, str, str]
 
 
@@ -25,17 +25,17 @@ def _key(diagnostic: Diagnostic, folder: str) -> Key:
     file = diagnostic.origin.span.file if diagnostic.origin else ""
     if file:
         file = os.path.abspath(file)
-        with suppress(ValueError):  # on Windows it may be on another drive
+        with suppress(ValueError):  # on Windows the file may be on another drive
             file = os.path.relpath(file, folder)
         file = Path(file).as_posix()
     return diagnostic.code, file, diagnostic.message
 
 
 def write_baseline(path: str, found: Sequence[Diagnostic]) -> None:
-    """Write the findings of today.
+    """Write the current findings as a baseline.
 
     Raises:
-        KbotError: the file cannot be written, or is something else than a baseline, which would be lost.
+        KbotError: the file cannot be written, or exists and is not a baseline. It is then not overwritten.
     """
     if os.path.isfile(path) and os.path.getsize(path):
         _known(path)
@@ -51,10 +51,10 @@ def write_baseline(path: str, found: Sequence[Diagnostic]) -> None:
 
 
 def without_known(found: Sequence[Diagnostic], path: str) -> list[Diagnostic]:
-    """The findings that a baseline does not have.
+    """Return the findings that are not in a baseline.
 
     Raises:
-        KbotError: the baseline is missing or not one.
+        KbotError: the file does not exist or is not a baseline.
     """
     known = _known(path)
     folder = os.path.dirname(os.path.abspath(path))
@@ -70,14 +70,12 @@ def without_known(found: Sequence[Diagnostic], path: str) -> list[Diagnostic]:
 
 def _known(path: str) -> Counter[Key]:
     if not os.path.exists(path):
-        raise KbotError(f"the baseline {path} does not exist; --write-baseline makes it")
+        raise KbotError(f"the baseline {path} does not exist: create it with --write-baseline")
     text = read_text(path)
     try:
         data = parse_json(text)
         if data["version"] != _VERSION:
-            raise KbotError(
-                f"{path} has the version {data['version']!r:.60} of a baseline, not {_VERSION}{_HOW}"
-            )
+            raise KbotError(f"{path} is a baseline of version {data['version']!r:.60}, not {_VERSION}{_HOW}")
         rows = data["findings"]
         return Counter({(r["code"], r["file"], r["message"]): int(r["count"]) for r in rows})
     except (ValueError, KeyError, TypeError, OverflowError):

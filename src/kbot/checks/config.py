@@ -10,7 +10,7 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Config:
-    """Which findings are wanted. `folder` is where the file that says so stands."""
+    """The configuration of a check. `folder` is the folder of the configuration file."""
 
     select: tuple[str, ...] = ("ALL",)
     ignore: tuple[str, ...] = ()
@@ -20,7 +20,7 @@ class Config:
     folder: str = ""
 
     def wants(self, code: str, file: str = "") -> bool:
-        """Whether a finding of this code in this file is wanted. The longest word that fits decides."""
+        """Whether a finding of this code in this file is reported. The longest matching prefix decides."""
         ignored = list(self.ignore)
         for pattern, codes in self.per_file_ignores.items():
             if file and self._fits(file, pattern):
@@ -38,7 +38,7 @@ class Config:
 
 
 def _weight(word: str, code: str) -> int:
-    """How closely a word names a code: -1 not at all, 0 "ALL", else the letters that agree."""
+    """How specific a match is: -1 for no match, 0 for "ALL", else the length of the matching prefix."""
     if word == "ALL":
         return 0
     return len(word) if code.startswith(word) else -1

@@ -1,4 +1,4 @@
-"""The facts that rules see: sources, expansion, robot, drive and poses, each computed on first use."""
+"""The facts that rules check: sources, expansion, robot, drive and poses, each computed on first use."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 
 
 class Context:
-    """One description under examination.
+    """One description that is being checked.
 
-    `problems` are what the floors below already said (expansion, reader). `unsure` names the links
-    and joints that an error touches: what is known of them is not what was meant.
+    `problems` are the findings of expansion and of the URDF reader. `unsure` names the links and joints that
+    an error affects: their values are not what the author meant, so most rules skip them.
     """
 
     def __init__(
@@ -55,21 +55,21 @@ class Context:
 
     @property
     def robot(self) -> RobotModel:
-        """The robot; only rules that need one may ask."""
+        """The robot. Only for rules that declare that they need it."""
         if self._robot is None:
-            raise LookupError("a rule asked for a robot without needing one")
+            raise LookupError("a rule used the robot but does not declare that it needs it")
         return self._robot
 
     @property
     def root(self) -> Element:
-        """The expanded document's root; only rules that need one may ask."""
+        """The root of the expanded document. Only for rules that declare that they need it."""
         if self.document is None:
-            raise LookupError("a rule asked for a document without needing one")
+            raise LookupError("a rule used the document but does not declare that it needs it")
         return self.document
 
     def value_in_use(self, definition: Element) -> str | None:
-        """The value of a `<xacro:property>` at the top level: the caller's where the property is overridden,
-        else the written one. None for a property without a value, such as a block."""
+        """The value of a top-level `<xacro:property>`: the override if there is one, else the written value.
+        None for a property without a value, such as a block."""
         written = definition.attributes.get("value")
         name = definition.attributes.get("name", "")
         return written if written is None else str(self.expansion.overridden.get(name, written))
@@ -79,6 +79,7 @@ class Context:
         return self.config.wants(code, origin.span.file)
 
     def has(self, needs: str) -> bool:
+        """Whether the facts that a rule needs are available."""
         match needs:
             case "source":
                 return bool(self.sources)
@@ -97,12 +98,12 @@ class Context:
 
     @cached_property
     def words(self) -> frozenset[str]:
-        """Every name that one of the files uses."""
+        """Every name that is used in any of the files."""
         return frozenset().union(*(file.words for file in self.sources))
 
     @cached_property
     def is_part(self) -> bool:
-        """Whether the file is there to be included: xacro without a robot's name and without a link."""
+        """Whether the file is meant to be included: a xacro file without a robot name and without links."""
         root = self.document
         return (
             root is not None
@@ -114,7 +115,7 @@ class Context:
 
     @cached_property
     def parameters(self) -> Mapping[str, frozenset[str]]:
-        """The parameters of each macro, by its name."""
+        """The parameters of each macro, by macro name."""
         return {
             m.element.attributes["name"].removeprefix("xacro:"): frozenset(m.parameters)
             for file in self.sources
@@ -124,7 +125,7 @@ class Context:
     @cached_property
     def unsure(self) -> frozenset[str]:
         errors: dict[tuple[Source, int], list[Origin]] = {}
-        """By the source and the offset of the tag that each is in."""
+        """Origins of errors, by the source and the offset of the start tag that each is in."""
         for problem in self.problems:
             if problem.is_error and problem.origin:
                 span = problem.origin.span
@@ -157,13 +158,13 @@ class Context:
         return found
 
     def tagged(self, *tags: str) -> Iterator[Element]:
-        """The elements of the result that have one of these tags."""
+        """The elements of the result with one of these tags."""
         for tag in tags:
             yield from self._by_tag.get(tag, ())
 
     @cached_property
     def urdf(self) -> tuple[tuple[Element, Element], ...]:
-        """Every element of URDF itself with its parent; what is in extensions is left out."""
+        """Every element of URDF with its parent, without the content of extensions."""
         return tuple(_urdf(self.root))
 
     @cached_property
@@ -171,10 +172,10 @@ class Context:
         return {(e.source.path, e.start): e for e in self.elements}
 
     def element_at(self, origin: Origin) -> Element | None:
-        """The element of the result whose start tag holds a place, for fixes.
+        """The element of the result whose start tag contains a place, for fixes.
 
-        One that a macro made is edited in the macro's body; where not every call of the macro has the
-        finding, the runner takes the fix away.
+        A fix of an element that a macro made edits the macro's body. If not every call of the macro has the
+        finding, `merge_findings` removes the fix.
         """
         if self.document is None:
             return None
@@ -183,7 +184,7 @@ class Context:
         return self._elements_by_place.get((span.file, at))
 
     def call_at(self, span: Span) -> Element | None:
-        """The element, as it is written, that calls a macro at a place."""
+        """The source element that calls a macro at a place."""
         return self._calls.get((span.file, span.start))
 
     @cached_property
@@ -191,14 +192,14 @@ class Context:
         return {(f.path, e.start): e for f in self.sources for e in f.xacro if e.tag.startswith("xacro:")}
 
     def replace_plain(self, origin: Origin, text: str, title: str, safe: bool) -> Fix | None:
-        """A fix that writes another value between an attribute's quotes, where it holds no expression."""
+        """A fix that replaces an attribute value. None if the value contains an expression."""
         if "$" in origin.span.text:
             return None
         edits = set_value(origin.span, text)
         return Fix(title, edits, safe) if edits else None
 
     def exchange(self, origin: Origin, one: str, other: str) -> Fix | None:
-        """A fix that exchanges two attributes' values, both plain, of the element at a place."""
+        """A fix that exchanges the values of two attributes. None if one of them contains an expression."""
         element = self.element_at(origin)
         spans = element.attribute_spans() if element is not None else {}
         if one not in spans or other not in spans:
@@ -210,7 +211,7 @@ class Context:
         return Fix(f"exchange {one} and {other}", edits, safe=False)
 
     def copy_visual(self, origin: Origin) -> Fix | None:
-        """A fix that copies a visual's origin and plain geometry into a collision behind it."""
+        """A fix that inserts a copy of a visual as collision after it. None if the visual is a mesh."""
         visual = self.element_at(origin)
         if visual is None or visual.find("geometry") is None:
             return None
@@ -219,7 +220,7 @@ class Context:
         return copy_as_collision(visual)
 
     def insert_into(self, origin: Origin, text: str, title: str, safe: bool) -> Fix | None:
-        """A fix that adds a first child to the element at a place."""
+        """A fix that inserts a first child into the element at a place."""
         element = self.element_at(origin)
         return insert_child(element, text, title, safe) if element is not None else None
 
@@ -238,12 +239,12 @@ class Context:
 
     @cached_property
     def declared_drives(self) -> tuple[DeclaredDrive, ...]:
-        """The plugins and controllers that drive wheels."""
+        """The plugins and controllers that drive the wheels."""
         return declared_drives(self.robot)
 
     @cached_property
     def controller_files(self) -> tuple[ControllerFile, ...]:
-        """The files of controllers' parameters that Gazebo's plugins name."""
+        """The controller parameter files that Gazebo plugins name."""
         return tuple(controller_files(self.robot))
 
     @cached_property
@@ -260,7 +261,7 @@ class Context:
 
     @cached_property
     def drive(self) -> DifferentialDrive | NoDrive | None:
-        """What KBot drives; None where it is not known, or nothing is meant to drive."""
+        """The drive that KBot would simulate. None if it is not known, or if the robot has no drive."""
         is_meant = bool(self.declared_drives) or self.mobile_base is not None
         if self.unsure or not is_meant or len(self.robot.joints) > MOST_JOINTS:
             return None
@@ -268,20 +269,20 @@ class Context:
 
     @cached_property
     def wheel_pairs(self) -> tuple[Pair, ...]:
-        """The wheels that drive; where the robot does not drive, those that are meant to."""
+        """The driven wheels. If KBot cannot drive the robot, the wheels that are meant to be driven."""
         if isinstance(self.drive, DifferentialDrive):
             return wheel_pairs(self.tree, self.drive)
         return self.level_pairs
 
     @cached_property
     def level_pairs(self) -> tuple[Pair, ...]:
-        """Pairs of wheels that are meant to drive, on the left and the right of each other."""
+        """Pairs of left and right wheels, side by side, that are meant to be driven."""
         pairs = self.mobile_base.pairs if self.mobile_base is not None else ()
         return tuple(pair for pair in pairs if pair.is_level and self.unsure.isdisjoint(pair.names))
 
     @cached_property
     def drive_findings(self) -> tuple[Diagnostic, ...]:
-        """What is wrong with how plugins and controllers drive the robot."""
+        """The faults in how plugins and controllers drive the robot."""
         return (
             *drive_findings(self.robot, self.declared_drives, self.drive, self.wheel_pairs),
             *plugin_findings(self.robot),
@@ -289,9 +290,9 @@ class Context:
 
     @property
     def base(self) -> MobileBase:
-        """The mobile base; only rules that need a drive may ask."""
+        """The mobile base. Only for rules that declare that they need a drive."""
         if self.mobile_base is None:
-            raise LookupError("a rule asked for wheels without needing them")
+            raise LookupError("a rule used the drive but does not declare that it needs it")
         return self.mobile_base
 
     @cached_property
@@ -318,6 +319,6 @@ def _urdf(root: Element) -> Iterator[tuple[Element, Element]]:
 
 
 def _touches(element: Element, errors: Mapping[tuple[Source, int], list[Origin]]) -> bool:
-    """Whether an error lies in the tag of an element of the result, as the same macro calls made it."""
+    """Whether an error is in the start tag of an element and comes from the same macro calls."""
     found = errors.get((element.source, element.start), ())
     return any(o.span.start < element.tag_end and o.call == element.call for o in found)

@@ -1,4 +1,4 @@
-"""Edits of the source for fixes, made only where the value is written in plain text."""
+"""Builds the source edits of fixes, only for values written without expressions."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from kbot.text import Edit, Element, Fix, Span
 
 
 def set_value(span: Span, text: str) -> tuple[Edit, ...]:
-    """The value between an attribute's quotes; the same text gives no edit."""
+    """Replace the value between an attribute's quotes. No edit if the text is the same."""
     return () if span.text == text else (Edit(span, text),)
 
 
-def plain(span: Span) -> bool:
-    """Whether a span is written as it is meant, with no expression in it."""
+def is_plain(span: Span) -> bool:
+    """Whether a span contains no expression."""
     return "$" not in span.text
 
 
 def set_attribute(element: Element, name: str, text: str) -> tuple[Edit, ...]:
-    """An attribute with this value, added behind the others where the element has none of the name."""
+    """Set an attribute. If the element does not have it, add it after the other attributes."""
     spans = element.attribute_spans()
     if name in spans:
         return set_value(spans[name][1], text)
@@ -32,7 +32,7 @@ def set_attribute(element: Element, name: str, text: str) -> tuple[Edit, ...]:
 
 def replace_value(element: Element | None, name: str, text: str, title: str, safe: bool) -> Fix | None:
     spans = element.attribute_spans() if element is not None else {}
-    if name not in spans or not plain(spans[name][1]):
+    if name not in spans or not is_plain(spans[name][1]):
         return None
     edits = set_value(spans[name][1], text)
     return Fix(title, edits, safe) if edits else None
@@ -46,7 +46,7 @@ def rename_attribute(element: Element | None, old: str, new: str, safe: bool) ->
 
 
 def rename_tag(element: Element | None, new: str, safe: bool) -> Fix | None:
-    """The start tag's name and the end tag's, where it has one."""
+    """Rename an element in its start tag and, if it has one, its end tag."""
     if element is None:
         return None
     source, old = element.source, element.tag.encode()
@@ -63,7 +63,7 @@ def rename_tag(element: Element | None, new: str, safe: bool) -> Fix | None:
 
 
 def remove_attributes(element: Element | None, names: Iterable[str], safe: bool) -> Fix | None:
-    """Attributes with the white space before them."""
+    """Remove attributes, with the white space before them."""
     if element is None:
         return None
     spans = element.attribute_spans()
@@ -80,13 +80,13 @@ def remove_attributes(element: Element | None, names: Iterable[str], safe: bool)
 
 
 def remove_element(element: Element, safe: bool, title: str = "") -> Fix:
-    """An element, with its line where nothing else stands on it."""
+    """Remove an element, and its line if nothing else is on it."""
     span = with_line(element.whole)
     return Fix(title or f"remove <{element.tag}>", (Edit(span, ""),), safe)
 
 
 def with_line(span: Span) -> Span:
-    """The span, with its indentation and line end where nothing else stands on its lines."""
+    """The span, extended by its indentation and line end if nothing else is on its lines."""
     data = span.source.data
     start, end = span.start, span.end
     while start > 0 and data[start - 1 : start] in (b" ", b"\t"):
@@ -103,7 +103,7 @@ def with_line(span: Span) -> Span:
 
 
 def insert_child(element: Element, text: str, title: str, safe: bool) -> Fix | None:
-    """A new first child on its own line, indented as the others are."""
+    """Insert a first child on its own line, indented like the other children."""
     source = element.source
     data, at = source.data, element.tag_end
     if data[at - 2 : at] == b"/>":
@@ -120,7 +120,7 @@ def insert_child(element: Element, text: str, title: str, safe: bool) -> Fix | N
 
 
 def copy_as_collision(visual: Element) -> Fix:
-    """A `<collision>` with a visual's origin and geometry as written, behind the visual."""
+    """Insert a `<collision>` after a visual, with the visual's origin and geometry as written."""
     source = visual.source
     line = source.line(source.line_column(visual.start)[0])
     indent = line[: len(line) - len(line.lstrip())]

@@ -1,4 +1,4 @@
-"""The kinds of files that `kbot check` reads beside descriptions, each with the function that checks it."""
+"""The kinds of files other than descriptions that `kbot check` reads, each with its check function."""
 
 from __future__ import annotations
 
@@ -14,17 +14,20 @@ from kbot.text import Diagnostic, Source
 from kbot.xacro import Packages
 
 _MANIFEST = "kbot.checks.manifest:PACKAGE_MANIFEST"
-"""Imported when the first file that is not a description is checked, like the kinds of other parts."""
+"""A string, like the kinds of other parts: it is imported when the first such file is checked."""
 
 Check = Callable[[Source, Mapping[str, str], Packages, Config], tuple[list[Diagnostic], list[Source]]]
-"""The findings in a source and in the descriptions that it names, and all sources that were read."""
+"""Returns the findings in a file and in the descriptions that it names, and all sources that it read."""
 
 
 @dataclass(frozen=True, slots=True)
 class FileKind:
-    """Files whose name ends in one of `endings`, or is one that does not begin with a dot. A search of a
-    folder leaves out those in `only_by_name`, which are programs. `has_arguments`: name:=value may set an
-    argument of the file itself."""
+    """A kind of file, recognised by its name.
+
+    An entry of `endings` is a suffix (`.launch`) or a whole name (`package.xml`). Files in `only_by_name` are
+    programs: they are checked when named, but not found by a folder search. `has_arguments`: name:=value may
+    set an argument of the file itself.
+    """
 
     endings: tuple[str, ...]
     check: Check
@@ -32,7 +35,7 @@ class FileKind:
     has_arguments: bool = False
 
     def is_found(self, name: str) -> bool:
-        """Whether a search of a folder picks a file up by its name."""
+        """Whether a folder search finds a file of this name."""
         return any(name == ending or (ending[0] == "." and name.endswith(ending)) for ending in self.endings)
 
     def fits(self, path: str) -> bool:
@@ -50,7 +53,7 @@ def file_kinds() -> tuple[FileKind, ...]:
 
 
 def kind_of(path: str) -> FileKind | None:
-    """None for a description."""
-    if path.endswith((".xacro", ".urdf")):  # most files, which need no other part of KBot
+    """The kind of a file; None for a description."""
+    if path.endswith((".xacro", ".urdf")):  # the usual case: do not import the other kinds
         return None
     return next((kind for kind in file_kinds() if kind.fits(path)), None)

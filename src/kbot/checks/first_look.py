@@ -1,4 +1,4 @@
-"""The few findings that every verb reports, such as missing meshes. `kbot check` reports all."""
+"""The few rules that every verb runs, such as missing meshes. `kbot check` runs all rules."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from kbot.checks.config import Config
-from kbot.checks.merge import said_once
+from kbot.checks.merge import merge_findings
 from kbot.checks.registry import find_rule
 from kbot.checks.runner import as_loaded
 from kbot.text import Diagnostic, Severity
@@ -21,17 +21,20 @@ CONTROL = ("D129", "D130")
 SIZES = ("D105", "D106")
 
 
-def folded(loaded: Loaded, found: Sequence[Diagnostic]) -> list[Diagnostic]:
-    """What was found of a robot elsewhere, as `kbot check` has it: a fault in a macro is said once."""
+def merged_findings(loaded: Loaded, found: Sequence[Diagnostic]) -> list[Diagnostic]:
+    """Findings about a robot from elsewhere, merged as `kbot check` does: a fault in a macro is one
+    finding."""
     document = loaded.expansion.document
     if document is None:
         return list(found)
-    return said_once(found, as_loaded(loaded, document.source, Config()))
+    return merge_findings(found, as_loaded(loaded, document.source, Config()))
 
 
 def first_look(loaded: Loaded, codes: Sequence[str]) -> list[Diagnostic]:
-    """What the rules of these codes say of a robot; of a missing mesh or hardware as a warning, for the rest
-    is shown."""
+    """The findings of the rules with these codes.
+
+    A missing mesh or hardware plugin is a warning here, because the rest of the robot is still shown.
+    """
     document = loaded.expansion.document
     if loaded.robot is None or document is None:
         return []
@@ -40,5 +43,5 @@ def first_look(loaded: Loaded, codes: Sequence[str]) -> list[Diagnostic]:
     found = [rule.diagnostic(finding) for rule in rules for finding in rule.check(context)]
     return [
         replace(d, severity=Severity.WARNING) if d.code in (*MESHES, *CONTROL) else d
-        for d in said_once(found, context)
+        for d in merge_findings(found, context)
     ]

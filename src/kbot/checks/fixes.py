@@ -1,4 +1,4 @@
-"""Applies fixes. The edited file must expand and have fewer findings, or nothing is written."""
+"""Applies fixes. A fix is kept only if the edited file has fewer findings and no new error."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ Check = Callable[[str], Sequence[Diagnostic]]
 
 
 def fixed(text: str, path: str, check: Check, unsafe: bool) -> tuple[str, list[Fix], Sequence[Diagnostic]]:
-    """The text with its fixes applied, those that were, and the findings left. `check` finds those of a text.
+    """Apply the fixes of one file: return the new text, the applied fixes and the remaining findings.
 
-    Fixes that edit another file are left out.
+    `check` returns the findings of a text. Fixes that edit another file are not applied.
     """
     texts, applied, found = _search(
         {path: text},
@@ -31,16 +31,18 @@ def fixed(text: str, path: str, check: Check, unsafe: bool) -> tuple[str, list[F
 
 
 _CHECKED_BYTES = 12_000_000
-"""Bytes that are checked to find out which fixes help: about 5 s, as a check reads 2 to 4 MB/s (measured with
-robots of 13 kB to 400 kB)."""
+"""Bytes that may be checked to find out which fixes help: about 5 s, because a check reads 2 to 4 MB/s
+(measured with robots of 13 kB to 400 kB)."""
 _BYTES_OF_A_FINDING = 150
-"""A finding takes as long as so many bytes: 5,000 in a file of 104 kB add 0.2 s to a check (measured)."""
+"""A finding takes as long as this many bytes: 5,000 in a file of 104 kB add 0.2 s to a check (measured)."""
 _FEWEST_TRIES = 17
-"""Failing tries in a large file: halving 2**16 fixes takes as many to find the one that does not help."""
+"""Failed tries that are allowed even in a large file: halving 2**16 fixes takes this many tries to find the
+one that does not help."""
 _BYTES_IN_ALL = 24_000_000
-"""Bytes that are checked in all: about 10 s. A very large file gets fewer tries, or none."""
+"""Bytes that may be checked in total: about 10 s. A very large file gets fewer tries, or none."""
 _OTHER_CHECKS = 3
-"""Checks beside the tries: before the fixes, after them for the report, and one for everything else."""
+"""Checks besides the tries: one before the fixes, one after them for the report, and one for everything
+else."""
 
 
 def _search(
@@ -49,13 +51,14 @@ def _search(
     check: Callable[[Mapping[str, str]], Sequence[Diagnostic]],
     usable: Callable[[Sequence[Diagnostic]], Sequence[Fix]],
 ) -> tuple[Mapping[str, str], list[Fix], Sequence[Diagnostic]]:
-    """Some files' texts by path with the fixes that help applied, these fixes, and the findings left, where
-    `found` are the findings of the texts as they are.
+    """Apply the fixes that help: return the new texts by path, these fixes and the remaining findings.
 
-    All usable fixes are tried together. If that does not leave the texts with fewer findings and no new
-    error, each half is tried, and so on down to single fixes. Those that do not help are discarded.
-    Findings that a fixed error had hidden do not count against its fix: their own fixes are tried in
-    another round. When too many tries failed the search stops with a note.
+    `found` are the findings of the unchanged texts.
+
+    The search tries all usable fixes together. If the texts then do not have fewer findings, or have a new
+    error, it tries each half, and so on down to single fixes. Fixes that do not help are discarded. Findings
+    that a fixed error had hidden do not count against its fix: their own fixes are tried in another round.
+    After too many failed tries the search stops with a note.
     """
     applied: list[Fix] = []
     portions = [usable(found)]
@@ -65,7 +68,7 @@ def _search(
     most = min(most, _BYTES_IN_ALL // (size + 1) - _OTHER_CHECKS)
     is_listed = not any(d.code == "K004" for d in found)
     if portions[0] and not (is_listed and most > 0):
-        note("no fix is tried: the file is too large or has too many findings; fix some by hand first")
+        note("no fix is tried: the file is too large or has too many findings. Fix some by hand first.")
         return texts, [], found
     failed = 0
     while portions[0]:
@@ -76,15 +79,16 @@ def _search(
             portion = portions.pop()
             used, edits = _apart([*kept, *portion])
             if len(used) == len(kept):
-                continue  # they touch fixes that are kept: the next round has what is left of them
-            if tuple(used) not in failures:  # with its left half kept, a right half is the whole again
+                continue  # they overlap kept fixes: the next round tries those that still apply
+            # if the left half was kept, adding the right half gives the whole again
+            if tuple(used) not in failures:
                 if failed >= most:
                     tries = f"stopped after {failed} tries"
-                    note(f"{tries}: run `kbot check --fix` again, or fix the rest by hand")
+                    note(f"{tries}: run `kbot check --fix` again, or fix the rest by hand.")
                     return texts, applied + kept, found
                 changed = _changed(before, edits)
                 after = check(changed) if changed != texts else found
-                if _are_better(after, found):
+                if _is_better(after, found):
                     texts, found, kept = changed, after, used
                     continue
                 failures.add(tuple(used))
@@ -94,12 +98,12 @@ def _search(
                 portions += (portion[middle:], portion[:middle])
         applied += kept
         portions = [usable(found) if kept else ()]
-        failed += bool(kept)  # a round costs a check, even if one follows another without a failure
+        failed += bool(kept)  # each round costs a check, even without a failure
     return texts, applied, found
 
 
 def _changed(texts: Mapping[str, str], edits: Sequence[Edit]) -> Mapping[str, str]:
-    """The texts with edits applied that lie apart, in order of file and place."""
+    """Apply edits that do not overlap and are sorted by file and place."""
     changed = dict(texts)
     for file, of_file in groupby(edits, lambda edit: edit.span.file):
         own = list(of_file)
@@ -113,8 +117,8 @@ def _usable(found: Sequence[Diagnostic], path: str, unsafe: bool) -> list[Fix]:
     return list(dict.fromkeys(own))
 
 
-def _are_better(after: Sequence[Diagnostic], before: Sequence[Diagnostic]) -> bool:
-    """Whether there are fewer findings and no more errors, or fewer of the errors that hide others."""
+def _is_better(after: Sequence[Diagnostic], before: Sequence[Diagnostic]) -> bool:
+    """Whether there are fewer findings without more errors, or fewer of the errors that hide others."""
     hiding, hiding_before = _hiding(after), _hiding(before)
     if hiding != hiding_before:
         return hiding < hiding_before
@@ -123,9 +127,10 @@ def _are_better(after: Sequence[Diagnostic], before: Sequence[Diagnostic]) -> bo
 
 
 def _hiding(found: Sequence[Diagnostic]) -> tuple[int, ...]:
-    """How many errors keep from the rules what comes after: of XML, of expansion, of the model's reader.
+    """The numbers of errors that keep rules from running: of XML, of expansion, of the URDF reader.
 
-    A property without a value (X100) is what the fix of an unknown one leaves: it counts as less.
+    A property without a value (X100) counts less than other expansion errors, because the fix of an unknown
+    property (X103) leaves one.
     """
     codes = [d.code for d in found if d.is_error]
     unvalued = codes.count("X100")
@@ -134,10 +139,10 @@ def _hiding(found: Sequence[Diagnostic]) -> tuple[int, ...]:
 
 
 def _apart(fixes: Sequence[Fix]) -> tuple[list[Fix], list[Edit]]:
-    """Fixes whose edits do not touch those of an earlier one, and the edits of all."""
+    """The fixes whose edits do not overlap those of an earlier fix, and all their edits."""
     used: list[Fix] = []
     edits: list[Edit] = []
-    """In order of file and place."""
+    """Sorted by file and place."""
     for fix in fixes:
         if not any(_overlap(edit, near) for edit in fix.edits for near in _near(edit, edits)):
             used.append(fix)
@@ -151,7 +156,7 @@ def _start(edit: Edit) -> tuple[str, int]:
 
 
 def _near(edit: Edit, edits: Sequence[Edit]) -> Iterator[Edit]:
-    """Of some edits in order that lie apart, those of its file that may touch an edit."""
+    """The edits of the same file that may overlap an edit. `edits` are sorted and do not overlap."""
     at = max(bisect_left(edits, _start(edit), key=_start) - 1, 0)
     for near in islice(edits, at, None):
         if _start(near) > (edit.span.file, edit.span.end):
@@ -167,7 +172,7 @@ def _overlap(a: Edit, b: Edit) -> bool:
 
 
 def apply_edits(text: str, edits: Sequence[Edit]) -> str:
-    """The text with edits that lie apart applied."""
+    """Apply edits that do not overlap."""
     data, parts, at = text.encode("utf-8", "surrogatepass"), list[bytes](), 0
     for edit in sorted(edits, key=_start):
         parts += (data[at : edit.span.start], edit.replacement.encode())
@@ -177,10 +182,10 @@ def apply_edits(text: str, edits: Sequence[Edit]) -> str:
 
 @dataclass(frozen=True, slots=True)
 class FixedIncludes:
-    """The fixed texts of the files that a file includes, not written yet.
+    """The fixed texts of the files that a file includes. They are not written yet.
 
-    `texts`: each changed file's text before and after. `outside`: the files outside the working
-    directory that have fixes of their own; they belong to others.
+    `texts`: each changed file's text before and after. `outside`: files outside the working directory that
+    have fixes. They are not changed, because they belong to other packages.
     """
 
     texts: Mapping[str, tuple[str, str]]
@@ -191,10 +196,9 @@ class FixedIncludes:
 def fixed_includes(
     path: str, found: Sequence[Diagnostic], check: Callable[[], Sequence[Diagnostic]], unsafe: bool
 ) -> FixedIncludes:
-    """The files that `path` includes with their fixes applied. `found` are the findings of the whole, and
-    `check` gives them anew.
+    """Apply the fixes of the files that `path` includes, by the same search as for one file.
 
-    They are tried as those of one file are.
+    `found` are the findings of `path` with its includes. `check` computes them again.
     """
 
     def check_all(texts: Mapping[str, str]) -> Sequence[Diagnostic]:
@@ -210,7 +214,8 @@ def fixed_includes(
 
 
 def _others(found: Sequence[Diagnostic], path: str, unsafe: bool) -> tuple[list[Fix], tuple[str, ...]]:
-    """Fixes of one file other than `path` within the working directory; the files outside that have some."""
+    """The fixes that edit one file other than `path` in the working directory, and the files outside it that
+    have fixes."""
     inside, outside = list[Fix](), list[str]()
     for diagnostic in found:
         fix = diagnostic.fix

@@ -1,4 +1,4 @@
-"""Finds the launch files and descriptions of a folder that no other file includes."""
+"""Finds the files in a folder to check: launch files, whole robots and package.xml."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ _FILENAME = re.compile(r"""\bfilename\s*=\s*["']([^"']+)["']""")
 
 
 def entry_points(folder: str) -> list[str]:
-    """Files beneath a folder that stand for themselves, sorted: launch files, whole robots, package.xml.
+    """The files below a folder to check, sorted: launch files, whole robots, package.xml.
 
-    A description is one when its root has a name, or when no other file of the folder includes it and
-    it has a link of its own.
+    A description that another file of the folder includes is skipped. Of the others, a whole robot is a
+    description whose root has a name and content, or that has a link of its own.
 
     Raises:
-        DescriptionError: F006, the folder has none.
+        DescriptionError: F006, the folder has no such file.
     """
     files = sorted(_walk(Path(folder)))
     included: set[str] = set()
@@ -42,7 +42,7 @@ def entry_points(folder: str) -> list[str]:
     found = [f for f in files if any(kind.is_found(f.name) for kind in file_kinds())]
     found += [f for f in texts if f.name not in included and _is_robot(f, texts[f])]
     if not found:
-        message = f"{folder} has no launch file, package.xml, xacro or URDF in it"
+        message = f"{folder} contains no launch file, package.xml, xacro or URDF"
         place = Origin(Span(Source(folder, ""), 0, 0))
         raise DescriptionError([Diagnostic("F006", Severity.ERROR, message, place)])
     return [str(f) for f in sorted(found)]
@@ -57,7 +57,8 @@ def _walk(folder: Path) -> Iterator[Path]:
 
 
 def _is_robot(file: Path, text: str) -> bool:
-    """Whether a file is a robot, or is broken and would be: a library of macros is not."""
+    """Whether a file is a whole robot and not a library of macros. True for a file with a syntax error, so
+    that the error is reported."""
     try:
         root = parse_xml(read_source(file))
     except DescriptionError:

@@ -1,4 +1,4 @@
-"""Writes findings as SARIF 2.1.0, GitHub annotations or JUnit."""
+"""Writes findings as SARIF 2.1.0, GitHub annotations or JUnit XML."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 
 
 def sarif(found: Sequence[Diagnostic], version: str) -> dict[str, object]:
-    """A SARIF 2.1.0 log with one run; a finding's macro calls and includes are its code flow."""
+    """A SARIF 2.1.0 log with one run. The macro calls and includes of a finding become its code flow."""
     codes = sorted({d.code for d in found})
     return {
         "$schema": _SCHEMA,
@@ -70,7 +70,7 @@ def _result(diagnostic: Diagnostic, index: int) -> dict[str, object]:
 
 
 def _flow(origin: Origin, message: str) -> list[dict[str, object]]:
-    """Outermost call first, the place itself last."""
+    """The code flow: the outermost call first, the place of the finding last."""
     words = {"macro": "macro '{}' is called", "include": "'{}' is included"}
     steps = [_location(c.span, words[c.kind].format(c.name)) for c in reversed(origin.stack)]
     return [{"location": step} for step in (*steps, _location(origin.span, message))]
@@ -103,21 +103,21 @@ def _region(span: Span) -> dict[str, int]:
 
 
 def relative(path: str) -> str:
-    """A path relative to the working directory where it lies within, with forward slashes."""
+    """A path with forward slashes, relative to the working directory if it is inside."""
     absolute = Path(os.path.abspath(path))
     here = Path.cwd()
     return (absolute.relative_to(here) if absolute.is_relative_to(here) else absolute).as_posix()
 
 
 def _uri(path: str) -> str:
-    from urllib.parse import quote  # only for SARIF: start-up time
+    from urllib.parse import quote  # imported late for start-up time: only SARIF needs it
 
     name = relative(path)
     return Path(name).as_uri() if Path(name).is_absolute() else quote(os.fsencode(name))
 
 
 def github(found: Sequence[Diagnostic]) -> str:
-    """Workflow commands, one a line, that annotate a pull request at the lines of xacro."""
+    """GitHub workflow commands, one per line, that annotate the xacro lines of a pull request."""
     lines = []
     for diagnostic in found:
         title = f"title=kbot {diagnostic.code}"
@@ -144,7 +144,7 @@ def _property(text: str) -> str:
 
 
 def junit(found: Sequence[Diagnostic], files: Sequence[str]) -> str:
-    """JUnit XML: a suite for each file that was checked, a failed case for each finding."""
+    """JUnit XML: a suite for each checked file, a failed case for each finding."""
     groups: dict[str, list[Diagnostic]] = {relative(f): [] for f in files}
     for diagnostic in found:
         name = relative(diagnostic.origin.span.file) if diagnostic.origin else "kbot"
@@ -167,5 +167,5 @@ def junit(found: Sequence[Diagnostic], files: Sequence[str]) -> str:
 
 
 def _printable(text: str) -> str:
-    """Control characters, which XML does not allow, made visible."""
+    """Replace control characters, which XML does not allow."""
     return "".join(c if c.isprintable() or c in "\n\t" else "\N{REPLACEMENT CHARACTER}" for c in text)

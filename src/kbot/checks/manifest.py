@@ -1,4 +1,4 @@
-"""Checks `package.xml` for what the build tools of ROS need."""
+"""Checks `package.xml` for the elements that catkin and colcon require."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from kbot.checks.file_kinds import FileKind
 from kbot.text import DescriptionError, Diagnostic, Element, Origin, Severity, Source, parse_xml
 from kbot.xacro import Packages
 
-_NEEDED = ("name", "version", "description", "maintainer", "license")
+_REQUIRED = ("name", "version", "description", "maintainer", "license")
 
 
 def check_manifest(
     source: Source, arguments: Mapping[str, str], packages: Packages, config: Config
 ) -> tuple[list[Diagnostic], list[Source]]:
-    """What is wrong with a package's manifest."""
+    """The findings in a package manifest, and the source that was read."""
     return _findings(source), [source]
 
 
@@ -25,17 +25,23 @@ def _findings(source: Source) -> list[Diagnostic]:
     except DescriptionError as error:
         return list(error.diagnostics)
     if root.tag != "package":
-        return [Diagnostic("K101", Severity.ERROR, f"<{root.tag}> is not a package", root.origin)]
-    missing = [tag for tag in _NEEDED if not _said(root.find(tag))]
+        return [
+            Diagnostic(
+                "K101", Severity.ERROR, f"the root element is <{root.tag}>, not <package>", root.origin
+            )
+        ]
+    missing = [tag for tag in _REQUIRED if not _has_content(root.find(tag))]
     if not missing:
         return []
     message = "the package lacks " + ", ".join(f"<{tag}>" for tag in missing)
     return [
-        Diagnostic("K101", Severity.ERROR, message, Origin(root.origin.span), "catkin and colcon refuse it")
+        Diagnostic(
+            "K101", Severity.ERROR, message, Origin(root.origin.span), "catkin and colcon require them"
+        )
     ]
 
 
-def _said(element: Element | None) -> bool:
+def _has_content(element: Element | None) -> bool:
     return element is not None and bool(element.text.strip() or next(element.elements(), None))
 
 

@@ -1,4 +1,4 @@
-"""Joins findings: one of a macro is reported once, with its calls; one of a single call at that call."""
+"""Merges findings in macros: a fault of a macro is reported once, a fault of a single call at that call."""
 
 from __future__ import annotations
 
@@ -13,29 +13,30 @@ from kbot.checks.spelling import with_fix
 from kbot.text import Call, Diagnostic, Element, Fix, Origin, Related, Span
 
 _SHOWN = 8
+"""Other calls that a merged finding lists; the rest are counted in its hint."""
 
-
-_OF_ALL_COPIES = frozenset({"X103", "X112", "X121", "X129"})
-"""Names that are not defined: expansion says them where they are met first, whichever call that is of."""
+_REPORTED_ONCE = frozenset({"X103", "X112", "X121", "X129"})
+"""Undefined names. Expansion reports each only where it first occurs, so the other calls have no such
+finding."""
 _BARE = re.compile(r"\s*\$\{\s*(\w+)\s*\}\s*")
 Parameters = Mapping[str, frozenset[str]]
 
 
-def said_once(found: Iterable[Diagnostic], context: Context) -> list[Diagnostic]:
-    """Findings of one code at one place made into one.
+def merge_findings(found: Iterable[Diagnostic], context: Context) -> list[Diagnostic]:
+    """Merge findings with the same code at the same place into one.
 
-    A value that a macro passes on as it was given (`${m}`) is its caller's, and is found there.
+    A value that a macro only passes on (`${m}`) belongs to the caller: the finding moves to the call.
 
-    Where every expansion of that place has the fault it is the macro's own, and its calls are
-    named as related places. Where only some have it, it is those calls that are at fault: the finding
-    moves to the innermost call that tells them from the others, and keeps a fix that edits this call only.
+    If every expansion of the place has the fault, it is a fault of the macro, and its calls are listed as
+    related places. If only some expansions have it, those calls are at fault. The finding then moves to the
+    innermost call that no faultless expansion shares, and keeps its fix only if that edits this call alone.
     """
     groups: dict[tuple[str, str, int, int], list[Diagnostic]] = defaultdict(list)
     result: list[Diagnostic] = []
     for given in found:
         diagnostic = with_fix(_at_value(given, context.parameters), context)
         origin = diagnostic.origin
-        if origin is None or diagnostic.code in _OF_ALL_COPIES or not _macros(origin.call):
+        if origin is None or diagnostic.code in _REPORTED_ONCE or not _macros(origin.call):
             result.append(diagnostic)
         else:
             span = origin.span
@@ -52,7 +53,7 @@ def said_once(found: Iterable[Diagnostic], context: Context) -> list[Diagnostic]
 
 
 def _at_value(diagnostic: Diagnostic, parameters: Parameters) -> Diagnostic:
-    """The finding moved to the call that gave the value, where the macro only passes it on."""
+    """Move a finding to the call that passed the value, if the macro only passes it on."""
     origin = diagnostic.origin
     while origin is not None and origin.call is not None and origin.call.kind == "macro":
         call = origin.call
@@ -67,12 +68,12 @@ def _at_value(diagnostic: Diagnostic, parameters: Parameters) -> Diagnostic:
         origin = Origin(span, call.caller)
     if origin is diagnostic.origin or diagnostic.origin is None:
         return diagnostic
-    made = Related("passed on to here", diagnostic.origin)
+    made = Related("the value is used here", diagnostic.origin)
     return replace(diagnostic, origin=origin, related=(*diagnostic.related, made), fix=None)
 
 
 class _Copies:
-    """By which calls each element that has a finding was brought."""
+    """The macro calls that made the copies of each element with a finding."""
 
     def __init__(self, context: Context, groups: Iterable[list[Diagnostic]]) -> None:
         self._context = context
@@ -87,7 +88,7 @@ class _Copies:
                     calls.append(element.call)
 
     def placed(self, group: list[Diagnostic]) -> list[Diagnostic]:
-        """Findings of one place: as they are when all its copies have them, else at their calls."""
+        """The findings of one place: unchanged if all copies have them, else moved to their calls."""
         by_calls = {self._path(d.origin.call): d for d in group if d.origin}
         span = group[0].origin.span if group[0].origin else None
         calls = self._calls[span.file, _tag_at(span)] if span else []
@@ -98,7 +99,7 @@ class _Copies:
         return [_at_call(d, faultless, self._context) for d in by_calls.values()]
 
     def _path(self, call: Call | None) -> str:
-        """The macro calls that lead to an element, made once for all elements that share them."""
+        """The macro calls that lead to an element as text, cached because many elements share them."""
         path = self._paths.get(id(call))
         if path is None:
             spans = (c.span for c in _macros(call))
@@ -108,7 +109,7 @@ class _Copies:
 
 
 def _tag_at(span: Span) -> int:
-    """Where the start tag begins that a span is in or comes behind."""
+    """The offset of the start tag that contains or precedes a span."""
     data = span.source.data
     at = data.rfind(b"<", 0, span.start + 1)
     while at > 0 and data[at + 1 : at + 2] in (b"/", b"!"):
@@ -121,7 +122,7 @@ def _macros(call: Call | None) -> list[Call]:
 
 
 def _at_call(diagnostic: Diagnostic, faultless: Set[tuple[int, Span]], context: Context) -> Diagnostic:
-    """The finding at the innermost call that no faultless copy shares."""
+    """Move a finding to the innermost call that no faultless copy shares."""
     origin = diagnostic.origin
     if origin is None:
         return diagnostic
@@ -135,7 +136,7 @@ def _at_call(diagnostic: Diagnostic, faultless: Set[tuple[int, Span]], context: 
 
 
 def _edits_only(fix: Fix | None, element: Element | None) -> bool:
-    """Whether all that a fix edits is within an element."""
+    """Whether all edits of a fix are inside an element."""
     if fix is None or element is None:
         return False
     spans = [edit.span for edit in fix.edits]
@@ -145,7 +146,8 @@ def _edits_only(fix: Fix | None, element: Element | None) -> bool:
 
 
 def _joined(fixes: list[Fix | None]) -> Fix | None:
-    """One fix of those of several calls, each of which edits its own; None where they are at odds."""
+    """Join the fixes of several calls into one. None if a call has no fix or the fixes contradict each
+    other."""
     there = [fix for fix in fixes if fix is not None]
     if len(there) < len(fixes) or len({(fix.title, fix.safe) for fix in there}) > 1:
         return None
@@ -156,7 +158,7 @@ def _joined(fixes: list[Fix | None]) -> Fix | None:
 
 
 def _one_of(group: list[Diagnostic]) -> Diagnostic:
-    """Findings of one place of a macro as one, the other calls named as related places."""
+    """Join the findings of one place in a macro into one, with the other calls as related places."""
     first = group[0]
     if len(group) == 1:
         return first
@@ -171,5 +173,5 @@ def _one_of(group: list[Diagnostic]) -> Diagnostic:
     hint = first.hint
     if len(group) > _SHOWN + 1:
         hint = f"{hint}; " if hint else ""
-        hint += f"and {len(group) - _SHOWN - 1} calls more"
+        hint += f"and {len(group) - _SHOWN - 1} more calls"
     return replace(first, related=tuple(related), hint=hint)

@@ -1,4 +1,4 @@
-"""Checks files while they are edited, with their unsaved texts."""
+"""Checks files that are open in an editor, with their unsaved texts."""
 
 from __future__ import annotations
 
@@ -16,15 +16,14 @@ if TYPE_CHECKING:
 
 
 class OpenFiles:
-    """What an editor has open: `edit` at each keystroke, `check` whenever findings are wanted.
+    """The files that are open in an editor. Call `edit` at each keystroke and `check` to get findings.
 
-    A robot and the files it includes may be open at once, each with text that is not saved; what is not
-    open is read from disk, and read anew when it changes there. Every file is parsed once for as long as
-    its text stays the same, whichever robots include it: after an edit of one file, only that one is
-    parsed again. At most 500 parsed files are kept in a process.
+    A robot and the files it includes may be open at once, each with unsaved text. Other files are read from
+    disk, and read again when they change. A parsed file is cached until its text changes, even if several
+    robots include it. The cache holds at most 500 files per process.
 
-    `packages` is where packages are looked for, also those around each file; `config` stands for the
-    nearest kbot.toml or pyproject.toml of each file.
+    `packages` finds packages; those around each file are found too. `config` replaces the nearest kbot.toml
+    or pyproject.toml of each file.
     """
 
     def __init__(self, packages: Packages | None = None, config: Config | None = None) -> None:
@@ -33,18 +32,18 @@ class OpenFiles:
         self._texts: dict[str, str] = {}
 
     def edit(self, path: str, text: str) -> None:
-        """Take this text for what is in the file, which need not exist."""
+        """Use this text in place of the file's content. The file need not exist."""
         self._texts[os.path.realpath(path)] = text
 
     def close(self, path: str) -> None:
-        """Forget the text of a file: what is on disk counts again."""
+        """Forget the unsaved text of a file, and read it from disk again."""
         self._texts.pop(os.path.realpath(path), None)
 
     def check(self, path: str, arguments: Mapping[str, str] | None = None) -> tuple[Diagnostic, ...]:
-        """What is wrong with a file, in order of place, as `check_file` says it.
+        """The findings of a file, sorted by place, as `check_file` returns them.
 
-        A file that is neither open nor on disk is a finding (F001). Findings may lie in files that this
-        one includes: `finding.origin.span.file` says in which.
+        A file that is neither open nor on disk is a finding (F001). Findings may be in files that this
+        one includes: `finding.origin.span.file` is the path.
 
         Raises:
             KbotError: the configuration is not usable.

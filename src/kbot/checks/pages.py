@@ -1,6 +1,6 @@
-"""The pages of codes that are reported before any rule runs: files, XML, expansion, reading.
+"""The pages of codes that are reported before any rule runs: files, XML, expansion, URDF, simulation.
 
-Their text is kept in pages.tsv, a line for each code.
+Their texts are in pages.tsv, one line per code.
 """
 
 from __future__ import annotations
@@ -11,18 +11,18 @@ from pathlib import Path
 from kbot.checks.registry import page
 from kbot.text import Severity
 
-_SLIP = "safe, where the name is a slip of one known name: it is written."
+_SLIP = "safe, if exactly one known name is a slip away: it is written."
 _NAMES = ("U006", "U007", "U011", "X103", "X112", "X121", "X122", "X129")
 _AUTOFIXES = {
     **dict.fromkeys(_NAMES, _SLIP),
-    "X103": f"{_SLIP} Unsafe, where it is not: a property without a value is inserted, which you fill in.",
-    "P001": "safe, for a root element in two pieces and for blanks before `<?xml`.",
-    "K001": "safe: it is removed.",
+    "X103": f"{_SLIP} Otherwise unsafe: a property without a value is inserted, and you fill in the value.",
+    "P001": "safe, for a root element in two pieces and for white space before `<?xml`.",
+    "K001": "safe: the comment is removed.",
 }
 
 
 def register_pages(table: Path, autofixes: Mapping[str, str]) -> None:
-    """Register the codes of a table with a line for each."""
+    """Register the pages of a table that has one line per code."""
     lines = table.read_text("utf-8").splitlines()
     for line in lines[1:]:
         code, name, severity, what, why, example, fix = line.split("\t")

@@ -1,4 +1,4 @@
-"""What a rule is, and the registry of all rules.
+"""Defines what a rule is, and the registry of all rules.
 
 A rule is a function from a context to findings, without side effects. Its docstring is the source of its
 page (`kbot rule CODE`): a paragraph that names the fault, then the paragraphs `Why:`, `Example:`, `Fix:` and
@@ -24,7 +24,7 @@ Needs = Literal["source", "document", "robot", "drive", "below"]
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What a rule says about one place; the runner adds the rule's code and severity."""
+    """What a rule reports about one place. `Rule.diagnostic` adds the rule's code and severity."""
 
     origin: Origin
     message: str
@@ -38,7 +38,7 @@ Found = Iterator[Finding]
 
 
 def reported(faults: Iterable[Diagnostic], code: str) -> Found:
-    """The faults of a code that the packages below found, as findings of its rule."""
+    """Turn the faults of one code that lower packages found into findings of its rule."""
     for fault in faults:
         if fault.code == code and fault.origin is not None:
             yield Finding(fault.origin, fault.message, fault.hint, fault.related, severity=fault.severity)
@@ -49,10 +49,11 @@ Check = Callable[[Context], Iterable[Finding]]
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """A rule's name, code, severity, the version it came with, its page and its function.
+    """A rule: its code, name, severity, the version that added it, its page and its function.
 
-    `needs` says what has to be there before it can run. "below" marks the codes that the floors
-    below give (files, XML, expansion, the model's reader, launch): they have a page, no function.
+    `needs` is what must be available before the rule can run. "below" marks codes that lower packages report
+    (files, XML, expansion, the URDF reader, the simulation) and those of launch files. They have a page, but
+    no function.
     """
 
     code: str
@@ -70,7 +71,7 @@ class Rule:
 
     @property
     def fix(self) -> Literal["safe", "unsafe", "none"]:
-        """Whether `kbot check --fix` or `--unsafe-fixes` fixes it, from the `Autofix:` of its page."""
+        """Whether `kbot check --fix` or `--unsafe-fixes` can fix it: the first word after `Autofix:`."""
         label = "Autofix:"
         line = next((line for line in self.page.splitlines() if line.startswith(label)), f"{label} none")
         word = line.removeprefix(label).split()[0].strip(".,;:")
@@ -115,7 +116,7 @@ _FAMILIES = (
 def rule(
     code: str, name: str, severity: Severity, needs: Needs, since: str = "0.1"
 ) -> Callable[[Check], Check]:
-    """Register the decorated function as a rule; its docstring is the rule's page."""
+    """Register the decorated function as a rule. Its docstring is the source of the rule's page."""
 
     def add(function: Check) -> Check:
         if code in _RULES or any(other.name == name for other in _RULES.values()):
@@ -128,15 +129,15 @@ def rule(
 
 
 def page(code: str, name: str, text: str, severity: Severity = Severity.ERROR, since: str = "0.1") -> None:
-    """Register the page of a code that a floor below gives."""
-    nothing: Check = lambda context: ()  # noqa: E731 - as short as what it does
+    """Register the page of a code that is reported elsewhere and has no rule function."""
+    nothing: Check = lambda context: ()  # noqa: E731 - a def would be longer than its body
     nothing.__doc__ = text
     rule(code, name, severity, "below", since)(nothing)
 
 
 @cache
 def all_rules() -> dict[str, Rule]:
-    """Every rule by code, the families imported on first use."""
+    """All rules by code. The first call imports the modules that define them."""
     added = (module for part in parts() for module in part.RULE_PAGES)
     families = (f"kbot.checks.rules.{family}" for family in _FAMILIES)
     for module in ("kbot.checks.pages", *added, *families):
@@ -146,7 +147,7 @@ def all_rules() -> dict[str, Rule]:
 
 @cache
 def rules_by_need() -> dict[Needs, tuple[Rule, ...]]:
-    """The rules that have a function, by what has to be there before it can run."""
+    """The rules that have a function, by what they need."""
     rules = [rule for rule in all_rules().values() if rule.needs != "below"]
     return {
         needs: tuple(r for r in rules if r.needs == needs) for needs in dict.fromkeys(r.needs for r in rules)
@@ -154,25 +155,25 @@ def rules_by_need() -> dict[Needs, tuple[Rule, ...]]:
 
 
 def near_rules(word: str, others: Iterable[str] = ()) -> str:
-    """A hint of the code, or the one of `others`, that a misspelled word means.
+    """A hint with the code, or the entry of `others`, that a misspelled word means.
 
-    A suggestion never changes a number, but that of a code has three digits: a fourth one, and letters that
-    look like digits, are slips.
+    `did_you_mean` never changes a number. A code always has three digits, so here a fourth digit, and the
+    letters O, I and L in place of digits, count as slips.
     """
     code = word[:1].upper() + word[1:4].upper().translate(str.maketrans("OIL", "011"))
     return f"did you mean '{code}'?" if code in all_rules() else did_you_mean(word, others)
 
 
 def find_rule(word: str) -> Rule:
-    """A rule by its code or its name.
+    """Find a rule by its code or its name.
 
     Raises:
-        KbotError: there is none; it names the nearest.
+        KbotError: no rule has this code or name. The message suggests the nearest.
     """
     rules = all_rules()
     by_name = {r.name: r for r in rules.values()}
     found = rules.get(word.upper()) or by_name.get(word.lower())
     if found is None:
         hint = near_rules(word, by_name)
-        raise KbotError(f"there is no rule '{word}'" + (f": {hint}" if hint else ""))
+        raise KbotError(f"unknown rule '{word}'" + (f": {hint}" if hint else ""))
     return found

@@ -1,4 +1,4 @@
-"""Checks a file of any kind: reads it, runs the rules, and drops suppressed findings."""
+"""Checks a file of any kind: reads it, runs the rules, and removes suppressed findings."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from kbot.checks.config import Config
 from kbot.checks.context import Context
 from kbot.checks.file_kinds import kind_of
-from kbot.checks.merge import said_once
+from kbot.checks.merge import merge_findings
 from kbot.checks.registry import all_rules, rules_by_need
 from kbot.checks.settings import load_config
 from kbot.checks.suppressions import without_suppressed
@@ -26,17 +26,19 @@ if TYPE_CHECKING:
     from kbot.model.load import Loaded
 
 
-_OF_THE_WHOLE = frozenset({"U002", "U003", "X100", "X103", "X112", "X121", "X129"})
-"""What a part of a robot does not have itself: name, links, and what the file that includes it defines."""
+_ALLOWED_IN_PARTS = frozenset({"U002", "U003", "X100", "X103", "X112", "X121", "X129"})
+"""Not reported for a file that is meant to be included: it has no robot name and no links, and it uses names
+that the including file defines."""
 
-_LOSES = frozenset(
+_LOSES_PARTS = frozenset(
     {"P001", "X114", "X117", "X118", "X120", "X121", "X122", "X123", "X124", "X128", "X129", "X131", "X190"}
 )
-"""Errors with which whole parts of a robot are lost."""
-_OF_WHAT_IS_LOST = frozenset(
+"""Errors after which whole parts of the robot are missing."""
+_FOLLOWS_FROM_LOSS = frozenset(
     {"D101", "D102", "D103", "D104", "D105", "D106", "D107", "D108", "D109", "D121", "W134"}
 )
-"""Names that nothing has, and drives: the part that was lost may have had the names and the wheels."""
+"""Not reported if parts are missing: unknown names and drive faults. The missing part may have had the names
+and the wheels."""
 
 
 def examine(
@@ -46,7 +48,7 @@ def examine(
     config: Config,
     properties: Mapping[str, str] | None = None,
 ) -> Context:
-    """Expand and read a description, keeping all that is wrong, ready for the rules."""
+    """Expand and read a description, and keep all errors, as input for the rules."""
     expansion = expand_text(source.text, source.path, arguments, properties=properties, packages=packages)
     problems, robot = list(expansion.diagnostics), None
     if expansion.document is not None:
@@ -57,27 +59,29 @@ def examine(
 
 
 def as_loaded(loaded: Loaded, source: Source, config: Config) -> Context:
-    """What was loaded from a source, ready for the rules."""
+    """A loaded description as input for the rules."""
     return Context(source, loaded.expansion, loaded.robot, loaded.diagnostics, loaded.packages, config, {})
 
 
 def findings(context: Context) -> list[Diagnostic]:
     """The findings of expansion, reading and the rules. A fault in a macro is reported once.
 
-    Where parts of the robot were lost, how the rest would drive and what it lacks are consequences: left out.
+    If parts of the robot are missing because of an error, findings that follow from it are left out: how the
+    rest would drive, and names that are not found.
     """
-    is_whole = not any(d.is_error and d.code in _LOSES for d in context.problems)
-    found = [d for d in context.problems if not (context.is_part and d.code in _OF_THE_WHOLE)]
+    is_whole = not any(d.is_error and d.code in _LOSES_PARTS for d in context.problems)
+    found = [d for d in context.problems if not (context.is_part and d.code in _ALLOWED_IN_PARTS)]
     for needs, rules in rules_by_need().items():
         for rule in rules if context.has(needs) and (is_whole or needs != "drive") else ():
-            if not is_whole and rule.code in _OF_WHAT_IS_LOST:
+            if not is_whole and rule.code in _FOLLOWS_FROM_LOSS:
                 continue
             found += [rule.diagnostic(finding) for finding in rule.check(context)]
-    return said_once(found, context)
+    return merge_findings(found, context)
 
 
 def _not_reported_before(reported: list[Diagnostic], new: tuple[Diagnostic, ...]) -> list[Diagnostic]:
-    """Reader errors, less those about a place that expansion failed at and left as it was written."""
+    """Errors of the URDF reader, without those at a place where expansion failed and left the text
+    unexpanded."""
     places = [d.origin.span for d in reported if d.is_error and d.origin]
     return [
         d
@@ -102,14 +106,14 @@ def check_file(
     config: Config | None = None,
     properties: Mapping[str, str] | None = None,
 ) -> tuple[Diagnostic, ...]:
-    """What is wrong with a xacro, URDF or launch file, in order of place.
+    """Check a xacro, URDF or launch file. Returns the findings, sorted by place.
 
-    Errors of expansion and reading are findings too; a file that cannot be read is one (F…).
+    Errors of expansion and reading are findings too. A file that cannot be read is a finding (F…).
     `config` defaults to the nearest kbot.toml or pyproject.toml. `properties` override top-level properties
     of a description.
 
     Raises:
-        KbotError: the configuration is not usable.
+        KbotError: the configuration is not valid.
     """
     try:
         source = read_source(path)
@@ -126,10 +130,10 @@ def check_text(
     config: Config | None = None,
     properties: Mapping[str, str] | None = None,
 ) -> tuple[Diagnostic, ...]:
-    """As `check_file`, for a text that need not be saved; `path` is where it would be.
+    """Like `check_file`, for a text that need not be saved. `path` is where it would be.
 
     Raises:
-        KbotError: the configuration is not usable.
+        KbotError: the configuration is not valid.
     """
     config = config or load_config(str(Path(path).parent))
     packages = (packages or Packages()).beside(path)
@@ -139,10 +143,10 @@ def check_text(
 
 
 def check_loaded(loaded: Loaded, config: Config | None = None) -> tuple[Diagnostic, ...]:
-    """As `check_file`, for a description as it was loaded, with the values that it was given.
+    """Like `check_file`, for a description that is already loaded, with its arguments.
 
     Raises:
-        KbotError: the configuration is not usable.
+        KbotError: the configuration is not valid.
     """
     if loaded.expansion.document is None:
         return loaded.diagnostics
@@ -155,7 +159,7 @@ def check_loaded(loaded: Loaded, config: Config | None = None) -> tuple[Diagnost
 
 @contextmanager
 def _without_collecting() -> Iterator[None]:
-    """Python's collector kept off: an eighth of the time goes into looking for cycles, and there are few."""
+    """Disable Python's garbage collector: it takes an eighth of the time of a check and finds few cycles."""
     collecting = gc.isenabled()
     gc.disable()
     try:
@@ -173,7 +177,7 @@ def _findings(
     config: Config,
     properties: Mapping[str, str] | None,
 ) -> list[Diagnostic]:
-    """What is wrong with a file, by its kind, and what no comment suppresses."""
+    """The findings of a file, by its kind, without those that a comment suppresses."""
     kind = kind_of(path)
     if kind is None:
         return _of_description(examine(source, arguments, packages, config, properties))
@@ -187,7 +191,7 @@ def _of_description(context: Context) -> list[Diagnostic]:
 
 
 def _wanted(found: list[Diagnostic], path: str, config: Config) -> tuple[Diagnostic, ...]:
-    """Those that the configuration wants, in order of place."""
+    """The findings that the configuration selects, sorted by place."""
     wanted = (d for d in found if config.wants(d.code, d.origin.span.file if d.origin else path))
     return bounded(sorted(wanted, key=lambda d: _place(d, path)))
 

@@ -1,7 +1,7 @@
-"""Reads the settings of checks: `[tool.kbot.check]` in pyproject.toml, or `[check]` in kbot.toml.
+"""Reads the configuration of checks: `[tool.kbot.check]` in pyproject.toml, or `[check]` in kbot.toml.
 
 [tool.kbot.check]
-select = ["ALL"]                 # codes, prefixes of codes, or names of rules
+select = ["ALL"]                 # codes, or prefixes of codes
 ignore = ["S101", "I"]
 per-file-ignores = { "vendor/*.xacro" = ["ALL"] }
 baseline = "kbot-baseline.json"
@@ -24,18 +24,18 @@ from kbot.text.suggest import did_you_mean
 _KEYS = ("select", "ignore", "per-file-ignores", "baseline", "arguments")
 
 
-def with_choice(config: Config, select: tuple[str, ...], ignore: tuple[str, ...]) -> Config:
-    """A configuration, with what the command line says on top.
+def with_selection(config: Config, select: tuple[str, ...], ignore: tuple[str, ...]) -> Config:
+    """A configuration with the selection of the command line applied.
 
     Raises:
-        KbotError: a word that names no rule.
+        KbotError: a word is not the beginning of any code.
     """
-    check_words((*select, *ignore))
+    check_codes((*select, *ignore))
     return replace(config, select=select or config.select, ignore=(*config.ignore, *ignore))
 
 
-def check_words(words: tuple[str, ...]) -> None:
-    """Raise a KbotError for a word that is no code, no beginning of one and not ALL."""
+def check_codes(words: tuple[str, ...]) -> None:
+    """Raise a KbotError for a word that is neither ALL nor the beginning of a code."""
     rules = all_rules()
     for word in words:
         if word != "ALL" and not any(code.startswith(word) for code in rules):
@@ -44,10 +44,10 @@ def check_words(words: tuple[str, ...]) -> None:
 
 
 def load_config(beside: str) -> Config:
-    """The configuration for a file or folder: the nearest kbot.toml or pyproject.toml that has one.
+    """Load the configuration for a file or folder, from the nearest kbot.toml or pyproject.toml that has one.
 
     Raises:
-        KbotError: it is not TOML, or has a key or value that is not known.
+        KbotError: the file is not TOML, or has an unknown key or an invalid value.
     """
     start = Path(beside).absolute()
     for folder in (start, *start.parents):
@@ -65,13 +65,13 @@ def _table(file: Path, path: tuple[str, ...]) -> dict[str, object] | None:
     try:
         table: Any = tomllib.loads(read_text(file))  # Any: what TOML holds
     except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise KbotError(f"{file} is not usable: {error}") from None
+        raise KbotError(f"{file} is not valid TOML: {error}") from None
     for key in path:
         if not isinstance(table, dict) or key not in table:
             return None
         table = table[key]
     if not isinstance(table, dict):
-        raise KbotError(f"{file}: [{'.'.join(path)}] is not a table")
+        raise KbotError(f"{file}: [{'.'.join(path)}] must be a table")
     return table
 
 
@@ -79,16 +79,16 @@ def _config(table: dict[str, object], file: Path) -> Config:
     for key in table:
         if key not in _KEYS:
             hint = did_you_mean(key, _KEYS) or "one of " + ", ".join(_KEYS)
-            raise KbotError(f"{file}: check has no key '{key}': {hint}")
+            raise KbotError(f"{file}: unknown key '{key}' in the check table: {hint}")
     per_file = table.get("per-file-ignores", {})
     arguments = table.get("arguments", [])
     if not isinstance(per_file, dict):
-        raise KbotError(f"{file}: per-file-ignores is not a table of patterns and codes")
+        raise KbotError(f"{file}: per-file-ignores must be a table of patterns and lists of codes")
     if not isinstance(arguments, list) or not all(isinstance(a, dict) for a in arguments):
-        raise KbotError(f"{file}: arguments is not a list of tables")
+        raise KbotError(f"{file}: arguments must be a list of tables")
     baseline = table.get("baseline")
     if baseline is not None and not isinstance(baseline, str):
-        raise KbotError(f"{file}: baseline is not a file's name")
+        raise KbotError(f"{file}: baseline must be a file name")
     config = Config(
         _words(table.get("select", ["ALL"]), "select", file),
         _words(table.get("ignore", []), "ignore", file),
@@ -97,13 +97,13 @@ def _config(table: dict[str, object], file: Path) -> Config:
         tuple({str(k): _text(v) for k, v in a.items()} for a in arguments),
         str(file.parent),
     )
-    check_words((*config.select, *config.ignore, *(w for c in config.per_file_ignores.values() for w in c)))
+    check_codes((*config.select, *config.ignore, *(w for c in config.per_file_ignores.values() for w in c)))
     return config
 
 
 def _words(value: object, key: str, file: Path) -> tuple[str, ...]:
     if not isinstance(value, list) or not all(isinstance(word, str) for word in value):
-        raise KbotError(f"{file}: {key} is not a list of codes")
+        raise KbotError(f"{file}: {key} must be a list of codes")
     return tuple(value)
 
 

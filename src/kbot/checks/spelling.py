@@ -1,4 +1,4 @@
-"""Fixes of unknown names: correct a slip, or insert a definition."""
+"""Fixes for unknown names: correct a slip, or insert a definition."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _BLANKS = str.maketrans("\r\n\t", "   ")
 
 
 def with_fix(diagnostic: Diagnostic, context: Context) -> Diagnostic:
-    """The finding of an unknown name with its fix."""
+    """Add the fix to a finding of an unknown name."""
     hint = diagnostic.hint
     if diagnostic.fix is not None or diagnostic.origin is None or not isinstance(hint, Suggestion):
         return diagnostic
@@ -37,9 +37,9 @@ def with_fix(diagnostic: Diagnostic, context: Context) -> Diagnostic:
 
 
 def _respelled(diagnostic: Diagnostic, span: Span, hint: Suggestion, context: Context) -> Fix | None:
-    """Write the name that the hint is sure of, here and where else it is needed.
+    """Write the name that the hint is sure of, here and at all other places that need it.
 
-    A name that is put together, as `${prefix}_lnk`, is not changed.
+    A composed name, such as `${prefix}_lnk`, is not changed.
     """
     others = [r.origin.span for r in diagnostic.related if r.message == "needed here"]
     first, *further = ([*_edits(span, hint, context)] for span in dict.fromkeys((span, *others)))
@@ -50,7 +50,7 @@ def _respelled(diagnostic: Diagnostic, span: Span, hint: Suggestion, context: Co
 
 
 def _defined(span: Span, name: str, context: Context) -> Fix | None:
-    """Define a property, still without a value, at the top of the file that uses it."""
+    """Define a property without a value at the top of the file that uses it."""
     root = next((file.root for file in context.sources if file.path == span.file), None)
     if root is None or "xmlns:xacro" not in root.attributes:
         return None
@@ -59,7 +59,8 @@ def _defined(span: Span, name: str, context: Context) -> Fix | None:
 
 
 def _edits(span: Span, hint: Suggestion, context: Context) -> Iterator[Edit]:
-    """A macro's name in its call, a value or a text that is the name, or the name within expressions."""
+    """The edits that write a name: in a macro call, in a value or text that is only the name, or in
+    expressions."""
     source, written = span.source, hint.written.encode()
     if span.text.startswith("<"):
         call = context.call_at(span)
@@ -81,7 +82,7 @@ def _edits(span: Span, hint: Suggestion, context: Context) -> Iterator[Edit]:
 
 
 def _names(written: str, name: str) -> Iterator[tuple[int, int]]:
-    """The bytes of a text, as it is written in XML, that name a property or an argument."""
+    """The byte ranges of a name of a property or argument in a text as it is written in XML."""
     units = UNIT.findall(written)
     plain = [html.unescape(unit).translate(_BLANKS) for unit in units]
     if any(len(character) != 1 for character in plain):
@@ -92,7 +93,7 @@ def _names(written: str, name: str) -> Iterator[tuple[int, int]]:
 
 
 def _starts(text: str, name: str) -> Iterator[int]:
-    """The characters at which a name begins in the expressions and commands of a text."""
+    """The character offsets of a name in the expressions and substitutions of a text."""
     try:
         found = pieces(text)
     except XacroError:
@@ -110,9 +111,12 @@ def _starts(text: str, name: str) -> Iterator[int]:
 
 
 def _variables(expression: str, name: str) -> Iterator[int]:
-    """The characters at which a variable stands in an expression, whose names alone are those of
-    properties: its texts, keywords and attributes are something else. None where it is a name of the
-    expression's own, or stands in an f-string, whose columns Python tells wrong before 3.12."""
+    """The character offsets of a variable in an expression.
+
+    Only variables are properties: strings, keywords and attributes are not. None are returned if the
+    expression binds the name itself, or has an f-string, because Python before 3.12 reports wrong columns in
+    f-strings.
+    """
     source = expression.lstrip()
     try:
         with warnings.catch_warnings():

@@ -1,4 +1,4 @@
-"""Comments `<!-- kbot: ignore[CODE] why -->` on a line or above it, and those that suppress nothing."""
+"""Applies comments `<!-- kbot: ignore[CODE] reason -->` on or above a line, and reports unused ones."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _MARK = b"kbot:"
 
 @dataclass(slots=True)
 class Suppression:
-    """One comment: the lines it speaks for, the codes it names."""
+    """One comment: the lines it applies to, its codes, and the codes that suppressed a finding."""
 
     span: Span
     lines: Sequence[int]
@@ -26,7 +26,7 @@ class Suppression:
     used: set[str]
 
     def covers(self, diagnostic: Diagnostic) -> bool:
-        """Whether it names the code of a finding that is on one of its lines."""
+        """Whether it names the code of a finding on one of its lines. Marks the code as used."""
         code = next((c for c in self.codes if c in (diagnostic.code, "ALL")), None)
         if code is None:
             return False
@@ -37,7 +37,7 @@ class Suppression:
 def without_suppressed(
     found: Sequence[Diagnostic], sources: Iterable[Source], rules: Mapping[str, Rule]
 ) -> list[Diagnostic]:
-    """Findings that no comment suppresses, and one (K001) for each comment that suppresses nothing."""
+    """The findings that no comment suppresses, plus K001 for each comment that suppresses nothing."""
     marked = [s for s in sources if _MARK in s.data]
     if not marked:
         return list(found)
@@ -47,7 +47,7 @@ def without_suppressed(
         next_lines = _next_lines(source)
         for match in _COMMENT.finditer(source.data):
             if not match[2]:
-                break  # it is not closed: the file is not well-formed, and reported for that
+                break  # not closed: the file is not well-formed, which is reported elsewhere
             span = Span(source, match.start(), match.end())
             read = _read(span, match[1].decode("utf-8", "replace").strip(), rules, next_lines)
             if isinstance(read, Diagnostic):
@@ -62,7 +62,7 @@ def without_suppressed(
         origin = diagnostic.origin
         spans = (origin.span, *(call.span for call in origin.stack)) if origin else ()
         near = [c for place in {(s.file, s.line) for s in spans} for c in by_line.get(place, ())]
-        # every comment is asked, so that each learns whether it is used
+        # no short circuit: `covers` marks every matching comment as used
         covered = [c.covers(diagnostic) for c in near]
         kept += [] if any(covered) else [diagnostic]
     kept += [d for c in comments if (d := _unused(c))]
@@ -76,9 +76,9 @@ def _read(
     codes = tuple(code.strip() for code in match[1].split(",") if code.strip()) if match else ()
     unknown = next((c for c in codes if c not in rules and c != "ALL"), None)
     if not match or not codes or unknown:
-        message = f"there is no rule '{unknown}'" if unknown else f"'kbot: {text}' is not understood"
+        message = f"unknown rule '{unknown}'" if unknown else f"the comment 'kbot: {text}' cannot be parsed"
         hint = near_rules(unknown) if unknown else ""
-        hint = hint or "written <!-- kbot: ignore[CODE] why -->"
+        hint = hint or "write <!-- kbot: ignore[CODE] reason -->"
         return Diagnostic("K002", Severity.WARNING, message, Origin(span), hint)
     first = span.line
     source = span.source
@@ -92,7 +92,7 @@ def _read(
 
 
 def _next_lines(source: Source) -> dict[int, int]:
-    """For each line the next one that has anything but comments on it, where there is one."""
+    """For each line, the next line that is not only a comment."""
     found: dict[int, int] = {}
     following = 0
     for number in range(source.line_count, 0, -1):
@@ -108,7 +108,7 @@ def _unused(comment: Suppression) -> Diagnostic | None:
     unused = [code for code in comment.codes if code not in comment.used]
     if not unused:
         return None
-    message = f"the comment suppresses nothing: there is no {', '.join(unused)} here"
+    message = f"the comment suppresses nothing: no finding {' or '.join(unused)} here"
     fix = None
     if len(unused) == len(comment.codes):
         fix = Fix("remove the comment", (Edit(with_line(comment.span), ""),), safe=True)

@@ -18,7 +18,7 @@ from kbot.checks.file_kinds import kind_of
 from kbot.checks.fixes import fixed, fixed_includes, unified_diff
 from kbot.checks.folder_files import entry_points
 from kbot.checks.formats import github, junit, relative, sarif
-from kbot.checks.settings import with_choice
+from kbot.checks.settings import with_selection
 from kbot.cli.arguments import NO_FILE, collect_options, examples, package_path_option, split_arguments
 from kbot.cli.output import fail, has_color, is_unusable, print_json, warn_about_duplicates
 from kbot.model.load import resolve_robot_path
@@ -199,7 +199,7 @@ def _jobs(
     jobs = []
     for entry in entry_points(path) if is_folder else [path]:
         folder = os.path.dirname(os.path.abspath(entry))  # noqa: PTH100, PTH120 - keeps symbolic links
-        config = with_choice(load_config(folder), _codes(choice.select), _codes(choice.ignore))
+        config = with_selection(load_config(folder), _codes(choice.select), _codes(choice.ignore))
         sets = (config.arguments if is_folder or arguments else ()) or ({},)
         distinct = list[Mapping[str, str]]()
         for arguments_of_set in ({**given, **arguments} for given in sets):

@@ -1,1 +1,1 @@
-"""Facts that rules look at: sources, bodies, wheels and plugins. No findings are made here."""
+"""Facts that rules check: sources, bodies, meshes, folders and the URDF vocabulary. They make no findings."""

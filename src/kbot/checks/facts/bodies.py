@@ -1,4 +1,4 @@
-"""Size, volume and inertia tensor of a link's shapes."""
+"""Computes size, volume and inertia tensor of a link's shapes."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ from kbot.text import Origin
 
 
 def link_tensor(inertial: Inertial) -> Matrix:
-    """The tensor about the centre of mass in the link's axes, kg m^2."""
+    """The tensor about the centre of mass, in the link's axes, kg m^2."""
     return tensor_in(rotation(inertial.pose.rpy), inertial.tensor)
 
 
 @dataclass(frozen=True, slots=True)
 class LinkShape:
-    """One shape of a link, in the link's frame. A mesh stands as the box around it.
+    """One shape of a link, in the link's frame. A mesh is represented by its bounding box.
 
-    `half` are half extents along the shape's own axes; `volume` is None for a mesh that is not
-    closed.
+    `half` are the half extents along the shape's own axes, m. `volume` (m^3) is None for a mesh that is not
+    closed, or too large to compute it.
     """
 
     geometry: Geometry
@@ -46,7 +46,7 @@ class LinkShape:
     origin: Origin
 
     def support(self, direction: Vector) -> float:
-        """How far the shape reaches from its centre along a unit direction of the link's frame."""
+        """Extent of the shape from its centre along a unit direction of the link's frame, m."""
         x, y, z = direction if self.frame.rotation is IDENTITY else self.frame.local_direction(direction)
         match self.geometry:
             case Sphere(radius=r):
@@ -59,7 +59,7 @@ class LinkShape:
                 return abs(x) * self.half[0] + abs(y) * self.half[1] + abs(z) * self.half[2]
 
     def reach(self, point: Vector) -> float:
-        """Distance of the shape's farthest point from a point of the link's frame."""
+        """Distance from a point of the link's frame to the shape's farthest point, m."""
         x, y, z = self.frame.local(point)
         match self.geometry:
             case Sphere(radius=r):
@@ -90,7 +90,7 @@ class LinkShape:
 
 @dataclass(frozen=True, slots=True)
 class Solid:
-    """Volume (m^3), centre (m) and tensor per kg about it (m^2) of shapes filled evenly."""
+    """Volume (m^3), centre (m) and tensor per kg about it (m^2) of shapes with uniform density."""
 
     volume: float
     center: Vector
@@ -100,7 +100,7 @@ class Solid:
 
 @dataclass(frozen=True)
 class LinkBody:
-    """A link's shapes: all of them, and those that its mass is judged by."""
+    """A link's shapes, and the solid that its mass and inertia are compared with."""
 
     visuals: tuple[LinkShape, ...]
     collisions: tuple[LinkShape, ...]
@@ -112,7 +112,7 @@ class LinkBody:
         return (*self.visuals, *self.collisions)
 
     def reach(self, point: Vector) -> float:
-        """Distance of the farthest point of any shape from a point of the link's frame."""
+        """Distance from a point of the link's frame to the farthest point of any shape, m."""
         return max((part.reach(point) for part in self.parts), default=0.0)
 
     @cached_property
@@ -122,7 +122,7 @@ class LinkBody:
 
     @cached_property
     def solid(self) -> Solid | None:
-        """The body that the collisions (else the visuals) fill, when all their volumes are known."""
+        """The solid of the collisions, or of the visuals if there are none. None if a volume is not known."""
         return solid(self.collisions) if self.collisions else solid(self.visuals)
 
 
@@ -137,7 +137,7 @@ def body_of(link: Link) -> LinkBody:
 
 
 def bounds(parts: Sequence[LinkShape], frame: SpatialFrame | None = None) -> tuple[Vector, Vector] | None:
-    """Lowest and highest coordinates of parts, in the link's frame or in one it stands in."""
+    """Lowest and highest coordinates of parts, in the link's frame or, given its pose, in an outer frame."""
     if not parts:
         return None
     axes = transpose(frame.rotation) if frame else IDENTITY
@@ -152,7 +152,10 @@ def bounds(parts: Sequence[LinkShape], frame: SpatialFrame | None = None) -> tup
 
 
 def solid(parts: Sequence[LinkShape]) -> Solid | None:
-    """Shapes filled evenly; None when there is none or a volume is not known. Overlaps count twice."""
+    """The solid of shapes with uniform density. None without shapes or if a volume is not known.
+
+    Overlaps count twice.
+    """
     volume, moment, kept = 0.0, [0.0, 0.0, 0.0], []
     for part in parts:
         if part.volume is None or not part.volume > 0.0:
@@ -174,7 +177,7 @@ def solid(parts: Sequence[LinkShape]) -> Solid | None:
 
 
 def _part(shape: Visual | Collision) -> LinkShape | None:
-    """None for a mesh whose file is not there, and for a size that is not positive."""
+    """The shape in the link's frame. None for a mesh that cannot be read or a size that is not positive."""
     geometry, frame = shape.geometry, SpatialFrame.of(shape.pose)
     origin = geometry.origin
     match geometry:
@@ -208,7 +211,7 @@ def _mesh_part(mesh: Mesh, frame: SpatialFrame) -> LinkShape | None:
 
 
 def _capsule_moments(r: float, length: float) -> Vector:
-    """Per kg: a cylinder and two half spheres of even density."""
+    """Principal moments per kg of a cylinder with two half spheres, of uniform density."""
     cylinder, ball = math.pi * r * r * length, 4.0 / 3.0 * math.pi * r * r * r
     total = cylinder + ball
     along = (cylinder * r * r / 2.0 + ball * 0.4 * r * r) / total
@@ -220,13 +223,13 @@ def _capsule_moments(r: float, length: float) -> Vector:
 
 
 def lowest(part: LinkShape, frame: SpatialFrame) -> float:
-    """Height of a part's lowest point in the root's frame, m; `frame` is that of its link."""
+    """Height of a part's lowest point in the root's frame, m. `frame` is the pose of its link."""
     down = frame.local_direction((0.0, 0.0, -1.0))
     return frame.point(part.frame.translation)[2] - part.support(down)
 
 
 def axis_of(part: LinkShape) -> Vector | None:
-    """The axis of symmetry of a cylinder or capsule, in the link's frame."""
+    """The symmetry axis of a cylinder or capsule in the link's frame; None for other shapes."""
     if isinstance(part.geometry, Cylinder | Capsule):
         return part.frame.direction((0.0, 0.0, 1.0))
     return None

@@ -1,4 +1,4 @@
-"""The files in the folders around a description, each folder read once per run."""
+"""File names in the folders around a description. Each folder is listed once per run."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import os
 
 
 class Folders:
-    """The names in folders, and files that are called almost as one says."""
+    """Lists folders, and finds files whose names differ only by case."""
 
     def __init__(self) -> None:
         self._names: dict[str, tuple[str, ...]] = {}
-        self._almost: dict[str, str | None] = {}
+        self._matches: dict[str, str | None] = {}
 
     def names(self, folder: str) -> tuple[str, ...]:
-        """The names in a folder; none where there is no such folder."""
+        """The names in a folder. Empty if the folder does not exist."""
         names = self._names.get(folder)
         if names is None:
             try:
@@ -23,18 +23,18 @@ class Folders:
             self._names[folder] = names
         return names
 
-    def but_for_case(self, path: str) -> str | None:
-        """What there is of the path's name, or of one that differs by capital letters only."""
+    def find_ignoring_case(self, path: str) -> str | None:
+        """The existing path that equals this one, or differs from it only by case. None if there is none."""
         folder, name = os.path.split(path)
         if not self.names(folder):
             inner = self._folder(folder) if folder not in ("", path) else None
-            if inner is None or inner == folder:  # not there, or there and empty
+            if inner is None or inner == folder:  # it does not exist, or it is empty
                 return None
-            return self.but_for_case(os.path.join(inner, name))
+            return self.find_ignoring_case(os.path.join(inner, name))
         match = next((n for n in self.names(folder) if n.lower() == name.lower()), None)
         return os.path.join(folder, match) if match else None
 
     def _folder(self, path: str) -> str | None:
-        if path not in self._almost:
-            self._almost[path] = self.but_for_case(path)
-        return self._almost[path]
+        if path not in self._matches:
+            self._matches[path] = self.find_ignoring_case(path)
+        return self._matches[path]

@@ -1,4 +1,4 @@
-"""Finds macros that write the inertial of a solid body, by what they compute."""
+"""Finds macros that write the inertial of a solid body, by calling them with known sizes."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ Moments = tuple[float, float, float]
 
 _MASS = 0.7
 _SIZES = (0.3, 0.5, 0.2)
+"""Test values, kg and m. They differ from each other, so that the moments show which parameter is which."""
 _TOLERANCE = 1e-3
 _ROBOT = '<robot name="probe" xmlns:xacro="http://www.ros.org/wiki/xacro">{}</robot>'
 _POSE = '<origin xyz="0 0 0" rpy="0 0 0"/>'
@@ -25,10 +26,11 @@ _POSE = '<origin xyz="0 0 0" rpy="0 0 0"/>'
 
 @dataclass(frozen=True, slots=True)
 class InertiaMacro:
-    """A macro that writes an inertial, and which of its parameters is what.
+    """A macro that writes an inertial, and the meaning of its parameters.
 
-    `sizes` are the edges along x, y, z of a box, radius and length of a cylinder along z, or the radius of
-    a sphere. `xyz` and `rpy` place the inertial, `block` takes its `<origin>`; empty where it has none.
+    `sizes` names the edges along x, y, z of a box, radius and length of a cylinder along z, or the radius of
+    a sphere. `xyz` and `rpy` name the parameters that place the inertial, and `block` the one that takes its
+    `<origin>`. Each is empty if the macro has no such parameter.
     """
 
     name: str
@@ -41,7 +43,7 @@ class InertiaMacro:
 
 
 def find_macros(table: MacroTable | None) -> Iterator[InertiaMacro]:
-    """The inertia macros among those of a description's top level."""
+    """The inertia macros among the top-level macros of a description."""
     for entry in table.own.values() if table is not None else ():
         found = known_macro(entry) if isinstance(entry, Macro) else None
         if found is not None:
@@ -49,7 +51,8 @@ def find_macros(table: MacroTable | None) -> Iterator[InertiaMacro]:
 
 
 def known_macro(macro: Macro) -> InertiaMacro | None:
-    """What a macro computes; None for one that does anything but write the inertial of a solid body."""
+    """Recognise an inertia macro. None if the macro does anything else than write the inertial of a solid
+    body."""
     if "<inertial" not in macro.body.whole.text:
         return None
     needed = tuple(p.name for p in macro.parameters if not p.is_optional and not p.is_block)
@@ -62,7 +65,7 @@ def known_macro(macro: Macro) -> InertiaMacro | None:
 def _probed(
     name: str, text: str, needed: tuple[str, ...], blocks: tuple[str, ...], optional: tuple[str, ...]
 ) -> InertiaMacro | None:
-    """Call the macro with known sizes and see whose moments come out."""
+    """Call the macro with known sizes and compare the moments with those of each solid."""
     if not 2 <= len(needed) <= 4 or len(blocks) > 1:
         return None
     block = _POSE if blocks else ""
@@ -83,16 +86,16 @@ def _probed(
 
 
 def _called(text: str, name: str, given: Mapping[str, str], block: str) -> Element | None:
-    """The one inertial that a call gives."""
+    """The inertial that a call expands to. None if it expands to anything else."""
     values = " ".join(f'{key}="{value}"' for key, value in given.items())
     call = f"<xacro:{name} {values}>{block}</xacro:{name}>"
-    result = expand_text(_ROBOT.format(text + call), "the inertia macro that is probed")
+    result = expand_text(_ROBOT.format(text + call), "the tested inertia macro")
     made = list(result.document.elements()) if result.ok and result.document is not None else []
     return made[0] if len(made) == 1 and made[0].tag == "inertial" else None
 
 
 def _fit(made: Element, sizes: list[str]) -> tuple[Kind, tuple[str, ...]] | None:
-    """The kind of body whose moments an inertial has, and the parameters by role."""
+    """The kind of solid whose moments an inertial has, and the size parameters in order."""
     inertia = made.find("inertia")
     own = tuple(_number(inertia, name) for name in ("ixx", "iyy", "izz"))
     if any(_number(inertia, name) != 0.0 for name in ("ixy", "ixz", "iyz")):
@@ -107,7 +110,7 @@ def _fit(made: Element, sizes: list[str]) -> tuple[Kind, tuple[str, ...]] | None
 
 
 def moments(kind: Kind, mass: float, sizes: list[float]) -> Moments:
-    """Principal moments in kg m^2 of a solid body, as in any table."""
+    """Principal moments of a solid body of uniform density, kg m^2."""
     if kind == "sphere":
         moment = 0.4 * mass * sizes[0] ** 2
         return moment, moment, moment
@@ -121,7 +124,7 @@ def moments(kind: Kind, mass: float, sizes: list[float]) -> Moments:
 def _placing(
     text: str, name: str, given: Mapping[str, str], block: str, optional: tuple[str, ...], what: str
 ) -> str:
-    """The optional parameter that becomes the inertial's `xyz` or `rpy`; empty when there is none."""
+    """The optional parameter that sets the inertial's `xyz` or `rpy`. Empty if there is none."""
     for parameter in optional:
         made = _called(text, name, {**given, parameter: "0.1 0.2 0.3"}, block)
         if made is not None and _pose(made, what) == "0.1 0.2 0.3":
@@ -130,7 +133,7 @@ def _placing(
 
 
 def _pose(inertial: Element, name: str) -> str:
-    """The text of the inertial's `xyz` or `rpy`; empty for one of zeros."""
+    """The text of the inertial's `xyz` or `rpy`. Empty if all its numbers are zero."""
     origin = inertial.find("origin")
     value = origin.attributes.get(name, "").strip() if origin is not None else ""
     return "" if all(word.strip("-+0.") == "" for word in value.split()) else value

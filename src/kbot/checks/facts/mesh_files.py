@@ -1,4 +1,4 @@
-"""What rules need to know about a mesh file, cached until the file changes."""
+"""Size, triangles and volume of mesh files, cached until the file changes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from kbot.text import KbotError
 
 @dataclass(frozen=True, slots=True)
 class MeshFacts:
-    """Extents in metres (scale not applied), triangles, and the volume where the surface is closed."""
+    """Bounds in metres before scaling, number of triangles, and the volume if it is known."""
 
     bounds: tuple[Vector, Vector]
     triangles: int
@@ -21,13 +21,13 @@ class MeshFacts:
 
 
 def mesh_facts(path: str) -> MeshFacts | None:
-    """None when the file cannot be read as a mesh; `unreadable` says why."""
+    """The facts of a mesh file. None if it cannot be read; `unreadable` returns the reason."""
     facts = _facts_of(path)
     return facts if isinstance(facts, MeshFacts) else None
 
 
 def unreadable(path: str) -> str:
-    """Why a mesh file cannot be read; empty when it can."""
+    """The reason why a mesh file cannot be read. Empty if it can."""
     facts = _facts_of(path)
     return facts if isinstance(facts, str) else ""
 

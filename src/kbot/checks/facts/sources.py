@@ -1,4 +1,4 @@
-"""The source files of a description, parsed but not expanded."""
+"""Parses the source files of a description without expanding them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _PARAMETER = re.compile(r"""(\*{0,2})([\w-]+)(\s*:?=\s*(?:\^\|?)?(?:'[^']*'|"[^"
 
 @dataclass(frozen=True)
 class MacroText:
-    """A macro as it is written: its parameters by name, the words of its body, the macros it calls."""
+    """A macro as written: its element, its parameter names, and all names that its body uses."""
 
     element: Element
     parameters: tuple[str, ...]
@@ -26,7 +26,7 @@ class MacroText:
 
 @dataclass(frozen=True, eq=False)
 class SourceFile:
-    """One file: its text and its root element; what the rules ask of it is found when it is asked for."""
+    """One file: its text and its root element. The rest is computed on first use."""
 
     source: Source
     root: Element
@@ -42,13 +42,13 @@ class SourceFile:
 
     @cached_property
     def xacro(self) -> tuple[Element, ...]:
-        """The elements that xacro may have to do with, in document order."""
+        """The elements that xacro may change, in document order."""
         return tuple(e for e in self._walked[0] if not e.is_plain)
 
     @cached_property
     def _walked(self) -> tuple[tuple[Element, ...], tuple[int, ...]]:
-        """Elements in document order, what is within plain ones left out; and for each of them, how many
-        there are up to the end of its own subtree."""
+        """Elements in document order, without the content of plain ones, and the index after the last element
+        of each one's subtree."""
         elements, ends = [self.root], [1]
         inner = [(0, iter(() if self.root.is_plain else self.root.children))]
         while inner:
@@ -71,7 +71,7 @@ class SourceFile:
 
     @cached_property
     def words(self) -> frozenset[str]:
-        """Every name that is used: within `${}` and `$()`, macros called, blocks inserted."""
+        """Every name that is used: in `${}` and `$()`, called macros, inserted blocks."""
         return frozenset().union(*self._words)
 
     def _words_in(self, start: int, end: int) -> frozenset[str]:
@@ -79,7 +79,8 @@ class SourceFile:
 
     @cached_property
     def top(self) -> tuple[tuple[Element, frozenset[str]], ...]:
-        """The root's own children, each with the words used in it; macros use none until they are called."""
+        """The root's children, each with the names used in it, without macros and arguments: macros use
+        nothing until they are called."""
         elements, ends = self._walked
         found, at = [], 1
         while at < len(elements):
@@ -104,7 +105,7 @@ _files: dict[str, SourceFile] = {}
 
 
 def read_sources(entry: Source, dependencies: Sequence[str]) -> tuple[SourceFile, ...]:
-    """The entry and those of its dependencies that are XML; files that cannot be read are left out."""
+    """The entry and its XML dependencies. Files that cannot be read are left out."""
     files = []
     for path in dict.fromkeys((entry.path, *dependencies)):
         if path.endswith((".yaml", ".yml")):
@@ -119,7 +120,7 @@ def read_sources(entry: Source, dependencies: Sequence[str]) -> tuple[SourceFile
 
 
 def _source_file(root: Element) -> SourceFile:
-    """What is known of a parsed file; the same object for as long as the file stays the same."""
+    """The `SourceFile` of a parsed file, cached until the file changes."""
     path = root.source.path
     known = _files.get(path)
     if known is None or known.root is not root:
@@ -130,7 +131,7 @@ def _source_file(root: Element) -> SourceFile:
 
 
 def in_order(root: Element) -> list[Element]:
-    """An element and all beneath it in document order."""
+    """An element and all its descendants in document order."""
     found = [root]
     inner = [iter(root.children)]
     while inner:
@@ -146,7 +147,7 @@ def in_order(root: Element) -> list[Element]:
 
 
 def words_of(element: Element) -> tuple[str, ...]:
-    """Names that an element's own tag and text use."""
+    """The names that an element itself uses, without its descendants."""
     words: list[str] = []
     tag, attributes = element.tag, element.attributes
     if tag.startswith(XACRO):
@@ -162,7 +163,7 @@ def words_of(element: Element) -> tuple[str, ...]:
         if "$" in value:
             words += _NAME.findall(value)
     params = attributes.get("params")
-    if params is not None and "^" in params:  # it takes its caller's property of that name
+    if params is not None and "^" in params:  # `name:=^` forwards the caller's property of that name
         words += (m[1] for m in re.finditer(r"(?<![\w-])([\w-]++)\s*:?=\s*\^", params))
         words += _NAME.findall(params)
     for child in element.children:
@@ -172,13 +173,13 @@ def words_of(element: Element) -> tuple[str, ...]:
 
 
 def parameters_of(macro: Element) -> dict[str, str]:
-    """A macro's parameters by name, each with its default as written."""
+    """The parameters of a macro by name, each with its default as written."""
     text = macro.attributes.get("params", "")
     return {m[2]: m[3] or "" for m in _PARAMETER.finditer(text)}
 
 
 def named(file: SourceFile, tag: str) -> Iterator[tuple[str, Element]]:
-    """The elements of one of xacro's tags that are named without an expression, each with its name."""
+    """The elements of a xacro tag whose name has no expression, each with its name."""
     for element in file.xacro:
         if element.tag == tag and "name" in element.attributes and "$" not in element.attributes["name"]:
             yield element.attributes["name"], element

@@ -1,4 +1,4 @@
-"""The elements and attributes of URDF, as urdfdom and its well-known extensions read them."""
+"""The elements and attributes of URDF, as urdfdom and its common extensions read them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ ATTRIBUTES: dict[str, tuple[str, ...]] = {
     "mimic": ("joint", "multiplier", "offset"),
     "safety_controller": ("k_velocity", "k_position", "soft_lower_limit", "soft_upper_limit"),
 }
-"""Attributes that each element has."""
+"""The attributes of each element."""
 
 CHILDREN: dict[str, tuple[str, ...]] = {
     "robot": ("link", "joint", "material", "gazebo", "transmission", "ros2_control", "sensor"),
@@ -52,7 +52,7 @@ CHILDREN: dict[str, tuple[str, ...]] = {
     "geometry": ("box", "cylinder", "sphere", "capsule", "mesh"),
     "material": ("color", "texture"),
 }
-"""Elements that may stand within each element."""
+"""The allowed children of each element."""
 
 TOLERATED: dict[str, frozenset[str]] = {
     "link": frozenset(
@@ -72,7 +72,7 @@ TOLERATED: dict[str, frozenset[str]] = {
     "geometry": frozenset({"plane", "heightmap", "ellipsoid", "octree", "sdf", "cone", "cdf"}),
     "material": frozenset({"script", "ambient", "diffuse", "specular", "emissive", "pbr"}),
 }
-"""Elements of other readers (Gazebo's SDF, Bullet, Drake, PR2) that are left alone where they stand."""
+"""Elements that other readers use (Gazebo's SDF, Bullet, Drake, PR2). Not reported inside these parents."""
 
 FOREIGN_ATTRIBUTES: dict[str, frozenset[str]] = {
     "robot": frozenset({"format"}),

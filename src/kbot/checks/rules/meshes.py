@@ -60,7 +60,7 @@ def mesh_missing(context: Context) -> Found:
             continue
         if not expected:
             continue
-        found = context.folders.but_for_case(expected)
+        found = context.folders.find_ignoring_case(expected)
         if found == expected:
             yield Finding(mesh.origin, f"{link.name}: {expected} is no file that can be read")
         elif found is None:
@@ -108,7 +108,7 @@ def mesh_case(context: Context) -> Found:
         folder, name = os.path.split(expected)
         if not name or name in context.folders.names(folder):
             continue
-        found = os.path.basename(context.folders.but_for_case(expected) or "")
+        found = os.path.basename(context.folders.find_ignoring_case(expected) or "")
         if found.lower() == name.lower():
             yield Finding(
                 mesh.origin,

@@ -314,7 +314,7 @@ def _simulation(
 ) -> tuple[Loaded, Simulation]:
     start = pose_of("--pose", setup.pose)
     with loading(setup.world):
-        from kbot.checks.first_look import CONTROL, MESHES, first_look, folded
+        from kbot.checks.first_look import CONTROL, MESHES, first_look, merged_findings
         from kbot.model.load import load_robot
         from kbot.sim import Simulation
         from kbot.world import load_world
@@ -328,7 +328,7 @@ def _simulation(
         found = [
             *loaded.diagnostics,
             *first_look(loaded, (*MESHES, *CONTROL)),
-            *folded(loaded, simulation.diagnostics),
+            *merged_findings(loaded, simulation.diagnostics),
         ]
     report(found)
     return loaded, simulation

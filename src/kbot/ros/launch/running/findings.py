@@ -16,7 +16,7 @@ def simulation_findings(stage: Stage, packages: Packages) -> tuple[Diagnostic, .
     from kbot.checks.first_look import (
         CONTROL,
         first_look,
-        folded,
+        merged_findings,
     )  # lazy: start-up time of launches without a simulation
     from kbot.sim.preparation import controller_findings
 
@@ -25,7 +25,7 @@ def simulation_findings(stage: Stage, packages: Packages) -> tuple[Diagnostic, .
         loaded = load_robot(spawned.path, spawned.arguments, packages=packages)
         findings += first_look(loaded, CONTROL)
         if spawned.controllers and loaded.robot is not None:
-            findings += folded(
+            findings += merged_findings(
                 loaded, controller_findings(with_controllers(loaded.robot, spawned.controllers))
             )
     return tuple(findings)
