@@ -104,7 +104,7 @@ def test_keys_that_can_have_one_hash_are_refused() -> None:
 XACRO_REFUSES = {
     "aliases of one long list": (
         "a: &a [" + "1," * 60_000 + "1]\nb: [" + "*a," * 60_000 + "*a]\n",
-        "holds too much data",
+        "contains too much data",
     ),
     "keys that can have one hash": (
         "".join(f"{k * LARGE}: 1\n" for k in range(1, 200)),

@@ -154,7 +154,7 @@ def test_a_text_for_a_property_that_is_a_number_is_one_error(tmp_path: Path, val
     assert (
         str(raised.value) == f"{file}:2:33: error: the value given for p, '{value}', is not a number [X206]"
     )
-    assert raised.value.diagnostics[0].hint == "the file has 0.035; write a number with a decimal point"
+    assert raised.value.diagnostics[0].hint == "the file has 0.035. Write a number, with a decimal point"
 
 
 @pytest.mark.parametrize("value", ["left", "true", " 2 ", "1e-3"])
@@ -182,4 +182,4 @@ def test_the_origin_of_an_override_is_the_property_s_own_line(tmp_path: Path) ->
     expansion = expand(file, properties={"p": "8"}).require()
     trace = expansion.source_map.at(7, 6)
     assert trace is not None
-    assert [(b.name, b.value, str(b.origin)) for b in trace.fed_by] == [("p", 8, f"{file}:2:33")]
+    assert [(b.name, b.value, str(b.origin)) for b in trace.inputs] == [("p", 8, f"{file}:2:33")]

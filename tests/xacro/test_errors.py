@@ -58,7 +58,7 @@ def test_expansion_goes_on_after_errors() -> None:
 def test_a_property_that_is_defined_too_late_is_pointed_at() -> None:
     text = f'{HEAD}<a x="${{width}}"/>\n<xacro:property name="width" value="1"/></r>'
     (error,) = expand_text(text, "f").diagnostics
-    assert error.hint == "it is defined only further on: define it before it is used"
+    assert error.hint == "it is defined only further down. Define it before its first use"
     assert [(r.message, str(r.origin)) for r in error.related] == [("defined here", "f:3:37")]
 
 

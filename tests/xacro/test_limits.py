@@ -149,7 +149,7 @@ def test_odd_syntax_ends_in_a_value_or_a_typed_error(expression: str) -> None:
 
 @pytest.mark.parametrize("separators", ["x](a+)+$[", "\\\\", "z-a", ""])
 def test_tokenize_takes_no_patterns(separators: str) -> None:
-    with pytest.raises(ValueError, match="no set of characters"):
+    with pytest.raises(ValueError, match="not a set of characters"):
         evaluate(f"xacro.tokenize('aaaa', '{separators}')")
 
 

@@ -40,9 +40,9 @@ def test_an_attribute_by_its_place_in_the_result(expansion: Expansion) -> None:
     assert trace is not None
     assert trace.attribute == "radius"
     assert [span.text for span in trace.expressions] == ["${radius}"]
-    (radius,) = trace.fed_by
+    (radius,) = trace.inputs
     assert (radius.name, radius.value, str(radius.origin)) == ("radius", 0.15, "robot.xacro:2:40")
-    assert [(b.name, b.value) for b in radius.fed] == [("size", 0.3)]
+    assert [(b.name, b.value) for b in radius.inputs] == [("size", 0.3)]
 
 
 def test_a_line_alone_is_its_element(expansion: Expansion) -> None:

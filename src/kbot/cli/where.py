@@ -90,7 +90,7 @@ def _as_text(entry: Trace | Definition) -> str:
         line, column = entry.output.source.line_column(entry.output.start)
         lines.append(f"  is line {line}, column {column} of the result")
         lines += [f"  computed by {span.text} at {span}" for span in _expressions(entry)]
-        lines += _fed(entry.fed_by or _all_fed(entry), "  ")
+        lines += _binding_lines(entry.inputs or _all_inputs(entry), "  ")
     return "\n".join(lines)
 
 
@@ -101,19 +101,19 @@ def _expressions(entry: Trace) -> list[Span]:
     return [span for name in names for span in expressions(entry.element.attribute_origin(name).span)]
 
 
-def _all_fed(entry: Trace) -> tuple[Binding, ...]:
-    fed = entry.element.fed or {}
-    return tuple({id(binding): binding for some in fed.values() for binding in some}.values())
+def _all_inputs(entry: Trace) -> tuple[Binding, ...]:
+    inputs = entry.element.inputs or {}
+    return tuple({id(binding): binding for some in inputs.values() for binding in some}.values())
 
 
-def _fed(bindings: Iterable[Binding], indent: str, depth: int = 0) -> list[str]:
+def _binding_lines(bindings: Iterable[Binding], indent: str, depth: int = 0) -> list[str]:
     lines = []
     for binding in dict.fromkeys(bindings):
         origin = binding.origin
         if origin is not None:
             lines.append(f"{indent}with {binding.name} = {binding.value} from {origin}")
             if depth < 5:
-                lines += _fed(binding.fed, indent + "  ", depth + 1)
+                lines += _binding_lines(binding.inputs, indent + "  ", depth + 1)
     return lines
 
 
@@ -137,7 +137,7 @@ def _as_json(entry: Trace | Definition) -> dict[str, object]:
     }
     if isinstance(entry, Trace):
         result["expressions"] = [str(span) for span in _expressions(entry)]
-        bindings = entry.fed_by or _all_fed(entry)
+        bindings = entry.inputs or _all_inputs(entry)
         result["bindings"] = [
             {"name": b.name, "value": str(b.value), "at": str(b.origin)} for b in bindings if b.origin
         ]

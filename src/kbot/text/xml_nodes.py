@@ -75,7 +75,7 @@ class Element:
         "attributes",
         "call",
         "children",
-        "fed",
+        "inputs",
         "is_plain",
         "moved",
         "source",
@@ -103,8 +103,8 @@ class Element:
         """Whether neither it nor anything within it holds a dollar sign or a name of xacro's."""
         self.moved: dict[str, Origin] | None = None
         """Origins of the attributes that were not written in this element's own tag."""
-        self.fed: dict[str, Any] | None = None  # Any: what only xacro knows
-        """What the values of its attributes were computed from, by name: kept for the source map."""
+        self.inputs: dict[str, Any] | None = None  # Any: bindings of xacro, which this package cannot import
+        """The bindings that each attribute was computed from, by attribute name, for the source map."""
 
     def __repr__(self) -> str:
         return f"<{self.tag} {self.attributes}>"

@@ -1,4 +1,4 @@
-"""The xacro language: expands a description to a document with a source map."""
+"""Expands xacro descriptions to URDF documents with a source map."""
 
 from kbot.lazy_names import lazy_names
 from kbot.xacro.engine import clear_cache, expand, expand_text

@@ -1,4 +1,4 @@
-"""Resolves a user's `name:=value`: the value of an argument, or else of a top-level property."""
+"""Resolves `name:=value` words: each sets a xacro argument or, if there is none, a top-level property."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ _NEAREST = 5
 
 @dataclass(frozen=True)
 class Assignments:
-    """What typed names mean for one description.
+    """The meaning of typed names for one description.
 
-    arguments   the values to expand it with; all of them, because xacro ignores what is not declared
-    properties  those that override a top-level property
-    notes       a line for each of these properties
-    unknown     an error for each name that is neither
+    arguments   the values to expand it with: all of them, because xacro ignores undeclared names
+    properties  the values that override a top-level property
+    notes       one line for each of these properties
+    unknown     an error for each name that is neither an argument nor a property
     """
 
     arguments: Mapping[str, str] = field(default_factory=dict)
@@ -56,14 +56,14 @@ def resolve_names(
     properties: Mapping[str, str] | None = None,
     arguments: Mapping[str, str] | None = None,
 ) -> Assignments:
-    """Find out what each typed name means: the file is expanded without and with the overridden properties.
+    """Find the meaning of each typed name, by expanding the file without and with the overridden properties.
 
-    `properties` are overridden in any case. `arguments` are those that a configuration gives: a typed value
-    replaces one, and what they select may declare the typed names. A file with errors makes no name unknown:
-    the error may hide what declares it.
+    `properties` are always overridden. `arguments` come from a configuration: typed values replace them, and
+    they may select includes that declare the typed names. If the file has errors, no name is unknown, because
+    an error may hide the declaration.
 
     Raises:
-        DescriptionError: a property that is a number in the file is given a text that it cannot be.
+        DescriptionError: a property is a number in the file, but its new value is not a number.
     """
     if not values:
         return Assignments()
@@ -71,7 +71,7 @@ def resolve_names(
     values, typed = {**(arguments or {}), **values}, values
     before = expand(path, values, properties=explicit, packages=packages)
     undeclared = {name: value for name, value in typed.items() if name not in before.declared}
-    if not undeclared or before.document is None:  # expansion that stopped at a limit takes long: not twice
+    if not undeclared or before.document is None:  # a slow one that hit a limit is not repeated
         return Assignments(values)
     after = expand(path, values, properties={**undeclared, **explicit}, packages=packages)
     overridden = {name: value for name, value in undeclared.items() if name in after.overridden}
@@ -86,9 +86,9 @@ def resolve_names(
 
 
 def _require_numbers(overridden: Mapping[str, str], before: Expansion, after: Expansion) -> None:
-    """Reject texts for properties that are numbers in the file: each use would be an error of its own.
+    """Reject texts for properties that are numbers in the file: each use would raise a separate error.
 
-    A word is accepted while it causes no error: an `id` of 1 in the names of links may become `left`.
+    A word is accepted if it causes no error: an `id` of 1 in the names of links may become `left`.
     """
     causes_errors = before.ok and not after.ok
     errors = []
@@ -98,14 +98,14 @@ def _require_numbers(overridden: Mapping[str, str], before: Expansion, after: Ex
             continue
         if isinstance(literal(value), str) and (causes_errors or not value.isidentifier()):
             message = f"the value given for {name}, '{value}', is not a number"
-            hint = f"the file has {_shown(binding)}; write a number with a decimal point"
+            hint = f"the file has {_shown(binding)}. Write a number, with a decimal point"
             errors.append(Diagnostic("X206", Severity.ERROR, message, binding.origin, hint))
     if errors:
         raise DescriptionError(errors)
 
 
 def _note(name: str, value: str, before: Expansion, after: Expansion) -> str:
-    """The new value of a property, its old one and the line of that, which a removed property lacks."""
+    """The new value of a property, and its old value with the line. A removed property has no old value."""
     binding = _property(name, before)
     if binding is not None and binding.origin is not None:
         return f"the property {name} is set to {value}; {_line(binding.origin)} has {_shown(binding)}"
@@ -119,7 +119,7 @@ def _property(name: str, expansion: Expansion) -> Binding | None:
 
 
 def _shown(binding: Binding) -> object:
-    """The text that is written, or the number that the expression in it gave if anything used it."""
+    """The value as it is written, or the number that its expression evaluated to, if it was evaluated."""
     written = binding.node.attributes[binding.attribute] if binding.node is not None else ""
     is_number = binding.state != LAZY and isinstance(binding.value, int | float)
     return binding.value if "$" in written and is_number else written
@@ -134,12 +134,12 @@ def _unknown(name: str, expansion: Expansion) -> Diagnostic:
 
 
 def unknown(code: str, message: str, name: str, expansion: Expansion) -> Diagnostic:
-    """An error for a name that a description does not have, with the nearest names that it has."""
+    """An error for a name that a description does not define, with the most similar names that it defines."""
     from difflib import get_close_matches  # imported only for an error: imports add up
 
     kinds = dict.fromkeys(expansion.declared, "argument")
     for known, binding in (expansion.scope.values if expansion.scope is not None else {}).items():
-        if binding.attribute in ("value", "default"):  # not a block, nor a name that an expression assigns
+        if binding.attribute in ("value", "default"):  # neither a block nor assigned in an expression
             kinds.setdefault(known, "property")
     near = get_close_matches(name, kinds, _NEAREST, cutoff=0.0)
     listed = ", ".join(f"{known} ({kinds[known]})" for known in near)

@@ -1,4 +1,4 @@
-"""A binding: the value of a name, computed or not yet, and where it was written."""
+"""A binding: the value of a name, evaluated or not yet, and where it was written."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ READY, LAZY, BUSY, FAILED = range(4)
 class Binding:
     """A name's value in a scope, and where it was written.
 
-    `node` and `attribute` say where: the element, and which of its attributes; `call` brought it.
-    `fed` holds the bindings that the value was computed from.
+    `node` and `attribute` are the element and attribute that hold the value. `call` is the macro call or
+    include that led there. `inputs` are the bindings that the value was computed from.
     """
 
-    __slots__ = ("attribute", "call", "fed", "name", "node", "problem", "state", "value")
+    __slots__ = ("attribute", "call", "inputs", "name", "node", "problem", "state", "value")
 
     def __init__(
         self, name: str, value: Value, state: int, node: Element | None, attribute: str, call: Call | None
@@ -28,7 +28,7 @@ class Binding:
         self.node = node
         self.attribute = attribute
         self.call = call
-        self.fed: tuple[Binding, ...] = ()
+        self.inputs: tuple[Binding, ...] = ()
         self.problem: Problem | None = None
 
     def __repr__(self) -> str:

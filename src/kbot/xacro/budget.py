@@ -1,7 +1,7 @@
-"""The budget of one expansion: the work that it may still do, and the largest values.
+"""The budget of one expansion: how much work remains, and how large values may become.
 
-All work is counted in steps. A step is at most about a microsecond of CPU time and 64 bytes of
-memory, so that a bound on steps is a bound on both. Work is charged before it is done.
+All work is counted in steps. A step takes at most about a microsecond of CPU time and 64 bytes of memory, so
+a limit on steps limits both. Work is charged before it is done.
 """
 
 from __future__ import annotations
@@ -20,23 +20,22 @@ if TYPE_CHECKING:
 # Any: mypy would narrow values to object
 VIEWS: tuple[Any, ...] = (type({}.keys()), type({}.values()), type({}.items()))
 SIZED: tuple[Any, ...] = (list, tuple, dict, set, frozenset, range, *VIEWS)
-"""Containers, whose items are counted. Text is charged by its length instead."""
+"""Containers, which are charged by their items. Text is charged by its length instead."""
 HASHED: tuple[Any, ...] = (dict, set, frozenset, VIEWS[0], VIEWS[2])
-"""Containers that find their items by a hash."""
+"""Containers that find their items by hash."""
 
 _SHORT = 64
-"""Characters of a text that is read, and bits of a whole number, that every operation may handle without a
-charge."""
+"""Characters of an existing text, and bits of an integer, that each operation may handle for free."""
 _SHORT_MADE = 16
-"""Characters of a text that is made without a charge: at four bytes each, they take as much as its header."""
+"""Characters of a new text that are free: at four bytes each, they take as much memory as its header."""
 _DEEPEST = 200
-"""Levels of nested containers. Python's own C code recurses once per level, without a check for tuples."""
+"""Levels of nested containers. Python's C code recurses once per level, and does not check for tuples."""
 _OWN_HASH = (1 << 61) - 1
-"""The hash of a smaller whole number is the number. Larger ones can be chosen to have the same hash."""
+"""A smaller integer is its own hash. Larger ones can be chosen so that they share one hash."""
 
 
 class Budget:
-    """The steps that are left of one expansion."""
+    """The steps that remain of one expansion."""
 
     def __init__(self, limits: Limits) -> None:
         self.limits = limits
@@ -45,17 +44,17 @@ class Budget:
 
     def exceeded(self, name: str, what: str) -> LimitFault:
         bound = getattr(self.limits, name)
-        hint = f"simplify it; for a trusted file, Python code can raise the bound with Limits({name}=…)"
-        return LimitFault("X190", f"{what} (the bound is {bound:,})", hint)
+        hint = f"simplify it; for a trusted file, Python code can raise the limit with Limits({name}=…)"
+        return LimitFault("X190", f"{what} (the limit is {bound:,})", hint)
 
     def charge(self, steps: int) -> None:
-        """Take steps from those that are left."""
+        """Use up steps."""
         self.steps -= steps
         if self.steps < 0:
             raise self.exceeded("steps", "the expressions take too many steps")
 
     def enter(self) -> None:
-        """Go one level deeper into functions and iterators that call one another; `leave` goes back."""
+        """Enter a function or iterator that another one calls. `leave` is the opposite."""
         self.function_depth -= 1
         if self.function_depth < 0:
             raise self.exceeded("function_depth", "functions or iterators call one another too deeply")
@@ -66,17 +65,17 @@ class Budget:
     # --- sizes -------------------------------------------------------------------------------
 
     def length(self, count: int) -> None:
-        """Refuse a text or container of so many items."""
+        """Raise LimitFault for a text or container with too many items."""
         if count > self.limits.length:
-            raise self.exceeded("length", "an expression makes too long a text or list")
+            raise self.exceeded("length", "an expression creates a text or list that is too long")
 
     def bits(self, count: float) -> None:
-        """Refuse a whole number of so many bits."""
+        """Raise LimitFault for an integer with too many bits."""
         if count > self.limits.bits:
-            raise self.exceeded("bits", "an expression makes too large a whole number")
+            raise self.exceeded("bits", "an expression creates an integer that is too large")
 
     def checked(self, value: Value) -> Value:
-        """The value. Charges the memory that it takes; refuses it if it is too large."""
+        """Return the value, after charging its memory. Raises LimitFault if it is too large."""
         kind = type(value)
         if kind is float or kind is bool or value is None:
             return value
@@ -98,7 +97,7 @@ class Budget:
         return value
 
     def joined(self, parts: Sequence[str]) -> str:
-        """The parts one after the other, their length checked before the text is made."""
+        """The concatenated parts. Their length is checked before the text is made."""
         total = sum(map(len, parts))
         if total > _SHORT_MADE:
             self.length(total)
@@ -106,20 +105,20 @@ class Budget:
         return "".join(parts)
 
     def spread(self, value: Value) -> None:
-        """Charge making a list of a text: each character becomes a text of up to 80 bytes."""
+        """Charge splitting a text into a list: each character becomes a text of up to 80 bytes."""
         if isinstance(value, str):
             self.charge(len(value))
 
     # --- work --------------------------------------------------------------------------------
 
     def integer(self, value: int) -> None:
-        """Charge the work of a division or conversion, which grows with the square of the digits."""
+        """Charge a division or conversion of an integer, whose work grows with the square of the digits."""
         bits = value.bit_length()
         if bits > _SHORT:
             self.charge((bits >> 6) + ((bits >> 5) ** 2 >> 10))
 
     def measure(self, value: Value) -> None:
-        """Charge the work of going through a value once, not into nested ones."""
+        """Charge going through a value once, without nested values."""
         kind = type(value)
         if kind is float or kind is bool or value is None:
             return
@@ -128,15 +127,15 @@ class Budget:
         elif isinstance(value, str | bytes):
             if len(value) > _SHORT:
                 self.charge(len(value) >> 4)
-        elif kind is YamlList:  # each of its items is copied when it is asked for
+        elif kind is YamlList:  # each access copies an item
             self.weigh(value)
         elif isinstance(value, SIZED):
             self.charge(len(value))
 
     def weigh(self, value: Value) -> None:
-        """Charge the work of going through a value and all within; shared parts count as often as they occur.
+        """Charge going through a value and all nested values. Shared parts count as often as they occur.
 
-        This is what comparing, hashing, sorting and writing a value takes.
+        Comparing, hashing, sorting and writing a value take this much work.
         """
         if not isinstance(value, SIZED) or isinstance(value, range):
             self.measure(value)
@@ -150,7 +149,7 @@ class Budget:
                 continue
             left -= 1
             if isinstance(item, str | bytes):
-                left -= len(item) >> 2  # an unprintable character is written with ten
+                left -= len(item) >> 2  # an unprintable character is written as ten
             elif isinstance(item, int):
                 bits = item.bit_length()
                 if bits > _SHORT:
@@ -169,7 +168,7 @@ class Budget:
         """`str(value)`.
 
         Raises:
-            XacroError: X104, a whole number in it has more digits than Python writes.
+            XacroError: X104, the value contains an integer with more digits than Python writes.
         """
         kind = type(value)
         if kind is str:
@@ -180,26 +179,26 @@ class Budget:
         try:
             return str(value)
         except ValueError as error:
-            raise XacroError("X104", f"the value cannot be written as text: {error}") from None
+            raise XacroError("X104", f"the value cannot be converted to text: {error}") from None
 
     def keys(self, size: int, keys: Iterable[Value]) -> None:
-        """Charge finding or inserting keys in a container that has `size` of them before.
+        """Charge finding or inserting keys in a container that already has `size` keys.
 
-        Numbers and tuples can be chosen so that all have one hash; then each is compared with all
-        before it, at about 20 ns each. Python chooses the hashes of texts at random in each process,
-        and those of small numbers are all different.
+        Numbers and tuples can be chosen so that all share one hash. Then each is compared with all previous
+        ones, at about 20 ns each. Texts are safe, because Python randomizes their hashes in each process.
+        Small integers are safe, because their hashes differ.
         """
         chosen = count = compared = 0
         for key in keys:
             count += 1
             kind = type(key)
             if kind is str or kind is bytes:
-                compared += len(key) >> 6  # an equal key may be another object
+                compared += len(key) >> 6  # an equal key may be a different object
                 continue
             if kind is bool or key is None:
                 continue
             if kind is int or kind is float:
-                # an old container may hold keys that have the hash of this one
+                # the container may already hold keys with this hash
                 chosen += size
                 if kind is int and not -_OWN_HASH < key < _OWN_HASH:
                     chosen += count

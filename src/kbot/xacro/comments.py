@@ -1,8 +1,7 @@
 """Comments before a xacro tag are removed with it, unless a blank line separates them.
 
-The official implementation marks where it stopped taking comments away with one empty text, which
-it moves about: there is only ever one. Which comments stay depends on where it is, so it is kept
-here the same way.
+The official implementation has a single empty text node, and moves it to where it last stopped removing
+comments. The node's position decides which comments stay, so KBot keeps such a node too.
 """
 
 from __future__ import annotations
@@ -16,14 +15,14 @@ if TYPE_CHECKING:
 
 
 class Gap:
-    """The one empty text, and the list it lies in."""
+    """The empty text node, and the list that contains it."""
 
     def __init__(self) -> None:
         self.node = Text("\n\n", Source("", ""), 0, 0)
         self._home: Nodes | None = None
 
     def drop_comments(self, out: Nodes, tail: Nodes, has_next: bool) -> None:
-        """Take away the comments at the end of `out`, and put the gap at the end of `tail`."""
+        """Remove the comments at the end of `out`, and append the gap to `tail`."""
         at = len(out)
         while at:
             last = out[at - 1]
@@ -49,6 +48,6 @@ class Gap:
         self._home = out
 
     def spliced(self, content: Nodes, out: Nodes) -> None:
-        """Note that what was in one list went to the end of another."""
+        """Record that the nodes of `content` were appended to `out`."""
         if self._home is content:
             self._home = out

@@ -1,4 +1,4 @@
-"""The properties, arguments and macros of a description, and where each was defined."""
+"""Lists the properties, blocks and macros of a description, and where each was defined."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from kbot.xacro.scope import Scope
 
 @dataclass(frozen=True, slots=True)
 class Definition:
-    """A property or macro at the top level of a description or of a namespace."""
+    """A property, block or macro at the top level of a description or of a namespace."""
 
     kind: str
     name: str
@@ -27,7 +27,7 @@ class Definition:
 
 
 def definitions(expansion: Expansion, name: str | None = None) -> list[Definition]:
-    """All definitions at the top level, or those of one name."""
+    """All definitions at the top level and in namespaces, or those with one name."""
     found: list[Definition] = []
     if expansion.scope is not None:
         found += _properties(expansion.scope, "")

@@ -1,4 +1,4 @@
-"""Entry points of expansion: `expand` a file, `expand_text` a text."""
+"""Entry points of expansion: `expand` for files, `expand_text` for text."""
 
 from __future__ import annotations
 
@@ -29,8 +29,9 @@ if TYPE_CHECKING:
     from kbot.xacro.packages import Packages
 
 _FRAMES_PER_LEVEL = 8
+"""Python calls for each level of elements, macro calls and includes, for the recursion limit."""
 _NODE_STEPS = 8
-"""Steps of an element or comment of the result: 200,000 take 1.5 s."""
+"""Steps charged for each element or comment of the result: 200,000 of them take 1.5 s."""
 
 
 def expand(
@@ -45,12 +46,12 @@ def expand(
 ) -> Expansion:
     """Expand a xacro (or plain URDF) file.
 
-    arguments   values for `xacro:arg`s, by name
-    properties  values that take the place of top-level properties, by name
-    packages    where `$(find …)` looks; by default around the file and in the usual places
-    root_dir    the folder that relative paths are resolved in, and what `$(cwd)` means
+    arguments   values of `xacro:arg`s, by name
+    properties  values that replace those of top-level properties, by name
+    packages    where `$(find …)` searches; by default around the file and in ROS's usual places
+    root_dir    the folder that relative paths start from, and the value of `$(cwd)`
 
-    It never raises for what is wrong with the file: see `Expansion.diagnostics`.
+    Errors in the file are not raised: see `Expansion.diagnostics`.
     """
     name = os.fspath(path)
     run = Run(name, arguments or {}, packages, limits, root_dir)
@@ -95,7 +96,7 @@ def _expand(source: Source, name: str, run: Run, properties: Mapping[str, Value]
     scope, expander = Scope(run), Expander(run, TAGS, call_macro, dict(properties))
     stopped: tuple[Diagnostic, ...] = ()
     collecting = gc.isenabled()
-    gc.disable()  # a tenth of the time goes into looking for cycles, and there are none
+    gc.disable()  # looking for cycles takes a tenth of the time, and there are none
     try:
         with room_for(run.limits.nesting * _FRAMES_PER_LEVEL + 1000):
             document = run.parsed(source)
@@ -129,11 +130,11 @@ def _walk(document: XmlDocument, expander: Expander, scope: Scope) -> Element:
     root = expander.root(document.root, scope)
     expander.run.check_result(root)
     expander.run.point_at_later_definitions(scope.find)
-    _warn_of_unknown(expander, scope)
+    _warn_about_unknown(expander, scope)
     return root
 
 
-def _warn_of_unknown(expander: Expander, scope: Scope) -> None:
+def _warn_about_unknown(expander: Expander, scope: Scope) -> None:
     run = expander.run
     for name, value in run.given.items():
         if name in run.declared or name in expander.overridden:
@@ -152,8 +153,8 @@ def _warn_of_unknown(expander: Expander, scope: Scope) -> None:
 
 
 def _near_property(name: str, value: str, scope: Scope) -> str:
-    """How to override the property that a misspelled name means; empty where none is meant."""
-    written = ("value", "default")  # not a block, nor a name that an expression assigns
+    """How to override the property that a misspelled name most likely means; empty if there is none."""
+    written = ("value", "default")  # neither a block nor assigned in an expression
     near = nearest(name, [n for n, binding in scope.values.items() if binding.attribute in written], count=1)
     return f"did you mean the property {near[0]}? Override it with --set {near[0]}={value}" if near else ""
 

@@ -1,8 +1,8 @@
 """Expands a description: walks the source tree and builds the result tree.
 
-The source tree is not changed, so that parsed files can be cached. Every node of the result knows where it
-was written and which calls led to it. An error in one tag or attribute is reported, and the walk continues
-with the next. The xacro tags themselves are in `kbot.xacro.tags`.
+The source tree is not changed, so that parsed files can be cached. Every node of the result stores where it
+was written and which calls led to it. After an error in a tag or attribute, the walk continues with the
+next one. The functions of the xacro tags are in `kbot.xacro.tags`.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
 _EVALUATED = 32
-"""What each evaluated text counts for beyond its own characters: evaluating an empty one takes time too."""
+"""Characters charged for each evaluated text on top of its own: evaluating an empty text takes time too."""
 
 Handler = Callable[["Expander", Element, ExpansionContext, bool], None]
-"""What does a tag: the expander, the tag, the place, and whether anything follows the tag."""
+"""Executes a tag. Arguments: the expander, the tag, the place, and whether a node follows the tag."""
 
 
 class Expander:
     """Expands trees within one run.
 
-    tags        what xacro's own tags do, by name
-    call_macro  what any other tag of xacro's prefix does
-    overrides   values that take the place of top-level properties
+    tags        the handlers of xacro's own tags, by name
+    call_macro  the handler of all other tags with the prefix xacro
+    overrides   values that replace those of top-level properties
     """
 
     def __init__(
@@ -104,16 +104,16 @@ class Expander:
                 out.append(node)
 
     def element(self, node: Element, place: ExpansionContext) -> Element:
-        """Expand an element that is none of xacro's own."""
+        """Expand an element that is not a xacro tag."""
         run, call = self.run, place.call
         depth = run.depth
         run.depth = depth + 1
         if run.nodes < 0 or depth > run.deepest:
-            self._deeper(depth, node, place)
+            self._check_bounds(depth, node, place)
         made = Element(node.tag, {}, node.source, node.start, node._close, call)
         attributes = self.attributes(node, place.scope, call, made)
         if node.children:
-            # the place is lent to the children and given back: making one for each costs too much
+            # the children reuse the place: a new object for each element costs too much time
             saved = place.attributes, place.out, place.parent
             place.attributes, place.out, place.parent = attributes, made.children, made
             self.children(node.children, place)
@@ -122,7 +122,7 @@ class Expander:
         return made
 
     def _plain(self, node: Element, call: Call | None) -> Element:
-        """An element in which there is nothing to expand; shared with the parsed file where it can be."""
+        """An element without anything to expand. The result shares it with the parsed file if possible."""
         if call is None:
             return node
         self.run.nodes -= len(node.children)
@@ -139,16 +139,16 @@ class Expander:
         return made
 
     def tag(self, node: Element, place: ExpansionContext, has_next: bool) -> None:
-        """Do what one of xacro's own tags says."""
+        """Execute a xacro tag."""
         run = self.run
         run.depth += 1
         if run.nodes < 0 or run.depth > run.deepest:
-            self._deeper(run.depth, node, place)
+            self._check_bounds(run.depth, node, place)
         self.tags.get(node.tag, self._call_macro)(self, node, place, has_next)
         run.depth -= 1
 
-    def _deeper(self, depth: int, node: Element, place: ExpansionContext) -> None:
-        """Check the bounds on nodes and nesting, where one of them may be reached."""
+    def _check_bounds(self, depth: int, node: Element, place: ExpansionContext) -> None:
+        """Report a LimitFault if there are too many nodes, or if they are nested too deeply."""
         run = self.run
         run.deepest = max(run.deepest, depth)
         if run.nodes < 0:
@@ -162,7 +162,7 @@ class Expander:
     # --- texts and attributes ----------------------------------------------------------------
 
     def attributes(self, node: Element, scope: Scope, call: Call | None, made: Element) -> dict[str, str]:
-        """Give `made` the attributes of an element, evaluated, without those that are xacro's."""
+        """Set the evaluated attributes of `node` on `made`, without xacro's own."""
         attributes = made.attributes
         for name, value in node.attributes.items():
             if "$" in value:
@@ -190,9 +190,9 @@ class Expander:
             run.report(fault, node, name, call)
             return text
         if used:
-            if made.fed is None:
-                made.fed = {}
-            made.fed[name] = tuple(used)
+            if made.inputs is None:
+                made.inputs = {}
+            made.inputs[name] = tuple(used)
         if run.pending:
             run.flush(node, name, call)
         self._count(value, node, call)
@@ -219,7 +219,9 @@ class Expander:
     def _comment(self, node: Text, place: ExpansionContext) -> Text:
         made = self._text(node, place) if "$" in node.value else node
         if "--" in made.value:
-            fault = XacroError("X134", "the evaluated comment holds '--', which XML does not allow in one")
+            fault = XacroError(
+                "X134", "the evaluated comment contains '--', which XML does not allow in comments"
+            )
             self.run.report(fault, node, "", place.call)
         return made
 
@@ -227,7 +229,7 @@ class Expander:
         """The value of an attribute of a xacro tag.
 
         Raises:
-            XacroError: what is wrong with it, already reported.
+            XacroError: the attribute has an error, which is already reported.
         """
         text = node.attributes[name]
         if "$" not in text:
@@ -241,10 +243,10 @@ class Expander:
         return value
 
     def truth(self, value: Value, node: Element, name: str, place: ExpansionContext) -> bool:
-        """The truth of an attribute's value.
+        """Whether an attribute's value is true.
 
         Raises:
-            XacroError: it has none; already reported.
+            XacroError: the value is neither true nor false. The error is already reported.
         """
         try:
             return truth(value)
@@ -259,32 +261,32 @@ class Expander:
     # --- for the modules of the tags ---------------------------------------------------------
 
     def reported(self, fault: XacroError, node: Element, name: str, place: ExpansionContext) -> XacroError:
-        """Report a fault of an attribute; what may be raised to leave the tag without another report."""
+        """Report a fault of an attribute. Raise the result to leave the tag without a second report."""
         problem = self.run.report(fault, node, name, place.call)
         return XacroError(fault.code, fault.message, problem=problem, origin=fault.origin)
 
     def poison(
         self, name: str, scope: Scope, node: Element, place: ExpansionContext, problem: Problem
     ) -> None:
-        """Bind a name to a problem, so that its uses are no errors of their own."""
+        """Bind a name to a problem, so that its uses are not reported as further errors."""
         binding = Binding(name, None, FAILED, node, "", place.call)
         binding.problem = problem
         scope.values[name] = binding
 
     def splice(self, content: list[Node], place: ExpansionContext) -> None:
-        """Put nodes at the end of the place."""
+        """Append nodes to the place."""
         place.out.extend(content)
         self.gap.spliced(content, place.out)
 
     def replace(self, content: list[Node], place: ExpansionContext, has_next: bool) -> None:
-        """Put the content in a tag's place, and take the comments before the tag away."""
+        """Replace a tag by its content, and remove the comments before the tag."""
         tail: list[Node] = []
         self.gap.drop_comments(place.out, tail, has_next)
         self.splice(content, place)
         self.splice(tail, place)
 
     def lift(self, attributes: dict[str, str], place: ExpansionContext, node: Element) -> None:
-        """Bring the namespaces that were declared within up to the element around."""
+        """Move namespace declarations to the enclosing element."""
         for name, value in attributes.items():
             if name.startswith("xmlns:"):
                 old = place.attributes.setdefault(name, value)

@@ -11,10 +11,10 @@ Node = Element | Text
 
 
 class ExpansionContext:
-    """Whose names are seen, what brought the walk here, and where the result goes.
+    """The visible names, the calls that led here, and where the result goes.
 
-    `attributes` and `parent` are those of the element whose children are being made; `parent` is
-    None within a xacro tag, whose attributes nobody will see.
+    `attributes` and `parent` belong to the element whose children are being expanded. `parent` is None within
+    a xacro tag, because its attributes are not part of the result.
     """
 
     __slots__ = ("attributes", "call", "macros", "out", "parent", "scope")
@@ -36,5 +36,5 @@ class ExpansionContext:
         self.parent = parent
 
     def within(self, attributes: dict[str, str], out: list[Node]) -> ExpansionContext:
-        """The same place with a result of its own, as within a xacro tag."""
+        """The same place with a separate result, for the content of a xacro tag."""
         return ExpansionContext(self.scope, self.macros, self.call, attributes, out)

@@ -1,4 +1,4 @@
-"""A cache of parsed files, valid while their text stays the same."""
+"""Caches parsed files by path. An entry is valid while the file's text is the same."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ _cache: dict[str, XmlDocument] = {}
 
 
 def clear_cache() -> None:
-    """Forget the files that were parsed."""
+    """Forget all parsed files."""
     _cache.clear()
 
 
 def parsed(source: Source, max_nesting: int = MAX_NESTING, max_nodes: int = MAX_NODES) -> XmlDocument:
-    """The document of a source; the one parsed before where the text is the same.
+    """The parsed document of a source, from the cache if possible.
 
     Raises:
-        DescriptionError: P001 to P006, it is no usable XML.
+        DescriptionError: P001 to P006, the text is not usable XML.
     """
     known = _cache.get(source.path)
     if known is not None and known.source.text == source.text:

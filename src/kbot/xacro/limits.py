@@ -1,25 +1,25 @@
-"""Limits on descriptions. Each is a clear error (X190 to X199) and can be raised."""
+"""Limits on descriptions. Exceeding one is an error (X190 to X199). Python code can raise them."""
 
 from __future__ import annotations
 
 
 class Limits:
-    """Bounds on one expansion; a caller raises them with `Limits(steps=…)`. Do not change an instance.
+    """Limits of one expansion. To raise one, pass `Limits(steps=…)`. Do not change an instance.
 
-    With the defaults every verb answers a hostile description within 10 s of CPU time and 1 GB of
-    memory. The largest of 168 real robots makes 1,000 nodes and 40,000 characters.
+    With the defaults, every verb answers a hostile description within 10 s of CPU time and 1 GB of memory.
+    The largest of 168 real robots needs 1,000 nodes and 40,000 characters.
 
-    file_bytes      Size of one file that is read.
-    nesting         Depth of elements, macro calls and includes taken together.
+    file_bytes      Size of each file.
+    nesting         Depth of elements, macro calls and includes together.
     includes        Depth of files that include one another.
     macro_calls     Depth of macros that call one another.
-    nodes           Elements and texts of the result, and of all that is evaluated on the way to it.
+    nodes           Elements and texts of the result and of everything evaluated for it.
     text            Characters of all evaluated text, and of the result.
-    steps           Work of expressions; a step is at most about a microsecond and 64 bytes.
+    steps           Work of expressions. A step takes at most about a microsecond and 64 bytes.
     length          Length of one string, list, tuple, set or dictionary.
-    bits            Size of one whole number.
+    bits            Size of one integer.
     function_depth  Depth of lambda functions and iterators that call one another.
-    errors          Errors after which expansion gives up.
+    errors          Errors after which expansion stops.
     """
 
     __slots__ = (

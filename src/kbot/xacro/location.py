@@ -1,4 +1,4 @@
-"""The exact place of a piece of an attribute's value or of a text."""
+"""Finds the exact position of a part of an attribute's value or of a text."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from kbot.text.span import Call, Origin, Span
 from kbot.text.xml import CData, Comment, Element, Text
 
 UNIT = re.compile(r"&[^&;]*;|\r\n|.", re.DOTALL)
-"""What is one character to the parser: an entity, a line end, a character."""
+"""What the parser reads as one character: an entity, a line end, or a character."""
 _LONGEST = 200_000
-"""Bytes of a value beyond which only the whole of it is pointed at."""
+"""Bytes of the longest value whose parts are located. In longer values, errors point at the whole value."""
 _BLANKS = str.maketrans("\n\t", "  ")
 
 
 def locate(node: Element | Text, attribute: str, call: Call | None, part: tuple[int, int] | None) -> Origin:
-    """The origin of characters `part` of an attribute's value or of a text; the whole where it is None."""
+    """The origin of the characters `part` of an attribute's value or of a text. None means all of it."""
     if isinstance(node, Element):
         if not attribute:
             return Origin(node.origin.span, call)
@@ -33,7 +33,7 @@ def locate(node: Element | Text, attribute: str, call: Call | None, part: tuple[
 
 
 def within(span: Span, value: str, start: int, end: int) -> Span:
-    """Characters `start` to `end` of a value that was written in a span; the span if it was not."""
+    """The span of the characters `start` to `end` of a value; the whole span if they cannot be located."""
     if span.end - span.start > _LONGEST:
         return span
     written = [match[0] for match in UNIT.finditer(span.text)]
@@ -45,12 +45,12 @@ def within(span: Span, value: str, start: int, end: int) -> Span:
 
 
 def name_span(node: Element, attribute: str, call: Call | None) -> Origin:
-    """Where the name of an attribute stands."""
+    """The origin of an attribute's name."""
     spans = node.attribute_spans().get(attribute)
     return Origin(spans[0], call) if spans else Origin(node.origin.span, call)
 
 
 def _decoded(text: str, entities: bool = True) -> str:
-    import html  # only where something is wrong
+    import html  # only for an error: start-up time
 
     return (html.unescape(text) if entities else text).replace("\r\n", "\n").translate(_BLANKS)

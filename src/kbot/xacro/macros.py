@@ -1,4 +1,4 @@
-"""Macros: their parameters, and how a call finds its macro."""
+"""Macros: their parameters, and the tables in which calls find them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _FORWARDS = ("^|", "^", "")
 
 
 class MacroParameter:
-    """A parameter: `forwarded` takes the caller's value of the same name, `default` stands in."""
+    """A parameter. If `forwarded`, it takes the caller's value of its name. Otherwise, `default` is used."""
 
     __slots__ = ("default", "forwarded", "name")
 
@@ -38,11 +38,11 @@ class MacroParameter:
 
 
 class Macro:
-    """A macro as it was last defined: its element, its parameters, and what brought it there.
+    """A macro as it was last defined: its element, its parameters, and the call that led there.
 
     size      characters of the body
-    is_plain  whether its own attributes hold no expressions and no namespaces
-    problem   what is wrong with the definition; calls are then no errors of their own
+    is_plain  whether its own attributes contain neither expressions nor namespaces
+    problem   the error in the definition; calls are then not reported as further errors
     """
 
     __slots__ = ("body", "call", "is_plain", "name", "parameters", "problem", "size")
@@ -65,7 +65,7 @@ class Macro:
 
 
 class MacroTable:
-    """Macros of one file, macro call or namespace, before those of the table around it."""
+    """The macros of one file, macro call or namespace. They hide those of the enclosing table."""
 
     __slots__ = ("own", "parent")
 
@@ -83,7 +83,7 @@ class MacroTable:
         return None
 
     def names(self) -> list[str]:
-        """The macros that can be called from here, those in namespaces with their prefix."""
+        """The macros that can be called from here. Those in namespaces have a prefix."""
         found: list[str] = []
         table: MacroTable | None = self
         while table is not None:
@@ -97,10 +97,10 @@ class MacroTable:
 
 
 def parse_parameters(text: str) -> tuple[MacroParameter, ...]:
-    """The parameters of a macro's `params`: names, each with `:=` and a default or without.
+    """The parameters of a macro's `params`: names, with or without `:=` and a default.
 
     Raises:
-        ValueError: nothing but blanks.
+        ValueError: the text contains only blanks.
     """
     parameters = []
     while text:
@@ -110,17 +110,17 @@ def parse_parameters(text: str) -> tuple[MacroParameter, ...]:
         else:
             words = text.split(None, 1)
             if not words:
-                raise ValueError("params holds nothing but blanks")
+                raise ValueError("params contains only blanks")
             parameter, text = MacroParameter(words[0]), words[1] if len(words) > 1 else ""
         parameters.append(parameter)
     return tuple(parameters)
 
 
 def parse_default(text: str) -> tuple[MacroParameter, str] | None:
-    """The parameter with a default that a text begins with, and the rest of it; None where none does.
+    """The parameter with a default at the start of a text, and the rest of the text. None if there is none.
 
-    The official implementation has one regular expression for this, which takes exponential time
-    on unbalanced quotes. The same choices are made here in the same order, each place once.
+    The official implementation uses a regular expression that takes exponential time on unbalanced quotes.
+    This function makes the same choices in the same order, but visits each position once.
     """
     head = _HEAD.match(text)
     if head is None:
@@ -139,10 +139,10 @@ def parse_default(text: str) -> tuple[MacroParameter, str] | None:
 
 
 def _default_end(text: str, begin: int) -> int | None:
-    """Where the default that begins here ends: before a blank or at the end of the text."""
+    """The end of the default that begins here. It is followed by a blank or the end of the text."""
     line_end = text.find("\n", begin)
     line_end = len(text) if line_end < 0 else line_end
-    for opening, closing in (("${", "}"), ("$(", ")")):  # all in one, blanks and all
+    for opening, closing in (("${", "}"), ("$(", ")")):  # one expression, which may contain blanks
         if text.startswith(opening, begin):
             at = text.find(closing, begin + 2, line_end)
             while at >= 0:
@@ -154,7 +154,7 @@ def _default_end(text: str, begin: int) -> int | None:
 
 
 def _words_end(text: str, begin: int) -> int | None:
-    """The end of words and quoted pieces, as many as there are; quotes may hold blanks and quotes."""
+    """The end of a row of words and quoted pieces. Quoted pieces may contain blanks and quotes."""
     visited: set[int] = set()
     pending = [iter(_next_ends(text, begin))]
     places = [begin]
@@ -173,7 +173,7 @@ def _words_end(text: str, begin: int) -> int | None:
 
 
 def _next_ends(text: str, begin: int) -> Iterator[int]:
-    """Ends of the pieces that can begin here, those to be tried first first."""
+    """The possible ends of a piece that begins here, in the order in which to try them."""
     quote = text[begin : begin + 1]
     if quote in ("'", '"') and quote:
         line_end = text.find("\n", begin)

@@ -1,4 +1,4 @@
-"""The names that expressions may use: `math`, `python`, `xacro`, and those without a prefix."""
+"""The names that expressions can use: `math`, `python`, `xacro`, and those without a prefix."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _DEPRECATED = {
 
 
 class Names:
-    """A namespace of fixed names, as `math` in `math.pi`."""
+    """A namespace with fixed names, such as `math` in `math.pi`."""
 
     __slots__ = ("name", "table")
 
@@ -66,17 +66,17 @@ class Names:
 _MATH_NAMES = Names("math", _MATH)
 _PYTHON_NAMES = Names("python", _PYTHON)
 KNOWN = frozenset([*_DIRECT, *_MATH, *_DEPRECATED, "math", "python", "xacro"])
-"""Names that a property of the same name hides, which is worth a warning."""
+"""Built-in names. A property with such a name hides it, which causes a warning."""
 
 
 def tokenize(text: str, sep: str = ",; ", skip_empty: bool = True) -> list[str]:
-    """Split a text at any of some characters.
+    """Split a text at any of the characters in `sep`.
 
     Raises:
-        ValueError: what stands for the characters is none of `a`, `a-z`, `^a`, `\\t`.
+        ValueError: `sep` is not made of `a`, `a-z`, `^a`, `\\t`.
     """
-    if "]" in sep:  # it would end the set of characters, and begin a pattern of any cost
-        raise ValueError(f"{sep!r} is no set of characters to split at")
+    if "]" in sep:  # it would end the character set and begin a pattern of unbounded cost
+        raise ValueError(f"{sep!r} is not a set of characters to split at")
     import warnings  # rarely needed: start-up time
 
     with warnings.catch_warnings():
@@ -84,12 +84,12 @@ def tokenize(text: str, sep: str = ",; ", skip_empty: bool = True) -> list[str]:
         try:
             parts = re.split(f"[{sep}]", text)
         except re.error as error:
-            raise ValueError(f"{sep!r} is no set of characters to split at: {error}") from None
+            raise ValueError(f"{sep!r} is not a set of characters to split at: {error}") from None
     return [part for part in parts if part] if skip_empty else parts
 
 
 def has_attribute(value: Value, name: str) -> bool:
-    """Whether `value.name` is something."""
+    """Whether `value` has the attribute `name`."""
     try:
         attribute(value, name)
     except AttributeError:
@@ -98,14 +98,14 @@ def has_attribute(value: Value, name: str) -> bool:
 
 
 GLOBAL: dict[str, Value] = {**_DIRECT, **_MATH, "math": _MATH_NAMES, "python": _PYTHON_NAMES}
-"""What names mean before any property is defined, but for those that need to know of the run."""
+"""The meaning of built-in names, except those that depend on the run."""
 
 
 def run_name(run: Run, name: str, constant: Evaluate) -> Value:
-    """The meaning of a name that depends on the run; `constant` evaluates an expression in YAML.
+    """The meaning of a built-in name that depends on the run. `constant` evaluates expressions in YAML.
 
     Raises:
-        KeyError: it has none.
+        KeyError: there is no such name.
     """
     if name == "xacro":
         return _xacro(run, constant)
@@ -127,19 +127,19 @@ def _xacro(run: Run, constant: Evaluate) -> Names:
             "arg": run.argument,
             "tokenize": tokenize,
             "fatal": lambda *args: _fatal(run.budget.text, *args),
-            "message": _speaker(run, "message"),
-            "warning": _speaker(run, "warning"),
-            "error": _speaker(run, "error"),
+            "message": _message_function(run, "message"),
+            "warning": _message_function(run, "warning"),
+            "error": _message_function(run, "error"),
             "print_location": _locator(run),
         },
     )
 
 
 FUNCTIONS = frozenset([*_DEPRECATED, *(name for name, value in GLOBAL.items() if callable(value))])
-"""Names that are called: none of them is meant where a value is missing, nor a value where a function is."""
+"""Names of functions. They are suggested only for unknown functions, never for unknown properties."""
 
 FALLBACK: dict[str, Value] = {"hasattr": has_attribute}
-"""Names of the documentation that the official implementation does not define."""
+"""Names that xacro's documentation mentions but the official implementation does not define."""
 
 
 def _deprecated(run: Run, name: str, space: str, function: Callable[..., Value]) -> Callable[..., Value]:
@@ -156,17 +156,17 @@ def _fatal(text: Callable[[Value], str], *args: Value) -> Value:
     raise XacroError("X118", " ".join(map(text, args)) or "xacro.fatal() was called")
 
 
-def _speaker(run: Run, kind: str) -> Callable[..., str]:
-    def speak(*args: Value, **_: Value) -> str:
-        run.speak(kind, " ".join([run.budget.text(arg) for arg in args]))
+def _message_function(run: Run, kind: str) -> Callable[..., str]:
+    def send(*args: Value, **_: Value) -> str:
+        run.add_message(kind, " ".join([run.budget.text(arg) for arg in args]))
         return ""
 
-    return speak
+    return send
 
 
 def _locator(run: Run) -> Callable[..., str]:
     def locate(*_: Value, **__: Value) -> str:
-        run.speak("message", run.location())
+        run.add_message("message", run.location())
         return ""
 
     return locate

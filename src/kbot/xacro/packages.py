@@ -1,11 +1,11 @@
 """Finds robot packages without ROS, for `$(find NAME)` and `package://NAME/…`.
 
-Searched in this order: the given paths, AMENT_PREFIX_PATH, ROS_PACKAGE_PATH, folders with a
-package.xml around the file and in the working directory, and last the packages that ship with KBot.
-Symbolic links are not resolved: the answer is a path as it was given.
+Search order: the given paths, AMENT_PREFIX_PATH, ROS_PACKAGE_PATH, folders with a package.xml around the
+file and in the working directory, and last the packages that ship with KBot. Symbolic links are not resolved:
+the result starts with a path as it was given.
 
-A package that ships with KBot must never replace the user's own of the same name. A nearby folder
-of that name is therefore the package even without a package.xml: learners make folders by hand.
+A package that ships with KBot must never replace the user's own package of the same name. A nearby folder of
+that name is therefore the package even without a package.xml: learners create folders by hand.
 """
 
 from __future__ import annotations
@@ -33,15 +33,17 @@ _NAME = re.compile(r"<name>([^<]*)</name>")
 _SKIPPED_FOLDERS = {"build", "install", "log", "node_modules", "__pycache__", "site-packages"}
 _IGNORE_MARKS = ("CATKIN_IGNORE", "COLCON_IGNORE", "AMENT_IGNORE")
 _MAX_DEPTH = 8
+"""Levels of folders that are searched."""
 _MAX_FOLDERS = 20_000
+"""Entries of folders after which a search stops."""
 
 
-_NAME_IT = "name it with --package-path or ROS_PACKAGE_PATH"
-_WHERE_TO_PUT = f"put its folder beneath the working directory, or {_NAME_IT}"
+_ADD_TO_PATH = "add it to --package-path or ROS_PACKAGE_PATH"
+_HOW_TO_ADD = f"put its folder below the working directory, or {_ADD_TO_PATH}"
 
 
 class PackageNotFound(KbotError):
-    """No package of that name where packages are looked for."""
+    """There is no package with this name where packages are searched."""
 
     def __init__(
         self, name: str, known: Sequence[str], searched: Sequence[str], folder: str | None = None
@@ -50,46 +52,48 @@ class PackageNotFound(KbotError):
         if folder is not None and Path.cwd() in Path(folder).parents:
             folder = str(Path(folder).relative_to(Path.cwd()))
         self.folder = folder
-        """A folder of the name, which is not a package of that name. Relative if in the working directory."""
-        # a similar name never replaces a folder that the user has: it could be the shipped robot's
+        """A folder with this name that is not such a package. Relative if in the working directory."""
+        # no similar name if the user has such a folder: the similar one could be the shipped robot's
         self.nearest = did_you_mean(name, known) if folder is None else ""
-        self.hint = self.nearest or (_why_not(name, folder) if folder is not None else _WHERE_TO_PUT)
+        self.hint = self.nearest or (_why_not(name, folder) if folder is not None else _HOW_TO_ADD)
         self.searched = tuple(searched)
         super().__init__(f"the package '{name}' is not found: {self.hint}")
 
 
 class Packages:
-    """Where packages are found. Answers are remembered for the life of the object.
+    """Finds packages, and caches the results for the life of the object.
 
-    `paths` are package folders, folders of packages, or install prefixes; `around` is the file
-    (or folder) whose own workspace is searched.
+    `paths` are package folders, folders of packages, or install prefixes. `around` is the file or folder
+    whose workspace is searched.
     """
 
     def __init__(self, paths: Sequence[str | os.PathLike[str]] = (), around: str | None = None) -> None:
-        # absolute, so that what is found there can be named in a file of any folder
+        # absolute, so that a file in any folder can name the results
         self.paths = tuple(os.path.abspath(path) for path in paths)
         self.around = around
         self._found: dict[str, str | None] = {}
         self._origins: dict[str, str] = {}
-        """The option or variable by which a package was found, by its name."""
+        """The option or variable through which a package was found, by the package's name."""
         self._notes: dict[str, str] = {}
         self._fallbacks: set[str] = set()
-        """Names that only KBot's own packages have."""
+        """Names of packages for which KBot's own is used."""
         self._missing: dict[str, tuple[Sequence[str], Sequence[str], str | None]] = {}
         self._crawled: dict[str, dict[str, str]] = {}
         self._enclosing: dict[str, dict[str, str]] = {}
-        """The folders that are or contain a folder, by their names and their packages' names."""
+        """For each folder: the folder and those that contain it, by folder name and by package name."""
 
     def beside(self, file: str) -> Packages:
-        """These packages, searched around `file` too; itself when it has a place already."""
+        """These packages, searched also around `file`. Returns itself if it already has such a place."""
         return self if self.around is not None else Packages(self.paths, file)
 
     def find(self, name: str) -> str:
-        """The share folder of a package. A note reports that KBot's own package is used, or that an option
-        or variable hides the user's own folder of that name.
+        """The share folder of a package.
+
+        Sends a note if KBot's own package is used, or if an option or variable hides the user's own folder of
+        that name.
 
         Raises:
-            PackageNotFound: with the nearest names that there are.
+            PackageNotFound: there is no such package. The error has a hint.
         """
         folder = self.folder(name)
         if folder is None:
@@ -110,7 +114,7 @@ class Packages:
         return folder
 
     def folder(self, name: str) -> str | None:
-        """The share folder of a package, or None; without a note."""
+        """The share folder of a package, or None. Sends no note."""
         if name not in self._found:
             folder = self._search(name)
             if folder is None and name in _shipped_names():
@@ -120,26 +124,26 @@ class Packages:
         return self._found[name]
 
     def others(self, name: str) -> tuple[str, ...]:
-        """Where `find` takes a package from the working directory: further ones of that name in there.
+        """Further packages with this name in the working directory, if `find` returns one from there.
 
         Raises:
-            PackageNotFound: there is none of the name.
+            PackageNotFound: there is no package with this name.
         """
-        taken = os.path.abspath(self.folder(name) or self.find(name))
+        used = os.path.abspath(self.folder(name) or self.find(name))
         found = _folders(str(Path.cwd()))
         folders = [f for f, is_package in found if is_package and package_name(f) == name]
-        return tuple(f for f in folders if f != taken) if taken in folders else ()
+        return tuple(f for f in folders if f != used) if used in folders else ()
 
     def resolve(self, uri: str, beside: str | None = None) -> str | None:
-        """The path a mesh's or texture's URI names, or None when there is no such file; see `expected`."""
+        """The file that a mesh's or texture's URI names, or None if it does not exist. See `expected`."""
         path = self.expected(uri, beside)
         return find_file(path) if path is not None else None
 
     def expected(self, uri: str, beside: str | None = None) -> str | None:
-        """The path a URI names, whether or not there is such a file; None where it names no path here.
+        """The path that a URI names, whether or not the file exists. None for a URI that names no local path.
 
-        `package://NAME/…`, `model://NAME/…`, `file://…`, an absolute path, or a path relative to
-        the folder of `beside` (or of the file around which packages are searched).
+        A URI is `package://NAME/…`, `model://NAME/…`, `file://…`, an absolute path, or a path relative to the
+        folder of `beside` (by default, of the file around which packages are searched).
         """
         scheme, separator, rest = uri.partition("://")
         if separator and "%" in rest:
@@ -178,7 +182,7 @@ class Packages:
             return None
         own = os.path.join(SHIPPED, name)
         if self.around and Path(os.path.abspath(self.around)).is_relative_to(own):
-            return own  # the shipped robot is whole, whatever ROS finds under its name
+            return own  # the shipped robot always uses its own files, even if ROS has such a package
         for origin, found in self._named_places(name):
             if found:
                 self._origins[name] = origin
@@ -190,7 +194,7 @@ class Packages:
         return None
 
     def _named_places(self, name: str) -> Iterator[tuple[str, str | None]]:
-        """The option or variable of each place that the user or ROS names, and the package there, if any."""
+        """Each place that the user or ROS names: the option or variable, and the package there, if any."""
         for path in self.paths:
             yield "--package-path", self._below(path, name)
         for prefix in _split("AMENT_PREFIX_PATH"):
@@ -199,11 +203,10 @@ class Packages:
             yield "ROS_PACKAGE_PATH", self._beneath(root, name)
 
     def _hidden(self, name: str, used: str) -> str:
-        """A note on the user's own folder of this name where an option or variable names another one. It is
-        empty where there is no such folder.
+        """A note that an option or variable hides the user's own folder of this name. Empty if it does not.
 
-        Only a name that somebody typed (`around` is None) is searched beneath the working directory too: a
-        description names dozens of ROS's packages, and a search visits thousands of folders.
+        Only a typed name (`around` is None) is searched below the working directory too. A description names
+        dozens of ROS packages, and each search visits thousands of folders.
         """
         here = Path.cwd()
         own = self._containing(_folder_of(self.around), name) if self.around else None
@@ -217,10 +220,10 @@ class Packages:
         return f"the package {name} is {used} (from {self._origins[name]}), not {own}, {relation}"
 
     def _near(self, place: Path, workspaces: Sequence[str], name: str) -> str | None:
-        """A package around a folder and in its workspaces."""
+        """A package around a folder or in its workspaces."""
         ships = name in _shipped_names()
         own = self._containing(place, name) if ships else None
-        if own is not None:  # a repository may be called like the package in it
+        if own is not None:  # a repository may have the same name as the package in it
             return self._crawl(own).get(name, own)
         for root in workspaces:
             found = self._beneath(root, name)
@@ -230,7 +233,7 @@ class Packages:
         return next(filter(os.path.isdir, beside), None) if ships else None
 
     def _containing(self, place: Path, name: str) -> str | None:
-        """The nearest folder that is or contains a place, with this name or a package.xml of this name."""
+        """The nearest folder, from `place` upwards, that has this name or a package.xml with this name."""
         names = self._enclosing.get(str(place))
         if names is None:
             names = self._enclosing[str(place)] = {}
@@ -243,8 +246,10 @@ class Packages:
         return names.get(name)
 
     def _same_named_folder(self, name: str) -> str | None:
-        """A folder of a name that no package has: it contains the file or the working directory, or is in
-        one of the folders that are searched."""
+        """A folder with the name of a package that was not found.
+
+        The folder contains the file or the working directory, or is in one of the searched folders.
+        """
         if not _can_be_a_name(name):
             return None
         for place, workspaces in self._places():
@@ -264,7 +269,7 @@ class Packages:
         return self._crawl(root).get(name)
 
     def _below(self, path: str, name: str) -> str | None:
-        """A package at `path`, installed under it, or anywhere beneath it."""
+        """A package at `path`, installed under it, or anywhere below it."""
         return _installed(path, name) or self._crawl(path).get(name)
 
     def _prefixes(self) -> tuple[str, ...]:
@@ -275,8 +280,10 @@ class Packages:
         return tuple(dict.fromkeys((*self.paths, *_split("ROS_PACKAGE_PATH"), *near, SHIPPED)))
 
     def _places(self) -> Iterator[tuple[Path, Sequence[str]]]:
-        """The folders around which packages are searched, each with the folders to crawl: that of the file,
-        with the rest of its workspace, then the working directory."""
+        """The folders around which packages are searched, each with the folders to crawl.
+
+        First the file's folder with its workspace, then the working directory.
+        """
         if self.around:
             folder = _folder_of(self.around)
             package = package_around(folder)
@@ -289,7 +296,7 @@ class Packages:
         yield Path.cwd(), (str(Path.cwd()),)
 
     def _crawl(self, root: str) -> dict[str, str]:
-        """Names and folders of the packages beneath a folder, which may be one itself."""
+        """Names and folders of the packages in a folder, which may itself be a package."""
         known = self._crawled.get(root)
         if known is None:
             known, shipped, called = {}, _shipped_names(), dict[str, str]()
@@ -307,25 +314,28 @@ def _can_be_a_name(name: str) -> bool:
 
 
 def _why_not(name: str, folder: str) -> str:
-    """Why a folder is not the package of a name, and what to do."""
+    """Why a folder is not the package with this name, and what to do."""
     if not os.path.isfile(os.path.join(folder, "package.xml")):
         return f"the folder {folder} has no package.xml: add one"
     own = package_name(folder)
     if own != name:
         return f"the package.xml of the folder {folder} has the name '{own}': correct one of the two names"
-    return f"the folder {folder} is not searched: {_NAME_IT}"
+    return f"the folder {folder} is not searched: {_ADD_TO_PATH}"
 
 
 def _folder_of(path: str) -> Path:
-    """A folder itself, or the folder of a file."""
+    """The folder of a file, or a folder itself."""
     folder = Path(os.path.abspath(path))
     return folder if folder.is_dir() else folder.parent
 
 
 def _is_same_package(used: str, own: str) -> bool:
-    """Whether a package is a folder, is installed by links to it (colcon --symlink-install), or lies in it
-    (a repository named like its package)."""
-    with suppress(OSError):  # one of the two may have no package.xml
+    """Whether the used package is the user's own.
+
+    It may be the same folder, be installed by links to it (colcon --symlink-install), or be inside it (a
+    repository with the name of its package).
+    """
+    with suppress(OSError):  # either may have no package.xml
         if os.path.samefile(os.path.join(used, "package.xml"), os.path.join(own, "package.xml")):
             return True
     return Path(used).resolve().is_relative_to(Path(own).resolve())
@@ -336,7 +346,7 @@ def _split(variable: str) -> list[str]:
 
 
 def _installed(prefix: str, name: str) -> str | None:
-    """PREFIX/share/NAME where the ament index or a package.xml declares it, or KBot ships one of the name."""
+    """PREFIX/share/NAME if the ament index or a package.xml declares it, or if KBot ships such a package."""
     share = os.path.join(prefix, "share")
     folder = os.path.join(share, name)
     markers = os.path.join(share, "ament_index/resource_index/packages", name), f"{folder}/package.xml"
@@ -345,7 +355,7 @@ def _installed(prefix: str, name: str) -> str | None:
 
 
 def package_name(folder: str) -> str:
-    """The name that a package's folder gives itself."""
+    """The name in a folder's package.xml, or else the folder's name."""
     manifest = Path(folder) / "package.xml"
     try:
         match = _NAME.search(read_bytes(manifest).decode("utf-8", "replace"))
@@ -355,19 +365,21 @@ def package_name(folder: str) -> str:
 
 
 def package_around(folder: Path) -> Path | None:
-    """The nearest folder with a package.xml: this one, or one that contains it."""
+    """The nearest folder with a package.xml, from this one upwards."""
     return next((f for f in (folder, *folder.parents) if (f / "package.xml").is_file()), None)
 
 
 def lies_in_package(file: Path, uri: str, packages: Packages) -> bool:
-    """Whether a file, its symbolic links resolved, lies in the package that its URI names, or in another
-    package that is found."""
+    """Whether a file is inside the package that its URI names, or inside another package that can be found.
+
+    `file` is a path with resolved symbolic links.
+    """
     scheme, _, rest = uri.partition("://")
     if scheme in ("package", "model"):
         folder = packages.folder(rest.partition("/")[0])
         if folder is not None and file.is_relative_to(Path(folder).resolve()):
             return True
-    # a workspace may be installed by links to its sources, each with its package.xml
+    # colcon --symlink-install: the installed package links to a source package with the same package.xml
     source = package_around(file.parent)
     installed = packages.folder(package_name(str(source))) if source else None
     return (
@@ -384,8 +396,10 @@ def _shipped_names() -> frozenset[str]:
 
 
 def _folders(root: str) -> Iterator[tuple[str, bool]]:
-    """Folders, breadth first so that the nearest one wins, and whether each is a package. The folders within
-    a package are not visited."""
+    """The folders below `root`, and whether each is a package. Folders inside a package are not visited.
+
+    The search is breadth-first, so that the nearest package wins.
+    """
     level, seen = [root], 0
     for _ in range(_MAX_DEPTH):
         following: list[str] = []
@@ -404,7 +418,7 @@ def _folders(root: str) -> Iterator[tuple[str, bool]]:
             for child in children:
                 if child.name.startswith(".") or child.name in _SKIPPED_FOLDERS:
                     continue
-                with suppress(OSError):  # a link that leads round in a circle
+                with suppress(OSError):  # a circular link
                     if child.is_dir():
                         following.append(child.path)
             seen += len(children)

@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 
 class Expansion:
-    """The result of expanding one description. It is to be read, not changed.
+    """The result of expanding one description. Do not change it.
 
-    document      the root element, or None where the file could not be read at all; where there
-                  are errors it holds what could be expanded
-    diagnostics   errors and warnings in the order they were met
-    dependencies  every file that was read on the way, as it was named, in order
-    steps         the work that it took, in steps of up to a microsecond
+    document      the root element, or None if the file could not be read; after errors it contains what
+                  could be expanded
+    diagnostics   errors and warnings in the order of occurrence
+    dependencies  every file that was read, as it was named, in order
+    steps         the work of the expansion, in steps of up to a microsecond
     """
 
     def __init__(
@@ -50,14 +50,14 @@ class Expansion:
         self.dependencies = dependencies
         self.steps = steps
         self.scope = scope
-        """The names of the top level as they were at the end."""
+        """The names at the top level after the expansion."""
         self.macros = macros
         self.defaults: Mapping[str, Binding] = defaults or {}
-        """Where the default of each argument is written."""
+        """The default of each argument, with its origin."""
         self.declared = declared
         """The names of the arguments."""
         self.overridden: Mapping[str, Value] = overridden or {}
-        """The properties whose value the caller overrode, with the caller's values."""
+        """The properties that the caller overrode, with the caller's values."""
         self._before: list[Text] = source.before if source else []
         self._after: list[Text] = source.after if source else []
 
@@ -66,14 +66,14 @@ class Expansion:
 
     @property
     def ok(self) -> bool:
-        """Whether there is a document and no error."""
+        """Whether there is a document and there are no errors."""
         return self.document is not None and not any(d.is_error for d in self.diagnostics)
 
     def require(self) -> Expansion:
-        """This expansion, where it has no error.
+        """Return this expansion.
 
         Raises:
-            DescriptionError: with all diagnostics, where there is one.
+            DescriptionError: there is an error. The exception has all diagnostics.
         """
         if not self.ok:
             raise DescriptionError(self.diagnostics)
@@ -81,7 +81,7 @@ class Expansion:
 
     @cached_property
     def text(self) -> str:
-        """The document as the `xacro` command writes it, its banner included; empty without one."""
+        """The document as the `xacro` command writes it, with the banner. Empty without a document."""
         return self._serialised(with_banner=True)
 
     @cached_property

@@ -1,4 +1,4 @@
-"""The state of one expansion: files, arguments, remaining budget, problems."""
+"""The state of one expansion: files, arguments, remaining budget, and problems."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ if TYPE_CHECKING:
     from kbot.xacro.packages import Packages
 
 Log = Callable[[str, Value, str, Value], None]
-"""Told of `set` or `use`, the scope, the name and the value."""
+"""Called with `set` or `use`, the scope, the name and the value."""
 
-_SPOKEN = {"message": ("X301", "info"), "warning": ("X302", "warning"), "error": ("X303", "warning")}
+_MESSAGE_CODES = {"message": ("X301", "info"), "warning": ("X302", "warning"), "error": ("X303", "warning")}
 
 
 class Run:
     """The state of one expansion that all its parts share.
 
-    `files` is the stack of files being read, `used` the bindings that were looked up since it was
-    last cleared, `resolving` those being computed just now, innermost last.
+    `files` is the stack of files being read. `used` are the bindings looked up since it was last cleared.
+    `resolving` are the bindings being evaluated, innermost last.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class Run:
         self.failed_arguments: dict[str, Problem] = {}
         self.declared: set[str] = set()
         self.defaults: dict[str, Binding] = {}
-        """The default of each argument that counts, as it is written."""
+        """The first default of each argument, unevaluated. Later defaults have no effect."""
         self._packages = packages
         self.limits = limits
         self.root_dir = root_dir
@@ -61,11 +61,11 @@ class Run:
         self.nodes = limits.nodes
         self.characters = limits.text
         self.deepest = 0
-        """The levels of elements, macro calls and includes so far."""
+        """The deepest nesting of elements, macro calls and includes so far."""
         self.copied = 0
-        """A bound on the characters that were copied unchanged from files and macros."""
+        """An upper bound of the characters copied unchanged from files and macros."""
         self.source_nodes = self.source_depth = 0
-        """The elements and comments of all files; the levels of the deepest."""
+        """The elements and comments of all files, and the nesting of the deepest file."""
         self.depth = 0
         self.macro_depth = 0
         self.used: list[Binding] = []
@@ -73,27 +73,27 @@ class Run:
         self.dependencies: dict[str, None] = {}
         self.problems: list[Problem] = []
         self.incomplete: Problem | None = None
-        """A file that could not be included: what it would have defined is not to be missed."""
+        """A file that could not be included. Names that it may have defined are not reported as undefined."""
         self.log: Log | None = None
         self.pending: list[tuple[str, str, str, str]] = []
-        """Warnings of the text being evaluated, which get their place when it is done."""
+        """Warnings of the text being evaluated. `flush` adds their place."""
         self._known: dict[object, Problem] = {}
         self._errors = 0
 
     @property
     def file(self) -> str:
-        """The file that is being read, as it was named."""
+        """The file being read, as it was named."""
         return self.files[-1]
 
     @cached_property
     def packages(self) -> Packages:
-        """Where packages are looked for: around the file too, unless the caller said where."""
+        """Finds packages: also around the file, unless the caller set another place."""
         from kbot.xacro.packages import Packages  # not every description has packages: start-up time
 
         return (self._packages or Packages()).beside(self.files[0] or os.curdir)
 
     def absolute(self, name: str) -> str:
-        """A file name relative to the file being read, as a path."""
+        """The path of a file name that is relative to the file being read."""
         if os.path.isabs(name):
             return name
         return os.path.join(os.path.dirname(self.file) if self.file else ".", name)
@@ -106,11 +106,11 @@ class Run:
         """
         path = name if self.root_dir == os.curdir else os.path.join(self.root_dir, name)
         source = read_source(path, self.limits.file_bytes, from_pipe=name == self.files[0])
-        self.budget.charge(len(source.text) >> 8)  # a file can be read any number of times
+        self.budget.charge(len(source.text) >> 8)  # a file may be read any number of times
         return source if path == name else Source(name, source.text)
 
     def parsed(self, source: Source) -> XmlDocument:
-        """The document of a file that is expanded."""
+        """Parse a file to expand."""
         document = parsed(source, self.limits.nesting, self.limits.nodes)
         self.copied += len(source.text)
         self.source_nodes += document.nodes
@@ -118,16 +118,16 @@ class Run:
         return document
 
     def check_result(self, root: Element) -> None:
-        """Refuse a result that is too long to be written.
+        """Check the size of the result.
 
         Raises:
-            LimitFault: it is.
+            LimitFault: the result is too long to be written.
         """
         nodes = self.limits.nodes - self.nodes + self.source_nodes
         evaluated = self.limits.text - self.characters
         indentation = 2 * nodes * (self.deepest + self.source_depth)
         most = self.limits.text
-        # the exact size takes a walk, which only a suspect is worth
+        # computing the exact size takes a walk, so it is done only if the bound is exceeded
         if evaluated + self.copied + indentation > most and written_size([root], most) > most:
             fault = self.budget.exceeded("text", "the result is too long")
             fault.origin = root.origin
@@ -137,7 +137,7 @@ class Run:
         """The value of `$(arg name)`.
 
         Raises:
-            XacroError: X112, it is neither declared nor given.
+            XacroError: X112, the argument is neither declared nor given.
         """
         try:
             value = self.arguments[name]
@@ -145,7 +145,7 @@ class Run:
             if name in self.failed_arguments:
                 raise consequence(self.failed_arguments[name]) from None
             hint = did_you_mean(str(name), self.arguments) or (
-                f'declare it before: <xacro:arg name="{name}" default="…"/>, or give {name}:=…'
+                f'declare it first: <xacro:arg name="{name}" default="…"/>, or pass {name}:=…'
             )
             fault = XacroError("X112", f"the argument '{name}' is not defined", hint, key=("argument", name))
             fault.near = hint.startswith("did")
@@ -154,7 +154,7 @@ class Run:
         return value
 
     def load_yaml(self, filename: str, constant: Callable[[str], Value]) -> Value:
-        """`xacro.load_yaml`; `constant` evaluates the expression that a unit stands before."""
+        """`xacro.load_yaml`. `constant` evaluates the expressions after units such as `!degrees`."""
         from kbot.xacro import yaml  # most robots read no YAML: start-up time
 
         name = self.absolute(str(filename))
@@ -171,13 +171,13 @@ class Run:
         finally:
             self.files.pop()
 
-    # --- what is wrong -----------------------------------------------------------------------
+    # --- errors and warnings -----------------------------------------------------------------
 
     def report(self, fault: XacroError, node: Element | Text, attribute: str, call: Call | None) -> Problem:
-        """Report a fault of an attribute's value, of a text, or (attribute empty) of a tag.
+        """Report a fault of an attribute's value or of a text, or of a tag if `attribute` is empty.
 
         Raises:
-            LimitFault: the fault is one, or there are too many errors: expansion ends.
+            LimitFault: the fault is a LimitFault, or there are too many errors. Expansion stops.
         """
         if fault.origin is None:
             fault.origin = locate(node, attribute, call, fault.part)
@@ -211,13 +211,11 @@ class Run:
         self.problems.append(problem)
         self._errors += 1
         if self._errors >= self.limits.errors:
-            raise LimitFault(
-                "X199", f"there are {self._errors} errors: the rest is not looked at", origin=origin
-            )
+            raise LimitFault("X199", f"stopped after {self._errors} errors", origin=origin)
         return problem
 
     def adopt(self, diagnostics: tuple[Diagnostic, ...], call: Call | None) -> Problem:
-        """Report what is wrong with a file that was read; the first of the problems."""
+        """Report the diagnostics of a file, and return the first of the problems."""
         first: Problem | None = None
         for d in diagnostics:
             origin = Origin(d.origin.span, call) if d.origin else self._start()
@@ -230,15 +228,15 @@ class Run:
         return first
 
     def warn(self, code: str, message: str, hint: str = "", severity: str = "warning") -> None:
-        """Warn of the text that is being evaluated."""
+        """Add a warning about the text being evaluated."""
         self.pending.append((code, severity, message, hint))
 
     def warn_at(self, code: str, message: str, origin: Origin | None, hint: str = "") -> None:
-        """Warn of a place, once."""
+        """Add a warning about a place, once."""
         self._warning(code, "warning", message, origin or self._start(), hint)
 
     def flush(self, node: Element | Text, attribute: str, call: Call | None) -> None:
-        """Give the warnings of the text just evaluated their place."""
+        """Report the pending warnings at the text that was just evaluated."""
         pending, self.pending = self.pending, []
         for code, severity, message, hint in pending:
             self._warning(code, severity, message, locate(node, attribute, call, None), hint)
@@ -251,9 +249,9 @@ class Run:
             problem = self._known[key] = Problem(code, Severity(severity), message, origin, hint)
             self.problems.append(problem)
 
-    def speak(self, kind: str, text: str) -> None:
-        """Take what `xacro.message`, `xacro.warning` or `xacro.error` says."""
-        code, severity = _SPOKEN[kind]
+    def add_message(self, kind: str, text: str) -> None:
+        """Add a message of `xacro.message`, `xacro.warning` or `xacro.error`."""
+        code, severity = _MESSAGE_CODES[kind]
         self.warn(code, text, severity=severity)
 
     def location(self) -> str:
@@ -261,13 +259,13 @@ class Run:
         return "when processing file: " + "\nincluded from: ".join(reversed(self.files))
 
     def point_at_later_definitions(self, find: Callable[[str], Binding | None]) -> None:
-        """Say of undefined properties that they are defined too late, where they are found at the end."""
+        """Change the hint of undefined properties that are defined later in the file."""
         for key, problem in self._known.items():
             if isinstance(key, tuple) and key[0] == "undefined":
                 binding = find(key[1])
                 origin = binding.origin if binding else None
                 if origin is not None:
-                    problem.hint = "it is defined only further on: define it before it is used"
+                    problem.hint = "it is defined only further down. Define it before its first use"
                     problem.also("defined here", origin)
 
     def _start(self) -> Origin:

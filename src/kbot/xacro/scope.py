@@ -1,4 +1,4 @@
-"""Scopes: hold properties, parameters and blocks, and look up and resolve them."""
+"""Scopes: store properties, parameters and blocks, look them up, and evaluate them."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from kbot.xacro.run import Run
 
 NO_VALUE = "${…}"
-"""The value of a property that a fix defines: only the author knows what it is. Any value that can be read
-would give a robot without an error; this one is not an expression, so KBot and xacro both stop at it."""
+"""The value that a fix gives to a property that it defines. Only the author knows the real value. Any valid
+value would give a robot without an error. This one is not a valid expression, so KBot and xacro reject it."""
 
 
 class Scope:
-    """Names of one file, macro call or namespace, before those of the scope around it."""
+    """The names of one file, macro call or namespace. They hide those of the enclosing scope."""
 
     __slots__ = ("budget", "is_namespace", "parent", "run", "values")
 
@@ -32,10 +32,10 @@ class Scope:
         self.values: dict[str, Binding] = {}
 
     def lookup(self, name: str) -> Value:
-        """The value of a name, computed now if nobody asked before.
+        """The value of a name, evaluated at its first use.
 
         Raises:
-            XacroError: X103 not defined, X105 defined by itself, or a consequence of another problem.
+            XacroError: X103 not defined, X105 circular definition, or the consequence of another problem.
         """
         scope: Scope | None = self
         while scope is not None:
@@ -50,24 +50,24 @@ class Scope:
             raise self._undefined(name) from None
 
     def substitute(self, content: str) -> str:
-        """What `$(content)` stands for."""
-        from kbot.xacro.substitution import substitute  # small robots need none
+        """The value of `$(content)`."""
+        from kbot.xacro.substitution import substitute  # small robots do not use it: start-up time
 
         return substitute(content, self.run)
 
     def _constant(self, text: str) -> Value:
-        """The value of an expression in which no property is known."""
+        """The value of an expression that cannot use properties."""
         return expression(text, Scope(self.run))
 
     def assign(self, name: str, value: Value) -> None:
-        """Define a property from within an expression."""
+        """Define a property in an expression (`:=`)."""
         self.define(Binding(name, value, READY, None, "", None))
 
     def define(self, binding: Binding) -> None:
-        """Put a binding into this scope. A text is taken for the number or truth value it spells."""
+        """Add a binding to this scope. A text that spells a number or truth value becomes that value."""
         name, value = binding.name, binding.value
         if name in KNOWN:
-            self.run.warn_at("X201", f"'{name}' hides a name of the language", binding.origin)
+            self.run.warn_at("X201", f"'{name}' hides a built-in name", binding.origin)
         if type(value) is str:
             binding.value = value = literal(value)
         if binding.state == LAZY and (type(value) is not str or "$" not in value):
@@ -77,14 +77,14 @@ class Scope:
             self.run.log("set", self, name, value)
 
     def remove(self, name: str) -> None:
-        """Forget a name here and in every scope around."""
+        """Remove a name from this scope and all enclosing scopes."""
         scope: Scope | None = self
         while scope is not None:
             scope.values.pop(name, None)
             scope = scope.parent
 
     def find(self, name: str) -> Binding | None:
-        """The binding of a name, not computed."""
+        """The binding of a name, without evaluating it."""
         scope: Scope | None = self
         while scope is not None:
             binding = scope.values.get(name)
@@ -114,7 +114,7 @@ class Scope:
     __getitem__ = xacro_attribute
 
     def known(self) -> set[str]:
-        """Every name that has a value here; a function is not one."""
+        """Every name with a value that is visible here, without functions."""
         names = set(KNOWN - FUNCTIONS)
         scope: Scope | None = self
         while scope is not None:
@@ -145,14 +145,14 @@ class Scope:
         except XacroError as error:
             fault = error
             if binding.value == NO_VALUE:
-                hint = f"write its value in place of {NO_VALUE}"
+                hint = f"replace {NO_VALUE} by its value"
                 fault = XacroError("X100", f"the property '{binding.name}' has no value", hint)
             binding.problem = run.report_value(fault, binding)
             binding.state = FAILED
             raise _failed(binding) from None
         finally:
             run.resolving.pop()
-        binding.fed = tuple(run.used[mark:])
+        binding.inputs = tuple(run.used[mark:])
         del run.used[mark:]
         binding.value = value
         binding.state = READY
@@ -166,7 +166,7 @@ class Scope:
         return XacroError(
             "X105",
             f"circular definition: {' -> '.join(chain)}",
-            'give one of them a value of its own, or evaluate it at once with lazy_eval="false"',
+            'give one of them a value without the others, or evaluate it at once with lazy_eval="false"',
             key=("circular", frozenset(chain)),
         )
 

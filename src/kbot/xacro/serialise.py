@@ -1,8 +1,8 @@
 """Writes a document in the format of the `xacro` command, byte for byte.
 
-Two spaces a level, attributes sorted by name, a text on its own line unless it is the only child,
-blank text left out. Like the official command it writes what the running Python's `minidom`
-would: from Python 3.13 on quotes stay as they are in text, and line ends are kept in attributes.
+Each level is indented by two spaces. Attributes are sorted by name. A text is on its own line unless it is
+the only child, and blank text is omitted. Like the official command, it writes what the `minidom` of the
+running Python writes: since 3.13, quotes in text are not escaped, and line ends in attributes are kept.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _SPECIAL_VALUE = re.compile(r'[&<>"\r\n\t]') if _NEW_ESCAPES else _SPECIAL
 
 
 def serialise(nodes: Sequence[Element | Text], banner: str = "") -> str:
-    """The text of a document's nodes, after the XML declaration and a banner."""
+    """The XML declaration, a banner, and the text of a document's nodes."""
     out = ['<?xml version="1.0" ?>\n', banner]
     with room_for(2 * MAX_NESTING + 1000):  # a call for each level of elements
         for node in nodes:
@@ -35,7 +35,7 @@ def serialise(nodes: Sequence[Element | Text], banner: str = "") -> str:
 
 
 def written_size(nodes: Sequence[Element | Text], most: int) -> int:
-    """The characters that nodes are written with, indentation included. It stops counting past `most`."""
+    """The number of characters of the written nodes, with indentation. Counting stops above `most`."""
     size = 0
     pending: list[tuple[Element | Text, int]] = [(node, 1) for node in nodes]
     while pending and size <= most:
@@ -50,7 +50,7 @@ def written_size(nodes: Sequence[Element | Text], most: int) -> int:
 
 
 def banner(path: str) -> str:
-    """The comment that the `xacro` command puts before everything else."""
+    """The comment that the `xacro` command writes first."""
     name = re.sub(r"-+", "-", path)
     rule = f"<!-- {'=' * 83} -->\n"
     return (
@@ -60,7 +60,7 @@ def banner(path: str) -> str:
 
 
 def escape(text: str) -> str:
-    """Character data with the characters replaced that XML cannot hold as they are."""
+    """Character data with XML's special characters escaped."""
     if not _SPECIAL.search(text):
         return text
     text = text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
@@ -68,7 +68,7 @@ def escape(text: str) -> str:
 
 
 def escape_value(text: str) -> str:
-    """An attribute's value with the characters replaced that XML cannot hold as they are."""
+    """An attribute's value with XML's special characters escaped."""
     if not _SPECIAL_VALUE.search(text):
         return text
     text = text.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;").replace(">", "&gt;")

@@ -1,7 +1,7 @@
 """The source map: where each element, attribute and line of an expansion comes from.
 
-The map is made when it is first asked for: the text of the expansion is parsed again, which gives
-every element its place in the result, and the two trees are walked side by side.
+The map is built on first use. It parses the text of the expansion again to get the position of every element
+in the result, and walks both trees side by side.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ VERSION = 1
 class Trace:
     """One element or attribute of the result.
 
-    output        its place in the expansion's text
-    origin        where it was written, and the calls that brought it
+    output        its position in the expansion's text
+    origin        where it was written, and the calls that led there
     expressions   the spans of the `${…}` and `$(…)` that its value was computed from
-    fed_by        the properties and parameters that these looked up, each with its own origin
+    inputs        the properties and parameters that these looked up, each with its origin
     """
 
     element: Element
@@ -42,7 +42,7 @@ class Trace:
     output: Span
     origin: Origin
     expressions: tuple[Span, ...] = ()
-    fed_by: tuple[Binding, ...] = ()
+    inputs: tuple[Binding, ...] = ()
 
     @property
     def name(self) -> str:
@@ -53,10 +53,10 @@ class Trace:
 
 
 class SourceMap:
-    """Traces of an expansion, by place in the result and by name."""
+    """Traces of an expansion, by position in the result and by name."""
 
     def __init__(self, document: Element | None, text: str) -> None:
-        """`text` is the document as it is written."""
+        """`text` is the serialised document."""
         self._text = Source("", text)
         self._pairs: list[tuple[Element, Element]] = []
         if document is not None:
@@ -82,11 +82,11 @@ class SourceMap:
             yield from self._attributes(element, written)
 
     def at(self, line: int, column: int = 1) -> Trace | None:
-        """What stands at a place of the result (both 1-based): an attribute, or the innermost element."""
+        """The attribute or innermost element at a position of the result. Line and column are 1-based."""
         offset = self._text.offset(line, column)
         at = bisect_right(self._starts, offset) - 1
         if column == 1 and at + 1 < len(self._starts):
-            # the start of a line stands for the first tag on it
+            # the start of a line means the first tag on it
             first = self._starts[at + 1]
             at += self._text.line_column(first)[0] == line
         while at >= 0:
@@ -100,7 +100,7 @@ class SourceMap:
         return None
 
     def find(self, name: str, tag: str | None = None) -> list[Trace]:
-        """Elements of the result with a name: links, joints, materials, or whatever `tag` says."""
+        """The elements of the result with this name: of all tags, or of `tag`."""
         return [
             trace
             for trace in self.elements()
@@ -112,19 +112,19 @@ class SourceMap:
         return sorted({e.attributes["name"] for e, _ in self._pairs if "name" in e.attributes})
 
     def _attributes(self, element: Element, written: Element) -> Iterator[Trace]:
-        fed = element.fed or {}
+        inputs = element.inputs or {}
         for name, (start, value) in written.attribute_spans().items():
             origin = element.attribute_origin(name)
             output = Span(self._text, start.start, value.end + 1)
-            yield Trace(element, name, output, origin, expressions(origin.span), fed.get(name, ()))
+            yield Trace(element, name, output, origin, expressions(origin.span), inputs.get(name, ()))
 
     def to_json(self) -> str:
-        """The whole map in the format that `docs/source-map.md` describes."""
+        """The map as JSON. `docs/source-map.md` describes the format."""
         return json.dumps(_Writer(self).document(), ensure_ascii=False, separators=(",", ":")) + "\n"
 
 
 def expressions(span: Span) -> tuple[Span, ...]:
-    """The spans of the expressions and commands in a value as it was written."""
+    """The spans of the expressions and commands in a value in the source."""
     text = span.text
     if "$" not in text:
         return ()
@@ -136,7 +136,7 @@ def expressions(span: Span) -> tuple[Span, ...]:
 
 
 class _Writer:
-    """Numbers files, calls and bindings as they are met."""
+    """Builds the JSON. Numbers files, calls and bindings in the order of occurrence."""
 
     def __init__(self, source_map: SourceMap) -> None:
         self.map = source_map
@@ -173,8 +173,8 @@ class _Writer:
             }
             if trace.expressions:
                 about["expressions"] = [self.span(span) for span in trace.expressions]
-            if trace.fed_by:
-                about["bindings"] = [self.binding(binding) for binding in trace.fed_by]
+            if trace.inputs:
+                about["bindings"] = [self.binding(binding) for binding in trace.inputs]
             entry["attributes"][trace.attribute] = about
         return entry
 
@@ -197,16 +197,16 @@ class _Writer:
         return number
 
     def binding(self, binding: Binding) -> int:
-        """Its number; what it was computed from is numbered with it, however long that chain is."""
+        """The number of a binding. Numbers also its inputs, without recursion: the chain may be long."""
         waiting: list[Binding] = []
         number = self._number(binding, waiting)
         while waiting:
-            one = waiting.pop()
-            entry = self.binding_list[self.bindings[id(one)]]
-            origin = one.origin
+            current = waiting.pop()
+            entry = self.binding_list[self.bindings[id(current)]]
+            origin = current.origin
             entry["source"] = self.span(origin.span) if origin else None
-            entry["call"] = self.call(one.call)
-            entry["bindings"] = [self._number(inner, waiting) for inner in one.fed]
+            entry["call"] = self.call(current.call)
+            entry["bindings"] = [self._number(inner, waiting) for inner in current.inputs]
         return number
 
     def _number(self, binding: Binding, new: list[Binding]) -> int:
@@ -219,7 +219,7 @@ class _Writer:
 
 
 def _shown(value: object) -> str | float | bool | None:
-    """A value as JSON can hold it, and not too much of it."""
+    """A value that JSON can express. Long texts are shortened."""
     if isinstance(value, bool | int | str) or value is None:
         return value if not isinstance(value, str) or len(value) < 200 else value[:197] + "…"
     if isinstance(value, float):

@@ -1,4 +1,4 @@
-"""The substitutions of `$(…)`: arg, find, env, optenv, dirname, cwd, anon, eval."""
+"""Evaluates the commands of `$(…)`: arg, find, env, optenv, dirname, cwd, anon, eval."""
 
 from __future__ import annotations
 
@@ -24,12 +24,11 @@ _CONSTANTS: dict[str, object] = {
 
 
 def substitute(content: str, run: Run) -> str:
-    """The text that stands for `$(content)`.
+    """The value of `$(content)`.
 
     Raises:
-        XacroError: X110 no such command, X111 wrong number of words, X112 an argument that is not
-            defined, X113 an environment variable that is not set, X114 a package that is not
-            found, X115 a bracket or dollar sign in the wrong place.
+        XacroError: X110 unknown command, X111 wrong number of words, X112 undefined argument, X113 unset
+            environment variable, X114 package not found, X115 a bracket or dollar sign in a wrong place.
     """
     if content == "cwd":
         return os.path.abspath(run.root_dir)
@@ -40,12 +39,12 @@ def substitute(content: str, run: Run) -> str:
     if not content.isprintable() or any(mark in content for mark in "$()"):
         return _scan(f"$({content})", run, _COMMANDS)
     result = _command(content, run, _COMMANDS)
-    # a package may be named by what the first pass gave
+    # an argument's value may contain $(find …)
     return _scan(result, run, {"find": _find}) if "$" in result else result
 
 
 def convert(text: str) -> Value:
-    """An argument's text as `$(eval …)` sees it: a number, a truth value, or the text."""
+    """The value of an argument in `$(eval …)`: a number, a truth value, or the text."""
     try:
         return float(text) if "." in text else int(text)
     except ValueError:
@@ -58,23 +57,23 @@ Command = Callable[["Run", list[str]], str]
 def _command(content: str, run: Run, commands: dict[str, Command]) -> str:
     words = [word for word in content.split(" ") if word]
     if not words:
-        raise XacroError("X110", "the brackets of '$( )' name no command", f"one of {', '.join(_COMMANDS)}")
+        raise XacroError("X110", "'$( )' contains no command", f"one of {', '.join(_COMMANDS)}")
     name = words[0]
     if name not in _COMMANDS:
         hint = did_you_mean(name, _COMMANDS) or f"the commands are {', '.join(_COMMANDS)}, eval and cwd"
-        raise XacroError("X110", f"'{name}' is no command of '$(…)'", hint)
+        raise XacroError("X110", f"unknown command '{name}' in '$(…)'", hint)
     command = commands.get(name)
     return f"$({content})" if command is None else command(run, words[1:])
 
 
 def _scan(text: str, run: Run, commands: dict[str, Command]) -> str:
-    """Replace every `$(…)` of a text, brackets not nested."""
+    """Replace every `$(…)` of a text. Brackets cannot be nested."""
     out, at = [], 0
     while (start := text.find("$(", at)) >= 0:
         end = text.find(")", start)
         content = text[start + 2 : end] if end >= 0 else text[start + 2 :]
         if "$" in content or "(" in content:
-            raise XacroError("X115", f"'$' and '(' have no place within '$(…)': '$({content})'")
+            raise XacroError("X115", f"'$' and '(' are not allowed within '$(…)': '$({content})'")
         if end < 0:
             break
         out += [text[at:start], _command(content, run, commands) if content else "$()"]
@@ -126,7 +125,7 @@ def _dirname(run: Run, words: list[str]) -> str:
 
 
 def _anon(run: Run, words: list[str]) -> str:
-    """A name of one's own: the same for the same word, and in every run, so that results repeat."""
+    """A unique name. The same word gives the same name in every run, so that results are reproducible."""
     if len(words) != 1:
         raise XacroError("X111", f"$(anon NAME) takes one name, not {len(words)}")
     import hashlib  # rarely needed: start-up time
@@ -141,7 +140,7 @@ _COMMANDS: dict[str, Command] = {
 
 
 class _Names:
-    """What names mean within `$(eval …)`: functions, constants, and every argument."""
+    """The names within `$(eval …)`: functions, constants, and all arguments."""
 
     def __init__(self, run: Run) -> None:
         self.run = run
@@ -163,10 +162,10 @@ class _Names:
         return convert(run.argument(name))
 
     def assign(self, name: str, value: Value) -> None:
-        raise XacroError("X191", "nothing can be assigned within $(eval …)")
+        raise XacroError("X191", "assignments are not allowed within $(eval …)")
 
 
 def _evaluate(source: str, run: Run) -> str:
     if "__" in source:
-        raise XacroError("X191", "two underscores in a row are refused within $(eval …)")
+        raise XacroError("X191", "two underscores in a row are not allowed within $(eval …)")
     return run.budget.text(expression(source, CallFrame(_Names(run), {})))

@@ -1,4 +1,4 @@
-"""Texts with `${expression}` and `$(command)`, and the escapes `$${` and `$$(`."""
+"""Evaluates texts with `${expression}` and `$(command)`, and the escapes `$${` and `$$(`."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ if TYPE_CHECKING:
     from kbot.xacro.expressions.operations import Environment
 
     class Names(Environment, Protocol):
-        """Where a text is evaluated: a scope."""
+        """The scope in which a text is evaluated."""
 
         def substitute(self, content: str) -> str:
-            """What `$(content)` stands for."""
+            """The value of `$(content)`."""
 
 
 _PIECE = re.compile(
-    r"""(?P<escaped>\$\$+[{(])          # several dollars before a bracket: one is taken away
+    r"""(?P<escaped>\$\$+[{(])          # several dollars before a bracket: one is removed
       | \$\{(?P<expression>[^}]*)\}
       | \$\((?P<command>[^)]*)\)
-      | (?P<plain>[^$]+|\$[^{($]+|\$$)  # no dollar, or one that begins nothing
+      | (?P<plain>[^$]+|\$[^{($]+|\$$)  # no dollar, or a dollar that begins nothing
     """,
     re.VERBOSE,
 )
@@ -39,14 +39,15 @@ EXPRESSION_ERRORS = (
 
 
 _MOST_PIECES = 50_000
+"""Expressions, commands and the words between them in one text."""
 _SHORT = 64
-"""Characters of a text that is evaluated without a charge, for speed: the nodes and the evaluated text
-are bounded too."""
-_HALF = re.compile(r"[\ud800-\udfff]")
+"""Characters of a text that is evaluated for free, for speed. The number of nodes and the total length of
+evaluated texts are limited too."""
+_SURROGATE = re.compile(r"[\ud800-\udfff]")
 
 
 class Piece:
-    """A piece of a text, from one character to another: "text", "expression" or "command"."""
+    """A piece of a text, from `start` to `end`. `kind` is "text", "expression" or "command"."""
 
     __slots__ = ("content", "end", "kind", "start")
 
@@ -58,20 +59,22 @@ class Piece:
 
 
 def pieces(text: str) -> list[Piece]:
-    """Take a text apart.
+    """Split a text into pieces.
 
     Raises:
-        XacroError: X101, a dollar sign that begins something and does not end it.
+        XacroError: X101, an expression or command is not closed, or a dollar sign is misplaced.
     """
     found: list[Piece] = []
     at = 0
     while at < len(text):
-        match = _PIECE.match(text, at)  # not a search, which tries each place of a row of dollars
+        match = _PIECE.match(text, at)  # a search would try each position in a row of dollars
         if match is None:
             raise _unclosed(text, at)
         start, end = match.span()
         if len(found) >= _MOST_PIECES:
-            raise LimitFault("X190", f"a text holds more than {_MOST_PIECES:,} expressions and words between")
+            raise LimitFault(
+                "X190", f"a text has more than {_MOST_PIECES:,} expressions and words between them"
+            )
         at = end
         kind = match.lastgroup
         if kind == "plain":
@@ -91,8 +94,8 @@ def _unclosed(text: str, at: int) -> XacroError:
     closing = {"{": "}", "(": ")"}.get(mark[-1])
     if closing:
         mark = shortened(mark, 20)
-        hint = f"close it with '{closing}', or write '${mark}' for the text"
-        fault = XacroError("X101", f"'{mark}' is never closed", hint)
+        hint = f"close it with '{closing}', or write '${mark}' for a literal '{mark}'"
+        fault = XacroError("X101", f"'{mark}' is not closed", hint)
     else:
         fault = XacroError("X101", f"'{shortened(mark, 20)}' begins neither '${{' nor '$('")
     fault.part = (at, match.end() if match else at + 1)
@@ -103,7 +106,7 @@ Evaluator = Callable[["Names"], Value]
 
 
 class Template:
-    """A text taken apart and its expressions compiled, ready to be evaluated in any scope."""
+    """A text split into pieces, with compiled expressions, ready to be evaluated in any scope."""
 
     __slots__ = ("_evaluators", "_single", "_steps", "text")
 
@@ -119,10 +122,10 @@ class Template:
         self._steps = len(text) >> 2 if len(text) > _SHORT else 0  # as in `steps_of`
 
     def value(self, scope: Names) -> Value:
-        """The value: of its own type where the text is one expression, a text otherwise.
+        """The value of the text. It keeps its type if the text is a single expression, and is text otherwise.
 
         Raises:
-            XacroError: with the part of the text that it comes of.
+            XacroError: with the part of the text that caused it.
         """
         done = 0
         try:
@@ -138,25 +141,25 @@ class Template:
                 size += len(part)
                 parts.append(part)
                 done += 1
-            if size > _SHORT:  # before it is made
+            if size > _SHORT:  # before the text is created
                 budget.length(size)
                 budget.charge(size >> 4)
             text = "".join(parts)
-            if not text.isascii() and _HALF.search(text):
-                done = next(index for index, part in enumerate(parts) if _HALF.search(part))
+            if not text.isascii() and _SURROGATE.search(text):
+                done = next(index for index, part in enumerate(parts) if _SURROGATE.search(part))
                 _writable(parts[done])
             return text
         except XacroError as fault:
             if fault.part is None:
-                found = pieces(self.text)[done : done + 1]  # none where all together are too long
+                found = pieces(self.text)[done : done + 1]  # none if only the whole text is too long
                 fault.part = (found[0].start, found[0].end) if found else (0, len(self.text))
             raise
 
 
 def _writable(value: Value) -> Value:
-    """The same. Raises XacroError: it is a text with half a character, which cannot be encoded."""
-    if type(value) is str and not value.isascii() and _HALF.search(value):
-        raise XacroError("X104", "the text holds half of a character, from U+D800 to U+DFFF")
+    """Return the value. Raises XacroError for text with a lone surrogate, which cannot be encoded."""
+    if type(value) is str and not value.isascii() and _SURROGATE.search(value):
+        raise XacroError("X104", "the text contains a lone surrogate, from U+D800 to U+DFFF")
     return value
 
 
@@ -165,7 +168,7 @@ _CACHE_SIZE = 20_000
 
 
 def clear_cache() -> None:
-    """Forget texts that were taken apart."""
+    """Forget all templates."""
     _cache.clear()
 
 
@@ -173,7 +176,7 @@ def evaluate(text: str, scope: Names) -> Value:
     """The value of a text in a scope.
 
     Raises:
-        XacroError: with the part of the text that it comes of.
+        XacroError: with the part of the text that caused it.
     """
     if "$" not in text:
         return text
@@ -201,7 +204,7 @@ def _evaluator(piece: Piece) -> Evaluator:
 
 
 def _expression_evaluator(content: str, start: int, end: int) -> Evaluator:
-    """What evaluates the expression that stands from one character of a text to another."""
+    """The evaluator of an expression. `start` and `end` are its position in the text."""
     try:
         closure = compiled(content)
     except InvalidExpression as error:
@@ -239,7 +242,7 @@ def expression(content: str, names: Environment) -> Value:
     """The value of an expression, as in `${…}` and in `$(eval …)`.
 
     Raises:
-        XacroError: X102, it is not a valid expression; X104, it cannot be computed; X190, a limit is reached.
+        XacroError: X102, the expression is not valid; X104, its evaluation fails; X190, it exceeds a limit.
     """
     names.budget.charge(len(content))
     try:
@@ -271,5 +274,5 @@ def failed(error: Exception, content: str) -> XacroError:
 
 
 def shortened(text: str, size: int = 200) -> str:
-    """A text as it is quoted in a message."""
+    """A text, shortened to be quoted in a message."""
     return text if len(text) <= size else text[: size - 1] + "…"

@@ -1,4 +1,4 @@
-"""The values of expressions: dotted YAML data, number literals, booleans, and safe attributes."""
+"""The values of expressions: dotted YAML data, number literals, truth values, and safe attributes."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ if TYPE_CHECKING:
     from typing import Any
 
     Value = Any
-    """What an expression computes; the language is dynamically typed."""
+    """The value of an expression. The language is dynamically typed."""
 else:
     Value = object
 
 
 class YamlList(list[Value]):
-    """A list from YAML: its items give dotted access too."""
+    """A list from YAML. Its items have dotted access too."""
 
     def __getitem__(self, index: Value) -> Value:
         return wrap(super().__getitem__(index))
@@ -27,7 +27,7 @@ class YamlList(list[Value]):
 
 
 class YamlDict(dict[Value, Value]):
-    """A dictionary from YAML: `data.key` is `data['key']`, and a missing key has the same error."""
+    """A dictionary from YAML: `data.key` is `data['key']`, and both have the same error for a missing key."""
 
     def __getitem__(self, key: Value) -> Value:
         try:
@@ -37,7 +37,7 @@ class YamlDict(dict[Value, Value]):
 
 
 def wrap(item: Value) -> Value:
-    """An item as it is seen from an expression."""
+    """An item with dotted access, as expressions see it."""
     if isinstance(item, dict):
         return YamlDict(item)
     if isinstance(item, list):
@@ -50,9 +50,9 @@ _NUMBER_STARTS = frozenset("0123456789+-.iInN \t\n\r\f\v")
 
 
 def literal(value: Value) -> Value:
-    """A property's or parameter's text as the number or truth value it spells, or itself.
+    """The number or truth value that a property's or parameter's text spells, or else the text.
 
-    Quotes around keep it a string; so does an underscore, which Python would take in a number.
+    Quotes around a text keep it a text. So does an underscore, which Python allows in numbers.
     """
     if type(value) is not str:
         return value
@@ -74,7 +74,7 @@ def truth(value: Value) -> bool:
     """The truth value of a condition.
 
     Raises:
-        ValueError: a text that is neither `true`, `false` nor a whole number.
+        ValueError: the value is a text, but not `true`, `false` or an integer.
     """
     if isinstance(value, str):
         known = _LITERAL_WORDS.get(value)
@@ -93,7 +93,7 @@ TYPES = frozenset(_PUBLIC)
 
 
 def public_names(value: Value) -> list[str]:
-    """Names that may follow a dot behind the value."""
+    """The names that may follow a dot after the value."""
     names = set(_PUBLIC.get(type(value), ()))
     if isinstance(value, YamlDict):
         names.update(str(key) for key in value)
@@ -101,10 +101,10 @@ def public_names(value: Value) -> list[str]:
 
 
 def attribute(value: Value, name: str) -> Value:
-    """`value.name`, for the types and names that lead nowhere but to data.
+    """`value.name`, only for types and names that lead to plain data.
 
     Raises:
-        AttributeError: there is no such attribute, or it is out of bounds.
+        AttributeError: there is no such attribute, or it is not allowed.
     """
     kind = type(value)
     if name in _PUBLIC.get(kind, ()):

@@ -1,7 +1,7 @@
 """Errors of expansion, from where they occur to where they are reported.
 
-A XacroError starts with a place in the text in which it occurred. The caller that knows the attribute of this
-text gives it an origin. The run reports it once, and makes a Diagnostic of it at the end.
+A XacroError is raised with a position in the text being evaluated. The caller that knows the text's attribute
+adds the origin. The run reports the error once, and converts it to a Diagnostic at the end.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class Problem:
-    """An error or warning that was reported; further places that it shows at are added to it."""
+    """A reported error or warning. Further places where it occurs are added to it."""
 
     __slots__ = ("code", "fix", "hint", "message", "origin", "related", "severity")
 
@@ -27,7 +27,7 @@ class Problem:
         self.related: dict[tuple[str, int, str], Related] = {}
 
     def also(self, message: str, origin: Origin) -> None:
-        """Add a place, unless it is the problem's own or known already."""
+        """Add a related place, unless it is the problem's own place or already known."""
         from kbot.text.diagnostic import Related  # lazy in this module: only for an error
 
         span = origin.span
@@ -45,12 +45,12 @@ class Problem:
 
 
 class XacroError(Exception):
-    """Something is wrong with the description.
+    """An error in the description.
 
-    part     characters from and to, within the text that is being evaluated
-    origin   where that is, once it is known
-    key      faults of the same key are one problem with several places
-    problem  the problem that this is only a consequence of
+    part     start and end within the text being evaluated
+    origin   the place in the file, once it is known
+    key      faults with the same key are one problem with several places
+    problem  the reported problem that caused this one
     """
 
     def __init__(
@@ -72,14 +72,14 @@ class XacroError(Exception):
         self.key = key
         self.problem = problem
         self.near = False
-        """Whether the name in question resembles one that there is."""
+        """Whether the unknown name resembles an existing one."""
         self.missing_file = False
 
 
 class LimitFault(XacroError):
-    """A bound was reached: nothing more is expanded."""
+    """A limit is exceeded. Expansion stops."""
 
 
 def consequence(problem: Problem) -> XacroError:
-    """A fault that is no news: it comes of a problem that is reported already."""
+    """A fault that a reported problem caused. It is not reported again."""
     return XacroError(problem.code, problem.message, problem=problem)

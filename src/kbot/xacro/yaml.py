@@ -1,4 +1,4 @@
-"""Reads YAML for `xacro.load_yaml`, with its units, and caches it."""
+"""Reads YAML with xacro's units for `xacro.load_yaml`, and caches it."""
 
 from __future__ import annotations
 
@@ -25,29 +25,30 @@ UNITS = {
     "!inches": 0.0254,
 }
 _MAX_NODES = 500_000
+"""Values in a file, with each alias counted as the values it stands for."""
 _NODE_STEPS = 8
-"""What a node takes by the library's own loader; one can be two characters long."""
+"""Steps charged for a node that PyYAML's own loader reads. A node can be two characters long."""
 _RESOLVED_STEPS = 64
-"""What the library's own rules take for a scalar."""
+"""Steps charged for a scalar that PyYAML's own rules resolve."""
 
-_cache: dict[str, tuple[str, Any, int]] = {}  # Any: what YAML holds
-"""Of each file its text, its data and the number of values in it."""
+_cache: dict[str, tuple[str, Any, int]] = {}  # Any: YAML data
+"""By path: the file's text, its data, and the number of its values."""
 
 
 def clear_cache() -> None:
-    """Forget the files that were read."""
+    """Forget all files."""
     _cache.clear()
 
 
 def load(source: Source, evaluate: Callable[[str], Value], budget: Budget) -> Value:
-    """The data of a YAML file. `evaluate` computes the expression behind a unit.
+    """The data of a YAML file. `evaluate` computes the expressions after units.
 
     Raises:
         XacroError: X116, the file is not valid YAML; X190, reading it takes too much work.
     """
     from kbot.text.yaml import YamlError  # lazy in this module: clear_cache imports this module
 
-    budget.charge(len(source.text))  # also for data that is known: it is copied
+    budget.charge(len(source.text))  # also for cached data, which is copied
     known = _cache.get(source.path)
     if known is not None and known[0] == source.text:
         budget.charge(known[2])
@@ -61,20 +62,20 @@ def load(source: Source, evaluate: Callable[[str], Value], budget: Budget) -> Va
         raise XacroError("X116", f"{error.span} is not valid YAML: {error.problem}") from None
     size = _size(data)
     if size is None:
-        raise XacroError("X190", f"{source.path} holds too much data, or data within itself")
+        raise XacroError("X190", f"{source.path} contains too much data, or data that contains itself")
     budget.charge(size)
     _cache[source.path] = (source.text, data, size)
     return wrap(_copied(data))
 
 
 class _NotPlain(Exception):
-    """The text holds more of YAML than `_plain_data` reads."""
+    """The text uses features of YAML that `_plain_data` does not read."""
 
 
 def _plain_data(text: str, evaluate: Callable[[str], Value], budget: Budget) -> Value:
-    """The data of a text of mappings, lists and scalars: what nearly every parameter file is.
+    """The data of a text of plain mappings, lists and scalars, as in nearly every parameter file.
 
-    It is built from the parser's events, which takes half the time of going through its nodes.
+    It is built from the parser's events, in half the time that building nodes takes.
     """
     import yaml
 
@@ -87,7 +88,7 @@ def _plain_data(text: str, evaluate: Callable[[str], Value], budget: Budget) -> 
     try:
         return _build(parser.get_event, yaml, evaluate, budget)
     except (yaml.YAMLError, *NOT_MADE):
-        raise _NotPlain from None  # `_any_data` knows where it is
+        raise _NotPlain from None  # `_any_data` reports the error with its place
     finally:
         parser.dispose()
 
@@ -117,7 +118,7 @@ def _build(
             value = starts[kind]()
             outer.append((current, key))
             if len(outer) > MOST_LEVELS:
-                raise _NotPlain  # which `_any_data` refuses
+                raise _NotPlain  # `_any_data` reports it
         elif kind in end_events:
             current, key = outer.pop()
             waiting = False
@@ -131,7 +132,7 @@ def _build(
         if type(current) is dict:
             if not waiting:
                 if type(value) is int and abs(value) >= OWN_HASH:
-                    raise _NotPlain  # `_any_data` counts such keys
+                    raise _NotPlain  # `_any_data` limits the number of such keys
                 key, waiting = value, True
                 continue
             current[key] = value
@@ -178,7 +179,7 @@ def _scalar(event: Value, evaluate: Callable[[str], Value], budget: Budget) -> V
 
 
 def _resolved(text: str) -> Value:
-    """A plain scalar's value by all the rules of YAML 1.1."""
+    """The value of a plain scalar by all rules of YAML 1.1."""
     import yaml
 
     from kbot.text.yaml import LONGEST
@@ -189,7 +190,7 @@ def _resolved(text: str) -> Value:
 
 
 def _any_data(source: Source, evaluate: Callable[[str], Value], budget: Budget) -> Value:
-    """The data of any YAML text, by the library's own loader. Raises YamlError."""
+    """The data of any YAML text, read by PyYAML's own loader. Raises YamlError."""
     from kbot.text.yaml import Dialect, read_yaml
 
     def unit(factor: float) -> Callable[[str], float]:
@@ -201,14 +202,14 @@ def _any_data(source: Source, evaluate: Callable[[str], Value], budget: Budget) 
 
 
 def _size(data: Value) -> int | None:
-    """The number of values, aliases counted as often as they show; None if too many to work with."""
+    """The number of values, with aliases counted at each use. None if there are too many."""
     size, level = 1, [data]
     for _ in range(100):
         following: list[Any] = []
         for item in level:
             if isinstance(item, dict | list | tuple | set):
                 size += len(item)
-                if size > _MAX_NODES:  # before they are listed: each of many may be long
+                if size > _MAX_NODES:  # before listing them: there may be many long lists
                     return None
                 following += item.values() if isinstance(item, dict) else item
         if not following:
@@ -218,7 +219,7 @@ def _size(data: Value) -> int | None:
 
 
 def _copied(data: Value) -> Value:
-    """A copy, so that nobody changes what is remembered."""
+    """A copy, so that callers cannot change the cached data."""
     if type(data) is dict:
         return {key: _copied(value) if type(value) in (dict, list) else value for key, value in data.items()}
     if type(data) is list:

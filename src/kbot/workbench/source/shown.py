@@ -43,7 +43,7 @@ class Hints:
                 continue
             for name, value in element.attributes.items():
                 self._tell(element.attribute_origin(name).span, value)
-            for bindings in (element.fed or {}).values():
+            for bindings in (element.inputs or {}).values():
                 self._tell_bindings(bindings, told)
 
     def of(self, source: Source) -> tuple[Hint, ...]:
@@ -74,7 +74,7 @@ def _all_of(bindings: Iterable[Binding], told: set[int]) -> Iterator[Binding]:
         if id(binding) not in told:
             told.add(id(binding))
             yield binding
-            waiting += binding.fed
+            waiting += binding.inputs
 
 
 def _shown(value: object) -> str:

@@ -1,1 +1,1 @@
-"""The language of `${…}`: Python's expressions with bounded work, which only compute."""
+"""Evaluates the expressions of `${…}`: Python expressions with limited work and without side effects."""

@@ -1,9 +1,8 @@
 """Compiles Python's syntax trees to closures, without running Python code.
 
-A closure takes an environment, which has a `lookup(name)`, an `assign(name, value)` and a
-`budget`. Names, operators, calls and attributes mean what they mean in Python; attributes lead
-only to public data (`values.attribute`), and everything that could grow is measured first
-(`operators`, `functions`).
+A closure takes an environment with `lookup(name)`, `assign(name, value)` and `budget`. Names, operators,
+calls and attributes mean the same as in Python. Attributes give access only to public data
+(`values.attribute`). Everything that could grow is measured first (`operators`, `functions`).
 """
 
 from __future__ import annotations
@@ -39,12 +38,12 @@ def closure_of(node: ast.expr) -> Closure:
     """The closure of an expression's syntax tree.
 
     Raises:
-        InvalidExpression: it holds something that has no place in an expression.
-        XacroError: X191, it uses a name that is refused.
+        InvalidExpression: it contains something that is not allowed in an expression.
+        XacroError: X191, it uses a forbidden name.
     """
     make = _MAKERS.get(type(node))
     if make is None:
-        raise InvalidExpression(f"{type(node).__name__} has no place in an expression", node.col_offset)
+        raise InvalidExpression(f"{type(node).__name__} is not allowed in an expression", node.col_offset)
     return make(node)
 
 
@@ -121,7 +120,7 @@ def _attribute(node: ast.Attribute) -> Closure:
         try:
             return env.budget.checked(attribute(owner, name))
         except AttributeError as error:
-            error.candidates = public_names(owner)  # type: ignore[attr-defined]  # for the hint, where it is caught
+            error.candidates = public_names(owner)  # type: ignore[attr-defined]  # for the hint of `templates.failed`
             error.wanted = name  # type: ignore[attr-defined]  # the same
             raise
 
@@ -140,7 +139,7 @@ def _slice(node: ast.Slice) -> Closure:
 
 
 def items(nodes: list[ast.expr]) -> Callable[[Environment], list[Value]]:
-    """What computes the items of a list, `*` and all."""
+    """The function that computes the items of a list, also with `*`."""
     if not any(isinstance(node, ast.Starred) for node in nodes):
         closures = [closure_of(node) for node in nodes]
         return lambda env: [closure(env) for closure in closures]
@@ -175,7 +174,7 @@ def _tuple(node: ast.Tuple) -> Closure:
 
 
 _HASHED_STEPS = 4
-"""What the smallest set or dictionary with an item takes: about 230 bytes."""
+"""Steps charged for a set or dictionary. The smallest one with an item takes about 230 bytes."""
 
 
 def _set(node: ast.Set) -> Closure:

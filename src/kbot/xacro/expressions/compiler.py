@@ -1,7 +1,7 @@
-"""Compiles expressions of `${…}` once, and caches them.
+"""Compiles the expressions of `${…}` to closures, and caches them.
 
-Most are a name, a number, a look-up, or two of those with an operator between; these are taken
-apart by one regular expression, all others by Python's parser.
+Most expressions are a name, a number, a look-up, or two of these with an operator. One regular expression
+parses them. Python's parser, which is slower, parses all others.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from kbot.xacro.expressions.operations import Environment
 
 MAX_CHARACTERS = 20_000
+"""Characters of the longest expression that Python's parser gets."""
 
 _KEYWORDS = frozenset(
     [
@@ -84,8 +85,8 @@ def compiled(expression: str) -> Closure:
     """The closure of an expression.
 
     Raises:
-        InvalidExpression: it is not one.
-        XacroError: X191, it uses a name that is refused.
+        InvalidExpression: it is not an expression.
+        XacroError: X191, it uses a forbidden name.
     """
     closure = _cache.get(expression)
     if closure is None:
@@ -96,7 +97,7 @@ def compiled(expression: str) -> Closure:
 
 
 def is_identifier(name: str) -> bool:
-    """Whether a name can stand in an expression."""
+    """Whether a text can be a name in an expression."""
     if name.isascii():
         return name.isidentifier() and name not in _KEYWORDS
     import unicodedata  # rarely needed: start-up time
@@ -134,20 +135,20 @@ def _compile(expression: str) -> Closure:
     except (ValueError, MemoryError, RecursionError) as error:
         raise InvalidExpression(str(error) or "the expression is nested too deeply") from None
     try:
-        if "is" in source:  # equal constants of an expression are one object, as Python's compiler has it
+        if "is" in source:  # as in Python's compiler, equal constants of an expression are one object
             known: dict[tuple[type, str], Value] = {}
             for node in ast.walk(tree):
                 if isinstance(node, ast.Constant):
                     node.value = known.setdefault((type(node.value), repr(node.value)), node.value)
         if "\n" in source:
-            _number_columns_through(tree, source)
+            _count_columns_from_start(tree, source)
         return closure_of(tree.body)
     except RecursionError:
         raise InvalidExpression("the expression is nested too deeply") from None
 
 
-def _number_columns_through(tree: ast.AST, source: str) -> None:
-    """Count the columns of all nodes from the start of the source, as if it were a single line."""
+def _count_columns_from_start(tree: ast.AST, source: str) -> None:
+    """Change the columns of all nodes to offsets from the start, as if the source were a single line."""
     import ast
 
     starts = [0]
@@ -160,7 +161,7 @@ def _number_columns_through(tree: ast.AST, source: str) -> None:
 
 
 def _simple(match: re.Match[str]) -> Closure | None:
-    """The closure of an operand, or of two with an operator between."""
+    """The closure of one operand, or of two with an operator."""
     left = _operand(match["sign1"], match["name1"], match["keys1"], match["float1"], match["int1"])
     operator = match["operator"]
     if left is None or operator is None:
@@ -170,7 +171,7 @@ def _simple(match: re.Match[str]) -> Closure | None:
     if text is None:
         right = _operand(match["sign2"], match["name2"], match["keys2"], match["float2"], match["int2"])
     else:
-        right = lambda env: text  # noqa: E731 - a closure as the others
+        right = lambda env: text  # noqa: E731 - a closure like the others
     if right is None:
         return None
     if operator in _OPERATORS:
@@ -192,7 +193,7 @@ def _operand(
 
 
 def _lookup(name: str, keys: list[str]) -> Closure:
-    """The closure of `name['key']['key']…`; what lies between need not be wrapped."""
+    """The closure of `name['key']['key']…`. Intermediate values are not wrapped, for speed."""
 
     def look_up(env: Environment) -> Value:
         value = env.lookup(name)

@@ -1,4 +1,4 @@
-"""Lambda functions and comprehensions: closures with variables of their own."""
+"""Compiles lambda functions and comprehensions: closures with local variables."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 _FUNCTION_STEPS = 3
-"""What making a function takes: about 200 bytes."""
+"""Steps charged for creating a function, which takes about 200 bytes."""
 
 
 def _closure(node: ast.expr) -> Closure:
@@ -27,10 +27,10 @@ def _closure(node: ast.expr) -> Closure:
 
 
 def steps_of(*nodes: ast.expr) -> int:
-    """The steps that evaluating parts of an expression takes at least.
+    """The steps charged for evaluating parts of an expression, by their length.
 
-    A character stands for at most half an operator or a third of a container, so four of them take
-    no more than a microsecond and 100 bytes. What takes more charges it itself.
+    An operator has at least two characters and a container three, so four characters take at most a
+    microsecond and 100 bytes. Operations that take more charge it themselves.
     """
     return sum((node.end_col_offset or 0) - node.col_offset for node in nodes) >> 2
 
@@ -41,11 +41,11 @@ def lambda_closure(node: ast.Lambda) -> Closure:
     positional = [a.arg for a in (*arguments.posonlyargs, *arguments.args)]
     defaults = [_closure(default) for default in arguments.defaults]
     last = {name: index for index, name in enumerate(positional)}
-    # an entry of the function's variables takes at most 64 bytes
+    # each variable of the function takes at most 64 bytes
     steps = 2 + len(positional) + steps_of(node.body)
     rest = arguments.vararg.arg if arguments.vararg else None
     if arguments.kwonlyargs or arguments.kwarg:
-        raise InvalidExpression("a lambda function takes plain parameters here", node.col_offset)
+        raise InvalidExpression("a lambda function can have only plain parameters here", node.col_offset)
 
     def make(env: Environment) -> Value:
         env.budget.charge(_FUNCTION_STEPS)
@@ -64,7 +64,7 @@ def lambda_closure(node: ast.Lambda) -> Closure:
                 variables[name] = value
             missing = [name for name in positional if name not in variables]
             if missing:
-                raise TypeError(f"the function misses the argument '{missing[0]}'")
+                raise TypeError(f"the function lacks the argument '{missing[0]}'")
             budget = env.budget
             budget.charge(steps)
             budget.enter()
@@ -82,7 +82,7 @@ Binder = Callable[[CallFrame, Value], None]
 
 
 def _target(node: ast.expr) -> Binder:
-    """What puts an item of a loop into its variables."""
+    """The function that assigns an item to the variables of a loop."""
     if isinstance(node, ast.Name):
         name = node.id
 
@@ -91,7 +91,7 @@ def _target(node: ast.expr) -> Binder:
 
         return bind_name
     if not isinstance(node, ast.Tuple | ast.List) or any(isinstance(n, ast.Starred) for n in node.elts):
-        raise InvalidExpression("a loop's variable is a name or some names here", node.col_offset)
+        raise InvalidExpression("the variables of a loop must be plain names here", node.col_offset)
     binders = [_target(element) for element in node.elts]
 
     def bind_names(frame: CallFrame, value: Value) -> None:
@@ -109,11 +109,11 @@ def _target(node: ast.expr) -> Binder:
 def _loops(
     generators: list[ast.comprehension], *results: ast.expr
 ) -> Callable[[Environment], Iterator[CallFrame]]:
-    """An iterator over the frames of a comprehension's innermost loop, in which `results` are computed."""
+    """Iterates over the frames of a comprehension's innermost loop, in which `results` are evaluated."""
     parts = []
     for generator in generators:
         if generator.is_async:
-            raise InvalidExpression("async has no place in an expression")
+            raise InvalidExpression("async is not allowed in an expression")
         tests = [_closure(test) for test in generator.ifs]
         steps = 1 + steps_of(*generator.ifs, *(results if generator is generators[-1] else ()))
         parts.append((_closure(generator.iter), _target(generator.target), tests, steps))
@@ -122,7 +122,7 @@ def _loops(
         iterable, bind, tests, steps = parts[level]
         budget = frame.budget
         items = iterable(env)
-        if type(items) is YamlList:  # each of its items is copied when it is asked for
+        if type(items) is YamlList:  # each access copies an item
             budget.weigh(items)
         for item in items:
             budget.charge(steps)

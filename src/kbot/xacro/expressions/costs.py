@@ -1,8 +1,8 @@
-"""The costs of calls in expressions: a table of functions and one of methods.
+"""The costs of calls in expressions: one table for functions and one for methods.
 
-A cost charges the work of a call before the call is made. It may replace arguments, and it may
-return another function to call instead. `functions.call` looks it up for every call that an
-expression makes, also for those that `map`, `sorted` or `min` make.
+A cost charges the work of a call before the call. It may replace arguments, and it may return another
+function to call instead. `functions.call` looks it up for every call, also for calls by `map`, `sorted` or
+`min`.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from typing import Any
 
 Cost = Callable[["Budget", "Value", "list[Value]", "dict[str, Value]"], "Callable[..., Value] | None"]
-"""The budget, the object whose method is called, the arguments, the named arguments."""
+"""Parameters: the budget, the object whose method is called, the arguments, the named arguments."""
 
 
 def _values(args: list[Value], named: dict[str, Value]) -> Iterable[Value]:
@@ -31,12 +31,12 @@ def _values(args: list[Value], named: dict[str, Value]) -> Iterable[Value]:
 
 
 def _items(value: Value) -> Iterable[Value]:
-    """The items of a container; none of anything else."""
+    """The items of a container, or nothing for other values."""
     return value if isinstance(value, SIZED) else ()
 
 
 def _listed(args: list[Value]) -> None:
-    """Replace iterators by lists of their items, which can be looked at before the call."""
+    """Replace iterators by lists of their items, which can be measured before the call."""
     for index, arg in enumerate(args):
         if isinstance(arg, Counted):
             args[index] = list(arg)
@@ -46,25 +46,25 @@ def _listed(args: list[Value]) -> None:
 
 
 def filled(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
-    """It puts all items that it is given into a list or tuple."""
+    """The function puts all items of its arguments into a list or tuple."""
     measured(budget, owner, args, named)
     for arg in args:
         budget.spread(arg)
 
 
 def free(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
-    """It takes the same time whatever it is given."""
+    """The function takes constant time."""
 
 
 def measured(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
-    """It goes once through what it is given."""
+    """The function goes through its arguments once."""
     budget.measure(owner)
     for value in _values(args, named):
         budget.measure(value)
 
 
 def weighed(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
-    """It goes through what it is given and into all within: it compares, hashes or writes it."""
+    """The function goes through its arguments and all nested values: it compares, hashes or writes them."""
     _listed(args)
     budget.weigh(owner)
     for value in _values(args, named):
@@ -72,19 +72,19 @@ def weighed(budget: Budget, owner: Value, args: list[Value], named: dict[str, Va
 
 
 def _refused(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
-    raise XacroError("X191", "this function is refused: it leads to Python's internals")
+    raise XacroError("X191", "this function is not allowed: it gives access to Python's internals")
 
 
 def _type(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
     if len(args) != 1 or named:
-        raise XacroError("X191", "type() makes no new types here", "give it one argument")
+        raise XacroError("X191", "type() cannot create types here", "pass one argument")
 
 
-# --- functions that take or give iterators ----------------------------------------------------
+# --- functions that take or return iterators --------------------------------------------------
 
 
 def guarded(budget: Budget, function: Value) -> Value:
-    """A function that Python's C code will call, with its costs."""
+    """A function that charges its costs when Python's C code calls it."""
     if not callable(function):
         return function
     from kbot.xacro.expressions.functions import call  # cycle: it imports this module
@@ -93,7 +93,7 @@ def guarded(budget: Budget, function: Value) -> Value:
 
 
 def _iterator(function: Callable[..., Iterator[Value]]) -> Cost:
-    """A function that gives an iterator: each item is charged when it is taken."""
+    """The function returns an iterator: each item is charged when it is read."""
     calls_back = function in (map, filter)
 
     def cost(
@@ -111,7 +111,7 @@ _LONG: tuple[Any, ...] = (str, *SIZED)  # Any: mypy would narrow values to objec
 
 
 def _ordered(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
-    """`sorted`, `min`, `max`, `list.sort`: an item is compared as often as its number has binary digits."""
+    """`sorted`, `min`, `max`, `list.sort`: each item takes about log2(n) comparisons."""
     _listed(args)
     longest = max((len(value) for value in (owner, *args) if isinstance(value, _LONG)), default=0)
     more = longest.bit_length() >> 3
@@ -137,7 +137,7 @@ def _ordered(budget: Budget, owner: Value, args: list[Value], named: dict[str, V
 
 
 def _sum(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
-    """Each sum of lists or tuples is a copy of the one before."""
+    """For lists and tuples, each intermediate sum is a copy of the previous one."""
     _listed(args)
     measured(budget, owner, args, named)
     parts = [*args[1:], *named.values(), *(_items(args[0]) if args else ())]
@@ -169,7 +169,7 @@ def _factorial(budget: Budget, owner: Value, args: list[Value], named: dict[str,
 
 
 def _combinations(is_ordered: bool) -> Cost:
-    """`math.perm` and `math.comb`: a product of as many factors as are chosen, or are not."""
+    """`math.perm` and `math.comb`: a product with one factor for each chosen (or not chosen) item."""
 
     def cost(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
         if args and all(isinstance(n, int) for n in args):
@@ -184,7 +184,7 @@ def _combinations(is_ordered: bool) -> Cost:
 def _round(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
     measured(budget, owner, args, named)
     for digits in (*args[1:], *named.values()):
-        if isinstance(digits, int):  # of a whole number it makes 10 to that power
+        if isinstance(digits, int):  # rounding an integer computes a power of ten
             budget.bits(-digits * math.log2(10))
 
 
@@ -207,7 +207,7 @@ def _to_bytes(budget: Budget, owner: Value, args: list[Value], named: dict[str, 
 
 
 def _needles(args: list[Value], named: dict[str, Value]) -> int:
-    """The characters of the texts that are looked for."""
+    """The total length of the texts to search for."""
     size = 0
     for arg in _values(args, named):
         if isinstance(arg, str | bytes):
@@ -218,7 +218,7 @@ def _needles(args: list[Value], named: dict[str, Value]) -> int:
 
 
 def search(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
-    """It looks for a text in another. In the worst case each character is compared with each."""
+    """The method searches for a text in another. At worst, it compares each character with each."""
     size = len(owner)
     budget.charge((size * _needles(args, named) >> 10) + (size >> 4))
 
@@ -231,7 +231,7 @@ def _starts(budget: Budget, owner: Value, args: list[Value], named: dict[str, Va
 
 
 def _split(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
-    """A search that makes a text of about 60 bytes of each piece."""
+    """A search that creates a text of about 60 bytes for each piece."""
     search(budget, owner, args, named)
     separators = [len(a) for a in _values(args, named) if isinstance(a, str | bytes) and a]
     budget.charge(len(owner) // (separators[0] if separators else 2))
@@ -255,7 +255,7 @@ def _join(budget: Budget, owner: Value, args: list[Value], named: dict[str, Valu
 
 
 def _translate(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
-    """Each character is looked up in a table, and replaced by a text of any length."""
+    """Each character is looked up in a table and replaced by a text of any length."""
     measured(budget, owner, args, named)
     if not args or not isinstance(owner, str):
         return
@@ -267,7 +267,7 @@ def _translate(budget: Budget, owner: Value, args: list[Value], named: dict[str,
 
 
 def _make_table(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
-    """`maketrans` makes an entry for each character."""
+    """`maketrans` creates an entry for each character."""
     for arg in args:
         if isinstance(arg, str | bytes):
             budget.charge(len(arg))
@@ -275,7 +275,7 @@ def _make_table(budget: Budget, owner: Value, args: list[Value], named: dict[str
 
 
 def _padded(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
-    """It fills a text up to a width; `expandtabs` does so at each tab."""
+    """The method pads a text to a width."""
     measured(budget, owner, args, named)
     budget.length(max((abs(v) for v in _values(args, named) if isinstance(v, int)), default=8))
 
@@ -290,8 +290,8 @@ _PYTHON_CODECS = ("punycode", "idna")
 
 
 def _codec(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
-    """Encode or decode. Some codecs take the square of the length; some error handlers write a name
-    of up to 88 characters for each."""
+    """Encode or decode. The time of some codecs grows with the square of the length. Some error handlers
+    write a name of up to 88 characters for each character."""
     size = max((len(v) for v in (owner, *_values(args, named)) if isinstance(v, str | bytes)), default=0)
     budget.measure(owner)
     names = [str(v) for v in _values(args, named) if isinstance(v, str)]
@@ -312,7 +312,7 @@ def _str(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value
 
 
 def _bytes(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
-    """`bytes(n)` makes n zeros."""
+    """`bytes(n)` creates n zeros."""
     measured(budget, owner, args, named)
     for arg in args:
         if isinstance(arg, int):
@@ -332,7 +332,7 @@ def _format_map(
 
 
 def _tokenize(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
-    """`xacro.tokenize` compares each character with each separator, and splits anywhere."""
+    """`xacro.tokenize` compares each character with each separator, and may split at each."""
     sizes = [len(a) for a in _values(args, named) if isinstance(a, str)]
     if sizes:
         budget.charge((math.prod(sizes) >> 8) + sizes[0])
@@ -344,18 +344,18 @@ def _tokenize(budget: Budget, owner: Value, args: list[Value], named: dict[str, 
 
 
 def _mutated(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
-    """`list.insert` and `list.pop` move the items behind."""
+    """`list.insert` and `list.pop` move all following items."""
     budget.charge(len(owner) >> 6)
 
 
 def _key(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
-    """A method of a dictionary or set that finds or inserts one key."""
+    """The method of a dictionary or set finds or inserts one key."""
     if args:
         budget.keys(len(owner), args[:1])
 
 
 def _keyed(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
-    """A method of sets that finds or inserts the items of its arguments, and perhaps its own in those."""
+    """The method of a set finds or inserts the items of its arguments, or its own items in the arguments."""
     _listed(args)
     measured(budget, owner, args, named)
     for arg in args:
@@ -372,7 +372,7 @@ def _set(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value
 
 
 def _dict(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
-    """Make or extend a dictionary of another one, or of pairs."""
+    """Create or extend a dictionary from another one, or from pairs."""
     _listed(args)
     measured(budget, owner, args, named)
     size = len(owner) if isinstance(owner, dict) else 0
@@ -387,7 +387,7 @@ def _dict(budget: Budget, owner: Value, args: list[Value], named: dict[str, Valu
 
 
 def _removed(budget: Budget, owner: Value, args: list[Value], named: dict[str, Value]) -> None:
-    """`popitem` and `set.pop` look for an entry that is left."""
+    """`popitem` and `set.pop` search for a remaining entry."""
     budget.charge(len(owner) >> 6)
 
 
@@ -417,14 +417,14 @@ FUNCTIONS: dict[Any, Cost] = {
     vars: _refused,
     tokenize: _tokenize,
     **dict.fromkeys([f for f in vars(math).values() if callable(f) and not isinstance(f, type)], measured),
-    **dict.fromkeys((str.maketrans, bytes.maketrans), _make_table),  # static methods belong to no object
+    **dict.fromkeys((str.maketrans, bytes.maketrans), _make_table),  # static methods have no owner object
     math.factorial: _factorial,
     math.comb: _combinations(is_ordered=False),
     math.perm: _combinations(is_ordered=True),
     math.prod: _product,
     math.lcm: _product,
 }
-"""Functions and types that an expression can call. No other is called, except those that KBot defines."""
+"""Functions and types that an expression can call, besides those that KBot defines."""
 
 _TEXT: dict[str, Cost] = {
     **_each(search, "count", "find", "rfind", "index", "rindex", "partition", "rpartition"),
@@ -471,4 +471,4 @@ METHODS: dict[type, dict[str, Cost]] = {
     range: _each(weighed, "count", "index"),
     slice: {},
 }
-"""Methods of the types that have any. One that is not listed goes once through what it is given."""
+"""Costs of methods by type. A method that is not listed here has the cost `measured`."""

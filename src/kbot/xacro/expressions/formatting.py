@@ -1,4 +1,4 @@
-"""Formats text (`str.format`, `%`, f-strings), after a check of its size."""
+"""Formats text (`str.format`, `%`, f-strings) after checking the size of the result."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
 
 _WIDTH = re.compile(r"\d+|\*")
 _FIELD_STEPS = 8
-"""The steps that Python's own formatter takes for one replacement field."""
+"""Steps charged for a replacement field, which `string.Formatter` takes for it."""
 _NUMBER = 400
-"""The most characters of a number that `%f` writes without a width or precision."""
+"""Characters of the longest number that `%f` writes without a width or precision."""
 _ESCAPE = 10
-"""The most characters that `%r` and `%a` write for one of a text."""
+"""Characters that `%r` and `%a` write at most for one character of a text."""
 
 
 def percent(budget: Budget, pattern: str | bytes, values: Value) -> Value:
@@ -31,21 +31,21 @@ def percent(budget: Budget, pattern: str | bytes, values: Value) -> Value:
     elif isinstance(values, dict):
         items = dict.values(values)
     sizes = [_size(budget, item, factor) for item in items]
-    # the fields of a tuple are used once each; any field can write any value of a dictionary
+    # each item of a tuple is used once; with a dictionary, every field can write the longest value
     size = sum(sizes) if isinstance(values, tuple) else max(sizes, default=0) * text.count("%")
     _check(budget, size + _widths(budget, text, [item for item in items if isinstance(item, int)]))
     return pattern % values
 
 
 def _size(budget: Budget, value: Value, factor: int) -> int:
-    """The most characters that `%` writes for a value."""
+    """The number of characters that `%` writes at most for a value."""
     if isinstance(value, str | bytes):
         return len(value) * factor
     return max(len(budget.text(value)), _NUMBER) * factor
 
 
 def _widths(budget: Budget, pattern: str, stars: Sequence[int] = ()) -> int:
-    """The sum of all widths and precisions in a pattern; a `*` takes its number from the values."""
+    """The sum of all widths and precisions in a pattern. A `*` counts as the largest of `stars`."""
     size, star = 0, max(map(abs, stars), default=0)
     for match in _WIDTH.finditer(pattern):
         width = match[0]
@@ -66,7 +66,7 @@ def format_value(budget: Budget, value: Value, spec: str) -> str:
         _check(budget, _widths(budget, spec))
     if type(value) is not str:
         budget.weigh(value)
-    return budget.checked(format(value, spec))  # type: ignore[no-any-return]  # checked gives back what it is given
+    return budget.checked(format(value, spec))  # type: ignore[no-any-return]  # checked returns its argument
 
 
 def format_text(budget: Budget, pattern: str, args: Sequence[Value], named: dict[str, Value]) -> str:

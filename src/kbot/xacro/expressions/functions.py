@@ -1,4 +1,4 @@
-"""Calls in expressions. `costs` has their prices, which are charged before the call."""
+"""Executes calls in expressions, after charging their costs (see `costs`)."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ def call(budget: Budget, function: Value, args: list[Value], named: dict[str, Va
     """`function(*args, **named)`.
 
     Raises:
-        LimitFault: the call would cost too much.
-        XacroError: X191, the function leads out of plain data.
+        LimitFault: the call is too expensive.
+        XacroError: X191, the function gives access to more than plain data.
     """
     if type(function) is MethodDescriptorType:  # a method taken from its type, as in str.upper(text)
         if not args or not isinstance(args[0], function.__objclass__):
@@ -37,7 +37,7 @@ def _cost(function: Value, owner: Value) -> Cost:
     known = FUNCTIONS.get(function)
     if known is not None:
         return known
-    if isinstance(function, FunctionType | MethodType):  # a lambda function, or one of KBot's own
+    if isinstance(function, FunctionType | MethodType):  # a lambda function, or a function of KBot
         return measured
     kind = owner if isinstance(owner, type) else type(owner)
     for base in kind.__mro__:

@@ -1,4 +1,4 @@
-"""Iterators of expressions, which charge for each item."""
+"""The iterator type of expressions, which charges for each item."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ if TYPE_CHECKING:
 
 
 class Counted:
-    """What `map`, `filter`, `zip`, `enumerate`, `reversed` and generator expressions give.
+    """The result of `map`, `filter`, `zip`, `enumerate`, `reversed` and generator expressions.
 
-    Python's own would run in C code without end where a list grows while it is gone through, and
-    would overflow the stack where thousands take from one another.
+    Python's own iterators would run endlessly in C code if a list grows during the iteration. They would also
+    overflow the stack if thousands of them are nested.
     """
 
     __slots__ = ("_budget", "_iterator")

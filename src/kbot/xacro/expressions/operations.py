@@ -1,7 +1,6 @@
-"""The types that the compiler of expressions shares: closures, environment, operators.
+"""Types and closures that the modules of the compiler share.
 
-A closure takes an environment, which has a `lookup(name)`, an `assign(name, value)` and a
-`budget`, and gives a value.
+A closure takes an environment with `lookup(name)`, `assign(name, value)` and `budget`, and returns a value.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
     from kbot.xacro.budget import Budget
 
     class Environment(Protocol):
-        """Where names are looked up."""
+        """Looks up and assigns names."""
 
         @property
         def budget(self) -> Budget: ...
@@ -32,7 +31,7 @@ Closure = Callable[[Value], Value]
 
 
 class InvalidExpression(Exception):
-    """A syntax error; `column` (0-based) is where in the expression, where that is known."""
+    """A syntax error. `column` (0-based) is its place in the expression, or None if it is unknown."""
 
     def __init__(self, message: str, column: int | None = None) -> None:
         super().__init__(message)
@@ -40,7 +39,7 @@ class InvalidExpression(Exception):
 
 
 class CallFrame:
-    """The variables of a comprehension or of a lambda function, before those around it."""
+    """The variables of a comprehension or lambda function. They hide those of the enclosing environment."""
 
     __slots__ = ("budget", "outer", "variables")
 
@@ -58,10 +57,11 @@ class CallFrame:
 
 
 def refuse_private(name: str) -> None:
-    """Refuse a name of Python's own."""
+    """Raise XacroError for a name that is reserved for Python."""
     if name.startswith("__"):
         raise XacroError(
-            "X191", f"the name '{name}' is refused: names with two leading underscores are Python's own"
+            "X191",
+            f"the name '{name}' is not allowed: names with two leading underscores are reserved for Python",
         )
 
 
@@ -72,14 +72,14 @@ def name_closure(identifier: str) -> Closure:
 
 
 def function_closure(identifier: str) -> Closure:
-    """The closure of a name that is called."""
+    """The closure of a function's name."""
     refuse_private(identifier)
 
     def function(env: Environment) -> Value:
         try:
             return env.lookup(identifier)
         except XacroError as fault:
-            if fault.code != "X103" or fault.problem is not None:  # the name has a value, which is at fault
+            if fault.code != "X103" or fault.problem is not None:  # the name exists, but has an error
                 raise
         from kbot.text.suggest import did_you_mean  # only for an error: start-up time
 
@@ -98,7 +98,7 @@ _FLOATS = {"Sub": float.__sub__, "Add": float.__add__, "Mult": float.__mul__}
 
 def operation(kind: str, left: Closure, right: Closure) -> Closure:
     """The closure of a binary operator, by the name of its syntax tree's class."""
-    if kind == "Div":  # the quotient is a number of a fixed size
+    if kind == "Div":  # a quotient has a fixed size
         return lambda env: left(env) / right(env)
     function = operators.BINARY[kind]
     direct = _FLOATS.get(kind)

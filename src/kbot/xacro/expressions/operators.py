@@ -1,6 +1,7 @@
-"""Operators of expressions, by the names of their syntax nodes. They charge before they compute.
+"""The operators of expressions, by the names of their syntax nodes.
 
-They give what Python's give; a bound that is reached raises a LimitFault.
+They have the same results as Python's operators, but charge their work first. Exceeding a limit raises
+LimitFault.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ def shift(budget: Budget, a: Value, b: Value) -> Value:
 
 # Any: functions of Python's operators
 def _divide(function: Callable[[Any, Any], Any]) -> Callable[[Budget, Value, Value], Value]:
-    """A division, whose work grows with the square of the digits."""
+    """A division. Its work grows with the square of the digits."""
 
     def bounded(budget: Budget, a: Value, b: Value) -> Value:
         if isinstance(a, int):
@@ -104,7 +105,7 @@ def compare(function: Callable[[Any, Any], Any]) -> Callable[[Budget, Value, Val
 
 
 def _look_up(budget: Budget, a: Value, b: Value) -> None:
-    """Charge finding the items of one container in another, where they are found by a hash."""
+    """Charge finding the items of one container in another, if both use hashes."""
     if isinstance(a, HASHED) and isinstance(b, HASHED):
         budget.keys(len(a), b)
         budget.keys(len(b), a)

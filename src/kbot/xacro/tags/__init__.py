@@ -1,4 +1,4 @@
-"""The xacro tags by name, and the function of each."""
+"""The handlers of the xacro tags, by tag name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The attributes of xacro tags: required and optional."""
+"""Checks the attributes of xacro tags."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ def check_attributes(
     required: tuple[str, ...],
     optional: tuple[str, ...] = (),
 ) -> None:
-    """Warn of attributes that a tag does not have.
+    """Warn about unknown attributes of a tag.
 
     Raises:
-        XacroError: one that it needs is missing.
+        XacroError: a required attribute is missing.
     """
     attributes = node.attributes
     if tuple(attributes) == required:
@@ -38,7 +38,7 @@ def check_attributes(
         hint = did_you_mean(name, [n for n in known if n not in attributes])
         run.warn_at(
             "X203",
-            f"<{node.tag}> has no use for the attribute '{name}'",
+            f"<{node.tag}> ignores the unknown attribute '{name}'",
             name_span(node, name, place.call),
-            hint or f"it takes {', '.join(known)}",
+            hint or f"its attributes are {', '.join(known)}",
         )

@@ -1,4 +1,4 @@
-"""Calls of macros: `xacro:macro`, `xacro:call`, and each tag with a macro's name."""
+"""The tags of macros, blocks, and computed elements and attributes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from kbot.xacro.xacro_error import XacroError
 
 
 def insert_block(walk: Expander, node: Element, place: ExpansionContext, has_next: bool) -> None:
-    """Put a block here, expanded again: its element, or (`**`) what stands within it."""
+    """Insert a block, expanded again: its element, or for `**` the content of the element."""
     check_attributes(walk.run, node, place, ("name",))
     name, scope = node.attributes["name"], place.scope
     several = scope.find(f"**{name}")
@@ -27,7 +27,7 @@ def insert_block(walk: Expander, node: Element, place: ExpansionContext, has_nex
     if found is None:
         raise _undefined(name, node, place, scope)
     block: Element = found.value
-    if block.children:  # nodes without expressions are shared, and count each time
+    if block.children:  # nodes without expressions are shared, but each use counts
         walk.run.nodes -= sum(1 for _ in block.descendants())
     if several is None:
         place.out.append(walk.element(block, place))
@@ -53,7 +53,7 @@ def _undefined(name: str, node: Element, place: ExpansionContext, scope: Scope) 
 
 
 def make_element(walk: Expander, node: Element, place: ExpansionContext, has_next: bool) -> None:
-    """An element whose name is computed; it may be one of xacro's own."""
+    """Expand an element with a computed name. The name may be that of a xacro tag."""
     if "xacro:name" not in node.attributes:
         raise XacroError("X120", "<xacro:element> has no attribute 'xacro:name'")
     name = walk.evaluated(node, "xacro:name", place)
@@ -70,7 +70,7 @@ def make_element(walk: Expander, node: Element, place: ExpansionContext, has_nex
 
 
 def set_attribute(walk: Expander, node: Element, place: ExpansionContext, has_next: bool) -> None:
-    """Give the element around an attribute whose name is computed."""
+    """Set an attribute with a computed name on the enclosing element."""
     for required in ("name", "value"):
         if required not in node.attributes:
             raise XacroError("X120", f"<xacro:attribute> has no attribute '{required}'")
@@ -82,13 +82,13 @@ def set_attribute(walk: Expander, node: Element, place: ExpansionContext, has_ne
             "X130", "the attribute's name is empty", origin=locate(node, "name", place.call, None)
         )
     if not value and value != "":
-        # the official writer leaves out what is false and no text
+        # the official writer omits false values that are not text
         walk.run.warn_at(
             "X212", f"the value {value!r} is written as an empty text", origin, "write ${str(…)}"
         )
         value = ""
     if place.parent is None:
-        hint = "put it directly within the element that is to have it"
+        hint = "put it directly inside the element that should have the attribute"
         walk.run.warn_at("X211", "the attribute is lost: it belongs to a xacro tag", node.origin, hint)
         return
     key = walk.run.budget.text(name)
@@ -97,26 +97,26 @@ def set_attribute(walk: Expander, node: Element, place: ExpansionContext, has_ne
 
 
 _PARAMETER_STEPS = 4
-"""What binding a parameter takes: about 250 bytes."""
+"""Steps charged for binding a parameter, which takes about 250 bytes."""
 
 
 def define_macro(walk: Expander, node: Element, place: ExpansionContext, has_next: bool) -> None:
-    """Remember a macro."""
+    """Define a macro."""
     walk.gap.drop_comments(place.out, place.out, has_next)
     check_attributes(walk.run, node, place, ("name",), ("params",))
     name = node.attributes["name"]
     if name == "call" or "." in name:
-        hint = "a dot stands between a namespace and a macro" if "." in name else "it is a tag of xacro's own"
+        hint = "a dot separates a namespace from a macro" if "." in name else "it is one of xacro's own tags"
         origin = locate(node, "name", place.call, None)
-        raise XacroError("X131", f"no macro can be named '{name}'", hint, origin=origin)
+        raise XacroError("X131", f"a macro cannot be named '{name}'", hint, origin=origin)
     if name.startswith("xacro:"):
         origin = locate(node, "name", place.call, None)
         walk.run.warn_at(
-            "X209", f"the macro name '{name}' has the prefix 'xacro:'", origin, "leave it out here"
+            "X209", f"the macro name '{name}' has the prefix 'xacro:'", origin, "remove the prefix"
         )
         name = name[6:]
     known = place.macros.own.get(name)
-    # a macro defined again stays the same macro, even for the call that is just being made
+    # a redefined macro stays the same object, even for a call that is being expanded
     macro = known if isinstance(known, Macro) else Macro(name, node, ())
     macro.body, macro.parameters, macro.call, macro.problem = node, (), place.call, None
     macro.size = max(node._close - node.start, 0)
@@ -129,7 +129,7 @@ def define_macro(walk: Expander, node: Element, place: ExpansionContext, has_nex
 
 
 def call_by_name(walk: Expander, node: Element, place: ExpansionContext, has_next: bool) -> None:
-    """Call the macro whose name is computed."""
+    """Call a macro by a computed name."""
     if not node.attributes.get("macro"):
         raise XacroError("X120", "<xacro:call> has no attribute 'macro'")
     name = walk.run.budget.text(walk.evaluated(node, "macro", place))
@@ -140,7 +140,7 @@ def call_by_name(walk: Expander, node: Element, place: ExpansionContext, has_nex
 
 
 def call_macro(walk: Expander, node: Element, place: ExpansionContext, has_next: bool) -> None:
-    """Expand a macro's body in the place of the call."""
+    """Replace a macro call by the expanded body of the macro."""
     run = walk.run
     macro, macros, outer = _find(walk, node, place)
     if macro.problem is not None:
@@ -149,7 +149,7 @@ def call_macro(walk: Expander, node: Element, place: ExpansionContext, has_next:
     run.budget.charge(_PARAMETER_STEPS * len(macro.parameters))
     run.macro_depth += 1
     if run.macro_depth > run.limits.macro_calls:
-        raise run.budget.exceeded("macro_calls", f"the macro '{macro.name}' calls itself without end")
+        raise run.budget.exceeded("macro_calls", f"the macro '{macro.name}' calls itself endlessly")
     body, is_plain, origin = macro.body, macro.is_plain, macro.call
     local = Scope(run, outer)
     missing = {parameter.name: parameter for parameter in macro.parameters}
@@ -166,7 +166,7 @@ def call_macro(walk: Expander, node: Element, place: ExpansionContext, has_next:
     if missing:
         _fill_defaults(walk, node, macro, missing, local, place)
     attributes: dict[str, str] = {}
-    if not is_plain:  # evaluated with every call: namespaces are lifted from them
+    if not is_plain:  # evaluated at each call, because namespaces are lifted from them
         attributes = walk.attributes(body, local, origin, body.made_by(None, body.tag, {}))
     call = Call("macro", macro.name, Span(node.source, node.start, node.tag_end), place.call)
     content: list[Node] = []
@@ -178,7 +178,7 @@ def call_macro(walk: Expander, node: Element, place: ExpansionContext, has_next:
 
 
 def _find(walk: Expander, node: Element, place: ExpansionContext) -> tuple[Macro, MacroTable, Scope]:
-    """The macro a tag calls, and the macros and names its body sees."""
+    """The macro that a tag calls, and the macros and names that its body can use."""
     name = node.tag[6:]
     macros, scope = place.macros, place.scope
     found = macros.find(name)
@@ -197,7 +197,7 @@ def _find(walk: Expander, node: Element, place: ExpansionContext) -> tuple[Macro
 
 def _unknown(walk: Expander, name: str, place: ExpansionContext) -> XacroError:
     near = did_you_mean(name, [*place.macros.names(), *(tag[6:] for tag in walk.tags)])
-    hint = near or f'define it before: <xacro:macro name="{name}">, or include the file that does'
+    hint = near or f'define it first: <xacro:macro name="{name}">, or include the file that defines it'
     fault = XacroError("X121", f"there is no macro '{name}'", hint, key=("macro", name))
     fault.near = bool(near)
     return fault
@@ -222,7 +222,7 @@ def _fill_blocks(
     local: Scope,
     place: ExpansionContext,
 ) -> None:
-    """Evaluate what stands within a call, and hand its elements to the block parameters in order."""
+    """Expand the content of a call, and assign its elements to the block parameters in order."""
     content: list[Node] = []
     walk.children(node.children, place.within({}, content))
     blocks = [child for child in content if isinstance(child, Element)]
@@ -232,15 +232,15 @@ def _fill_blocks(
     absent = wanted[len(blocks) :]
     if absent:
         names = ", ".join(f"'{name.lstrip('*')}'" for name in absent)
-        hint = f"write {len(wanted)} element{'s' * (len(wanted) > 1)} within the call"
-        fault = XacroError("X124", f"the macro '{macro.name}' misses the block {names}", hint)
+        hint = f"write {len(wanted)} element{'s' * (len(wanted) > 1)} inside the call"
+        fault = XacroError("X124", f"the call of the macro '{macro.name}' lacks the block {names}", hint)
         problem = walk.run.report(fault, node, "", place.call)
         for name in absent:
             walk.poison(name.lstrip("*"), local, node, place, problem)
     elif len(blocks) > len(wanted):
         extra = blocks[len(wanted)]
-        message = f"the macro '{macro.name}' has no use for the block <{extra.tag}>"
-        fault = XacroError("X125", message, f"it takes {len(wanted) or 'none'}")
+        message = f"the macro '{macro.name}' does not take the block <{extra.tag}>"
+        fault = XacroError("X125", message, f"it takes {len(wanted) or 'no'} block{'s' * (len(wanted) != 1)}")
         walk.run.report(fault, extra, "", place.call)
     for name in wanted:
         del missing[name]
@@ -254,7 +254,7 @@ def _fill_defaults(
     local: Scope,
     place: ExpansionContext,
 ) -> None:
-    """Give the parameters left their defaults, evaluated in the scope of the call."""
+    """Bind the remaining parameters to their defaults, evaluated in the scope of the call."""
     current = {parameter.name: parameter for parameter in macro.parameters}
     missing = {name: current.get(name, MacroParameter(name)) for name in missing}
     absent = [name for name, parameter in missing.items() if not parameter.is_optional]
@@ -270,9 +270,9 @@ def _fill_defaults(
         local.define(binding)
     if absent:
         names = ", ".join(f"'{name}'" for name in absent)
-        message = f"the macro '{macro.name}' misses the parameter{'s' * (len(absent) > 1)} {names}"
+        message = f"the call of the macro '{macro.name}' lacks the parameter{'s' * (len(absent) > 1)} {names}"
         unknown = [name for name in node.attributes if name not in local.values]
-        if unknown and did_you_mean(absent[0], unknown):  # said already, and said better
+        if unknown and did_you_mean(absent[0], unknown):  # already reported as a misspelled parameter
             problem = walk.run.problems[-1]
         else:
             problem = walk.run.report(XacroError("X123", message), node, "", place.call)
@@ -290,7 +290,7 @@ def _default(parameter: MacroParameter, macro: Macro, node: Element, place: Expa
             raise
     if parameter.default is None:
         message = f"there is no '{name}' to forward to the macro '{macro.name}'"
-        hint = f"give it: {name}=…, or define the property before"
+        hint = f"pass {name}=…, or define the property first"
         raise XacroError("X133", message, hint, origin=locate(node, "", place.call, None))
     try:
         return evaluate(parameter.default, scope)

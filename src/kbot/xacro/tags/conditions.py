@@ -1,4 +1,4 @@
-"""`xacro:if` and `xacro:unless`."""
+"""The tags `xacro:if` and `xacro:unless`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from kbot.xacro.xacro_error import Problem, XacroError
 
 
 def condition(walk: Expander, node: Element, place: ExpansionContext, has_next: bool) -> None:
-    """Expand what stands within, or leave it out."""
+    """Expand the content of the tag, or remove it."""
     tail: list[Node] = []
     walk.gap.drop_comments(place.out, tail, has_next)
     check_attributes(walk.run, node, place, ("value",))
@@ -20,7 +20,7 @@ def condition(walk: Expander, node: Element, place: ExpansionContext, has_next: 
     except XacroError as fault:
         if fault.problem is None:  # a limit
             raise
-        _forgive(walk, node, place, fault.problem)
+        _poison_definitions(walk, node, place, fault.problem)
         return
     if keep is not (node.tag == "xacro:unless"):
         content: list[Node] = []
@@ -29,8 +29,8 @@ def condition(walk: Expander, node: Element, place: ExpansionContext, has_next: 
     walk.splice(tail, place)
 
 
-def _forgive(walk: Expander, node: Element, place: ExpansionContext, problem: Problem) -> None:
-    """What a part that could not be expanded would have defined, is not to be missed."""
+def _poison_definitions(walk: Expander, node: Element, place: ExpansionContext, problem: Problem) -> None:
+    """Mark the names that an unexpanded tag defines, so that their uses are not reported as errors."""
     for child in node.elements():
         name = child.attributes.get("name", "")
         if child.tag == "xacro:property" and name not in place.scope:
@@ -38,6 +38,6 @@ def _forgive(walk: Expander, node: Element, place: ExpansionContext, problem: Pr
         elif child.tag == "xacro:macro" and place.macros.find(name) is None:
             place.macros.own[name] = Macro(name, child, (), place.call, problem=problem)
         elif child.tag in ("xacro:if", "xacro:unless"):
-            _forgive(walk, child, place, problem)
+            _poison_definitions(walk, child, place, problem)
         elif child.tag == "xacro:include":
             walk.run.incomplete = walk.run.incomplete or problem

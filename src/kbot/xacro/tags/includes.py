@@ -1,4 +1,4 @@
-"""`xacro:include`: files, file patterns, namespaces."""
+"""The tag `xacro:include`: files, file patterns, and namespaces."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from kbot.xacro.xacro_error import XacroError
 
 _PATTERN = re.compile(r"[*[?]")
 _MOST_MATCHES = 500
-"""Files that one pattern may include; each may take 32 MB."""
-_MOST_WILD = 3
-"""Parts of a pattern that may hold wildcards: each multiplies the folders that are looked through."""
+"""Files that one pattern may include. Each may have 32 MB."""
+_MOST_WILDCARDS = 3
+"""Parts of a pattern that may contain wildcards. Each one multiplies the number of searched folders."""
 
 
 def include(walk: Expander, node: Element, place: ExpansionContext, has_next: bool) -> None:
-    """Expand what other files hold in the place of the tag."""
+    """Replace the tag by the expanded content of other files."""
     run, attributes = walk.run, node.attributes
     check_attributes(walk.run, node, place, ("filename",), ("ns", "optional"))
     inner: list[Node] = []
@@ -38,7 +38,7 @@ def include(walk: Expander, node: Element, place: ExpansionContext, has_next: bo
         place.scope.define(Binding(name, target.scope, READY, node, "ns", place.call))
     optional = "optional" in attributes and walk.truth(attributes["optional"], node, "optional", place)
     if next(node.elements(), None) is not None:
-        run.warn_at("X208", "what stands within <xacro:include> is ignored", node.origin)
+        run.warn_at("X208", "the content of <xacro:include> is ignored", node.origin)
     try:
         name = run.absolute(run.budget.text(walk.evaluated(node, "filename", place)))
     except XacroError as fault:
@@ -59,12 +59,12 @@ def _files(walk: Expander, name: str, node: Element, place: ExpansionContext) ->
         import glob  # rarely needed: start-up time
 
         wild = sum(bool(_PATTERN.search(part)) for part in re.split(r"[/\\]", name))
-        names = sorted(islice(glob.iglob(name), _MOST_MATCHES + 1)) if wild <= _MOST_WILD else []
-        if wild > _MOST_WILD or len(names) > _MOST_MATCHES:
+        names = sorted(islice(glob.iglob(name), _MOST_MATCHES + 1)) if wild <= _MOST_WILDCARDS else []
+        if wild > _MOST_WILDCARDS or len(names) > _MOST_MATCHES:
             what = f"matches more than {_MOST_MATCHES} files"
-            if wild > _MOST_WILD:
-                what = f"has wildcards in more than {_MOST_WILD} of its parts"
-            fault = XacroError("X117", f"cannot include: '{name}' {what}", "name the files more closely")
+            if wild > _MOST_WILDCARDS:
+                what = f"has wildcards in more than {_MOST_WILDCARDS} of its parts"
+            fault = XacroError("X117", f"cannot include: '{name}' {what}", "use a more specific pattern")
             problem = walk.run.report(fault, node, "filename", place.call)
             walk.run.incomplete = walk.run.incomplete or problem
             return []
@@ -86,7 +86,7 @@ def _include_file(
     run = walk.run
     if len(run.files) > run.limits.includes:
         around = " -> ".join(os.path.basename(f) for f in run.files[-3:])
-        raise run.budget.exceeded("includes", f"files include one another without end: {around}")
+        raise run.budget.exceeded("includes", f"files include one another endlessly: {around}")
     target.call = call = Call("include", file, Span(node.source, node.start, node.tag_end), place.call)
     try:
         document = run.parsed(run.read(file))

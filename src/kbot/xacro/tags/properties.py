@@ -1,4 +1,4 @@
-"""`xacro:property` and `xacro:arg`."""
+"""The tags `xacro:property` and `xacro:arg`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _OPTIONAL = ("value", "default", "remove", "scope", "lazy_eval")
 
 
 def declare_argument(walk: Expander, node: Element, place: ExpansionContext, has_next: bool) -> None:
-    """Give an argument its default, where it was not given."""
+    """Declare an argument, and set its default if it has no value."""
     check_attributes(walk.run, node, place, ("name", "default"))
     run, name = walk.run, node.attributes["name"]
     run.declared.add(name)
@@ -33,26 +33,26 @@ def declare_argument(walk: Expander, node: Element, place: ExpansionContext, has
 
 
 def define_property(walk: Expander, node: Element, place: ExpansionContext, has_next: bool) -> None:
-    """Define, or remove, a property or a block."""
+    """Define or remove a property or a block."""
     walk.gap.drop_comments(place.out, place.out, has_next)
     scope, attributes = place.scope, node.attributes
     if tuple(attributes) == ("name", "value") and not walk.overrides:
         name = attributes["name"]
-        if is_identifier(name) and not name.startswith("__"):  # nearly every property is like this
+        if is_identifier(name) and not name.startswith("__"):  # fast path: nearly every property is like this
             scope.define(Binding(name, attributes["value"], LAZY, node, "value", place.call))
             return
     check_attributes(walk.run, node, place, ("name",), _OPTIONAL)
     name = _name(walk, node, place)
     remove = "remove" in attributes and _flag(walk, node, "remove", place)
     if ("value" in attributes) + ("default" in attributes) + remove > 1:
-        raise XacroError("X127", f"value, default and remove exclude one another (property '{name}')")
+        raise XacroError("X127", f"the property '{name}' has more than one of value, default and remove")
     if remove and name in scope:
         scope.remove(name)
         return
     if "default" in attributes:
         if "scope" in attributes:
             origin = name_span(node, "scope", place.call)
-            walk.run.warn_at("X210", "a default is always of the local scope", origin)
+            walk.run.warn_at("X210", "scope has no effect: a default is always local", origin)
         if name in scope:
             return
     _bind(walk, name, node, place)
@@ -80,14 +80,14 @@ def _bind(walk: Expander, name: str, node: Element, place: ExpansionContext) -> 
 
 
 def compute(walk: Expander, binding: Binding, node: Element, attribute: str, place: ExpansionContext) -> None:
-    """Give a binding the value of an attribute, evaluated at once."""
+    """Evaluate an attribute at once, and set it as the value of a binding."""
     used = walk.run.used
     used.clear()
     try:
         binding.value = walk.evaluated(node, attribute, place)
         binding.state = READY
         if used:
-            binding.fed = tuple(used)
+            binding.inputs = tuple(used)
     except XacroError as fault:
         if fault.problem is None:  # a limit
             raise
@@ -100,9 +100,9 @@ def _name(walk: Expander, node: Element, place: ExpansionContext) -> str:
     if type(name) is not str or not is_identifier(name):
         shown = shortened(walk.run.budget.text(name), 60)
         message = f"'{shown}' is not a valid property name"
-        hint = "use letters, digits and underscores, no digit first, and no keyword of Python"
+        hint = "use letters, digits and underscores; do not begin with a digit or use a Python keyword"
     elif name.startswith("__"):
-        message, hint = f"the property name '{name}' begins with two underscores", "take one away"
+        message, hint = f"the property name '{name}' begins with two underscores", "remove one of them"
     else:
         return name
     raise XacroError("X126", message, hint, origin=locate(node, "name", place.call, None))
@@ -113,12 +113,15 @@ def _flag(walk: Expander, node: Element, name: str, place: ExpansionContext) -> 
 
 
 def _parent(node: Element, scope: Scope, place: ExpansionContext) -> Scope:
-    """The scope of the caller, namespaces left out."""
+    """The caller's scope. Namespaces are skipped."""
     target = scope.parent
     if target is None:
         origin = locate(node, "scope", place.call, None)
         raise XacroError(
-            "X132", "there is no scope around this one", 'leave scope="parent" out', origin=origin
+            "X132",
+            "there is no parent scope here",
+            'remove scope="parent"',
+            origin=origin,
         )
     if not scope.is_namespace:
         while target.is_namespace and target.parent is not None:
