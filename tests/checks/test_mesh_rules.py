@@ -139,7 +139,10 @@ def test_what_is_there_and_is_no_file_is_said(tmp_path: Path) -> None:
     (tmp_path / "turn.stl").symlink_to(tmp_path / "turn.stl")
     for name in ("folder.stl", "turn.stl"):
         (found,) = check(robot(name), tmp_path)
-        assert (found.code, found.message) == ("G101", f"part: {tmp_path / name} is no file that can be read")
+        assert (found.code, found.message) == (
+            "G101",
+            f"part: {tmp_path / name} is not a file that can be read",
+        )
 
 
 def test_a_second_slash_after_the_package_is_one(tmp_path: Path) -> None:
@@ -147,7 +150,7 @@ def test_a_second_slash_after_the_package_is_one(tmp_path: Path) -> None:
     write(brick(), tmp_path / "brick.stl")
     assert check(robot("package://robot//brick.stl"), tmp_path) == []
     (found,) = check(robot("package://robot//etc/passwd.stl"), tmp_path)
-    assert found.message.endswith("is not there")
+    assert found.message.endswith("does not exist")
 
 
 def test_an_empty_name_is_said(tmp_path: Path) -> None:

@@ -76,7 +76,7 @@ def test_the_passing_fixture_has_no_such_finding(rule: Rule, folder: Path) -> No
 def test_every_rule_has_its_page(rule: Rule) -> None:
     assert re.fullmatch(r"[A-Z]\d{3}", rule.code)
     assert re.fullmatch(r"[a-z][a-z0-9]*(-[a-z0-9]+)*", rule.name)
-    assert re.match(r"What: [A-Z`$]", rule.page)
+    assert re.match(r"What: [A-Z0-9`$]", rule.page)
     for part in ("Why:", "Example:", "Fix:", "Autofix:"):
         assert f"\n\n{part} " in rule.page, f"{rule.code} lacks {part}"
 

@@ -219,7 +219,7 @@ def test_a_missing_mesh_is_said_and_the_robot_used(files: Path) -> None:
     checked = kbot("check", robot, cwd=files)
     assert checked.returncode == 1
     assert "missing.stl" in checked.stdout
-    told = "mesh.urdf:3:21: warning: base_link: the visual's mesh missing.stl is not there [G101]"
+    told = "mesh.urdf:3:21: warning: base_link: the visual's mesh missing.stl does not exist [G101]"
     informed = kbot("info", robot, cwd=files)
     assert informed.returncode == 0
     assert told in informed.stderr
@@ -240,7 +240,7 @@ def test_a_missing_mesh_is_said_where_the_robot_is_shown(verb: str, files: Path)
         assert "http://127.0.0.1:" in process.stdout.readline()
         process.send_signal(signal.SIGINT)
         _, err = process.communicate(timeout=60)
-    assert "mesh.urdf:3:21: warning: base_link: the visual's mesh missing.stl is not there" in err
+    assert "mesh.urdf:3:21: warning: base_link: the visual's mesh missing.stl does not exist" in err
 
 
 def test_sizes_that_nothing_has_are_said_beside_the_figures(files: Path) -> None:

@@ -129,10 +129,10 @@ def test_a_mesh_that_changes_on_disk_changes_in_the_picture(tmp_path: Path, open
             return agree(page, wall({"part": box(factor)}), tmp_path)["part"] > RIGHT
 
         findings = page.locator("#findings")
-        assert "is not there" in findings.inner_text()
+        assert "does not exist" in findings.inner_text()
         brick(tmp_path, "binary.stl")
         until(lambda: is_drawn(1.0))
-        until(lambda: "is not there" not in findings.inner_text())
+        until(lambda: "does not exist" not in findings.inner_text())
         brick(tmp_path, "binary.stl", 1.5)
         until(lambda: is_drawn(1.5))
         whole = (tmp_path / "binary.stl").read_bytes()

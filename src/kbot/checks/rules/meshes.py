@@ -16,8 +16,9 @@ from kbot.text import KbotError, Severity
 from kbot.text.files import check_regular
 from kbot.text.suggest import did_you_mean
 
-_LARGE, _TINY = 5.0, 1e-3
-_MANY = 10_000
+_LARGEST, _SMALLEST = 5.0, 1e-3
+"""Limits of the longest side of a scaled mesh, m. Outside, the mesh is probably not in metres."""
+_MANY_TRIANGLES = 10_000
 
 
 def _meshes(context: Context) -> Iterator[tuple[Link, Visual | Collision, Mesh]]:
@@ -29,27 +30,27 @@ def _meshes(context: Context) -> Iterator[tuple[Link, Visual | Collision, Mesh]]
 
 @rule("G101", "mesh-missing", Severity.ERROR, "robot")
 def mesh_missing(context: Context) -> Found:
-    """A mesh file that is not there, or whose package is not found.
+    """A mesh file does not exist or cannot be read, or its package is not found.
 
-    Why: rviz shows a white ghost or nothing, Gazebo refuses the model, and the link touches nothing.
+    Why: RViz shows the link white or not at all, Gazebo rejects the model, and the link has no contacts.
 
     Example: `<mesh filename="package://my_robot/meshes/bsae.stl"/>`
 
-    Fix: put the file there, correct the name, or say where the package is (`--package-path`).
+    Fix: Add the file, correct its name, or pass the folder of the package with `--package-path`.
 
     Autofix: none.
     """
-    said: set[str] = set()
+    reported: set[str] = set()
     for link, shape, mesh in _meshes(context):
         if mesh.path is not None:
             why = unreadable(mesh.path)
-            if why and mesh.uri not in said:
-                said.add(mesh.uri)
+            if why and mesh.uri not in reported:
+                reported.add(mesh.uri)
                 yield Finding(mesh.origin, f"{link.name}: {why}")
             continue
-        if mesh.uri in said:
+        if mesh.uri in reported:
             continue
-        said.add(mesh.uri)
+        reported.add(mesh.uri)
         if not mesh.uri.strip():
             yield Finding(mesh.origin, f"{link.name}: the {shape_name(shape)}'s mesh names no file")
             continue
@@ -62,16 +63,16 @@ def mesh_missing(context: Context) -> Found:
             continue
         found = context.folders.find_ignoring_case(expected)
         if found == expected:
-            yield Finding(mesh.origin, f"{link.name}: {expected} is no file that can be read")
+            yield Finding(mesh.origin, f"{link.name}: {expected} is not a file that can be read")
         elif found is None:
             folder, name = os.path.split(expected)
             hint = did_you_mean(name, context.folders.names(folder))
-            message = f"{link.name}: the {shape_name(shape)}'s mesh {mesh.uri} is not there"
+            message = f"{link.name}: the {shape_name(shape)}'s mesh {mesh.uri} does not exist"
             yield Finding(mesh.origin, message, hint)
 
 
 def _expected(context: Context, uri: str) -> str:
-    """Where a mesh's file ought to be; empty for an address on the net.
+    """The expected path of a mesh file. Empty for an http address.
 
     Raises:
         KbotError: its package is not found.
@@ -86,21 +87,21 @@ def _expected(context: Context, uri: str) -> str:
 
 @rule("G102", "mesh-case", Severity.ERROR, "robot")
 def mesh_case(context: Context) -> Found:
-    """A mesh file whose name differs by capital letters from the one that is there.
+    """The name of a mesh differs from the existing file only by case.
 
-    Why: it works on Windows and macOS and is missing on Linux, where the robot runs.
+    Why: The mesh is found on Windows and macOS, but not on Linux, where the robot runs.
 
-    Example: `meshes/Base.STL` where the file is `base.stl`.
+    Example: `meshes/Base.STL`, but the file is `base.stl`.
 
-    Fix: write the name as the file has it.
+    Fix: Write the name of the file exactly.
 
     Autofix: none.
     """
-    said: set[str] = set()
+    reported: set[str] = set()
     for link, shape, mesh in _meshes(context):
-        if mesh.uri in said or not mesh.uri.strip():
+        if mesh.uri in reported or not mesh.uri.strip():
             continue
-        said.add(mesh.uri)
+        reported.add(mesh.uri)
         try:
             expected = mesh.path or _expected(context, mesh.uri)
         except KbotError:
@@ -112,21 +113,21 @@ def mesh_case(context: Context) -> Found:
         if found.lower() == name.lower():
             yield Finding(
                 mesh.origin,
-                f"{link.name}: the {shape_name(shape)}'s mesh {mesh.uri} differs by capital letters from the "
-                f"file '{found}'",
-                "write it as the file is called: Linux tells them apart",
+                f"{link.name}: the {shape_name(shape)}'s mesh {mesh.uri} differs by case from the file "
+                f"'{found}'",
+                "write the name of the file exactly: Linux distinguishes upper and lower case",
             )
 
 
 @rule("G103", "mesh-path-absolute", Severity.WARNING, "document")
 def mesh_path_absolute(context: Context) -> Found:
-    """A mesh named by an absolute path or by `file://` with one that was written by hand.
+    """The file name of a mesh is an absolute path.
 
-    Why: it is there on one machine only.
+    Why: The path exists only on one machine.
 
     Example: `<mesh filename="file:///home/me/ws/src/robot/meshes/base.stl"/>`
 
-    Fix: `package://robot/meshes/base.stl`, or `file://$(find robot)/meshes/base.stl`.
+    Fix: Write `package://robot/meshes/base.stl` or `file://$(find robot)/meshes/base.stl`.
 
     Autofix: none.
     """
@@ -138,21 +139,21 @@ def mesh_path_absolute(context: Context) -> Found:
         if "$" not in origin.span.text:
             yield Finding(
                 origin,
-                f"{uri} is an absolute path: it is there on one machine only",
-                "use package://PACKAGE/…",
+                f"{uri} is an absolute path, which exists only on one machine",
+                "write package://PACKAGE/…",
             )
 
 
 @rule("G104", "mesh-size", Severity.WARNING, "robot")
 def mesh_size(context: Context) -> Found:
-    """A mesh that measures over 5 m or under 1 mm with its scale: millimetres taken for metres.
+    """A scaled mesh is larger than 5 m or smaller than 1 mm, probably because its units are millimetres.
 
-    Why: a part of 30 cm drawn in millimetres is 300 m large: the camera is inside it, and the physics engine
-    places its contacts there.
+    Why: A part of 30 cm that was drawn in millimetres is 300 m long. The camera is then inside it, and the
+    physics engine computes contacts with it.
 
     Example: `<mesh filename="package://robot/base.stl"/>` for a file in millimetres.
 
-    Fix: `scale="0.001 0.001 0.001"`.
+    Fix: Write `scale="0.001 0.001 0.001"`.
 
     Autofix: none.
     """
@@ -161,45 +162,47 @@ def mesh_size(context: Context) -> Found:
         if facts is None:
             continue
         extent = max((end - start) * abs(s) for start, end, s in zip(*facts.bounds, mesh.scale, strict=True))
-        if not _TINY <= extent <= _LARGE:
-            hint = 'scale="0.001 0.001 0.001"?' if extent > _LARGE else "is the file in metres already?"
+        if not _SMALLEST <= extent <= _LARGEST:
+            hint = 'scale="0.001 0.001 0.001"?' if extent > _LARGEST else "is the file already in metres?"
             yield Finding(
                 mesh.origin,
-                f"{link.name}: the {shape_name(shape)}'s mesh measures {extent:.4g} m: units?",
+                f"{link.name}: the {shape_name(shape)}'s mesh measures {extent:.4g} m: check its units",
                 hint,
             )
 
 
 @rule("G105", "collada-scaled-twice", Severity.WARNING, "robot")
 def collada_scaled_twice(context: Context) -> Found:
-    """A COLLADA mesh that says its unit and is scaled by the same factor again.
+    """A COLLADA mesh is scaled by the unit that its file already declares.
 
-    Why: readers apply the file's own `<unit meter="0.001"/>`, then the scale: the part is a thousand
+    Why: URDF readers apply the `<unit meter="0.001"/>` of the file and then the scale. The part is a thousand
     times too small.
 
     Example: `<mesh filename="….dae" scale="0.001 0.001 0.001"/>` for a file with `<unit meter="0.001"/>`.
 
-    Fix: leave the scale out.
+    Fix: Remove the scale.
 
     Autofix: none.
     """
-    said: set[str] = set()
+    reported: set[str] = set()
     for link, _, mesh in _meshes(context):
-        if not mesh.path or not mesh.path.lower().endswith(".dae") or mesh.uri in said:
+        if not mesh.path or not mesh.path.lower().endswith(".dae") or mesh.uri in reported:
             continue
-        said.add(mesh.uri)
+        reported.add(mesh.uri)
         unit = _collada_unit(mesh.path)
         factor = abs(mesh.scale[0])
         if unit is not None and unit != 1.0 and abs(factor / unit - 1.0) < 1e-6:
             yield Finding(
                 mesh.origin,
-                f"{link.name}: the mesh's own unit is {unit:g} m and its scale {factor:g} once more: "
+                f"{link.name}: the mesh file declares the unit {unit:g} m and is scaled by {factor:g} again: "
                 f"the part is {1.0 / unit:g} times too small",
-                "leave the scale out",
+                "remove the scale",
             )
 
 
 def _collada_unit(path: str) -> float | None:
+    """The unit that a COLLADA file declares, in m. It is in the header, so the start of the file is
+    enough."""
     try:
         check_regular(path)
         with Path(path).open("rb") as stream:
@@ -215,14 +218,14 @@ def _collada_unit(path: str) -> float | None:
 
 @rule("G110", "heavy-collision-mesh", Severity.INFO, "robot")
 def heavy_collision_mesh(context: Context) -> Found:
-    """A collision mesh of more than 10,000 triangles.
+    """A collision mesh has more than 10,000 triangles.
 
-    Why: every contact is searched in it: simulation and motion planning run many times slower than with a
-    box, a cylinder or a convex hull, and contacts with its edges chatter.
+    Why: Collision checks must search all triangles. Simulation and motion planning run many times slower than
+    with a box, a cylinder or a convex hull, and contacts with the edges of the mesh chatter.
 
-    Example: the visual's mesh, with all its screws, given as collision too.
+    Example: The detailed visual mesh, with all its screws, is used as collision too.
 
-    Fix: a few plain shapes, or a decimated convex hull.
+    Fix: Use a few simple shapes, or a decimated convex hull.
 
     Autofix: none.
     """
@@ -230,9 +233,9 @@ def heavy_collision_mesh(context: Context) -> Found:
         if not isinstance(shape, Collision) or not mesh.path:
             continue
         facts = mesh_facts(mesh.path)
-        if facts is not None and facts.triangles > _MANY:
+        if facts is not None and facts.triangles > _MANY_TRIANGLES:
             yield Finding(
                 mesh.origin,
                 f"{link.name}: the collision's mesh has {facts.triangles:,} triangles",
-                "use plain shapes",
+                "use simple shapes",
             )

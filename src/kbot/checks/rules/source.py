@@ -1,4 +1,4 @@
-"""Rules about xacro source: hidden definitions, and text that does not do what it seems to."""
+"""Rules about xacro source: redefined properties, unprefixed calls, text that xacro does not expand."""
 
 from __future__ import annotations
 
@@ -12,20 +12,22 @@ from kbot.checks.facts.vocabulary import ATTRIBUTES
 from kbot.checks.registry import Finding, Found, rule
 from kbot.text import Comment, Element, Related, Severity, Text
 
-_TRUTHS = ("true", "True", "false", "False")
+_BOOLEANS = ("true", "True", "false", "False")
+"""The texts that xacro converts to a boolean."""
 _EXTENSIONS = frozenset({"gazebo", "transmission", "ros2_control", "sensor", "plugin", "hardware", "param"})
+"""Elements with tags of their own, which may have the name of a macro."""
 
 
 @rule("S106", "redefined-after-use", Severity.WARNING, "source")
 def redefined_after_use(context: Context) -> Found:
-    """A property that is given another value after it was used.
+    """A property gets another value after it was used.
 
-    Why: what stands above has the old value, what stands below the new one: two wheels of one robot with
-    two radii.
+    Why: Elements above the new definition have the old value, elements below it the new one. A robot can thus
+    get two wheels with different radii.
 
-    Example: `radius` 0.035, a wheel, `radius` 0.04, another wheel.
+    Example: `radius` is 0.035 for the first wheel, then `radius` is set to 0.04 for the second.
 
-    Fix: give the second its own name.
+    Fix: Give the second property its own name.
 
     Autofix: none.
     """
@@ -45,9 +47,9 @@ def redefined_after_use(context: Context) -> Found:
             ):
                 yield Finding(
                     element.origin,
-                    f"the property '{name}' was {before.attributes['value']} where it was used before, "
-                    f"and is {value} from here on",
-                    "give the second its own name",
+                    f"the property '{name}' is {before.attributes['value']} where it is used above, "
+                    f"and {value} from here on",
+                    "give the second property its own name",
                     (Related("the first value", before.origin),),
                 )
             last_use.update(dict.fromkeys(words, number))
@@ -57,16 +59,16 @@ def redefined_after_use(context: Context) -> Found:
 
 @rule("S110", "macro-without-prefix", Severity.ERROR, "source")
 def macro_without_prefix(context: Context) -> Found:
-    """A macro called without `xacro:`.
+    """A macro is called without the prefix `xacro:`.
 
-    Why: it is copied into the result as it stands, and URDF readers ignore it: the part is missing, and
-    nothing says so.
+    Why: xacro copies the tag into the result, and URDF parsers ignore it. The part is missing without an
+    error message.
 
     Example: `<wheel prefix="left" reflect="1"/>`
 
-    Fix: `<xacro:wheel prefix="left" reflect="1"/>`.
+    Fix: Write `<xacro:wheel prefix="left" reflect="1"/>`.
 
-    Autofix: safe: the prefix is added.
+    Autofix: safe: KBot adds the prefix.
     """
     macros = {m.element.attributes["name"]: m for file in context.sources for m in file.macros}
     for file in context.sources:
@@ -77,7 +79,7 @@ def macro_without_prefix(context: Context) -> Found:
             if set(element.attributes) <= set(macro.parameters):
                 yield Finding(
                     element.origin,
-                    f"<{element.tag}> is the name of a macro, called without 'xacro:': it does nothing",
+                    f"<{element.tag}> is a macro called without 'xacro:', so it has no effect",
                     f"write <xacro:{element.tag} …>",
                     (Related("the macro", macro.element.origin),),
                     rename_tag(element, "xacro:" + element.tag, safe=True),
@@ -85,6 +87,7 @@ def macro_without_prefix(context: Context) -> Found:
 
 
 def _outside_extensions(root: Element) -> Iterator[Element]:
+    """The elements in document order, without extensions and their content."""
     waiting = list(root.elements())[::-1]
     while waiting:
         element = waiting.pop()
@@ -96,14 +99,14 @@ def _outside_extensions(root: Element) -> Iterator[Element]:
 
 @rule("S112", "argument-before-default", Severity.ERROR, "source")
 def argument_before_default(context: Context) -> Found:
-    """`$(arg x)` above the `<xacro:arg name="x" default=…/>` that gives it a value.
+    """`$(arg x)` is above the `<xacro:arg name="x" default=…/>` that declares its default.
 
-    Why: xacro reads from top to bottom: without the argument on the command line the first use stops it with
-    "Undefined substitution argument x".
+    Why: xacro reads from top to bottom. If the argument is not on the command line, xacro stops at the first
+    use with "Undefined substitution argument x".
 
     Example: `<xacro:property name="r" value="$(arg radius)"/> <xacro:arg name="radius" default="0.035"/>`
 
-    Fix: put the `<xacro:arg>`s at the top.
+    Fix: Move the `<xacro:arg>` elements to the top.
 
     Autofix: none.
     """
@@ -115,24 +118,24 @@ def argument_before_default(context: Context) -> Found:
                 if f"'{name}'" in problem.message and "default" in element.attributes:
                     yield Finding(
                         problem.origin,
-                        f"$(arg {name}) is read before its default is given",
-                        "put <xacro:arg> above it",
-                        (Related("the default is given here", element.origin),),
+                        f"$(arg {name}) is used before its default is declared",
+                        "move <xacro:arg> above it",
+                        (Related("the default is declared here", element.origin),),
                     )
 
 
 @rule("S113", "odd-boolean", Severity.WARNING, "source")
 def odd_boolean(context: Context) -> Found:
-    """A truth value in a form that xacro takes for a text: `'False '`, `TRUE`, `no`.
+    """A boolean is written in a form that xacro reads as text, such as `'False '` or `TRUE`.
 
-    Why: xacro knows `true`, `True`, `false` and `False`. Any other text that is not empty counts as true
-    in an expression: `${not flag}` of `'False '` is false, and the part that was switched off stays on.
+    Why: xacro converts only `true`, `True`, `false` and `False`. In an expression, any other text that is not
+    empty counts as true. `${not flag}` of `'False '` is false, so a part that should be off stays on.
 
     Example: `<xacro:property name="has_camera" value="False "/>`
 
-    Fix: `value="false"`.
+    Fix: Write `value="false"`.
 
-    Autofix: safe: the blank is removed, capitals are made small.
+    Autofix: safe: KBot removes the white space and writes the value in lower case.
     """
     for file in context.sources:
         for element in file.xacro:
@@ -143,12 +146,12 @@ def odd_boolean(context: Context) -> Found:
             ):
                 continue
             for name, value in element.attributes.items():
-                if name == "name" or value in _TRUTHS or value.strip().lower() not in ("true", "false"):
+                if name == "name" or value in _BOOLEANS or value.strip().lower() not in ("true", "false"):
                     continue
                 meant = value.strip().lower()
                 yield Finding(
                     element.attribute_origin(name),
-                    f"'{value}' is a text and not {meant}: in an expression it counts as true",
+                    f"'{value}' is text, not {meant}: it counts as true in an expression",
                     f"write {meant}",
                     fix=replace_value(element, name, meant, f"write {meant}", safe=True),
                 )
@@ -156,14 +159,14 @@ def odd_boolean(context: Context) -> Found:
 
 @rule("S114", "leftover", Severity.WARNING, "document")
 def leftover(context: Context) -> Found:
-    """`${…}`, `$(…)` or a `xacro:` tag that is left in the result.
+    """The result still contains `${…}`, `$(…)` or a `xacro:` tag.
 
-    Why: readers take it as it stands: a name of `${prefix}_link`, a number that is none. It comes of
-    `$$`, of a file that is no xacro to those who load it, or of a value that holds one.
+    Why: URDF parsers read it literally: a link is called `${prefix}_link`, or a number is not valid. The
+    cause is `$$`, a file that is loaded without xacro, or a value that itself contains an expression.
 
     Example: `<link name="$${prefix}base"/>`
 
-    Fix: write one `$`, and give the file to xacro.
+    Fix: Write one `$`, and load the file with xacro.
 
     Autofix: none.
     """
@@ -172,7 +175,7 @@ def leftover(context: Context) -> Found:
     for element in _not_plain(context.root):
         if element.tag.startswith("xacro:"):
             if not _any_within(failed, element.start, element.end):
-                yield Finding(element.origin, f"<{element.tag}> is left in the result")
+                yield Finding(element.origin, f"<{element.tag}> remains in the result")
             continue
         for name, value in element.attributes.items():
             if "$" in value and ("${" in value or "$(" in value):
@@ -180,7 +183,7 @@ def leftover(context: Context) -> Found:
                 if not _any_within(failed, origin.span.start, origin.span.end + 1) and not _any_within(
                     failed, element.start, element.start + 1
                 ):
-                    yield Finding(origin, f"'{value}' is left in the result as it stands")
+                    yield Finding(origin, f"'{value}' is not expanded in the result")
         for child in element.children:
             if not isinstance(child, Text) or type(child) is Comment or "$" not in child.value:
                 continue
@@ -188,11 +191,11 @@ def leftover(context: Context) -> Found:
                 continue
             if not _any_within(failed, element.start, element.end):
                 text = child.value.strip()[:60]
-                yield Finding(element.origin, f"'{text}' is left in the result as it stands")
+                yield Finding(element.origin, f"'{text}' is not expanded in the result")
 
 
 def _not_plain(root: Element) -> Iterator[Element]:
-    """The elements that were written with something of xacro's in them, in document order."""
+    """The elements that use xacro in their source, in document order."""
     waiting = [root]
     while waiting:
         element = waiting.pop()
@@ -201,5 +204,5 @@ def _not_plain(root: Element) -> Iterator[Element]:
 
 
 def _any_within(places: list[int], start: int, end: int) -> bool:
-    """Whether one of some sorted places is within a range."""
+    """Whether any of the sorted `places` is in a range."""
     return bisect_left(places, start) < bisect_left(places, end)

@@ -1,4 +1,4 @@
-"""Rules about xacro definitions that nothing uses."""
+"""Rules about unused xacro definitions."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ _WORD = re.compile(rb"[\w\x80-\xff-]+")
 
 
 def _entry(context: Context) -> SourceFile | None:
-    """The entry file of a whole description; None for a library of macros, and where a file is missing.
+    """The entry file of a whole description. None for a library of macros, or if a file is missing.
 
-    What a library defines and this robot does not use is used by another.
+    Other robots may use what a library defines, and a missing file may use any definition.
     """
     if context.document is None or not any(True for _ in context.document.elements("link")):
         return None
@@ -27,9 +27,10 @@ def _entry(context: Context) -> SourceFile | None:
 
 
 def _unused(context: Context, tag: str, message: str, hint: str) -> Found:
-    """Of each element of a tag in the entry file whose name stands nowhere else; `{}` in `message` is it.
+    """Report each element of a tag in the entry file whose name is not used. `{}` in `message` is the name.
 
-    While there are errors no fix removes it: a misspelled name may mean it, and its value would be lost.
+    The fix removes the element, but not while there are errors: a misspelled name may mean this element, and
+    its value would be lost.
     """
     file = _entry(context)
     is_sure = not any(d.is_error for d in context.problems)
@@ -45,71 +46,73 @@ def _unused(context: Context, tag: str, message: str, hint: str) -> Found:
 
 @rule("S101", "unused-property", Severity.WARNING, "source")
 def unused_property(context: Context) -> Found:
-    """A property that nothing uses.
+    """A property is never used.
 
-    Why: whoever changes it thinks that the robot changes. A `wheel_separation` that no joint is placed by
-    says one thing while the wheels stand at another.
+    Why: You can change the property and believe that the robot changes. For example, the wheels are not at
+    the distance that an unused `wheel_separation` gives.
 
-    Example: `<xacro:property name="wheel_separation" value="0.15"/>`, and nowhere `${wheel_separation}`.
+    Example: `<xacro:property name="wheel_separation" value="0.15"/>` without any `${wheel_separation}`.
 
-    Fix: use it, or remove it. Properties of included files are not reported: other files may use them.
+    Fix: Use the property, or remove it. Properties of included files are not reported, because other files
+    may use them.
 
-    Autofix: unsafe: the property is removed, while nothing else is an error.
+    Autofix: unsafe: KBot removes the property, if the description has no errors.
     """
     return _unused(
         context,
         "xacro:property",
-        "the property '{}' is never used: changing it changes nothing",
+        "the property '{}' is never used: changing it has no effect",
         "use it, or remove it",
     )
 
 
 @rule("S102", "unused-macro", Severity.INFO, "source")
 def unused_macro(context: Context) -> Found:
-    """A macro, defined in the robot's own file, that nothing calls.
+    """A macro in the main file of the robot is never called.
 
-    Why: it is read and kept in step for nothing; or its call was lost.
+    Why: Either you maintain it for nothing, or its call was deleted by mistake.
 
     Example: `<xacro:macro name="rear_wheel" …>` without `<xacro:rear_wheel …/>`.
 
-    Fix: call it, or remove it. Macros of included files are not reported: other files may call them.
+    Fix: Call the macro, or remove it. Macros of included files are not reported, because other files may call
+    them.
 
-    Autofix: unsafe: the macro is removed, while nothing else is an error.
+    Autofix: unsafe: KBot removes the macro, if the description has no errors.
     """
     return _unused(context, "xacro:macro", "the macro '{}' is never called", "call it, or remove it")
 
 
 @rule("S103", "unused-argument", Severity.WARNING, "source")
 def unused_argument(context: Context) -> Found:
-    """An argument that nothing reads.
+    """An argument is never used.
 
-    Why: whoever passes it gets the same robot, and no word about it.
+    Why: Passing the argument does not change the robot, and there is no error message.
 
-    Example: `<xacro:arg name="use_sim" default="true"/>`, and nowhere `$(arg use_sim)`.
+    Example: `<xacro:arg name="use_sim" default="true"/>` without any `$(arg use_sim)`.
 
-    Fix: use it, or remove it.
+    Fix: Use the argument, or remove it.
 
-    Autofix: unsafe: the argument is removed, while nothing else is an error.
+    Autofix: unsafe: KBot removes the argument, if the description has no errors.
     """
     return _unused(
         context,
         "xacro:arg",
-        "the argument '{}' is never read: passing it changes nothing",
+        "the argument '{}' is never used: passing it has no effect",
         "use it, or remove it",
     )
 
 
 @rule("S104", "unused-parameter", Severity.INFO, "source")
 def unused_parameter(context: Context) -> Found:
-    """A macro's parameter that its body does not use.
+    """The body of a macro does not use one of its parameters.
 
-    Why: each call passes a value that has no effect; a body that reads another name in its place is a common
-    slip, and then every call gives the same part.
+    Why: The value that each call passes has no effect. Often the body uses another name by mistake, and then
+    every call makes the same part.
 
-    Example: `params="m w h d"` where the body has no `${d}`.
+    Example: `params="m w h d"` with a body without `${d}`.
 
-    Fix: use it, or take it out of `params` and of the calls. A macro that calls more than 500 others is
-    reported as not checked.
+    Fix: Use the parameter, or remove it from `params` and from the calls. A macro that calls more than 500
+    others is reported as not checked.
 
     Autofix: none.
     """
@@ -122,9 +125,9 @@ def unused_parameter(context: Context) -> Found:
                     macro.element.attribute_origin("name"),
                     f"the parameters of the macro '{macro.element.attributes['name']}' are not checked: "
                     f"it calls more than {_MOST_REACHED} macros",
-                    "check the macros that it calls in a file of their own",
+                    "move the macros that it calls to their own file and check that",
                 )
-                return  # once: the macros that it calls may call as many
+                return  # report it once: the macros that it calls may call as many
             unused = [name for name in macro.parameters if name not in seen]
             if unused:
                 origins = _parameter_origins(macro.element)
@@ -132,12 +135,12 @@ def unused_parameter(context: Context) -> Found:
                     yield Finding(
                         origins.get(name) or macro.element.attribute_origin("params"),
                         f"the macro '{macro.element.attributes['name']}' does not use its parameter '{name}'",
-                        "use it, or take it out",
+                        "use it, or remove it",
                     )
 
 
 def _parameter_origins(macro: Element) -> dict[str, Origin]:
-    """Where each word of a macro's `params` is first; a parameter may be written otherwise, as `&#97;`."""
+    """The first place of each word in a macro's `params`. A parameter written as `&#97;` is not found."""
     origin = macro.attribute_origin("params")
     source = origin.span.source
     found: dict[str, Origin] = {}
@@ -148,19 +151,20 @@ def _parameter_origins(macro: Element) -> dict[str, Origin]:
 
 
 _MOST_REACHED = 500
-"""Macros that are followed from one: those of real robots call some dozen."""
+"""Macros that are followed from one macro. Those of real robots call a few dozen."""
 
 
 def _words_reached(macro: MacroText, macros: dict[str, MacroText]) -> set[str] | None:
-    """Words of a macro and of the macros it calls, which see its parameters; None if these are too many."""
+    """The names used by a macro and by the macros it calls, which see its parameters. None if these are too
+    many."""
     words: set[str] = set()
     waiting, done = [macro], set[str]()
     while waiting:
         if len(done) > _MOST_REACHED:
             return None
-        one = waiting.pop()
-        words |= one.words
-        for name in one.words & macros.keys():
+        current = waiting.pop()
+        words |= current.words
+        for name in current.words & macros.keys():
             if name not in done:
                 done.add(name)
                 waiting.append(macros[name])
