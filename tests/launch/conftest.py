@@ -1,4 +1,4 @@
-"""A package with a robot in it."""
+"""A folder with a package that has a robot."""
 
 from pathlib import Path
 

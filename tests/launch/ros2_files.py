@@ -1,4 +1,4 @@
-"""Launch files of ROS 2 that tests write and read."""
+"""Helpers that write and read ROS 2 launch files."""
 
 from pathlib import Path
 
@@ -36,10 +36,10 @@ def clean(plan: Plan) -> Plan:
     return plan
 
 
-def said(plan: Plan, name: str = "said") -> str:
+def arguments_of(plan: Plan, name: str = "probe") -> str:
     """The arguments of a node."""
     return next(node.args for node in clean(plan).nodes if node.name == name)
 
 
 def node(*arguments: str) -> str:
-    return f"Node(package='p', executable='e', name='said', arguments=[{', '.join(arguments)}])"
+    return f"Node(package='p', executable='e', name='probe', arguments=[{', '.join(arguments)}])"

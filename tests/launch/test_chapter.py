@@ -1,4 +1,4 @@
-"""The launch files of the printed text: what a real ROS stumbles over is found at its line, with the mend."""
+"""The launch files of the printed chapter: errors that ROS would raise are reported with a line and a fix."""
 
 from pathlib import Path
 
@@ -19,7 +19,7 @@ def launch_findings(plan: Plan) -> dict[str, tuple[int, str]]:
     }
 
 
-def test_the_printed_launch_file_says_what_noetic_stumbles_over(shared: Path) -> None:
+def test_printed_launch_file_has_the_findings_for_noetic(shared: Path) -> None:
     folder = shared / "chapter/printed/kbot_description/launch"
     plan = plan_of(folder / "kbot_base_rviz_gazebo.launch")
     assert launch_findings(plan) == {
@@ -34,7 +34,7 @@ def test_the_printed_launch_file_says_what_noetic_stumbles_over(shared: Path) ->
     assert not any(problem.is_error for problem in plan.problems)
 
 
-def test_gazebo_s_world_is_stood_in_for_with_its_arguments(shared: Path) -> None:
+def test_gazebo_world_is_replaced_with_its_arguments(shared: Path) -> None:
     folder = shared / "chapter/printed/kbot_description/launch"
     (world,) = plan_of(folder / "kbot_base_rviz_gazebo.launch").included
     assert (world.package, world.name) == ("gazebo_ros", "empty_world.launch")
@@ -43,7 +43,7 @@ def test_gazebo_s_world_is_stood_in_for_with_its_arguments(shared: Path) -> None
     assert world.arguments["physics"] == "ode"
 
 
-def test_the_corrected_launch_file_is_clean_and_says_what_runs(shared: Path) -> None:
+def test_corrected_launch_file_has_no_findings_and_lists_its_nodes(shared: Path) -> None:
     plan = plan_of(shared / "chapter/corrected/kbot_description/launch/kbot_base_rviz.launch")
     assert plan.require() is plan
     assert launch_findings(plan) == {}

@@ -1,4 +1,4 @@
-"""Which controllers a launch spawns, in which state, and where their parameters were written."""
+"""The controllers that a launch spawns: their state, their parameters, and where these were written."""
 
 from pathlib import Path
 
@@ -57,7 +57,7 @@ def spawner(args: str, more: str = "") -> str:
     return f'<node pkg="controller_manager" type="spawner" name="s" args="{args}" {more}/>'
 
 
-def test_a_spawner_of_ros_1_starts_what_it_names_in_its_namespace(folder):
+def test_ros1_spawner_starts_controllers_in_its_namespace(folder):
     found, notes = spawned(folder, "a.launch", f"<launch>{LOAD}{spawner('states shoulder', NS)}</launch>")
     assert list(found) == ["/arm/states", "/arm/shoulder"]
     assert notes == []
@@ -71,7 +71,7 @@ def test_a_spawner_of_ros_1_starts_what_it_names_in_its_namespace(folder):
     }
 
 
-def test_each_parameter_knows_its_line_in_the_yaml_and_the_launch_that_loads_it(folder):
+def test_parameter_origin_is_its_yaml_line_and_the_launch_line_that_loads_it(folder):
     found, _ = spawned(folder, "a.launch", f"<launch>\n{LOAD}\n{spawner('/arm/shoulder')}</launch>")
     settings = found["/arm/shoulder"].settings
     lines = {name: (Path(s.origin.span.file).name, s.origin.span.line) for name, s in settings.items()}
@@ -82,13 +82,13 @@ def test_each_parameter_knows_its_line_in_the_yaml_and_the_launch_that_loads_it(
     assert (Path(loaded.span.file).name, loaded.span.line) == ("a.launch", 2)
 
 
-def test_the_place_of_a_controller_is_its_word_among_the_arguments(folder):
+def test_controller_origin_is_its_word_in_the_arguments(folder):
     found, _ = spawned(folder, "a.launch", f"<launch>{LOAD}{spawner('shoulder states', NS)}</launch>")
     assert [c.origin.span.text for c in found.values()] == ["shoulder", "states"]
 
 
 @pytest.mark.parametrize(("word", "namespace"), [("sholder", NS), ("shoulder", "")])
-def test_what_has_no_parameters_is_said_at_its_word_with_the_nearest_name(folder, word, namespace):
+def test_controller_without_parameters_is_reported_at_its_word_with_a_hint(folder, word, namespace):
     launch = f"<launch>\n{LOAD}\n{spawner(f'/arm/states {word}', namespace)}</launch>"
     found, (note,) = spawned(folder, "a.launch", launch)
     assert list(found) == ["/arm/states"]
@@ -106,7 +106,7 @@ def test_what_has_no_parameters_is_said_at_its_word_with_the_nearest_name(folder
         ('<node pkg="controller_manager" type="controller_manager" name="s" args="load shoulder"/>', False),
     ],
 )
-def test_what_is_stopped_or_loaded_is_idle(folder, node, active):
+def test_stopped_and_loaded_controllers_are_inactive(folder, node, active):
     own = "<param name='shoulder/type' value='t'/>"
     found, _ = spawned(folder, "a.launch", f"<launch>{LOAD}{own}{node}</launch>")
     assert [c.is_active for c in found.values()] == [active]
@@ -117,7 +117,7 @@ def node_2(package: str, executable: str, inner: str = "", args: str = "") -> st
     return f'<node pkg="{package}" exec="{executable}" args="{args}">{inner}</node>'
 
 
-def test_a_spawner_of_ros_2_has_parameters_of_the_manager_s_file(folder):
+def test_ros2_spawner_uses_the_parameter_file_of_the_manager(folder):
     manager = node_2("controller_manager", "ros2_control_node", '<param from="$(dirname)/two.yaml"/>')
     launch = (
         f"<launch>{manager}{node_2('controller_manager', 'spawner', args='shoulder --inactive')}</launch>"
@@ -132,7 +132,7 @@ def test_a_spawner_of_ros_2_has_parameters_of_the_manager_s_file(folder):
     }
 
 
-def test_a_spawner_of_ros_2_brings_a_file_and_a_type_of_its_own(folder):
+def test_ros2_spawner_can_set_parameter_file_and_type(folder):
     args = f"shoulder -c /left/controller_manager -t some/Type -p {folder}/two.yaml"
     found, _ = spawned(
         folder, "a.launch.xml", f"<launch>{node_2('controller_manager', 'spawner', args=args)}</launch>"
@@ -153,7 +153,7 @@ def test_a_spawner_of_ros_2_brings_a_file_and_a_type_of_its_own(folder):
         ("set_controller_state shoulder active", True),
     ],
 )
-def test_a_process_of_ros2_control_spawns_too(folder, command, active):
+def test_ros2_control_process_spawns_a_controller(folder, command, active):
     found, notes = spawned(
         folder, "a.launch.xml", f'<launch><executable cmd="ros2 control {command}"/></launch>'
     )
@@ -161,7 +161,7 @@ def test_a_process_of_ros2_control_spawns_too(folder, command, active):
     assert notes == []
 
 
-def test_a_file_that_is_no_yaml_is_a_note_at_its_own_place(folder):
+def test_invalid_yaml_is_reported_at_its_place_in_the_file(folder):
     (folder / "bad.yaml").write_text("a: [1,")
     args = f"shoulder -p {folder}/bad.yaml"
     _, notes = spawned(

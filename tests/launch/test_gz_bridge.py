@@ -1,4 +1,4 @@
-"""What ros_gz_bridge is told: by YAML, by arguments, by remaps."""
+"""The settings of ros_gz_bridge in YAML, arguments and remaps."""
 
 from pathlib import Path
 
@@ -35,7 +35,7 @@ def rules(found: Stage) -> list[tuple[str, str, str, str]]:
     return [(b.gz, b.ros, b.ros_type, b.direction) for b in found.stand_ins.bridged]
 
 
-def test_a_yaml_names_both_sides_types_and_the_direction(folder: Path) -> None:
+def test_yaml_sets_topics_types_and_direction(folder: Path) -> None:
     found = by_yaml(
         folder,
         '- ros_topic_name: "cmd_vel"\n  gz_topic_name: "/model/r/cmd_vel"\n'
@@ -50,7 +50,7 @@ def test_a_yaml_names_both_sides_types_and_the_direction(folder: Path) -> None:
     ]
 
 
-def test_marks_of_an_argument_say_the_direction(folder: Path) -> None:
+def test_marks_in_an_argument_set_the_direction(folder: Path) -> None:
     words = (
         f"/a@{TWIST}@gz.msgs.Twist /b@{TWIST}]gz.msgs.Twist /c@{ODOMETRY}[gz.msgs.Odometry"
         " /world/w/control@ros_gz_interfaces/srv/ControlWorld --ros-args -r /c:=/odom"
@@ -65,12 +65,12 @@ def test_marks_of_an_argument_say_the_direction(folder: Path) -> None:
     ]
 
 
-def test_a_bridge_of_images_takes_topics(folder: Path) -> None:
+def test_image_bridge_takes_topics(folder: Path) -> None:
     found = staged(folder, '<node pkg="ros_gz_image" exec="image_bridge" args="/camera /depth"/>')
     assert [bridged.ros for bridged in found.stand_ins.bridged] == ["/camera", "/depth"]
 
 
-def test_launch_files_of_the_bridge_itself_take_a_config_file(folder: Path) -> None:
+def test_launch_file_of_the_bridge_takes_a_config_file(folder: Path) -> None:
     (folder / "bridge.yaml").write_text(
         f"- {{topic_name: /odom, ros_type_name: {ODOMETRY}, gz_type_name: gz.msgs.Odometry}}\n"
     )
@@ -82,7 +82,7 @@ def test_launch_files_of_the_bridge_itself_take_a_config_file(folder: Path) -> N
 
 
 @pytest.mark.parametrize(
-    ("text", "line", "column", "said"),
+    ("text", "line", "column", "message"),
     [
         (
             f"- ros_topic_name: /a\n  ros_type_name: {TWIST}\n",
@@ -117,19 +117,19 @@ def test_launch_files_of_the_bridge_itself_take_a_config_file(folder: Path) -> N
         ),
     ],
 )
-def test_what_is_wrong_in_a_yaml_is_said_at_its_line(
-    folder: Path, text: str, line: int, column: int, said: str
+def test_error_in_yaml_is_reported_at_its_line(
+    folder: Path, text: str, line: int, column: int, message: str
 ) -> None:
     found = by_yaml(folder, text)
     note = found.notes[0]
     assert note.origin is not None
     span = note.origin.span
     assert (Path(span.file).name, span.line, span.column) == ("bridge.yaml", line, column)
-    assert said in note.message
+    assert message in note.message
     assert found.stand_ins.bridged == ()
 
 
-def test_bytes_that_are_no_text_are_said_of_the_yaml(folder: Path) -> None:
+def test_yaml_with_invalid_utf8_is_reported_in_the_yaml(folder: Path) -> None:
     by_yaml(folder, "")
     (folder / "bridge.yaml").write_bytes(b"- topic_name: \xff\n")
     found = stage(
@@ -140,7 +140,7 @@ def test_bytes_that_are_no_text_are_said_of_the_yaml(folder: Path) -> None:
     assert Path(note.origin.span.file).name == "bridge.yaml"
 
 
-def test_an_argument_that_is_none_is_said_at_its_node(folder: Path) -> None:
+def test_invalid_argument_is_reported_at_its_node(folder: Path) -> None:
     (note,) = by_words(folder, f"/ok@{TWIST}@gz.msgs.Twist /cmd_vel@{TWIST}").notes
     assert note.origin is not None
     assert note.origin.span.text.startswith("<node")

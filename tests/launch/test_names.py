@@ -1,4 +1,4 @@
-"""Which nodes a pattern of a parameter file means."""
+"""Which nodes a pattern in a parameter file matches."""
 
 import pytest
 
@@ -6,7 +6,7 @@ from kbot.kinematics.controller_files import matches
 
 
 @pytest.mark.parametrize(
-    ("pattern", "node", "is_meant"),
+    ("pattern", "node", "matches_node"),
     [
         ("/a/b", "/a/b", True),
         ("a", "/a", True),
@@ -24,10 +24,10 @@ from kbot.kinematics.controller_files import matches
         ("/a.b", "/axb", False),
     ],
 )
-def test_patterns(pattern: str, node: str, is_meant: bool) -> None:
-    assert matches(pattern, node) is is_meant
+def test_pattern_matches_nodes(pattern: str, node: str, matches_node: bool) -> None:
+    assert matches(pattern, node) is matches_node
 
 
-def test_many_wildcards_are_matched_at_once() -> None:
-    """Trying each way to divide 60 names among 30 wildcards would not end."""
+def test_many_wildcards_are_matched_quickly() -> None:
+    """Trying every way to divide 60 names among 30 wildcards would take too long."""
     assert not matches("/**/a" * 30 + "/b", "/a" * 60)

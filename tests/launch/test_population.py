@@ -1,4 +1,4 @@
-"""Several robots of one launch: their names, namespaces and frames."""
+"""Launch files with several robots: names, namespaces and frames."""
 
 from pathlib import Path
 
@@ -28,7 +28,7 @@ def names(found: Stage) -> list[tuple[str, str, str]]:
     return [(o.spawn.model, o.spawn.namespace, o.frame_prefix) for o in found.robots]
 
 
-def test_a_group_s_namespace_is_that_of_the_robot_as_gazebo_ros_has_it(folder: Path) -> None:
+def test_robot_gets_the_namespace_of_its_spawner_group(folder: Path) -> None:
     one = SPAWN.format("s", "-model A -y 1")
     two = SPAWN.format("s", "-model B -y -1")
     found = staged(folder, f'<group ns="a">{one}</group><group ns="b">{two}</group>')
@@ -37,27 +37,27 @@ def test_a_group_s_namespace_is_that_of_the_robot_as_gazebo_ros_has_it(folder: P
     assert found.notes == ()
 
 
-def test_the_option_counts_more_than_the_group(folder: Path) -> None:
+def test_robot_namespace_option_overrides_the_group(folder: Path) -> None:
     body = SPAWN.format("s", "-model A -robot_namespace fleet/a") + SPAWN.format("t", "-model B")
     found = staged(folder, f'<group ns="b">{body}</group>')
     assert names(found) == [("A", "fleet/a", "fleet/a/"), ("B", "b", "b/")]
 
 
-def test_a_single_robot_s_frames_stay_as_they_are(folder: Path) -> None:
+def test_frames_of_a_single_robot_have_no_prefix(folder: Path) -> None:
     found = staged(folder, SPAWN.format("s", "-model A -robot_namespace a"))
     assert names(found) == [("A", "a", "")]
 
 
-def test_tf_prefix_of_the_namespace_stands_before_frames(folder: Path) -> None:
+def test_tf_prefix_of_the_namespace_is_the_frame_prefix(folder: Path) -> None:
     robot = SPAWN.format("s", "-model {0}")
-    told = '<group ns="{0}"><param name="tf_prefix" value="{0}_tf"/>' + robot + "</group>"
-    assert names(staged(folder, told.format("a") + told.format("b"))) == [
+    group = '<group ns="{0}"><param name="tf_prefix" value="{0}_tf"/>' + robot + "</group>"
+    assert names(staged(folder, group.format("a") + group.format("b"))) == [
         ("a", "a", "a_tf/"),
         ("b", "b", "b_tf/"),
     ]
 
 
-def test_robots_that_share_their_topics_are_told_of_at_the_second(folder: Path) -> None:
+def test_robots_that_share_topics_are_reported_at_the_second(folder: Path) -> None:
     found = staged(folder, SPAWN.format("s", "-model A") + "\n" + SPAWN.format("t", "-model B"))
     (note,) = found.notes
     assert names(found) == [("A", "", ""), ("B", "", "B/")]
@@ -65,13 +65,13 @@ def test_robots_that_share_their_topics_are_told_of_at_the_second(folder: Path) 
     assert (note.code, note.is_error, note.origin.span.line) == ("L063", False, 2)
 
 
-def test_a_name_that_is_taken_is_not_spawned_again(folder: Path) -> None:
+def test_second_robot_with_the_same_name_is_not_spawned(folder: Path) -> None:
     found = staged(folder, SPAWN.format("s", "-model A") + SPAWN.format("t", "-model A"))
     assert names(found) == [("A", "", "")]
     assert [note.code for note in found.notes] == ["L062"]
 
 
-def test_create_of_ros_2_is_told_apart_by_its_namespace_and_by_its_model(folder: Path) -> None:
+def test_create_uses_the_node_namespace_or_the_model_name(folder: Path) -> None:
     file = folder / "a.launch.xml"
     robot = (
         '<node pkg="robot_state_publisher" exec="robot_state_publisher" namespace="a">'
@@ -85,7 +85,7 @@ def test_create_of_ros_2_is_told_apart_by_its_namespace_and_by_its_model(folder:
     assert names(found) == [("x", "a", "one_"), ("y", "y", "y/")]
 
 
-def test_controllers_go_to_the_robot_in_whose_namespace_they_are(folder: Path) -> None:
+def test_controllers_belong_to_the_robot_with_their_namespace(folder: Path) -> None:
     (folder / "c.yaml").write_text("c: {type: position_controllers/JointPositionController, joint: j}\n")
     robot = SPAWN.format("s", "-model {0}")
     controller = (
@@ -97,10 +97,10 @@ def test_controllers_go_to_the_robot_in_whose_namespace_they_are(folder: Path) -
     assert [[c.name for c in robot.controllers] for robot in found.robots] == [["/a/c"], ["/b/c"]]
 
 
-def test_a_model_of_sdf_is_a_thing_beside_the_robot(folder: Path) -> None:
-    thing = SPAWN.format("t", "-sdf -file $(dirname)/crate.sdf -model crate -x 2 -z 0.1")
+def test_sdf_model_is_spawned_beside_the_robot(folder: Path) -> None:
+    crate = SPAWN.format("t", "-sdf -file $(dirname)/crate.sdf -model crate -x 2 -z 0.1")
     found = staged(
-        folder, thing.replace("-urdf -param /robot_description", "") + SPAWN.format("s", "-model A")
+        folder, crate.replace("-urdf -param /robot_description", "") + SPAWN.format("s", "-model A")
     )
     assert names(found) == [("A", "", "")]
     (model,) = found.models
@@ -108,7 +108,7 @@ def test_a_model_of_sdf_is_a_thing_beside_the_robot(folder: Path) -> None:
     assert (model.spawn.x, model.spawn.z) == (2.0, 0.1)
 
 
-def test_a_model_of_sdf_that_is_the_robot_itself_gives_it_its_place(folder: Path) -> None:
+def test_sdf_model_of_the_robot_gives_the_robot_its_pose(folder: Path) -> None:
     (folder / "r.urdf").write_text(
         '<robot name="r"><link name="base"/><link name="wheel"/><joint name="j" type="fixed">'
         '<parent link="base"/><child link="wheel"/></joint></robot>'
@@ -133,7 +133,7 @@ def test_a_model_of_sdf_that_is_the_robot_itself_gives_it_its_place(folder: Path
     assert ([m.path for m in found.models], found.robots[0].spawn.x) == ([str(folder / "other.sdf")], 0.0)
 
 
-def test_a_description_in_whose_comments_xacro_is_left_is_one(folder: Path) -> None:
+def test_description_with_xacro_in_comments_is_a_robot(folder: Path) -> None:
     (folder / "r.urdf").write_text('<robot name="r"><!-- <xacro:wheel/>\n --><link name="a"/></robot>')
     described = '<param name="robot_description" textfile="$(dirname)/r.urdf"/>'
     assert staged(folder, described).robots[0].path == str(folder / "r.urdf")

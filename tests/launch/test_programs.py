@@ -1,4 +1,4 @@
-"""Programs of the user's own: which are run, by whom, with which words; and how they are ended."""
+"""The user's own programs: which run, with which interpreter and command line, and how they are ended."""
 
 import os
 import signal
@@ -38,13 +38,13 @@ def plan_of(folder: Path, body: str) -> Plan:
     return read_launch(str(file)).require()
 
 
-def test_one_that_needs_only_kbot_is_run_by_our_own_python(folder: Path) -> None:
+def test_program_that_needs_only_kbot_runs_with_this_python(folder: Path) -> None:
     found = program(folder, "import kbot\nimport math\n")
     assert isinstance(found, Program)
     assert (found.interpreter, found.file) == (sys.executable, str(folder / "scripts" / "n.py"))
 
 
-def test_modules_of_its_own_folder_are_there(folder: Path) -> None:
+def test_program_can_import_modules_of_its_folder(folder: Path) -> None:
     (folder / "scripts" / "helper.py").write_text("")
     assert isinstance(program(folder, "#!/usr/bin/env python3\nimport helper\n", "n"), Program)
 
@@ -57,7 +57,7 @@ def test_modules_of_its_own_folder_are_there(folder: Path) -> None:
         ("import (\n", "n.py", "n.py:1: not valid Python"),
     ],
 )
-def test_one_that_cannot_run_is_named_at_its_line_with_why(
+def test_program_that_cannot_run_is_reported_at_its_line_with_the_reason(
     folder: Path, text: str, name: str, why: str
 ) -> None:
     found = program(folder, text, name)
@@ -67,19 +67,19 @@ def test_one_that_cannot_run_is_named_at_its_line_with_why(
     assert why in found.message
 
 
-def test_a_required_one_that_cannot_run_is_an_error(folder: Path) -> None:
+def test_required_program_that_cannot_run_is_an_error(folder: Path) -> None:
     found = program(folder, "import no_such_module_of_ros\n", attributes='required="true"')
     assert isinstance(found, Diagnostic)
     assert found.is_error
 
 
-def test_a_node_without_its_program_is_named(folder: Path) -> None:
+def test_node_without_a_program_is_reported(folder: Path) -> None:
     found = stage(plan_of(folder, '<node pkg="mine" type="missing" name="n"/>'))
     assert [note.code for note in found.notes] == ["L055"]
     assert "has no program missing" in found.notes[0].message
 
 
-def test_the_words_are_those_of_roslaunch(folder: Path) -> None:
+def test_command_line_is_that_of_roslaunch(folder: Path) -> None:
     (folder / "scripts" / "n.py").write_text("")
     plan = plan_of(
         folder,
@@ -96,7 +96,7 @@ def test_the_words_are_those_of_roslaunch(folder: Path) -> None:
     assert (env["A"], env["ROS_NAMESPACE"]) == ("1", "/left")
 
 
-def test_the_words_are_those_of_ros2_launch(folder: Path) -> None:
+def test_command_line_is_that_of_ros2_launch(folder: Path) -> None:
     (folder / "scripts" / "n.py").write_text("")
     file = folder / "a.launch.xml"
     file.write_text(
@@ -112,7 +112,7 @@ def test_the_words_are_those_of_ros2_launch(folder: Path) -> None:
     ]
 
 
-def test_binary_parameters_are_not_words(folder: Path) -> None:
+def test_binary_parameters_are_not_on_the_command_line(folder: Path) -> None:
     data = folder / "data"
     data.write_bytes(b"\0")
     plan = plan_of(
@@ -124,11 +124,11 @@ def test_binary_parameters_are_not_words(folder: Path) -> None:
 
 
 class Watch:
-    """Runs processes of small Python programs, and remembers what was told."""
+    """Runs small Python programs as processes and stores the reports."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.told: list[str] = []
+        self.reports: list[str] = []
         self.ended = threading.Event()
 
     def process(self, name: str, code: str, **more: object) -> Process:
@@ -141,7 +141,7 @@ class Watch:
         )
 
     def run(self, *processes: Process) -> Processes:
-        return Processes(processes, self.told.append, self.ended.set)
+        return Processes(processes, self.reports.append, self.ended.set)
 
 
 @pytest.fixture
@@ -152,81 +152,79 @@ def watch(tmp_path: Path) -> Watch:
 def until(condition: Callable[[], bool], what: str) -> None:
     end = time.monotonic() + 60
     while not condition():
-        assert time.monotonic() < end, f"there is still not {what}"
+        assert time.monotonic() < end, f"no {what} after 60 s"
         time.sleep(0.02)
 
 
 COUNT = "open('count', 'a').write('x')"
 
 
-def test_a_respawned_process_is_started_again(watch: Watch) -> None:
+def test_respawned_process_is_restarted(watch: Watch) -> None:
     running = watch.run(watch.process("a", COUNT, respawn=0.0))
     count = watch.folder / "count"
-    until(lambda: count.exists() and len(count.read_text()) >= 3, "a third start")
+    until(lambda: count.exists() and len(count.read_text()) >= 3, "third start")
     running.close()
-    said = len(count.read_text())
+    written = len(count.read_text())
     time.sleep(0.3)
-    assert len(count.read_text()) == said
-    assert any("is restarted" in text for text in watch.told)
+    assert len(count.read_text()) == written
+    assert any("is restarted" in text for text in watch.reports)
 
 
-def test_one_that_is_not_respawned_runs_once(watch: Watch) -> None:
+def test_process_without_respawn_runs_once(watch: Watch) -> None:
     running = watch.run(watch.process("a", COUNT))
-    until(lambda: watch.told == ["/a exited"], "an end")
+    until(lambda: watch.reports == ["/a exited"], "exit")
     running.close()
     assert (watch.folder / "count").read_text() == "x"
     assert not watch.ended.is_set()
 
 
-def test_the_end_of_a_required_process_ends_the_launch(watch: Watch) -> None:
+def test_exit_of_a_required_process_ends_the_launch(watch: Watch) -> None:
     running = watch.run(watch.process("a", "import sys; sys.exit(3)", required=True))
     assert watch.ended.wait(60)
     running.close()
     assert running.status == 1
-    assert watch.told == ["/a is required and exited with status 3: the launch ends"]
+    assert watch.reports == ["/a is required and exited with status 3: the launch ends"]
 
 
-def test_what_a_process_prints_is_in_its_log(watch: Watch) -> None:
+def test_output_of_a_process_is_in_its_log(watch: Watch) -> None:
     log = watch.folder / "a.log"
     running = watch.run(watch.process("a", "print('hello'); raise SystemExit(1)", log=log))
-    until(lambda: bool(watch.told), "an end")
+    until(lambda: bool(watch.reports), "exit")
     running.close()
     assert log.read_text() == "hello\n"
-    assert watch.told == [f"/a exited with status 1; its output is in {log}"]
+    assert watch.reports == [f"/a exited with status 1; its output is in {log}"]
 
 
-def test_one_that_follows_another_waits_for_its_end(watch: Watch) -> None:
+def test_process_waits_for_the_exit_of_another(watch: Watch) -> None:
     order = "open('order', 'a').write('{}')"
     first = watch.process("first", f"import time; time.sleep(0.3); {order.format(1)}")
     second = watch.process("second", order.format(2), after=("exit", "/first"))
     running = watch.run(second, first)
-    until(lambda: "/second exited" in watch.told, "an end of the second")
+    until(lambda: "/second exited" in watch.reports, "exit of the second")
     running.close()
     assert (watch.folder / "order").read_text() == "12"
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for other processes")
-def test_ctrl_c_comes_as_sigint_to_the_process_and_what_it_started(watch: Watch) -> None:
+def test_ctrl_c_sends_sigint_to_the_process_and_its_children(watch: Watch) -> None:
     code = (
         "import subprocess, sys, time, pathlib\n"
         "child = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(60)'])\n"
         "try:\n"
         "    pathlib.Path('child').write_text(str(child.pid))\n"
         "    time.sleep(60)\n"
-        "except KeyboardInterrupt: pathlib.Path('said').write_text('bye'); child.wait()\n"
+        "except KeyboardInterrupt: pathlib.Path('output').write_text('bye'); child.wait()\n"
     )
     running = watch.run(watch.process("a", code))
-    until(lambda: (watch.folder / "child").exists() and (watch.folder / "child").read_text() != "", "a child")
+    until(lambda: (watch.folder / "child").exists() and (watch.folder / "child").read_text() != "", "child")
     running.close()
-    assert (watch.folder / "said").read_text() == "bye"
+    assert (watch.folder / "output").read_text() == "bye"
     with pytest.raises(ProcessLookupError):
         os.kill(int((watch.folder / "child").read_text()), 0)
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT for other processes")
-def test_one_that_does_not_listen_is_ended_all_the_same(
-    watch: Watch, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_process_that_ignores_signals_is_killed(watch: Watch, monkeypatch: pytest.MonkeyPatch) -> None:
     import kbot.ros.launch.running.processes as processes
 
     shorter = tuple((number, min(seconds, 0.3)) for number, seconds in processes._ENDINGS)
@@ -237,15 +235,15 @@ def test_one_that_does_not_listen_is_ended_all_the_same(
         "import os; pathlib.Path('pid').write_text(str(os.getpid()))\ntime.sleep(60)\n"
     )
     running = watch.run(watch.process("a", code))
-    until(lambda: (watch.folder / "pid").exists() and (watch.folder / "pid").read_text() != "", "a start")
+    until(lambda: (watch.folder / "pid").exists() and (watch.folder / "pid").read_text() != "", "start")
     running.close()
     with pytest.raises(ProcessLookupError):
         os.kill(int((watch.folder / "pid").read_text()), 0)
     assert signal.SIGKILL == processes._KILL
 
 
-def test_a_program_that_cannot_be_started_is_told(watch: Watch) -> None:
+def test_program_that_cannot_be_started_is_reported(watch: Watch) -> None:
     running = watch.run(Process("/a", ["/no/such/program"], {}, str(watch.folder)))
-    until(lambda: bool(watch.told), "a word")
+    until(lambda: bool(watch.reports), "report")
     running.close()
-    assert watch.told == ["/a cannot be started: No such file or directory"]
+    assert watch.reports == ["/a cannot be started: No such file or directory"]

@@ -1,4 +1,4 @@
-"""What a ROS 1 launch file would do; every expected value follows roslaunch's documentation."""
+"""Plans of ROS 1 launch files. Expected values follow the documentation of roslaunch."""
 
 from pathlib import Path
 
@@ -39,7 +39,7 @@ def place(diagnostic: Diagnostic) -> str:
     return diagnostic.origin.span.text
 
 
-def test_types_of_parameters_are_guessed_or_said(folder: Path) -> None:
+def test_parameter_types_are_guessed_or_given(folder: Path) -> None:
     plan = clean(
         plan_of(
             folder,
@@ -60,7 +60,7 @@ def test_types_of_parameters_are_guessed_or_said(folder: Path) -> None:
     assert isinstance(plan.params["/d"].value, float)
 
 
-def test_namespaces_of_groups_nodes_and_private_names(folder: Path) -> None:
+def test_namespaces_of_groups_and_nodes_apply_to_parameters(folder: Path) -> None:
     plan = clean(
         plan_of(
             folder,
@@ -82,7 +82,7 @@ def test_namespaces_of_groups_nodes_and_private_names(folder: Path) -> None:
     assert [node.full_name for node in plan.nodes] == ["/robot/arm/n", "/robot/m", "/n"]
 
 
-def test_arguments_defaults_and_conditions(folder: Path) -> None:
+def test_arguments_and_defaults_control_conditions(folder: Path) -> None:
     body = """<arg name="gui" default="true"/><arg name="fixed" value="7"/>
       <param name="x" value="1" if="$(arg gui)"/><param name="y" value="$(arg fixed)" unless="$(arg gui)"/>
       <param name="z" value="$(eval arg('fixed') * 2 + (1 if gui else 0))"/>"""
@@ -90,12 +90,12 @@ def test_arguments_defaults_and_conditions(folder: Path) -> None:
     assert values(clean(plan_of(folder, body, gui="false"))) == {"/y": 7, "/z": 14}
 
 
-def test_a_fixed_argument_cannot_be_given(folder: Path) -> None:
+def test_fixed_argument_cannot_be_set(folder: Path) -> None:
     found = only(plan_of(folder, '<arg name="fixed" value="7"/>', fixed="8"))
     assert (found.code, place(found)) == ("L022", "7")
 
 
-def test_an_argument_that_was_not_given_is_an_error_where_it_is_used(folder: Path) -> None:
+def test_unset_argument_is_an_error_where_it_is_used(folder: Path) -> None:
     plan = plan_of(folder, '<arg name="model"/>\n<param name="m" value="x$(arg model)"/>')
     found = only(plan)
     assert (found.code, place(found)) == ("L011", "$(arg model)")
@@ -103,13 +103,13 @@ def test_an_argument_that_was_not_given_is_an_error_where_it_is_used(folder: Pat
         plan.require()
 
 
-def test_an_argument_that_nobody_declares_is_a_warning_with_the_nearest(folder: Path) -> None:
+def test_undeclared_argument_is_a_warning_with_a_hint(folder: Path) -> None:
     plan = plan_of(folder, '<arg name="model" default="a"/>', modle="b")
     found = only(plan)
     assert (found.code, found.is_error, found.hint) == ("L024", False, "did you mean 'model'?")
 
 
-def test_included_files_get_only_what_is_passed(folder: Path) -> None:
+def test_included_files_get_only_passed_arguments(folder: Path) -> None:
     (folder / "inner.launch").write_text(
         '<launch><arg name="a"/><arg name="b" default="B"/>'
         '<param name="got" value="$(arg a)$(arg b)"/></launch>'
@@ -121,14 +121,14 @@ def test_included_files_get_only_what_is_passed(folder: Path) -> None:
     assert values(clean(plan_of(folder, body))) == {"/one/got": "x-outer-B", "/two/got": "youter"}
 
 
-def test_an_argument_the_included_file_lacks_is_an_error_at_its_name(folder: Path) -> None:
+def test_unknown_argument_of_an_include_is_an_error_at_its_name(folder: Path) -> None:
     (folder / "inner.launch").write_text('<launch><arg name="model" default=""/></launch>')
     body = '<include file="$(dirname)/inner.launch"><arg name="modle" value="x"/></include>'
     found = only(plan_of(folder, body))
     assert (found.code, place(found), found.hint) == ("L023", "modle", "did you mean 'model'?")
 
 
-def test_a_fault_in_an_included_file_says_who_included_it(folder: Path) -> None:
+def test_error_in_an_included_file_names_the_include(folder: Path) -> None:
     (folder / "inner.launch").write_text("<launch>\n  <nod/>\n</launch>")
     found = only(plan_of(folder, '<include file="$(dirname)/inner.launch"/>'))
     assert found.origin is not None
@@ -137,14 +137,12 @@ def test_a_fault_in_an_included_file_says_who_included_it(folder: Path) -> None:
     assert (call.kind, call.span.line) == ("include", 2)
 
 
-def test_a_file_that_includes_itself_ends_with_one_error(folder: Path) -> None:
+def test_file_that_includes_itself_is_one_error(folder: Path) -> None:
     plan = plan_of(folder, '<include file="$(dirname)/a.launch"/>')
     assert [d.code for d in plan.diagnostics] == ["L070"]
 
 
-def test_files_that_include_each_other_ever_more_often_come_to_an_end(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_number_of_included_files_is_limited(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("kbot.ros.launch.includes.MOST_FILES", 100)
     for level in range(30):
         twice = f'<include file="$(dirname)/{level + 1}.launch"/>' * 2
@@ -155,7 +153,7 @@ def test_files_that_include_each_other_ever_more_often_come_to_an_end(
     assert len(plan.files) == 100
 
 
-def test_remaps_and_environment_reach_later_nodes_of_their_scope(folder: Path) -> None:
+def test_remaps_and_environment_apply_to_later_nodes_in_scope(folder: Path) -> None:
     plan = clean(
         plan_of(
             folder,
@@ -170,14 +168,14 @@ def test_remaps_and_environment_reach_later_nodes_of_their_scope(folder: Path) -
     assert (a.env, b.env) == ((("A", "1"),), (("A", "1"), ("B", "2")))
 
 
-def test_two_nodes_of_one_name_are_an_error_that_shows_both(folder: Path) -> None:
+def test_two_nodes_with_one_name_are_an_error_that_shows_both(folder: Path) -> None:
     found = only(plan_of(folder, '<node pkg="p" type="t" name="a"/>\n<node pkg="q" type="t" name="a"/>'))
     assert found.code == "L050"
     assert found.origin is not None
     assert (found.origin.span.line, found.related[0].origin.span.line) == (3, 2)
 
 
-def test_rosparam_loads_spreads_and_computes_angles(folder: Path) -> None:
+def test_rosparam_loads_trees_lists_and_angles(folder: Path) -> None:
     (folder / "p.yaml").write_text("limits:\n  lower: rad(-pi/2)\n  upper: deg(90)\nlist: [1, 2]\n")
     plan = clean(
         plan_of(folder, '<rosparam file="$(dirname)/p.yaml" ns="arm"/><rosparam param="x">3</rosparam>')
@@ -191,12 +189,12 @@ def test_rosparam_loads_spreads_and_computes_angles(folder: Path) -> None:
     }
 
 
-def test_rosparam_substitutes_when_asked(folder: Path) -> None:
+def test_rosparam_makes_substitutions_with_subst_value(folder: Path) -> None:
     body = '<arg name="n" value="4"/><rosparam subst_value="true">a: $(arg n)</rosparam>'
     assert values(clean(plan_of(folder, body))) == {"/a": 4}
 
 
-def test_clear_params_names_the_namespace(folder: Path) -> None:
+def test_clear_params_lists_the_namespaces(folder: Path) -> None:
     body = '<group ns="a" clear_params="true"><node pkg="p" type="t" name="n" clear_params="true"/></group>'
     assert clean(plan_of(folder, body)).clear == ("/a/", "/a/n/")
 
@@ -237,24 +235,24 @@ def test_clear_params_names_the_namespace(folder: Path) -> None:
         ('<node pkg="p" type="t" name="a" respawn="maybe"/>', "L005", "maybe"),
     ],
 )
-def test_a_fault_is_told_once_at_its_place(folder: Path, body: str, code: str, where: str) -> None:
+def test_error_is_reported_once_at_its_place(folder: Path, body: str, code: str, where: str) -> None:
     found = only(plan_of(folder, body))
     assert (found.code, place(found)) == (code, where)
 
 
-def test_all_faults_are_told_in_one_run(folder: Path) -> None:
+def test_all_errors_are_reported_in_one_run(folder: Path) -> None:
     body = '<nod/><param name="a"/><param name="b" value="$(arg x)" tpye="int"/>'
     assert [d.code for d in plan_of(folder, body).diagnostics] == ["L002", "L030", "L011", "L003"]
 
 
-def test_what_is_no_launch_file_is_an_error(folder: Path) -> None:
+def test_file_that_is_not_a_launch_file_is_an_error(folder: Path) -> None:
     file = folder / "robot.urdf"
     file.write_text("<robot/>")
     assert only(read_launch(str(file))).code == "L001"
     assert only(read_launch(str(folder / "none.launch"))).code == "F001"
 
 
-def test_anonymous_names_agree_within_a_launch_and_can_be_left(folder: Path) -> None:
+def test_anonymous_names_are_consistent_and_can_stay_unresolved(folder: Path) -> None:
     body = '<node pkg="p" type="t" name="$(anon a)" args="$(anon a) $(anon b)"/>'
     (node,) = clean(plan_of(folder, body)).nodes
     first, second = node.args.split()
@@ -263,7 +261,7 @@ def test_anonymous_names_agree_within_a_launch_and_can_be_left(folder: Path) -> 
     assert node.full_name == "$(anon a)"
 
 
-def test_eval_is_not_python(folder: Path) -> None:
+def test_eval_cannot_run_arbitrary_python(folder: Path) -> None:
     (folder / "x").write_text("")
     for expression in (
         "open('x')",
@@ -276,7 +274,7 @@ def test_eval_is_not_python(folder: Path) -> None:
         assert "class" not in str(values(plan))
 
 
-def test_a_text_that_doubles_time_and_again_is_bounded(folder: Path) -> None:
+def test_repeatedly_doubled_text_is_limited(folder: Path) -> None:
     doubled = "".join(f"<arg name='a{n}' default='$(arg a{n - 1})$(arg a{n - 1})'/>" for n in range(1, 60))
     plan = plan_of(folder, f"<arg name='a0' default='x'/>{doubled}")
     assert [d.code for d in plan.diagnostics] == ["L015"]
@@ -292,7 +290,7 @@ def test_a_text_that_doubles_time_and_again_is_bounded(folder: Path) -> None:
         ('<rosparam file="$(dirname)/big.yaml"/>', 400_000),
     ],
 )
-def test_files_are_bounded_together(folder: Path, tag: str, size: int) -> None:
+def test_files_share_one_limit(folder: Path, tag: str, size: int) -> None:
     (folder / "big.yaml").write_text("a: " + "x" * size)
     tags = "".join(tag.format(number) for number in range(10))
     diagnostic = only(plan_of(folder, tags))
@@ -300,8 +298,8 @@ def test_files_are_bounded_together(folder: Path, tag: str, size: int) -> None:
     assert "big.yaml is too large, together with all files before it" in diagnostic.message
 
 
-def test_expansions_are_bounded_together(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each takes at least 30,000 steps: the multiplications of the numbers."""
+def test_expansions_share_one_limit(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each expansion takes at least 30,000 steps for its multiplications."""
     monkeypatch.setattr("kbot.ros.launch.reporter.DEFAULT", Limits(steps=300_000))
     (folder / "r.xacro").write_text(
         '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'

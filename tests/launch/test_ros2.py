@@ -1,4 +1,4 @@
-"""What a ROS 2 launch file would do; every expected value follows the documentation of launch."""
+"""Plans of ROS 2 launch files. Expected values follow the documentation of launch."""
 
 from pathlib import Path
 
@@ -34,7 +34,7 @@ def values(plan: Plan) -> dict[str, object]:
 NODE = "Node(package='p', executable='e', name='n'{})"
 
 
-def test_a_node_its_names_and_its_line(folder: Path) -> None:
+def test_node_has_its_name_remaps_arguments_and_line(folder: Path) -> None:
     plan = clean(
         python(
             folder,
@@ -49,7 +49,7 @@ def test_a_node_its_names_and_its_line(folder: Path) -> None:
     assert node.origin.span.text.startswith("Node(package='p'")
 
 
-def test_arguments_conditions_and_expressions(folder: Path) -> None:
+def test_arguments_and_expressions_control_conditions(folder: Path) -> None:
     actions = (
         "DeclareLaunchArgument('gui', default_value='true', description='show it')",
         NODE.format(", condition=IfCondition(LaunchConfiguration('gui'))"),
@@ -63,7 +63,7 @@ def test_arguments_conditions_and_expressions(folder: Path) -> None:
     assert [node.name for node in clean(python(folder, *actions, gui="false")).nodes] == ["m", "o"]
 
 
-def test_parameters_are_typed_as_launch_types_them(folder: Path) -> None:
+def test_parameters_are_typed_as_in_launch(folder: Path) -> None:
     (folder / "p.yaml").write_text(
         "/**:\n  ros__parameters: {rate: 20, a: {b: 1}}\nother:\n  ros__parameters: {rate: 5}\n"
         "n:\n  ros__parameters: {own: true}\n"
@@ -100,7 +100,7 @@ def test_parameters_are_typed_as_launch_types_them(folder: Path) -> None:
         "Command(['xacro ', PathSubstitution(FindPackageShare('mine')) / 'r.xacro', ' width:=2'])",
     ],
 )
-def test_the_robot_s_file_is_known_however_it_was_expanded(folder: Path, value: str) -> None:
+def test_robot_file_is_known_for_each_way_of_expansion(folder: Path, value: str) -> None:
     node = (
         "Node(package='robot_state_publisher', executable='robot_state_publisher',"
         f" parameters=[{{'robot_description': {value}}}])"
@@ -113,7 +113,7 @@ def test_the_robot_s_file_is_known_however_it_was_expanded(folder: Path, value: 
     )
 
 
-def test_a_robot_that_was_parsed_and_then_expanded_is_known_too(folder: Path) -> None:
+def test_robot_file_is_known_after_parse_and_process_doc(folder: Path) -> None:
     before = (
         f"import xacro\ndoc = xacro.parse(open({str(folder / 'r.xacro')!r}))\n"
         "xacro.process_doc(doc, mappings={'width': '2'})"
@@ -123,20 +123,20 @@ def test_a_robot_that_was_parsed_and_then_expanded_is_known_too(folder: Path) ->
     assert (found.robots[0].path, found.robots[0].arguments) == (str(folder / "r.xacro"), {"width": "2"})
 
 
-def test_a_robot_whose_hardware_is_run_is_simulated(folder: Path) -> None:
+def test_robot_with_ros2_control_node_is_simulated(folder: Path) -> None:
     assert not stage(python(folder, "Node(package='controller_manager', executable='spawner')")).is_simulated
     manager = "Node(package='controller_manager', executable='ros2_control_node')"
     assert stage(python(folder, manager)).is_simulated
 
 
-def test_a_robot_read_as_a_file_is_known_too(folder: Path) -> None:
+def test_robot_file_is_known_after_open(folder: Path) -> None:
     (folder / "r.urdf").write_text('<robot name="r"><link name="a"/></robot>')
     path = str(folder / "r.urdf")
     node = f"Node(package='p', executable='e', parameters=[{{'robot_description': open({path!r}).read()}}])"
     assert stage(python(folder, node)).robots[0].path == path
 
 
-def test_a_spawned_robot_is_simulated(folder: Path) -> None:
+def test_spawned_robot_is_simulated(folder: Path) -> None:
     robot = "ParameterValue(Command(['xacro ', FindPackageShare('mine'), '/r.xacro']), value_type=str)"
     plan = python(
         folder,
@@ -151,7 +151,7 @@ def test_a_spawned_robot_is_simulated(folder: Path) -> None:
     assert plan.included[0].arguments == {"gz_args": "-r empty.sdf"}
 
 
-def test_groups_keep_what_is_set_within_them(folder: Path) -> None:
+def test_settings_in_a_group_end_with_the_group(folder: Path) -> None:
     group = (
         "GroupAction([PushRosNamespace('g'), SetLaunchConfiguration('x', '2'), "
         "Node(package='p', executable='e', name=LaunchConfiguration('x'))])"
@@ -181,7 +181,7 @@ def test_opaque_functions_timers_and_events_add_their_actions(folder: Path) -> N
     assert plan.nodes[0].origin.span.line == 13
 
 
-def test_an_included_file_is_read_with_what_is_passed(folder: Path) -> None:
+def test_included_file_gets_the_passed_arguments(folder: Path) -> None:
     (folder / "inner.launch.py").write_text(
         f"{HEAD}\ndef generate_launch_description():\n"
         "    return LaunchDescription([DeclareLaunchArgument('who'),\n"
@@ -198,7 +198,7 @@ def test_an_included_file_is_read_with_what_is_passed(folder: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("action", "code", "words"),
+    ("action", "code", "message"),
     [
         ("DeclareLaunchArgument('x')", "L011", "no default"),
         ("DeclareLaunchArgument('x', default_value='a', choices=['b'])", "L025", "cannot be 'a'"),
@@ -214,43 +214,45 @@ def test_an_included_file_is_read_with_what_is_passed(folder: Path) -> None:
         ("Node(package='p')", "L081", "TypeError"),
     ],
 )
-def test_a_fault_is_told_at_the_line_that_made_it(folder: Path, action: str, code: str, words: str) -> None:
+def test_error_is_reported_at_the_line_of_its_action(
+    folder: Path, action: str, code: str, message: str
+) -> None:
     found = only(python(folder, action))
     assert found.origin is not None
     assert (found.code, found.origin.span.line) == (code, 14)
-    assert words in found.message
+    assert message in found.message
 
 
 @pytest.mark.parametrize(
-    ("end", "code", "line", "words"),
+    ("end", "code", "line", "message"),
     [
         ("raise SystemExit(7)", "L081", 2, "SystemExit: 7"),
         ("pass", "L082", 1, "returned NoneType"),
         ("return []", "L082", 1, "returned list"),
     ],
 )
-def test_a_launch_file_that_gives_no_description_is_told(
-    folder: Path, end: str, code: str, line: int, words: str
+def test_launch_file_without_a_description_is_reported(
+    folder: Path, end: str, code: str, line: int, message: str
 ) -> None:
     found = only(read(folder / "a.launch.py", f"def generate_launch_description():\n    {end}\n"))
     assert found.origin is not None
     assert (found.code, found.origin.span.line) == (code, line)
-    assert words in found.message
+    assert message in found.message
 
 
 @pytest.mark.parametrize("nothing", ["None", "'talker'", "[[1]]"])
-def test_what_is_no_action_is_told(folder: Path, nothing: str) -> None:
+def test_value_that_is_not_an_action_is_reported(folder: Path, nothing: str) -> None:
     assert "expected an action, not " in only(python(folder, nothing)).message
 
 
-def test_a_module_that_is_not_there_is_named_at_its_import(folder: Path) -> None:
+def test_unknown_name_is_reported_at_its_import(folder: Path) -> None:
     found = only(read(folder / "a.launch.py", "import os\nfrom launch.actions import DeclareLaunchArgment\n"))
     assert found.origin is not None
     assert (found.code, found.origin.span.line) == ("L081", 2)
     assert "DeclareLaunchArgment" in found.message
 
 
-def test_a_program_runs_only_when_it_is_trusted(folder: Path) -> None:
+def test_python_file_runs_only_if_trusted(folder: Path) -> None:
     file = folder / "a.launch.py"
     file.write_text(f"open({str(folder / 'mark')!r}, 'w').close()\n")
     found = only(read_launch_2(str(file)))
@@ -297,7 +299,7 @@ YAML = """launch:
 
 
 @pytest.mark.parametrize(("name", "text"), [("a.launch.xml", XML), ("a.launch.yaml", YAML)])
-def test_xml_and_yaml_say_the_same_as_python(folder: Path, name: str, text: str) -> None:
+def test_xml_and_yaml_give_the_same_plan(folder: Path, name: str, text: str) -> None:
     plan = clean(read(folder / name, text))
     first, second = plan.nodes
     assert (first.full_name, first.remaps) == ("/up/robot_state_publisher", (("a", "b"),))
@@ -308,13 +310,13 @@ def test_xml_and_yaml_say_the_same_as_python(folder: Path, name: str, text: str)
     assert is_ros_2(str(folder / name))
 
 
-def test_the_files_of_ros_1_are_not_taken_for_those_of_ros_2(folder: Path) -> None:
+def test_ros1_file_is_not_a_ros2_file(folder: Path) -> None:
     file = folder / "a.launch"
     file.write_text('<launch><arg name="x" default="1"/><node pkg="p" type="t" name="$(arg x)"/></launch>')
     assert not is_ros_2(str(file))
 
 
-def test_faults_of_xml_are_told_at_their_element(folder: Path) -> None:
+def test_errors_in_xml_are_reported_at_their_element(folder: Path) -> None:
     text = '<launch>\n  <nod/>\n  <node pkg="p"/>\n  <node pkg="p" exec="$(vra x)"/>\n</launch>'
     found = read(folder / "a.launch.xml", text).diagnostics
     assert [(d.code, d.origin.span.line) for d in found if d.origin] == [
@@ -324,7 +326,7 @@ def test_faults_of_xml_are_told_at_their_element(folder: Path) -> None:
     ]
 
 
-def test_timers_and_events_say_when_a_node_starts(folder: Path) -> None:
+def test_timers_and_events_set_when_a_node_starts(folder: Path) -> None:
     plan = clean(
         python(
             folder,
@@ -350,7 +352,7 @@ def test_timers_and_events_say_when_a_node_starts(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("reaction", ["Shutdown()", "EmitEvent(event=ShutdownEvent(reason='gone'))"])
-def test_a_node_whose_end_shuts_down_is_required(folder: Path, reaction: str) -> None:
+def test_node_whose_exit_shuts_down_is_required(folder: Path, reaction: str) -> None:
     plan = clean(
         python(
             folder,
@@ -365,12 +367,12 @@ def test_a_node_whose_end_shuts_down_is_required(folder: Path, reaction: str) ->
     assert {n.name: n.required for n in plan.nodes} == {"viewer": True, "own": True, "other": False}
 
 
-def test_a_period_that_is_no_number_is_told_at_its_line(folder: Path) -> None:
+def test_period_that_is_not_a_number_is_reported(folder: Path) -> None:
     (found,) = python(folder, "TimerAction(period='soon', actions=[])").diagnostics
     assert found.code == "L005"
 
 
-def test_a_package_that_is_missing_is_told_at_the_line_that_asks_for_it(folder: Path) -> None:
+def test_missing_package_is_reported_at_the_line_that_needs_it(folder: Path) -> None:
     before = "from ament_index_python.packages import get_package_share_directory as share\nshare('nav9')\n"
     (found,) = python(folder, before=before).diagnostics
     assert found.origin is not None
@@ -382,7 +384,7 @@ def _placed(plan: Plan, name: str) -> str:
     return f"{Path(origin.span.file).name}:{origin.span.line}:{origin.span.text}"
 
 
-def test_a_parameter_s_place_is_where_it_is_written(folder: Path) -> None:
+def test_parameter_origin_is_where_it_is_written(folder: Path) -> None:
     (folder / "p.yaml").write_text("/**:\n  ros__parameters:\n    gains:\n      p: 1.0\n")
     xml = """<launch>
       <set_parameter name="all" value="2"/>
@@ -407,34 +409,38 @@ def test_a_parameter_s_place_is_where_it_is_written(folder: Path) -> None:
     assert plan.params["/n/other"].origin == plan.nodes[0].origin
 
 
-def test_a_parameter_that_cannot_be_read_is_told_where_it_is_written(folder: Path) -> None:
+def test_invalid_parameter_is_reported_where_it_is_written(folder: Path) -> None:
     (folder / "p.yaml").write_text("/**:\n  ros__parameters:\n    a: [1,\n")
-    told = only(
+    problem = only(
         read(
             folder / "a.launch.xml",
             '<launch><node pkg="p" exec="e"><param from="$(dirname)/p.yaml"/></node></launch>',
         )
     )
-    assert told.origin is not None
-    assert (told.code, Path(told.origin.span.file).name, told.origin.span.line) == ("L033", "p.yaml", 4)
+    assert problem.origin is not None
+    assert (problem.code, Path(problem.origin.span.file).name, problem.origin.span.line) == (
+        "L033",
+        "p.yaml",
+        4,
+    )
     node = '<node pkg="p" exec="e">\n<param name="a" value="$(var v)"/></node>'
-    told = only(read(folder / "a.launch.xml", f'<launch><let name="v" value="]["/>{node}</launch>'))
-    assert told.origin is not None
-    assert (told.code, told.origin.span.line) == ("L031", 2)
+    problem = only(read(folder / "a.launch.xml", f'<launch><let name="v" value="]["/>{node}</launch>'))
+    assert problem.origin is not None
+    assert (problem.code, problem.origin.span.line) == ("L031", 2)
 
 
-def test_a_shell_s_line_is_split_into_words(folder: Path) -> None:
+def test_shell_command_is_split_into_words(folder: Path) -> None:
     plan = clean(python(folder, "ExecuteProcess(cmd=[['ros2 ', 'bag ', 'record -o ', 'run']], shell=True)"))
     assert [(node.type, node.args) for node in plan.nodes] == [("ros2", "bag record -o run")]
 
 
-def test_a_context_of_the_launch_file_s_own_is_the_launch_s(folder: Path) -> None:
+def test_launch_context_created_by_the_file_is_that_of_the_launch(folder: Path) -> None:
     before = "from launch import LaunchContext\nname = FindExecutable(name='x').perform(LaunchContext())\n"
     plan = clean(python(folder, "Node(package='p', executable=name)", before=before))
     assert [node.type for node in plan.nodes] == ["x"]
 
 
-def test_parameter_files_are_rewritten_as_nav2_does(folder: Path) -> None:
+def test_parameter_files_are_rewritten_as_in_nav2(folder: Path) -> None:
     (folder / "p.yaml").write_text(
         "map_server:\n  ros__parameters: {yaml_filename: '', use_sim_time: false, deep: {rate: 1.0}}\n"
         "amcl:\n  ros__parameters: {use_sim_time: false, alpha: 0.2}\n"
@@ -452,7 +458,7 @@ def test_parameter_files_are_rewritten_as_nav2_does(folder: Path) -> None:
             "DeclareLaunchArgument('sim', default_value='true')",
             "Node(package='nav2_map_server', executable='map_server', name='map_server', namespace='left',"
             " parameters=[params])",
-            "Node(package='p', executable='e', name='told',"
+            "Node(package='p', executable='e', name='params',"
             " parameters=[{'has': HasNodeParams(source, 'amcl')}])",
             before=before,
         )
@@ -462,13 +468,11 @@ def test_parameter_files_are_rewritten_as_nav2_does(folder: Path) -> None:
         "/left/map_server/yaml_filename": "/m.yaml",
         "/left/map_server/use_sim_time": True,
         "/left/map_server/deep.rate": 2.5,
-        "/told/has": False,
+        "/params/has": False,
     }
 
 
-def test_files_that_include_each_other_ever_more_often_come_to_an_end(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_number_of_included_files_is_limited(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("kbot.ros.launch.includes.MOST_FILES", 100)
     for level in range(30):
         twice = f'<include file="$(dirname)/{level + 1}.launch.xml"/>' * 2
@@ -479,7 +483,7 @@ def test_files_that_include_each_other_ever_more_often_come_to_an_end(
     assert len(plan.files) == 100
 
 
-def test_parameter_files_are_bounded_together(folder: Path) -> None:
+def test_parameter_files_share_one_limit(folder: Path) -> None:
     (folder / "p.yaml").write_text("n:\n  ros__parameters:\n    a: " + "x" * 400_000)
     node = '<node pkg="p" exec="e" name="n"><param from="$(dirname)/p.yaml"/></node>'
     plan = read(folder / "l.launch.xml", f"<launch>{node * 10}</launch>")
@@ -490,7 +494,7 @@ SLOW = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
 <a n="${len([n * n for n in python.range(30000)])}"/></robot>"""
 
 
-def test_expansions_are_bounded_together(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_expansions_share_one_limit(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("kbot.ros.launch.reporter.DEFAULT", Limits(steps=300_000))
     (folder / "slow.xacro").write_text(SLOW)
     value = "$(command 'xacro $(dirname)/slow.xacro')"
@@ -499,7 +503,7 @@ def test_expansions_are_bounded_together(folder: Path, monkeypatch: pytest.Monke
     assert {d.code for d in plan.diagnostics} == {"L070"}
 
 
-def test_expansions_by_the_module_xacro_are_bounded_together(
+def test_expansions_by_the_xacro_module_share_one_limit(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("kbot.ros.launch.reporter.DEFAULT", Limits(steps=300_000))

@@ -1,15 +1,15 @@
-"""Names, groups, substitutions and markup of ROS 2 launch files; values follow the sources of launch and
-launch_ros."""
+"""Names, groups, substitutions and markup of ROS 2 launch files. Expected values follow the sources of launch
+and launch_ros."""
 
 import os
 from pathlib import Path
 
 import pytest
 
-from .ros2_files import clean, node, python, read, said
+from .ros2_files import arguments_of, clean, node, python, read
 
 
-def test_each_name_can_be_imported_from_a_module_of_its_own(folder: Path) -> None:
+def test_each_name_can_be_imported_from_its_own_submodule(folder: Path) -> None:
     before = (
         "from launch.substitutions.path_join_substitution import PathJoinSubstitution as P\n"
         "from launch.actions.declare_launch_argument import DeclareLaunchArgument as D\n"
@@ -19,10 +19,10 @@ def test_each_name_can_be_imported_from_a_module_of_its_own(folder: Path) -> Non
     plan = python(
         folder, "D('a', default_value='x')", node("P(['a', LaunchConfiguration('a')])"), before=before
     )
-    assert said(plan) == str(Path("a/x"))
+    assert arguments_of(plan) == str(Path("a/x"))
 
 
-def test_the_environment_grows_at_either_end(folder: Path) -> None:
+def test_environment_variables_are_appended_and_prepended(folder: Path) -> None:
     plan = python(
         folder,
         "SetEnvironmentVariable('K', 'a')",
@@ -31,28 +31,28 @@ def test_the_environment_grows_at_either_end(folder: Path) -> None:
         "AppendEnvironmentVariable('KBOT_NEW', 'n')",
         node("EnvironmentVariable('K')", "EnvironmentVariable('KBOT_NEW')"),
     )
-    assert said(plan) == f"c;a{os.pathsep}b n"
+    assert arguments_of(plan) == f"c;a{os.pathsep}b n"
 
 
-def test_groups_forward_what_they_are_told(folder: Path) -> None:
+def test_groups_forward_and_scope_configurations(folder: Path) -> None:
     group = (
         "GroupAction([" + node("LaunchConfiguration('a', default='-')", "LaunchConfiguration('b')") + "],"
         " launch_configurations={'b': LaunchConfiguration('a')}, forwarding=%s, scoped=%s)"
     )
     start = "SetLaunchConfiguration('a', '1')"
-    assert said(python(folder, start, group % (True, True))) == "1 1"
-    assert said(python(folder, start, group % (False, True))) == "- 1"
+    assert arguments_of(python(folder, start, group % (True, True))) == "1 1"
+    assert arguments_of(python(folder, start, group % (False, True))) == "- 1"
     after = (
         "Node(package='p', executable='e', name='after', arguments=[LaunchConfiguration('b', default='-')])"
     )
-    assert said(python(folder, start, group % (True, True), after), "after") == "-"
-    assert said(python(folder, start, group % (True, False), after), "after") == "1"
+    assert arguments_of(python(folder, start, group % (True, True), after), "after") == "-"
+    assert arguments_of(python(folder, start, group % (True, False), after), "after") == "1"
     xml = """<launch><let name="a" value="1"/><group forwarding="false"><keep name="b" value="$(var a)"/>
-      <node pkg="p" exec="e" name="said" args="$(var b)"/></group>
+      <node pkg="p" exec="e" name="probe" args="$(var b)"/></group>
       <reset><keep name="c" value="$(var a)2"/></reset>
       <node pkg="p" exec="e" name="after" args="$(var c)"/></launch>"""
     plan = read(folder / "a.launch.xml", xml)
-    assert (said(plan), said(plan, "after")) == ("1", "12")
+    assert (arguments_of(plan), arguments_of(plan, "after")) == ("1", "12")
 
 
 def test_configurations_are_pushed_popped_and_reset(folder: Path) -> None:
@@ -65,24 +65,24 @@ def test_configurations_are_pushed_popped_and_reset(folder: Path) -> None:
         "PopLaunchConfigurations()",
         node(look),
         "ResetLaunchConfigurations()",
-        node(look).replace("said", "after"),
+        node(look).replace("probe", "after"),
     )
-    assert (said(plan), said(plan, "after")) == ("1", "-")
+    assert (arguments_of(plan), arguments_of(plan, "after")) == ("1", "-")
 
 
-def test_substitutions_of_newer_releases(folder: Path) -> None:
+def test_substitutions_of_newer_releases_work(folder: Path) -> None:
     (folder / "words.txt").write_text("from a file")
     xml = f"""<launch><let name="a" value="1"/><set_parameter name="q" value="7"/>
-      <node pkg="p" exec="e" name="said" args="$(any false $(var a)) $(all true false) $(param q)
+      <node pkg="p" exec="e" name="probe" args="$(any false $(var a)) $(all true false) $(param q)
         $(path-join x y) '$(file-content {folder}/words.txt)'"/></launch>"""
-    words = said(read(folder / "a.launch.xml", xml)).split()
+    words = arguments_of(read(folder / "a.launch.xml", xml)).split()
     assert words == ["true", "false", "7", str(Path("x/y")), "'from", "a", "file'"]
     plan = python(
         folder,
         "SetParameter('q', 7)",
         node("AnySubstitution('false', 'true')", "AllSubstitution('true', 'false')", "Parameter('q')"),
     )
-    assert said(plan) == "true false 7"
+    assert arguments_of(plan) == "true false 7"
 
 
 @pytest.mark.parametrize(
@@ -94,7 +94,7 @@ def test_substitutions_of_newer_releases(folder: Path) -> None:
         ("from nav2_common.launch import RewritenYaml", "nav2_common.launch.RewritenYaml", "RewrittenYaml"),
     ],
 )
-def test_what_a_program_lacks_is_told_in_a_sentence(
+def test_missing_names_and_modules_are_reported_with_a_hint(
     folder: Path, before: str, message: str, hint: str
 ) -> None:
     (problem,) = python(folder, before=before).problems
@@ -104,7 +104,7 @@ def test_what_a_program_lacks_is_told_in_a_sentence(
     assert problem.origin.span.text == before
 
 
-def test_a_group_of_yaml_may_be_a_list(folder: Path) -> None:
+def test_yaml_group_can_be_a_list(folder: Path) -> None:
     text = """launch:
 - let: {name: wait, value: "2.5"}
 - group:
@@ -131,8 +131,8 @@ def test_a_group_of_yaml_may_be_a_list(folder: Path) -> None:
         ("$(equals True 1)-$(equals 1.0 1)-$(equals a A)-$(not-equals false 0)", "true-true-false-false"),
     ],
 )
-def test_what_is_escaped_in_markup_is_text(folder: Path, text: str, expected: str | None) -> None:
-    """Expected values are what the parser of launch itself gives."""
+def test_escaped_substitutions_in_markup_are_text(folder: Path, text: str, expected: str | None) -> None:
+    """Expected values come from the parser of launch itself."""
     escaped = text.replace('"', "&quot;").replace("<", "&lt;")
     xml = f'<launch><let name="a" value="x"/><let name="b" value="{escaped}"/>'
     plan = read(

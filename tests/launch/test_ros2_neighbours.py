@@ -1,4 +1,4 @@
-"""What real ROS 2 launch files use of packages beside launch itself; values follow the sources of
+"""ROS 2 launch files that use other packages than launch. Expected values follow the sources of
 controller_manager, ros_gz and ament."""
 
 from pathlib import Path
@@ -8,20 +8,20 @@ import pytest
 from kbot.ros.launch.staging import stage
 from kbot.xacro import Packages
 
-from .ros2_files import ROBOT, clean, node, python, read, said
+from .ros2_files import ROBOT, arguments_of, clean, node, python, read
 
 
-def test_packages_are_found_before_anything_is_performed(folder: Path) -> None:
+def test_packages_are_found_while_the_file_is_loaded(folder: Path) -> None:
     before = (
         "from ament_index_python.resources import has_resource\n"
         "from ament_index_python.packages import get_package_prefix\n"
         "share = FindPackageShare('mine').find('mine')\n"
         "assert has_resource('packages', 'mine') and not has_resource('packages', 'other')\n"
     )
-    assert said(python(folder, node("share"), before=before)) == str(folder)
+    assert arguments_of(python(folder, node("share"), before=before)) == str(folder)
 
 
-def test_helpers_of_the_controller_manager_spawn(folder: Path) -> None:
+def test_controller_manager_helpers_add_spawners(folder: Path) -> None:
     before = "from controller_manager.launch_utils import *\n"
     plan = python(
         folder,
@@ -50,7 +50,7 @@ def test_helpers_of_the_controller_manager_spawn(folder: Path) -> None:
     ]
 
 
-def test_a_command_gets_the_parameter_of_a_node_that_stands_before(folder: Path) -> None:
+def test_ros2_param_get_reads_the_parameter_of_an_earlier_node(folder: Path) -> None:
     publisher = (
         "Node(package='robot_state_publisher', executable='robot_state_publisher', parameters=["
         "{'robot_description': Command(['cat ', os.path.join(os.path.dirname(__file__), 'r.urdf')])}])"
@@ -75,7 +75,7 @@ GZ = """<launch><arg name="world" default="w.sdf"/>
 </launch>"""
 
 
-def test_actions_and_tags_of_gz(folder: Path) -> None:
+def test_gz_actions_and_tags_are_equivalent(folder: Path) -> None:
     by_tags = read(folder / "a.launch.xml", GZ)
     by_actions = python(
         folder,
@@ -100,7 +100,7 @@ def test_actions_and_tags_of_gz(folder: Path) -> None:
         assert (spawner.type, spawner.args) == ("create", "-file /r.urdf -name mine -x 1.5")
 
 
-def test_a_launch_file_that_a_build_would_make_is_stood_in_for(folder: Path) -> None:
+def test_launch_file_of_an_unbuilt_gz_package_is_replaced(folder: Path) -> None:
     sources = folder / "ros_gz_sim"
     sources.mkdir()
     (sources / "package.xml").write_text("<package><name>ros_gz_sim</name></package>")
@@ -113,7 +113,7 @@ def test_a_launch_file_that_a_build_would_make_is_stood_in_for(folder: Path) -> 
     assert [i.name for i in clean(plan).included] == ["gz_sim.launch.py"]
 
 
-def test_a_package_that_was_never_built_is_read_from_its_sources(folder: Path) -> None:
+def test_unbuilt_package_is_read_from_its_sources(folder: Path) -> None:
     (folder / "CMakeLists.txt").write_text(
         "project(mine)\n# install(DIRECTORY wrong/urdf DESTINATION share/mine)\n"
         "install(\n  DIRECTORY description/urdf bringup/config\n  DESTINATION share/${PROJECT_NAME}\n)\n"
@@ -154,7 +154,9 @@ def test_a_package_that_was_never_built_is_read_from_its_sources(folder: Path) -
         ("['ign gazebo /w.sdf']", ("/w.sdf", True, True)),
     ],
 )
-def test_gazebo_as_a_process(folder: Path, command: str, expected: tuple[str, bool, bool]) -> None:
+def test_gazebo_process_sets_the_world_and_the_pause(
+    folder: Path, command: str, expected: tuple[str, bool, bool]
+) -> None:
     publisher = (
         "Node(package='robot_state_publisher', executable='robot_state_publisher', parameters=["
         "{'robot_description': Command(['cat ', os.path.join(os.path.dirname(__file__), 'r.urdf')])}])"
@@ -167,7 +169,7 @@ def test_gazebo_as_a_process(folder: Path, command: str, expected: tuple[str, bo
     assert (staged.gazebo.world, staged.gazebo.paused, staged.has_window) == expected
 
 
-def test_a_description_that_the_launch_file_has_changed_is_still_the_robot(folder: Path) -> None:
+def test_description_changed_by_the_launch_file_is_still_the_robot(folder: Path) -> None:
     mesh = '<visual><geometry><mesh filename="package://mine/a.stl"/></geometry></visual>'
     (folder / "r.urdf").write_text(ROBOT.replace('"base"/>', f'"base">{mesh}</link>'))
     before = "import xacro\ntext = xacro.process_file(os.path.dirname(__file__) + '/r.urdf').toxml()\n"

@@ -1,4 +1,4 @@
-"""What rosbag play and ros2 bag play are told."""
+"""The settings of rosbag play and ros2 bag play."""
 
 from pathlib import Path
 
@@ -37,7 +37,7 @@ def only(found: Stage) -> Playing:
     return playing
 
 
-def test_options_of_ros_1_long_and_short(folder: Path) -> None:
+def test_ros1_options_are_read_in_long_and_short_form(folder: Path) -> None:
     bags = f"{folder}/a.bag {folder}/b.bag"
     long = only(staged(folder, f"--rate=2 --start=1.5 --duration=3 --delay=0.5 --loop {bags}"))
     short = only(staged(folder, f"-r 2 -s 1.5 -u 3 -d 0.5 -l {bags}"))
@@ -47,7 +47,7 @@ def test_options_of_ros_1_long_and_short(folder: Path) -> None:
         assert (playing.loop, playing.required) == (True, False)
 
 
-def test_topics_stand_after_the_bag_or_before_it(folder: Path) -> None:
+def test_topics_can_be_before_or_after_the_bag(folder: Path) -> None:
     after = only(staged(folder, f"{folder}/a.bag --topics /odom scan"))
     before = only(staged(folder, f"--topics /odom scan --bags={folder}/a.bag"))
     last = only(staged(folder, f"--topics /odom scan {folder}/a.bag"))
@@ -55,21 +55,21 @@ def test_topics_stand_after_the_bag_or_before_it(folder: Path) -> None:
         assert (playing.topics, playing.paths) == (("/odom", "/scan"), (f"{folder}/a.bag",))
 
 
-def test_topics_are_renamed_by_words_by_tags_and_by_a_prefix(folder: Path) -> None:
+def test_topics_are_renamed_by_arguments_remaps_and_prefix(folder: Path) -> None:
     inner = '<remap from="/scan" to="/bag/scan"/>'
     playing = only(staged(folder, f"{folder}/a.bag -p old odom:=/truth", inner=inner))
-    said = [playing.said_on(topic) for topic in ("/odom", "/scan", "/tf")]
-    assert said == ["/truth", "/bag/scan", "/old/tf"]
+    topics = [playing.said_on(topic) for topic in ("/odom", "/scan", "/tf")]
+    assert topics == ["/truth", "/bag/scan", "/old/tf"]
 
 
-def test_options_of_ros_2_where_s_is_the_storage(folder: Path) -> None:
+def test_ros2_options_are_read(folder: Path) -> None:
     words = f"-s mcap {folder}/c.mcap --clock 100 -r 0.5 --start-offset 2 --remap /a:=/b /c:=/d -l"
     playing = only(staged_2(folder, words))
     assert (playing.paths, playing.rate, playing.start) == ((f"{folder}/c.mcap",), 0.5, 2.0)
     assert (dict(playing.remaps), playing.loop) == ({"/a": "/b", "/c": "/d"}, True)
 
 
-def test_a_player_whose_end_ends_the_launch(folder: Path) -> None:
+def test_required_player_ends_the_launch(folder: Path) -> None:
     required = 'required="true"'
     assert only(staged(folder, f"{folder}/a.bag", required)).required
     assert not only(staged(folder, f"-k {folder}/a.bag", required)).required
@@ -92,7 +92,7 @@ def test_a_player_whose_end_ends_the_launch(folder: Path) -> None:
         ("-l -u 0 {}/a.bag", "L062", True, "0"),
     ],
 )
-def test_what_cannot_be_is_said_at_the_word(
+def test_invalid_value_is_reported_at_its_word(
     folder: Path, args: str, code: str, is_error: bool, word: str
 ) -> None:
     (note,) = staged(folder, args.format(folder)).notes
@@ -101,15 +101,15 @@ def test_what_cannot_be_is_said_at_the_word(
 
 
 @pytest.mark.parametrize(("args", "paused"), [("--pause {}/a.bag", True), ("{}/a.bag", False)])
-def test_a_player_beside_a_simulation_begins_paused(folder: Path, args: str, paused: bool) -> None:
-    """P in the page lets both go on."""
+def test_player_with_a_simulation_can_start_paused(folder: Path, args: str, paused: bool) -> None:
+    """P in the page continues both."""
     robot = '<node pkg="gazebo_ros" type="spawn_model" name="s" args="-urdf -param r -model m"/>'
     found = staged(folder, args.format(folder), beside=robot)
     assert only(found).paused is found.gazebo.paused is paused
     assert not [note for note in found.notes if note.code == "L063"]
 
 
-def test_each_number_is_refused_at_its_own_option(folder: Path) -> None:
+def test_each_invalid_number_is_reported_at_its_option(folder: Path) -> None:
     notes = staged(folder, f"-s -1 -u -1 --delay=-1 {folder}/a.bag").notes
     assert sorted((note.origin.span.column, note.message) for note in notes if note.origin) == [
         (58, "-s must be 0 to 1e+09 seconds, not -1"),
@@ -118,7 +118,7 @@ def test_each_number_is_refused_at_its_own_option(folder: Path) -> None:
     ]
 
 
-def test_ros_2_says_all_for_a_duration_below_zero_and_bounds_the_rest(folder: Path) -> None:
+def test_negative_duration_means_all_in_ros2_and_other_numbers_are_limited(folder: Path) -> None:
     whole = staged_2(folder, f"{folder}/c.mcap --playback-duration -1")
     assert (only(whole).seconds, whole.notes) == (None, ())
     found = staged_2(folder, f"{folder}/c.mcap -r 1e308 --start-offset 1e308 --delay 1e308")

@@ -1,4 +1,4 @@
-"""What a plan comes to without ROS."""
+"""How KBot runs a plan: robots, worlds, poses and windows."""
 
 from pathlib import Path
 
@@ -31,7 +31,7 @@ def staged(folder: Path, text: str) -> Stage:
     return stage(read_launch(str(file), packages=Packages(around=str(file))).require())
 
 
-def test_a_spawned_model_is_simulated_in_the_world_that_is_named(folder: Path) -> None:
+def test_spawned_robot_is_simulated_in_the_named_world(folder: Path) -> None:
     world = '<arg name="world_name" value="worlds/boxes.world"/>'
     found = staged(folder, GAZEBO.format(passed=world, param="robot_description", more=""))
     assert (found.robots[0].path, found.robots[0].arguments) == (str(folder / "r.xacro"), {})
@@ -43,18 +43,18 @@ def test_a_spawned_model_is_simulated_in_the_world_that_is_named(folder: Path) -
     )
 
 
-def test_the_parameter_that_is_spawned_is_the_robot(folder: Path) -> None:
+def test_robot_is_the_spawned_parameter(folder: Path) -> None:
     found = staged(folder, GAZEBO.format(passed="", param="other", more=""))
     assert (found.robots[0].path, found.robots[0].arguments) == (str(folder / "s.xacro"), {"side": "left"})
     assert found.gazebo.world == "worlds/empty.world"
 
 
-def test_a_file_that_is_spawned_is_the_robot(folder: Path) -> None:
+def test_robot_is_the_spawned_file(folder: Path) -> None:
     found = staged(folder, GAZEBO.format(passed="", param="other", more=f" -file {folder}/r.xacro"))
     assert found.robots[0].path == str(folder / "r.xacro")
 
 
-def test_the_start_is_where_the_spawner_is_told(folder: Path) -> None:
+def test_start_pose_is_that_of_the_spawner(folder: Path) -> None:
     more = " -x 1 -y -2.5 -z 0.3 -R 0.1 -P 0.2 -Y 0.5 -J arm 0.7 -J lift -1"
     found = staged(folder, GAZEBO.format(passed="", param="other", more=more))
     assert found.robots[0].spawn == SpawnRequest(
@@ -63,7 +63,7 @@ def test_the_start_is_where_the_spawner_is_told(folder: Path) -> None:
     assert found.notes == ()
 
 
-def test_a_start_that_is_no_number_is_an_error_at_the_word(folder: Path) -> None:
+def test_start_that_is_not_a_number_is_an_error_at_its_word(folder: Path) -> None:
     found = staged(folder, GAZEBO.format(passed="", param="other", more=" -x two"))
     (note,) = found.notes
     assert note.origin is not None
@@ -71,7 +71,7 @@ def test_a_start_that_is_no_number_is_an_error_at_the_word(folder: Path) -> None
 
 
 @pytest.mark.parametrize("option", ["-package_to_model", "-reference_frame table::top"])
-def test_what_a_spawner_is_told_in_vain_is_said(folder: Path, option: str) -> None:
+def test_spawner_option_without_effect_is_reported(folder: Path, option: str) -> None:
     found = staged(folder, GAZEBO.format(passed="", param="other", more=f" {option}"))
     (note,) = found.notes
     assert note.origin is not None
@@ -88,20 +88,20 @@ def test_what_a_spawner_is_told_in_vain_is_said(folder: Path, option: str) -> No
         ('<arg name="headless" value="true"/>', "", False, False),
     ],
 )
-def test_gazebo_s_arguments_count(
+def test_gazebo_arguments_set_pause_and_window(
     folder: Path, passed: str, unpause: str, paused: bool, window: bool
 ) -> None:
     found = staged(folder, GAZEBO.format(passed=passed, param="other", more=unpause))
     assert (found.gazebo.paused, found.has_window) == (paused, window)
 
 
-def test_who_looks_by_rviz_has_a_window_without_gazebo_s(folder: Path) -> None:
+def test_rviz_opens_a_window_without_gazebo_gui(folder: Path) -> None:
     rviz = '<node pkg="rviz" type="rviz" name="rviz"/></launch>'
     text = GAZEBO.format(passed='<arg name="gui" value="false"/>', param="other", more="")
     assert staged(folder, text.replace("</launch>", rviz)).has_window
 
 
-def test_without_a_spawner_the_robot_is_shown_and_not_simulated(folder: Path) -> None:
+def test_robot_without_a_spawner_is_shown_and_not_simulated(folder: Path) -> None:
     text = '<launch><param name="robot_description" command="xacro $(dirname)/r.xacro"/></launch>'
     found = staged(folder, text)
     assert (found.robots[0].path, found.is_simulated, found.gazebo.world) == (
@@ -111,20 +111,20 @@ def test_without_a_spawner_the_robot_is_shown_and_not_simulated(folder: Path) ->
     )
 
 
-def test_a_world_s_own_launch_file_names_it(folder: Path) -> None:
+def test_launch_file_of_a_world_names_the_world(folder: Path) -> None:
     text = '<launch><include file="$(find gazebo_ros)/launch/mud_world.launch"/></launch>'
     assert staged(folder, text).gazebo.world == "mud.world"
 
 
 @pytest.mark.parametrize("how", ['textfile="$(dirname)/r.xacro"', 'command="cat $(dirname)/r.xacro"'])
-def test_a_robot_that_is_read_as_it_stands_is_the_robot(folder: Path, how: str) -> None:
+def test_robot_can_be_a_file_that_is_not_expanded(folder: Path, how: str) -> None:
     launch = f'<launch><param name="robot_description" {how}/></launch>'
     assert staged(folder, launch).robots[0].path == str(folder / "r.xacro")
     (folder / "r.xacro").write_text('<robot xmlns:xacro="http://x" name="r"><xacro:a/></robot>')
     assert staged(folder, launch).robots == ()
 
 
-def test_a_test_is_not_run(folder: Path) -> None:
+def test_tests_are_not_run(folder: Path) -> None:
     text = """<launch><test test-name="drives" pkg="rosbag" type="record" args="-a"/>
       <test test-name="lives" pkg="nowhere" type="lives.py"/></launch>"""
     found = staged(folder, text)
@@ -132,8 +132,8 @@ def test_a_test_is_not_run(folder: Path) -> None:
     assert len(staged(folder, text.replace("<test test-name", "<node name")).stand_ins.recordings) == 1
 
 
-def test_a_file_of_displays_that_is_not_there_is_told_where_it_is_written(folder: Path) -> None:
-    """rviz says so in a box and goes on."""
+def test_missing_display_file_is_reported_where_it_is_written(folder: Path) -> None:
+    """rviz shows the error in a dialog and continues."""
     (folder / "robot.rviz").write_text("")
     node = '<node pkg="rviz" type="rviz" name="rviz" args="{}$(dirname)/{}"/>'
     assert staged(folder, f"<launch>{node.format('-d ', 'robot.rviz')}</launch>").notes == ()

@@ -1,4 +1,4 @@
-"""What nodes of ROS are told, read as their own documentation has it."""
+"""The settings of the nodes that KBot replaces, read as their documentation describes."""
 
 import math
 from datetime import datetime
@@ -35,7 +35,7 @@ def staged(folder: Path, body: str) -> Stage:
         ),
     ],
 )
-def test_every_form_of_a_static_transform(tmp_path: Path, package: str, args: str) -> None:
+def test_static_transform_is_read_in_every_form(tmp_path: Path, package: str, args: str) -> None:
     found = staged(
         tmp_path, f'<node pkg="{package}" type="static_transform_publisher" name="t" args="{args}"/>'
     )
@@ -45,7 +45,7 @@ def test_every_form_of_a_static_transform(tmp_path: Path, package: str, args: st
     assert found.notes == ()
 
 
-def test_the_order_of_angles_is_yaw_pitch_roll(tmp_path: Path) -> None:
+def test_order_of_angles_is_yaw_pitch_roll(tmp_path: Path) -> None:
     args = "0 0 0 0 0 1.5707963267948966 a b"
     found = staged(
         tmp_path, f'<node pkg="tf2_ros" type="static_transform_publisher" name="t" args="{args}"/>'
@@ -54,14 +54,14 @@ def test_the_order_of_angles_is_yaw_pitch_roll(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("args", ["", "1 2 3 base camera", "0 0 0 0 0 0 0 base camera", "1 2 3 4 5 six a b"])
-def test_a_transform_that_is_none_is_an_error_at_its_arguments(tmp_path: Path, args: str) -> None:
+def test_invalid_transform_is_an_error(tmp_path: Path, args: str) -> None:
     found = staged(
         tmp_path, f'<node pkg="tf2_ros" type="static_transform_publisher" name="t" args="{args}"/>'
     )
     assert [(note.code, note.is_error) for note in found.notes] == [("L062", True)]
 
 
-def test_joint_state_publisher_s_parameters(tmp_path: Path) -> None:
+def test_joint_state_publisher_parameters_are_read(tmp_path: Path) -> None:
     found = staged(
         tmp_path,
         """<node pkg="joint_state_publisher" type="joint_state_publisher" name="jsp">
@@ -76,7 +76,7 @@ def test_joint_state_publisher_s_parameters(tmp_path: Path) -> None:
     assert found.notes == ()
 
 
-def test_a_misspelt_parameter_of_joint_state_publisher_is_told_with_the_nearest(tmp_path: Path) -> None:
+def test_misspelled_joint_state_publisher_parameter_is_reported_with_a_hint(tmp_path: Path) -> None:
     found = staged(
         tmp_path,
         """<node pkg="joint_state_publisher" type="joint_state_publisher" name="jsp">
@@ -96,7 +96,9 @@ def test_a_misspelt_parameter_of_joint_state_publisher_is_told_with_the_nearest(
         ("-j --buffsize 512 -o day odom", None, ("/odom",)),
     ],
 )
-def test_rosbag_record(tmp_path: Path, args: str, path: str | None, topics: tuple[str, ...]) -> None:
+def test_rosbag_record_sets_file_and_topics(
+    tmp_path: Path, args: str, path: str | None, topics: tuple[str, ...]
+) -> None:
     found = staged(tmp_path, f'<node pkg="rosbag" type="record" name="r" args="{args}"/>')
     (recording,) = found.stand_ins.recordings
     assert recording.topics == topics
@@ -106,7 +108,7 @@ def test_rosbag_record(tmp_path: Path, args: str, path: str | None, topics: tupl
         assert recording.path.endswith(".bag")
 
 
-def test_ros2_bag_record_as_a_process(tmp_path: Path) -> None:
+def test_ros2_bag_record_process_sets_file_and_topics(tmp_path: Path) -> None:
     file = tmp_path / "a.launch.py"
     file.write_text(
         "from launch import LaunchDescription\nfrom launch.actions import ExecuteProcess\n"
@@ -117,7 +119,7 @@ def test_ros2_bag_record_as_a_process(tmp_path: Path) -> None:
     assert found.stand_ins.recordings == (RecordRequest("a run", ("/odom", "/scan")),)
 
 
-def test_a_map_server_s_map(tmp_path: Path) -> None:
+def test_map_server_names_the_map(tmp_path: Path) -> None:
     (tmp_path / "m.yaml").write_text("")
     found = staged(tmp_path, '<node pkg="map_server" type="map_server" name="m" args="$(dirname)/m.yaml"/>')
     assert found.stand_ins.maps == (str(tmp_path / "m.yaml"),)
@@ -134,7 +136,9 @@ def test_a_map_server_s_map(tmp_path: Path) -> None:
         ("'-r -v4 --render-engine ogre maze.sdf'", "maze.sdf", False, True),
     ],
 )
-def test_gz_sim_s_arguments(tmp_path: Path, arguments: str, world: str, paused: bool, window: bool) -> None:
+def test_gz_sim_arguments_set_world_pause_and_window(
+    tmp_path: Path, arguments: str, world: str, paused: bool, window: bool
+) -> None:
     file = tmp_path / "a.launch.xml"
     file.write_text(
         '<launch><include file="$(find-pkg-share ros_gz_sim)/launch/gz_sim.launch.py">'

@@ -1,4 +1,4 @@
-"""What teleop_twist_keyboard is told, and the note about a gamepad's nodes."""
+"""The settings of teleop_twist_keyboard, and the note about gamepad nodes."""
 
 from pathlib import Path
 
@@ -21,7 +21,7 @@ def staged_2(folder: Path, body: str) -> Stage:
     return stage(read_launch_2(str(file), packages=Packages(around=str(file))).require())
 
 
-def test_keys_with_their_speeds_and_remap(tmp_path: Path) -> None:
+def test_keys_have_speeds_and_remap(tmp_path: Path) -> None:
     node = (
         '<group ns="b"><node pkg="teleop_twist_keyboard" type="teleop_twist_keyboard.py" name="k"'
         ' args="_turn:=0.7"><param name="speed" value="0.2"/>'
@@ -30,7 +30,7 @@ def test_keys_with_their_speeds_and_remap(tmp_path: Path) -> None:
     assert staged(tmp_path, node).stand_ins.keys == Keys("/a/drive", 0.2, 0.7)
 
 
-def test_a_gamepad_s_nodes_get_one_note(tmp_path: Path) -> None:
+def test_gamepad_nodes_get_one_note(tmp_path: Path) -> None:
     one = staged(
         tmp_path,
         '<node pkg="joy" type="joy_node" name="j"/>\n'
@@ -47,7 +47,7 @@ def test_a_gamepad_s_nodes_get_one_note(tmp_path: Path) -> None:
         assert note.message == f"node {name} is not run: the page reads gamepads"
 
 
-def test_a_wrong_parameter_is_reported_at_its_line(tmp_path: Path) -> None:
+def test_wrong_parameter_is_reported_at_its_line(tmp_path: Path) -> None:
     node = (
         '<node pkg="teleop_twist_keyboard" type="teleop_twist_keyboard.py" name="k">\n'
         '<param name="speed" value="fast" type="str"/>\n</node>'

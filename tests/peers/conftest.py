@@ -1,4 +1,4 @@
-"""A real ROS 1 to compare with: its programs, a master of its own, and a workspace."""
+"""Fixtures for tests against a real ROS 1: its programs, a separate master, and a workspace."""
 
 import os
 import shutil
@@ -17,7 +17,7 @@ OFFICIAL_XACRO = Path(sys.executable).parent / "xacro"
 
 
 def node_programs() -> tuple[str, list[str]]:
-    """Node and the command of npm: the machine's, or those that come as a Python package."""
+    """The programs node and npm: those of the machine, or those of a Python package."""
     node, npm = shutil.which("node"), shutil.which("npm")
     if node and npm:
         return node, [npm]
@@ -29,7 +29,7 @@ def node_programs() -> tuple[str, list[str]]:
 
 
 class Ros:
-    """Programs of the machine's ROS 1, run with a master, a home and packages of their own."""
+    """Runs programs of the machine's ROS 1 with a separate master, home and package folder."""
 
     def __init__(self, home: Path) -> None:
         self.home = home
@@ -52,7 +52,7 @@ class Ros:
         self._offer_xacro()
 
     def _offer_xacro(self) -> None:
-        """Debian has no xacro: the official one from PyPI, as a program and as a package."""
+        """Debian does not have xacro. Provide the official one from PyPI as a program and as a package."""
         script = f'#!/bin/sh\nexec {OFFICIAL_XACRO} "$@"\n'
         for folder in (self.home / "bin", self.packages / "xacro"):
             folder.mkdir()
@@ -64,10 +64,10 @@ class Ros:
         )
 
     def run(self, *command: str, timeout: float = 60) -> str:
-        """What a program prints.
+        """Run a program and return its output.
 
         Raises:
-            AssertionError: it failed; with all that it printed.
+            AssertionError: the program failed. The error has its output.
         """
         done = subprocess.run(
             command, env=self.environment, capture_output=True, text=True, timeout=timeout, check=False
@@ -76,7 +76,7 @@ class Ros:
         return done.stdout
 
     def start(self, *command: str) -> subprocess.Popen[str]:
-        """A program that goes on running, with its output in its own log."""
+        """Start a program in the background. Its output goes to its own log."""
         with (self.home / f"{Path(command[0]).name}.log").open("a") as log:
             return subprocess.Popen(
                 command,
@@ -89,7 +89,7 @@ class Ros:
 
 
 def stop(process: subprocess.Popen[str]) -> None:
-    """End a program and those it started."""
+    """End a program and the programs that it started."""
     for number in (signal.SIGINT, signal.SIGKILL):
         if process.poll() is None:
             os.killpg(process.pid, number)
@@ -100,7 +100,7 @@ def stop(process: subprocess.Popen[str]) -> None:
 
 
 def has_master(ros: Ros) -> bool:
-    """Whether its master answers by now."""
+    """Whether the master answers."""
     try:
         ros.run("rosparam", "list")
     except AssertionError:
@@ -109,7 +109,7 @@ def has_master(ros: Ros) -> bool:
 
 
 def install_npm(folder: Path, packages: tuple[str, ...]) -> Path:
-    """The folder with packages of npm in it; skips the test where none can be installed."""
+    """Install npm packages into a folder and return it. Skip the test if npm cannot install them."""
     node, npm = node_programs()
     done = subprocess.run(
         [*npm, "install", "--prefix", str(folder), "--no-audit", "--no-fund", *packages],
@@ -120,38 +120,38 @@ def install_npm(folder: Path, packages: tuple[str, ...]) -> Path:
         env={**os.environ, "PATH": f"{Path(node).parent}{os.pathsep}{os.environ['PATH']}"},
     )
     if done.returncode:
-        pytest.skip(f"npm installs nothing here: {done.stderr[-200:]}")
+        pytest.skip(f"npm cannot install packages: {done.stderr[-200:]}")
     return folder
 
 
 def wait_until(condition: Callable[[], bool], what: str, seconds: float = 60) -> None:
-    """Wait for something that a peer does in its own time."""
+    """Wait for a condition that a peer fulfils."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         if condition():
             return
         time.sleep(0.1)
-    pytest.fail(f"after {seconds:g} s there is still not {what}")
+    pytest.fail(f"no {what} after {seconds:g} s")
 
 
 @pytest.fixture(scope="session")
 def ros(tmp_path_factory: pytest.TempPathFactory) -> Ros:
     missing = [name for name in PROGRAMS if shutil.which(name) is None]
     if missing:
-        pytest.skip(f"there is no ROS 1 here: {', '.join(missing)} missing (make test-peers installs it)")
+        pytest.skip(f"ROS 1 is not installed: {', '.join(missing)} missing (make test-peers installs it)")
     return Ros(tmp_path_factory.mktemp("ros"))
 
 
 @pytest.fixture(scope="session")
 def display(ros: Ros) -> Iterator[Path]:
-    """A screen without a monitor; the file that holds its picture in X's window dump format."""
+    """A virtual screen. Yields the file with its picture in X's window dump format."""
     folder = ros.home / "screen"
     folder.mkdir()
     number = f":{90 + os.getpid() % 900}"
     process = ros.start("Xvfb", number, "-screen", "0", "1280x900x24", "-fbdir", str(folder))
     picture = folder / "Xvfb_screen0"
     try:
-        wait_until(picture.exists, "a screen")
+        wait_until(picture.exists, "screen")
         ros.environment["DISPLAY"] = number
         yield picture
     finally:

@@ -1,7 +1,7 @@
 """A client of the action control_msgs/FollowJointTrajectory with Debian's actionlib and rospy.
 
-Debian has no control_msgs: their types are made here of their published definitions, and actionlib's client
-connects only where the sums of both sides agree. Prints what became of each goal, as JSON.
+Debian does not have control_msgs, so the types are generated from their published definitions. The client of
+actionlib connects only if the MD5 sums of both sides agree. Prints the result of each goal as JSON.
 """
 
 import json
@@ -45,8 +45,8 @@ def action():
     return generate_dynamic(first, ("\n" + "=" * 80 + "\n").join(parts))
 
 
-def do(client, types, wanted):
-    heard = []
+def follow(client, types, wanted):
+    feedback = []
     goal = types["control_msgs/FollowJointTrajectoryGoal"]()
     goal.trajectory.joint_names = wanted["joints"]
     for seconds, positions in wanted["points"]:
@@ -54,7 +54,7 @@ def do(client, types, wanted):
         point.positions = [float(position) for position in positions]
         point.time_from_start = rospy.Duration(seconds)
         goal.trajectory.points.append(point)
-    client.send_goal(goal, feedback_cb=heard.append)
+    client.send_goal(goal, feedback_cb=feedback.append)
     if "cancel_after" in wanted:
         rospy.sleep(wanted["cancel_after"])
         client.cancel_goal()
@@ -64,7 +64,7 @@ def do(client, types, wanted):
         "state": client.get_state(),
         "code": result.error_code,
         "words": result.error_string,
-        "feedback": len(heard),
+        "feedback": len(feedback),
     }
 
 
@@ -72,4 +72,4 @@ rospy.init_node("follower", anonymous=True)
 types = action()
 client = actionlib.SimpleActionClient(STEM, types["control_msgs/FollowJointTrajectoryAction"])
 assert client.wait_for_server(rospy.Duration(20)), "no server"
-json.dump([do(client, types, wanted) for wanted in json.loads(sys.argv[1])], sys.stdout)
+json.dump([follow(client, types, wanted) for wanted in json.loads(sys.argv[1])], sys.stdout)

@@ -1,4 +1,4 @@
-// Connects with Foxglove's own client, hears odometry, drives, and prints what it found as JSON.
+// Connects with Foxglove's client, subscribes to odometry, drives, and prints what it received as JSON.
 import protocol from "@foxglove/ws-protocol";
 import WebSocket from "ws";
 

@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""Run by the machine's Python: prints the transforms that ROS has for some joint positions, as JSON.
+"""Prints the transforms that ROS publishes for given joint positions, as JSON. Runs in the machine's Python.
 
-Arguments: a JSON list of {joint: position}, a JSON list of the links that move. Publishes each as
-/joint_states until the moving links' transforms come back with one of its stamps (whoever else
-publishes joint states has other stamps), and prints {child: [parent, [x, y, z], [x, y, z, w]]} of each.
+Arguments: a JSON list of {joint: position}, and a JSON list of the links that move. Publishes each entry on
+/joint_states until the transforms of the moving links arrive with one of its stamps. Other publishers of
+joint states use other stamps. Prints {child: [parent, [x, y, z], [x, y, z, w]]} for each entry.
 """
 
 import json
@@ -26,17 +26,17 @@ def edges(message):
         yield item.header.stamp.to_nsec(), item.child_frame_id, value
 
 
-def heard(message):
+def on_transforms(message):
     for stamp, child, value in edges(message):
         by_stamp[stamp][child] = value
 
 
-def heard_static(message):
+def on_static_transforms(message):
     fixed.update({child: value for _, child, value in edges(message)})
 
 
 def transforms(joints, movable, publisher):
-    """What comes back for one set of joint positions."""
+    """The transforms that arrive for one set of joint positions."""
     sent = []
     end = time.monotonic() + 60
     while time.monotonic() < end:
@@ -54,8 +54,8 @@ def transforms(joints, movable, publisher):
 def main():
     positions, movable = json.loads(sys.argv[1]), json.loads(sys.argv[2])
     rospy.init_node("listen", anonymous=True)
-    rospy.Subscriber("/tf", TFMessage, heard)
-    rospy.Subscriber("/tf_static", TFMessage, heard_static)
+    rospy.Subscriber("/tf", TFMessage, on_transforms)
+    rospy.Subscriber("/tf_static", TFMessage, on_static_transforms)
     publisher = rospy.Publisher("/joint_states", JointState, queue_size=10)
     json.dump([transforms(joints, movable, publisher) for joints in positions], sys.stdout)
 

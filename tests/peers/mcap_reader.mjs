@@ -1,4 +1,4 @@
-// What MCAP's own library for JavaScript finds in a file, by its index, with every checksum looked at.
+// Prints what MCAP's JavaScript library reads from a file by its index, with all checksums validated.
 import { McapIndexedReader } from "@mcap/core";
 import { FileHandleReadable } from "@mcap/nodejs";
 import { decompress } from "fzstd";

@@ -1,4 +1,4 @@
-// Connects with roslibjs, hears odometry, drives, asks rosapi, and prints what it found as JSON.
+// Connects with roslibjs, subscribes to odometry, drives, calls rosapi, and prints the results as JSON.
 import * as ROSLIB from "roslib";
 
 const ros = new ROSLIB.Ros({ url: process.argv[2] });

@@ -1,4 +1,4 @@
-// Says of each file how many errors libsdformat finds in it. Arguments: folders of models, --, files.
+// Prints the number of libsdformat errors for each file. Arguments: folders of models, --, files.
 #include <iostream>
 #include <string>
 #include <vector>

@@ -1,4 +1,4 @@
-"""A simulated KBot as a node of ROS 2 with Debian's Fast DDS as the peer: another vendor's DDS."""
+"""A simulated KBot as a ROS 2 node, with Debian's Fast DDS as the peer: a DDS of another vendor."""
 
 import json
 import os
@@ -15,9 +15,9 @@ DRIVING_SECONDS = 5
 
 @pytest.fixture(scope="module")
 def peer(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The program, built with types that Fast DDS generates from ROS's names."""
+    """The peer program, built with types that Fast DDS generates for the names of ROS."""
     if shutil.which("fastddsgen") is None or shutil.which("cmake") is None:
-        pytest.skip("there is no Fast DDS here (make test-peers installs it)")
+        pytest.skip("Fast DDS is not installed (make test-peers installs it)")
     folder = tmp_path_factory.mktemp("fastdds")
     for command in (("cmake", "-S", str(SOURCES), "-B", str(folder)), ("cmake", "--build", str(folder))):
         done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
@@ -25,7 +25,7 @@ def peer(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "peer"
 
 
-def test_fast_dds_hears_and_drives(peer: Path) -> None:
+def test_fast_dds_receives_topics_and_drives_the_robot(peer: Path) -> None:
     domain = 100 + os.getpid() % 100
     environment = {**os.environ, "ROS_DOMAIN_ID": str(domain)}
     simulating = subprocess.Popen(
@@ -45,11 +45,11 @@ def test_fast_dds_hears_and_drives(peer: Path) -> None:
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    heard = json.loads(done.stdout)
-    assert heard["clocks"] > 10  # of 50 a second, but for those that are lost by best effort
-    assert 0.0 < heard["seconds"] < 12.0
-    assert heard["description"] > 1000  # the URDF, although the peer came late
+    received = json.loads(done.stdout)
+    assert received["clocks"] > 10  # 50 per second are sent; best effort loses some
+    assert 0.0 < received["seconds"] < 12.0
+    assert received["description"] > 1000  # a late subscriber also receives the URDF
     report, errors = simulating.communicate(timeout=60)
     assert simulating.returncode == 0, errors
-    # 0.2 m/s for most of that time, and the watchdog's half second after it
+    # 0.2 m/s for most of the time, and for half a second more until the watchdog stops it
     assert 0.3 < json.loads(report)["distance_m"] < 0.2 * (DRIVING_SECONDS + 1)

@@ -1,4 +1,4 @@
-"""The clients of npm that browsers use: Foxglove's own, and roslibjs."""
+"""The npm clients that browsers use, Foxglove's and roslibjs, connect to a simulated KBot."""
 
 import base64
 import json
@@ -23,7 +23,7 @@ PACKAGES = ("@foxglove/ws-protocol@0.8.0", "ws@8", "roslib@2")
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Where the clients are installed, with our programs that use them."""
+    """The folder with the installed clients and the test programs that use them."""
     found = install_npm(tmp_path_factory.mktemp("npm"), PACKAGES)
     for program in HERE.glob("*.mjs"):
         shutil.copy(program, found)
@@ -32,7 +32,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def addresses(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]:
-    """A simulation in real time, and where its two bridges are."""
+    """A simulation in real time. Yields the addresses of its two bridges."""
     log = tmp_path_factory.mktemp("log") / "kbot.log"
     with log.open("w") as stream:
         process = subprocess.Popen(
@@ -58,7 +58,7 @@ def run(folder: Path, *words: str) -> dict:
 
 
 @pytest.mark.parametrize("subprotocol", ["foxglove.websocket.v1", "foxglove.sdk.v1"])
-def test_foxglove_s_client_hears_and_drives(
+def test_foxglove_client_receives_topics_and_drives(
     folder: Path, addresses: dict[str, str], subprotocol: str
 ) -> None:
     found = run(folder, "foxglove_client.mjs", addresses["foxglove"], subprotocol)
@@ -74,7 +74,7 @@ def test_foxglove_s_client_hears_and_drives(
     assert last.twist.twist.linear.x == pytest.approx(0.3, abs=0.02)
 
 
-def test_roslibjs_hears_and_drives(folder: Path, addresses: dict[str, str]) -> None:
+def test_roslibjs_receives_topics_and_drives(folder: Path, addresses: dict[str, str]) -> None:
     found = run(folder, "rosbridge_client.mjs", addresses["rosbridge"])
     assert found["speed"] == pytest.approx(0.3, abs=0.02)
     assert found["parameter"] is True

@@ -1,4 +1,4 @@
-"""A simulated KBot as a node of ROS 1: Debian's own tools see it, hear it and drive it."""
+"""A simulated KBot as a ROS 1 node: Debian's tools list it, subscribe to its topics and drive it."""
 
 import json
 import re
@@ -14,25 +14,25 @@ import kbot
 from .conftest import Ros, stop, wait_until
 
 
-@pytest.fixture(scope="module", params=["our own master", "roscore"])
+@pytest.fixture(scope="module", params=["kbot as master", "roscore"])
 def live(ros: Ros, request: pytest.FixtureRequest) -> Iterator[Ros]:
-    """A simulation in real time with `--ros1`, with Debian's master and without one."""
+    """A simulation in real time with `--ros1`, with and without Debian's master."""
     running = []
     if request.param == "roscore":
         port = ros.environment["ROS_MASTER_URI"].rpartition(":")[2]
         running.append(ros.start("roscore", "-p", port))
-        wait_until(lambda: answers(ros, "rosparam", "list"), "a master")
+        wait_until(lambda: answers(ros, "rosparam", "list"), "master")
     running.append(ros.start(sys.executable, "-m", "kbot", "sim", "kbot", "--headless", "--ros1"))
     try:
-        wait_until(lambda: "/kbot" in said(ros, "rosnode", "list"), "a node /kbot")
-        wait_until(lambda: "/tf_static" in said(ros, "rostopic", "list"), "topics")
+        wait_until(lambda: "/kbot" in output_of(ros, "rosnode", "list"), "node /kbot")
+        wait_until(lambda: "/tf_static" in output_of(ros, "rostopic", "list"), "topics")
         yield ros
     finally:
         for process in reversed(running):
             stop(process)
 
 
-def said(ros: Ros, *command: str) -> str:
+def output_of(ros: Ros, *command: str) -> str:
     done = subprocess.run(
         command, env=ros.environment, capture_output=True, text=True, check=False, timeout=60
     )
@@ -44,13 +44,13 @@ def answers(ros: Ros, *command: str) -> bool:
     return done.returncode == 0
 
 
-def one(ros: Ros, topic: str) -> dict[str, object]:
-    """One message as `rostopic echo` prints it."""
+def message_on(ros: Ros, topic: str) -> dict[str, object]:
+    """A message on a topic, as `rostopic echo` prints it."""
     text = ros.run("rostopic", "echo", "-n", "1", topic, timeout=30)
     return dict(yaml.safe_load(text.partition("---")[0]))
 
 
-def test_the_tools_see_the_node_its_topics_and_its_parameters(live: Ros) -> None:
+def test_tools_list_the_node_its_topics_and_its_parameters(live: Ros) -> None:
     listed = live.run("rostopic", "list", "-v")
     published, _, subscribed = listed.partition("Subscribed topics")
     for line in (
@@ -70,7 +70,7 @@ def test_the_tools_see_the_node_its_topics_and_its_parameters(live: Ros) -> None
     assert "left_wheel_joint" in description
 
 
-def test_parameters_as_rosparam_keeps_them(live: Ros) -> None:
+def test_rosparam_sets_reads_and_deletes_parameters(live: Ros) -> None:
     value = {"a": 1, "b": {"c": [1.5, "x"], "d": True}}
     live.run("rosparam", "set", "/here/deep", yaml.safe_dump(value))
     assert yaml.safe_load(live.run("rosparam", "get", "/here/deep")) == value
@@ -81,33 +81,33 @@ def test_parameters_as_rosparam_keeps_them(live: Ros) -> None:
     assert not answers(live, "rosparam", "get", "/here/deep/b/c")
 
 
-def test_odometry_comes_at_its_rate(live: Ros) -> None:
+def test_odometry_is_published_at_its_rate(live: Ros) -> None:
     listener = live.start("rostopic", "hz", "-w", "100", "--wall-time", "/odom")
     log = live.home / "rostopic.log"
     try:
-        wait_until(lambda: "average rate" in log.read_text(), "a rate", 30)
+        wait_until(lambda: "average rate" in log.read_text(), "rate", 30)
         rate = float(re.findall(r"average rate: ([\d.]+)", log.read_text())[-1])
     finally:
         stop(listener)
-    assert 25 < rate < 75  # it is 50 Hz where the machine is free
-    odometry = one(live, "/odom")
+    assert 25 < rate < 75  # it is 50 Hz on an idle machine
+    odometry = message_on(live, "/odom")
     assert odometry["child_frame_id"] == "base_footprint"
 
 
-def test_a_twist_from_rostopic_drives_it_and_silence_stops_it(live: Ros) -> None:
+def test_twist_from_rostopic_drives_until_the_watchdog_stops_the_robot(live: Ros) -> None:
     driver = live.start(
         "rostopic", "pub", "-r", "10", "/cmd_vel", "geometry_msgs/Twist", "{linear: {x: 0.3}}"
     )
     try:
-        wait_until(lambda: speed(live) > 0.25, "a moving robot", 30)
+        wait_until(lambda: speed(live) > 0.25, "moving robot", 30)
     finally:
         stop(driver)
-    wait_until(lambda: abs(speed(live)) < 0.01, "a robot that its watchdog stopped", 30)
-    assert one(live, "/odom")["pose"]["pose"]["position"]["x"] > 0.02
+    wait_until(lambda: abs(speed(live)) < 0.01, "stopped robot", 30)
+    assert message_on(live, "/odom")["pose"]["pose"]["position"]["x"] > 0.02
 
 
 def speed(ros: Ros) -> float:
-    return float(one(ros, "/odom")["twist"]["twist"]["linear"]["x"])
+    return float(message_on(ros, "/odom")["twist"]["twist"]["linear"]["x"])
 
 
 LOOK_UP = """
@@ -128,19 +128,19 @@ json.dump(found, sys.stdout)
 """
 
 
-def test_tf_knows_every_link_also_those_that_were_said_once(live: Ros) -> None:
-    """`tf2` hears the latched static transforms although it comes late, and joins them to the moving ones."""
+def test_tf_has_every_link_also_static_ones(live: Ros) -> None:
+    """A late `tf2` listener receives the latched static transforms and joins them to the moving ones."""
     robot = kbot.load("kbot")
     pairs = [(joint.parent, joint.child) for joint in robot.joints.values()]
-    asked = json.dumps([*pairs, *(("odom", link) for link in robot.links)])
-    found = json.loads(live.run("/usr/bin/python3", "-c", LOOK_UP, asked))
+    queries = json.dumps([*pairs, *(("odom", link) for link in robot.links)])
+    found = json.loads(live.run("/usr/bin/python3", "-c", LOOK_UP, queries))
     for xyz, joint in zip(found, robot.joints.values(), strict=False):
         assert xyz == pytest.approx(joint.pose.xyz, abs=1e-12)
     assert len(found) == len(robot.joints) + len(robot.links)
 
 
-def test_a_subscriber_of_another_type_is_told(live: Ros) -> None:
-    """rospy logs what our header says."""
+def test_subscriber_with_another_type_does_not_break_the_topic(live: Ros) -> None:
+    """rospy logs the error in the connection header."""
     program = (
         "import rospy, std_msgs.msg; rospy.init_node('wrong', anonymous=True, log_level=rospy.DEBUG);"
         "rospy.Subscriber('/odom', std_msgs.msg.String, print); import time; time.sleep(3)"
@@ -159,8 +159,8 @@ print("twice")
 """
 
 
-def test_tf_echo_finds_the_frames(live: Ros) -> None:
-    # it ends with nothing but Ctrl-C, and then says what it kept back
+def test_tf_echo_prints_the_frames(live: Ros) -> None:
+    # it exits only on Ctrl-C, and then prints its buffered output
     echo = "timeout -s INT 5 /usr/lib/tf/tf_echo base_footprint base_link || true"
     text = live.run("/bin/sh", "-c", echo)
     line = next(line for line in text.splitlines() if line.startswith("- Translation"))
@@ -169,8 +169,8 @@ def test_tf_echo_finds_the_frames(live: Ros) -> None:
     assert found == pytest.approx(pose.translation.tolist(), abs=1e-3)
 
 
-def test_rosservice_lists_and_calls(live: Ros) -> None:
-    """Debian has no gazebo_msgs: what is called is of std_srvs."""
+def test_rosservice_lists_and_calls_services(live: Ros) -> None:
+    """Only services of std_srvs are called, because Debian does not have gazebo_msgs."""
     listed = live.run("rosservice", "list").splitlines()
     assert {"/gazebo/pause_physics", "/gazebo/spawn_urdf_model"} <= set(listed)
     assert live.run("rosservice", "type", "/gazebo/delete_model").strip() == "gazebo_msgs/DeleteModel"
@@ -182,14 +182,16 @@ def test_rosservice_lists_and_calls(live: Ros) -> None:
     assert answers(live, "rostopic", "echo", "-n", "1", "/clock")
 
 
-def test_a_second_one_takes_the_name_and_the_first_gives_way(live: Ros) -> None:
-    """The last one here: what the others ask is gone when it ends."""
+def test_second_kbot_takes_the_name_of_the_first(live: Ros) -> None:
+    """This is the last test in the file, because it ends the node that the other tests use."""
     before = live.run("rosnode", "info", "/kbot").partition("Pid:")[2].split()[0]
     second = live.start(sys.executable, "-m", "kbot", "sim", "kbot", "--headless", "--ros1")
     try:
-        wait_until(lambda: str(second.pid) in said(live, "rosnode", "info", "/kbot"), "the second's node")
+        wait_until(
+            lambda: str(second.pid) in output_of(live, "rosnode", "info", "/kbot"), "node of the second KBot"
+        )
         assert before != str(second.pid)
         for _ in range(3):
-            assert str(second.pid) in said(live, "rosnode", "info", "/kbot")
+            assert str(second.pid) in output_of(live, "rosnode", "info", "/kbot")
     finally:
         stop(second)

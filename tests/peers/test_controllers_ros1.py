@@ -1,4 +1,4 @@
-"""An arm of a launch file under Debian's actionlib client."""
+"""Debian's actionlib client moves an arm that a launch file spawns."""
 
 import json
 import sys
@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from .conftest import Ros, stop, wait_until
-from .test_bridge_ros1 import one, said
+from .test_bridge_ros1 import message_on, output_of
 
 MANAGER = """<gazebo><plugin name="gazebo_ros_control" filename="libgazebo_ros_control.so">
 <robotNamespace>/arm</robotNamespace></plugin></gazebo>"""
@@ -29,14 +29,16 @@ LAUNCH = """<launch>
 
 @pytest.fixture(scope="module")
 def arm(ros: Ros, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Ros]:
-    """It runs in real time with `--ros1` and a master of its own."""
+    """An arm in real time with `--ros1` and KBot's master."""
     folder = tmp_path_factory.mktemp("arm")
     for name, text in (("arm.urdf", ARM), ("arm.yaml", CONTROLLERS), ("arm.launch", LAUNCH)):
         (folder / name).write_text(text)
     words = ("launch", str(folder / "arm.launch"), "--ros1", "--no-browser", "--port", "0")
     running = ros.start(sys.executable, "-m", "kbot", *words)
     try:
-        wait_until(lambda: "/arm/follow/follow_joint_trajectory/goal" in said(ros, "rostopic", "list"), "it")
+        wait_until(
+            lambda: "/arm/follow/follow_joint_trajectory/goal" in output_of(ros, "rostopic", "list"), "action"
+        )
         yield ros
     finally:
         stop(running)
@@ -46,11 +48,11 @@ CLIENT = Path(__file__).with_name("follow_trajectory.py")
 
 
 def follow(ros: Ros, *goals: object) -> list[dict[str, object]]:
-    """What Debian's actionlib client got for each goal."""
+    """The result of Debian's actionlib client for each goal."""
     return list(json.loads(ros.run("/usr/bin/python3", str(CLIENT), json.dumps(goals))))
 
 
-def test_the_action_has_the_topics_and_types_of_actionlib(arm: Ros) -> None:
+def test_action_has_the_topics_and_types_of_actionlib(arm: Ros) -> None:
     listed = arm.run("rostopic", "list", "-v")
     stem = "/arm/follow/follow_joint_trajectory"
     for line in (
@@ -63,7 +65,7 @@ def test_the_action_has_the_topics_and_types_of_actionlib(arm: Ros) -> None:
         assert line in listed
 
 
-def test_actionlib_s_client_has_a_trajectory_followed_hears_of_it_and_cancels_one(arm: Ros) -> None:
+def test_actionlib_client_gets_feedback_and_can_cancel(arm: Ros) -> None:
     joints = ["shoulder", "elbow"]
     reached, cancelled = follow(
         arm,
@@ -73,11 +75,13 @@ def test_actionlib_s_client_has_a_trajectory_followed_hears_of_it_and_cancels_on
     assert (reached["state"], reached["code"]) == (3, 0)
     assert reached["feedback"] > 10
     assert cancelled["state"] == 2
-    positions = dict(zip(*(one(arm, "/arm/joint_states")[key] for key in ("name", "position")), strict=True))
+    positions = dict(
+        zip(*(message_on(arm, "/arm/joint_states")[key] for key in ("name", "position")), strict=True)
+    )
     assert 0.3 < positions["shoulder"] < 0.6
 
 
-def test_what_cannot_be_followed_is_refused_with_code_and_words(arm: Ros) -> None:
+def test_invalid_trajectory_is_rejected_with_code_and_message(arm: Ros) -> None:
     both = ["shoulder", "elbow"]
     refused = follow(
         arm,
@@ -85,6 +89,6 @@ def test_what_cannot_be_followed_is_refused_with_code_and_words(arm: Ros) -> Non
         {"joints": both, "points": [[1.0, ["nan", 0.1]]]},
         {"joints": both, "points": [[1.0, [0.1, 0.1]], [0.5, [0.2, 0.2]]]},
     )
-    assert [(one["state"], one["code"]) for one in refused] == [(5, -2), (5, -1), (5, -1)]
-    for one_refused, words in zip(refused, ("did you mean 'elbow'", "finite", "grow"), strict=True):
-        assert words in str(one_refused["words"])
+    assert [(result["state"], result["code"]) for result in refused] == [(5, -2), (5, -1), (5, -1)]
+    for result, message in zip(refused, ("did you mean 'elbow'", "finite", "grow"), strict=True):
+        assert message in str(result["words"])

@@ -1,4 +1,4 @@
-"""Debian's rviz opens a configuration that KBot wrote with every display that both have."""
+"""Debian's rviz opens a configuration that KBot wrote, with every display that both support."""
 
 import sys
 from collections.abc import Iterator
@@ -12,18 +12,18 @@ from kbot.workbench.displays.kinds import KINDS
 from kbot.workbench.displays.rviz import write_rviz
 
 from .conftest import Ros, stop, wait_until
-from .test_bridge_rviz import CONFIG, said, stands
+from .test_bridge_rviz import CONFIG, output_of, plate_centre
 
 SHARED = [kind for kind in KINDS if kind.rviz]
 HIDDEN = {"Grid", "TF", "Axes"}
-"""What would lie over the robot, or beside it in its colour."""
+"""Displays that would cover the robot, or have its colour beside it."""
 DOCKS = 342
-"""Pixels on the left that rviz gives to the windows of images and cameras."""
+"""Width in pixels of the docks on the left, where rviz shows the windows of images and cameras."""
 
 
 @pytest.fixture
 def opened(ros: Ros, display: Path, tmp_path: Path) -> Iterator[tuple[Ros, Path]]:
-    """rviz beside a simulation, with a file that KBot wrote over one of rviz 1; and what rviz says."""
+    """rviz beside a simulation, with an rviz 1 file that KBot changed. Yields also the log of rviz."""
     original = yaml.safe_load(yaml.safe_dump(CONFIG))
     displays = [Display("RobotModel", "Robot", True, {}, 0)]
     displays += [
@@ -37,7 +37,7 @@ def opened(ros: Ros, display: Path, tmp_path: Path) -> Iterator[tuple[Ros, Path]
     log = ros.home / "rviz.log"
     log.unlink(missing_ok=True)
     try:
-        wait_until(lambda: "/robot_description" in said(ros, "rosparam", "list"), "a description")
+        wait_until(lambda: "/robot_description" in output_of(ros, "rosparam", "list"), "description")
         running.append(ros.start("rviz", "-d", str(config)))
         yield ros, log
     finally:
@@ -45,9 +45,9 @@ def opened(ros: Ros, display: Path, tmp_path: Path) -> Iterator[tuple[Ros, Path]
             stop(process)
 
 
-def test_rviz_opens_what_kbot_wrote(opened: tuple[Ros, Path], display: Path) -> None:
+def test_rviz_opens_a_file_that_kbot_wrote(opened: tuple[Ros, Path], display: Path) -> None:
     _, log = opened
-    wait_until(lambda: stands(display, DOCKS) is not None, "a blue plate on rviz's screen", 120)
-    said_by_rviz = log.read_text()
-    assert "ERROR" not in said_by_rviz, said_by_rviz
-    assert "could not be loaded" not in said_by_rviz.lower(), said_by_rviz
+    wait_until(lambda: plate_centre(display, DOCKS) is not None, "blue plate on rviz's screen", 120)
+    output = log.read_text()
+    assert "ERROR" not in output, output
+    assert "could not be loaded" not in output.lower(), output

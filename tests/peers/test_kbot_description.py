@@ -1,4 +1,4 @@
-"""KBot's own package on a real ROS 1: built by catkin_make, run by roslaunch, shown by rviz."""
+"""KBot's package on a real ROS 1: catkin_make builds it, roslaunch runs it, rviz shows it."""
 
 import json
 import shutil
@@ -33,7 +33,7 @@ def workspace(ros: Ros) -> Path:
 
 @pytest.fixture
 def sourced(ros: Ros, workspace: Path, monkeypatch: pytest.MonkeyPatch) -> Ros:
-    """ROS as it is after `source install/setup.bash`."""
+    """The environment after `source install/setup.bash`."""
     command = f". {workspace}/install/setup.sh && env -0"
     for entry in ros.run("/bin/sh", "-c", command).split("\0"):
         name, _, value = entry.partition("=")
@@ -45,7 +45,7 @@ def sourced(ros: Ros, workspace: Path, monkeypatch: pytest.MonkeyPatch) -> Ros:
 
 @pytest.fixture
 def launched(sourced: Ros, display: Path) -> Iterator[Ros]:
-    """The package's launch file, run as a user would run it."""
+    """ROS while roslaunch runs the launch file of the package."""
     process = sourced.start("roslaunch", "kbot_description", "kbot_base_rviz.launch")
     try:
         yield sourced
@@ -53,22 +53,22 @@ def launched(sourced: Ros, display: Path) -> Iterator[Ros]:
         stop(process)
 
 
-def test_the_package_is_built_and_installed(workspace: Path) -> None:
+def test_package_is_built_and_installed(workspace: Path) -> None:
     share = workspace / "install/share/kbot_description"
     installed = {str(file.relative_to(share)) for file in share.rglob("*") if file.is_file()}
     written = {str(file.relative_to(PACKAGE)) for file in PACKAGE.rglob("*") if file.is_file()}
     assert written - installed <= {"CMakeLists.txt"}
 
 
-def test_roslaunch_runs_it_and_its_frames_are_ours(launched: Ros, display: Path) -> None:
+def test_roslaunch_publishes_the_same_frames_as_kbot(launched: Ros, display: Path) -> None:
     robot = kbot.load("kbot")
     tree = FrameTree(robot)
-    wait_until(lambda: "/rviz" in _nodes(launched), "a node /rviz")
+    wait_until(lambda: "/rviz" in _nodes(launched), "node /rviz")
     movable = [joint.child for joint in robot.movable_joints]
     listener = str(Path(__file__).with_name("listen.py"))
     joints = [{**{j.name: 0.0 for j in robot.movable_joints}, **position} for position in POSITIONS]
-    heard = launched.run("/usr/bin/python3", listener, json.dumps(joints), json.dumps(movable))
-    for position, edges in zip(joints, json.loads(heard), strict=True):
+    transforms = launched.run("/usr/bin/python3", listener, json.dumps(joints), json.dumps(movable))
+    for position, edges in zip(joints, json.loads(transforms), strict=True):
         poses = tree.poses(position)
         assert set(edges) == set(poses) - {robot.root}
         for link, (parent, xyz, xyzw) in edges.items():
@@ -76,7 +76,7 @@ def test_roslaunch_runs_it_and_its_frames_are_ours(launched: Ros, display: Path)
             assert robot.parent_joint[link].parent == parent
             np.testing.assert_allclose(xyz, expected.translation, atol=1e-12)
             np.testing.assert_allclose(_matrix(xyzw), expected.rotation, atol=1e-9)
-    wait_until(lambda: shows_robot(display), "a blue plate and black wheels on rviz's screen", 90)
+    wait_until(lambda: shows_robot(display), "blue plate and black wheels on rviz's screen", 90)
 
 
 def _nodes(ros: Ros) -> str:
@@ -98,7 +98,8 @@ def _matrix(xyzw: list[float]) -> np.ndarray:
 
 
 def shows_robot(display: Path) -> bool:
-    """Whether thousands of pixels are blue as the base, and black within rviz's grey as the wheels."""
+    """Whether the picture has thousands of pixels in the blue of the base and, around it, in the black of the
+    wheels."""
     pixels = picture(display).astype(int)
     blue = (pixels[..., 2] > 80) & (pixels[..., :2].max(axis=2) < 12)
     if blue.sum() < 5000:

@@ -1,4 +1,4 @@
-"""Parameters that a launch file deletes and clears on Debian's master, by roslaunch and by KBot."""
+"""roslaunch and KBot delete and clear the same parameters on Debian's master."""
 
 import re
 import subprocess
@@ -14,17 +14,18 @@ ROBOT = """<param name="robot_description" command="$(find xacro)/xacro $(dirnam
 """
 FILE = """<launch>
   {}
-  <rosparam command="delete" param="/gone/deep"/>
+  <rosparam command="delete" param="/removed/deep"/>
   <rosparam command="delete" ns="elsewhere" param="x"/>
   <group ns="left" clear_params="true"><param name="new" value="1"/></group>
   <node pkg="ends_at_once" type="end.py" name="n" clear_params="true"><param name="mine" value="2"/></node>
 </launch>"""
 BEFORE = {
-    "/gone/deep/a": "1", "/gone/deep/b": "2", "/gone/stays": "3", "/elsewhere/x": "4", "/elsewhere/y": "5",
+    "/removed/deep/a": "1", "/removed/deep/b": "2", "/removed/stays": "3", "/elsewhere/x": "4",
+    "/elsewhere/y": "5",
     "/left/old": "6", "/right/old": "7", "/n/old": "8",
 }  # fmt: skip
 AFTER = {
-    "/gone/stays": "3", "/elsewhere/y": "5", "/left/new": "1", "/right/old": "7", "/n/mine": "2",
+    "/removed/stays": "3", "/elsewhere/y": "5", "/left/new": "1", "/right/old": "7", "/n/mine": "2",
 }  # fmt: skip
 
 
@@ -43,26 +44,26 @@ def package(ros: Ros) -> Path:
 
 
 def parameters(ros: Ros) -> dict[str, str]:
-    """What is there of the names above and their neighbours."""
+    """The parameters under the names above, as set on the master."""
     text = ros.run("rosparam", "list")
-    names = [name for name in text.split() if re.match("/(gone|elsewhere|left|right|n)/", name)]
+    names = [name for name in text.split() if re.match("/(removed|elsewhere|left|right|n)/", name)]
     return {name: ros.run("rosparam", "get", name).strip() for name in names}
 
 
 @pytest.mark.parametrize("by", ["roslaunch", "kbot", "kbot with a robot"])
-def test_what_is_deleted_and_cleared_is_gone_and_all_else_stays(ros: Ros, package: Path, by: str) -> None:
+def test_only_deleted_and_cleared_parameters_are_removed(ros: Ros, package: Path, by: str) -> None:
     file = package / "a.launch"
     file.write_text(FILE.format(ROBOT if "robot" in by else ""))
     core = ros.start("roscore", "-p", ros.environment["ROS_MASTER_URI"].rpartition(":")[2])
     running = None
     try:
-        wait_until(lambda: has_master(ros), "a master")
+        wait_until(lambda: has_master(ros), "master")
         for name, value in BEFORE.items():
             ros.run("rosparam", "set", name, value)
         kbot = [sys.executable, "-m", "kbot", "launch", str(file)]
         if "robot" in by:
             running = ros.start(*kbot, "--no-browser", "--port", "0", "--ros1")
-            wait_until(lambda: _is_done(ros), "a launch")
+            wait_until(lambda: _is_done(ros), "finished launch")
         else:
             command = ["roslaunch", str(file)] if by == "roslaunch" else kbot
             subprocess.run(command, env=ros.environment, capture_output=True, timeout=90, check=False)
@@ -76,5 +77,5 @@ def test_what_is_deleted_and_cleared_is_gone_and_all_else_stays(ros: Ros, packag
 def _is_done(ros: Ros) -> bool:
     try:
         return parameters(ros) == AFTER
-    except AssertionError:  # one that was listed went before it was asked for
+    except AssertionError:  # a listed parameter was deleted before it was read
         return False

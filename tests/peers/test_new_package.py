@@ -1,4 +1,4 @@
-"""On a real ROS 1: what `kbot new` makes is built and run, and a user's node is one of its nodes."""
+"""On a real ROS 1: a package from `kbot new` is built and run, and a kbot.Node connects to the master."""
 
 import json
 import subprocess
@@ -30,7 +30,7 @@ def package(ros: Ros) -> Path:
 
 @pytest.fixture
 def sourced(ros: Ros, package: Path, monkeypatch: pytest.MonkeyPatch) -> Ros:
-    """ROS as it is after `source install/setup.bash`."""
+    """The environment after `source install/setup.bash`."""
     setup = package.parents[1] / "install" / "setup.sh"
     for entry in ros.run("/bin/sh", "-c", f". {setup} && env -0").split("\0"):
         name, _, value = entry.partition("=")
@@ -44,7 +44,7 @@ def sourced(ros: Ros, package: Path, monkeypatch: pytest.MonkeyPatch) -> Ros:
     return ros
 
 
-def test_catkin_builds_and_installs_all_of_it(package: Path) -> None:
+def test_catkin_builds_and_installs_all_files(package: Path) -> None:
     share = package.parents[1] / "install" / "share" / "new_robot"
     installed = {str(file.relative_to(share)) for file in share.rglob("*") if file.is_file()}
     written = {str(file.relative_to(package)) for file in package.rglob("*") if file.is_file()}
@@ -61,10 +61,10 @@ def test_roslaunch_sets_the_same_parameters(sourced: Ros, package: Path) -> None
     )
 
 
-def test_roslaunch_runs_it_and_its_frames_are_published(sourced: Ros, display: Path) -> None:
+def test_roslaunch_publishes_the_frames(sourced: Ros, display: Path) -> None:
     process = sourced.start("roslaunch", "new_robot", "display.launch")
     try:
-        wait_until(lambda: "/robot_state_publisher" in _said(sourced, "rosnode", "list"), "its nodes")
+        wait_until(lambda: "/robot_state_publisher" in _output_of(sourced, "rosnode", "list"), "nodes")
         fixed = yaml.safe_load(sourced.run("rostopic", "echo", "-n", "1", "/tf_static").partition("---")[0])
         assert {t["child_frame_id"] for t in fixed["transforms"]} == {"base_link", "caster"}
         states = yaml.safe_load(
@@ -77,19 +77,19 @@ def test_roslaunch_runs_it_and_its_frames_are_published(sourced: Ros, display: P
 
 @pytest.fixture
 def simulated(ros: Ros) -> Iterator[Ros]:
-    """Debian's master, and a KBot that is a node of it."""
+    """Debian's master with a KBot as a node."""
     master = ros.start("roscore", "-p", ros.environment["ROS_MASTER_URI"].rpartition(":")[2])
-    wait_until(lambda: "/rosout" in _said(ros, "rosnode", "list"), "a master")
+    wait_until(lambda: "/rosout" in _output_of(ros, "rosnode", "list"), "master")
     robot = ros.start(sys.executable, "-m", "kbot", "sim", "kbot", "--headless", "--ros1")
     try:
-        wait_until(lambda: "/kbot" in _said(ros, "rosnode", "list"), "a node /kbot")
+        wait_until(lambda: "/kbot" in _output_of(ros, "rosnode", "list"), "node /kbot")
         yield ros
     finally:
         stop(robot)
         stop(master)
 
 
-def test_a_user_s_node_drives_over_debian_s_master(simulated: Ros) -> None:
+def test_kbot_node_drives_through_debian_master(simulated: Ros) -> None:
     simulated.run("rosparam", "set", "/driver/distance", "0.25")
     done = simulated.run(sys.executable, str(PROGRAM), "go:=cmd_vel", timeout=90)
     found = json.loads(done)
@@ -97,33 +97,33 @@ def test_a_user_s_node_drives_over_debian_s_master(simulated: Ros) -> None:
     assert found["x"] >= 0.25
 
 
-def test_a_user_s_node_and_rostopic_hear_each_other(simulated: Ros) -> None:
+def test_kbot_node_and_rostopic_exchange_messages(simulated: Ros) -> None:
     program = (
         "import kbot\nfrom kbot.messages import String\n"
         "node = kbot.Node('talker')\n"
-        "said = node.advertise('chatter', String, latched=True)\n"
-        "node.subscribe('orders', String, lambda m: said.publish(String('heard ' + m.data)))\n"
+        "chatter = node.advertise('chatter', String, latched=True)\n"
+        "node.subscribe('orders', String, lambda m: chatter.publish(String('got ' + m.data)))\n"
         "node.spin(60)\n"
     )
     node = simulated.start(sys.executable, "-c", program)
     orders = simulated.start("rostopic", "pub", "-r", "5", "/orders", "std_msgs/String", "turn")
     try:
-        assert "heard turn" in simulated.run("rostopic", "echo", "-n", "1", "/chatter", timeout=60)
-        wait_until(lambda: "/talker" in _said(simulated, "rosnode", "list"), "a node /talker")
+        assert "got turn" in simulated.run("rostopic", "echo", "-n", "1", "/chatter", timeout=60)
+        wait_until(lambda: "/talker" in _output_of(simulated, "rosnode", "list"), "node /talker")
         assert "* /chatter [std_msgs/String]" in simulated.run("rosnode", "info", "/talker")
     finally:
         stop(orders)
         stop(node)
 
 
-def _said(ros: Ros, *command: str) -> str:
+def _output_of(ros: Ros, *command: str) -> str:
     done = subprocess.run(
         command, env=ros.environment, capture_output=True, text=True, check=False, timeout=60
     )
     return done.stdout
 
 
-def test_the_parameters_of_a_launch_are_there_for_rosparam(sourced: Ros, package: Path) -> None:
+def test_rosparam_reads_the_parameters_of_a_launch(sourced: Ros, package: Path) -> None:
     file = package / "launch" / "many.launch"
     file.write_text(
         """<launch><include file="$(dirname)/display.launch"/>
@@ -135,7 +135,7 @@ def test_the_parameters_of_a_launch_are_there_for_rosparam(sourced: Ros, package
         *(sys.executable, "-m", "kbot", "launch", str(file), "--ros1", "--no-browser", "--port", "0")
     )
     try:
-        wait_until(lambda: "/left/rate" in _said(sourced, "rosparam", "list"), "parameters")
+        wait_until(lambda: "/left/rate" in _output_of(sourced, "rosparam", "list"), "parameters")
         ours = yaml.safe_load(sourced.run("rosparam", "get", "/"))
     finally:
         stop(running)

@@ -1,4 +1,4 @@
-"""Our MCAP files, read by MCAP's own library for JavaScript."""
+"""MCAP's JavaScript library reads the files that KBot writes."""
 
 import json
 import shutil
@@ -25,7 +25,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return found
 
 
-def test_every_message_time_and_fact_is_found_by_the_index(folder: Path) -> None:
+def test_index_finds_every_message_time_and_note(folder: Path) -> None:
     file = folder / "run.mcap"
     sim = Simulation(kbot.load("kbot"))
     with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(file)):

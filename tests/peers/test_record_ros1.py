@@ -1,4 +1,4 @@
-"""Bags that KBot writes, read by Debian's rosbag; bags that rosbag writes, read by KBot."""
+"""Debian's rosbag reads the bags of KBot, and KBot reads the bags of rosbag."""
 
 import json
 import os
@@ -49,10 +49,10 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_rosbag_info_finds_the_same(ros: Ros, bag: Path) -> None:
+def test_rosbag_info_counts_the_same_messages(ros: Ros, bag: Path) -> None:
     text = ros.run("rosbag", "info", str(bag))
     ours = Recording(str(bag)).summary()
-    assert f"messages: {ours.count + 2}" in " ".join(text.split())  # with the two notes about the run
+    assert f"messages: {ours.count + 2}" in " ".join(text.split())  # including the two notes about the run
     assert "nav_msgs/Odometry [cd5e73d190d741a2f92e81eda573aca7]" in " ".join(text.split())
 
 
@@ -68,7 +68,7 @@ def test_rosbag_reads_every_message_and_number(ros: Ros, bag: Path) -> None:
 
 
 @pytest.mark.parametrize("compression", ["none", "bz2", "lz4"])
-def test_bags_of_rosbag_are_read(ros: Ros, tmp_path: Path, compression: str) -> None:
+def test_kbot_reads_bags_of_rosbag(ros: Ros, tmp_path: Path, compression: str) -> None:
     path = tmp_path / "theirs.bag"
     ros.run("/usr/bin/python3", "-c", WRITE, str(path), compression)
     found = Recording(str(path))
@@ -80,13 +80,13 @@ def test_bags_of_rosbag_are_read(ros: Ros, tmp_path: Path, compression: str) -> 
     assert speeds == [n / 10 for n in range(500)]
 
 
-def test_a_bag_is_played_back_to_ros(ros: Ros, bag: Path) -> None:
+def test_rosbag_plays_back_a_bag_of_kbot(ros: Ros, bag: Path) -> None:
     core = ros.start("roscore", "-p", ros.environment["ROS_MASTER_URI"].rpartition(":")[2])
     player = None
     try:
-        wait_until(lambda: has_master(ros), "a master")
+        wait_until(lambda: has_master(ros), "master")
         player = ros.start("rosbag", "play", "--loop", "--quiet", str(bag))
-        wait_until(lambda: "/odom" in ros.run("rostopic", "list"), "a player")
+        wait_until(lambda: "/odom" in ros.run("rostopic", "list"), "player")
         assert "base_footprint" in ros.run("rostopic", "echo", "-n", "1", "/odom/child_frame_id")
         assert "frame_id" in ros.run("rostopic", "echo", "-n", "1", "/tf")
     finally:
@@ -98,9 +98,7 @@ def test_a_bag_is_played_back_to_ros(ros: Ros, bag: Path) -> None:
 @pytest.mark.parametrize(
     "args", ["-d 4 -s 0.45 -u 1 --topics /cmd_vel --bags={}", "-d 4 -r 2 {} --topics /cmd_vel"]
 )
-def test_a_launch_file_plays_the_same_under_roslaunch_and_kbot_launch(
-    ros: Ros, tmp_path: Path, args: str
-) -> None:
+def test_roslaunch_and_kbot_launch_play_back_the_same_messages(ros: Ros, tmp_path: Path, args: str) -> None:
     bag = tmp_path / "drive.bag"
     sim = Simulation("kbot")
     sim.bus.advertise("/cmd_vel", Twist)
@@ -115,22 +113,24 @@ def test_a_launch_file_plays_the_same_under_roslaunch_and_kbot_launch(
     )
     core = ros.start("roscore", "-p", ros.environment["ROS_MASTER_URI"].rpartition(":")[2])
     try:
-        wait_until(lambda: has_master(ros), "a master")
-        theirs = _heard(ros, tmp_path / "theirs.txt", "roslaunch", str(file))
-        ours = _heard(ros, tmp_path / "ours.txt", sys.executable, "-m", "kbot", "launch", str(file), "--ros1")
+        wait_until(lambda: has_master(ros), "master")
+        theirs = _received(ros, tmp_path / "theirs.txt", "roslaunch", str(file))
+        ours = _received(
+            ros, tmp_path / "ours.txt", sys.executable, "-m", "kbot", "launch", str(file), "--ros1"
+        )
     finally:
         stop(core)
     assert len(theirs) >= 10
     assert ours == theirs
 
 
-def _heard(ros: Ros, file: Path, *launch: str) -> list[str]:
-    """What a topic says while a launch runs, which ends by itself."""
-    with file.open("w") as said:
+def _received(ros: Ros, file: Path, *launch: str) -> list[str]:
+    """The values on a topic while a launch runs, which ends without Ctrl-C."""
+    with file.open("w") as output:
         echo = subprocess.Popen(
             ["rostopic", "echo", "-p", "/again/linear/x"],
             env=ros.environment,
-            stdout=said,
+            stdout=output,
             stderr=subprocess.DEVNULL,
             start_new_session=True,
         )
@@ -141,18 +141,16 @@ def _heard(ros: Ros, file: Path, *launch: str) -> list[str]:
     return [line.partition(",")[2] for line in file.read_text().splitlines() if line[:1].isdecimal()]
 
 
-def test_of_a_recording_that_was_killed_no_less_is_read_than_rosbag_reindex_saves(
-    ros: Ros, tmp_path: Path
-) -> None:
+def test_killed_recording_is_read_as_far_as_rosbag_reindex_recovers_it(ros: Ros, tmp_path: Path) -> None:
     core = ros.start("roscore", "-p", ros.environment["ROS_MASTER_URI"].rpartition(":")[2])
     started = [core]
     bag = tmp_path / "killed.bag.active"
     try:
-        wait_until(lambda: has_master(ros), "a master")
+        wait_until(lambda: has_master(ros), "master")
         started.append(ros.start("rostopic", "pub", "-r", "200", "/chatter", "std_msgs/String", "x" * 5000))
         recorder = ros.start("rosbag", "record", "--chunksize=64", "-O", str(tmp_path / "killed"), "/chatter")
         started.append(recorder)
-        wait_until(lambda: bag.exists() and bag.stat().st_size > 2_000_000, "a recording")
+        wait_until(lambda: bag.exists() and bag.stat().st_size > 2_000_000, "recording")
         os.killpg(recorder.pid, signal.SIGKILL)
         recorder.wait(60)
     finally:
@@ -160,11 +158,11 @@ def test_of_a_recording_that_was_killed_no_less_is_read_than_rosbag_reindex_save
             stop(process)
     found = Recording(str(bag)).summary()
     assert "it was not closed" in found.broken
-    mended = tmp_path / "mended.bag"
-    mended.write_bytes(bag.read_bytes())
-    ros.run("rosbag", "reindex", str(mended))
-    theirs = re.search(r"/chatter +(\d+) msgs", ros.run("rosbag", "info", str(mended)))
+    reindexed = tmp_path / "reindexed.bag"
+    reindexed.write_bytes(bag.read_bytes())
+    ros.run("rosbag", "reindex", str(reindexed))
+    theirs = re.search(r"/chatter +(\d+) msgs", ros.run("rosbag", "info", str(reindexed)))
     assert theirs is not None
     assert int(theirs[1]) > 300
-    # they save whole chunks, of thirteen messages each, and we those of the last one too
+    # rosbag recovers whole chunks of thirteen messages; KBot also reads those of the last chunk
     assert 0 <= found.count - int(theirs[1]) <= 13

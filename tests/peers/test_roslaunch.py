@@ -1,4 +1,4 @@
-"""roslaunch's own dumps against ours, over its examples and files that are harder."""
+"""The output of roslaunch compared with that of KBot, for its examples and for harder files."""
 
 import re
 import subprocess
@@ -250,7 +250,7 @@ def folder(ros: Ros) -> Path:
     return folder
 
 
-def test_the_command_line_of_a_node_reads_alike(ros: Ros, folder: Path) -> None:
+def test_command_line_of_a_node_is_the_same(ros: Ros, folder: Path) -> None:
     file = folder / "command.launch"
     file.write_text(
         '<launch><remap from="joint_states" to="/js"/><env name="E" value="a b"/>'
@@ -265,20 +265,20 @@ def test_the_command_line_of_a_node_reads_alike(ros: Ros, folder: Path) -> None:
         check=True,
     ).stdout.split()
     at = ours.index("joint_state_publisher/joint_state_publisher")
-    # roslaunch names the program's file, and the words after it are the same; so are those before
+    # roslaunch prints the path of the program; the words before and after it are the same
     program = next(i for i, word in enumerate(theirs) if word.endswith("/joint_state_publisher"))
-    assert named(ours[at + 1 :]) == named(theirs[program + 1 :])
+    assert without_anonymous_part(ours[at + 1 :]) == without_anonymous_part(theirs[program + 1 :])
     assert "nice" in theirs[:program]
     assert "nice" in ours[:at]
 
 
-def named(words: list[str]) -> list[str]:
-    """Words with what is different at every run taken out of the anonymous one."""
+def without_anonymous_part(words: list[str]) -> list[str]:
+    """Words without the part of the anonymous name that differs in each run."""
     return [re.sub(r"^x_.*", "x", word) for word in words]
 
 
 def nodes(text: str) -> list[str]:
-    """Node names, with what is different at every run taken out of the anonymous ones."""
+    """Node names without the parts of anonymous names that differ in each run."""
     return [re.sub(r"_\w+_\d+_\d+$|_\d+_\d+$", "_anonymous", line) for line in text.split()]
 
 
@@ -311,23 +311,24 @@ def compare_nodes(ros: Ros, file: Path) -> None:
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_roslaunch_s_own_examples(ros: Ros, name: str) -> None:
+def test_examples_of_roslaunch_give_the_same_plan(ros: Ros, name: str) -> None:
     compare_params(ros, EXAMPLE_FOLDER / name)
     compare_nodes(ros, EXAMPLE_FOLDER / name)
 
 
-def test_the_example_whose_bytes_roslaunch_cannot_dump(ros: Ros) -> None:
+def test_example_with_bytes_gives_the_same_nodes(ros: Ros) -> None:
+    """roslaunch cannot dump the parameters of this example, because one has bytes."""
     compare_nodes(ros, EXAMPLE_FOLDER / "example.launch")
 
 
 @pytest.mark.parametrize("name", HARD)
-def test_harder_files(ros: Ros, folder: Path, name: str) -> None:
+def test_harder_files_give_the_same_plan(ros: Ros, folder: Path, name: str) -> None:
     compare_params(ros, folder / f"{name}.launch")
     compare_nodes(ros, folder / f"{name}.launch")
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_what_roslaunch_refuses_is_refused(ros: Ros, folder: Path, name: str) -> None:
+def test_files_that_roslaunch_rejects_are_rejected(ros: Ros, folder: Path, name: str) -> None:
     file = folder / f"{name}.launch"
     with pytest.raises(AssertionError):
         ros.run("roslaunch", "--nodes", str(file))
@@ -335,7 +336,7 @@ def test_what_roslaunch_refuses_is_refused(ros: Ros, folder: Path, name: str) ->
         plan_of(ros, file).require()
 
 
-def test_the_list_of_arguments_reads_alike(ros: Ros, folder: Path) -> None:
+def test_list_of_arguments_is_the_same(ros: Ros, folder: Path) -> None:
     file = str(folder / "args.launch")
     ours = subprocess.run(
         [sys.executable, "-m", "kbot", "launch", file, "--ros-args"],
@@ -346,7 +347,7 @@ def test_the_list_of_arguments_reads_alike(ros: Ros, folder: Path) -> None:
     assert ours.stdout == ros.run("roslaunch", "--ros-args", file)
 
 
-def test_arguments_of_groups_can_be_given_and_are_not_listed(ros: Ros, folder: Path) -> None:
+def test_arguments_in_groups_can_be_set_and_are_not_listed(ros: Ros, folder: Path) -> None:
     file = folder / "grouped_arguments.launch"
     file.write_text(
         '<launch><arg name="top" default="1"/><group><arg name="late" default="2"/>'
@@ -362,7 +363,7 @@ def test_arguments_of_groups_can_be_given_and_are_not_listed(ros: Ros, folder: P
         assert (ours.stdout, ours.stderr) == (ros.run("roslaunch", words[0], str(file), *words[1:]), "")
 
 
-def test_the_corrected_chapter(ros: Ros, shared: Path) -> None:
+def test_corrected_chapter_gives_the_same_plan(ros: Ros, shared: Path) -> None:
     link = ros.packages / "kbot_description"
     link.symlink_to(shared / "chapter/corrected/kbot_description")
     try:

@@ -1,4 +1,4 @@
-"""What libsdformat, Gazebo's own reader, parses without error is loaded, in every version that it knows."""
+"""KBot loads all files that libsdformat, Gazebo's reader, parses without error, in each version of SDF."""
 
 import shutil
 import subprocess
@@ -11,7 +11,7 @@ from kbot.world import load_world
 from kbot.world.sdf.model_paths import LIBRARY
 
 VERSIONS = ("1.4", "1.5", "1.6", "1.7", "1.8", "1.9")
-"""Those of libsdformat 12."""
+"""The SDF versions that libsdformat 12 supports."""
 
 BOX = "<geometry><box><size>1 1 1</size></box></geometry>"
 SHAPES = {
@@ -100,39 +100,39 @@ WORLDS = {
 
 @pytest.fixture(scope="module")
 def peer(tmp_path_factory):
-    """Errors of libsdformat by file."""
+    """A function that returns the number of libsdformat errors for each file."""
     program = tmp_path_factory.mktemp("sdformat") / "peer"
     if not (shutil.which("g++") and shutil.which("pkg-config")):
-        pytest.skip("no compiler, or no pkg-config")
+        pytest.skip("g++ or pkg-config is not installed")
     flags = subprocess.run(["pkg-config", "--cflags", "--libs", "sdformat12"], capture_output=True, text=True)
     if flags.returncode:
-        pytest.skip("no libsdformat here: scripts/need_sdformat.sh")
+        pytest.skip("libsdformat is not installed: run scripts/need_sdformat.sh")
     source = str(Path(__file__).with_name("sdf_peer.cc"))
     subprocess.run(["g++", "-std=c++17", source, "-o", str(program), *flags.stdout.split()], check=True)
 
     def count(files):
-        told = subprocess.run(
+        output = subprocess.run(
             [str(program), str(LIBRARY), "--", *map(str, files)], capture_output=True, text=True, check=True
         ).stdout
-        rows = [line.split("\t") for line in told.splitlines() if "\t" in line]
+        rows = [line.split("\t") for line in output.splitlines() if "\t" in line]
         return {file: int(errors) for errors, file in rows}
 
     return count
 
 
-def refusals(files) -> dict[str, list[str]]:
-    """What KBot says of those it does not load."""
-    said = {}
+def errors_of(files) -> dict[str, list[str]]:
+    """KBot's errors for the files that it does not load."""
+    found = {}
     for file in files:
         try:
             load_world(str(file))
         except DescriptionError as error:
-            said[str(file)] = [d.message for d in error.diagnostics if d.is_error]
-    return said
+            found[str(file)] = [d.message for d in error.diagnostics if d.is_error]
+    return found
 
 
 @pytest.mark.parametrize("version", VERSIONS)
-def test_what_libsdformat_parses_is_loaded(peer, tmp_path, version):
+def test_kbot_loads_files_that_libsdformat_parses(peer, tmp_path, version):
     files = []
     for name, inner in WORLDS.items():
         file = tmp_path / f"{name}.sdf"
@@ -141,17 +141,17 @@ def test_what_libsdformat_parses_is_loaded(peer, tmp_path, version):
     errors = peer(files)
     fine = [file for file in files if errors[str(file)] == 0]
     assert len(fine) > len(files) / 2
-    assert refusals(fine) == {}
+    assert errors_of(fine) == {}
 
 
-def test_every_model_of_the_library_is_one_for_libsdformat(peer):
+def test_libsdformat_parses_every_model_of_the_library(peer):
     files = sorted(LIBRARY.glob("*/model.sdf"))
     assert set(peer(files).values()) == {0}
-    assert refusals(files) == {}
+    assert errors_of(files) == {}
 
 
-def test_a_world_that_both_refuse(peer, tmp_path):
-    """The peer does say what is wrong: what is compared above is more than two that take all."""
+def test_both_reject_an_invalid_world(peer, tmp_path):
+    """The peer reports errors: the tests above do not compare two readers that accept everything."""
     file = tmp_path / "ring.sdf"
     turn = "<pose relative_to='{}'>0 0 0 0 0 0</pose>"
     file.write_text(
@@ -159,4 +159,4 @@ def test_a_world_that_both_refuse(peer, tmp_path):
         f"{model(turn.format('m') + link('a'), 'n')}</world></sdf>"
     )
     assert peer([file])[str(file)] > 0
-    assert refusals([file])
+    assert errors_of([file])

@@ -1,5 +1,5 @@
-// A peer on Fast DDS: hears the clock and what is latched, drives, and prints what it heard as JSON.
-// Arguments: the domain, and for how many seconds to drive.
+// A Fast DDS peer: subscribes to the clock and the description, drives, and prints what it received as JSON.
+// Arguments: the domain, and the number of seconds to drive.
 
 #include <chrono>
 #include <cstdlib>
@@ -25,7 +25,7 @@ using eprosima::fastdds::rtps::UDPv4TransportDescriptor;
 int main(int, char **argv) {
   DomainParticipantQos qos;
   qos.name("fastdds_peer");
-  // on this machine alone, as the bridge is
+  // on this machine only, like the bridge
   auto transport = std::make_shared<UDPv4TransportDescriptor>();
   transport->interfaceWhiteList.push_back("127.0.0.1");
   qos.transport().use_builtin_transports = false;
