@@ -1,0 +1,23 @@
+import eslint from "@eslint/js";
+import { defineConfig, globalIgnores } from "eslint/config";
+import tseslint from "typescript-eslint";
+
+export default defineConfig(
+  // `python -m kbot.workbench.typescript` writes the last three; tests/workbench/test_protocol.py compares them
+  globalIgnores(["dist", "src/protocol.ts", "src/messages.ts", "src/displays/kinds.ts"]),
+  eslint.configs.recommended,
+  tseslint.configs.strictTypeChecked,
+  tseslint.configs.stylisticTypeChecked,
+  {
+    languageOptions: { parserOptions: { projectService: true } },
+    rules: {
+      // tsconfig.json sets noUncheckedIndexedAccess, so an index that a loop keeps in range needs a `!`
+      "@typescript-eslint/no-non-null-assertion": "off",
+      // callbacks such as `() => this.close()` are shorter without braces and equally clear
+      "@typescript-eslint/no-confusing-void-expression": ["error", { ignoreArrowShorthand: true, ignoreVoidReturningFunctions: true }],
+      // numbers have one obvious text form
+      "@typescript-eslint/restrict-template-expressions": ["error", { allowNumber: true }],
+    },
+  },
+  { files: ["**/*.js"], extends: [tseslint.configs.disableTypeChecked] },
+);
