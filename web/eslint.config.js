@@ -14,7 +14,10 @@ export default defineConfig(
       // tsconfig.json sets noUncheckedIndexedAccess, so an index that a loop keeps in range needs a `!`
       "@typescript-eslint/no-non-null-assertion": "off",
       // callbacks such as `() => this.close()` are shorter without braces and equally clear
-      "@typescript-eslint/no-confusing-void-expression": ["error", { ignoreArrowShorthand: true, ignoreVoidReturningFunctions: true }],
+      "@typescript-eslint/no-confusing-void-expression": [
+        "error",
+        { ignoreArrowShorthand: true, ignoreVoidReturningFunctions: true },
+      ],
       // numbers have one obvious text form
       "@typescript-eslint/restrict-template-expressions": ["error", { allowNumber: true }],
     },

@@ -7,6 +7,12 @@ export default defineConfig({
     outDir: "dist/offline",
     assetsInlineLimit: Number.MAX_SAFE_INTEGER,
     chunkSizeWarningLimit: 900,
-    lib: { entry: "src/offline/main.ts", formats: ["iife"], name: "kbot", fileName: () => "page.js", cssFileName: "page" },
+    lib: {
+      entry: "src/offline/main.ts",
+      formats: ["iife"],
+      name: "kbot",
+      fileName: () => "page.js",
+      cssFileName: "page",
+    },
   },
 });

@@ -3,7 +3,24 @@ import { DisplaySet, type LookingFrom, type Setup, type Status } from "./display
 import { download } from "./dom";
 import { rememberedOptions, rememberedTheme, withOption, type Options } from "./options";
 import { fieldName, rememberedTopics, TopicField } from "./plots/topic-field";
-import type { About, Displays as DisplayFile, Finding, Findings, FromPage, FromServer, Parameters, Place, PlotDrawn, Recorded, SaveDisplays, Scene, Series, SourceText, State, Trail } from "./protocol";
+import type {
+  About,
+  Displays as DisplayFile,
+  Finding,
+  Findings,
+  FromPage,
+  FromServer,
+  Parameters,
+  Place,
+  PlotDrawn,
+  Recorded,
+  SaveDisplays,
+  Scene,
+  Series,
+  SourceText,
+  State,
+  Trail,
+} from "./protocol";
 import { Signal } from "./signal";
 import { TimeTravel } from "./time/travel";
 import { Topics } from "./topics";
@@ -81,7 +98,11 @@ export class App {
   frames(): readonly string[] {
     const world = this.scene.value?.world ?? "";
     const links = (this.scene.value?.links ?? []).map((link) => link.name);
-    return [...(links.includes(world) ? [] : [world]), ...links, ...(this.state.value?.frames ?? []).map(([name]) => name ?? "")];
+    return [
+      ...(links.includes(world) ? [] : [world]),
+      ...links,
+      ...(this.state.value?.frames ?? []).map(([name]) => name ?? ""),
+    ];
   }
 
   setOption<K extends keyof Options>(name: K, value: Options[K]): void {
@@ -97,10 +118,20 @@ export class App {
   saveDisplays(kind: SaveDisplays["kind"]): void {
     const { globals, displays } = this.displays.setup;
     const view = this.lookingFrom();
-    const forRviz = kind === "file" ? this.displayFile.value?.file.endsWith(".rviz") === true : kind !== "kbot";
+    const forRviz =
+      kind === "file" ? this.displayFile.value?.file.endsWith(".rviz") === true : kind !== "kbot";
     // rviz has no themes: what is behind everything is as it is here
-    const background = globals["background"] || `#${PALETTES[this.theme.value].background.toString(16).padStart(6, "0")}`;
-    this.send({ type: "save_displays", kind, setup: { globals: forRviz ? { ...globals, background } : globals, displays, ...(view === null ? {} : { view }) } });
+    const background =
+      globals["background"] || `#${PALETTES[this.theme.value].background.toString(16).padStart(6, "0")}`;
+    this.send({
+      type: "save_displays",
+      kind,
+      setup: {
+        globals: forRviz ? { ...globals, background } : globals,
+        displays,
+        ...(view === null ? {} : { view }),
+      },
+    });
   }
 
   /** Takes over a file's settings: what was changed here since outlives a lost connection. */
@@ -108,7 +139,9 @@ export class App {
     this.displayFile.set({ name, file, notes });
     if (!this.awaitsDisplays || !("globals" in setup)) return;
     this.awaitsDisplays = false;
-    const { view, ...settings } = { displays: this.displays.setup.displays, ...setup } as unknown as Setup & { view?: LookingFrom };
+    const { view, ...settings } = { displays: this.displays.setup.displays, ...setup } as unknown as Setup & {
+      view?: LookingFrom;
+    };
     // what a file on the server says is asked for anew by each page, and is not this browser's own
     this.displays.replace(settings, file === "" && name !== "");
     if (view !== undefined) this.asked.set(view);
@@ -118,7 +151,8 @@ export class App {
   plotTopic(topic: string, path: readonly string[]): void {
     const name = fieldName(topic, path);
     const others = this.topicFields.value.filter((field) => field.name !== name);
-    const field = this.topicFields.value.find((one) => one.name === name) ?? new TopicField(this.topics, topic, path);
+    const field =
+      this.topicFields.value.find((one) => one.name === name) ?? new TopicField(this.topics, topic, path);
     this.plots.set(true);
     this.topicFields.set([...others, field]);
   }
@@ -167,11 +201,13 @@ export class App {
         if (!message.links.some((link) => link.name === this.selected.value)) this.selected.set("");
         break;
       case "things":
-        if (this.scene.value !== null) this.scene.set({ ...this.scene.value, revision: message.revision, bodies: message.bodies });
+        if (this.scene.value !== null)
+          this.scene.set({ ...this.scene.value, revision: message.revision, bodies: message.bodies });
         break;
       case "state":
         this.travel.stateArrived();
-        if (!this.frozen && message.revision === this.scene.value?.revision) this.state.set(this.travel.asNow(message));
+        if (!this.frozen && message.revision === this.scene.value?.revision)
+          this.state.set(this.travel.asNow(message));
         break;
       case "timeline":
         this.travel.heard(message);
@@ -221,8 +257,14 @@ export class App {
     const spot = this.spot.value;
     if (spot?.finding == null) return;
     const { code, message, place } = spot.finding;
-    const still = now.findings.find((one) => one.code === code && one.message === message && one.place?.line === place?.line);
-    this.spot.set(still?.place ? { place: still.place, finding: still } : { place: { ...spot.place, length: 0 }, finding: null });
+    const still = now.findings.find(
+      (one) => one.code === code && one.message === message && one.place?.line === place?.line,
+    );
+    this.spot.set(
+      still?.place
+        ? { place: still.place, finding: still }
+        : { place: { ...spot.place, length: 0 }, finding: null },
+    );
   }
 
   /** The files may have changed: asks anew for the one on show, and forgets the others. */

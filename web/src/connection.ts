@@ -55,14 +55,17 @@ export class Connection implements Line {
   private connect(): void {
     const token = new URLSearchParams(location.search).get("token");
     const query = token === null ? "" : `?token=${encodeURIComponent(token)}`;
-    const socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws${query}`);
+    const socket = new WebSocket(
+      `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws${query}`,
+    );
     this.socket = socket;
     socket.binaryType = "arraybuffer";
     socket.addEventListener("message", (event: MessageEvent<string | ArrayBuffer>) => {
       this.wait = FIRST_WAIT;
       this.silence = 0;
       this.link.set("live");
-      const message = typeof event.data === "string" ? (JSON.parse(event.data) as FromServer) : readFrame(event.data);
+      const message =
+        typeof event.data === "string" ? (JSON.parse(event.data) as FromServer) : readFrame(event.data);
       if (message.type === "beat") this.send({ type: "heard" });
       else this.hear(message);
     });

@@ -13,7 +13,11 @@ export function h<K extends keyof HTMLElementTagNameMap>(
     if (typeof value === "function") element.addEventListener(name.slice(2), value as EventListener);
     else element.setAttribute(name, value === true ? "" : String(value));
   }
-  element.append(...children.filter((child): child is Node | string => child !== null && child !== undefined && child !== false));
+  element.append(
+    ...children.filter(
+      (child): child is Node | string => child !== null && child !== undefined && child !== false,
+    ),
+  );
   return element;
 }
 
@@ -36,7 +40,11 @@ export function panel(id: string, title: string, head: Child[], ...body: Child[]
 
 /** Says of a panel, while a moment that was is on show, that it tells of what is. */
 export function ofNow(): HTMLElement {
-  return h("span", { class: "of-now", title: "The picture shows a moment that was; this is as it is now" }, "as it is now");
+  return h(
+    "span",
+    { class: "of-now", title: "The picture shows a moment that was; this is as it is now" },
+    "as it is now",
+  );
 }
 
 /** A number of so many digits, without a sign on zero. */
@@ -51,8 +59,18 @@ export function readout(label: string, props: Props = {}): HTMLOutputElement {
 }
 
 /** A button that is on or off. */
-export function toggle(label: string, title: string, on: boolean, change: (on: boolean) => void, ...content: Child[]): HTMLButtonElement {
-  const button = h("button", { class: "toggle", type: "button", title, "aria-label": label, "aria-pressed": String(on) }, ...(content.length ? content : [label]));
+export function toggle(
+  label: string,
+  title: string,
+  on: boolean,
+  change: (on: boolean) => void,
+  ...content: Child[]
+): HTMLButtonElement {
+  const button = h(
+    "button",
+    { class: "toggle", type: "button", title, "aria-label": label, "aria-pressed": String(on) },
+    ...(content.length ? content : [label]),
+  );
   button.addEventListener("click", () => change(button.getAttribute("aria-pressed") !== "true"));
   return button;
 }

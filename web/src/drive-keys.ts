@@ -93,7 +93,10 @@ export class Driver {
       this.send();
     } else if (!idle && this.timer === null) {
       if (this.app.state.value?.paused) this.app.refused.set({ reason: "Paused: press P to go on." });
-      this.timer = setInterval(() => (Date.now() - this.sentAt > ASLEEP ? this.stop() : this.send()), SEND_EVERY);
+      this.timer = setInterval(
+        () => (Date.now() - this.sentAt > ASLEEP ? this.stop() : this.send()),
+        SEND_EVERY,
+      );
       this.send();
     } else if (!idle) {
       this.send();
@@ -106,6 +109,10 @@ export class Driver {
     if (about === null || !this.canDrive) return;
     const [forward, left] = this.stick.value;
     const share = this.share.value;
-    this.app.send({ type: "drive", linear: forward * share * about.linear_limit, angular: left * share * about.angular_limit });
+    this.app.send({
+      type: "drive",
+      linear: forward * share * about.linear_limit,
+      angular: left * share * about.angular_limit,
+    });
   }
 }

@@ -11,7 +11,8 @@ export function keepKeysForDriving(): void {
     ({ target }) => {
       byKeyboard = false;
       const focused = document.activeElement;
-      if (isSlider(target)) target.focus(); // not every browser does
+      if (isSlider(target))
+        target.focus(); // not every browser does
       else if (isSlider(focused)) focused.blur();
     },
     true,
@@ -51,7 +52,16 @@ function isSlider(target: EventTarget | null): target is HTMLElement {
 }
 
 /** What moves a slider: all other keys go to the page. */
-const SLIDES: readonly string[] = ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "Home", "End", "PageUp", "PageDown"];
+const SLIDES: readonly string[] = [
+  "ArrowLeft",
+  "ArrowRight",
+  "ArrowUp",
+  "ArrowDown",
+  "Home",
+  "End",
+  "PageUp",
+  "PageDown",
+];
 
 /** Whether a key belongs to where it is pressed: to a field, to a slider, or to a list one came to by keys. */
 export function takesKeys({ target, key }: KeyboardEvent): boolean {

@@ -35,11 +35,22 @@ export interface Places {
 }
 
 /** Puts all panels and tools around the picture. */
-export function furnish(app: App, view: View, picture: HTMLElement, { left, centre, right, bottom }: Places): void {
+export function furnish(
+  app: App,
+  view: View,
+  picture: HTMLElement,
+  { left, centre, right, bottom }: Places,
+): void {
   const driver = new Driver(app);
   const keys = help(app);
   const showHelp = (): void => keys.showModal();
-  centre.append(toolbar(app, () => view), notices(app, picture), transport(app), timelineBar(app), hover(app, view, picture));
+  centre.append(
+    toolbar(app, () => view),
+    notices(app, picture),
+    transport(app),
+    timelineBar(app),
+    hover(app, view, picture),
+  );
   left.append(displays(app), links(app), findings(app));
   right.append(drive(app, driver), joints(app), parameters(app));
   bottom.append(source(app), traffic(app), plots(app));

@@ -68,12 +68,19 @@ export function handle(app: App, view: View): Handle {
     },
     drawn() {
       stage.invalidate();
-      return new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => resolve(stage.frames))));
+      return new Promise((resolve) =>
+        requestAnimationFrame(() => requestAnimationFrame(() => resolve(stage.frames))),
+      );
     },
     ids() {
       settle();
       const { width, height } = canvas;
-      return { width, height, runs: runs(view.ids.image(stage.camera, width, height)), links: app.scene.value?.links.map((link) => link.name) ?? [] };
+      return {
+        width,
+        height,
+        runs: runs(view.ids.image(stage.camera, width, height)),
+        links: app.scene.value?.links.map((link) => link.name) ?? [],
+      };
     },
     camera() {
       settle();

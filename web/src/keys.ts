@@ -11,10 +11,18 @@ import type { View } from "./view/view";
 const CHANGES: Readonly<Record<string, "undo" | "redo">> = { z: "undo", "Shift+z": "redo", y: "redo" };
 
 /** The keys that are pressed once; held ones drive. */
-export function useKeys(app: App, view: View, driver: Driver, help: () => void, tools: ToolBox, body: { remove: () => void; leave: () => void }): void {
+export function useKeys(
+  app: App,
+  view: View,
+  driver: Driver,
+  help: () => void,
+  tools: ToolBox,
+  body: { remove: () => void; leave: () => void },
+): void {
   const actions: Record<string, () => unknown> = {
     p: () => app.send({ type: "pause", paused: !app.state.value?.paused }),
-    " ": () => app.about.value?.mode === "play" && app.send({ type: "pause", paused: !app.state.value?.paused }),
+    " ": () =>
+      app.about.value?.mode === "play" && app.send({ type: "pause", paused: !app.state.value?.paused }),
     ".": () => app.send({ type: "advance", seconds: 0.1 }),
     r: () => app.send({ type: "reset" }),
     f: () => (app.selected.value === "" ? view.looking.fit() : view.looking.focus(app.selected.value)),
@@ -46,7 +54,10 @@ export function useKeys(app: App, view: View, driver: Driver, help: () => void, 
   addEventListener("keydown", space, true);
   addEventListener("keyup", space, true);
   addEventListener("keydown", (event) => {
-    const asked = event.ctrlKey || event.metaKey ? CHANGES[event.shiftKey ? `Shift+${event.key.toLowerCase()}` : event.key] : undefined;
+    const asked =
+      event.ctrlKey || event.metaKey
+        ? CHANGES[event.shiftKey ? `Shift+${event.key.toLowerCase()}` : event.key]
+        : undefined;
     if (asked !== undefined && !isField(event.target) && app.parameters.value?.[asked]) {
       event.preventDefault();
       app.send({ type: asked });

@@ -62,7 +62,8 @@ export function rememberedTheme(): Signal<Theme> {
 /** Tells when a document may look otherwise: its root or body is marked, or a style sheet comes or goes. */
 function whenRestyled(document: Document, told: () => void): void {
   const observer = new MutationObserver(told);
-  for (const element of [document.documentElement, document.body]) observer.observe(element, { attributes: true });
+  for (const element of [document.documentElement, document.body])
+    observer.observe(element, { attributes: true });
   observer.observe(document.head, { childList: true, subtree: true });
   document.addEventListener("load", (event) => (event.target as Element).tagName === "LINK" && told(), true);
 }

@@ -59,7 +59,8 @@ export class Topics {
   }
 
   listed(message: TopicList): void {
-    for (const topic of this.newest.keys()) if (!message.topics.some(({ name }) => name === topic)) this.newest.delete(topic);
+    for (const topic of this.newest.keys())
+      if (!message.topics.some(({ name }) => name === topic)) this.newest.delete(topic);
     this.list.set(message.topics);
   }
 }

@@ -20,7 +20,9 @@ export const axes: Make = (picture) => {
     },
     status() {
       const name = String(set["frame"]);
-      return name === "" || picture.transforms.lookup(name, null) !== null ? null : { level: "error", reason: `there is no frame ${name}` };
+      return name === "" || picture.transforms.lookup(name, null) !== null
+        ? null
+        : { level: "error", reason: `there is no frame ${name}` };
     },
     dispose: () => shapes.dispose(),
   };
@@ -38,7 +40,8 @@ export const pointStamped: Make = (picture) => {
   const draw = (): void => {
     ball.visible = at !== null;
     const radius = Number(set["radius"]) || picture.radius * 0.12;
-    if (at !== null) ball.matrix = new Matrix4().makeScale(radius, radius, radius).setPosition(at.x, at.y, at.z);
+    if (at !== null)
+      ball.matrix = new Matrix4().makeScale(radius, radius, radius).setPosition(at.x, at.y, at.z);
     ball.matrixWorldNeedsUpdate = true;
   };
   return {

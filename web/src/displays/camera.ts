@@ -72,10 +72,19 @@ export const camera: Make = (picture) => {
       const rendering = String(set["rendering"]);
       const context = window.canvas.getContext("2d")!;
       const scale = Math.min(1, (window.width * devicePixelRatio) / image.width);
-      const [width, height] = [Math.max(1, Math.round(image.width * scale)), Math.max(1, Math.round(image.height * scale))];
-      if (window.canvas.width !== width || window.canvas.height !== height) Object.assign(window.canvas, { width, height });
+      const [width, height] = [
+        Math.max(1, Math.round(image.width * scale)),
+        Math.max(1, Math.round(image.height * scale)),
+      ];
+      if (window.canvas.width !== width || window.canvas.height !== height)
+        Object.assign(window.canvas, { width, height });
       context.globalAlpha = 1;
-      picture.drawAs(pinhole.eye, context, rendering === "overlay" ? null : texture, (display) => set[`${display}/show`] !== false);
+      picture.drawAs(
+        pinhole.eye,
+        context,
+        rendering === "overlay" ? null : texture,
+        (display) => set[`${display}/show`] !== false,
+      );
       if (rendering === "background") return;
       context.globalAlpha = Number(set["alpha"]);
       context.drawImage(taken, 0, 0, width, height);

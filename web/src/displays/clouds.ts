@@ -29,7 +29,12 @@ export function readScan(message: Record<string, unknown>): Cloud {
     intensity[count] = intensities[beam] ?? 0;
     count += 1;
   }
-  return { header: scan.header, places: places.subarray(0, 3 * count), intensity: intensity.subarray(0, count), rgb: null };
+  return {
+    header: scan.header,
+    places: places.subarray(0, 3 * count),
+    intensity: intensity.subarray(0, count),
+    rgb: null,
+  };
 }
 
 /** Bytes of each number that a PointField may hold, by its datatype. */
@@ -52,9 +57,11 @@ export function readCloud(message: Record<string, unknown>, channel: string): Cl
   const cloud = message as unknown as msg.PointCloud2;
   const field = (name: string): msg.PointField | undefined => cloud.fields.find((one) => one.name === name);
   const [x, y, z] = ["x", "y", "z"].map(field);
-  if (x === undefined || y === undefined || z === undefined) return { level: "error", reason: "its points have no x, y and z" };
+  if (x === undefined || y === undefined || z === undefined)
+    return { level: "error", reason: "its points have no x, y and z" };
   const view = new DataView(cloud.data.buffer, cloud.data.byteOffset, cloud.data.byteLength);
-  const value = (one: msg.PointField, base: number): number => NUMBERS[one.datatype]?.(view, base + one.offset, !cloud.is_bigendian) ?? NaN;
+  const value = (one: msg.PointField, base: number): number =>
+    NUMBERS[one.datatype]?.(view, base + one.offset, !cloud.is_bigendian) ?? NaN;
   const packed = field("rgb") ?? field("rgba");
   const shade = field(channel || "intensity");
   const most = cloud.height * cloud.width;
@@ -91,15 +98,22 @@ export function readCloud(message: Record<string, unknown>, channel: string): Cl
 }
 
 /** What is wrong with how a cloud says that its bytes are to be read. */
-function fault({ height, width, row_step, point_step, data }: msg.PointCloud2, numbers: readonly (msg.PointField | undefined)[], packed: msg.PointField | undefined): string | null {
+function fault(
+  { height, width, row_step, point_step, data }: msg.PointCloud2,
+  numbers: readonly (msg.PointField | undefined)[],
+  packed: msg.PointField | undefined,
+): string | null {
   if (height * width === 0) return null;
   if (height > 1 && row_step < width * point_step) return "its rows are shorter than their points";
-  if (data.length < (height - 1) * row_step + width * point_step) return "it has fewer bytes than its rows need";
+  if (data.length < (height - 1) * row_step + width * point_step)
+    return "it has fewer bytes than its rows need";
   for (const one of numbers) {
     if (one === undefined) continue;
     const size = SIZES[one.datatype];
     if (size === undefined) return `its field ${one.name} is of datatype ${one.datatype}, which there is not`;
     if (one.offset + size > point_step) return `its field ${one.name} does not lie within a point`;
   }
-  return packed !== undefined && packed.offset + PACKED > point_step ? `its field ${packed.name} does not lie within a point` : null;
+  return packed !== undefined && packed.offset + PACKED > point_step
+    ? `its field ${packed.name} does not lie within a point`
+    : null;
 }

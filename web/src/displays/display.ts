@@ -25,7 +25,12 @@ export interface Picture {
   readonly perPixel: number;
   invalidate(): void;
   /** Draws the scene onto a canvas as another eye sees it, with a picture behind it instead of the floor where one is given, without the displays whose names are left out. */
-  drawAs(eye: PerspectiveCamera, onto: CanvasRenderingContext2D, behind: Texture | null, isSeen: (display: string) => boolean): void;
+  drawAs(
+    eye: PerspectiveCamera,
+    onto: CanvasRenderingContext2D,
+    behind: Texture | null,
+    isSeen: (display: string) => boolean,
+  ): void;
 }
 
 /** A display that is on show. Its group lies in the world; what is not implemented does not concern it. */

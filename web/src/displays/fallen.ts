@@ -3,7 +3,12 @@ import type { Status } from "./set";
 
 /** What is said of those that fell out of the world; null where none did. */
 export function fallenStatus(fallen: readonly FallenView[]): Status | null {
-  return fallen.length === 0 ? null : { level: "warn", reason: fallen.map((one) => `${fallenWords(one)}, z=${one.z.toFixed(0)} m now`).join("; ") };
+  return fallen.length === 0
+    ? null
+    : {
+        level: "warn",
+        reason: fallen.map((one) => `${fallenWords(one)}, z=${one.z.toFixed(0)} m now`).join("; "),
+      };
 }
 
 /** `box_1 fell out of the world at t=12.3 s`. */

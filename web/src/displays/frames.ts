@@ -14,7 +14,11 @@ export function placeAtHeader(picture: Picture, object: Object3D, header: Header
   object.matrixAutoUpdate = false;
   const found = picture.transforms.lookup(header.frame_id, seconds(header.stamp), object.matrix);
   object.visible = found !== null;
-  if (found === null) return { level: "error", reason: header.frame_id === "" ? "its messages name no frame" : `there is no frame ${header.frame_id}` };
+  if (found === null)
+    return {
+      level: "error",
+      reason: header.frame_id === "" ? "its messages name no frame" : `there is no frame ${header.frame_id}`,
+    };
   object.matrixWorldNeedsUpdate = true;
   return null;
 }

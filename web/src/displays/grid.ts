@@ -14,7 +14,14 @@ export const grid: Make = (picture) => {
   group.matrixAutoUpdate = false;
   let set: Values = {};
   let isShown = false;
-  const rule = (): void => picture.ground.rule(group, isShown && Number(set["count"]) === 0, Number(set["cell"]), String(set["colour"]), Number(set["alpha"]));
+  const rule = (): void =>
+    picture.ground.rule(
+      group,
+      isShown && Number(set["count"]) === 0,
+      Number(set["cell"]),
+      String(set["colour"]),
+      Number(set["alpha"]),
+    );
   const draw = (): void => {
     const [cell, count, colour] = [Number(set["cell"]), Number(set["count"]), String(set["colour"])];
     rule();
@@ -22,11 +29,19 @@ export const grid: Make = (picture) => {
     material.opacity = Number(set["alpha"]);
     segments.geometry.dispose();
     segments.geometry = new BufferGeometry();
-    const places = gridLines(cell || picture.ground.suited, Math.round(count), Math.round(Number(set["normal_count"])));
+    const places = gridLines(
+      cell || picture.ground.suited,
+      Math.round(count),
+      Math.round(Number(set["normal_count"])),
+    );
     segments.visible = places.length > 0;
     segments.geometry.setAttribute("position", new Float32BufferAttribute(places, 3));
     segments.position.set(Number(set["x"]), Number(set["y"]), Number(set["z"]));
-    segments.rotation.set(set["plane"] === "XZ" ? Math.PI / 2 : 0, set["plane"] === "YZ" ? -Math.PI / 2 : 0, 0);
+    segments.rotation.set(
+      set["plane"] === "XZ" ? Math.PI / 2 : 0,
+      set["plane"] === "YZ" ? -Math.PI / 2 : 0,
+      0,
+    );
   };
   return {
     group,
@@ -38,14 +53,20 @@ export const grid: Make = (picture) => {
     rebuild: draw,
     frame() {
       if (Number(set["count"]) === 0) return;
-      segments.visible = picture.transforms.lookup(String(set["frame"]) || picture.fixedFrame, null, group.matrix) !== null;
+      segments.visible =
+        picture.transforms.lookup(String(set["frame"]) || picture.fixedFrame, null, group.matrix) !== null;
       group.matrixWorldNeedsUpdate = true;
     },
     status() {
       const name = String(set["frame"]);
       if (isShown) rule(); // asked after any display changed: the grid that was on the floor may be gone
-      if (Number(set["count"]) === 0) return picture.ground.isRuledBy(group) ? null : { level: "warn", reason: "another grid is on the floor: give this one cells" };
-      return name === "" || picture.transforms.lookup(name, null) !== null ? null : { level: "error", reason: `there is no frame ${name}` };
+      if (Number(set["count"]) === 0)
+        return picture.ground.isRuledBy(group)
+          ? null
+          : { level: "warn", reason: "another grid is on the floor: give this one cells" };
+      return name === "" || picture.transforms.lookup(name, null) !== null
+        ? null
+        : { level: "error", reason: `there is no frame ${name}` };
     },
     dispose() {
       picture.ground.rule(group, false, 0, "", 1);
@@ -69,6 +90,8 @@ function gridLines(cell: number, count: number, above: number): number[] {
   }
   if (above === 0) return places;
   const high = (above * cell) / 2;
-  for (let i = 0; i <= count; i += 1) for (let j = 0; j <= count; j += 1) places.push(i * cell - half, j * cell - half, -high, i * cell - half, j * cell - half, high);
+  for (let i = 0; i <= count; i += 1)
+    for (let j = 0; j <= count; j += 1)
+      places.push(i * cell - half, j * cell - half, -high, i * cell - half, j * cell - half, high);
   return places;
 }

@@ -69,7 +69,9 @@ export class LiveDisplays {
   /** What is drawn of the displays with these names. */
   objects(isAsked: (name: string) => boolean): Object3D[] {
     const asked = [...this.live.values()].filter(({ config }) => isAsked(config.name));
-    return asked.flatMap(({ holder, display }) => (display?.beside === undefined ? [holder] : [holder, display.beside]));
+    return asked.flatMap(({ holder, display }) =>
+      display?.beside === undefined ? [holder] : [holder, display.beside],
+    );
   }
 
   private each(action: (display: Display) => void): void {
@@ -92,7 +94,15 @@ export class LiveDisplays {
   }
 
   private make(config: DisplayConfig): void {
-    const one: Live = { config, display: null, holder: new Group(), topic: "", stop: null, heard: false, said: null };
+    const one: Live = {
+      config,
+      display: null,
+      holder: new Group(),
+      topic: "",
+      stop: null,
+      heard: false,
+      said: null,
+    };
     this.live.set(config.id, one);
     const made = MAKERS[config.kind]!();
     const take = (display: Display): void => {
@@ -113,7 +123,8 @@ export class LiveDisplays {
 
   private drop(one: Live): void {
     this.live.delete(one.config.id);
-    if (one.display?.namespaces !== undefined) this.app.namespaces.set(new Map([...this.app.namespaces.value].filter(([id]) => id !== one.config.id)));
+    if (one.display?.namespaces !== undefined)
+      this.app.namespaces.set(new Map([...this.app.namespaces.value].filter(([id]) => id !== one.config.id)));
     one.stop?.();
     one.holder.removeFromParent();
     one.display?.dispose();
@@ -131,7 +142,9 @@ export class LiveDisplays {
   private connect(one: Live): void {
     const kind = kindOf(one.config.kind);
     if (kind.topics.length === 0 || one.display === null) return;
-    const topic = one.config.enabled ? String(valuesOf(one.config)["topic"]) || this.app.topics.first(kind.topics) : "";
+    const topic = one.config.enabled
+      ? String(valuesOf(one.config)["topic"]) || this.app.topics.first(kind.topics)
+      : "";
     const carried = this.app.topics.list.value.find(({ name }) => name === topic)?.kind;
     const wanted = carried === undefined || kind.topics.includes(carried) ? topic : "";
     if (wanted === one.topic) return;
@@ -158,9 +171,14 @@ export class LiveDisplays {
   }
 
   private hear(one: Live, message: TopicMessage): void {
-    if (one.display?.takesGaps !== true && hasGaps(message.message)) return this.take(one, { level: "error", reason: `it holds ${GAPS}` });
+    if (one.display?.takesGaps !== true && hasGaps(message.message))
+      return this.take(one, { level: "error", reason: `it holds ${GAPS}` });
     const said = one.display?.message?.(message) ?? null;
-    if (said instanceof Promise) void said.then((status) => this.live.get(one.config.id) === one && one.topic === message.topic && this.take(one, status));
+    if (said instanceof Promise)
+      void said.then(
+        (status) =>
+          this.live.get(one.config.id) === one && one.topic === message.topic && this.take(one, status),
+      );
     else this.take(one, said);
   }
 
@@ -169,7 +187,8 @@ export class LiveDisplays {
     Object.assign(one, { heard: true, said });
     if (isNew) this.report();
     const names = one.display?.namespaces;
-    if (names !== undefined && names.join("\n") !== this.app.namespaces.value.get(one.config.id)?.join("\n")) this.app.namespaces.set(new Map([...this.app.namespaces.value, [one.config.id, names]]));
+    if (names !== undefined && names.join("\n") !== this.app.namespaces.value.get(one.config.id)?.join("\n"))
+      this.app.namespaces.set(new Map([...this.app.namespaces.value, [one.config.id, names]]));
     this.picture.invalidate();
   }
 
@@ -185,10 +204,16 @@ export class LiveDisplays {
     const types = topics.map(shortType).join(" or ");
     const asked = String(valuesOf(one.config)["topic"]);
     const carried = this.app.topics.list.value.find(({ name }) => name === (asked || one.topic));
-    if (asked === "" && one.topic === "") return { level: "off", reason: `there is no topic of type ${types}` };
+    if (asked === "" && one.topic === "")
+      return { level: "off", reason: `there is no topic of type ${types}` };
     if (carried === undefined) return { level: "warn", reason: `there is no topic ${asked || one.topic}` };
-    if (!topics.includes(carried.kind)) return { level: "error", reason: `${carried.name} is of type ${shortType(carried.kind)}, not ${types}` };
-    if (!one.heard && this.app.travel.isPast) return { level: "off", reason: `nothing of ${one.topic} is kept from this moment` };
+    if (!topics.includes(carried.kind))
+      return {
+        level: "error",
+        reason: `${carried.name} is of type ${shortType(carried.kind)}, not ${types}`,
+      };
+    if (!one.heard && this.app.travel.isPast)
+      return { level: "off", reason: `nothing of ${one.topic} is kept from this moment` };
     if (!one.heard) return { level: "warn", reason: `nothing heard on ${one.topic} yet` };
     if (one.said !== null) return one.said;
     return { level: "ok", reason: carried.rate === null ? one.topic : `${one.topic}, ${carried.rate} Hz` };

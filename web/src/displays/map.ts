@@ -1,4 +1,12 @@
-import { DataTexture, Group, Mesh, MeshBasicMaterial, NearestFilter, PlaneGeometry, SRGBColorSpace } from "three";
+import {
+  DataTexture,
+  Group,
+  Mesh,
+  MeshBasicMaterial,
+  NearestFilter,
+  PlaneGeometry,
+  SRGBColorSpace,
+} from "three";
 
 import type * as msg from "../messages";
 import type { TopicMessage } from "../protocol";
@@ -38,8 +46,19 @@ const AT_THE_BACK = `
 /** A grid of cells on the ground, the first row along x of its origin. */
 export const map: Make = (picture) => {
   const group = new Group();
-  const material = new MeshBasicMaterial({ transparent: true, depthWrite: false, toneMapped: false, polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -1 });
-  material.onBeforeCompile = (shader) => (shader.vertexShader = shader.vertexShader.replace("#include <project_vertex>", `#include <project_vertex>${AT_THE_BACK}`));
+  const material = new MeshBasicMaterial({
+    transparent: true,
+    depthWrite: false,
+    toneMapped: false,
+    polygonOffset: true,
+    polygonOffsetFactor: -1,
+    polygonOffsetUnits: -1,
+  });
+  material.onBeforeCompile = (shader) =>
+    (shader.vertexShader = shader.vertexShader.replace(
+      "#include <project_vertex>",
+      `#include <project_vertex>${AT_THE_BACK}`,
+    ));
   const mesh = new Mesh(new PlaneGeometry(1, 1).translate(0.5, 0.5, 0), material);
   mesh.visible = mesh.matrixAutoUpdate = false;
   mesh.renderOrder = -1;
@@ -61,7 +80,11 @@ export const map: Make = (picture) => {
     material.map.magFilter = material.map.minFilter = NearestFilter;
     material.map.needsUpdate = true;
     material.needsUpdate = true;
-    poseMatrix(origin, mesh.matrix).scale({ x: width * resolution, y: height * resolution, z: 1 } as Mesh["scale"]);
+    poseMatrix(origin, mesh.matrix).scale({
+      x: width * resolution,
+      y: height * resolution,
+      z: 1,
+    } as Mesh["scale"]);
     mesh.matrixWorldNeedsUpdate = true;
   };
   /** Puts a newer part into the map. */
@@ -69,8 +92,19 @@ export const map: Make = (picture) => {
     const part = message as unknown as msg.OccupancyGridUpdate;
     if (heard === null || seconds(part.header.stamp) < seconds(heard.header.stamp)) return;
     const { width, height } = heard.info;
-    if (part.x < 0 || part.y < 0 || part.x + part.width > width || part.y + part.height > height || part.data.length !== part.width * part.height) return;
-    for (let row = 0; row < part.height; row += 1) heard.data.set(part.data.subarray(row * part.width, (row + 1) * part.width), (part.y + row) * width + part.x);
+    if (
+      part.x < 0 ||
+      part.y < 0 ||
+      part.x + part.width > width ||
+      part.y + part.height > height ||
+      part.data.length !== part.width * part.height
+    )
+      return;
+    for (let row = 0; row < part.height; row += 1)
+      heard.data.set(
+        part.data.subarray(row * part.width, (row + 1) * part.width),
+        (part.y + row) * width + part.x,
+      );
     draw();
     picture.invalidate();
   };
@@ -94,9 +128,11 @@ export const map: Make = (picture) => {
       const received = message as unknown as msg.OccupancyGrid;
       const grid = { ...received, data: received.data.slice() }; // others hear it too, and parts of this are replaced
       const { width, height } = grid.info;
-      if (width * height !== grid.data.length) return { level: "error", reason: `${width} by ${height} cells, but ${grid.data.length} values` };
+      if (width * height !== grid.data.length)
+        return { level: "error", reason: `${width} by ${height} cells, but ${grid.data.length} values` };
       if (width * height === 0) return { level: "warn", reason: "the map has no cells" };
-      if (!(grid.info.resolution > 0)) return { level: "error", reason: `cells of ${grid.info.resolution} m` };
+      if (!(grid.info.resolution > 0))
+        return { level: "error", reason: `cells of ${grid.info.resolution} m` };
       heard = grid;
       draw();
       listen(`${topic}_updates`);

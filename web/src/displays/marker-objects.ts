@@ -36,7 +36,11 @@ export const BUILDERS: readonly ((marker: msg.Marker, changed: () => void) => Ob
   (marker) => solid(marker, new BoxGeometry()),
   (marker) => solid(marker, new SphereGeometry(0.5, 32, 20)),
   (marker) => solid(marker, new CylinderGeometry(0.5, 0.5, 1, 40).rotateX(Math.PI / 2)),
-  (marker) => lines(marker, marker.points.slice(1).flatMap((_, i) => [i, i + 1])),
+  (marker) =>
+    lines(
+      marker,
+      marker.points.slice(1).flatMap((_, i) => [i, i + 1]),
+    ),
   (marker) => lines(marker, marker.points.map((_, i) => i).slice(0, marker.points.length & ~1)),
   (marker) => many(marker, new BoxGeometry(), marker.scale),
   (marker) => many(marker, new SphereGeometry(0.5, 16, 10), marker.scale),
@@ -47,8 +51,17 @@ export const BUILDERS: readonly ((marker: msg.Marker, changed: () => void) => Ob
   arrows,
 ];
 
-function paint({ color }: msg.Marker, options: { vertexColors?: boolean; side?: typeof DoubleSide } = {}): MeshLambertMaterial {
-  return new MeshLambertMaterial({ color: colour(color), opacity: color.a, transparent: color.a < 1, depthWrite: color.a >= 1, ...options });
+function paint(
+  { color }: msg.Marker,
+  options: { vertexColors?: boolean; side?: typeof DoubleSide } = {},
+): MeshLambertMaterial {
+  return new MeshLambertMaterial({
+    color: colour(color),
+    opacity: color.a,
+    transparent: color.a < 1,
+    depthWrite: color.a >= 1,
+    ...options,
+  });
 }
 
 function colour({ r, g, b }: msg.ColorRGBA): Color {
@@ -65,7 +78,8 @@ function solid(marker: msg.Marker, geometry: BufferGeometry): Object3D {
 function arrow(marker: msg.Marker): Object3D {
   const [from, to] = marker.points;
   const { x, y, z } = marker.scale;
-  if (from === undefined || to === undefined) return arrowAlong(marker, new Vector3(), X.clone().multiplyScalar(x), y / 2, y, x * 0.23);
+  if (from === undefined || to === undefined)
+    return arrowAlong(marker, new Vector3(), X.clone().multiplyScalar(x), y / 2, y, x * 0.23);
   const start = new Vector3(from.x, from.y, from.z);
   const way = new Vector3(to.x, to.y, to.z).sub(start);
   return arrowAlong(marker, start, way, x, y, z || way.length() * 0.23);
@@ -75,11 +89,19 @@ function arrow(marker: msg.Marker): Object3D {
 function arrows(marker: msg.Marker): Object3D {
   const { points } = marker;
   const all = new Group();
-  for (const [i, point] of points.slice(1).entries()) all.add(arrow({ ...marker, points: [points[i]!, point] }));
+  for (const [i, point] of points.slice(1).entries())
+    all.add(arrow({ ...marker, points: [points[i]!, point] }));
   return all;
 }
 
-function arrowAlong(marker: msg.Marker, start: Vector3, way: Vector3, shaft: number, head: number, headLength: number): Object3D {
+function arrowAlong(
+  marker: msg.Marker,
+  start: Vector3,
+  way: Vector3,
+  shaft: number,
+  head: number,
+  headLength: number,
+): Object3D {
   const length = way.length();
   const tip = Math.min(headLength, length);
   const parts = [
@@ -95,7 +117,14 @@ function arrowAlong(marker: msg.Marker, start: Vector3, way: Vector3, shaft: num
 /** Lines between two points each, which are given by their numbers. */
 function lines(marker: msg.Marker, ends: readonly number[]): Object3D {
   const hasColours = marker.colors.length === marker.points.length;
-  const material = new LineMaterial({ linewidth: marker.scale.x, worldUnits: true, vertexColors: hasColours, toneMapped: false, opacity: marker.color.a, transparent: marker.color.a < 1 });
+  const material = new LineMaterial({
+    linewidth: marker.scale.x,
+    worldUnits: true,
+    vertexColors: hasColours,
+    toneMapped: false,
+    opacity: marker.color.a,
+    transparent: marker.color.a < 1,
+  });
   if (!hasColours) material.color = colour(marker.color);
   else Object.assign(material, { opacity: 1, transparent: false });
   const geometry = new LineSegmentsGeometry();
@@ -112,7 +141,8 @@ function many(marker: msg.Marker, geometry: BufferGeometry, size: msg.Vector3): 
   const scale = new Vector3(size.x, size.y, size.z);
   const still = new Quaternion();
   const hasColours = marker.colors.length === marker.points.length;
-  if (hasColours) Object.assign(material, { color: new Color(0xffffff), opacity: 1, transparent: false, depthWrite: true });
+  if (hasColours)
+    Object.assign(material, { color: new Color(0xffffff), opacity: 1, transparent: false, depthWrite: true });
   marker.points.forEach((point, index) => {
     mesh.setMatrixAt(index, new Matrix4().compose(new Vector3(point.x, point.y, point.z), still, scale));
     if (hasColours) mesh.setColorAt(index, colour(marker.colors[index]!));
@@ -125,8 +155,21 @@ function triangles(marker: msg.Marker): Object3D {
   const whole = marker.points.slice(0, marker.points.length - (marker.points.length % 3));
   const hasColours = marker.colors.length === marker.points.length;
   const geometry = new BufferGeometry();
-  geometry.setAttribute("position", new Float32BufferAttribute(whole.flatMap(({ x, y, z }) => [x, y, z]), 3));
-  if (hasColours) geometry.setAttribute("color", new Float32BufferAttribute(marker.colors.flatMap((one) => colour(one).toArray()), 3));
+  geometry.setAttribute(
+    "position",
+    new Float32BufferAttribute(
+      whole.flatMap(({ x, y, z }) => [x, y, z]),
+      3,
+    ),
+  );
+  if (hasColours)
+    geometry.setAttribute(
+      "color",
+      new Float32BufferAttribute(
+        marker.colors.flatMap((one) => colour(one).toArray()),
+        3,
+      ),
+    );
   geometry.computeVertexNormals();
   const material = paint(marker, { vertexColors: hasColours, side: DoubleSide });
   if (hasColours) Object.assign(material, { color: new Color(0xffffff), opacity: 1, transparent: false });
@@ -151,7 +194,15 @@ function text(marker: msg.Marker): Object3D {
   rows.forEach((row, index) => context.fillText(row, canvas.width / 2, 80 * index + 42));
   const map = new CanvasTexture(canvas);
   map.colorSpace = "srgb";
-  const sprite = new Sprite(new SpriteMaterial({ map, opacity: marker.color.a, transparent: true, depthWrite: false, toneMapped: false }));
+  const sprite = new Sprite(
+    new SpriteMaterial({
+      map,
+      opacity: marker.color.a,
+      transparent: true,
+      depthWrite: false,
+      toneMapped: false,
+    }),
+  );
   // an upper-case letter is 0.73 of the font's size tall
   const perPixel = marker.scale.z / (64 * 0.73);
   sprite.scale.set(canvas.width * perPixel, canvas.height * perPixel, 1);
@@ -168,7 +219,11 @@ function resource(marker: msg.Marker, changed: () => void): Object3D {
       const material = paint(marker);
       if (marker.mesh_use_embedded_materials && part.rgba !== null) {
         const [r, g, b, a] = part.rgba as [number, number, number, number];
-        Object.assign(material, { color: new Color().setRGB(r, g, b, "srgb"), opacity: a, transparent: a < 1 });
+        Object.assign(material, {
+          color: new Color().setRGB(r, g, b, "srgb"),
+          opacity: a,
+          transparent: a < 1,
+        });
       }
       const mesh = new Mesh(part.geometry, material);
       mesh.userData["shared"] = true;

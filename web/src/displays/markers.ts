@@ -52,7 +52,8 @@ class Markers implements Display {
   }
 
   frame(): void {
-    for (const { marker, holder } of this.drawn.values()) if (marker.frame_locked) this.put(holder, marker, true);
+    for (const { marker, holder } of this.drawn.values())
+      if (marker.frame_locked) this.put(holder, marker, true);
   }
 
   get namespaces(): readonly string[] {
@@ -76,7 +77,8 @@ class Markers implements Display {
   private take(received: msg.Marker): Status | null {
     const key = `${received.ns}\n${received.id}`;
     if (received.action === DELETE_ALL) {
-      for (const [name, { marker }] of this.drawn) if (received.ns === "" || marker.ns === received.ns) this.drop(name);
+      for (const [name, { marker }] of this.drawn)
+        if (received.ns === "" || marker.ns === received.ns) this.drop(name);
       return null;
     }
     this.drop(key);
@@ -84,7 +86,8 @@ class Markers implements Display {
     this.known.add(received.ns);
     const marker = this.prepared(received);
     const build = BUILDERS[marker.type];
-    if (build === undefined) return { level: "error", reason: `${named(marker)} is of type ${marker.type}, which there is not` };
+    if (build === undefined)
+      return { level: "error", reason: `${named(marker)} is of type ${marker.type}, which there is not` };
     if (hasGaps(marker)) return { level: "error", reason: `${named(marker)} holds ${GAPS}` };
     const holder = new Group();
     const object = new Group();
@@ -100,7 +103,9 @@ class Markers implements Display {
 
   private put(holder: Group, marker: msg.Marker, isNow: boolean): Status | null {
     const now = this.picture.app.state.value?.time ?? 0;
-    const stamp = isNow ? { sec: Math.floor(now), nanosec: Math.round((now % 1) * 1e9) } : marker.header.stamp;
+    const stamp = isNow
+      ? { sec: Math.floor(now), nanosec: Math.round((now % 1) * 1e9) }
+      : marker.header.stamp;
     const status = placeAtHeader(this.picture, holder, { ...marker.header, stamp });
     holder.visible = status === null && this.isWanted(marker);
     return status;
@@ -125,8 +130,10 @@ function named({ ns, id }: msg.Marker): string {
 
 /** What rviz warns of too: a marker that cannot be seen. */
 function doubt(marker: msg.Marker): Status | null {
-  if (marker.colors.length === 0 && marker.color.a === 0 && !marker.mesh_use_embedded_materials) return { level: "warn", reason: `${named(marker)} is transparent: its colour's a is 0` };
-  if (marker.type === 10 && marker.mesh_resource === "") return { level: "warn", reason: `${named(marker)} has a mesh that cannot be read` };
+  if (marker.colors.length === 0 && marker.color.a === 0 && !marker.mesh_use_embedded_materials)
+    return { level: "warn", reason: `${named(marker)} is transparent: its colour's a is 0` };
+  if (marker.type === 10 && marker.mesh_resource === "")
+    return { level: "warn", reason: `${named(marker)} has a mesh that cannot be read` };
   return null;
 }
 

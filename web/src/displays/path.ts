@@ -20,7 +20,11 @@ export const path: Make = (picture) => {
   group.add(shapes.group);
   const draw = (): void => {
     const isPlain = set["poses"] === "none";
-    shapes.style(String(set["poses"]) === "axes" ? "axes" : "arrow", String(set["colour"]), Number(set["alpha"]));
+    shapes.style(
+      String(set["poses"]) === "axes" ? "axes" : "arrow",
+      String(set["colour"]),
+      Number(set["alpha"]),
+    );
     shapes.put(isPlain ? [] : poses.map((one) => poseMatrix(one.pose)), picture.radius * 0.5);
     line?.geometry.dispose();
     line?.removeFromParent();
@@ -82,7 +86,8 @@ export const polygon: Make = (picture) => {
       line.visible = points.length > 1;
       line.geometry.dispose();
       line.geometry = new LineGeometry();
-      if (line.visible) line.geometry.setPositions([...points, points[0]!].flatMap(({ x, y, z }) => [x, y, z]));
+      if (line.visible)
+        line.geometry.setPositions([...points, points[0]!].flatMap(({ x, y, z }) => [x, y, z]));
       return line.visible ? placeAtHeader(picture, group, heard.header) : null;
     },
     clear() {

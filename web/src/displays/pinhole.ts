@@ -21,10 +21,22 @@ export class Pinhole {
     if (!(fx > 0 && fy > 0 && width > 0 && height > 0)) return false;
     const { eye } = this;
     eye.projectionMatrix.set(
-      (2 * zoom * fx) / width, 0, 1 - (2 * cx) / width, 0,
-      0, (2 * zoom * fy) / height, (2 * cy) / height - 1, 0,
-      0, 0, -(far + NEAR) / (far - NEAR), (-2 * far * NEAR) / (far - NEAR),
-      0, 0, -1, 0,
+      (2 * zoom * fx) / width,
+      0,
+      1 - (2 * cx) / width,
+      0,
+      0,
+      (2 * zoom * fy) / height,
+      (2 * cy) / height - 1,
+      0,
+      0,
+      0,
+      -(far + NEAR) / (far - NEAR),
+      (-2 * far * NEAR) / (far - NEAR),
+      0,
+      0,
+      -1,
+      0,
     );
     eye.projectionMatrixInverse.copy(eye.projectionMatrix).invert();
     // the second of two cameras stands beside the frame: sensor_msgs/CameraInfo

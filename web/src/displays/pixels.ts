@@ -33,12 +33,18 @@ const DEPTHS: Record<string, number> = { "32FC1": 4, "16UC1": 2, mono16: 2 };
 /** What a picture shows: its colours, or its depths in colours by `normalize`, `near` and `far`; else what is wrong with it. */
 export function pixelsOf(image: msg.Image, set: Values): ImageData | Status {
   const { width, height, step, encoding, data } = image;
-  if (width * height === 0 || data.length < step * height) return { level: "error", reason: `${width} by ${height} pixels, but ${data.length} bytes` };
+  if (width * height === 0 || data.length < step * height)
+    return { level: "error", reason: `${width} by ${height} pixels, but ${data.length} bytes` };
   const layout = COLOURED[encoding];
   const pair = BRIGHTNESS[encoding];
   const size = layout?.[0] ?? (pair !== undefined ? 2 : DEPTHS[encoding]);
-  if (size === undefined) return { level: "error", reason: `pictures in ${encoding || "no encoding"} are not shown` };
-  if (step < width * size) return { level: "error", reason: `rows of ${step} bytes, but ${width} pixels in ${encoding} need ${width * size}` };
+  if (size === undefined)
+    return { level: "error", reason: `pictures in ${encoding || "no encoding"} are not shown` };
+  if (step < width * size)
+    return {
+      level: "error",
+      reason: `rows of ${step} bytes, but ${width} pixels in ${encoding} need ${width * size}`,
+    };
   const pixels = new ImageData(width, height);
   if (layout !== undefined) {
     const places = layout.slice(1);
@@ -54,7 +60,11 @@ export function pixelsOf(image: msg.Image, set: Values): ImageData | Status {
     for (let row = 0, to = 0; row < height; row += 1) {
       for (let column = 0; column < width; column += 1, to += 4) {
         const at = row * step + 4 * (column >> 1);
-        const [y, u, v] = [data[at + pair[column & 1]!]!, data[at + pair[2]]! - 128, data[at + pair[3]]! - 128];
+        const [y, u, v] = [
+          data[at + pair[column & 1]!]!,
+          data[at + pair[2]]! - 128,
+          data[at + pair[3]]! - 128,
+        ];
         pixels.data.set([y + 1.402 * v, y - 0.344 * u - 0.714 * v, y + 1.772 * u, 255], to);
       }
     }
@@ -64,7 +74,10 @@ export function pixelsOf(image: msg.Image, set: Values): ImageData | Status {
   let [low, high] = [Number(set["near"]), Number(set["far"])];
   if (set["normalize"] === true) {
     const known = depth.filter(Number.isFinite);
-    [low, high] = [known.reduce((a, b) => Math.min(a, b), Infinity), known.reduce((a, b) => Math.max(a, b), -Infinity)];
+    [low, high] = [
+      known.reduce((a, b) => Math.min(a, b), Infinity),
+      known.reduce((a, b) => Math.max(a, b), -Infinity),
+    ];
   }
   depth.forEach((metres, pixel) => {
     const colour = Number.isFinite(metres) ? viridis(1 - (metres - low) / (high - low || 1)) : [0, 0, 0];

@@ -70,13 +70,19 @@ export class PointShapes {
     points.geometry.setAttribute("position", new BufferAttribute(places, 3));
     points.geometry.boundingSphere = new Sphere(); // or three measures them all, to sort one thing
     if (colours !== null) points.geometry.setAttribute("color", new BufferAttribute(colours, 3));
-    if (this.style !== "points") points.onBeforeRender = (renderer, _scene, camera) => (this.flat.size = sizeFor(this.metres, renderer, camera));
+    if (this.style !== "points")
+      points.onBeforeRender = (renderer, _scene, camera) =>
+        (this.flat.size = sizeFor(this.metres, renderer, camera));
     return points;
   }
 
   private boxes(places: Float32Array, colours: Float32Array | null): Drawn {
     const count = places.length / 3;
-    const boxes = new InstancedMesh(new BoxGeometry(this.metres, this.metres, this.metres), this.solid, count);
+    const boxes = new InstancedMesh(
+      new BoxGeometry(this.metres, this.metres, this.metres),
+      this.solid,
+      count,
+    );
     const at = new Matrix4();
     const colour = new Color();
     for (let i = 0; i < count; i += 1) {
@@ -91,7 +97,8 @@ export class PointShapes {
 function sizeFor(metres: number, renderer: WebGLRenderer, camera: Camera): number {
   const high = renderer.getCurrentViewport(new Vector4()).w;
   const seen = metres * camera.projectionMatrix.elements[5]!;
-  if (camera instanceof PerspectiveCamera) return (seen * high) / renderer.getDrawingBufferSize(new Vector2()).y;
+  if (camera instanceof PerspectiveCamera)
+    return (seen * high) / renderer.getDrawingBufferSize(new Vector2()).y;
   return (seen * high) / 2 / renderer.getPixelRatio();
 }
 

@@ -75,8 +75,11 @@ class PointsDisplay implements Display {
   /** What the points are to be coloured by and do not have. */
   private doubt({ intensity, rgb }: Cloud): Status | null {
     const { by, channel } = this.values;
-    if (by === "intensity" && intensity === null) return { level: "warn", reason: `its points have no ${String(channel) || "intensity"}` };
-    return by === "rgb" && rgb === null ? { level: "warn", reason: "its points have no rgb: they are coloured by z" } : null;
+    if (by === "intensity" && intensity === null)
+      return { level: "warn", reason: `its points have no ${String(channel) || "intensity"}` };
+    return by === "rgb" && rgb === null
+      ? { level: "warn", reason: "its points have no rgb: they are coloured by z" }
+      : null;
   }
 
   /** Colours in the picture's linear space; null for the one that is set. */

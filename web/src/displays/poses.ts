@@ -55,7 +55,8 @@ class Newest extends Poses {
   message({ message }: { message: Record<string, unknown> }): Status | null {
     const { pose, poses } = message as { pose?: msg.Pose | msg.PoseWithCovariance; poses?: msg.Pose[] };
     this.covariance = pose !== undefined && "covariance" in pose ? pose.covariance : null;
-    const all = poses ?? [pose === undefined ? null : "pose" in pose ? pose.pose : pose].filter((one) => one !== null);
+    const all =
+      poses ?? [pose === undefined ? null : "pose" in pose ? pose.pose : pose].filter((one) => one !== null);
     this.poses = all.map((one) => poseMatrix(one));
     this.draw();
     return placeAtHeader(this.picture, this.group, message["header"] as msg.Header);
@@ -111,8 +112,12 @@ class Travelled extends Poses {
   }
 
   private hasMoved(before: Matrix4, now: Matrix4): boolean {
-    const distance = new Vector3().setFromMatrixPosition(before).distanceTo(new Vector3().setFromMatrixPosition(now));
-    const angle = new Quaternion().setFromRotationMatrix(before).angleTo(new Quaternion().setFromRotationMatrix(now));
+    const distance = new Vector3()
+      .setFromMatrixPosition(before)
+      .distanceTo(new Vector3().setFromMatrixPosition(now));
+    const angle = new Quaternion()
+      .setFromRotationMatrix(before)
+      .angleTo(new Quaternion().setFromRotationMatrix(now));
     return distance >= Number(this.values["distance"]) || angle >= Number(this.values["angle"]);
   }
 

@@ -13,7 +13,9 @@ export const range: Make = (picture) => {
   const put = (length: number, angle: number): void => {
     mesh.geometry.dispose();
     // three's cone points along y with its middle at the origin; a sensor looks along x from its tip
-    mesh.geometry = new ConeGeometry(length * Math.tan(angle / 2), length, 48, 1, true).translate(0, -length / 2, 0).rotateZ(Math.PI / 2);
+    mesh.geometry = new ConeGeometry(length * Math.tan(angle / 2), length, 48, 1, true)
+      .translate(0, -length / 2, 0)
+      .rotateZ(Math.PI / 2);
   };
   put(0, 0);
   return {

@@ -40,14 +40,21 @@ export const robotModel: Make = (picture) => {
       picture.robot?.show(parts);
     },
     rebuild: () => picture.robot?.show(parts),
-    status: () => fallenStatus((picture.app.state.value?.fallen ?? []).filter(({ name }) => name === "")) ?? missingStatus(picture.app.findings.value) ?? bareStatus(picture.app.scene.value),
+    status: () =>
+      fallenStatus((picture.app.state.value?.fallen ?? []).filter(({ name }) => name === "")) ??
+      missingStatus(picture.app.findings.value) ??
+      bareStatus(picture.app.scene.value),
     frame() {
       const joints = set["joints"] === true ? (picture.app.scene.value?.joints ?? []) : [];
       const matrices = joints.flatMap((joint) => {
         const at = picture.transforms.lookup(joint.child, null);
         const along = new Vector3().fromArray(joint.axis as number[]).normalize();
         if (at === null || along.lengthSq() === 0) return [];
-        return [at.multiply(new Matrix4().makeRotationFromQuaternion(new Quaternion().setFromUnitVectors(X, along)))];
+        return [
+          at.multiply(
+            new Matrix4().makeRotationFromQuaternion(new Quaternion().setFromUnitVectors(X, along)),
+          ),
+        ];
       });
       axes.put(matrices, picture.radius * 0.8);
     },
@@ -60,11 +67,17 @@ export const robotModel: Make = (picture) => {
 
 /** What is said of meshes that are not there or may not be read, as rviz says it; null where all are. */
 function missingStatus(findings: Findings | null): Status | null {
-  const links = new Set((findings?.findings ?? []).filter(({ code }) => NO_MESH.has(code)).map(({ link }) => link));
-  return links.size === 0 ? null : { level: "error", reason: `meshes are missing, see the findings: ${[...links].join(", ")}` };
+  const links = new Set(
+    (findings?.findings ?? []).filter(({ code }) => NO_MESH.has(code)).map(({ link }) => link),
+  );
+  return links.size === 0
+    ? null
+    : { level: "error", reason: `meshes are missing, see the findings: ${[...links].join(", ")}` };
 }
 
 /** What is said of a robot that has no shapes; null of one that has. */
 function bareStatus(scene: Scene | null): Status | null {
-  return scene?.links.some(({ visuals }) => visuals.length > 0) === false ? { level: "warn", reason: "no link has a visual: there is nothing to see of it" } : null;
+  return scene?.links.some(({ visuals }) => visuals.length > 0) === false
+    ? { level: "warn", reason: "no link has a visual: there is nothing to see of it" }
+    : null;
 }

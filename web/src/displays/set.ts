@@ -41,7 +41,13 @@ export interface Setup {
 
 const KEY = "kbot.displays";
 
-const START: readonly Saved[] = ["Grid", "RobotModel", "TF", "Trail", "World", "LaserScan"].map((kind) => ({ kind, name: kind, enabled: true, properties: {}, source: -1 }));
+const START: readonly Saved[] = ["Grid", "RobotModel", "TF", "Trail", "World", "LaserScan"].map((kind) => ({
+  kind,
+  name: kind,
+  enabled: true,
+  properties: {},
+  source: -1,
+}));
 
 /** A kind by its name. */
 export function kindOf(name: string): DisplayKind {
@@ -57,7 +63,12 @@ export function valueOf(config: DisplayConfig, property: Property): Value {
 
 /** All values of a display. */
 export function valuesOf(config: DisplayConfig): Values {
-  return { ...Object.fromEntries(kindOf(config.kind).properties.map((property) => [property.name, property.initial])), ...config.properties };
+  return {
+    ...Object.fromEntries(
+      kindOf(config.kind).properties.map((property) => [property.name, property.initial]),
+    ),
+    ...config.properties,
+  };
 }
 
 /** The displays in their order and what holds for all of them, as this browser remembers them. */
@@ -72,7 +83,8 @@ export class DisplaySet {
     const { globals, displays } = isSetup(kept) ? kept : { globals: {}, displays: START };
     this.all = new Signal<readonly DisplayConfig[]>(this.numbered(displays));
     this.globals = new Signal(globals);
-    for (const signal of [this.all, this.globals]) (signal as Signal<unknown>).watch(() => this.remembers && remember(KEY, this.setup));
+    for (const signal of [this.all, this.globals])
+      (signal as Signal<unknown>).watch(() => this.remembers && remember(KEY, this.setup));
   }
 
   get setup(): Setup {
@@ -92,7 +104,9 @@ export class DisplaySet {
   add(kind: string): DisplayConfig | null {
     const { single } = kindOf(kind);
     if (single && this.all.value.some((one) => one.kind === kind)) return null;
-    const [added] = this.numbered([{ kind, name: this.freeName(kind), enabled: true, properties: this.first(kind), source: -1 }]);
+    const [added] = this.numbered([
+      { kind, name: this.freeName(kind), enabled: true, properties: this.first(kind), source: -1 },
+    ]);
     this.all.set([...this.all.value, added!]);
     return added!;
   }
@@ -104,7 +118,13 @@ export class DisplaySet {
   rename(id: number, name: string): void {
     const [before, after] = [this.all.value.find((one) => one.id === id)?.name, name.trim()];
     if (before === undefined || after === "" || after === before) return;
-    this.all.set(this.all.value.map((one) => ({ ...one, properties: renamed(one, before, after), name: one.id === id ? after : one.name })));
+    this.all.set(
+      this.all.value.map((one) => ({
+        ...one,
+        properties: renamed(one, before, after),
+        name: one.id === id ? after : one.name,
+      })),
+    );
   }
 
   /** Moves a display up (-1) or down (1) in the list. */
@@ -140,7 +160,9 @@ export class DisplaySet {
 
   /** Whether a kind is shown; with a property's name, whether that is on. */
   isOn(kind: string, property: string | null): boolean {
-    return this.all.value.some((one) => one.kind === kind && one.enabled && (property === null || valuesOf(one)[property] === true));
+    return this.all.value.some(
+      (one) => one.kind === kind && one.enabled && (property === null || valuesOf(one)[property] === true),
+    );
   }
 
   /** Turns all displays of a kind, or one property of theirs, on or off; what is not there is added. */
@@ -183,13 +205,24 @@ function plain({ kind, name, enabled, properties, source }: Saved): Saved {
 
 /** A display's values once another is called otherwise. */
 function renamed({ kind, properties }: DisplayConfig, before: string, after: string): Values {
-  const names = new Map(kindOf(kind).per_display.map(({ name }) => [`${before}/${name}`, `${after}/${name}`]));
-  return Object.fromEntries(Object.entries(properties).map(([name, value]) => [names.get(name) ?? name, value]));
+  const names = new Map(
+    kindOf(kind).per_display.map(({ name }) => [`${before}/${name}`, `${after}/${name}`]),
+  );
+  return Object.fromEntries(
+    Object.entries(properties).map(([name, value]) => [names.get(name) ?? name, value]),
+  );
 }
 
 /** Whether what a browser remembered are settings: an older page may have written something else. */
 function isSetup(kept: unknown): kept is Setup {
   const known = new Set(KINDS.map((kind) => kind.name));
   const { globals, displays } = (kept ?? {}) as { globals?: unknown; displays?: unknown };
-  return typeof globals === "object" && Array.isArray(displays) && displays.every((one: Partial<Saved> | null) => known.has(one?.kind ?? "") && typeof one?.name === "string" && typeof one.properties === "object");
+  return (
+    typeof globals === "object" &&
+    Array.isArray(displays) &&
+    displays.every(
+      (one: Partial<Saved> | null) =>
+        known.has(one?.kind ?? "") && typeof one?.name === "string" && typeof one.properties === "object",
+    )
+  );
 }

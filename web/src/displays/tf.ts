@@ -35,7 +35,10 @@ class Frames implements Display {
   private readonly labels = new Map<string, Sprite>();
   private values: Values = {};
   private selected = "";
-  private readonly arrows = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ color: ARROWS, depthTest: false, transparent: true, toneMapped: false }));
+  private readonly arrows = new LineSegments(
+    new BufferGeometry(),
+    new LineBasicMaterial({ color: ARROWS, depthTest: false, transparent: true, toneMapped: false }),
+  );
 
   constructor(private readonly picture: Picture) {
     this.arrows.frustumCulled = false;
@@ -90,7 +93,12 @@ class Frames implements Display {
       if (!(hasAxes || hasName) || transforms.lookup(name, null, at) === null) continue;
       if (hasName) {
         named.add(name);
-        const place = new Vector3().setFromMatrixPosition(at).divideScalar(this.length * SAME_PLACE).round().toArray().join();
+        const place = new Vector3()
+          .setFromMatrixPosition(at)
+          .divideScalar(this.length * SAME_PLACE)
+          .round()
+          .toArray()
+          .join();
         const above = shared.get(place) ?? 0;
         shared.set(place, above + 1);
         this.putLabel(name, at, LABEL_PIXELS * perPixel, above);
@@ -113,7 +121,8 @@ class Frames implements Display {
     for (const name of this.values["arrows"] === true ? transforms.names : []) {
       const parent = transforms.parent(name);
       if (!meant(name) || parent === "") continue;
-      if (transforms.lookup(name, null, at) === null || transforms.lookup(parent, null, above) === null) continue;
+      if (transforms.lookup(name, null, at) === null || transforms.lookup(parent, null, above) === null)
+        continue;
       ends.push(...new Vector3().setFromMatrixPosition(at), ...new Vector3().setFromMatrixPosition(above));
     }
     this.arrows.visible = ends.length > 0;
@@ -178,7 +187,11 @@ function matcher(pattern: string): (name: string) => boolean {
 
 /** Room for the axes of so many frames. */
 function axesMesh(rod: CylinderGeometry, frames: number): InstancedMesh<CylinderGeometry, MeshBasicMaterial> {
-  const mesh = new InstancedMesh(rod, new MeshBasicMaterial({ depthTest: false, transparent: true }), COLOURS.length * frames);
+  const mesh = new InstancedMesh(
+    rod,
+    new MeshBasicMaterial({ depthTest: false, transparent: true }),
+    COLOURS.length * frames,
+  );
   for (let slot = 0; slot < mesh.count; slot += 1) mesh.setColorAt(slot, COLOURS[slot % COLOURS.length]!);
   mesh.frustumCulled = false;
   mesh.renderOrder = 8;
@@ -204,7 +217,13 @@ function label(text: string, theme: Theme): Sprite {
   const texture = new CanvasTexture(canvas);
   texture.colorSpace = "srgb";
   const sprite = new Sprite(
-    new SpriteMaterial({ map: texture, depthTest: false, transparent: true, sizeAttenuation: false, toneMapped: false }),
+    new SpriteMaterial({
+      map: texture,
+      depthTest: false,
+      transparent: true,
+      sizeAttenuation: false,
+      toneMapped: false,
+    }),
   );
   sprite.renderOrder = 9;
   sprite.userData["aspect"] = canvas.width / canvas.height;

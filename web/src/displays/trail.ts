@@ -1,4 +1,11 @@
-import { BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, Mesh, MeshBasicMaterial } from "three";
+import {
+  BufferAttribute,
+  BufferGeometry,
+  DoubleSide,
+  DynamicDrawUsage,
+  Mesh,
+  MeshBasicMaterial,
+} from "three";
 
 import type { State } from "../protocol";
 import { PALETTES } from "../view/palette";
@@ -29,7 +36,8 @@ export const trail: Make = (picture) => {
     }
     const scene = app.scene.value;
     const root = scene?.links.findIndex((link) => link.name === scene.root) ?? -1;
-    if (mode !== "view" && root >= 0 && !app.travel.isElsewhere) ribbon.add(state.at, state.poses[root * 7] ?? 0, state.poses[root * 7 + 1] ?? 0, state.jumps !== jumps);
+    if (mode !== "view" && root >= 0 && !app.travel.isElsewhere)
+      ribbon.add(state.at, state.poses[root * 7] ?? 0, state.poses[root * 7 + 1] ?? 0, state.jumps !== jumps);
     ({ jumps } = state);
     show(state.at);
   };
@@ -83,7 +91,10 @@ class Ribbon {
     geometry.setAttribute("position", this.positions);
     geometry.setIndex(this.index);
     geometry.setDrawRange(0, 0);
-    this.mesh = new Mesh(geometry, new MeshBasicMaterial({ side: DoubleSide, transparent: true, opacity: 0.85, depthWrite: false }));
+    this.mesh = new Mesh(
+      geometry,
+      new MeshBasicMaterial({ side: DoubleSide, transparent: true, opacity: 0.85, depthWrite: false }),
+    );
     this.mesh.frustumCulled = false;
   }
 
@@ -153,7 +164,10 @@ class Ribbon {
     const [from, at] = [2 * (i - 1), (i - 1) * 6];
     const isJoined = this.index.getX(at) !== this.index.getX(at + 1);
     if (joined === isJoined) return;
-    this.index.set(joined ? [from, from + 1, from + 2, from + 1, from + 3, from + 2] : [0, 0, 0, 0, 0, 0], at);
+    this.index.set(
+      joined ? [from, from + 1, from + 2, from + 1, from + 3, from + 2] : [0, 0, 0, 0, 0, 0],
+      at,
+    );
     this.index.needsUpdate = true;
   }
 }

@@ -1,4 +1,14 @@
-import { Color, ConeGeometry, Group, Matrix4, Mesh, MeshLambertMaterial, Quaternion, TorusGeometry, Vector3 } from "three";
+import {
+  Color,
+  ConeGeometry,
+  Group,
+  Matrix4,
+  Mesh,
+  MeshLambertMaterial,
+  Quaternion,
+  TorusGeometry,
+  Vector3,
+} from "three";
 
 import type * as msg from "../messages";
 import type { Make } from "./display";
@@ -48,8 +58,16 @@ export const twist: Make = (picture) => {
       draw();
     },
     message({ message }) {
-      const { header, twist: stamped, wrench } = message as { header?: msg.Header; twist?: msg.Twist; wrench?: msg.Wrench };
-      heard = stamped ?? (wrench === undefined ? (message as unknown as msg.Twist) : { linear: wrench.force, angular: wrench.torque });
+      const {
+        header,
+        twist: stamped,
+        wrench,
+      } = message as { header?: msg.Header; twist?: msg.Twist; wrench?: msg.Wrench };
+      heard =
+        stamped ??
+        (wrench === undefined
+          ? (message as unknown as msg.Twist)
+          : { linear: wrench.force, angular: wrench.torque });
       isStamped = header !== undefined;
       draw();
       // one without a header is the robot's own, at its root and as it is now

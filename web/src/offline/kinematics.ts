@@ -31,7 +31,8 @@ export interface Kinematics {
 /** The positions of all joints, those that follow others set to do so. */
 export function settled(kinematics: Kinematics, positions: readonly number[]): number[] {
   const all = [...positions];
-  for (const { joint, leader, multiplier, offset } of kinematics.follows) all[joint] = multiplier * (positions[leader] ?? 0) + offset;
+  for (const { joint, leader, multiplier, offset } of kinematics.follows)
+    all[joint] = multiplier * (positions[leader] ?? 0) + offset;
   return all;
 }
 

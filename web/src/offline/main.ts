@@ -24,7 +24,17 @@ keepMeshes(saved.meshes);
 let replies: Replies;
 const app = new App((hear) => (replies = new Replies(hear, saved)));
 
-const theme = h("button", { class: "icon-button", type: "button", title: "Dark or light", "aria-label": "Dark or light", onclick: () => chooseTheme(app.theme, app.theme.value === "dark" ? "light" : "dark") }, icon("sun"));
+const theme = h(
+  "button",
+  {
+    class: "icon-button",
+    type: "button",
+    title: "Dark or light",
+    "aria-label": "Dark or light",
+    onclick: () => chooseTheme(app.theme, app.theme.value === "dark" ? "light" : "dark"),
+  },
+  icon("sun"),
+);
 const file = h("span", { class: "file" });
 app.about.watch((about) => {
   if (about === null) return;
@@ -33,12 +43,25 @@ app.about.watch((about) => {
 });
 const picture = h("div", { class: "picture" });
 let view: View;
-const centre = h("main", { class: "centre" }, picture, toolbar(app, () => view), notices(app, picture));
+const centre = h(
+  "main",
+  { class: "centre" },
+  picture,
+  toolbar(app, () => view),
+  notices(app, picture),
+);
 const isChecked = saved.greeting.some((message) => message.type === "findings");
 const left = h("div", { class: "dock left" }, links(app), isChecked && findings(app));
 const right = h("div", { class: "dock right" }, joints(app));
 document.body.append(
-  h("header", { class: "topbar" }, h("h1", { class: "brand" }, "KBot"), h("span", { class: "crumbs" }, file), h("span", { class: "spacer" }), theme),
+  h(
+    "header",
+    { class: "topbar" },
+    h("h1", { class: "brand" }, "KBot"),
+    h("span", { class: "crumbs" }, file),
+    h("span", { class: "spacer" }),
+    theme,
+  ),
   left,
   centre,
   right,
@@ -48,5 +71,6 @@ document.body.append(
 view = new View(app, picture);
 app.focused.watch((asked) => asked && view.looking.focus(asked.link));
 centre.append(hover(app, view, picture));
-if (saved.states.length > 1) queueMicrotask(() => centre.append(scrub(saved.states, (index) => replies.show(index))));
+if (saved.states.length > 1)
+  queueMicrotask(() => centre.append(scrub(saved.states, (index) => replies.show(index))));
 window.kbot = handle(app, view);

@@ -23,7 +23,8 @@ export class Replies implements Line {
     const scene = saved.greeting.find((message) => message.type === "scene");
     this.joints = scene?.type === "scene" ? scene.joints : [];
     queueMicrotask(() => {
-      for (const message of saved.greeting) if (message.type !== "state" || saved.states.length === 0) this.tell(message);
+      for (const message of saved.greeting)
+        if (message.type !== "state" || saved.states.length === 0) this.tell(message);
       this.show(saved.states.length - 1);
     });
   }
@@ -35,7 +36,8 @@ export class Replies implements Line {
       this.resets += 1;
     }
     const stride = Math.ceil((index - this.shown) / MOST_AT_ONCE);
-    for (let at = this.shown + 1; at < index; at += stride) this.tell({ ...this.saved.states[at]!, resets: this.resets });
+    for (let at = this.shown + 1; at < index; at += stride)
+      this.tell({ ...this.saved.states[at]!, resets: this.resets });
     const state = this.saved.states[index];
     if (state !== undefined) this.tell({ ...state, resets: this.resets });
     this.shown = index;
@@ -67,7 +69,10 @@ export class Replies implements Line {
   private put(wanted: (joint: JointView, now: number) => number): void {
     if (this.state === null) return;
     const now = this.state.positions;
-    const positions = settled(this.saved.kinematics, this.joints.map((joint, index) => held(joint, wanted(joint, now[index] ?? 0))));
+    const positions = settled(
+      this.saved.kinematics,
+      this.joints.map((joint, index) => held(joint, wanted(joint, now[index] ?? 0))),
+    );
     this.tell({ ...this.state, positions, poses: poses(this.saved.kinematics, positions) });
   }
 }

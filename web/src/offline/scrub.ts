@@ -7,8 +7,24 @@ const SECOND = 1000;
 export function scrub(states: readonly State[], show: (index: number) => void): HTMLElement {
   const last = states.length - 1;
   const told = readout("Simulated time");
-  const slider = h("input", { type: "range", min: 0, max: last, step: 1, value: last, "aria-label": "Moment", oninput: () => put(slider.valueAsNumber) });
-  const play = h("button", { type: "button", "aria-pressed": "false", onclick: () => run(play.getAttribute("aria-pressed") !== "true") }, "Play");
+  const slider = h("input", {
+    type: "range",
+    min: 0,
+    max: last,
+    step: 1,
+    value: last,
+    "aria-label": "Moment",
+    oninput: () => put(slider.valueAsNumber),
+  });
+  const play = h(
+    "button",
+    {
+      type: "button",
+      "aria-pressed": "false",
+      onclick: () => run(play.getAttribute("aria-pressed") !== "true"),
+    },
+    "Play",
+  );
   let playing = 0;
   const put = (index: number): void => {
     slider.value = String(index);
@@ -34,5 +50,11 @@ export function scrub(states: readonly State[], show: (index: number) => void): 
     playing = requestAnimationFrame(tick);
   };
   put(last);
-  return h("div", { class: "transport scrub", role: "group", "aria-label": "Recorded moments" }, play, slider, told);
+  return h(
+    "div",
+    { class: "transport scrub", role: "group", "aria-label": "Recorded moments" },
+    play,
+    slider,
+    told,
+  );
 }

@@ -33,7 +33,9 @@ function perLink(app: App): Extra {
     (app.scene.value?.links ?? []).map((link) => {
       const fields = kindOf(config.kind).per_link.map((property) => {
         const own = { ...property, name: `${link.name}/${property.name}` };
-        const field = propertyField(app, { kind: config.kind, name: link.name }, own, (value) => app.displays.set(config.id, own.name, value));
+        const field = propertyField(app, { kind: config.kind, name: link.name }, own, (value) =>
+          app.displays.set(config.id, own.name, value),
+        );
         field.show(valueOf(config, own));
         return field.element.querySelector(".value")!;
       });
@@ -50,7 +52,9 @@ function perDisplay(app: App): Extra {
       .flatMap((other) =>
         kindOf(config.kind).per_display.map((property) => {
           const own = { ...property, name: `${other.name}/${property.name}`, label: other.name };
-          const field = propertyField(app, config, own, (value) => app.displays.set(config.id, own.name, value));
+          const field = propertyField(app, config, own, (value) =>
+            app.displays.set(config.id, own.name, value),
+          );
           field.show(valueOf(config, own));
           return field.element;
         }),
@@ -62,12 +66,17 @@ function perDisplay(app: App): Extra {
 function perNamespace(app: App): Extra {
   return folded("Namespaces", (config) => {
     const set = Object.keys(config.properties).filter((name) => name.includes("/"));
-    const names = new Set([...(app.namespaces.value.get(config.id) ?? []), ...set.map((name) => name.slice(0, name.lastIndexOf("/")))]);
+    const names = new Set([
+      ...(app.namespaces.value.get(config.id) ?? []),
+      ...set.map((name) => name.slice(0, name.lastIndexOf("/"))),
+    ]);
     if (names.size === 0) return [h("p", { class: "nothing" }, "No marker was heard of.")];
     return [...names].sort().flatMap((name) =>
       kindOf(config.kind).per_namespace.map((property) => {
         const own = { ...property, name: `${name}/${property.name}`, label: name || "(none)" };
-        const field = propertyField(app, config, own, (value) => app.displays.set(config.id, own.name, value));
+        const field = propertyField(app, config, own, (value) =>
+          app.displays.set(config.id, own.name, value),
+        );
         field.show(valueOf(config, own));
         return field.element;
       }),
@@ -83,7 +92,8 @@ function frameTree(app: App): Extra {
     const parents = new Map<string, string>(scene.links.map((link) => [link.name, link.parent]));
     for (const [name = "", parent = ""] of app.state.value?.frames ?? []) parents.set(name, parent);
     if (scene.world !== scene.root && !parents.get(scene.root)) parents.set(scene.root, scene.world);
-    const beneath = (parent: string): HTMLElement[] => [...parents].filter(([, above]) => above === parent).map(([name]) => branch(name));
+    const beneath = (parent: string): HTMLElement[] =>
+      [...parents].filter(([, above]) => above === parent).map(([name]) => branch(name));
     const branch = (name: string): HTMLElement => {
       const children = beneath(name);
       return h("li", {}, name, children.length > 0 && h("ul", {}, ...children));
@@ -95,6 +105,10 @@ function frameTree(app: App): Extra {
 /** What belongs to a kind of display. */
 export function extras(app: App, kind: string): Extra[] {
   const { per_link, per_display, per_namespace } = kindOf(kind);
-  const parts = [...(per_link.length > 0 ? [perLink(app)] : []), ...(per_display.length > 0 ? [perDisplay(app)] : []), ...(per_namespace.length > 0 ? [perNamespace(app)] : [])];
+  const parts = [
+    ...(per_link.length > 0 ? [perLink(app)] : []),
+    ...(per_display.length > 0 ? [perDisplay(app)] : []),
+    ...(per_namespace.length > 0 ? [perNamespace(app)] : []),
+  ];
   return [...parts, ...(kind === "TF" ? [frameTree(app)] : [])];
 }

@@ -19,7 +19,10 @@ export function displays(app: App): HTMLElement {
   app.displays.all.watch((all) => {
     for (const [id, row] of rows) {
       if (all.some((one) => one.id === id)) continue;
-      if (row.element.contains(document.activeElement)) (row.element.nextElementSibling ?? row.element.previousElementSibling)?.querySelector<HTMLElement>(".head")?.focus();
+      if (row.element.contains(document.activeElement))
+        (row.element.nextElementSibling ?? row.element.previousElementSibling)
+          ?.querySelector<HTMLElement>(".head")
+          ?.focus();
       row.element.remove();
       rows.delete(id);
     }
@@ -32,16 +35,28 @@ export function displays(app: App): HTMLElement {
       }
       row.show(config);
       // the first place is that of the global options
-      if (list.children[index + 1] !== row.element) list.insertBefore(row.element, list.children[index + 1] ?? null);
+      if (list.children[index + 1] !== row.element)
+        list.insertBefore(row.element, list.children[index + 1] ?? null);
     });
-    if (focused instanceof HTMLElement && focused !== document.activeElement && list.contains(focused)) focused.focus();
+    if (focused instanceof HTMLElement && focused !== document.activeElement && list.contains(focused))
+      focused.focus();
   });
   app.statuses.watch((statuses) => {
     for (const [id, row] of rows) row.tell(statuses.get(id));
     const bad = [...statuses.values()].filter(({ level }) => level === "warn" || level === "error");
     const label = `${bad.length} to see to`;
     const severity = bad.some(({ level }) => level === "error") ? "error" : "warning";
-    worst.replaceChildren(...(bad.length === 0 ? [] : [h("span", { class: "badge", "data-severity": severity, title: label, role: "img", "aria-label": label }, String(bad.length))]));
+    worst.replaceChildren(
+      ...(bad.length === 0
+        ? []
+        : [
+            h(
+              "span",
+              { class: "badge", "data-severity": severity, title: label, role: "img", "aria-label": label },
+              String(bad.length),
+            ),
+          ]),
+    );
   });
   const refresh = (): void => rows.forEach((row) => row.refresh());
   app.topics.list.watch(refresh);
@@ -52,8 +67,17 @@ export function displays(app: App): HTMLElement {
 
 /** What can be done with the settings as a whole. */
 function files(app: App): HTMLElement {
-  const field = h("select", { class: "add", "aria-label": "Settings of the displays", title: "Open and save the displays' settings" });
-  const chooser = h("input", { type: "file", accept: ".yaml,.yml,.rviz", hidden: true, "aria-label": "A file of displays" });
+  const field = h("select", {
+    class: "add",
+    "aria-label": "Settings of the displays",
+    title: "Open and save the displays' settings",
+  });
+  const chooser = h("input", {
+    type: "file",
+    accept: ".yaml,.yml,.rviz",
+    hidden: true,
+    "aria-label": "A file of displays",
+  });
   chooser.addEventListener("change", () => {
     const file = chooser.files?.[0];
     if (file !== undefined) void file.text().then((text) => app.openDisplays(file.name, text));
@@ -74,7 +98,8 @@ function files(app: App): HTMLElement {
   });
   app.displayFile.watch((known) => {
     const option = (value: string, text: string): HTMLElement => h("option", { value }, text);
-    const own = known === null || known.file === "" ? [] : [option("save", `Save to ${baseName(known.file)}`)];
+    const own =
+      known === null || known.file === "" ? [] : [option("save", `Save to ${baseName(known.file)}`)];
     field.replaceChildren(
       option("", "File…"),
       ...own,
@@ -92,13 +117,22 @@ function files(app: App): HTMLElement {
 function adder(app: App, added: (id: number) => void): HTMLElement {
   const field = h("select", { class: "add", "aria-label": "Add a display", title: "Add a display" });
   const fill = (): void => {
-    const taken = (kind: DisplayKind): boolean => kind.single && app.displays.all.value.some((one) => one.kind === kind.name);
-    const kinds = KINDS.map((kind) => h("option", { value: kind.name, title: kind.about, disabled: taken(kind) }, kind.name));
+    const taken = (kind: DisplayKind): boolean =>
+      kind.single && app.displays.all.value.some((one) => one.kind === kind.name);
+    const kinds = KINDS.map((kind) =>
+      h("option", { value: kind.name, title: kind.about, disabled: taken(kind) }, kind.name),
+    );
     const topics = app.topics.list.value.flatMap((topic) =>
-      KINDS.filter((kind) => kind.topics.includes(topic.kind)).map((kind) => h("option", { value: `${kind.name} ${topic.name}` }, `${topic.name} (${kind.name})`)),
+      KINDS.filter((kind) => kind.topics.includes(topic.kind)).map((kind) =>
+        h("option", { value: `${kind.name} ${topic.name}` }, `${topic.name} (${kind.name})`),
+      ),
     );
     const byTopic = topics.length === 0 ? null : h("optgroup", { label: "By topic" }, ...topics);
-    field.replaceChildren(h("option", { value: "" }, "Add…"), h("optgroup", { label: "By kind" }, ...kinds), ...(byTopic === null ? [] : [byTopic]));
+    field.replaceChildren(
+      h("option", { value: "" }, "Add…"),
+      h("optgroup", { label: "By kind" }, ...kinds),
+      ...(byTopic === null ? [] : [byTopic]),
+    );
   };
   app.displays.all.watch(fill);
   app.topics.list.watch(fill);
@@ -118,14 +152,31 @@ function globalOptions(app: App): HTMLElement {
   const lamp = h("span", { class: "lamp", role: "img" });
   const reason = h("p", { class: "reason" });
   const owner = { kind: "", name: "the picture" };
-  const fields = GLOBALS.map((property) => ({ property, field: propertyField(app, owner, property, (value) => app.displays.setGlobal(property.name, value)) }));
+  const fields = GLOBALS.map((property) => ({
+    property,
+    field: propertyField(app, owner, property, (value) => app.displays.setGlobal(property.name, value)),
+  }));
   const notes = h("details", { hidden: true });
   app.displayFile.watch((known) => {
     notes.hidden = known === null || known.notes.length === 0;
-    notes.replaceChildren(h("summary", {}, `What of ${known?.name ?? ""} is not shown`), h("ul", { class: "notes" }, ...(known?.notes ?? []).map((note) => h("li", {}, note))));
+    notes.replaceChildren(
+      h("summary", {}, `What of ${known?.name ?? ""} is not shown`),
+      h("ul", { class: "notes" }, ...(known?.notes ?? []).map((note) => h("li", {}, note))),
+    );
   });
-  const body = h("div", { class: "settings", id: "display-globals", hidden: true }, reason, ...fields.map(({ field }) => field.element), notes);
-  const head = h("button", { type: "button", class: "head", "aria-expanded": "false", "aria-controls": body.id }, icon("chevron"), h("span", { class: "name" }, "Global options"));
+  const body = h(
+    "div",
+    { class: "settings", id: "display-globals", hidden: true },
+    reason,
+    ...fields.map(({ field }) => field.element),
+    notes,
+  );
+  const head = h(
+    "button",
+    { type: "button", class: "head", "aria-expanded": "false", "aria-controls": body.id },
+    icon("chevron"),
+    h("span", { class: "name" }, "Global options"),
+  );
   let said = "";
   const show = (): void => {
     const asked = String(app.displays.global("frame"));
@@ -136,7 +187,8 @@ function globalOptions(app: App): HTMLElement {
     reason.textContent = text;
     reason.hidden = text === "";
     reason.dataset["level"] = "error";
-    if (!body.hidden) for (const { property, field } of fields) field.show(app.displays.global(property.name));
+    if (!body.hidden)
+      for (const { property, field } of fields) field.show(app.displays.global(property.name));
   };
   head.addEventListener("click", () => {
     body.hidden = !body.hidden;
@@ -172,14 +224,31 @@ class Row {
   ) {
     const { id, kind } = config;
     const body = `display-${id}`;
-    this.head = h("button", { type: "button", class: "head", "aria-expanded": "false", "aria-controls": body, onclick: () => this.toggle() }, icon("chevron"), this.name);
+    this.head = h(
+      "button",
+      {
+        type: "button",
+        class: "head",
+        "aria-expanded": "false",
+        "aria-controls": body,
+        onclick: () => this.toggle(),
+      },
+      icon("chevron"),
+      this.name,
+    );
     this.head.addEventListener("keydown", (event) => this.keys(event));
     this.head.addEventListener("dblclick", () => this.rename());
     this.box = h("input", { type: "checkbox", onchange: () => app.displays.enable(id, this.box.checked) });
     const act = (label: string, image: Parameters<typeof icon>[0], action: () => void): HTMLElement =>
-      h("button", { type: "button", class: "icon-button", title: label, "aria-label": label, onclick: action }, icon(image));
+      h(
+        "button",
+        { type: "button", class: "icon-button", title: label, "aria-label": label, onclick: action },
+        icon(image),
+      );
     const properties = kindOf(kind).properties.map((property) => {
-      const field = propertyField(app, config, property, (value) => app.displays.set(id, property.name, value));
+      const field = propertyField(app, config, property, (value) =>
+        app.displays.set(id, property.name, value),
+      );
       this.fields.set(property.name, field);
       return field.element;
     });
@@ -192,8 +261,20 @@ class Row {
       act("Rename (F2)", "pencil", () => this.rename()),
       act("Remove (Delete)", "close", () => app.displays.remove(id)),
     );
-    this.body = h("div", { class: "settings", id: body, hidden: true }, this.reason, ...properties, ...this.extras.map((extra) => extra.element), actions);
-    this.element = h("li", { class: "display", "data-display": kind }, h("div", { class: "row" }, this.head, this.lamp, this.box), this.body);
+    this.body = h(
+      "div",
+      { class: "settings", id: body, hidden: true },
+      this.reason,
+      ...properties,
+      ...this.extras.map((extra) => extra.element),
+      actions,
+    );
+    this.element = h(
+      "li",
+      { class: "display", "data-display": kind },
+      h("div", { class: "row" }, this.head, this.lamp, this.box),
+      this.body,
+    );
   }
 
   show(config: DisplayConfig): void {
@@ -208,7 +289,8 @@ class Row {
   /** Brings the settings up to what they are, and lists up to what there is. */
   refresh(): void {
     if (this.body.hidden) return;
-    for (const property of kindOf(this.config.kind).properties) this.fields.get(property.name)?.show(valueOf(this.config, property));
+    for (const property of kindOf(this.config.kind).properties)
+      this.fields.get(property.name)?.show(valueOf(this.config, property));
     for (const extra of this.extras) extra.show(this.config);
   }
 
@@ -238,7 +320,10 @@ class Row {
     const { displays } = this.app;
     const step = { ArrowDown: 1, ArrowUp: -1 }[event.key] as 1 | -1 | undefined;
     if (step !== undefined && event.altKey) displays.move(this.config.id, step);
-    else if (step !== undefined && focusedByKeyboard()) (step > 0 ? this.element.nextElementSibling : this.element.previousElementSibling)?.querySelector<HTMLElement>(".head")?.focus();
+    else if (step !== undefined && focusedByKeyboard())
+      (step > 0 ? this.element.nextElementSibling : this.element.previousElementSibling)
+        ?.querySelector<HTMLElement>(".head")
+        ?.focus();
     else if (event.key === "ArrowRight" && focusedByKeyboard()) this.body.hidden && this.toggle();
     else if (event.key === "ArrowLeft" && focusedByKeyboard()) this.body.hidden || this.toggle();
     else if (event.key === "Delete") displays.remove(this.config.id);
@@ -250,7 +335,12 @@ class Row {
 
   /** A field in the name's place until Enter, Escape or a click elsewhere. */
   private rename(): void {
-    const field = h("input", { type: "text", class: "rename", "aria-label": `Name of ${this.config.name}`, value: this.config.name });
+    const field = h("input", {
+      type: "text",
+      class: "rename",
+      "aria-label": `Name of ${this.config.name}`,
+      value: this.config.name,
+    });
     let isOpen = true;
     const end = (keep: boolean): void => {
       if (!isOpen) return;

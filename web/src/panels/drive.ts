@@ -12,8 +12,17 @@ const TURNED = Math.PI / 180;
 export function drive(app: App, driver: Driver): HTMLElement {
   const why = h("p", { class: "nothing" });
   const knob = h("span", { class: "knob" });
-  const mark = (className: string): HTMLElement => h("span", { class: `arrow ${className}`, "aria-hidden": "true" });
-  const pad = h("div", { class: "pad", role: "application", "aria-label": "Drive: drag, or hold W A S D or the arrow keys" }, mark("up"), mark("down"), mark("left"), mark("right"), knob);
+  const mark = (className: string): HTMLElement =>
+    h("span", { class: `arrow ${className}`, "aria-hidden": "true" });
+  const pad = h(
+    "div",
+    { class: "pad", role: "application", "aria-label": "Drive: drag, or hold W A S D or the arrow keys" },
+    mark("up"),
+    mark("down"),
+    mark("left"),
+    mark("right"),
+    knob,
+  );
   usePad(pad, driver);
   driver.stick.watch(([forward, left]) => {
     const reach = 38 / Math.max(1, Math.hypot(forward, left));
@@ -21,7 +30,14 @@ export function drive(app: App, driver: Driver): HTMLElement {
     pad.classList.toggle("held", forward !== 0 || left !== 0);
   });
 
-  const share = h("input", { type: "range", min: 10, max: 100, step: 5, value: driver.share.value * 100, "aria-label": "Speed limit in percent" });
+  const share = h("input", {
+    type: "range",
+    min: 10,
+    max: 100,
+    step: 5,
+    value: driver.share.value * 100,
+    "aria-label": "Speed limit in percent",
+  });
   const percent = h("output", { class: "value" });
   const limit = (): void => {
     driver.share.set(share.valueAsNumber / 100);
@@ -39,7 +55,22 @@ export function drive(app: App, driver: Driver): HTMLElement {
   const controls = h(
     "div",
     { class: "drive" },
-    h("div", { class: "pad-row" }, pad, h("div", { class: "pad-side" }, h("label", { class: "limit" }, "Limit", percent, share), h("button", { type: "button", class: "stop", title: "Stop (Space)", onclick: () => stop(app, driver) }, "Stop"), who)),
+    h(
+      "div",
+      { class: "pad-row" },
+      pad,
+      h(
+        "div",
+        { class: "pad-side" },
+        h("label", { class: "limit" }, "Limit", percent, share),
+        h(
+          "button",
+          { type: "button", class: "stop", title: "Stop (Space)", onclick: () => stop(app, driver) },
+          "Stop",
+        ),
+        who,
+      ),
+    ),
     forward.element,
     turn.element,
     believed.element,
@@ -111,7 +142,14 @@ function meter(label: string, unit: string, digits: number): Meter {
   const value = readout(`${label} in ${unit}`, { class: "number" });
   const bar = h("span", { class: "bar" });
   const asked = h("span", { class: "asked" });
-  const element = h("div", { class: "meter" }, h("span", { class: "label" }, label), value, h("span", { class: "unit" }, unit), h("span", { class: "track" }, bar, asked));
+  const element = h(
+    "div",
+    { class: "meter" },
+    h("span", { class: "label" }, label),
+    value,
+    h("span", { class: "unit" }, unit),
+    h("span", { class: "track" }, bar, asked),
+  );
   return {
     element,
     set: (now, wanted, limit) => {
@@ -128,15 +166,26 @@ function meter(label: string, unit: string, digits: number): Meter {
 function standing(app: App, state: State): [number, number, number] {
   const scene = app.scene.value;
   const root = scene?.links.findIndex((link) => link.name === scene.root) ?? -1;
-  const [x = 0, y = 0, , qx = 0, qy = 0, qz = 0, qw = 1] = root < 0 ? [] : state.poses.slice(root * 7, root * 7 + 7);
+  const [x = 0, y = 0, , qx = 0, qy = 0, qz = 0, qw = 1] =
+    root < 0 ? [] : state.poses.slice(root * 7, root * 7 + 7);
   return [x, y, Math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))];
 }
 
 /** Three numbers of a pose, under its title. */
-function place(name: string, what: string): { element: HTMLElement; title: HTMLElement; set: (x: number, y: number, yaw: number) => void } {
+function place(
+  name: string,
+  what: string,
+): { element: HTMLElement; title: HTMLElement; set: (x: number, y: number, yaw: number) => void } {
   const [x, y, yaw] = [reading(name, "x", "m", 3), reading(name, "y", "m", 3), reading(name, "yaw", "°", 1)];
   const title = h("span", { class: "title" }, name);
-  const element = h("div", { class: "pose", role: "group", "aria-label": name, title: what }, title, x.element, y.element, yaw.element);
+  const element = h(
+    "div",
+    { class: "pose", role: "group", "aria-label": name, title: what },
+    title,
+    x.element,
+    y.element,
+    yaw.element,
+  );
   return {
     element,
     title,
@@ -148,10 +197,21 @@ function place(name: string, what: string): { element: HTMLElement; title: HTMLE
   };
 }
 
-function reading(of: string, label: string, unit: string, digits: number): { element: HTMLElement; set: (value: number) => void } {
+function reading(
+  of: string,
+  label: string,
+  unit: string,
+  digits: number,
+): { element: HTMLElement; set: (value: number) => void } {
   const value = readout(`${of}: ${label} in ${unit}`, { class: "number", "data-reading": label });
   return {
-    element: h("span", { class: "reading" }, h("span", { class: "label" }, label), value, h("span", { class: "unit" }, unit)),
+    element: h(
+      "span",
+      { class: "reading" },
+      h("span", { class: "label" }, label),
+      value,
+      h("span", { class: "unit" }, unit),
+    ),
     set: (now) => {
       write(value, fixed(now, digits));
     },

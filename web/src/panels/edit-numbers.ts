@@ -45,12 +45,15 @@ export function numbersOf(row: Element): HTMLElement[] {
 export function offer(number: HTMLElement, reached: boolean): void {
   if (reached === number.hasAttribute("tabindex")) return;
   const all = { tabindex: "0", role: "button", "aria-label": `Change ${number.textContent}` };
-  for (const [name, value] of Object.entries(all)) reached ? number.setAttribute(name, value) : number.removeAttribute(name);
+  for (const [name, value] of Object.entries(all))
+    reached ? number.setAttribute(name, value) : number.removeAttribute(name);
 }
 
 /** What gives the number that has the focus it again, once the text is written anew. */
 export function keepFocus(body: HTMLElement): () => void {
-  const row = body.contains(document.activeElement) ? document.activeElement!.closest<HTMLElement>(".line") : null;
+  const row = body.contains(document.activeElement)
+    ? document.activeElement!.closest<HTMLElement>(".line")
+    : null;
   if (row === null) return () => undefined;
   const index = numbersOf(row).indexOf(document.activeElement as HTMLElement);
   return () => {
@@ -60,7 +63,11 @@ export function keepFocus(body: HTMLElement): () => void {
 }
 
 function numberAt(body: HTMLElement, target: EventTarget | null): HTMLElement | null {
-  return body.classList.contains("editable") && target instanceof HTMLElement && target.classList.contains("t-number") ? target : null;
+  return body.classList.contains("editable") &&
+    target instanceof HTMLElement &&
+    target.classList.contains("t-number")
+    ? target
+    : null;
 }
 
 function spotOf(app: App, number: HTMLElement): Spot | null {
@@ -71,7 +78,12 @@ function spotOf(app: App, number: HTMLElement): Spot | null {
   const before = document.createRange();
   before.setStart(text, 0);
   before.setEndBefore(number);
-  return { file, line: Number(row.dataset["line"]), column: [...before.toString()].length + 1, was: number.textContent ?? "" };
+  return {
+    file,
+    line: Number(row.dataset["line"]),
+    column: [...before.toString()].length + 1,
+    was: number.textContent ?? "",
+  };
 }
 
 function drag(app: App, spot: Spot, from: number): void {
@@ -117,7 +129,14 @@ function typeIn(app: App, number: HTMLElement, spot: Spot): void {
 /** Asks for another text at a spot, and remembers it as what stands there. */
 function put(app: App, spot: Spot, text: string): void {
   if (text === spot.was) return;
-  app.send({ type: "edit_source", file: spot.file, line: spot.line, column: spot.column, was: spot.was, text });
+  app.send({
+    type: "edit_source",
+    file: spot.file,
+    line: spot.line,
+    column: spot.column,
+    was: spot.was,
+    text,
+  });
   spot.was = text;
 }
 

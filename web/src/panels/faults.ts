@@ -6,7 +6,10 @@ import type { Disturb, FaultView } from "../protocol";
 type Kind = Disturb["fault"];
 
 /** What may go wrong: its name, what it befalls, and its number: what that is, the unit, the usual value. */
-const FAULTS: Record<Kind, { label: string; on: "link" | "joint" | "topic"; number: readonly [string, string, number] | null }> = {
+const FAULTS: Record<
+  Kind,
+  { label: string; on: "link" | "joint" | "topic"; number: readonly [string, string, number] | null }
+> = {
   slip: { label: "A link slips", on: "link", number: ["Friction", "", 0.1] },
   payload: { label: "A load", on: "link", number: ["Mass", "kg", 0.5] },
   blocked: { label: "A joint is blocked", on: "joint", number: null },
@@ -15,18 +18,34 @@ const FAULTS: Record<Kind, { label: string; on: "link" | "joint" | "topic"; numb
 
 /** Lets something go wrong for a while. */
 export function faultForm(app: App): HTMLElement {
-  const kind = h("select", { "aria-label": "Fault" }, ...Object.entries(FAULTS).map(([name, { label }]) => h("option", { value: name }, label)));
+  const kind = h(
+    "select",
+    { "aria-label": "Fault" },
+    ...Object.entries(FAULTS).map(([name, { label }]) => h("option", { value: name }, label)),
+  );
   const target = h("select", { "aria-label": "Befalls" });
   const value = h("input", { type: "number", step: "any", required: true });
   const unit = h("span", { class: "unit" });
-  const seconds = h("input", { type: "number", min: 0.01, max: 3600, step: "any", value: 5, required: true, "aria-label": "Seconds" });
+  const seconds = h("input", {
+    type: "number",
+    min: 0.01,
+    max: 3600,
+    step: "any",
+    value: 5,
+    required: true,
+    "aria-label": "Seconds",
+  });
   const what = h("span", {});
   const number = h("label", {}, what, h("span", {}, value, unit));
   const lasting = h("label", {}, "for", h("span", {}, seconds, h("span", { class: "unit" }, "s")));
   const chosen = (): (typeof FAULTS)[Kind] => FAULTS[kind.value as Kind];
   const fill = (): void => {
     const scene = app.scene.value;
-    const names = { link: scene?.links.filter((link) => link.inertia !== null).map((link) => link.name), joint: scene?.joints.map((joint) => joint.name), topic: app.topics.list.value.filter((topic) => !topic.is_input).map((topic) => topic.name) };
+    const names = {
+      link: scene?.links.filter((link) => link.inertia !== null).map((link) => link.name),
+      joint: scene?.joints.map((joint) => joint.name),
+      topic: app.topics.list.value.filter((topic) => !topic.is_input).map((topic) => topic.name),
+    };
     const before = target.value;
     target.replaceChildren(...(names[chosen().on] ?? []).map((name) => h("option", { value: name }, name)));
     if ([...target.options].some((option) => option.value === before)) target.value = before;
@@ -34,17 +53,34 @@ export function faultForm(app: App): HTMLElement {
   const show = (): void => {
     const about = chosen().number;
     number.hidden = about === null;
-    [what.textContent, unit.textContent, value.value] = [about?.[0] ?? "", about?.[1] ?? "", String(about?.[2] ?? 0)];
+    [what.textContent, unit.textContent, value.value] = [
+      about?.[0] ?? "",
+      about?.[1] ?? "",
+      String(about?.[2] ?? 0),
+    ];
     fill();
   };
   kind.addEventListener("change", show);
   app.scene.watch(fill);
   app.topics.list.watch(fill);
   show();
-  const form = h("form", {}, h("h2", {}, "Let something go wrong"), h("div", { class: "row" }, kind, target), h("div", { class: "fields" }, number, lasting), h("button", { type: "submit", class: "stop" }, "Let it happen"));
+  const form = h(
+    "form",
+    {},
+    h("h2", {}, "Let something go wrong"),
+    h("div", { class: "row" }, kind, target),
+    h("div", { class: "fields" }, number, lasting),
+    h("button", { type: "submit", class: "stop" }, "Let it happen"),
+  );
   form.addEventListener("submit", (event) => {
     event.preventDefault();
-    app.send({ type: "disturb", fault: kind.value as Kind, target: target.value, value: value.valueAsNumber, seconds: seconds.valueAsNumber });
+    app.send({
+      type: "disturb",
+      fault: kind.value as Kind,
+      target: target.value,
+      value: value.valueAsNumber,
+      seconds: seconds.valueAsNumber,
+    });
     app.told.set({ text: `${chosen().label}: ${target.value}, for ${seconds.value} s.` });
   });
   return form;
@@ -53,12 +89,27 @@ export function faultForm(app: App): HTMLElement {
 /** What goes wrong now or will, with the time that is left, and a button to end it; `counted` is told how much acts. */
 export function faultList(app: App, counted: (acting: number) => void): HTMLElement {
   const list = h("ul", { class: "faults" });
-  const part = h("div", { class: "menu-part", role: "group", "aria-label": "Going wrong" }, h("h2", {}, "Going wrong"), list);
+  const part = h(
+    "div",
+    { class: "menu-part", role: "group", "aria-label": "Going wrong" },
+    h("h2", {}, "Going wrong"),
+    list,
+  );
   const rows = new Map<number, { row: HTMLElement; left: HTMLElement }>();
   let acting = -1;
   const add = ({ number, words }: FaultView): { row: HTMLElement; left: HTMLElement } => {
     const left = h("span", { class: "left" });
-    const end = h("button", { type: "button", class: "icon-button", title: "End it", "aria-label": `End: ${words}`, onclick: () => app.send({ type: "end_fault", number }) }, icon("close"));
+    const end = h(
+      "button",
+      {
+        type: "button",
+        class: "icon-button",
+        title: "End it",
+        "aria-label": `End: ${words}`,
+        onclick: () => app.send({ type: "end_fault", number }),
+      },
+      icon("close"),
+    );
     const made = { row: h("li", {}, h("span", { class: "words" }, words), left, end), left };
     rows.set(number, made);
     list.append(made.row);

@@ -10,7 +10,11 @@ export function findings(app: App): HTMLElement {
   app.findings.watch((now) => {
     if (now === null) return;
     counts.replaceChildren(...badges(now));
-    list.replaceChildren(...(now.findings.length ? now.findings.map((finding, index) => card(app, finding, now.serial, index)) : [nothing()]));
+    list.replaceChildren(
+      ...(now.findings.length
+        ? now.findings.map((finding, index) => card(app, finding, now.serial, index))
+        : [nothing()]),
+    );
   });
   app.spot.watch((spot) => {
     for (const item of list.querySelectorAll<HTMLElement>("li[data-code]")) {
@@ -33,14 +37,26 @@ function card(app: App, finding: Finding, serial: number, index: number): HTMLEl
         "span",
         { class: "what" },
         h("span", { class: "message" }, finding.message),
-        h("span", { class: "where" }, h("span", { class: "code" }, finding.code), where && ` ${baseName(where.file)}:${where.line}:${where.column}`),
+        h(
+          "span",
+          { class: "where" },
+          h("span", { class: "code" }, finding.code),
+          where && ` ${baseName(where.file)}:${where.line}:${where.column}`,
+        ),
         finding.hint !== "" && h("span", { class: "hint" }, finding.hint),
       ),
     ),
   );
   if (finding.fix !== "" && app.canWrite) {
     const mend = (): void => app.send({ type: "apply_fix", serial, index });
-    item.append(h("button", { type: "button", class: "fix", title: "Write this into the file", onclick: mend }, icon("wand"), finding.fix));
+    item.append(
+      h(
+        "button",
+        { type: "button", class: "fix", title: "Write this into the file", onclick: mend },
+        icon("wand"),
+        finding.fix,
+      ),
+    );
   }
   if (finding.stack.length || finding.related.length) item.append(more(app, finding));
   return item;
@@ -48,14 +64,26 @@ function card(app: App, finding: Finding, serial: number, index: number): HTMLEl
 
 function more(app: App, finding: Finding): HTMLElement {
   const lines = [
-    ...finding.stack.map((step) => ({ text: `${step.kind === "macro" ? "called as" : "included as"} ${baseName(step.name)}`, place: step.place })),
+    ...finding.stack.map((step) => ({
+      text: `${step.kind === "macro" ? "called as" : "included as"} ${baseName(step.name)}`,
+      place: step.place,
+    })),
     ...finding.related.map((note) => ({ text: note.message, place: note.place })),
   ];
   return h(
     "ul",
     { class: "more" },
     ...lines.map(({ text, place }) =>
-      h("li", {}, h("button", { type: "button", onclick: () => app.show(place, null) }, `${text} `, h("span", { class: "where" }, `${baseName(place.file)}:${place.line}`))),
+      h(
+        "li",
+        {},
+        h(
+          "button",
+          { type: "button", onclick: () => app.show(place, null) },
+          `${text} `,
+          h("span", { class: "where" }, `${baseName(place.file)}:${place.line}`),
+        ),
+      ),
     ),
   );
 }
@@ -64,7 +92,15 @@ function badges(now: Findings): HTMLElement[] {
   return (["error", "warning", "info"] as const).flatMap((severity) => {
     const count = now.findings.filter((finding) => finding.severity === severity).length;
     const label = severity === "info" ? `${count} notes` : `${count} ${severity}${count === 1 ? "" : "s"}`;
-    return count === 0 ? [] : [h("span", { class: "badge", "data-severity": severity, title: label, "aria-label": label }, String(count))];
+    return count === 0
+      ? []
+      : [
+          h(
+            "span",
+            { class: "badge", "data-severity": severity, title: label, "aria-label": label },
+            String(count),
+          ),
+        ];
   });
 }
 

@@ -36,15 +36,27 @@ const KEYS: readonly [string, string, ("sim" | "play" | "time")?][] = [
 export function help(app: App): HTMLDialogElement {
   const list = h("dl");
   app.about.watch((about) => {
-    const known = KEYS.filter(([, , need]) => need === undefined || need === about?.mode || (need === "time" && about?.mode !== "view"));
-    list.replaceChildren(...known.flatMap(([key, what]) => [h("dt", {}, ...key.split(", ").flatMap((k, i) => [i > 0 && " ", h("kbd", {}, k)])), h("dd", {}, what)]));
+    const known = KEYS.filter(
+      ([, , need]) =>
+        need === undefined || need === about?.mode || (need === "time" && about?.mode !== "view"),
+    );
+    list.replaceChildren(
+      ...known.flatMap(([key, what]) => [
+        h("dt", {}, ...key.split(", ").flatMap((k, i) => [i > 0 && " ", h("kbd", {}, k)])),
+        h("dd", {}, what),
+      ]),
+    );
   });
   const dialog = h(
     "dialog",
     { class: "help", "aria-label": "Keys" },
     h("h2", { tabindex: -1, autofocus: true }, "Keys"), // a dialog scrolls to what has its focus
     list,
-    h("p", {}, "Click a link, in the picture or in the list, to see the line it is written on; double-click it to fill the picture with it. Click a finding to see its line and its link. In the source, drag a number or double-click it to change it in the file."),
+    h(
+      "p",
+      {},
+      "Click a link, in the picture or in the list, to see the line it is written on; double-click it to fill the picture with it. Click a finding to see its line and its link. In the source, drag a number or double-click it to change it in the file.",
+    ),
     h("form", { method: "dialog" }, h("button", { class: "primary" }, "Close")),
   );
   dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());

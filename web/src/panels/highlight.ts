@@ -2,8 +2,10 @@ import { h } from "../dom";
 
 // Both take time that grows with the text alone, whatever it holds: a word is tried from its first letter only, and
 // what is not closed reaches to the end.
-const TOKENS = /(<!--[\s\S]*?(?:-->|$)|<\?[\s\S]*?(?:\?>|$))|(<\/?)([\w:.-]+)|(?<![\w:.-])([\w:.-]+)(?![\w:.-])(?=\s*=)|("[^"]*"?|'[^']*'?)|(\/?>)/g;
-const EMBEDDED = /\$\{[^}]*(?:\}|$)|\$\([^)]*(?:\)|$)|(?<![\w.$-])-?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?(?![\w.])/gi;
+const TOKENS =
+  /(<!--[\s\S]*?(?:-->|$)|<\?[\s\S]*?(?:\?>|$))|(<\/?)([\w:.-]+)|(?<![\w:.-])([\w:.-]+)(?![\w:.-])(?=\s*=)|("[^"]*"?|'[^']*'?)|(\/?>)/g;
+const EMBEDDED =
+  /\$\{[^}]*(?:\}|$)|\$\([^)]*(?:\)|$)|(?<![\w.$-])-?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?(?![\w.])/gi;
 
 /** A text of XML as lines of coloured pieces. */
 export function highlight(text: string): (Node | string)[][] {

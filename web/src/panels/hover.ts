@@ -28,7 +28,13 @@ export function hover(app: App, view: View, holder: HTMLElement): HTMLElement {
       const where = link.place ? `${baseName(link.place.file)}:${link.place.line}` : "";
       tip.replaceChildren(
         h("strong", {}, link.name),
-        h("span", {}, [link.inertia && formatMass(link.inertia.mass), link.joint && `by ${link.joint}`].filter(Boolean).join(" · ") || "no mass"),
+        h(
+          "span",
+          {},
+          [link.inertia && formatMass(link.inertia.mass), link.joint && `by ${link.joint}`]
+            .filter(Boolean)
+            .join(" · ") || "no mass",
+        ),
         h("span", { class: "where" }, where),
       );
       const box = holder.getBoundingClientRect();
@@ -45,7 +51,8 @@ export function hover(app: App, view: View, holder: HTMLElement): HTMLElement {
     down = event.button === 0 ? event : null;
   });
   canvas.addEventListener("pointerup", (event) => {
-    if (down === null || Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) > STILL) return;
+    if (down === null || Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) > STILL)
+      return;
     const link = name(event);
     if (link === "") app.selected.set("");
     else app.selectLink(link, true);

@@ -24,13 +24,39 @@ interface Row {
 export function joints(app: App): HTMLElement {
   const list = h("div", { class: "joints" });
   const preset = (kind: "zero" | "centre" | "random", label: string): HTMLButtonElement =>
-    h("button", { type: "button", title: `All joints: ${label.toLowerCase()}`, onclick: () => app.send({ type: "set_joints", preset: kind }) }, label);
-  const presets = h("div", { class: "buttons" }, preset("zero", "Zero"), preset("centre", "Centre"), preset("random", "Random"));
-  const unit = (label: string, title: string, sign: string, radians: boolean): HTMLButtonElement => toggle(label, title, app.options.value.radians === radians, () => app.setOption("radians", radians), sign);
+    h(
+      "button",
+      {
+        type: "button",
+        title: `All joints: ${label.toLowerCase()}`,
+        onclick: () => app.send({ type: "set_joints", preset: kind }),
+      },
+      label,
+    );
+  const presets = h(
+    "div",
+    { class: "buttons" },
+    preset("zero", "Zero"),
+    preset("centre", "Centre"),
+    preset("random", "Random"),
+  );
+  const unit = (label: string, title: string, sign: string, radians: boolean): HTMLButtonElement =>
+    toggle(
+      label,
+      title,
+      app.options.value.radians === radians,
+      () => app.setOption("radians", radians),
+      sign,
+    );
   const degrees = unit("degrees and mm", "Degrees and millimetres", "°", false);
   const radians = unit("rad and m", "Radians and metres", "rad", true);
   const units = h("div", { class: "units", role: "group", "aria-label": "Units" }, degrees, radians);
-  const search = h("input", { type: "search", placeholder: "Search joints", "aria-label": "Search joints", oninput: () => filter() });
+  const search = h("input", {
+    type: "search",
+    placeholder: "Search joints",
+    "aria-label": "Search joints",
+    oninput: () => filter(),
+  });
   const nothing = h("p", { class: "nothing" });
   let rows: Row[] = [];
   const filter = (): void => {
@@ -47,7 +73,9 @@ export function joints(app: App): HTMLElement {
     search.hidden = joints.length < MANY;
     if (search.hidden) search.value = "";
     rows = joints.map((joint, index) => row(app, joint, index));
-    const focused = list.contains(document.activeElement) ? document.activeElement?.getAttribute("aria-label") : null;
+    const focused = list.contains(document.activeElement)
+      ? document.activeElement?.getAttribute("aria-label")
+      : null;
     list.replaceChildren(search, nothing, ...rows.map(({ element }) => element));
     filter();
     // the arrows would be the robot's all of a sudden
@@ -103,13 +131,38 @@ function row(app: App, joint: JointView, index: number): Row {
     },
   });
   const follows = joint.mimics === "" ? null : h("span", { class: "follows" }, `follows ${joint.mimics}`);
-  const name = h("button", { type: "button", class: "name", title: joint.name, onclick: () => {
-    app.selected.set(joint.child);
-    if (joint.place) app.show(joint.place);
-  } }, joint.name);
-  const limits = fixed ? null : h("span", { class: "limits", "aria-hidden": "true" }, h("span", {}, tidy(joint.lower * factor, digits)), h("span", {}, tidy(joint.upper * factor, digits)));
+  const name = h(
+    "button",
+    {
+      type: "button",
+      class: "name",
+      title: joint.name,
+      onclick: () => {
+        app.selected.set(joint.child);
+        if (joint.place) app.show(joint.place);
+      },
+    },
+    joint.name,
+  );
+  const limits = fixed
+    ? null
+    : h(
+        "span",
+        { class: "limits", "aria-hidden": "true" },
+        h("span", {}, tidy(joint.lower * factor, digits)),
+        h("span", {}, tidy(joint.upper * factor, digits)),
+      );
   const speed = joint.control === "velocity" ? speedSlider(app, joint, factor, digits, unit) : null;
-  const element = h("div", { class: "joint", "data-joint": joint.name }, name, h("span", { class: "value" }, number, unit), follows, slider, limits, speed);
+  const element = h(
+    "div",
+    { class: "joint", "data-joint": joint.name },
+    name,
+    h("span", { class: "value" }, number, unit),
+    follows,
+    slider,
+    limits,
+    speed,
+  );
   const show = (position: number): void => {
     const before = shown;
     shown = rounded(position * factor, digits);
@@ -124,7 +177,14 @@ function row(app: App, joint: JointView, index: number): Row {
 /** How fast a joint is to go, up to its limit; a double click stops it. */
 function speedSlider(app: App, joint: JointView, factor: number, digits: number, unit: string): HTMLElement {
   const told = readout("Speed");
-  const slider = h("input", { type: "range", min: -joint.speed, max: joint.speed, step: "any", value: 0, "aria-label": `${joint.name} speed` });
+  const slider = h("input", {
+    type: "range",
+    min: -joint.speed,
+    max: joint.speed,
+    step: "any",
+    value: 0,
+    "aria-label": `${joint.name} speed`,
+  });
   const tell = (): void => {
     told.textContent = `${rounded(slider.valueAsNumber * factor, digits)} ${unit}/s`;
     slider.setAttribute("aria-valuetext", told.textContent);

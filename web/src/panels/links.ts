@@ -50,7 +50,9 @@ export function links(app: App): HTMLElement {
 function branch(app: App, scene: Scene, name: string, depth: number): HTMLElement[] {
   const link = scene.links.find((one) => one.name === name);
   if (link === undefined) return [];
-  const children = scene.links.filter((one) => one.parent === name).flatMap((one) => branch(app, scene, one.name, depth + 1));
+  const children = scene.links
+    .filter((one) => one.parent === name)
+    .flatMap((one) => branch(app, scene, one.name, depth + 1));
   return [item(app, link, depth), ...children];
 }
 
@@ -58,7 +60,13 @@ function item(app: App, link: LinkView, depth: number): HTMLElement {
   const mass = link.inertia === null ? "" : formatMass(link.inertia.mass);
   const button = h(
     "button",
-    { type: "button", "data-link": link.name, title: describe(link), onclick: () => app.selectLink(link.name, true), ondblclick: () => app.focused.set({ link: link.name }) },
+    {
+      type: "button",
+      "data-link": link.name,
+      title: describe(link),
+      onclick: () => app.selectLink(link.name, true),
+      ondblclick: () => app.focused.set({ link: link.name }),
+    },
     icon(link.joint === "" ? "box" : "joint"),
     h("span", { class: "name" }, link.name),
     h("span", { class: "mass" }, mass),

@@ -21,7 +21,14 @@ export function log(app: App): HTMLElement {
     }
     const atEnd = log.scrollTop + log.clientHeight >= log.scrollHeight - 8;
     const count = h("b", {});
-    list.append(h("li", { "data-level": level }, h("time", {}, when), h("span", {}, level !== "info" && icon(level), text, count)));
+    list.append(
+      h(
+        "li",
+        { "data-level": level },
+        h("time", {}, when),
+        h("span", {}, level !== "info" && icon(level), text, count),
+      ),
+    );
     last = { level, text, count, times: 1 };
     while (list.childElementCount > MOST) list.firstElementChild?.remove();
     if (atEnd) log.scrollTop = log.scrollHeight;
@@ -44,11 +51,20 @@ export function log(app: App): HTMLElement {
     if (now === null || now.serial === serial) return;
     serial = now.serial;
     for (const { severity, code, message, place } of now.findings) {
-      add(severity, `${place === null ? "" : `${place.file.split(/[\\/]/).pop()}:${place.line}: `}${message} [${code}]`);
+      add(
+        severity,
+        `${place === null ? "" : `${place.file.split(/[\\/]/).pop()}:${place.line}: `}${message} [${code}]`,
+      );
     }
     if (now.findings.length === 0) add("info", "Read: nothing found.");
   });
-  onGoal(app, (state, reason, time) => add(state === "stuck" || state === "refused" ? "warning" : "info", goalWords(state, reason), `${time.toFixed(2)} s`));
+  onGoal(app, (state, reason, time) =>
+    add(
+      state === "stuck" || state === "refused" ? "warning" : "info",
+      goalWords(state, reason),
+      `${time.toFixed(2)} s`,
+    ),
+  );
   return log;
 }
 

@@ -7,14 +7,20 @@ import { recordedTo } from "../time/words";
 const SHOWN_FOR = 5000;
 const UNDRAWN = {
   drawn: "",
-  never: "This browser cannot draw the robot: it has no WebGL 2. All else works. Allow hardware acceleration in its settings.",
+  never:
+    "This browser cannot draw the robot: it has no WebGL 2. All else works. Allow hardware acceleration in its settings.",
   lost: "The browser took away what the robot is drawn with. It is drawn again when that comes back, or when the page is loaded anew.",
 } as const;
 
 /** What lies over the picture: no picture at all, a broken description, a lost connection, a refused request. */
 export function notices(app: App, picture: HTMLElement): HTMLElement {
   const broken = h("div", { class: "notice error", role: "alert", hidden: true });
-  const lost = h("div", { class: "notice warning", role: "alert", hidden: true }, icon("warning"), "The server does not answer. What you see is from before; connecting again…");
+  const lost = h(
+    "div",
+    { class: "notice warning", role: "alert", hidden: true },
+    icon("warning"),
+    "The server does not answer. What you see is from before; connecting again…",
+  );
   const refused = h("div", { class: "notice info", role: "status", hidden: true });
   app.findings.watch((now) => {
     const stale = now?.stale === true;
@@ -25,11 +31,20 @@ export function notices(app: App, picture: HTMLElement): HTMLElement {
     const first = errors[0];
     broken.replaceChildren(
       icon("error"),
-      h("span", {}, `The file has ${errors.length === 1 ? "an error" : `${errors.length} errors`}. You see the last good robot. `),
+      h(
+        "span",
+        {},
+        `The file has ${errors.length === 1 ? "an error" : `${errors.length} errors`}. You see the last good robot. `,
+      ),
       first ? h("button", { type: "button", onclick: () => app.selectFinding(first) }, "Show it") : "",
     );
   });
-  const full = h("div", { class: "notice warning", role: "alert", hidden: true }, icon("warning"), "The server has as many tabs as it serves. Close some; this one tries again by itself.");
+  const full = h(
+    "div",
+    { class: "notice warning", role: "alert", hidden: true },
+    icon("warning"),
+    "The server has as many tabs as it serves. Close some; this one tries again by itself.",
+  );
   app.connection.link.watch((link) => {
     lost.hidden = link !== "lost";
     full.hidden = link !== "full";
@@ -62,8 +77,22 @@ export function notices(app: App, picture: HTMLElement): HTMLElement {
   app.recorded.watch((now) => {
     if (now === null) return;
     const name = baseName(now.file);
-    const get = h("a", { href: `.${now.address}${location.search}`, download: name, onclick: hide }, "Download");
-    const close = h("button", { type: "button", class: "icon-button", title: "Close", "aria-label": "Close this notice", onclick: hide }, icon("close"));
+    const get = h(
+      "a",
+      { href: `.${now.address}${location.search}`, download: name, onclick: hide },
+      "Download",
+    );
+    const close = h(
+      "button",
+      {
+        type: "button",
+        class: "icon-button",
+        title: "Close",
+        "aria-label": "Close this notice",
+        onclick: hide,
+      },
+      icon("close"),
+    );
     say(recordedTo(now), ...(now.address === "" ? [] : [get]), close);
   });
   return h("div", { class: "notices" }, undrawn, broken, lost, full, refused);

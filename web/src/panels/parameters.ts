@@ -13,8 +13,24 @@ interface Row {
 /** A slider for each number, and a check mark for what is true or false, that the description is made with; the file is changed only when asked. */
 export function parameters(app: App): HTMLElement {
   const list = h("div", { class: "parameters" });
-  const keep = h("button", { type: "button", title: "Write these values into the file", onclick: () => app.send({ type: "keep_parameters" }) }, "Keep");
-  const drop = h("button", { type: "button", title: "Show what the file says again", onclick: () => app.send({ type: "drop_parameters" }) }, "Drop");
+  const keep = h(
+    "button",
+    {
+      type: "button",
+      title: "Write these values into the file",
+      onclick: () => app.send({ type: "keep_parameters" }),
+    },
+    "Keep",
+  );
+  const drop = h(
+    "button",
+    {
+      type: "button",
+      title: "Show what the file says again",
+      onclick: () => app.send({ type: "drop_parameters" }),
+    },
+    "Drop",
+  );
   const undo = h("button", { type: "button", onclick: () => app.send({ type: "undo" }) }, "Undo");
   const buttons = h("div", { class: "buttons" }, undo, keep, drop);
   let rows: Row[] = [];
@@ -25,7 +41,9 @@ export function parameters(app: App): HTMLElement {
     keep.hidden = drop.hidden = !now.parameters.some(isChanged);
     if (!sameNames(rows, now.parameters)) {
       rows = now.parameters.map((parameter) => row(app, parameter));
-      list.replaceChildren(...(rows.length ? rows.map((one) => one.element) : [h("p", { class: "nothing" }, whyNone(app))]));
+      list.replaceChildren(
+        ...(rows.length ? rows.map((one) => one.element) : [h("p", { class: "nothing" }, whyNone(app))]),
+      );
     }
     now.parameters.forEach((parameter, index) => update(rows[index]!, parameter));
   });
@@ -33,15 +51,31 @@ export function parameters(app: App): HTMLElement {
 }
 
 function whyNone(app: App): string {
-  if (app.about.value?.mode === "play") return "The robot of a recording is as it was: nothing of it is changed.";
-  return app.findings.value?.stale ? "Not known until the file can be read." : "Nothing in the file is a named number.";
+  if (app.about.value?.mode === "play")
+    return "The robot of a recording is as it was: nothing of it is changed.";
+  return app.findings.value?.stale
+    ? "Not known until the file can be read."
+    : "Nothing in the file is a named number.";
 }
 
 function row(app: App, parameter: Parameter): Row {
   const { kind, name } = parameter;
   const title = kind === "arg" ? "argument" : "property";
-  const result: Row = { parameter, element: h("div", { class: "joint", "data-parameter": name }), show: () => undefined };
-  const label = h("button", { type: "button", class: "name", title: `${title} ${name}`, onclick: () => app.show(result.parameter.place) }, name);
+  const result: Row = {
+    parameter,
+    element: h("div", { class: "joint", "data-parameter": name }),
+    show: () => undefined,
+  };
+  const label = h(
+    "button",
+    {
+      type: "button",
+      class: "name",
+      title: `${title} ${name}`,
+      onclick: () => app.show(result.parameter.place),
+    },
+    name,
+  );
   const send = (value: number): void => {
     if (Number.isFinite(value)) app.send({ type: "set_parameter", kind, name, value });
   };
@@ -59,7 +93,11 @@ interface Inputs {
 }
 
 function checked(row: Row, send: (value: number) => void): Inputs {
-  const box = h("input", { type: "checkbox", "aria-label": row.parameter.name, onchange: () => send(Number(box.checked)) });
+  const box = h("input", {
+    type: "checkbox",
+    "aria-label": row.parameter.name,
+    onchange: () => send(Number(box.checked)),
+  });
   return { value: box, slider: [], show: () => (box.checked = row.parameter.value !== 0) };
 }
 
@@ -74,14 +112,23 @@ function dragged(row: Row, send: (value: number) => void): Inputs {
     "aria-label": parameter.name,
     oninput: () => send(Number(slider.valueAsNumber.toPrecision(3))),
   });
-  const number = h("input", { type: "number", step: "any", "aria-label": `${parameter.name}, as a number`, onchange: () => send(number.valueAsNumber), onblur: () => show() });
+  const number = h("input", {
+    type: "number",
+    step: "any",
+    "aria-label": `${parameter.name}, as a number`,
+    onchange: () => send(number.valueAsNumber),
+    onblur: () => show(),
+  });
   const isHeld = held(slider, () => show());
   const show = (): void => {
     const { value } = row.parameter;
     if (document.activeElement !== number) number.value = String(Number(value.toPrecision(6)));
     if (!isHeld()) slider.value = String(value);
     const { min, max } = slider;
-    slider.style.setProperty("--at", String((slider.valueAsNumber - Number(min)) / (Number(max) - Number(min))));
+    slider.style.setProperty(
+      "--at",
+      String((slider.valueAsNumber - Number(min)) / (Number(max) - Number(min))),
+    );
   };
   return { value: number, slider: [slider], show };
 }
@@ -97,7 +144,11 @@ function isChanged(parameter: Parameter): boolean {
 }
 
 function sameNames(rows: readonly Row[], parameters: readonly Parameter[]): boolean {
-  return rows.length > 0 && rows.length === parameters.length && rows.every(({ parameter }, i) => same(parameter, parameters[i]!));
+  return (
+    rows.length > 0 &&
+    rows.length === parameters.length &&
+    rows.every(({ parameter }, i) => same(parameter, parameters[i]!))
+  );
 }
 
 function same(one: Parameter, other: Parameter): boolean {

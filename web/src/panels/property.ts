@@ -11,14 +11,33 @@ export interface Field {
 }
 
 /** What one edits a property with. */
-export function propertyField(app: App, owner: { kind: string; name: string }, property: Property, change: (value: Value) => void): Field {
+export function propertyField(
+  app: App,
+  owner: { kind: string; name: string },
+  property: Property,
+  change: (value: Value) => void,
+): Field {
   const label = `${property.label} of ${owner.name}`;
   const [control, show] = editor(app, owner.kind, property, label, change);
   const unit = property.unit === "" ? null : h("span", { class: "unit" }, property.unit);
-  return { element: h("div", { class: "property", "data-property": property.name }, h("span", {}, property.label), h("span", { class: "value" }, control, unit)), show };
+  return {
+    element: h(
+      "div",
+      { class: "property", "data-property": property.name },
+      h("span", {}, property.label),
+      h("span", { class: "value" }, control, unit),
+    ),
+    show,
+  };
 }
 
-function editor(app: App, kind: string, property: Property, label: string, change: (value: Value) => void): [HTMLElement, (value: Value) => void] {
+function editor(
+  app: App,
+  kind: string,
+  property: Property,
+  label: string,
+  change: (value: Value) => void,
+): [HTMLElement, (value: Value) => void] {
   switch (property.kind) {
     case "switch": {
       const box = h("input", { type: "checkbox", "aria-label": label, onchange: () => change(box.checked) });
@@ -36,15 +55,24 @@ function editor(app: App, kind: string, property: Property, label: string, chang
     }
     case "topic": {
       const types = kindOf(kind).topics;
-      const names = (): [string, string][] => app.topics.list.value.filter((topic) => types.includes(topic.kind)).map(({ name }) => [name, name]);
+      const names = (): [string, string][] =>
+        app.topics.list.value.filter((topic) => types.includes(topic.kind)).map(({ name }) => [name, name]);
       return list(label, () => [["", "first there is"], ...names()], change);
     }
     case "frame":
-      return list(label, () => [["", "fixed frame"], ...app.frames().map((name): [string, string] => [name, name])], change);
+      return list(
+        label,
+        () => [["", "fixed frame"], ...app.frames().map((name): [string, string] => [name, name])],
+        change,
+      );
   }
 }
 
-function numberField(property: Property, label: string, change: (value: Value) => void): [HTMLElement, (value: Value) => void] {
+function numberField(
+  property: Property,
+  label: string,
+  change: (value: Value) => void,
+): [HTMLElement, (value: Value) => void] {
   let shown = "";
   const field = h("input", {
     type: "number",
@@ -69,9 +97,23 @@ function numberField(property: Property, label: string, change: (value: Value) =
 }
 
 /** A colour; one that is empty by itself is the theme's until another is chosen. */
-function colourField(property: Property, label: string, change: (value: Value) => void): [HTMLElement, (value: Value) => void] {
+function colourField(
+  property: Property,
+  label: string,
+  change: (value: Value) => void,
+): [HTMLElement, (value: Value) => void] {
   const field = h("input", { type: "color", "aria-label": label, oninput: () => change(field.value) });
-  const back = h("button", { type: "button", class: "icon-button", title: "As at first", "aria-label": `${label}: as at first`, onclick: () => change(property.initial) }, icon("undo"));
+  const back = h(
+    "button",
+    {
+      type: "button",
+      class: "icon-button",
+      title: "As at first",
+      "aria-label": `${label}: as at first`,
+      onclick: () => change(property.initial),
+    },
+    icon("undo"),
+  );
   return [
     h("span", { class: "colour" }, back, field),
     (value) => {
@@ -83,13 +125,19 @@ function colourField(property: Property, label: string, change: (value: Value) =
 }
 
 /** A list whose entries may change; what is set stays in it though it is not there now. */
-function list(label: string, entries: () => [string, string][], change: (value: Value) => void): [HTMLSelectElement, (value: Value) => void] {
+function list(
+  label: string,
+  entries: () => [string, string][],
+  change: (value: Value) => void,
+): [HTMLSelectElement, (value: Value) => void] {
   const field = h("select", { "aria-label": label, onchange: () => change(field.value) });
   return [
     field,
     (value) => {
       const known = entries();
-      const all = known.some(([one]) => one === value) ? known : [...known, [String(value), String(value)] as const];
+      const all = known.some(([one]) => one === value)
+        ? known
+        : [...known, [String(value), String(value)] as const];
       const names = all.map(([one]) => one).join("\n");
       if (field.dataset["entries"] !== names) {
         field.dataset["entries"] = names;

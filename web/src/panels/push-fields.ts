@@ -11,11 +11,36 @@ const [STRONGEST, FASTEST] = [1000, 100];
 
 /** How hard one pushes: with a force for a while, or a speed at once. */
 export class PushFields {
-  private readonly how = h("select", { "aria-label": "Push or kick" }, h("option", { value: "push" }, "Push"), h("option", { value: "kick" }, "Kick"));
-  private readonly strength = h("input", { type: "number", min: 0, step: "any", required: true, "aria-label": "Strength" });
+  private readonly how = h(
+    "select",
+    { "aria-label": "Push or kick" },
+    h("option", { value: "push" }, "Push"),
+    h("option", { value: "kick" }, "Kick"),
+  );
+  private readonly strength = h("input", {
+    type: "number",
+    min: 0,
+    step: "any",
+    required: true,
+    "aria-label": "Strength",
+  });
   private readonly unit = h("span", { class: "unit" });
-  private readonly seconds = h("input", { type: "number", min: 0.001, max: 10, step: "any", value: LASTING, required: true, "aria-label": "Seconds of the push" });
-  private readonly lasting = h("span", { class: "for" }, "for ", this.seconds, h("span", { class: "unit" }, "s"));
+  private readonly seconds = h("input", {
+    type: "number",
+    min: 0.001,
+    max: 10,
+    step: "any",
+    value: LASTING,
+    required: true,
+    "aria-label": "Seconds of the push",
+  });
+  private readonly lasting = h(
+    "span",
+    { class: "for" },
+    "for ",
+    this.seconds,
+    h("span", { class: "unit" }, "s"),
+  );
   readonly element = h("span", { class: "tool-options" }, this.how, this.strength, this.unit, this.lasting);
   private wasChosen = false;
 
@@ -49,12 +74,17 @@ export class PushFields {
   give(name: string, isBody: boolean, direction: Vector3): boolean {
     if (!this.strength.reportValidity() || !(this.isKick || this.seconds.reportValidity())) return false;
     const { x, y, z } = direction.clone().multiplyScalar(this.strength.valueAsNumber);
-    if (!this.isKick) this.app.send({ type: "push", link: name, x, y, z, seconds: this.seconds.valueAsNumber });
+    if (!this.isKick)
+      this.app.send({ type: "push", link: name, x, y, z, seconds: this.seconds.valueAsNumber });
     else if (isBody) {
       this.app.refused.set({ reason: `Only the robot is kicked: push ${name} instead.` });
       return false;
     } else this.app.send({ type: "kick", x, y, z });
-    this.app.told.set({ text: this.isKick ? `Kicked at ${this.strength.value} m/s.` : `Pushed ${name} with ${this.strength.value} N for ${this.seconds.value} s.` });
+    this.app.told.set({
+      text: this.isKick
+        ? `Kicked at ${this.strength.value} m/s.`
+        : `Pushed ${name} with ${this.strength.value} N for ${this.seconds.value} s.`,
+    });
     return true;
   }
 
@@ -62,6 +92,8 @@ export class PushFields {
   private suggest(): void {
     if (this.wasChosen) return;
     const mass = this.app.scene.value?.links.reduce((sum, one) => sum + (one.inertia?.mass ?? 0), 0) ?? 1;
-    this.strength.value = String(this.isKick ? SPEED : Math.min(STRONGEST, Number((WEIGHTS * mass).toPrecision(2))));
+    this.strength.value = String(
+      this.isKick ? SPEED : Math.min(STRONGEST, Number((WEIGHTS * mass).toPrecision(2))),
+    );
   }
 }

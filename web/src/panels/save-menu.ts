@@ -10,7 +10,8 @@ const STILL = 250;
 
 /** What can be taken out of the page: a picture, a film, the robot as one HTML file or as a 3D model. */
 export function saveMenu(app: App, view: () => View): HTMLElement {
-  const size = (label: string): HTMLInputElement => h("input", { type: "number", min: 1, max: MOST_PIXELS, step: 1, "aria-label": label });
+  const size = (label: string): HTMLInputElement =>
+    h("input", { type: "number", min: 1, max: MOST_PIXELS, step: 1, "aria-label": label });
   const [width, height] = [size("Width in pixels"), size("Height in pixels")];
   const transparent = h("input", { type: "checkbox" });
   const name = (): string => app.scene.value?.robot || "robot";
@@ -19,14 +20,26 @@ export function saveMenu(app: App, view: () => View): HTMLElement {
 
   const savePicture = async (): Promise<void> => {
     if (!width.reportValidity() || !height.reportValidity()) return;
-    const blob = await view().png({ width: width.valueAsNumber, height: height.valueAsNumber, transparent: transparent.checked });
-    if (blob === null) complain(view().stage.draws ? "the picture is too large to be drawn here" : "this browser cannot draw the picture");
+    const blob = await view().png({
+      width: width.valueAsNumber,
+      height: height.valueAsNumber,
+      transparent: transparent.checked,
+    });
+    if (blob === null)
+      complain(
+        view().stage.draws
+          ? "the picture is too large to be drawn here"
+          : "this browser cannot draw the picture",
+      );
     else download(blob, `${name()}.png`);
   };
   const saveFromServer = async (ending: "html" | "glb"): Promise<void> => {
     const answer = await fetch(`./export/robot.${ending}${location.search}`).catch(() => null);
     if (answer?.ok) download(await answer.blob(), `${name()}.${ending}`);
-    else complain(`the ${ending.toUpperCase()} could not be made: ${answer === null ? "the server does not answer" : await answer.text()}`);
+    else
+      complain(
+        `the ${ending.toUpperCase()} could not be made: ${answer === null ? "the server does not answer" : await answer.text()}`,
+      );
   };
 
   const film = h("button", { type: "button", "aria-pressed": "false" }, "Record a film (WebM)");
@@ -34,12 +47,16 @@ export function saveMenu(app: App, view: () => View): HTMLElement {
   film.addEventListener("click", () => {
     if (recorder !== null) recorder.stop();
     else {
-      recorder = record(view().stage.renderer.domElement, () => view().invalidate(), (blob) => {
-        recorder = null;
-        film.setAttribute("aria-pressed", "false");
-        film.textContent = "Record a film (WebM)";
-        download(blob, `${name()}.webm`);
-      });
+      recorder = record(
+        view().stage.renderer.domElement,
+        () => view().invalidate(),
+        (blob) => {
+          recorder = null;
+          film.setAttribute("aria-pressed", "false");
+          film.textContent = "Record a film (WebM)";
+          download(blob, `${name()}.webm`);
+        },
+      );
       film.setAttribute("aria-pressed", "true");
       film.textContent = "Stop, and save the film";
       view().invalidate();
@@ -50,14 +67,23 @@ export function saveMenu(app: App, view: () => View): HTMLElement {
   const menu = h(
     "details",
     { class: "save-menu" },
-    h("summary", { title: "Save a picture, a film, a page or a model", "aria-label": "Save" }, icon("camera")),
+    h(
+      "summary",
+      { title: "Save a picture, a film, a page or a model", "aria-label": "Save" },
+      icon("camera"),
+    ),
     h(
       "div",
       { class: "save-sheet", role: "group", "aria-label": "Save" },
       h("div", { class: "save-size" }, width, "×", height, h("label", {}, transparent, "transparent")),
       h("button", { type: "button", onclick: () => void savePicture() }, "Picture (PNG)"),
       film,
-      served && h("button", { type: "button", onclick: () => void saveFromServer("html") }, "Page in one file (HTML)"),
+      served &&
+        h(
+          "button",
+          { type: "button", onclick: () => void saveFromServer("html") },
+          "Page in one file (HTML)",
+        ),
       served && h("button", { type: "button", onclick: () => void saveFromServer("glb") }, "Model (GLB)"),
     ),
   );
@@ -81,8 +107,13 @@ export function saveMenu(app: App, view: () => View): HTMLElement {
 
 /** Films a canvas until it is told to stop. */
 function record(canvas: HTMLCanvasElement, redraw: () => void, done: (film: Blob) => void): MediaRecorder {
-  const type = ["video/webm;codecs=vp9", "video/webm;codecs=vp8"].find((one) => MediaRecorder.isTypeSupported(one)) ?? "video/webm";
-  const recorder = new MediaRecorder(canvas.captureStream(FRAMES_PER_SECOND), { mimeType: type, videoBitsPerSecond: 8_000_000 });
+  const type =
+    ["video/webm;codecs=vp9", "video/webm;codecs=vp8"].find((one) => MediaRecorder.isTypeSupported(one)) ??
+    "video/webm";
+  const recorder = new MediaRecorder(canvas.captureStream(FRAMES_PER_SECOND), {
+    mimeType: type,
+    videoBitsPerSecond: 8_000_000,
+  });
   const chunks: Blob[] = [];
   recorder.addEventListener("dataavailable", (event) => chunks.push(event.data));
   const still = setInterval(redraw, STILL); // a film ends with its last frame: what stands still would be left out

@@ -21,7 +21,12 @@ export function sheets(app: App, ...docks: HTMLElement[]): HTMLElement {
   const root = document.documentElement;
   const there = SHEETS.filter(([name]) => docks.some((dock) => dock.querySelector(`#${name}`) !== null));
   const buttons = there.map(([name, image, label]) =>
-    h("button", { type: "button", "data-sheet": name, onclick: () => (choose(name), leave()) }, icon(image), label),
+    h(
+      "button",
+      { type: "button", "data-sheet": name, onclick: () => (choose(name), leave()) },
+      icon(image),
+      label,
+    ),
   );
   const choose = (name: string): void => {
     root.dataset["sheet"] = name;
@@ -30,7 +35,11 @@ export function sheets(app: App, ...docks: HTMLElement[]): HTMLElement {
   /** None of the panels is seen while something else has their place. */
   const mark = (): void => {
     const isCovered = app.plots.value || app.traffic.value || app.spot.value !== null;
-    for (const button of buttons) button.setAttribute("aria-pressed", String(!isCovered && button.dataset["sheet"] === root.dataset["sheet"]));
+    for (const button of buttons)
+      button.setAttribute(
+        "aria-pressed",
+        String(!isCovered && button.dataset["sheet"] === root.dataset["sheet"]),
+      );
   };
   /** What lies beneath the picture takes the place of the panels, one at a time. */
   const leave = (kept?: Signal<boolean>): void => {
@@ -39,7 +48,10 @@ export function sheets(app: App, ...docks: HTMLElement[]): HTMLElement {
   };
   const narrow = matchMedia(NARROW);
   for (const one of [app.plots, app.traffic]) one.watch((open) => open && narrow.matches && leave(one));
-  app.spot.watch((spot) => spot !== null && narrow.matches && [app.plots, app.traffic].forEach((other) => other.set(false)));
+  app.spot.watch(
+    (spot) =>
+      spot !== null && narrow.matches && [app.plots, app.traffic].forEach((other) => other.set(false)),
+  );
   for (const one of [app.plots, app.traffic, app.spot]) one.watch(mark);
   app.about.watch((about) => {
     if (about === null || root.dataset["sheet"] !== undefined) return;

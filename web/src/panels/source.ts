@@ -12,9 +12,22 @@ let shown: Spot | null = null;
 /** The description's text around a place, with findings in the margin and a caret under the one chosen. */
 export function source(app: App): HTMLElement {
   const tabs = h("div", { class: "tabs", role: "tablist", "aria-label": "Files" });
-  const body = h("div", { class: "source-body", tabindex: 0, role: "group", "aria-label": "Text of the file" });
-  const undo = h("button", { type: "button", class: "icon-button", "aria-label": "Undo", onclick: () => app.send({ type: "undo" }) }, icon("undo"));
-  const redo = h("button", { type: "button", class: "icon-button", "aria-label": "Redo", onclick: () => app.send({ type: "redo" }) }, icon("redo"));
+  const body = h("div", {
+    class: "source-body",
+    tabindex: 0,
+    role: "group",
+    "aria-label": "Text of the file",
+  });
+  const undo = h(
+    "button",
+    { type: "button", class: "icon-button", "aria-label": "Undo", onclick: () => app.send({ type: "undo" }) },
+    icon("undo"),
+  );
+  const redo = h(
+    "button",
+    { type: "button", class: "icon-button", "aria-label": "Redo", onclick: () => app.send({ type: "redo" }) },
+    icon("redo"),
+  );
   app.parameters.watch((now) => {
     undo.hidden = !now?.undo;
     undo.title = `Undo: ${now?.undo ?? ""} (Ctrl+Z)`;
@@ -22,8 +35,23 @@ export function source(app: App): HTMLElement {
     redo.title = `Redo: ${now?.redo ?? ""} (Ctrl+Shift+Z)`;
   });
   editNumbers(app, body);
-  const close = h("button", { type: "button", class: "icon-button", title: "Close (Escape)", "aria-label": "Close the source", onclick: () => app.spot.set(null) }, icon("close"));
-  const dock = h("section", { id: "source", class: "panel", "aria-label": "Source", hidden: true }, h("header", { class: "panel-head" }, tabs, undo, redo, close), body);
+  const close = h(
+    "button",
+    {
+      type: "button",
+      class: "icon-button",
+      title: "Close (Escape)",
+      "aria-label": "Close the source",
+      onclick: () => app.spot.set(null),
+    },
+    icon("close"),
+  );
+  const dock = h(
+    "section",
+    { id: "source", class: "panel", "aria-label": "Source", hidden: true },
+    h("header", { class: "panel-head" }, tabs, undo, redo, close),
+    body,
+  );
   let drawn: SourceText | null = null;
 
   const draw = (): void => {
@@ -37,7 +65,9 @@ export function source(app: App): HTMLElement {
       if (text?.file !== drawn?.file) shown = null;
       const top = body.scrollTop;
       giveBack = keepFocus(body);
-      body.replaceChildren(text === null ? h("p", { class: "nothing" }, "Reading…") : lines(app, text, spot.place.line));
+      body.replaceChildren(
+        text === null ? h("p", { class: "nothing" }, "Reading…") : lines(app, text, spot.place.line),
+      );
       body.scrollTop = top;
     }
     if (text !== null) {
@@ -58,7 +88,11 @@ export function source(app: App): HTMLElement {
 /** Whether a text is that which is drawn, so that what is being typed in it stays; its hints may be others. */
 function hasSameLines(text: SourceText | null, drawn: SourceText | null): boolean {
   if (text === null || drawn === null) return false;
-  return text.file === drawn.file && text.text === drawn.text && JSON.stringify(text.owners) === JSON.stringify(drawn.owners);
+  return (
+    text.file === drawn.file &&
+    text.text === drawn.text &&
+    JSON.stringify(text.owners) === JSON.stringify(drawn.owners)
+  );
 }
 
 function drawTabs(app: App, tabs: HTMLElement, open: string): void {
@@ -66,7 +100,17 @@ function drawTabs(app: App, tabs: HTMLElement, open: string): void {
   const shown = files.includes(open) ? files : [...files, open];
   tabs.replaceChildren(
     ...shown.map((file) =>
-      h("button", { type: "button", role: "tab", "aria-selected": String(file === open), title: file, onclick: () => app.show({ file, line: 1, column: 1, length: 0 }) }, baseName(file)),
+      h(
+        "button",
+        {
+          type: "button",
+          role: "tab",
+          "aria-selected": String(file === open),
+          title: file,
+          onclick: () => app.show({ file, line: 1, column: 1, length: 0 }),
+        },
+        baseName(file),
+      ),
     ),
   );
 }
@@ -81,10 +125,15 @@ function lines(app: App, text: SourceText, around: number): HTMLElement {
     const row = h(
       "div",
       { class: "line", "data-line": line, "data-owners": owners.length ? ` ${owners.join(" ")} ` : null },
-      h("span", { class: "gutter", title: owners.length ? `part of ${owners.join(", ")}` : null }, String(line)),
+      h(
+        "span",
+        { class: "gutter", title: owners.length ? `part of ${owners.join(", ")}` : null },
+        String(line),
+      ),
       h("span", { class: "text" }, ...pieces),
     );
-    if (owners.length) row.addEventListener("click", () => getSelection()?.isCollapsed && chooseOwner(app, owners));
+    if (owners.length)
+      row.addEventListener("click", () => getSelection()?.isCollapsed && chooseOwner(app, owners));
     code.append(row);
   });
   return code;
@@ -106,14 +155,19 @@ function mark(app: App, body: HTMLElement, text: SourceText, spot: Spot): void {
     const line = Number(row.dataset["line"]);
     const finding = here.get(line);
     row.classList.toggle("here", line === spot.place.line && spot.place.length > 0);
-    row.classList.toggle("owned", app.selected.value !== "" && (row.dataset["owners"] ?? "").includes(` ${app.selected.value} `));
-    for (const number of numbersOf(row)) offer(number, app.canWrite && (row.classList.contains("here") || row.classList.contains("owned")));
+    row.classList.toggle(
+      "owned",
+      app.selected.value !== "" && (row.dataset["owners"] ?? "").includes(` ${app.selected.value} `),
+    );
+    for (const number of numbersOf(row))
+      offer(number, app.canWrite && (row.classList.contains("here") || row.classList.contains("owned")));
     if (finding) row.dataset["severity"] = finding.severity;
     else delete row.dataset["severity"];
   }
   const row = body.querySelector<HTMLElement>(`.line[data-line="${spot.place.line}"]`);
   if (row === null) return;
-  if (spot.finding !== null) row.after(caret(spot.finding, spot, row.querySelector(".text")?.textContent ?? ""));
+  if (spot.finding !== null)
+    row.after(caret(spot.finding, spot, row.querySelector(".text")?.textContent ?? ""));
   if (shown === spot) return; // an edit elsewhere moves nothing
   shown = spot;
   const top = row.offsetTop - body.clientHeight / 2 + row.offsetHeight;
@@ -122,11 +176,19 @@ function mark(app: App, body: HTMLElement, text: SourceText, spot: Spot): void {
 
 function caret(finding: Finding, spot: Spot, line: string): HTMLElement {
   const { column, length } = spot.place;
-  const before = [...line].slice(0, column - 1).map((one) => (one === "\t" ? one : " ")).join("");
+  const before = [...line]
+    .slice(0, column - 1)
+    .map((one) => (one === "\t" ? one : " "))
+    .join("");
   return h(
     "div",
     { class: "caret", "data-severity": finding.severity },
     h("span", { class: "gutter" }),
-    h("span", { class: "text" }, `${before}${"^".repeat(Math.max(1, length))} `, h("span", { class: "says" }, finding.message)),
+    h(
+      "span",
+      { class: "text" },
+      `${before}${"^".repeat(Math.max(1, length))} `,
+      h("span", { class: "says" }, finding.message),
+    ),
   );
 }

@@ -18,8 +18,22 @@ interface Chip {
 
 const CHIPS: readonly Chip[] = [
   { name: "visual", image: "eye", label: "Visual", key: "1", display: "RobotModel", property: "visual" },
-  { name: "collision", image: "box", label: "Collision", key: "2", display: "RobotModel", property: "collision" },
-  { name: "inertia", image: "weight", label: "Inertia", key: "3", display: "RobotModel", property: "inertia" },
+  {
+    name: "collision",
+    image: "box",
+    label: "Collision",
+    key: "2",
+    display: "RobotModel",
+    property: "collision",
+  },
+  {
+    name: "inertia",
+    image: "weight",
+    label: "Inertia",
+    key: "3",
+    display: "RobotModel",
+    property: "inertia",
+  },
   { name: "frames", image: "axes", label: "Frames", key: "4", display: "TF", property: "axes" },
   { name: "names", image: "tag", label: "Names", key: "5", display: "TF", property: "names" },
   { name: "grid", image: "grid", label: "Grid", key: "6", display: "Grid" },
@@ -35,7 +49,9 @@ const ALONG: readonly Chip[] = [
 const FOR_MOVING = ["trail", "follow", "ride"];
 
 function isOn(app: App, chip: Chip): boolean {
-  return chip.option === undefined ? app.displays.isOn(chip.display ?? "", chip.property ?? null) : app.options.value[chip.option];
+  return chip.option === undefined
+    ? app.displays.isOn(chip.display ?? "", chip.property ?? null)
+    : app.options.value[chip.option];
 }
 
 function turn(app: App, chip: Chip, on: boolean): void {
@@ -60,8 +76,17 @@ function button(app: App, chip: Chip, title: string, ...content: (Node | string)
 
 /** What is shown, and from where. */
 export function toolbar(app: App, view: () => View): HTMLElement {
-  const buttons = CHIPS.map((chip) => button(app, chip, `${chip.label} (${chip.key})`, icon(chip.image), h("span", {}, chip.label)));
-  const along = ALONG.map((chip) => button(app, chip, chip.name === "ride" ? "As the robot sees (9)" : "Along with the robot (8)", chip.label));
+  const buttons = CHIPS.map((chip) =>
+    button(app, chip, `${chip.label} (${chip.key})`, icon(chip.image), h("span", {}, chip.label)),
+  );
+  const along = ALONG.map((chip) =>
+    button(
+      app,
+      chip,
+      chip.name === "ride" ? "As the robot sees (9)" : "Along with the robot (8)",
+      chip.label,
+    ),
+  );
   const hide = (): void => {
     for (const one of [...buttons, ...along]) {
       const name = one.dataset["option"] ?? "";
@@ -72,7 +97,9 @@ export function toolbar(app: App, view: () => View): HTMLElement {
   app.about.watch(hide);
   app.topics.list.watch(hide);
   const look = (label: string, side: Side): HTMLButtonElement => {
-    const made = toggle(label, `From the ${label.toLowerCase()}, without perspective`, false, () => view().looking.fromSide(side));
+    const made = toggle(label, `From the ${label.toLowerCase()}, without perspective`, false, () =>
+      view().looking.fromSide(side),
+    );
     app.options.watch((options) => made.setAttribute("aria-pressed", String(options.side === side)));
     return made;
   };
@@ -84,7 +111,16 @@ export function toolbar(app: App, view: () => View): HTMLElement {
     h(
       "div",
       { class: "chips looks", role: "toolbar", "aria-label": "View" },
-      h("button", { type: "button", title: "See the whole robot (F)", "aria-label": "See the whole robot", onclick: () => view().looking.fit() }, icon("fit")),
+      h(
+        "button",
+        {
+          type: "button",
+          title: "See the whole robot (F)",
+          "aria-label": "See the whole robot",
+          onclick: () => view().looking.fit(),
+        },
+        icon("fit"),
+      ),
       look("Front", "front"),
       look("Side", "side"),
       look("Top", "top"),

@@ -15,7 +15,11 @@ export function topbar(app: App, help: () => void): HTMLElement {
     letGo(world);
   });
   const link = h("span", { class: "status", role: "status" });
-  const theme = h("button", { class: "icon-button", type: "button", onclick: () => chooseTheme(app.theme, app.theme.value === "dark" ? "light" : "dark") });
+  const theme = h("button", {
+    class: "icon-button",
+    type: "button",
+    onclick: () => chooseTheme(app.theme, app.theme.value === "dark" ? "light" : "dark"),
+  });
   app.theme.watch((now) => {
     const other = now === "dark" ? "light" : "dark";
     theme.replaceChildren(icon(now === "dark" ? "sun" : "moon"));
@@ -27,7 +31,9 @@ export function topbar(app: App, help: () => void): HTMLElement {
     const now = app.connection.link.value;
     const live = app.about.value?.mode === "play" ? "connected" : "live";
     link.dataset["link"] = now;
-    link.textContent = { connecting: "connecting", live, lost: "connection lost", full: "too many tabs" }[now];
+    link.textContent = { connecting: "connecting", live, lost: "connection lost", full: "too many tabs" }[
+      now
+    ];
   }
   app.about.watch((about) => {
     if (about === null) return;
@@ -39,7 +45,9 @@ export function topbar(app: App, help: () => void): HTMLElement {
     world.hidden = about.mode !== "sim";
     const known = about.worlds.map((choice) => choice.name);
     const names = known.includes(about.world) ? known : [about.world, ...known];
-    world.replaceChildren(...names.map((name) => h("option", { value: name }, baseName(name).replaceAll("_", " "))));
+    world.replaceChildren(
+      ...names.map((name) => h("option", { value: name }, baseName(name).replaceAll("_", " "))),
+    );
     world.value = about.world;
     document.title = `${baseName(shown)} · KBot`;
     tellOfLink();
@@ -48,11 +56,20 @@ export function topbar(app: App, help: () => void): HTMLElement {
   return h(
     "header",
     { class: "topbar" },
-    h("h1", { class: "brand" }, h("img", { src: new URL("../icon.svg", import.meta.url).href, alt: "", width: 22, height: 22 }), "KBot"),
+    h(
+      "h1",
+      { class: "brand" },
+      h("img", { src: new URL("../icon.svg", import.meta.url).href, alt: "", width: 22, height: 22 }),
+      "KBot",
+    ),
     h("span", { class: "crumbs" }, file, mode, world, worldMenu(app)),
     h("span", { class: "spacer" }),
     link,
-    h("button", { class: "icon-button", type: "button", title: "Keys (?)", "aria-label": "Keys", onclick: help }, icon("help")),
+    h(
+      "button",
+      { class: "icon-button", type: "button", title: "Keys (?)", "aria-label": "Keys", onclick: help },
+      icon("help"),
+    ),
     theme,
   );
 }

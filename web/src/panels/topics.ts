@@ -9,9 +9,15 @@ const MOST = 12;
 const EVERY = 200;
 /** What stands for a rate that is not known, and what is said of one that is not and of one that is. */
 type Words = readonly [string, readonly [string, string]];
-const PLAYED: Words = ["\u2013", ["Said once, or the file does not say how often", "On the average of the recording"]];
+const PLAYED: Words = [
+  "\u2013",
+  ["Said once, or the file does not say how often", "On the average of the recording"],
+];
 const COUNTED = "Counted while it is open here or on show; until then what it would come at";
-const SAID: Words = ["not counted", ["It comes as it happens: counted while it is open here or on show", COUNTED]];
+const SAID: Words = [
+  "not counted",
+  ["It comes as it happens: counted while it is open here or on show", COUNTED],
+];
 const INPUT: Words = ["in", ["", COUNTED]];
 
 /** The type of what is dragged into the plots. */
@@ -53,7 +59,14 @@ class Row {
     private readonly app: App,
     private readonly topic: string,
   ) {
-    this.head = h("button", { type: "button", class: "head", "aria-expanded": "false", onclick: () => this.toggle() }, icon("chevron"), h("span", { class: "name", title: topic }, topic), this.type, this.rate);
+    this.head = h(
+      "button",
+      { type: "button", class: "head", "aria-expanded": "false", onclick: () => this.toggle() },
+      icon("chevron"),
+      h("span", { class: "name", title: topic }, topic),
+      this.type,
+      this.rate,
+    );
     this.element = h("li", { "data-topic": topic }, this.head, this.body);
   }
 
@@ -99,9 +112,21 @@ class Row {
     const name = path.join(".");
     const shown = h("dd", {});
     this.values.set(name, shown);
-    if (typeof value !== "number" && typeof value !== "boolean") return [h("dt", { title: name }, h("bdi", {}, name)), shown];
-    const plot = h("button", { type: "button", draggable: "true", title: `Plot ${name}: click, or drag it into the plots`, onclick: () => this.app.plotTopic(this.topic, path) }, h("bdi", {}, name));
-    plot.addEventListener("dragstart", (event) => event.dataTransfer?.setData(DRAGGED, JSON.stringify([this.topic, ...path])));
+    if (typeof value !== "number" && typeof value !== "boolean")
+      return [h("dt", { title: name }, h("bdi", {}, name)), shown];
+    const plot = h(
+      "button",
+      {
+        type: "button",
+        draggable: "true",
+        title: `Plot ${name}: click, or drag it into the plots`,
+        onclick: () => this.app.plotTopic(this.topic, path),
+      },
+      h("bdi", {}, name),
+    );
+    plot.addEventListener("dragstart", (event) =>
+      event.dataTransfer?.setData(DRAGGED, JSON.stringify([this.topic, ...path])),
+    );
     return [h("dt", {}, plot), shown];
   }
 }
@@ -111,7 +136,8 @@ function* leaves(value: unknown, path: readonly string[]): Generator<[readonly s
   if (ArrayBuffer.isView(value)) return yield [path, `${(value as Uint8Array).length} numbers`];
   if (value === null || typeof value !== "object") return yield [path, value];
   const entries = Object.entries(value);
-  for (const [key, inner] of Array.isArray(value) ? entries.slice(0, MOST) : entries) yield* leaves(inner, [...path, key]);
+  for (const [key, inner] of Array.isArray(value) ? entries.slice(0, MOST) : entries)
+    yield* leaves(inner, [...path, key]);
   if (Array.isArray(value) && entries.length > MOST) yield [[...path, "…"], `${entries.length - MOST} more`];
 }
 

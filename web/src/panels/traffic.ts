@@ -6,7 +6,17 @@ import { topicTree } from "./topics";
 
 /** Topics beside the log, beneath the picture. */
 export function traffic(app: App): HTMLElement {
-  const close = h("button", { type: "button", class: "icon-button", title: "Close topics and log (Y)", "aria-label": "Close topics and log", onclick: () => app.traffic.set(false) }, icon("close"));
+  const close = h(
+    "button",
+    {
+      type: "button",
+      class: "icon-button",
+      title: "Close topics and log (Y)",
+      "aria-label": "Close topics and log",
+      onclick: () => app.traffic.set(false),
+    },
+    icon("close"),
+  );
   const dock = h(
     "section",
     { id: "traffic", class: "panel", "aria-label": "Topics and log", hidden: true },

@@ -7,18 +7,66 @@ const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
 
 /** Simulated time: pause, step, reset, speed. */
 export function transport(app: App): HTMLElement {
-  const pause = h("button", { type: "button", class: "icon-button", onclick: () => app.send({ type: "pause", paused: !app.state.value?.paused }) });
-  const step = h("button", { type: "button", class: "icon-button", title: "A tenth of a second (.)", "aria-label": "Step", onclick: () => app.send({ type: "advance", seconds: 0.1 }) }, icon("step"));
-  const reset = h("button", { type: "button", class: "icon-button", title: "Start again (R)", "aria-label": "Reset", onclick: () => app.send({ type: "reset" }) }, icon("reset"));
+  const pause = h("button", {
+    type: "button",
+    class: "icon-button",
+    onclick: () => app.send({ type: "pause", paused: !app.state.value?.paused }),
+  });
+  const step = h(
+    "button",
+    {
+      type: "button",
+      class: "icon-button",
+      title: "A tenth of a second (.)",
+      "aria-label": "Step",
+      onclick: () => app.send({ type: "advance", seconds: 0.1 }),
+    },
+    icon("step"),
+  );
+  const reset = h(
+    "button",
+    {
+      type: "button",
+      class: "icon-button",
+      title: "Start again (R)",
+      "aria-label": "Reset",
+      onclick: () => app.send({ type: "reset" }),
+    },
+    icon("reset"),
+  );
   const time = readout("Simulated time in seconds", { class: "time" });
-  const speed = h("select", { "aria-label": "Speed", title: "Simulated seconds per second" }, ...SPEEDS.map((factor) => h("option", { value: factor }, `${factor}×`)));
+  const speed = h(
+    "select",
+    { "aria-label": "Speed", title: "Simulated seconds per second" },
+    ...SPEEDS.map((factor) => h("option", { value: factor }, `${factor}×`)),
+  );
   speed.addEventListener("change", () => {
     app.send({ type: "set_speed", factor: Number(speed.value) });
     letGo(speed);
   });
-  const plot = h("button", { type: "button", class: "icon-button", title: "Plots (L)", "aria-label": "Plots", onclick: () => app.plots.set(!app.plots.value) }, icon("plot"));
+  const plot = h(
+    "button",
+    {
+      type: "button",
+      class: "icon-button",
+      title: "Plots (L)",
+      "aria-label": "Plots",
+      onclick: () => app.plots.set(!app.plots.value),
+    },
+    icon("plot"),
+  );
   app.plots.watch((open) => plot.setAttribute("aria-pressed", String(open)));
-  const traffic = h("button", { type: "button", class: "icon-button", title: "Topics and log (Y)", "aria-label": "Topics and log", onclick: () => app.traffic.set(!app.traffic.value) }, icon("list"));
+  const traffic = h(
+    "button",
+    {
+      type: "button",
+      class: "icon-button",
+      title: "Topics and log (Y)",
+      "aria-label": "Topics and log",
+      onclick: () => app.traffic.set(!app.traffic.value),
+    },
+    icon("list"),
+  );
   app.traffic.watch((open) => traffic.setAttribute("aria-pressed", String(open)));
   const rate = h("span", { class: "rate", title: "Real-time factor reached" });
   let isPaused: boolean | null = null;
@@ -33,7 +81,18 @@ export function transport(app: App): HTMLElement {
     pause.title = isPaused ? "Go on (P)" : "Pause (P)";
     pause.setAttribute("aria-label", isPaused ? "Go on" : "Pause");
   });
-  const bar = h("div", { class: "transport", role: "toolbar", "aria-label": "Simulated time" }, pause, step, reset, time, speed, rate, plot, traffic);
+  const bar = h(
+    "div",
+    { class: "transport", role: "toolbar", "aria-label": "Simulated time" },
+    pause,
+    step,
+    reset,
+    time,
+    speed,
+    rate,
+    plot,
+    traffic,
+  );
   app.about.watch((about) => {
     bar.hidden = (about?.mode ?? "view") === "view";
   });

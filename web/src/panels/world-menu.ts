@@ -9,8 +9,24 @@ import { PushFields } from "./push-fields";
 
 /** A button that opens what one does with a whole world: its parameters, resets, pushes, and what goes wrong. */
 export function worldMenu(app: App): HTMLElement {
-  const menu = h("div", { class: "menu", id: "world-menu", popover: "auto", role: "dialog", "aria-label": "World and faults" });
-  const button = h("button", { type: "button", class: "icon-button", popovertarget: menu.id, title: "World and faults", "aria-label": "World and faults" }, icon("sliders"));
+  const menu = h("div", {
+    class: "menu",
+    id: "world-menu",
+    popover: "auto",
+    role: "dialog",
+    "aria-label": "World and faults",
+  });
+  const button = h(
+    "button",
+    {
+      type: "button",
+      class: "icon-button",
+      popovertarget: menu.id,
+      title: "World and faults",
+      "aria-label": "World and faults",
+    },
+    icon("sliders"),
+  );
   const count = h("span", { class: "acting", "aria-hidden": "true", hidden: true });
   const counted = (acting: number): void => {
     count.hidden = acting === 0;
@@ -18,7 +34,13 @@ export function worldMenu(app: App): HTMLElement {
     button.setAttribute("aria-label", `World and faults${acting === 0 ? "" : `: ${acting} acting`}`);
   };
   button.append(count);
-  menu.append(faultList(app, counted), parametersOf(app, () => menu.hidePopover()), resets(app), pushForm(app), faultForm(app));
+  menu.append(
+    faultList(app, counted),
+    parametersOf(app, () => menu.hidePopover()),
+    resets(app),
+    pushForm(app),
+    faultForm(app),
+  );
   const holder = h("span", { class: "world-menu" }, button, menu);
   app.about.watch((about) => (holder.hidden = about?.mode !== "sim"));
   return holder;
@@ -26,7 +48,15 @@ export function worldMenu(app: App): HTMLElement {
 
 function parametersOf(app: App, done: () => void): HTMLElement {
   const fields = h("div", { class: "fields" });
-  const seed = h("input", { type: "number", min: 0, max: 2 ** 53 - 1, step: 1, value: 0, required: true, title: "Of whatever is random in a run, as noise is" });
+  const seed = h("input", {
+    type: "number",
+    min: 0,
+    max: 2 ** 53 - 1,
+    step: 1,
+    value: 0,
+    required: true,
+    title: "Of whatever is random in a run, as noise is",
+  });
   const title = h("h2", {});
   let shown = "";
   let filled = "";
@@ -40,26 +70,52 @@ function parametersOf(app: App, done: () => void): HTMLElement {
     [shown, filled] = [about.world, values];
     title.textContent = baseName(shown).replaceAll("_", " ");
     fields.replaceChildren(
-      ...(choice?.parameters ?? []).map(({ name, value, is_whole }) => h("label", {}, name, h("input", { type: "number", name, value, step: is_whole ? 1 : "any", required: true }))),
+      ...(choice?.parameters ?? []).map(({ name, value, is_whole }) =>
+        h(
+          "label",
+          {},
+          name,
+          h("input", { type: "number", name, value, step: is_whole ? 1 : "any", required: true }),
+        ),
+      ),
     );
   });
-  const form = h("form", {}, title, fields, h("div", { class: "fields" }, h("label", {}, "noise seed", seed)), h("button", { class: "primary", type: "submit" }, "Start"));
+  const form = h(
+    "form",
+    {},
+    title,
+    fields,
+    h("div", { class: "fields" }, h("label", {}, "noise seed", seed)),
+    h("button", { class: "primary", type: "submit" }, "Start"),
+  );
   form.addEventListener("submit", (event) => {
     event.preventDefault();
-    const values = [...fields.querySelectorAll("input")].map((input) => `${input.name}=${input.value}`).join(",");
-    app.send({ type: "set_world", world: values === "" ? shown : `${shown}:${values}`, seed: seed.valueAsNumber });
+    const values = [...fields.querySelectorAll("input")]
+      .map((input) => `${input.name}=${input.value}`)
+      .join(",");
+    app.send({
+      type: "set_world",
+      world: values === "" ? shown : `${shown}:${values}`,
+      seed: seed.valueAsNumber,
+    });
     done();
   });
   return form;
 }
 
 function resets(app: App): HTMLElement {
-  const part = (what: "world" | "time", label: string, title: string): HTMLElement => h("button", { type: "button", title, onclick: () => app.send({ type: "reset_part", what }) }, label);
+  const part = (what: "world" | "time", label: string, title: string): HTMLElement =>
+    h("button", { type: "button", title, onclick: () => app.send({ type: "reset_part", what }) }, label);
   return h(
     "div",
     { class: "menu-part", role: "group", "aria-label": "Start again" },
     h("h2", {}, "Start again"),
-    h("div", { class: "row" }, part("world", "All but time", "Everything back to its start; time goes on"), part("time", "Time alone", "Time 0; everything else goes on")),
+    h(
+      "div",
+      { class: "row" },
+      part("world", "All but time", "Everything back to its start; time goes on"),
+      part("time", "Time alone", "Time 0; everything else goes on"),
+    ),
   );
 }
 
@@ -67,7 +123,17 @@ function resets(app: App): HTMLElement {
 function pushForm(app: App): HTMLElement {
   const link = h("select", { "aria-label": "Link to push" });
   const strength = new PushFields(app, (kick) => (link.hidden = kick));
-  const angle = (label: string, title: string): HTMLInputElement => h("input", { type: "number", min: -360, max: 360, step: "any", value: 0, required: true, "aria-label": label, title });
+  const angle = (label: string, title: string): HTMLInputElement =>
+    h("input", {
+      type: "number",
+      min: -360,
+      max: 360,
+      step: "any",
+      value: 0,
+      required: true,
+      "aria-label": label,
+      title,
+    });
   const heading = angle("Direction in degrees", "0 is ahead, 90 to the left");
   const up = angle("Upwards in degrees", "0 is level, 90 straight up");
   app.scene.watch((scene) => {
@@ -76,13 +142,25 @@ function pushForm(app: App): HTMLElement {
     link.replaceChildren(...names.map((name) => h("option", { value: name }, name)));
     if (names.includes(before)) link.value = before;
   });
-  const degrees = (text: string, field: HTMLInputElement): HTMLElement => h("label", {}, text, h("span", {}, field, h("span", { class: "unit" }, "°")));
-  const form = h("form", {}, h("h2", {}, "Push it"), h("div", { class: "row push" }, strength.element, link), h("div", { class: "fields" }, degrees("Direction", heading), degrees("Up", up)), h("button", { type: "submit" }, "Give it"));
+  const degrees = (text: string, field: HTMLInputElement): HTMLElement =>
+    h("label", {}, text, h("span", {}, field, h("span", { class: "unit" }, "°")));
+  const form = h(
+    "form",
+    {},
+    h("h2", {}, "Push it"),
+    h("div", { class: "row push" }, strength.element, link),
+    h("div", { class: "fields" }, degrees("Direction", heading), degrees("Up", up)),
+    h("button", { type: "submit" }, "Give it"),
+  );
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     const rise = MathUtils.degToRad(up.valueAsNumber);
     const yaw = robotPose(app).yaw + MathUtils.degToRad(heading.valueAsNumber);
-    strength.give(link.value, false, new Vector3(Math.cos(rise) * Math.cos(yaw), Math.cos(rise) * Math.sin(yaw), Math.sin(rise)));
+    strength.give(
+      link.value,
+      false,
+      new Vector3(Math.cos(rise) * Math.cos(yaw), Math.cos(rise) * Math.sin(yaw), Math.sin(rise)),
+    );
   });
   return form;
 }

@@ -12,7 +12,13 @@ export interface Field {
 
 /** All that can be plotted of a scene; what a recording does not tell is left out. */
 export function fields(scene: Scene | null, played: boolean): Field[] {
-  const of = (name: string, group: string, unit: string, key: string, value: (state: State) => number): Field => ({ name, group, unit, key: `state ${key}`, value });
+  const of = (
+    name: string,
+    group: string,
+    unit: string,
+    key: string,
+    value: (state: State) => number,
+  ): Field => ({ name, group, unit, key: `state ${key}`, value });
   const live = [
     of("forward speed asked", "Speed", "m/s", "command.0", (state) => state.command[0] ?? 0),
     of("turning speed asked", "Speed", "rad/s", "command.1", (state) => state.command[1] ?? 0),
@@ -26,7 +32,13 @@ export function fields(scene: Scene | null, played: boolean): Field[] {
     of("yaw", "Odometry", "rad", "odometry.2", (state) => state.odometry[2] ?? 0),
     ...(played ? [] : live),
     ...(scene?.joints ?? []).map((joint, index) =>
-      of(joint.name, "Joints", joint.kind === "prismatic" ? "m" : "rad", `positions.${joint.name}`, (state) => state.positions[index] ?? 0),
+      of(
+        joint.name,
+        "Joints",
+        joint.kind === "prismatic" ? "m" : "rad",
+        `positions.${joint.name}`,
+        (state) => state.positions[index] ?? 0,
+      ),
     ),
   ];
 }

@@ -14,7 +14,10 @@ export const MOST_CURVES = COLOURS.length * DASHES.length;
 
 /** The colour of a curve, as a property of the style, and its dashes. */
 export function strokeOf(index: number): { colour: string; dash: number[] } {
-  return { colour: COLOURS[index % COLOURS.length]!, dash: DASHES[Math.floor(index / COLOURS.length) % DASHES.length]! };
+  return {
+    colour: COLOURS[index % COLOURS.length]!,
+    dash: DASHES[Math.floor(index / COLOURS.length) % DASHES.length]!,
+  };
 }
 
 /** Pixels beside the line of the moment in which it is taken hold of. */
@@ -27,7 +30,15 @@ const LEAST_PART = 5e-5;
 
 /** The drawn curves, with the moment on show as a line that can be moved; uPlot draws them. */
 export class Graph {
-  private readonly line = h("div", { class: "moment", role: "slider", tabindex: 0, "aria-label": "Time in the plot", "aria-valuemin": 0, hidden: true, title: "The moment on show: drag it" });
+  private readonly line = h("div", {
+    class: "moment",
+    role: "slider",
+    tabindex: 0,
+    "aria-label": "Time in the plot",
+    "aria-valuemin": 0,
+    hidden: true,
+    title: "The moment on show: drag it",
+  });
   /** Where time was set back, or on. */
   private readonly marks = h("div", {});
   private chart: uPlot | null = null;
@@ -60,7 +71,9 @@ export class Graph {
     this.chart = new UPlot(this.options(), this.data(), this.holder);
     this.chart.over.append(this.marks, this.line);
     this.chart.over.addEventListener("pointerdown", (event) => this.pointerDown(event));
-    this.chart.over.addEventListener("pointermove", (event) => this.chart?.over.classList.toggle("at-moment", this.isAtLine(event.clientX)));
+    this.chart.over.addEventListener("pointermove", (event) =>
+      this.chart?.over.classList.toggle("at-moment", this.isAtLine(event.clientX)),
+    );
     this.chart.over.addEventListener("click", (event) => this.click(event));
     this.chart.over.addEventListener("dblclick", () => this.whole());
     this.draw();
@@ -106,7 +119,10 @@ export class Graph {
     line.setAttribute("aria-valuemin", this.span.start.toFixed(2));
     line.setAttribute("aria-valuemax", this.span.end.toFixed(2));
     line.setAttribute("aria-valuenow", at.toFixed(2));
-    line.setAttribute("aria-valuetext", travel.timeline.value?.played ? clock(at) : `${(this.app.state.value?.time ?? 0).toFixed(2)} s`);
+    line.setAttribute(
+      "aria-valuetext",
+      travel.timeline.value?.played ? clock(at) : `${(this.app.state.value?.time ?? 0).toFixed(2)} s`,
+    );
   }
 
   private press(event: KeyboardEvent): void {
@@ -133,7 +149,11 @@ export class Graph {
 
   private isAtLine(clientX: number): boolean {
     const { left, width } = this.line.getBoundingClientRect();
-    return !this.line.hidden && !this.line.classList.contains("now") && Math.abs(clientX - left - width / 2) <= REACH;
+    return (
+      !this.line.hidden &&
+      !this.line.classList.contains("now") &&
+      Math.abs(clientX - left - width / 2) <= REACH
+    );
   }
 
   private atOf(clientX: number): number {
@@ -208,7 +228,9 @@ export class Graph {
   /** The rows on show that are the first after the clock was set to another time. */
   private jumps(): number[] {
     const [low, high] = this.span.range();
-    return this.app.travel.timeline.value?.played ? [] : this.table.jumps(this.table.indexAt(low) + 1, this.table.indexAt(high) + 1);
+    return this.app.travel.timeline.value?.played
+      ? []
+      : this.table.jumps(this.table.indexAt(low) + 1, this.table.indexAt(high) + 1);
   }
 
   private drawJumps(): void {
@@ -231,19 +253,58 @@ export class Graph {
   }
 
   private options(): uPlot.Options {
-    const colour = (name: string): string => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+    const colour = (name: string): string =>
+      getComputedStyle(document.documentElement).getPropertyValue(name).trim();
     const font = `11px ${colour("--mono")}`;
-    const axis = { stroke: colour("--quiet"), font, grid: { stroke: colour("--line"), width: 1 }, ticks: { show: false } };
+    const axis = {
+      stroke: colour("--quiet"),
+      font,
+      grid: { stroke: colour("--line"), width: 1 },
+      ticks: { show: false },
+    };
     return {
       ...size(this.holder),
       legend: { show: false },
-      cursor: { y: false, drag: { x: true, y: false, setScale: false, dist: STILL }, bind: { dblclick: () => () => null, mousedown: (_, __, handler) => (event) => (this.isAtLine(event.clientX) ? null : handler(event)) } },
-      scales: { x: { time: false, range: () => this.span.range().map((at) => this.toX(at)) as [number, number] }, y: { range: (_, low, high) => around(low, high) } },
-      axes: [{ ...axis, size: 28, values: (_, ticks) => ticks.map((tick) => this.timeAt(tick, (ticks[1] ?? tick + 1) - ticks[0]!)) }, { ...axis, size: 54, values: (_, ticks) => ticks.map(tickLabel) }],
-      series: [{}, ...this.table.fields.map((field, index) => ({ label: field.name, stroke: colour(strokeOf(index).colour), dash: strokeOf(index).dash, width: 1.5, points: { show: false } }))],
+      cursor: {
+        y: false,
+        drag: { x: true, y: false, setScale: false, dist: STILL },
+        bind: {
+          dblclick: () => () => null,
+          mousedown: (_, __, handler) => (event) => (this.isAtLine(event.clientX) ? null : handler(event)),
+        },
+      },
+      scales: {
+        x: { time: false, range: () => this.span.range().map((at) => this.toX(at)) as [number, number] },
+        y: { range: (_, low, high) => around(low, high) },
+      },
+      axes: [
+        {
+          ...axis,
+          size: 28,
+          values: (_, ticks) => ticks.map((tick) => this.timeAt(tick, (ticks[1] ?? tick + 1) - ticks[0]!)),
+        },
+        { ...axis, size: 54, values: (_, ticks) => ticks.map(tickLabel) },
+      ],
+      series: [
+        {},
+        ...this.table.fields.map((field, index) => ({
+          label: field.name,
+          stroke: colour(strokeOf(index).colour),
+          dash: strokeOf(index).dash,
+          width: 1.5,
+          points: { show: false },
+        })),
+      ],
       hooks: {
         setSelect: [(chart) => this.select(chart)],
-        setCursor: [(chart) => this.pointed(chart.cursor.left === undefined || chart.cursor.left < 0 ? -1 : this.table.indexAt(this.toAt(chart.posToVal(chart.cursor.left, "x"))))],
+        setCursor: [
+          (chart) =>
+            this.pointed(
+              chart.cursor.left === undefined || chart.cursor.left < 0
+                ? -1
+                : this.table.indexAt(this.toAt(chart.posToVal(chart.cursor.left, "x"))),
+            ),
+        ],
       },
     };
   }

@@ -16,11 +16,34 @@ export function plots(app: App): HTMLElement {
   const holder = h("div", { class: "plot" });
   const add = h("select", { "aria-label": "Plot another field" });
   const chips = h("div", { class: "series" });
-  const spans = h("select", { "aria-label": "Time on show", title: "How much time is on show; drag in the plot to look closer, double-click to look at all of it again" }, ...Object.entries(SPANS).map(([value, text]) => h("option", { value }, text)));
-  const close = h("button", { type: "button", class: "icon-button", title: "Close the plots (L)", "aria-label": "Close the plots", onclick: () => app.plots.set(false) }, icon("close"));
+  const spans = h(
+    "select",
+    {
+      "aria-label": "Time on show",
+      title:
+        "How much time is on show; drag in the plot to look closer, double-click to look at all of it again",
+    },
+    ...Object.entries(SPANS).map(([value, text]) => h("option", { value }, text)),
+  );
+  const close = h(
+    "button",
+    {
+      type: "button",
+      class: "icon-button",
+      title: "Close the plots (L)",
+      "aria-label": "Close the plots",
+      onclick: () => app.plots.set(false),
+    },
+    icon("close"),
+  );
   const table = new Table(app);
   const span = new Span(app);
-  const dock = h("section", { id: "plots", class: "panel", "aria-label": "Plots", hidden: true }, h("header", { class: "panel-head" }, chips, add, spans, saveMenu(app, table, span, holder), close), holder);
+  const dock = h(
+    "section",
+    { id: "plots", class: "panel", "aria-label": "Plots", hidden: true },
+    h("header", { class: "panel-head" }, chips, add, spans, saveMenu(app, table, span, holder), close),
+    holder,
+  );
 
   let all: Field[] = [];
   let values: HTMLElement[] = [];
@@ -41,7 +64,8 @@ export function plots(app: App): HTMLElement {
     tell();
   });
   let wasOpened = false;
-  const listen = (): void => app.topicFields.value.forEach((field) => field.listen(wasOpened && table.fields.includes(field)));
+  const listen = (): void =>
+    app.topicFields.value.forEach((field) => field.listen(wasOpened && table.fields.includes(field)));
   const choose = (names: string[]): void => {
     rememberFields(names);
     show(names);
@@ -51,8 +75,15 @@ export function plots(app: App): HTMLElement {
     table.choose(chosen);
     listen();
     values = chosen.map(() => h("span", { class: "value" }));
-    chips.replaceChildren(...chosen.map((field, index) => chip(field, index, values[index]!, () => choose(names.filter((name) => name !== field.name)))));
-    add.replaceChildren(h("option", { value: "" }, "Add…"), ...groups(all.filter((field) => !names.includes(field.name))));
+    chips.replaceChildren(
+      ...chosen.map((field, index) =>
+        chip(field, index, values[index]!, () => choose(names.filter((name) => name !== field.name))),
+      ),
+    );
+    add.replaceChildren(
+      h("option", { value: "" }, "Add…"),
+      ...groups(all.filter((field) => !names.includes(field.name))),
+    );
     void graph.rebuild();
     draw(true);
   };
@@ -134,7 +165,13 @@ export function plots(app: App): HTMLElement {
 }
 
 function chip(field: Field, index: number, value: HTMLElement, remove: () => void): HTMLElement {
-  const button = h("button", { type: "button", class: "chip", title: `Remove ${field.name}`, onclick: remove }, field.name, value, field.unit && h("span", { class: "unit" }, field.unit));
+  const button = h(
+    "button",
+    { type: "button", class: "chip", title: `Remove ${field.name}`, onclick: remove },
+    field.name,
+    value,
+    field.unit && h("span", { class: "unit" }, field.unit),
+  );
   const { colour, dash } = strokeOf(index);
   button.style.setProperty("--colour", `var(${colour})`);
   button.classList.toggle("dashed", dash.length > 0);
@@ -143,7 +180,13 @@ function chip(field: Field, index: number, value: HTMLElement, remove: () => voi
 
 function groups(rest: Field[]): HTMLElement[] {
   return [...new Set(rest.map((field) => field.group))].map((label) =>
-    h("optgroup", { label }, ...rest.filter((field) => field.group === label).map((field) => h("option", { value: field.name }, field.name))),
+    h(
+      "optgroup",
+      { label },
+      ...rest
+        .filter((field) => field.group === label)
+        .map((field) => h("option", { value: field.name }, field.name)),
+    ),
   );
 }
 
@@ -155,10 +198,24 @@ function saveMenu(app: App, table: Table, span: Span, holder: HTMLElement): HTML
     const [start, end] = span.range();
     const { fields: shown } = table;
     const theme = app.theme.value === "light" ? "light" : "dark";
-    const box = { width: Math.min(8192, Math.max(480, holder.clientWidth)), height: Math.min(8192, Math.max(240, holder.clientHeight)) };
-    app.send({ type: "draw_plot", fields: shown.map((field) => field.key), labels: shown.map(labelled), start: Math.max(0, start), end: Math.max(0, end), theme, ...box });
+    const box = {
+      width: Math.min(8192, Math.max(480, holder.clientWidth)),
+      height: Math.min(8192, Math.max(240, holder.clientHeight)),
+    };
+    app.send({
+      type: "draw_plot",
+      fields: shown.map((field) => field.key),
+      labels: shown.map(labelled),
+      start: Math.max(0, start),
+      end: Math.max(0, end),
+      theme,
+      ...box,
+    });
   };
-  app.drawing.watch((drawing) => drawing !== null && download(new Blob([drawing.svg], { type: "image/svg+xml" }), `${name()}.svg`));
+  app.drawing.watch(
+    (drawing) =>
+      drawing !== null && download(new Blob([drawing.svg], { type: "image/svg+xml" }), `${name()}.svg`),
+  );
   const item = (text: string, act: () => void): HTMLElement => {
     const button = h("button", { type: "button" }, text);
     button.addEventListener("click", () => {
@@ -167,8 +224,23 @@ function saveMenu(app: App, table: Table, span: Span, holder: HTMLElement): HTML
     });
     return button;
   };
-  const menu = h("div", { id: "plot-save", class: "plot-save", popover: "auto", role: "group", "aria-label": "Save the plot" }, item("Save as CSV", csv), item("Save as SVG", svg));
-  const open = h("button", { type: "button", class: "icon-button", popovertarget: menu.id, title: "Save what is on show of the plot", "aria-label": "Save the plot" }, icon("save"));
+  const menu = h(
+    "div",
+    { id: "plot-save", class: "plot-save", popover: "auto", role: "group", "aria-label": "Save the plot" },
+    item("Save as CSV", csv),
+    item("Save as SVG", svg),
+  );
+  const open = h(
+    "button",
+    {
+      type: "button",
+      class: "icon-button",
+      popovertarget: menu.id,
+      title: "Save what is on show of the plot",
+      "aria-label": "Save the plot",
+    },
+    icon("save"),
+  );
   menu.addEventListener("beforetoggle", () => {
     const { right, bottom } = open.getBoundingClientRect();
     menu.style.right = `${Math.max(8, innerWidth - right)}px`;

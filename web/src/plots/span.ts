@@ -24,7 +24,10 @@ export class Span {
   /** The end of all there is. */
   get end(): number {
     const { timeline } = this.app.travel;
-    return Math.max(timeline.value?.end ?? 0, timeline.value?.played ? 0 : this.app.travel.isPast ? 0 : (this.app.state.value?.at ?? 0));
+    return Math.max(
+      timeline.value?.end ?? 0,
+      timeline.value?.played ? 0 : this.app.travel.isPast ? 0 : (this.app.state.value?.at ?? 0),
+    );
   }
 
   get start(): number {
@@ -42,7 +45,12 @@ export class Span {
     const { start, end } = this;
     const length = this.name === "all" ? end - start : Number(this.name);
     const { at } = this.app.travel;
-    const stays = !this.follows && this.before !== null && this.name !== "all" && this.before[0] <= at && at <= this.before[1];
+    const stays =
+      !this.follows &&
+      this.before !== null &&
+      this.name !== "all" &&
+      this.before[0] <= at &&
+      at <= this.before[1];
     if (this.before !== null && stays) return this.before;
     const wanted = this.follows ? end : Math.max(at - length / 2, start);
     const from = Math.max(start, Math.min(wanted, end - length));

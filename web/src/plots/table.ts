@@ -56,7 +56,13 @@ export class Table {
     if (this.asked !== null && now - this.asked.when < PATIENCE) return; // a new question would end the work on that one
     this.count += 1;
     this.asked = { number: this.count, start: Math.max(0, start - MARGIN), when: now };
-    this.app.send({ type: "ask_series", number: this.count, fields: this.chosen.map((field) => field.key), start: this.asked.start, end: end + MARGIN });
+    this.app.send({
+      type: "ask_series",
+      number: this.count,
+      fields: this.chosen.map((field) => field.key),
+      start: this.asked.start,
+      end: end + MARGIN,
+    });
   }
 
   /** Takes an answer; what came here after its end is kept. */
@@ -68,7 +74,10 @@ export class Table {
     const follows = this.at.findIndex((at) => at > end + 1e-6);
     const isNext = follows >= 0 && this.at[follows]! - end < GAP && series.end >= this.at[follows]!;
     const rest = <T>(all: T[]): T[] => (isNext ? all.slice(follows) : []);
-    this.columns = this.chosen.map((_, index) => [...(series.values[index] ?? []), ...rest(this.columns[index] ?? [])]);
+    this.columns = this.chosen.map((_, index) => [
+      ...(series.values[index] ?? []),
+      ...rest(this.columns[index] ?? []),
+    ]);
     this.at = [...series.at, ...rest(this.at)];
     this.time = [...series.time, ...rest(this.time)];
     this.from = start;
@@ -103,14 +112,19 @@ export class Table {
   jumps(first: number, last: number): number[] {
     const offset = (index: number): number => this.time[index]! - this.at[index]!;
     const found: number[] = [];
-    for (let index = Math.max(1, first); index < Math.min(last, this.at.length); index += 1) if (Math.abs(offset(index) - offset(index - 1)) > ROUNDED) found.push(index);
+    for (let index = Math.max(1, first); index < Math.min(last, this.at.length); index += 1)
+      if (Math.abs(offset(index) - offset(index - 1)) > ROUNDED) found.push(index);
     return found;
   }
 
   csv(start: number, end: number): Blob {
     const quoted = (text: string): string => `"${text.replaceAll('"', '""')}"`;
     const head = ["time [s]", ...this.chosen.map(labelled)].map(quoted).join(",");
-    const rows = this.at.flatMap((at, index) => (at < start || at > end ? [] : [[this.time[index], ...this.columns.map((column) => column[index] ?? NaN)].join(",")]));
+    const rows = this.at.flatMap((at, index) =>
+      at < start || at > end
+        ? []
+        : [[this.time[index], ...this.columns.map((column) => column[index] ?? NaN)].join(",")],
+    );
     return new Blob([[head, ...rows].join("\n"), "\n"], { type: "text/csv" });
   }
 }

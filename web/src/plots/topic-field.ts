@@ -41,7 +41,9 @@ export class TopicField implements Field {
     if (on === (this.stop !== null)) return;
     this.stop?.();
     [this.times, this.values] = [[], []];
-    this.stop = on ? this.topics.listen(this.topic, ({ time, message }) => this.add(time, numberAt(message, this.path))) : null;
+    this.stop = on
+      ? this.topics.listen(this.topic, ({ time, message }) => this.add(time, numberAt(message, this.path)))
+      : null;
   }
 
   /** What it was last told of before a state; NaN, which is not drawn, before the first. */
@@ -60,7 +62,8 @@ export class TopicField implements Field {
     if (time < (this.times.at(-1) ?? -Infinity)) [this.times, this.values] = [[], []]; // time began anew
     this.times.push(time);
     this.values.push(value);
-    if (this.times.length > MOST * 1.2) [this.times, this.values] = [this.times.slice(-MOST), this.values.slice(-MOST)];
+    if (this.times.length > MOST * 1.2)
+      [this.times, this.values] = [this.times.slice(-MOST), this.values.slice(-MOST)];
   }
 }
 

@@ -10,10 +10,13 @@ export function marks({ travel }: App): HTMLElement {
   const draw = (): void => {
     const now = travel.timeline.value;
     const full = now === null ? 0 : now.end - now.start;
-    const seen = now === null || full <= 0 ? [] : travel.bookmarks.all.value.filter(({ at }) => at >= now.start);
+    const seen =
+      now === null || full <= 0 ? [] : travel.bookmarks.all.value.filter(({ at }) => at >= now.start);
     while (holder.childElementCount > seen.length) holder.lastElementChild!.remove();
     while (holder.childElementCount < seen.length) holder.append(h("i"));
-    seen.forEach(({ at }, index) => (holder.children[index] as HTMLElement).style.setProperty("--at", String((at - now!.start) / full)));
+    seen.forEach(({ at }, index) =>
+      (holder.children[index] as HTMLElement).style.setProperty("--at", String((at - now!.start) / full)),
+    );
   };
   travel.timeline.watch(draw);
   travel.bookmarks.all.watch(draw);
@@ -24,7 +27,11 @@ export function marks({ travel }: App): HTMLElement {
 export function bookmarkList(app: App): HTMLElement {
   const { travel } = app;
   const list = h("ul");
-  const holder = h("div", { id: "bookmarks", class: "bookmarks", popover: "auto", role: "dialog", "aria-label": "Bookmarks" }, list);
+  const holder = h(
+    "div",
+    { id: "bookmarks", class: "bookmarks", popover: "auto", role: "dialog", "aria-label": "Bookmarks" },
+    list,
+  );
   let rows = new Map<number, Row>();
   const age = (): void => rows.forEach((row) => row.age(travel.timeline.value?.start ?? 0));
   travel.bookmarks.all.watch((all) => {
@@ -37,7 +44,8 @@ export function bookmarkList(app: App): HTMLElement {
       if (list.children[index] !== row.element) list.insertBefore(row.element, list.children[index] ?? null);
     });
     while (list.childElementCount > all.length) list.lastElementChild!.remove();
-    if (focused >= 0 && !list.contains(document.activeElement)) list.children[Math.min(focused, all.length - 1)]?.querySelector("button")?.focus();
+    if (focused >= 0 && !list.contains(document.activeElement))
+      list.children[Math.min(focused, all.length - 1)]?.querySelector("button")?.focus();
     if (all.length === 0 && holder.matches(":popover-open")) holder.hidePopover();
     age();
   });
@@ -58,8 +66,22 @@ class Row {
     const { number, at } = one;
     const shown = this.when();
     this.go = h("button", { type: "button", class: "time", onclick: () => app.travel.seek(at) }, shown);
-    this.note = h("input", { type: "text", maxlength: 200, "aria-label": `Note at ${shown}`, onchange: () => app.send({ type: "note_mark", number, note: this.note.value }) });
-    this.remove = h("button", { type: "button", class: "icon-button", title: "Remove", onclick: () => app.send({ type: "remove_mark", number }) }, icon("close"));
+    this.note = h("input", {
+      type: "text",
+      maxlength: 200,
+      "aria-label": `Note at ${shown}`,
+      onchange: () => app.send({ type: "note_mark", number, note: this.note.value }),
+    });
+    this.remove = h(
+      "button",
+      {
+        type: "button",
+        class: "icon-button",
+        title: "Remove",
+        onclick: () => app.send({ type: "remove_mark", number }),
+      },
+      icon("close"),
+    );
     this.element = h("li", {}, this.go, this.note, this.remove);
   }
 

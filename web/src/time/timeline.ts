@@ -14,7 +14,15 @@ const STEPS: Record<string, 1 | -1> = { ArrowLeft: -1, ArrowRight: 1, ArrowDown:
 /** The time that can be gone through: the last minutes of a simulation, or a recording. */
 export function timelineBar(app: App): HTMLElement {
   const { travel } = app;
-  const slider = h("input", { type: "range", class: "track", min: 0, max: 0, step: 0.001, value: 0, "aria-label": "Moment on show" });
+  const slider = h("input", {
+    type: "range",
+    class: "track",
+    min: 0,
+    max: 0,
+    step: 0.001,
+    value: 0,
+    "aria-label": "Moment on show",
+  });
   slider.addEventListener("input", () => {
     const now = travel.timeline.value;
     if (now === null) return;
@@ -32,18 +40,61 @@ export function timelineBar(app: App): HTMLElement {
   // who went to a moment by pointer goes on by keys; while what is now is on show they drive
   addEventListener("keydown", (event) => {
     const isAcross = event.key === "ArrowLeft" || event.key === "ArrowRight";
-    if (!isAcross || !travel.isElsewhere || event.defaultPrevented || takesKeys(event) || event.target instanceof HTMLCanvasElement) return;
+    if (
+      !isAcross ||
+      !travel.isElsewhere ||
+      event.defaultPrevented ||
+      takesKeys(event) ||
+      event.target instanceof HTMLCanvasElement
+    )
+      return;
     if (event.ctrlKey || event.metaKey || event.altKey || event.shiftKey) return;
     event.preventDefault();
     travel.step(STEPS[event.key]!);
   });
   const where = readout("How long ago", { class: "where" });
-  const live = h("button", { type: "button", class: "live", title: "Show what is now (Escape)", onclick: () => travel.goLive() }, "Live");
-  const resume = h("button", { type: "button", class: "live resume", title: "Resume from here: let the simulation go on from the moment on show", "aria-label": "Resume from here", hidden: true, onclick: () => travel.resume() }, icon("branch"), h("span", {}, "Resume from here"));
-  const record = h("button", { type: "button", class: "icon-button record", onclick: () => travel.toggleRecording() }, icon("record"));
+  const live = h(
+    "button",
+    { type: "button", class: "live", title: "Show what is now (Escape)", onclick: () => travel.goLive() },
+    "Live",
+  );
+  const resume = h(
+    "button",
+    {
+      type: "button",
+      class: "live resume",
+      title: "Resume from here: let the simulation go on from the moment on show",
+      "aria-label": "Resume from here",
+      hidden: true,
+      onclick: () => travel.resume(),
+    },
+    icon("branch"),
+    h("span", {}, "Resume from here"),
+  );
+  const record = h(
+    "button",
+    { type: "button", class: "icon-button record", onclick: () => travel.toggleRecording() },
+    icon("record"),
+  );
   const recording = h("span", { class: "recording", role: "status", hidden: true });
-  const loop = toggle("Loop", "Begin again at the end", false, (on) => app.send({ type: "set_loop", loop: on }), icon("loop"));
-  const add = h("button", { type: "button", class: "icon-button", title: "Bookmark this moment (K)", "aria-label": "Bookmark this moment", onclick: () => travel.mark() }, icon("flag"));
+  const loop = toggle(
+    "Loop",
+    "Begin again at the end",
+    false,
+    (on) => app.send({ type: "set_loop", loop: on }),
+    icon("loop"),
+  );
+  const add = h(
+    "button",
+    {
+      type: "button",
+      class: "icon-button",
+      title: "Bookmark this moment (K)",
+      "aria-label": "Bookmark this moment",
+      onclick: () => travel.mark(),
+    },
+    icon("flag"),
+  );
   const list = bookmarkList(app);
   const show = h("button", { type: "button", class: "marked", popovertarget: list.id, hidden: true });
   list.addEventListener("beforetoggle", () => {
@@ -54,7 +105,10 @@ export function timelineBar(app: App): HTMLElement {
   travel.bookmarks.all.watch((all) => {
     show.hidden = all.length === 0;
     show.textContent = String(all.length);
-    show.setAttribute("aria-label", `${all.length} ${all.length === 1 ? "bookmark" : "bookmarks"}: [ and ] go to them`);
+    show.setAttribute(
+      "aria-label",
+      `${all.length} ${all.length === 1 ? "bookmark" : "bookmarks"}: [ and ] go to them`,
+    );
     show.title = "Bookmarks ([ and ] go to them)";
   });
   const bar = h(
@@ -76,11 +130,18 @@ export function timelineBar(app: App): HTMLElement {
   const describe = (now: Timeline, isLive: boolean, at: number): void => {
     const full = Number(slider.max) - now.start;
     slider.style.setProperty("--part", String(full > 0 ? (at - now.start) / full : 1));
-    where.textContent = now.played ? `${clock(at)} / ${clock(now.end)}` : isLive ? "" : `\u2212${clock(now.end - at)}`;
+    where.textContent = now.played
+      ? `${clock(at)} / ${clock(now.end)}`
+      : isLive
+        ? ""
+        : `\u2212${clock(now.end - at)}`;
     if (isLive && !now.paused && performance.now() - spoken < SPOKEN) return;
     spoken = performance.now();
     const time = `${(app.state.value?.time ?? 0).toFixed(2)} s`; // as the clock has it: a reset sets that to another than the line's
-    slider.setAttribute("aria-valuetext", now.played ? `${clock(at)} of ${clock(now.end)}` : `${time}, ${isLive ? "live" : ago(now.end - at)}`);
+    slider.setAttribute(
+      "aria-valuetext",
+      now.played ? `${clock(at)} of ${clock(now.end)}` : `${time}, ${isLive ? "live" : ago(now.end - at)}`,
+    );
   };
   /** Brings the thumb to the moment on show, once the hand is off it: it may not be the one asked for. */
   const follow = (): void => {
@@ -116,12 +177,20 @@ export function timelineBar(app: App): HTMLElement {
   function tellOfRecording(now: RecordingView | null): void {
     recording.hidden = now === null;
     record.setAttribute("aria-pressed", String(now !== null));
-    record.title = now === null ? `Record to a new file in ${app.about.value?.folder ?? ""}` : `End the recording to ${now.file}`;
+    record.title =
+      now === null
+        ? `Record to a new file in ${app.about.value?.folder ?? ""}`
+        : `End the recording to ${now.file}`;
     record.setAttribute("aria-label", now === null ? "Record" : "End the recording");
     const before = shown;
     shown = now?.file ?? "";
     if (now === null) return;
-    if (before !== shown) recording.replaceChildren(h("span", { class: "name", title: now.file }, baseName(now.file)), h("span", { class: "size", "aria-live": "off" }), h("span", { class: "bytes", "aria-live": "off" }));
+    if (before !== shown)
+      recording.replaceChildren(
+        h("span", { class: "name", title: now.file }, baseName(now.file)),
+        h("span", { class: "size", "aria-live": "off" }),
+        h("span", { class: "bytes", "aria-live": "off" }),
+      );
     if (before === "") app.told.set({ text: `Recording to ${now.file}` });
     recording.children[1]!.textContent = clock(now.seconds);
     recording.children[2]!.textContent = bytes(now.bytes);

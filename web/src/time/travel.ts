@@ -4,7 +4,20 @@ import type { Topics } from "../topics";
 import { Bookmarks } from "./bookmarks";
 
 /** Who acts on the simulation wants to see what comes of it. */
-const ACTS: ReadonlySet<FromPage["type"]> = new Set(["drive", "push", "reset", "advance", "spawn", "delete", "move_model", "kick", "disturb", "end_fault", "set_world", "publish"]);
+const ACTS: ReadonlySet<FromPage["type"]> = new Set([
+  "drive",
+  "push",
+  "reset",
+  "advance",
+  "spawn",
+  "delete",
+  "move_model",
+  "kick",
+  "disturb",
+  "end_fault",
+  "set_world",
+  "publish",
+]);
 /** Seconds that one step goes. */
 const STEP = 0.1;
 
@@ -82,7 +95,9 @@ export class TimeTravel {
   /** A state with what of time is as it is now, not as it was. */
   asNow(state: State): State {
     const now = this.timeline.value;
-    return now === null || now.live || (state.paused === now.paused && state.speed === now.speed) ? state : { ...state, paused: now.paused, speed: now.speed };
+    return now === null || now.live || (state.paused === now.paused && state.speed === now.speed)
+      ? state
+      : { ...state, paused: now.paused, speed: now.speed };
   }
 
   /** The moment that is now, in seconds along the timeline: states are told of more often than timelines. */
@@ -128,7 +143,8 @@ export class TimeTravel {
   /** Marks the moment on show. */
   mark(): void {
     const state = this.state.value;
-    if (this.timeline.value !== null && state !== null) this.send({ type: "mark", at: state.at, time: state.time });
+    if (this.timeline.value !== null && state !== null)
+      this.send({ type: "mark", at: state.at, time: state.time });
   }
 
   /** Goes to the bookmark before or after the moment on show. */

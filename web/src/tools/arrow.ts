@@ -9,7 +9,10 @@ const COLOUR = 0x2ecc71;
 
 /** An arrow on a level, drawn from where the pointer went down to where it is: a place and a heading. */
 export class Arrow {
-  private readonly mesh = new Mesh(arrowGeometry(), new MeshBasicMaterial({ color: COLOUR, depthTest: false, transparent: true, opacity: 0.9 }));
+  private readonly mesh = new Mesh(
+    arrowGeometry(),
+    new MeshBasicMaterial({ color: COLOUR, depthTest: false, transparent: true, opacity: 0.9 }),
+  );
   readonly start = new Vector3();
   private yaw: number | null = null;
 

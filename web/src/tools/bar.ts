@@ -14,30 +14,68 @@ const STILL = 4;
 /** The tools in a bar, and beneath the picture what the active one is for, the goal, and the body that is chosen. */
 export function toolBar(app: App, box: ToolBox, chosen: HTMLElement): HTMLElement[] {
   const buttons = box.tools.map((tool) => {
-    const button = h("button", { type: "button", title: `${tool.label} (${tool.key.toUpperCase()})`, "aria-label": tool.label, "data-tool": tool.name, onclick: () => box.choose(tool) }, icon(tool.image));
+    const button = h(
+      "button",
+      {
+        type: "button",
+        title: `${tool.label} (${tool.key.toUpperCase()})`,
+        "aria-label": tool.label,
+        "data-tool": tool.name,
+        onclick: () => box.choose(tool),
+      },
+      icon(tool.image),
+    );
     box.active.watch((active) => button.setAttribute("aria-pressed", String(active === tool)));
     return button;
   });
-  const bar = h("div", { class: "chips tools", role: "toolbar", "aria-label": "Tools", "aria-orientation": "vertical" }, ...buttons);
-  app.about.watch(() => buttons.forEach((button, index) => (button.hidden = !box.isOffered(box.tools[index]!))));
+  const bar = h(
+    "div",
+    { class: "chips tools", role: "toolbar", "aria-label": "Tools", "aria-orientation": "vertical" },
+    ...buttons,
+  );
+  app.about.watch(() =>
+    buttons.forEach((button, index) => (button.hidden = !box.isOffered(box.tools[index]!))),
+  );
   const hint = h("div", { class: "hint chip-bar", hidden: true });
   box.active.watch((tool) => {
     hint.hidden = tool.press === undefined;
-    const leave = h("button", { type: "button", class: "icon-button", title: "Leave the tool (Escape)", "aria-label": "Leave the tool", onclick: () => box.leave() }, icon("close"));
-    hint.replaceChildren(icon(tool.image), ...(tool.options === undefined ? [] : [tool.options]), h("span", { role: "status", class: "words" }, tool.hint), leave);
+    const leave = h(
+      "button",
+      {
+        type: "button",
+        class: "icon-button",
+        title: "Leave the tool (Escape)",
+        "aria-label": "Leave the tool",
+        onclick: () => box.leave(),
+      },
+      icon("close"),
+    );
+    hint.replaceChildren(
+      icon(tool.image),
+      ...(tool.options === undefined ? [] : [tool.options]),
+      h("span", { role: "status", class: "words" }, tool.hint),
+      leave,
+    );
   });
   return [bar, h("div", { class: "chip-bars" }, hint, goalStatus(app), chosen)];
 }
 
 /** A click on a thing of the world chooses it; Delete takes it away. */
-export function bodyChoice(app: App, view: View, box: ToolBox): { element: HTMLElement; remove: () => void; leave: () => void } {
+export function bodyChoice(
+  app: App,
+  view: View,
+  box: ToolBox,
+): { element: HTMLElement; remove: () => void; leave: () => void } {
   const body = new Signal("");
   const name = h("span", { role: "status" });
   const remove = (): void => {
     if (body.value !== "") app.send({ type: "delete", name: body.value });
   };
   const leave = (): void => body.set("");
-  const frame = new LineSegments(new EdgesGeometry(new BoxGeometry(1, 1, 1)), new LineBasicMaterial({ color: SELECTED, depthTest: false, transparent: true }));
+  const frame = new LineSegments(
+    new EdgesGeometry(new BoxGeometry(1, 1, 1)),
+    new LineBasicMaterial({ color: SELECTED, depthTest: false, transparent: true }),
+  );
   frame.visible = false;
   frame.renderOrder = 19;
   view.marks.add(frame);
@@ -52,7 +90,17 @@ export function bodyChoice(app: App, view: View, box: ToolBox): { element: HTMLE
     icon("box"),
     name,
     h("button", { type: "button", title: "Take it out of the world (Delete)", onclick: remove }, "Delete"),
-    h("button", { type: "button", class: "icon-button", title: "Choose nothing (Escape)", "aria-label": "Choose no thing", onclick: leave }, icon("close")),
+    h(
+      "button",
+      {
+        type: "button",
+        class: "icon-button",
+        title: "Choose nothing (Escape)",
+        "aria-label": "Choose no thing",
+        onclick: leave,
+      },
+      icon("close"),
+    ),
   );
   body.watch((now) => {
     name.textContent = now;
@@ -68,7 +116,12 @@ export function bodyChoice(app: App, view: View, box: ToolBox): { element: HTMLE
   let down: PointerEvent | null = null;
   canvas.addEventListener("pointerdown", (event) => (down = event.button === 0 ? event : null));
   canvas.addEventListener("pointerup", (event) => {
-    if (down === null || app.about.value?.mode !== "sim" || Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) > STILL) return;
+    if (
+      down === null ||
+      app.about.value?.mode !== "sim" ||
+      Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) > STILL
+    )
+      return;
     down = null;
     body.set(box.picker.at(event.clientX, event.clientY)?.body ?? "");
   });

@@ -3,7 +3,14 @@ import { h } from "../dom";
 import { icon } from "../icons";
 
 const TOPIC = "/navigation_status";
-const WORDS: Record<string, string> = { accepted: "Goal accepted", driving: "Driving to the goal", reached: "Goal reached", stuck: "Stuck", cancelled: "Goal cancelled", refused: "Goal refused" };
+const WORDS: Record<string, string> = {
+  accepted: "Goal accepted",
+  driving: "Driving to the goal",
+  reached: "Goal reached",
+  stuck: "Stuck",
+  cancelled: "Goal cancelled",
+  refused: "Goal refused",
+};
 /** The states in which it is not yet decided. */
 export const GOING: readonly string[] = ["accepted", "driving"];
 /** Those after which nothing is to be done: they are shown so long, in ms. */
@@ -35,8 +42,31 @@ export function goalWords(state: string, reason: string): string {
 /** How the last goal stands and why, and a button to give it up. */
 export function goalStatus(app: App): HTMLElement {
   const text = h("span", { role: "status" });
-  const cancel = h("button", { type: "button", onclick: () => app.send({ type: "publish", topic: "move_base/cancel", kind: "actionlib_msgs/GoalID", message: { stamp: { sec: 0, nanosec: 0 }, id: "" } }) }, "Cancel");
-  const close = h("button", { type: "button", class: "icon-button", title: "Close", "aria-label": "Close the goal's state", onclick: () => (chip.hidden = true) }, icon("close"));
+  const cancel = h(
+    "button",
+    {
+      type: "button",
+      onclick: () =>
+        app.send({
+          type: "publish",
+          topic: "move_base/cancel",
+          kind: "actionlib_msgs/GoalID",
+          message: { stamp: { sec: 0, nanosec: 0 }, id: "" },
+        }),
+    },
+    "Cancel",
+  );
+  const close = h(
+    "button",
+    {
+      type: "button",
+      class: "icon-button",
+      title: "Close",
+      "aria-label": "Close the goal's state",
+      onclick: () => (chip.hidden = true),
+    },
+    icon("close"),
+  );
   const chip = h("div", { class: "goal chip-bar", hidden: true }, icon("goal"), text, cancel, close);
   let timer: ReturnType<typeof setTimeout> | undefined;
   onGoal(app, (state, reason) => {

@@ -3,7 +3,12 @@ import type { Tool } from "./tool";
 
 /** Pixels of a press of an arrow. */
 const STEP = 8;
-const ARROWS: Readonly<Record<string, readonly [number, number]>> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+const ARROWS: Readonly<Record<string, readonly [number, number]>> = {
+  ArrowLeft: [-1, 0],
+  ArrowRight: [1, 0],
+  ArrowUp: [0, -1],
+  ArrowDown: [0, 1],
+};
 
 /** Stands in for the pointer while the picture has the focus: arrows move it, Enter presses where it is; what is dragged
  * is let go by a second Enter. */
@@ -19,7 +24,14 @@ export class KeyCursor {
     private readonly released: (tool: Tool) => void,
   ) {
     canvas.addEventListener("keydown", (event) => {
-      if (this.active().press === undefined || event.ctrlKey || event.shiftKey || event.altKey || event.metaKey) return;
+      if (
+        this.active().press === undefined ||
+        event.ctrlKey ||
+        event.shiftKey ||
+        event.altKey ||
+        event.metaKey
+      )
+        return;
       const arrow = ARROWS[event.key];
       if (arrow !== undefined) this.move(...arrow);
       else if (event.key === "Enter" && !event.repeat) this.press();
@@ -39,7 +51,8 @@ export class KeyCursor {
 
   private move(right: number, down: number): void {
     const { clientWidth, clientHeight } = this.canvas;
-    const within = (value: number, size: number): number => Math.min(size / 2 - 1, Math.max(-size / 2 + 1, value));
+    const within = (value: number, size: number): number =>
+      Math.min(size / 2 - 1, Math.max(-size / 2 + 1, value));
     this.x = within(this.x + right * STEP, clientWidth);
     this.y = within(this.y + down * STEP, clientHeight);
     this.show();

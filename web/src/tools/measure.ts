@@ -11,8 +11,20 @@ const MOST = 3;
 /** The distance of two places on surfaces, and with a third the angle at the second. */
 export function measureTool(view: View, pictureFromWorld: (point: Vector3) => Vector3): Tool {
   const points: Vector3[] = [];
-  const line = new Line(new BufferGeometry(), new LineBasicMaterial({ color: COLOUR, depthTest: false, transparent: true }));
-  const dots = new Points(line.geometry, new PointsMaterial({ color: COLOUR, size: DOT, sizeAttenuation: false, depthTest: false, transparent: true }));
+  const line = new Line(
+    new BufferGeometry(),
+    new LineBasicMaterial({ color: COLOUR, depthTest: false, transparent: true }),
+  );
+  const dots = new Points(
+    line.geometry,
+    new PointsMaterial({
+      color: COLOUR,
+      size: DOT,
+      sizeAttenuation: false,
+      depthTest: false,
+      transparent: true,
+    }),
+  );
   const drawn = new Group();
   drawn.add(line, dots);
   for (const object of [line, dots]) {
@@ -36,10 +48,19 @@ export function measureTool(view: View, pictureFromWorld: (point: Vector3) => Ve
     const found: [string, Vector3, boolean][] = [];
     if (a && b) found.push([metres(a.distanceTo(b)), a.clone().lerp(b, 0.5), points.length < 2]);
     if (b && c) found.push([metres(b.distanceTo(c)), b.clone().lerp(c, 0.5), points.length < 3]);
-    if (a && b && c) found.push([`${((a.clone().sub(b).angleTo(c.clone().sub(b)) * 180) / Math.PI).toFixed(1)}°`, b, points.length < 3]);
+    if (a && b && c)
+      found.push([
+        `${((a.clone().sub(b).angleTo(c.clone().sub(b)) * 180) / Math.PI).toFixed(1)}°`,
+        b,
+        points.length < 3,
+      ]);
     at = found.map(([, place]) => place);
     // what still moves is not read out
-    labels.replaceChildren(...found.map(([text, , moves]) => h("span", { class: moves ? "measure moving" : "measure", "aria-hidden": String(moves) }, text)));
+    labels.replaceChildren(
+      ...found.map(([text, , moves]) =>
+        h("span", { class: moves ? "measure moving" : "measure", "aria-hidden": String(moves) }, text),
+      ),
+    );
     view.invalidate();
   };
   view.stage.onFrame(() => {

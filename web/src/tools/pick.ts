@@ -29,9 +29,18 @@ export class Picker {
     const ground = this.ray.ray.intersectPlane(new Plane(UP, -scene.ground), new Vector3());
     const thing = this.view.bodies?.nearest(this.ray) ?? null;
     const found: [number, Place][] = [];
-    if (hit !== undefined) found.push([hit.distance, { point: hit.point.clone().applyMatrix4(worldFromPicture), link: this.linkOf(hit.object), body: "" }]);
-    if (thing !== null) found.push([thing.distance, { point: thing.point, link: "", body: scene.bodies[thing.number - scene.links.length]?.name ?? "" }]);
-    if (ground !== null) found.push([ground.distanceTo(this.ray.ray.origin), { point: ground, link: "", body: "" }]);
+    if (hit !== undefined)
+      found.push([
+        hit.distance,
+        { point: hit.point.clone().applyMatrix4(worldFromPicture), link: this.linkOf(hit.object), body: "" },
+      ]);
+    if (thing !== null)
+      found.push([
+        thing.distance,
+        { point: thing.point, link: "", body: scene.bodies[thing.number - scene.links.length]?.name ?? "" },
+      ]);
+    if (ground !== null)
+      found.push([ground.distanceTo(this.ray.ray.origin), { point: ground, link: "", body: "" }]);
     return found.sort(([a], [b]) => a - b)[0]?.[1] ?? null;
   }
 
@@ -52,7 +61,10 @@ export class Picker {
     const box = renderer.domElement.getBoundingClientRect();
     camera.updateMatrixWorld();
     scene.updateMatrixWorld();
-    this.ray.setFromCamera(new Vector2(((x - box.left) / box.width) * 2 - 1, 1 - ((y - box.top) / box.height) * 2), camera);
+    this.ray.setFromCamera(
+      new Vector2(((x - box.left) / box.width) * 2 - 1, 1 - ((y - box.top) / box.height) * 2),
+      camera,
+    );
     this.ray.params.Line.threshold = 0;
   }
 

@@ -9,7 +9,12 @@ import type { Tool } from "./tool";
 const UP = new Vector3(0, 0, 1);
 
 /** A place and a heading, by a click and a drag. */
-function posed(arrow: Arrow, about: Omit<Tool, "press" | "drag" | "release" | "cancel">, done: (place: Vector3, yaw: number) => boolean, heading: (place: Vector3) => number): Tool {
+function posed(
+  arrow: Arrow,
+  about: Omit<Tool, "press" | "drag" | "release" | "cancel">,
+  done: (place: Vector3, yaw: number) => boolean,
+  heading: (place: Vector3) => number,
+): Tool {
   return {
     ...about,
     press: ({ point }) => {
@@ -41,11 +46,23 @@ export function goalTool(app: App, view: View): Tool {
   onGoal(app, (state) => GOING.includes(state) || arrow.hide());
   return posed(
     arrow,
-    { name: "goal", label: "2D goal", key: "g", image: "goal", hint: "Click where the robot is to go, and drag for its heading.", simulated: true },
+    {
+      name: "goal",
+      label: "2D goal",
+      key: "g",
+      image: "goal",
+      hint: "Click where the robot is to go, and drag for its heading.",
+      simulated: true,
+    },
     (place, yaw) => {
       showWay(app);
       arrow.stay(yaw);
-      app.send({ type: "publish", topic: "goal_pose", kind: "geometry_msgs/PoseStamped", message: { header: header(app), pose: pose(place, yaw) } });
+      app.send({
+        type: "publish",
+        topic: "goal_pose",
+        kind: "geometry_msgs/PoseStamped",
+        message: { header: header(app), pose: pose(place, yaw) },
+      });
       return true;
     },
     (place) => {
@@ -59,10 +76,22 @@ export function goalTool(app: App, view: View): Tool {
 export function estimateTool(app: App, view: View): Tool {
   return posed(
     new Arrow(view),
-    { name: "estimate", label: "2D pose estimate", key: "e", image: "estimate", hint: "Click where the robot is, and drag for its heading.", simulated: true },
+    {
+      name: "estimate",
+      label: "2D pose estimate",
+      key: "e",
+      image: "estimate",
+      hint: "Click where the robot is, and drag for its heading.",
+      simulated: true,
+    },
     (place, yaw) => {
       const covariance = Array.from({ length: 36 }, (_, at) => ({ 0: 0.25, 7: 0.25, 35: 0.0685 })[at] ?? 0); // as rviz says it
-      app.send({ type: "publish", topic: "initialpose", kind: "geometry_msgs/PoseWithCovarianceStamped", message: { header: header(app), pose: { pose: pose(place, yaw), covariance } } });
+      app.send({
+        type: "publish",
+        topic: "initialpose",
+        kind: "geometry_msgs/PoseWithCovarianceStamped",
+        message: { header: header(app), pose: { pose: pose(place, yaw), covariance } },
+      });
       return true;
     },
     () => robotPose(app).yaw,
@@ -84,8 +113,18 @@ export function pointTool(app: App): Tool {
       return true;
     },
     release: () => {
-      app.send({ type: "publish", topic: "clicked_point", kind: "geometry_msgs/PointStamped", message: { header: header(app), point: xyz(said) } });
-      app.told.set({ text: `clicked_point: ${said.toArray().map((value) => value.toFixed(3)).join(", ")} m` });
+      app.send({
+        type: "publish",
+        topic: "clicked_point",
+        kind: "geometry_msgs/PointStamped",
+        message: { header: header(app), point: xyz(said) },
+      });
+      app.told.set({
+        text: `clicked_point: ${said
+          .toArray()
+          .map((value) => value.toFixed(3))
+          .join(", ")} m`,
+      });
       return true;
     },
   };
@@ -124,7 +163,10 @@ function showWay(app: App): void {
 
 function header(app: App): object {
   const nanoseconds = Math.round((app.state.value?.time ?? 0) * 1e9);
-  return { stamp: { sec: Math.floor(nanoseconds / 1e9), nanosec: nanoseconds % 1e9 }, frame_id: app.scene.value?.world ?? "" };
+  return {
+    stamp: { sec: Math.floor(nanoseconds / 1e9), nanosec: nanoseconds % 1e9 },
+    frame_id: app.scene.value?.world ?? "",
+  };
 }
 
 function pose(place: Vector3, yaw: number): object {

@@ -11,7 +11,14 @@ import { pushTool } from "./push";
 import type { Tool } from "./tool";
 import { addTool, moveTool } from "./world";
 
-const INTERACT: Tool = { name: "interact", label: "Interact", key: "i", image: "pointer", hint: "Drag to turn the view, click to select.", simulated: false };
+const INTERACT: Tool = {
+  name: "interact",
+  label: "Interact",
+  key: "i",
+  image: "pointer",
+  hint: "Drag to turn the view, click to select.",
+  simulated: false,
+};
 
 /** All tools, one of which has the pointer. */
 export class ToolBox {
@@ -28,11 +35,31 @@ export class ToolBox {
   ) {
     this.picker = new Picker(view);
     this.canvas = view.stage.renderer.domElement;
-    const pictureFromWorld = (point: Vector3): Vector3 => point.clone().applyMatrix4(this.picker.worldFromPicture().invert());
-    this.tools = [INTERACT, moveTool(app), pushTool(app, view), goalTool(app, view), estimateTool(app, view), pointTool(app), measureTool(view, pictureFromWorld), focusTool(view, pictureFromWorld), addTool(app, view)];
+    const pictureFromWorld = (point: Vector3): Vector3 =>
+      point.clone().applyMatrix4(this.picker.worldFromPicture().invert());
+    this.tools = [
+      INTERACT,
+      moveTool(app),
+      pushTool(app, view),
+      goalTool(app, view),
+      estimateTool(app, view),
+      pointTool(app),
+      measureTool(view, pictureFromWorld),
+      focusTool(view, pictureFromWorld),
+      addTool(app, view),
+    ];
     this.canvas.addEventListener("pointerdown", (event) => this.down(event), { capture: true });
-    this.canvas.addEventListener("dblclick", (event) => this.active.value.press && event.stopImmediatePropagation(), { capture: true });
-    const keys = new KeyCursor(this.canvas, this.picker, () => this.active.value, (tool) => this.up(tool));
+    this.canvas.addEventListener(
+      "dblclick",
+      (event) => this.active.value.press && event.stopImmediatePropagation(),
+      { capture: true },
+    );
+    const keys = new KeyCursor(
+      this.canvas,
+      this.picker,
+      () => this.active.value,
+      (tool) => this.up(tool),
+    );
     this.canvas.addEventListener("pointermove", (event) => this.hover(event));
     this.canvas.addEventListener("pointerleave", () => this.active.value.hover?.(null));
     this.active.watch((tool) => {

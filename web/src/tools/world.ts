@@ -10,14 +10,33 @@ import type { Tool } from "./tool";
 
 /** Milliseconds between two places that are sent while something is dragged. */
 const EVERY = 50;
-const SIZES = [["Length", "0.1"], ["Width", "0.1"], ["Height", "0.1"]] as const;
+const SIZES = [
+  ["Length", "0.1"],
+  ["Width", "0.1"],
+  ["Height", "0.1"],
+] as const;
 
 /** Puts what is chosen where one clicks. */
 export function addTool(app: App, view: View): Tool {
   const arrow = new Arrow(view);
   const what = h("select", { "aria-label": "What to add" });
-  const sizes = SIZES.map(([label, value]) => h("input", { type: "number", min: 0.01, max: 10, step: 0.01, value, title: `${label} in m`, "aria-label": `${label} in m` }));
-  const size = h("span", { class: "size" }, ...sizes.flatMap((field, index) => [index > 0 && "×", field]), "m");
+  const sizes = SIZES.map(([label, value]) =>
+    h("input", {
+      type: "number",
+      min: 0.01,
+      max: 10,
+      step: 0.01,
+      value,
+      title: `${label} in m`,
+      "aria-label": `${label} in m`,
+    }),
+  );
+  const size = h(
+    "span",
+    { class: "size" },
+    ...sizes.flatMap((field, index) => [index > 0 && "×", field]),
+    "m",
+  );
   const options = h("span", { class: "tool-options" }, what, size);
   what.addEventListener("change", () => {
     size.hidden = what.value !== "box";
@@ -25,7 +44,9 @@ export function addTool(app: App, view: View): Tool {
   });
   app.about.watch((about) => {
     if (about === null || what.childElementCount === about.things.length) return;
-    what.replaceChildren(...about.things.map((name) => h("option", { value: name }, name.replaceAll("_", " "))));
+    what.replaceChildren(
+      ...about.things.map((name) => h("option", { value: name }, name.replaceAll("_", " "))),
+    );
     size.hidden = what.value !== "box";
   });
   const edge = (index: number): number => Math.min(10, Math.max(0.01, sizes[index]!.valueAsNumber || 0.1));
@@ -44,7 +65,17 @@ export function addTool(app: App, view: View): Tool {
     drag: (point) => arrow.drag(point),
     release: () => {
       const { x, y, z } = arrow.start;
-      app.send({ type: "spawn", what: what.value, x, y, z, yaw: arrow.end(0), length: edge(0), width: edge(1), height: edge(2) });
+      app.send({
+        type: "spawn",
+        what: what.value,
+        x,
+        y,
+        z,
+        yaw: arrow.end(0),
+        length: edge(0),
+        width: edge(1),
+        height: edge(2),
+      });
       return false;
     },
     cancel: () => arrow.hide(),
@@ -97,8 +128,13 @@ export function moveTool(app: App): Tool {
 function movingPose(app: App, body: string): { place: Vector3; yaw: number } | null {
   const owner = body.includes("/") ? `${body.split("/")[0]}/` : body;
   const moving = (app.scene.value?.bodies ?? []).filter((one) => one.moving);
-  const at = moving.findIndex((one) => (owner.endsWith("/") ? one.name.startsWith(owner) : one.name === owner));
+  const at = moving.findIndex((one) =>
+    owner.endsWith("/") ? one.name.startsWith(owner) : one.name === owner,
+  );
   const numbers = app.state.value?.bodies as number[] | undefined;
   if (body === "" || at < 0 || numbers === undefined || numbers.length < (at + 1) * 7) return null;
-  return { place: new Vector3().fromArray(numbers, at * 7), yaw: yawOf(numbers.slice(at * 7 + 3, at * 7 + 7)) };
+  return {
+    place: new Vector3().fromArray(numbers, at * 7),
+    yaw: yawOf(numbers.slice(at * 7 + 3, at * 7 + 7)),
+  };
 }

@@ -25,10 +25,21 @@ export function readView(hash: string): SavedView | null {
   const [eye, target] = [triple(values.get("eye")), triple(values.get("at"))];
   if (eye === null || target === null) return null;
   if (Math.hypot(...eye.map((value, i) => value - target[i]!)) < 1e-6) return null;
-  return { eye, target, orthographic: values.has("flat"), ride: values.has("ride"), follow: !values.has("still"), frame: values.get("frame") ?? "" };
+  return {
+    eye,
+    target,
+    orthographic: values.has("flat"),
+    ride: values.has("ride"),
+    follow: !values.has("still"),
+    frame: values.get("frame") ?? "",
+  };
 }
 
 function triple(text: string | null): number[] | null {
   const numbers = (text ?? "").split(",").map(Number);
-  return numbers.length === 3 && numbers.every((value) => Number.isFinite(value) && Math.abs(value) < 1e6) && text !== "" ? numbers : null;
+  return numbers.length === 3 &&
+    numbers.every((value) => Number.isFinite(value) && Math.abs(value) < 1e6) &&
+    text !== ""
+    ? numbers
+    : null;
 }

@@ -38,15 +38,25 @@ export class Batch {
   readonly numbers: readonly number[];
 
   /** `numbers` are those that the things are found by in the picture, `colours` theirs in 0..1. */
-  constructor(geometry: BufferGeometry, numbers: readonly number[], colours: readonly (readonly number[])[], edges: LineBasicMaterial | null) {
+  constructor(
+    geometry: BufferGeometry,
+    numbers: readonly number[],
+    colours: readonly (readonly number[])[],
+    edges: LineBasicMaterial | null,
+  ) {
     const material = surface([...WHITE.slice(0, 3), colours[0]?.[3] ?? 1]);
     this.numbers = numbers;
     this.mesh = new InstancedMesh(geometry, material, numbers.length);
     this.mesh.frustumCulled = false;
     this.mesh.castShadow = this.mesh.receiveShadow = !material.transparent;
     const colour = new Color();
-    colours.forEach(([r = 1, g = 1, b = 1], slot) => this.mesh.setColorAt(slot, colour.setRGB(r, g, b, "srgb")));
-    this.lines = edges === null ? null : new InstancedLines(edgesOf(geometry), edges, this.mesh.instanceMatrix, numbers.length);
+    colours.forEach(([r = 1, g = 1, b = 1], slot) =>
+      this.mesh.setColorAt(slot, colour.setRGB(r, g, b, "srgb")),
+    );
+    this.lines =
+      edges === null
+        ? null
+        : new InstancedLines(edgesOf(geometry), edges, this.mesh.instanceMatrix, numbers.length);
   }
 
   put(slot: number, place: Matrix4): void {

@@ -1,4 +1,18 @@
-import { Box3, BufferGeometry, Group, Line3, LineBasicMaterial, Matrix4, Mesh, MeshStandardMaterial, Object3D, Raycaster, Sphere, Texture, Vector3 } from "three";
+import {
+  Box3,
+  BufferGeometry,
+  Group,
+  Line3,
+  LineBasicMaterial,
+  Matrix4,
+  Mesh,
+  MeshStandardMaterial,
+  Object3D,
+  Raycaster,
+  Sphere,
+  Texture,
+  Vector3,
+} from "three";
 
 import type { BodyView, Scene, Shape, State } from "../protocol";
 import { Batch } from "./batches";
@@ -74,16 +88,30 @@ export class Bodies {
     const nearest = new Vector3();
     const near = this.bodies.filter(({ place }) => {
       const reach = place.radius + radius;
-      return line.closestPointToPoint(place.center, true, nearest).distanceToSquared(place.center) < reach * reach;
+      return (
+        line.closestPointToPoint(place.center, true, nearest).distanceToSquared(place.center) < reach * reach
+      );
     });
-    for (const [x, y] of [[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]] as const) {
+    for (const [x, y] of [
+      [0, 0],
+      [1, 0],
+      [-1, 0],
+      [0, 1],
+      [0, -1],
+    ] as const) {
       const goal = new Vector3(robot.x + x * radius * 0.6, robot.y + y * radius * 0.6, robot.z);
       const way = goal.sub(eye);
       this.ray.set(eye, way.clone().normalize());
       this.ray.far = Math.max(0, way.length() - radius);
       for (const body of near) {
         if (wanted.has(body) || !this.ray.ray.intersectsSphere(body.place)) continue;
-        if (this.ray.intersectObjects(body.parts.map((part) => part.probe), false).length > 0) wanted.add(body);
+        if (
+          this.ray.intersectObjects(
+            body.parts.map((part) => part.probe),
+            false,
+          ).length > 0
+        )
+          wanted.add(body);
       }
     }
     for (const body of this.bodies) if (body.faded !== wanted.has(body)) this.fade(body, wanted.has(body));
@@ -94,7 +122,10 @@ export class Bodies {
     if (!this.group.visible) return null;
     const met = this.bodies.flatMap((body) => {
       if (body.faded || !ray.ray.intersectsSphere(body.place)) return [];
-      const [hit] = ray.intersectObjects(body.parts.map((part) => part.probe), false);
+      const [hit] = ray.intersectObjects(
+        body.parts.map((part) => part.probe),
+        false,
+      );
       return hit === undefined ? [] : [{ number: body.number, point: hit.point, distance: hit.distance }];
     });
     return met.sort((a, b) => a.distance - b.distance)[0] ?? null;
@@ -121,21 +152,35 @@ export class Bodies {
   }
 
   private body(view: BodyView, number: number): Body {
-    const body: Body = { number, object: new Object3D(), parts: [], around: new Sphere(new Vector3(), -1), place: new Sphere(new Vector3(), -1), faded: false };
+    const body: Body = {
+      number,
+      object: new Object3D(),
+      parts: [],
+      around: new Sphere(new Vector3(), -1),
+      place: new Sphere(new Vector3(), -1),
+      faded: false,
+    };
     place(body.object, view.position, view.quaternion);
     if (view.moving) this.moving.push(body);
     for (const shape of view.parts) {
       if (shape.kind !== "mesh") this.add(body, shape, unit(shape), shape.rgba, null);
-      else void mesh(shape.mesh).then((parts) => {
-        for (const part of parts) this.add(body, shape, part.geometry, ...colourOf(shape, part));
-        this.gather();
-        this.changed();
-      });
+      else
+        void mesh(shape.mesh).then((parts) => {
+          for (const part of parts) this.add(body, shape, part.geometry, ...colourOf(shape, part));
+          this.gather();
+          this.changed();
+        });
     }
     return body;
   }
 
-  private add(body: Body, shape: Shape, geometry: BufferGeometry, rgba: readonly number[], texture: Texture | null): void {
+  private add(
+    body: Body,
+    shape: Shape,
+    geometry: BufferGeometry,
+    rgba: readonly number[],
+    texture: Texture | null,
+  ): void {
     const holder = new Object3D();
     place(holder, shape.position, shape.quaternion);
     const local = holder.matrix.clone().scale(sized(shape));
@@ -169,7 +214,12 @@ export class Bodies {
   private batch(members: [Body, Part][]): Batch {
     const part = members[0]![1];
     const edged = part.geometry.userData["edged"] === true && this.bodies.length <= MOST_WITH_EDGES;
-    const batch = new Batch(part.geometry, members.map(([body]) => body.number), members.map(([, one]) => one.rgba), edged ? this.edges : null);
+    const batch = new Batch(
+      part.geometry,
+      members.map(([body]) => body.number),
+      members.map(([, one]) => one.rgba),
+      edged ? this.edges : null,
+    );
     batch.mesh.material.map = part.texture;
     members.forEach(([, one], slot) => Object.assign(one, { batch, slot }));
     this.group.add(batch.mesh);

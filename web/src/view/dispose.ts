@@ -5,7 +5,8 @@ export function dispose(root: Object3D): void {
   root.traverse((object) => {
     const { geometry, material } = object as Partial<Mesh>;
     geometry?.dispose();
-    for (const one of Array.isArray(material) ? material : material ? [material] : []) (one as Material).dispose();
+    for (const one of Array.isArray(material) ? material : material ? [material] : [])
+      (one as Material).dispose();
   });
   root.removeFromParent();
 }

@@ -70,7 +70,10 @@ export class Ground {
     const disc = new CircleGeometry(1, 64);
     this.floor = new Mesh(disc, material);
     this.floor.renderOrder = LAST_OF_OPAQUE;
-    this.shadow = new Mesh(disc, new ShadowMaterial({ depthWrite: false, polygonOffset: true, polygonOffsetFactor: 1 }));
+    this.shadow = new Mesh(
+      disc,
+      new ShadowMaterial({ depthWrite: false, polygonOffset: true, polygonOffsetFactor: 1 }),
+    );
     this.shadow.receiveShadow = true;
     this.shadow.renderOrder = -1;
   }

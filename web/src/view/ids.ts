@@ -1,4 +1,12 @@
-import { Color, InstancedMesh, Mesh, MeshBasicMaterial, NearestFilter, Scene, WebGLRenderTarget } from "three";
+import {
+  Color,
+  InstancedMesh,
+  Mesh,
+  MeshBasicMaterial,
+  NearestFilter,
+  Scene,
+  WebGLRenderTarget,
+} from "three";
 
 import type { Batch } from "./batches";
 import type { Renderer } from "./renderer";
@@ -18,7 +26,10 @@ export class IdBuffer {
   private readonly batches = new Map<Batch, InstancedMesh>();
   private readonly white = new MeshBasicMaterial({ toneMapped: false });
   private readonly materials = new Map<number, MeshBasicMaterial>();
-  private readonly pixel = new WebGLRenderTarget(1, 1, { minFilter: NearestFilter, magFilter: NearestFilter });
+  private readonly pixel = new WebGLRenderTarget(1, 1, {
+    minFilter: NearestFilter,
+    magFilter: NearestFilter,
+  });
 
   constructor(private readonly renderer: Renderer) {
     this.scene.background = new Color(0);
@@ -68,7 +79,10 @@ export class IdBuffer {
 
   /** The number of what is at each pixel, row by row from the top; -1 for nothing. */
   image(camera: Camera, width: number, height: number): Int16Array {
-    const target = new WebGLRenderTarget(width, height, { minFilter: NearestFilter, magFilter: NearestFilter });
+    const target = new WebGLRenderTarget(width, height, {
+      minFilter: NearestFilter,
+      magFilter: NearestFilter,
+    });
     const bytes = this.read(camera, target, width, height);
     target.dispose();
     const image = new Int16Array(width * height);

@@ -8,7 +8,12 @@ const TURN = Math.PI / 36;
 const MOVE = 1 / 20;
 const CLOSER = 1.1;
 const STEEPEST = Math.PI / 2 - 1e-3;
-const ARROWS: Readonly<Record<string, readonly [number, number]>> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+const ARROWS: Readonly<Record<string, readonly [number, number]>> = {
+  ArrowLeft: [-1, 0],
+  ArrowRight: [1, 0],
+  ArrowUp: [0, 1],
+  ArrowDown: [0, -1],
+};
 
 /** Shift and an arrow turn the view, Ctrl and one move it, + and - come closer and go back; then tells that one did. */
 export function lookByKeys(stage: Stage, done: () => void): void {
@@ -34,12 +39,17 @@ function turn({ camera, controls }: Stage, right: number, up: number): void {
   const azimuth = Math.atan2(y, x) + right * TURN;
   const elevation = Math.min(STEEPEST, Math.max(-STEEPEST, Math.asin(z / distance) + up * TURN));
   const level = Math.cos(elevation) * distance;
-  camera.position.set(level * Math.cos(azimuth), level * Math.sin(azimuth), distance * Math.sin(elevation)).add(controls.target);
+  camera.position
+    .set(level * Math.cos(azimuth), level * Math.sin(azimuth), distance * Math.sin(elevation))
+    .add(controls.target);
 }
 
 function move({ camera, controls, heightSeen }: Stage, right: number, up: number): void {
   const axis = (column: number): Vector3 => new Vector3().setFromMatrixColumn(camera.matrix, column);
-  const by = axis(0).multiplyScalar(right).addScaledVector(axis(1), up).multiplyScalar(heightSeen * MOVE);
+  const by = axis(0)
+    .multiplyScalar(right)
+    .addScaledVector(axis(1), up)
+    .multiplyScalar(heightSeen * MOVE);
   camera.position.add(by);
   controls.target.add(by);
 }

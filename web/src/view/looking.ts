@@ -31,7 +31,11 @@ export class Looking {
     private readonly seen: Seen,
   ) {
     stage.controls.addEventListener("end", () => this.writeAddress());
-    app.lookingFrom = () => ({ ...this.told(), flat: stage.isOrthographic, follow: app.options.value.follow });
+    app.lookingFrom = () => ({
+      ...this.told(),
+      flat: stage.isOrthographic,
+      follow: app.options.value.follow,
+    });
   }
 
   /** From where and at what, told from the frame that is followed, where one is: it may have moved when one looks again. */
@@ -39,7 +43,11 @@ export class Looking {
     const { follow } = this.app.options.value;
     const origin = follow ? this.seen.origin(this.frame) : new Vector3();
     const from = (place: Vector3): number[] => place.clone().sub(origin).toArray();
-    return { eye: from(this.stage.eye), target: from(this.stage.controls.target), frame: follow ? this.frame || (this.app.scene.value?.root ?? "") : "" };
+    return {
+      eye: from(this.stage.eye),
+      target: from(this.stage.controls.target),
+      frame: follow ? this.frame || (this.app.scene.value?.root ?? "") : "",
+    };
   }
 
   private lookFrom(eye: readonly number[], target: readonly number[], frame: string): void {
@@ -78,11 +86,17 @@ export class Looking {
     const link = this.seen.robot?.links.find((one) => one.view.name === name);
     if (link === undefined) return;
     const box = new Box3().setFromObject(link.visual);
-    if (box.isEmpty()) box.setFromCenterAndSize(link.group.position, new Vector3(1, 1, 1).multiplyScalar(this.app.scene.value?.radius ?? 0.1));
+    if (box.isEmpty())
+      box.setFromCenterAndSize(
+        link.group.position,
+        new Vector3(1, 1, 1).multiplyScalar(this.app.scene.value?.radius ?? 0.1),
+      );
     const { camera, controls } = this.stage;
     const centre = box.getCenter(new Vector3());
     const away = camera.position.clone().sub(controls.target).normalize();
-    camera.position.copy(centre).addScaledVector(away, this.stage.distanceFor(box.getSize(new Vector3()).length() / 2));
+    camera.position
+      .copy(centre)
+      .addScaledVector(away, this.stage.distanceFor(box.getSize(new Vector3()).length() / 2));
     this.stage.lookAt(centre);
     this.writeAddress();
   }
@@ -100,7 +114,13 @@ export class Looking {
 
   /** Looks from where a file of displays says. */
   fromFile({ eye, target, flat, follow, frame = "" }: LookingFrom): void {
-    this.app.options.set({ ...this.app.options.value, flat, follow, ride: false, side: flat ? sideOf(eye, target) : "" });
+    this.app.options.set({
+      ...this.app.options.value,
+      flat,
+      follow,
+      ride: false,
+      side: flat ? sideOf(eye, target) : "",
+    });
     this.lookFrom(eye, target, frame);
   }
 
@@ -109,7 +129,13 @@ export class Looking {
     const view = readView(location.hash);
     if (view === null) return false;
     const side = view.orthographic && !view.ride ? sideOf(view.eye, view.target) : "";
-    this.app.options.set({ ...this.app.options.value, flat: view.orthographic, ride: view.ride, follow: view.follow, side });
+    this.app.options.set({
+      ...this.app.options.value,
+      flat: view.orthographic,
+      ride: view.ride,
+      follow: view.follow,
+      side,
+    });
     this.lookFrom(view.eye, view.target, view.frame);
     return true;
   }

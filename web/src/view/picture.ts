@@ -10,7 +10,11 @@ export interface Wanted {
 }
 
 /** A PNG of exactly this size, seen as the stage is seen now; `ground` is left out where it is transparent. None where the browser draws none. */
-export async function takePicture(stage: Stage, ground: readonly Object3D[], { width, height, transparent }: Wanted): Promise<Blob | null> {
+export async function takePicture(
+  stage: Stage,
+  ground: readonly Object3D[],
+  { width, height, transparent }: Wanted,
+): Promise<Blob | null> {
   if (!stage.draws) return null;
   const renderer = new WebGLRenderer({ antialias: true, alpha: true, preserveDrawingBuffer: true });
   renderer.setPixelRatio(1);
@@ -34,7 +38,10 @@ export async function takePicture(stage: Stage, ground: readonly Object3D[], { w
 }
 
 /** A camera that sees as high as another, and as wide as the picture is. */
-function shaped(camera: PerspectiveCamera | OrthographicCamera, aspect: number): PerspectiveCamera | OrthographicCamera {
+function shaped(
+  camera: PerspectiveCamera | OrthographicCamera,
+  aspect: number,
+): PerspectiveCamera | OrthographicCamera {
   const eye = camera.clone();
   if (eye instanceof PerspectiveCamera) eye.aspect = aspect;
   else {

@@ -9,7 +9,16 @@ declare global {
 /** What the picture is drawn with. */
 export type Renderer = Pick<
   WebGLRenderer,
-  "domElement" | "info" | "shadowMap" | "render" | "setPixelRatio" | "getPixelRatio" | "setSize" | "setViewport" | "setRenderTarget" | "readRenderTargetPixels"
+  | "domElement"
+  | "info"
+  | "shadowMap"
+  | "render"
+  | "setPixelRatio"
+  | "getPixelRatio"
+  | "setSize"
+  | "setViewport"
+  | "setRenderTarget"
+  | "readRenderTargetPixels"
 >;
 
 /** What draws on this browser, whether it does so without a graphics card, and whether it draws at all. */

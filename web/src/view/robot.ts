@@ -1,4 +1,16 @@
-import { BoxGeometry, Color, EdgesGeometry, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshStandardMaterial, SphereGeometry, type Object3D } from "three";
+import {
+  BoxGeometry,
+  Color,
+  EdgesGeometry,
+  Group,
+  LineBasicMaterial,
+  LineSegments,
+  Mesh,
+  MeshBasicMaterial,
+  MeshStandardMaterial,
+  SphereGeometry,
+  type Object3D,
+} from "three";
 
 import type { InertiaView, LinkView, Scene, State } from "../protocol";
 import { COLLISION, INERTIA, SELECTED } from "./palette";
@@ -15,7 +27,14 @@ export interface Parts {
   alpha: number;
 }
 
-export const NOTHING: Parts = { visual: false, collision: false, inertia: false, inertiaShape: "box", mass: false, alpha: 1 };
+export const NOTHING: Parts = {
+  visual: false,
+  collision: false,
+  inertia: false,
+  inertiaShape: "box",
+  mass: false,
+  alpha: 1,
+};
 
 const EMITTED = new Color(SELECTED);
 
@@ -61,8 +80,10 @@ class LinkObject {
     this.visual.visible = parts.visual;
     this.collision.visible = parts.collision;
     this.inertia.visible = parts.inertia || parts.mass;
-    for (const object of this.inertiaParts?.box ?? []) object.visible = parts.inertia && parts.inertiaShape === "box";
-    for (const object of this.inertiaParts?.ellipsoid ?? []) object.visible = parts.inertia && parts.inertiaShape === "ellipsoid";
+    for (const object of this.inertiaParts?.box ?? [])
+      object.visible = parts.inertia && parts.inertiaShape === "box";
+    for (const object of this.inertiaParts?.ellipsoid ?? [])
+      object.visible = parts.inertia && parts.inertiaShape === "ellipsoid";
     if (parts.alpha === this.alpha) return;
     this.alpha = parts.alpha;
     for (const material of this.materials) this.fade(material);
@@ -162,7 +183,13 @@ export class RobotObject {
 function collisionPaint(): Paint {
   return {
     material: () =>
-      new MeshStandardMaterial({ color: COLLISION, transparent: true, opacity: 0.28, depthWrite: false, roughness: 1 }),
+      new MeshStandardMaterial({
+        color: COLLISION,
+        transparent: true,
+        opacity: 0.28,
+        depthWrite: false,
+        roughness: 1,
+      }),
     edges: new LineBasicMaterial({ color: COLLISION, transparent: true, opacity: 0.8 }),
   };
 }
@@ -179,7 +206,13 @@ const HALF_AXIS = Math.sqrt(5 / 12);
 function inertiaObjects(inertia: InertiaView): InertiaParts {
   const [x = 0, y = 0, z = 0] = inertia.box;
   const geometry = new BoxGeometry(x, y, z);
-  const filling = new MeshBasicMaterial({ color: INERTIA, transparent: true, opacity: 0.22, depthTest: false, depthWrite: false });
+  const filling = new MeshBasicMaterial({
+    color: INERTIA,
+    transparent: true,
+    opacity: 0.22,
+    depthTest: false,
+    depthWrite: false,
+  });
   const box = new Mesh(geometry, filling);
   const edges = new LineSegments(
     new EdgesGeometry(geometry),
@@ -191,7 +224,16 @@ function inertiaObjects(inertia: InertiaView): InertiaParts {
     new MeshBasicMaterial({ color: INERTIA, transparent: true, depthTest: false }),
   );
   const ellipsoid = new Mesh(new SphereGeometry(1, 40, 28), filling);
-  const rim = new Mesh(new SphereGeometry(1, 18, 12), new MeshBasicMaterial({ color: INERTIA, wireframe: true, transparent: true, opacity: 0.25, depthTest: false }));
+  const rim = new Mesh(
+    new SphereGeometry(1, 18, 12),
+    new MeshBasicMaterial({
+      color: INERTIA,
+      wireframe: true,
+      transparent: true,
+      opacity: 0.25,
+      depthTest: false,
+    }),
+  );
   for (const object of [box, edges, centre, ellipsoid, rim]) {
     place(object, inertia.position, inertia.quaternion);
     object.renderOrder = 5;

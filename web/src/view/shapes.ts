@@ -25,8 +25,19 @@ export function primitive(shape: Shape): BufferGeometry {
 /** A primitive's geometry that `sized` makes as large as it is, so that equal ones of any size are shared. */
 export function unit(shape: Shape): BufferGeometry {
   const [a = 0, b = 0] = shape.size;
-  const sizes = { box: [1, 1, 1], cylinder: [1, 1], sphere: [1], ellipsoid: [1, 1, 1], capsule: [a, b], mesh: [] }[shape.kind];
-  const geometry = primitive({ ...shape, kind: shape.kind === "ellipsoid" ? "sphere" : shape.kind, size: sizes });
+  const sizes = {
+    box: [1, 1, 1],
+    cylinder: [1, 1],
+    sphere: [1],
+    ellipsoid: [1, 1, 1],
+    capsule: [a, b],
+    mesh: [],
+  }[shape.kind];
+  const geometry = primitive({
+    ...shape,
+    kind: shape.kind === "ellipsoid" ? "sphere" : shape.kind,
+    size: sizes,
+  });
   geometry.userData["edged"] = shape.kind === "box" || shape.kind === "cylinder";
   return geometry;
 }

@@ -47,7 +47,13 @@ export function solid(shape: Shape, paint: Paint, arrived: (mesh: Mesh) => void)
     });
     return holder;
   }
-  add(holder, primitive(shape), paint.material(shape.rgba), shape.kind === "sphere" ? null : paint.edges, arrived);
+  add(
+    holder,
+    primitive(shape),
+    paint.material(shape.rgba),
+    shape.kind === "sphere" ? null : paint.edges,
+    arrived,
+  );
   return holder;
 }
 

@@ -62,7 +62,10 @@ export class Stage {
     this.renderer.shadowMap.enabled = this.hasShadows;
     this.renderer.shadowMap.type = PCFShadowMap;
     const canvas = this.renderer.domElement;
-    canvas.setAttribute("aria-label", "The robot. Drag to turn the view, scroll to come closer, drag with the right button to move it.");
+    canvas.setAttribute(
+      "aria-label",
+      "The robot. Drag to turn the view, scroll to come closer, drag with the right button to move it.",
+    );
     canvas.setAttribute("role", "img");
     canvas.tabIndex = 0;
     holder.append(canvas);

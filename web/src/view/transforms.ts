@@ -65,7 +65,8 @@ export class Transforms {
     const last = this.past.at(-1);
     if (last !== undefined && (state.time <= last.time || state.resets !== last.resets)) this.past = [];
     this.past.push(state);
-    if (state.time - this.past[0]!.time > 2 * KEPT_SECONDS) this.past = this.past.filter((one) => state.time - one.time <= KEPT_SECONDS);
+    if (state.time - this.past[0]!.time > 2 * KEPT_SECONDS)
+      this.past = this.past.filter((one) => state.time - one.time <= KEPT_SECONDS);
   }
 
   /** Index of the first state that is not before a time; the last one where there is none. */
@@ -85,5 +86,8 @@ export class Transforms {
 }
 
 function read([numbers, at]: readonly [readonly number[], number]): [Vector3, Quaternion] {
-  return [new Vector3().fromArray(numbers as number[], at), new Quaternion().fromArray(numbers as number[], at + 3)];
+  return [
+    new Vector3().fromArray(numbers as number[], at),
+    new Quaternion().fromArray(numbers as number[], at + 3),
+  ];
 }

@@ -101,7 +101,12 @@ export class View implements Picture {
     this.stage.invalidate();
   }
 
-  drawAs(eye: PerspectiveCamera, onto: CanvasRenderingContext2D, behind: Texture | null, isSeen: (display: string) => boolean): void {
+  drawAs(
+    eye: PerspectiveCamera,
+    onto: CanvasRenderingContext2D,
+    behind: Texture | null,
+    isSeen: (display: string) => boolean,
+  ): void {
     const floor = behind === null ? [] : [this.ground.floor]; // it is in the picture behind
     const hidden = [...floor, ...this.displays.objects((name) => !isSeen(name))].filter((one) => one.visible);
     for (const one of hidden) one.visible = false;
@@ -189,7 +194,13 @@ export class View implements Picture {
     this.stage.lights.shineAround(this.centre(), radius * 1.5);
     const { x, y } = this.root;
     const isCast = !isGone && this.robot.scene.links.some(({ visuals }) => visuals.length > 0);
-    if (!this.stage.hasShadows) this.ground.shadeUnder(x + (this.robot.scene.centre[0] ?? 0), y + (this.robot.scene.centre[1] ?? 0), radius, isCast ? PALETTES[this.app.theme.value].shadow : 0);
+    if (!this.stage.hasShadows)
+      this.ground.shadeUnder(
+        x + (this.robot.scene.centre[0] ?? 0),
+        y + (this.robot.scene.centre[1] ?? 0),
+        radius,
+        isCast ? PALETTES[this.app.theme.value].shadow : 0,
+      );
     if (this.drawn === null || !looksTheSame(state, this.drawn)) this.stage.invalidate();
     this.drawn = state;
   }
@@ -213,13 +224,19 @@ export class View implements Picture {
 
   origin(frame: string): Vector3 {
     const place = frame === "" ? null : this.transforms.lookup(frame, null);
-    return (place === null ? this.root.clone() : new Vector3().setFromMatrixPosition(place)).applyMatrix4(this.world.matrix);
+    return (place === null ? this.root.clone() : new Vector3().setFromMatrixPosition(place)).applyMatrix4(
+      this.world.matrix,
+    );
   }
 
   private beforeFrame(): void {
     const { target } = this.stage.controls;
     const seen = target.clone().applyMatrix4(this.world.matrix.clone().invert());
-    this.ground.follow(seen.x, seen.y, Math.max(this.stage.heightSeen * 1.75, (this.app.scene.value?.radius ?? 0.1) * 2));
+    this.ground.follow(
+      seen.x,
+      seen.y,
+      Math.max(this.stage.heightSeen * 1.75, (this.app.scene.value?.radius ?? 0.1) * 2),
+    );
     this.bodies?.clearTheWay(this.stage.camera.position, this.centre(), this.app.scene.value?.radius ?? 0.1);
     this.displays.frame();
   }
