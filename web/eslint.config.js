@@ -18,6 +18,11 @@ export default defineConfig(
         "error",
         { ignoreArrowShorthand: true, ignoreVoidReturningFunctions: true },
       ],
+      // an empty text means "not set" in the protocol and in settings
+      "@typescript-eslint/prefer-nullish-coalescing": [
+        "error",
+        { ignorePrimitives: { string: true, boolean: true, number: true } },
+      ],
       // numbers have one obvious text form
       "@typescript-eslint/restrict-template-expressions": ["error", { allowNumber: true }],
     },

@@ -37,7 +37,10 @@ export function useKeys(
     Backspace: () => body.remove(),
     Escape: () => {
       leaveSlider();
-      if (app.travel.isPast) return app.travel.goLive();
+      if (app.travel.isPast) {
+        app.travel.goLive();
+        return;
+      }
       if (tools.back()) return;
       body.leave();
       app.spot.set(null);
@@ -66,7 +69,10 @@ export function useKeys(
     if (document.querySelector("dialog[open]") !== null) return;
     if (event.key === " " && answersToSpace(event.target)) return;
     press(app, event.key);
-    if (tools.press(event.key.toLowerCase())) return event.preventDefault();
+    if (tools.press(event.key.toLowerCase())) {
+      event.preventDefault();
+      return;
+    }
     if (event.key === "Escape" && document.querySelector(":popover-open") !== null) return; // closes that
     const action = actions[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     if (action === undefined) return;

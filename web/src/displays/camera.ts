@@ -25,7 +25,7 @@ export const camera: Make = (picture) => {
   let image: msg.Image | null = null;
   let info: msg.CameraInfo | null = null;
   let infoTopic = "";
-  let stop = (): void => {};
+  let stop = (): void => undefined;
   let canSee = false;
   const update = (): void => {
     canSee = info !== null && pinhole.see(info, Number(set["zoom"]), Number(set["far"]));
@@ -91,7 +91,7 @@ export const camera: Make = (picture) => {
     },
     clear() {
       stop();
-      [image, info, infoTopic, stop] = [null, null, "", () => {}];
+      [image, info, infoTopic, stop] = [null, null, "", () => undefined];
       update();
     },
     dispose() {

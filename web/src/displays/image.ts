@@ -25,7 +25,7 @@ export const image: Make = (picture) => {
   /** Draws a JPEG or a PNG once it is read, where no other came meanwhile. */
   const unpack = async (message: msg.CompressedImage, topic: string): Promise<Status | null> => {
     packed = message;
-    if (/compressedDepth/.test(message.format))
+    if (message.format.includes("compressedDepth"))
       return { level: "error", reason: "depths that are compressed are not shown" };
     try {
       const bitmap = await createImageBitmap(new Blob([message.data as Uint8Array<ArrayBuffer>]));

@@ -6,6 +6,7 @@ import {
   NearestFilter,
   PlaneGeometry,
   SRGBColorSpace,
+  Vector3,
 } from "three";
 
 import type * as msg from "../messages";
@@ -65,7 +66,7 @@ export const map: Make = (picture) => {
   group.add(mesh);
   let heard: msg.OccupancyGrid | null = null;
   let updates = "";
-  let stop = (): void => {};
+  let stop = (): void => undefined;
   let scheme = "map";
   const draw = (): void => {
     mesh.visible = heard !== null;
@@ -80,11 +81,7 @@ export const map: Make = (picture) => {
     material.map.magFilter = material.map.minFilter = NearestFilter;
     material.map.needsUpdate = true;
     material.needsUpdate = true;
-    poseMatrix(origin, mesh.matrix).scale({
-      x: width * resolution,
-      y: height * resolution,
-      z: 1,
-    } as Mesh["scale"]);
+    poseMatrix(origin, mesh.matrix).scale(new Vector3(width * resolution, height * resolution, 1));
     mesh.matrixWorldNeedsUpdate = true;
   };
   /** Puts a newer part into the map. */
@@ -140,7 +137,7 @@ export const map: Make = (picture) => {
     },
     clear() {
       stop();
-      [heard, updates, stop] = [null, "", () => {}];
+      [heard, updates, stop] = [null, "", () => undefined];
       draw();
     },
     dispose() {

@@ -1,4 +1,4 @@
-import { Color, Group, Mesh, MeshLambertMaterial, type Object3D, type Sprite } from "three";
+import { Color, Group, Mesh, MeshLambertMaterial, type BufferGeometry, type Object3D } from "three";
 
 import type * as msg from "../messages";
 import type { State, TopicMessage } from "../protocol";
@@ -138,11 +138,10 @@ function doubt(marker: msg.Marker): Status | null {
 }
 
 function free(object: Object3D): void {
-  const { geometry, material } = object as Partial<Mesh>;
+  const { geometry, material } = object as Partial<Mesh<BufferGeometry, MeshLambertMaterial>>;
   if (object.userData["shared"] !== true) geometry?.dispose();
-  if (material === undefined) return;
-  (object as Sprite).material.map?.dispose();
-  (material as MeshLambertMaterial).dispose();
+  material?.map?.dispose();
+  material?.dispose();
 }
 
 /** Contacts: arrows of the forces, which the server sends one robot's radius long for the robot's weight. */

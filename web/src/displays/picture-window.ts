@@ -8,7 +8,7 @@ export class PictureWindow {
   /** How wide it is, in CSS pixels. */
   width = 0;
 
-  constructor(overlay: HTMLElement, resized: () => void = () => {}) {
+  constructor(overlay: HTMLElement, resized: () => void = () => undefined) {
     overlay.append(this.frame);
     new ResizeObserver(([entry]) => {
       this.width = entry!.contentRect.width;

@@ -96,7 +96,7 @@ export class PointShapes {
 /** The size of three's points that is so many metres to an eye: three takes no account of how wide that sees. */
 function sizeFor(metres: number, renderer: WebGLRenderer, camera: Camera): number {
   const high = renderer.getCurrentViewport(new Vector4()).w;
-  const seen = metres * camera.projectionMatrix.elements[5]!;
+  const seen = metres * camera.projectionMatrix.elements[5];
   if (camera instanceof PerspectiveCamera)
     return (seen * high) / renderer.getDrawingBufferSize(new Vector2()).y;
   return (seen * high) / 2 / renderer.getPixelRatio();

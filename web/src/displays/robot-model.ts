@@ -48,7 +48,7 @@ export const robotModel: Make = (picture) => {
       const joints = set["joints"] === true ? (picture.app.scene.value?.joints ?? []) : [];
       const matrices = joints.flatMap((joint) => {
         const at = picture.transforms.lookup(joint.child, null);
-        const along = new Vector3().fromArray(joint.axis as number[]).normalize();
+        const along = new Vector3().fromArray(joint.axis).normalize();
         if (at === null || along.lengthSq() === 0) return [];
         return [
           at.multiply(

@@ -24,6 +24,9 @@ export interface DisplayConfig {
 
 export type Saved = Omit<DisplayConfig, "id">;
 
+/** A display as a file or an older page kept it. */
+type Kept = Omit<Saved, "source"> & Partial<Pick<Saved, "source">>;
+
 /** From where one looks, along the axes of the fixed frame from its origin, or that of `frame`; `flat` is without perspective. */
 export interface LookingFrom {
   readonly eye: readonly number[];
@@ -36,7 +39,7 @@ export interface LookingFrom {
 /** All that is set, as it is kept. */
 export interface Setup {
   readonly globals: Values;
-  readonly displays: readonly Saved[];
+  readonly displays: readonly Kept[];
 }
 
 const KEY = "kbot.displays";
@@ -194,13 +197,13 @@ export class DisplaySet {
     return name;
   }
 
-  private numbered(saved: readonly Saved[]): DisplayConfig[] {
+  private numbered(saved: readonly Kept[]): DisplayConfig[] {
     return saved.map((one) => ({ ...plain(one), id: (this.count += 1) }));
   }
 }
 
-function plain({ kind, name, enabled, properties, source }: Saved): Saved {
-  return { kind, name, enabled, properties, source: source ?? -1 };
+function plain({ kind, name, enabled, properties, source = -1 }: Kept): Saved {
+  return { kind, name, enabled, properties, source };
 }
 
 /** A display's values once another is called otherwise. */

@@ -30,8 +30,13 @@ export const twist: Make = (picture) => {
   let set: Values = {};
   let heard: msg.Twist | null = null; // or a wrench: a force is drawn as a straight way, a torque as a turn
   let isStamped = false;
+  const freeRing = (): void =>
+    ring.traverse((object) => {
+      const { geometry } = object as Partial<Mesh>;
+      geometry?.dispose();
+    });
   const draw = (): void => {
-    ring.traverse((object) => object instanceof Mesh && object.geometry.dispose());
+    freeRing();
     ring.clear();
     const straight = vector(heard?.linear);
     const length = straight.length() * Number(set["linear_scale"]);
@@ -85,7 +90,7 @@ export const twist: Make = (picture) => {
     },
     dispose() {
       arrow.dispose();
-      ring.traverse((object) => object instanceof Mesh && object.geometry.dispose());
+      freeRing();
       turn.dispose();
     },
   };

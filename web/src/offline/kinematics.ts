@@ -47,9 +47,9 @@ export function poses(kinematics: Kinematics, positions: readonly number[]): num
     turn.identity();
     if (hinge.parent >= 0) {
       const position = hinge.joint < 0 ? 0 : (positions[hinge.joint] ?? 0);
-      place.fromArray(hinge.origin as number[]);
-      turn.fromArray(hinge.origin as number[], 3);
-      axis.fromArray(hinge.axis as number[]);
+      place.fromArray(hinge.origin);
+      turn.fromArray(hinge.origin, 3);
+      axis.fromArray(hinge.axis);
       if (hinge.slides) place.addScaledVector(axis.applyQuaternion(turn), position);
       else turn.multiply(motion.setFromAxisAngle(axis, position));
       above.fromArray(flat, hinge.parent * 7 + 3);

@@ -42,8 +42,7 @@ app.about.watch((about) => {
   document.documentElement.dataset["mode"] = about.mode;
 });
 const picture = h("div", { class: "picture" });
-let view: View;
-const centre = h(
+const centre: HTMLElement = h(
   "main",
   { class: "centre" },
   picture,
@@ -68,7 +67,7 @@ document.body.append(
   h("div", { class: "bottom" }, source(app)),
   sheets(app, left, right),
 );
-view = new View(app, picture);
+const view = new View(app, picture);
 app.focused.watch((asked) => asked && view.looking.focus(asked.link));
 centre.append(hover(app, view, picture));
 if (saved.states.length > 1)

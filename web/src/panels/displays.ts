@@ -311,8 +311,13 @@ class Row {
   }
 
   private toggle(): void {
-    this.body.hidden = !this.body.hidden;
-    this.head.setAttribute("aria-expanded", String(!this.body.hidden));
+    this.unfold(Boolean(this.body.hidden));
+  }
+
+  private unfold(on: boolean): void {
+    if (on !== this.body.hidden) return;
+    this.body.hidden = !on;
+    this.head.setAttribute("aria-expanded", String(on));
     this.refresh();
   }
 
@@ -324,8 +329,8 @@ class Row {
       (step > 0 ? this.element.nextElementSibling : this.element.previousElementSibling)
         ?.querySelector<HTMLElement>(".head")
         ?.focus();
-    else if (event.key === "ArrowRight" && focusedByKeyboard()) this.body.hidden && this.toggle();
-    else if (event.key === "ArrowLeft" && focusedByKeyboard()) this.body.hidden || this.toggle();
+    else if (event.key === "ArrowRight" && focusedByKeyboard()) this.unfold(true);
+    else if (event.key === "ArrowLeft" && focusedByKeyboard()) this.unfold(false);
     else if (event.key === "Delete") displays.remove(this.config.id);
     else if (event.key === "F2") this.rename();
     else return;

@@ -77,7 +77,7 @@ export function drive(app: App, driver: Driver): HTMLElement {
     truth.element,
   );
   app.about.watch((about) => {
-    controls.hidden = about === null || about.cannot_drive !== "";
+    controls.hidden = about?.cannot_drive !== "";
     why.hidden = !controls.hidden;
     why.textContent = about?.cannot_drive ? `It cannot drive: ${about.cannot_drive}` : "";
   });

@@ -45,8 +45,10 @@ export function numbersOf(row: Element): HTMLElement[] {
 export function offer(number: HTMLElement, reached: boolean): void {
   if (reached === number.hasAttribute("tabindex")) return;
   const all = { tabindex: "0", role: "button", "aria-label": `Change ${number.textContent}` };
-  for (const [name, value] of Object.entries(all))
-    reached ? number.setAttribute(name, value) : number.removeAttribute(name);
+  for (const [name, value] of Object.entries(all)) {
+    if (reached) number.setAttribute(name, value);
+    else number.removeAttribute(name);
+  }
 }
 
 /** What gives the number that has the focus it again, once the text is written anew. */
@@ -81,8 +83,8 @@ function spotOf(app: App, number: HTMLElement): Spot | null {
   return {
     file,
     line: Number(row.dataset["line"]),
-    column: [...before.toString()].length + 1,
-    was: number.textContent ?? "",
+    column: Array.from(before.toString()).length + 1,
+    was: number.textContent,
   };
 }
 

@@ -23,8 +23,9 @@ function explain(text: HTMLElement, hints: readonly Hint[]): void {
   for (const piece of text.childNodes) {
     const at = column;
     // a number that is being changed is a field
-    column += [...(piece instanceof HTMLInputElement ? piece.defaultValue : (piece.textContent ?? ""))]
-      .length;
+    column += Array.from(
+      piece instanceof HTMLInputElement ? piece.defaultValue : (piece.textContent ?? ""),
+    ).length;
     if (!(piece instanceof HTMLElement) || !piece.classList.contains("t-expression")) continue;
     const hint = hints.find(({ place }) => place.column <= at && at < place.column + place.length);
     piece.title = hint === undefined ? "" : worded(hint);

@@ -42,7 +42,7 @@ export function log(app: App): HTMLElement {
   });
   let world = "";
   app.about.watch((about) => {
-    if (about === null || about.mode !== "sim" || about.world === world) return;
+    if (about?.mode !== "sim" || about.world === world) return;
     world = about.world;
     add("info", `World: ${world}.`);
   });

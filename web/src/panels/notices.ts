@@ -26,7 +26,7 @@ export function notices(app: App, picture: HTMLElement): HTMLElement {
     const stale = now?.stale === true;
     picture.classList.toggle("stale", stale);
     broken.hidden = !stale;
-    if (!stale || now === null) return;
+    if (!stale) return;
     const errors = now.findings.filter((finding) => finding.severity === "error");
     const first = errors[0];
     broken.replaceChildren(

@@ -47,7 +47,7 @@ export class PushFields {
   /** `changed` is told whether it is a kick. */
   constructor(
     private readonly app: App,
-    changed: (kick: boolean) => void = () => {},
+    changed: (kick: boolean) => void = () => undefined,
   ) {
     const show = (): void => {
       this.unit.textContent = this.isKick ? "m/s" : "N";

@@ -20,14 +20,13 @@ const SHEETS: readonly [string, IconName, string][] = [
 export function sheets(app: App, ...docks: HTMLElement[]): HTMLElement {
   const root = document.documentElement;
   const there = SHEETS.filter(([name]) => docks.some((dock) => dock.querySelector(`#${name}`) !== null));
-  const buttons = there.map(([name, image, label]) =>
-    h(
-      "button",
-      { type: "button", "data-sheet": name, onclick: () => (choose(name), leave()) },
-      icon(image),
-      label,
-    ),
-  );
+  const buttons = there.map(([name, image, label]) => {
+    const open = (): void => {
+      choose(name);
+      leave();
+    };
+    return h("button", { type: "button", "data-sheet": name, onclick: open }, icon(image), label);
+  });
   const choose = (name: string): void => {
     root.dataset["sheet"] = name;
     mark();

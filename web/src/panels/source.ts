@@ -176,7 +176,7 @@ function mark(app: App, body: HTMLElement, text: SourceText, spot: Spot): void {
 
 function caret(finding: Finding, spot: Spot, line: string): HTMLElement {
   const { column, length } = spot.place;
-  const before = [...line]
+  const before = Array.from(line)
     .slice(0, column - 1)
     .map((one) => (one === "\t" ? one : " "))
     .join("");

@@ -132,10 +132,13 @@ class Row {
 }
 
 /** All that a message ends in, with the way there; of long lists the first entries. */
-function* leaves(value: unknown, path: readonly string[]): Generator<[readonly string[], unknown]> {
+function* leaves(
+  value: unknown,
+  path: readonly string[],
+): Generator<[readonly string[], unknown], void, undefined> {
   if (ArrayBuffer.isView(value)) return yield [path, `${(value as Uint8Array).length} numbers`];
   if (value === null || typeof value !== "object") return yield [path, value];
-  const entries = Object.entries(value);
+  const entries: [string, unknown][] = Object.entries(value);
   for (const [key, inner] of Array.isArray(value) ? entries.slice(0, MOST) : entries)
     yield* leaves(inner, [...path, key]);
   if (Array.isArray(value) && entries.length > MOST) yield [[...path, "…"], `${entries.length - MOST} more`];

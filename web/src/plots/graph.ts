@@ -65,9 +65,10 @@ export class Graph {
     this.chart?.destroy();
     this.chart = null; // nothing is drawn with other series than it was made for
     const wanted = (this.asked += 1);
-    if (!this.app.plots.value) return;
+    const isStale = (): boolean => wanted !== this.asked || !this.app.plots.value;
+    if (isStale()) return;
     const { default: UPlot } = await import("./chart");
-    if (wanted !== this.asked || !this.app.plots.value) return;
+    if (isStale()) return;
     this.chart = new UPlot(this.options(), this.data(), this.holder);
     this.chart.over.append(this.marks, this.line);
     this.chart.over.addEventListener("pointerdown", (event) => this.pointerDown(event));

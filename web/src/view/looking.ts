@@ -53,8 +53,8 @@ export class Looking {
   private lookFrom(eye: readonly number[], target: readonly number[], frame: string): void {
     this.frame = frame === this.app.scene.value?.root ? "" : frame;
     const origin = frame === "" ? new Vector3() : this.seen.origin(this.frame);
-    this.stage.camera.position.fromArray(eye as number[]).add(origin);
-    this.stage.lookAt(new Vector3().fromArray(target as number[]).add(origin));
+    this.stage.camera.position.fromArray(eye).add(origin);
+    this.stage.lookAt(new Vector3().fromArray(target).add(origin));
   }
 
   /** Looks at the whole robot, from the side that is held or aslant from above. */

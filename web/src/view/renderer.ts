@@ -1,4 +1,4 @@
-import { WebGLRenderer } from "three";
+import { PCFShadowMap, WebGLRenderer } from "three";
 
 declare global {
   interface Window {
@@ -11,7 +11,6 @@ export type Renderer = Pick<
   WebGLRenderer,
   | "domElement"
   | "info"
-  | "shadowMap"
   | "render"
   | "setPixelRatio"
   | "getPixelRatio"
@@ -19,7 +18,7 @@ export type Renderer = Pick<
   | "setViewport"
   | "setRenderTarget"
   | "readRenderTargetPixels"
->;
+> & { shadowMap: Pick<WebGLRenderer["shadowMap"], "enabled" | "type"> };
 
 /** What draws on this browser, whether it does so without a graphics card, and whether it draws at all. */
 export interface Drawing {
@@ -59,7 +58,7 @@ function nothing(domElement: HTMLCanvasElement): Renderer {
   return {
     domElement,
     info: { memory: { geometries: 0, textures: 0 }, programs: [] } as unknown as WebGLRenderer["info"],
-    shadowMap: { enabled: false } as WebGLRenderer["shadowMap"],
+    shadowMap: { enabled: false, type: PCFShadowMap },
     setSize: (width, height) => {
       Object.assign(domElement, { width, height });
       Object.assign(domElement.style, { width: `${width}px`, height: `${height}px` });

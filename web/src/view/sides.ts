@@ -18,6 +18,6 @@ const DIRECTIONS: readonly [Side, Vector3][] = [
 
 /** The side from which an eye looks at its target, both in m; empty where it is none. */
 export function sideOf(eye: readonly number[], target: readonly number[]): Side | "" {
-  const away = new Vector3().fromArray(eye as number[]).sub(new Vector3().fromArray(target as number[]));
+  const away = new Vector3().fromArray(eye).sub(new Vector3().fromArray(target));
   return DIRECTIONS.find(([, direction]) => away.angleTo(direction) < 2 * TILT)?.[0] ?? "";
 }

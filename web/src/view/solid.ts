@@ -66,15 +66,15 @@ export function colourOf(shape: Shape, part: MeshPart): [readonly number[], Text
 
 /** Puts an object at a position and quaternion. */
 export function place(object: Object3D, position: readonly number[], quaternion: readonly number[]): void {
-  object.position.fromArray(position as number[]);
-  object.quaternion.fromArray(quaternion as number[]);
+  object.position.fromArray(position);
+  object.quaternion.fromArray(quaternion);
   hold(object);
 }
 
 /** Puts an object at the pose that starts at `at` in a state's flat numbers. */
 export function placeAt(object: Object3D, poses: readonly number[], at: number): void {
-  object.position.fromArray(poses as number[], at);
-  object.quaternion.fromArray(poses as number[], at + 3);
+  object.position.fromArray(poses, at);
+  object.quaternion.fromArray(poses, at + 3);
   hold(object);
 }
 

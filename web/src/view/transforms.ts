@@ -86,8 +86,5 @@ export class Transforms {
 }
 
 function read([numbers, at]: readonly [readonly number[], number]): [Vector3, Quaternion] {
-  return [
-    new Vector3().fromArray(numbers as number[], at),
-    new Quaternion().fromArray(numbers as number[], at + 3),
-  ];
+  return [new Vector3().fromArray(numbers, at), new Quaternion().fromArray(numbers, at + 3)];
 }
