@@ -4,12 +4,17 @@ import { readFrame } from "./topics";
 
 export type Link = "connecting" | "live" | "lost" | "full";
 
-const FIRST_WAIT = 250;
-const LONGEST_WAIT = 2000;
+export const FIRST_WAIT = 250;
+export const LONGEST_WAIT = 2000;
 /** Seconds in which a server that answers says something, even where nothing changes. */
 const LONGEST_SILENCE = 5;
 /** The code a server closes with that has as many pages as it serves ("try again later"). */
 const FULL = 1013;
+
+/** Milliseconds until the attempt to connect after the one that waited so long. */
+export function nextWait(wait: number): number {
+  return Math.min(wait * 1.6, LONGEST_WAIT);
+}
 
 /** What a page talks through. */
 export interface Line {
@@ -72,7 +77,7 @@ export class Connection implements Line {
     socket.addEventListener("close", (event) => {
       this.link.set(event.code === FULL ? "full" : "lost");
       setTimeout(() => this.connect(), this.wait);
-      this.wait = Math.min(this.wait * 1.6, LONGEST_WAIT);
+      this.wait = nextWait(this.wait);
     });
   }
 }

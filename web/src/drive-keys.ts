@@ -16,6 +16,17 @@ const SEND_EVERY = 50;
 /** Milliseconds between two commands after which the computer was asleep: keys may have been let go of meanwhile. */
 const ASLEEP = 5000;
 
+/** Forward and to the left, from -1 to 1, by a pad and held keys; opposite keys cancel out. */
+export function stickOf(pad: readonly [number, number], held: Iterable<string>): [number, number] {
+  let [forward, left] = pad;
+  for (const key of held) {
+    forward += KEYS[key]![0];
+    left += KEYS[key]![1];
+  }
+  const clamp = (value: number): number => Math.min(1, Math.max(-1, value));
+  return [clamp(forward), clamp(left)];
+}
+
 /** Turns held keys and the pad into commands, twenty a second while held, and zero on release. What is held while
  * all is stopped, or the connection is lost, drives only when it is pressed again. */
 export class Driver {
@@ -79,13 +90,8 @@ export class Driver {
   }
 
   private update(): void {
-    let [forward, left] = this.pad;
-    for (const key of this.held) {
-      forward += KEYS[key]![0];
-      left += KEYS[key]![1];
-    }
-    const clamp = (value: number): number => Math.min(1, Math.max(-1, value));
-    this.stick.set([clamp(forward), clamp(left)]);
+    const [forward, left] = stickOf(this.pad, this.held);
+    this.stick.set([forward, left]);
     const idle = forward === 0 && left === 0 && this.held.size === 0;
     if (idle && this.timer !== null) {
       clearInterval(this.timer);

@@ -27,6 +27,6 @@ export function useGamepad(driver: Driver): void {
 }
 
 /** A stick at rest is never quite in the middle. */
-function steady(value: number): number {
+export function steady(value: number): number {
   return Math.abs(value) < DEAD ? 0 : value;
 }

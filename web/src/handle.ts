@@ -107,7 +107,7 @@ export function handle(app: App, view: View): Handle {
 }
 
 /** Equal neighbours counted: value, count, value, count, … */
-function runs(values: Int16Array): number[] {
+export function runs(values: Int16Array): number[] {
   const result: number[] = [];
   for (const value of values) {
     if (result.length > 0 && result.at(-2) === value) result[result.length - 1]! += 1;

@@ -77,7 +77,7 @@ export const grid: Make = (picture) => {
 };
 
 /** Ends of the lines of `count` by `count` cells around the origin, as often again upwards. */
-function gridLines(cell: number, count: number, above: number): number[] {
+export function gridLines(cell: number, count: number, above: number): number[] {
   const half = (cell * count) / 2;
   const places: number[] = [];
   if (count === 0) return places;

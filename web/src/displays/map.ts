@@ -18,7 +18,7 @@ import { poseMatrix } from "./pose-shapes";
 type Rgba = readonly [number, number, number, number];
 
 /** Colours as rviz has them: of a value from 0 free to 100 occupied, and -1 unknown. */
-const SCHEMES: Record<string, (value: number) => Rgba> = {
+export const SCHEMES: Record<string, (value: number) => Rgba> = {
   map: (value) => {
     if (value < 0 || value > 100) return [112, 137, 134, 255];
     const grey = 255 - Math.round((255 * value) / 100);

@@ -176,7 +176,7 @@ export const tf: Make = (picture) => new Frames(picture);
 const SPARE = 64;
 
 /** Whether a pattern is found in a name; one that is not whole yet is a part of it as it is. */
-function matcher(pattern: string): (name: string) => boolean {
+export function matcher(pattern: string): (name: string) => boolean {
   try {
     const expression = new RegExp(pattern);
     return (name) => expression.test(name);

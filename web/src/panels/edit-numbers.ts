@@ -59,7 +59,7 @@ export function keepFocus(body: HTMLElement): () => void {
   if (row === null) return () => undefined;
   const index = numbersOf(row).indexOf(document.activeElement as HTMLElement);
   return () => {
-    const anew = body.querySelector(`.line[data-line="${row.dataset["line"]}"]`);
+    const anew = body.querySelector(`.line[data-line="${row.dataset["line"] ?? ""}"]`);
     (anew === null ? undefined : numbersOf(anew)[index])?.focus({ preventScroll: true });
   };
 }
@@ -143,13 +143,13 @@ function put(app: App, spot: Spot, text: string): void {
 }
 
 /** Whether a text may stand for a number: it is one, or makes one when it is expanded. */
-function isValue(text: string): boolean {
+export function isValue(text: string): boolean {
   if (/\$\{[^}]+\}|\$\([^)]+\)/.test(text)) return true;
   return /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(text) && Number.isFinite(Number(text));
 }
 
 /** A number so many steps of its last digit on, written with as many digits. */
-function stepped(text: string, steps: number): string {
+export function stepped(text: string, steps: number): string {
   const digits = /\.(\d*)/.exec(text)?.[1]?.length ?? 0;
   if (/e/i.test(text)) return String(Number((Number(text) * (1 + steps / 100)).toPrecision(4)));
   return (Number(text) + steps * 10 ** -digits).toFixed(digits);

@@ -131,7 +131,7 @@ export function faultList(app: App, counted: (acting: number) => void): HTMLElem
   return part;
 }
 
-function timeOf({ start, stop }: FaultView, time: number): string {
+export function timeOf({ start, stop }: FaultView, time: number): string {
   if (start > time) return `in ${(start - time).toFixed(1)} s`;
   return stop === null ? "for good" : `${Math.max(0, stop - time).toFixed(1)} s left`;
 }

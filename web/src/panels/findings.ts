@@ -108,6 +108,6 @@ function nothing(): HTMLElement {
   return h("li", { class: "nothing" }, icon("check"), "Nothing found.");
 }
 
-function key(finding: Finding): string {
-  return `${finding.code} ${finding.place?.file}:${finding.place?.line}:${finding.place?.column} ${finding.message}`;
+function key({ code, place, message }: Finding): string {
+  return JSON.stringify([code, place?.file, place?.line, place?.column, message]);
 }

@@ -7,14 +7,23 @@ const TOKENS =
 const EMBEDDED =
   /\$\{[^}]*(?:\}|$)|\$\([^)]*(?:\)|$)|(?<![\w.$-])-?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?(?![\w.])/gi;
 
-/** A text of XML as lines of coloured pieces. */
+/** A piece of XML text, and the style class of its colour, "" for plain text. */
+export type Piece = readonly [text: string, style: string];
+
+/** XML text as lines of coloured elements. */
 export function highlight(text: string): (Node | string)[][] {
-  const lines: (Node | string)[][] = [[]];
-  const put = (piece: string, kind: string): void => {
+  return tokenLines(text).map((line) =>
+    line.map(([piece, style]) => (style === "" ? piece : h("span", { class: style }, piece))),
+  );
+}
+
+/** XML text as lines of pieces. */
+export function tokenLines(text: string): Piece[][] {
+  const lines: Piece[][] = [[]];
+  const put = (piece: string, style: string): void => {
     piece.split("\n").forEach((part, index) => {
       if (index > 0) lines.push([]);
-      if (part === "") return;
-      lines.at(-1)!.push(kind === "" ? part : h("span", { class: kind }, part));
+      if (part !== "") lines.at(-1)!.push([part, style]);
     });
   };
   let at = 0;
@@ -34,7 +43,7 @@ export function highlight(text: string): (Node | string)[][] {
   return lines;
 }
 
-function putValue(value: string, put: (piece: string, kind: string) => void): void {
+function putValue(value: string, put: (piece: string, style: string) => void): void {
   let at = 0;
   for (const match of value.matchAll(EMBEDDED)) {
     put(value.slice(at, match.index), "t-value");

@@ -14,7 +14,7 @@ export function tellHints(body: HTMLElement, hints: readonly Hint[]): void {
 }
 
 /** What an expression came to, for each macro call that made another value of it. */
-function worded({ values, more }: Hint): string {
+export function worded({ values, more }: Hint): string {
   return [...values, ...(more ? ["\u2026"] : [])].join(" | ");
 }
 

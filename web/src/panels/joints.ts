@@ -216,11 +216,11 @@ function update(rows: Row[], state: State): void {
 }
 
 /** Factor from rad or m, digits, and the unit's sign and name. */
-function unitOf(joint: JointView, radians: boolean): [number, number, string, string] {
+export function unitOf(joint: JointView, radians: boolean): [number, number, string, string] {
   if (joint.kind === "prismatic") return radians ? [1, 4, "m", "metres"] : [1000, 1, "mm", "millimetres"];
   return radians ? [1, 3, "rad", "radians"] : [180 / Math.PI, 1, "°", "degrees"];
 }
 
-function tidy(value: number, digits: number): string {
+export function tidy(value: number, digits: number): string {
   return String(Number(value.toFixed(digits))).replace("-", "\u2212");
 }

@@ -5,7 +5,7 @@ import { icon } from "../icons";
 import type { LinkView, Scene } from "../protocol";
 
 /** Where a key leads to from an item, by the levels of all: as in every tree, to the left is the parent. */
-const STEPS: Readonly<Record<string, (at: number, levels: readonly number[]) => number>> = {
+export const STEPS: Readonly<Record<string, (at: number, levels: readonly number[]) => number>> = {
   ArrowDown: (at) => at + 1,
   ArrowUp: (at) => at - 1,
   ArrowLeft: (at, levels) => levels.findLastIndex((level, index) => index < at && level < levels[at]!),

@@ -1,5 +1,5 @@
 import type { App } from "../app";
-import { h } from "../dom";
+import { baseName, h } from "../dom";
 import { icon } from "../icons";
 import { clock, recordedTo } from "../time/words";
 import { goalWords, onGoal } from "../tools/goal";
@@ -51,10 +51,7 @@ export function log(app: App): HTMLElement {
     if (now === null || now.serial === serial) return;
     serial = now.serial;
     for (const { severity, code, message, place } of now.findings) {
-      add(
-        severity,
-        `${place === null ? "" : `${place.file.split(/[\\/]/).pop()}:${place.line}: `}${message} [${code}]`,
-      );
+      add(severity, `${place === null ? "" : `${baseName(place.file)}:${place.line}: `}${message} [${code}]`);
     }
     if (now.findings.length === 0) add("info", "Read: nothing found.");
   });

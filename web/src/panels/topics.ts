@@ -132,7 +132,7 @@ class Row {
 }
 
 /** All that a message ends in, with the way there; of long lists the first entries. */
-function* leaves(
+export function* leaves(
   value: unknown,
   path: readonly string[],
 ): Generator<[readonly string[], unknown], void, undefined> {
@@ -144,7 +144,7 @@ function* leaves(
   if (Array.isArray(value) && entries.length > MOST) yield [[...path, "…"], `${entries.length - MOST} more`];
 }
 
-function worded(value: unknown): string {
+export function worded(value: unknown): string {
   if (typeof value !== "number") return String(value);
   return String(Number(value.toPrecision(6)));
 }

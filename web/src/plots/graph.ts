@@ -3,6 +3,7 @@ import type uPlot from "uplot";
 import type { App } from "../app";
 import { h } from "../dom";
 import { clock } from "../time/words";
+import { paddedRange, tickLabel } from "./axis";
 import type { Span } from "./span";
 import type { Table } from "./table";
 
@@ -24,10 +25,6 @@ export function strokeOf(index: number): { colour: string; dash: number[] } {
 const REACH = 7;
 /** Pixels that a hand may move and still have clicked. */
 const STILL = 4;
-/** The least that is told apart up the plot: in the number's unit, and as a part of the number, which the axis has room to tell. */
-const LEAST = 1e-6;
-const LEAST_PART = 5e-5;
-
 /** The drawn curves, with the moment on show as a line that can be moved; uPlot draws them. */
 export class Graph {
   private readonly line = h("div", {
@@ -276,7 +273,7 @@ export class Graph {
       },
       scales: {
         x: { time: false, range: () => this.span.range().map((at) => this.toX(at)) as [number, number] },
-        y: { range: (_, low, high) => around(low, high) },
+        y: { range: (_, low, high) => paddedRange(low, high) },
       },
       axes: [
         {
@@ -317,21 +314,6 @@ export class Graph {
     chart.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
     this.draw();
   }
-}
-
-/** A range with some room, also where nothing changes but by rounding, or nothing is known. */
-function around(low: number | null, high: number | null): [number, number] {
-  if (low === null || high === null) return [0, 1];
-  if (low === high) return [low - (Math.abs(low) * 0.1 || 0.5), high + (Math.abs(low) * 0.1 || 0.5)];
-  const least = Math.max(LEAST, Math.abs(low + high) * LEAST_PART);
-  const room = Math.max((high - low) * 0.06, (least - (high - low)) / 2);
-  return [low - room, high + room];
-}
-
-/** A number at the axis, in as few signs as tell it. */
-function tickLabel(tick: number): string {
-  const rounded = Number(tick.toFixed(9));
-  return rounded !== 0 && Math.abs(rounded) < 1e-4 ? rounded.toExponential() : String(rounded);
 }
 
 function size(holder: HTMLElement): { width: number; height: number } {

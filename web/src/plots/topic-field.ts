@@ -68,7 +68,7 @@ export class TopicField implements Field {
 }
 
 /** The number at a path of a message; a truth is 0 or 1; null where there is none. */
-function numberAt(message: unknown, path: readonly string[]): number | null {
+export function numberAt(message: unknown, path: readonly string[]): number | null {
   let value: unknown = message;
   for (const key of path) value = (value as Record<string, unknown> | null | undefined)?.[key];
   if (typeof value === "boolean") return Number(value);

@@ -8,6 +8,27 @@ const COLOUR = 0xff9f1c;
 const DOT = 9;
 const MOST = 3;
 
+/** A distance or an angle, and the point of the world that its label is at. */
+interface Measure {
+  text: string;
+  place: Vector3;
+  /** Whether one of its points still follows the pointer. */
+  moves: boolean;
+}
+
+/** The distances between up to three points, and the angle at the second; the first `fixed` points are set. */
+export function measured(points: readonly Vector3[], fixed: number): Measure[] {
+  const [a, b, c] = points;
+  const found: Measure[] = [];
+  if (a && b) found.push({ text: metres(a.distanceTo(b)), place: a.clone().lerp(b, 0.5), moves: fixed < 2 });
+  if (b && c) found.push({ text: metres(b.distanceTo(c)), place: b.clone().lerp(c, 0.5), moves: fixed < 3 });
+  if (a && b && c) {
+    const angle = a.clone().sub(b).angleTo(c.clone().sub(b));
+    found.push({ text: `${((angle * 180) / Math.PI).toFixed(1)}°`, place: b, moves: fixed < 3 });
+  }
+  return found;
+}
+
 /** The distance of two places on surfaces, and with a third the angle at the second. */
 export function measureTool(view: View, pictureFromWorld: (point: Vector3) => Vector3): Tool {
   const points: Vector3[] = [];
@@ -44,20 +65,11 @@ export function measureTool(view: View, pictureFromWorld: (point: Vector3) => Ve
     line.geometry.dispose();
     line.geometry = dots.geometry = new BufferGeometry().setFromPoints(all);
     drawn.visible = all.length > 0;
-    const [a, b, c] = all;
-    const found: [string, Vector3, boolean][] = [];
-    if (a && b) found.push([metres(a.distanceTo(b)), a.clone().lerp(b, 0.5), points.length < 2]);
-    if (b && c) found.push([metres(b.distanceTo(c)), b.clone().lerp(c, 0.5), points.length < 3]);
-    if (a && b && c)
-      found.push([
-        `${((a.clone().sub(b).angleTo(c.clone().sub(b)) * 180) / Math.PI).toFixed(1)}°`,
-        b,
-        points.length < 3,
-      ]);
-    at = found.map(([, place]) => place);
+    const found = measured(all, points.length);
+    at = found.map(({ place }) => place);
     // what still moves is not read out
     labels.replaceChildren(
-      ...found.map(([text, , moves]) =>
+      ...found.map(({ text, moves }) =>
         h("span", { class: moves ? "measure moving" : "measure", "aria-hidden": String(moves) }, text),
       ),
     );

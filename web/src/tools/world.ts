@@ -126,7 +126,7 @@ export function moveTool(app: App): Tool {
 
 /** Where a body is that can move; of a robot's link, where its root is. */
 function movingPose(app: App, body: string): { place: Vector3; yaw: number } | null {
-  const owner = body.includes("/") ? `${body.split("/")[0]}/` : body;
+  const owner = body.includes("/") ? body.slice(0, body.indexOf("/") + 1) : body;
   const moving = (app.scene.value?.bodies ?? []).filter((one) => one.moving);
   const at = moving.findIndex((one) =>
     owner.endsWith("/") ? one.name.startsWith(owner) : one.name === owner,

@@ -33,7 +33,7 @@ export function lookByKeys(stage: Stage, done: () => void): void {
 }
 
 /** The eye goes around what it looks at; what does not turn is held by the controls. */
-function turn({ camera, controls }: Stage, right: number, up: number): void {
+export function turn({ camera, controls }: Stage, right: number, up: number): void {
   const { x, y, z } = camera.position.clone().sub(controls.target);
   const distance = Math.hypot(x, y, z);
   const azimuth = Math.atan2(y, x) + right * TURN;

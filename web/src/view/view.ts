@@ -291,7 +291,7 @@ export class View implements Picture {
     this.stage.controls.enabled = !options.ride;
     this.stage.setOrthographic(options.flat && !options.ride);
     this.stage.hold(options.side);
-    const kind = `${options.flat} ${options.ride} ${options.follow}`;
+    const kind = [options.flat, options.ride, options.follow].join(" ");
     if (this.kind !== "" && kind !== this.kind && this.placed) this.looking.writeAddress();
     this.kind = kind;
     this.stage.invalidate();
