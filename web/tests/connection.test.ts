@@ -1,0 +1,251 @@
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+
+import { Connection, FIRST_WAIT, LONGEST_WAIT, nextWait } from "../src/connection";
+import type { FromPage, FromServer, TopicMessage } from "../src/protocol";
+import { Signal } from "../src/signal";
+import { readFrame, Topics } from "../src/topics";
+
+/** A WebSocket that never connects by itself. */
+class FakeSocket extends EventTarget {
+  static readonly OPEN = 1;
+  static all: FakeSocket[] = [];
+  readonly sent: string[] = [];
+  readyState = FakeSocket.OPEN;
+
+  constructor(readonly url: string) {
+    super();
+    FakeSocket.all.push(this);
+  }
+
+  send(text: string): void {
+    this.sent.push(text);
+  }
+
+  receive(message: object): void {
+    this.dispatchEvent(new MessageEvent("message", { data: JSON.stringify(message) }));
+  }
+
+  close(code: number): void {
+    this.readyState = 3;
+    this.dispatchEvent(Object.assign(new Event("close"), { code }));
+  }
+}
+
+describe("nextWait", () => {
+  it("grows by 1.6", () => {
+    expect(nextWait(FIRST_WAIT)).toBe(400);
+  });
+
+  it("is at most the longest wait", () => {
+    expect(nextWait(1900)).toBe(LONGEST_WAIT);
+    expect(nextWait(LONGEST_WAIT)).toBe(LONGEST_WAIT);
+  });
+});
+
+describe("Connection", () => {
+  let heard: FromServer[] = [];
+
+  beforeEach(() => {
+    vi.useFakeTimers();
+    FakeSocket.all = [];
+    heard = [];
+    vi.stubGlobal("WebSocket", FakeSocket);
+    vi.stubGlobal("location", { protocol: "http:", host: "localhost:8300", search: "?token=a%20b" });
+    vi.stubGlobal("document", {
+      getElementById: () => ({ textContent: '[{"type": "told", "text": "hello"}]' }),
+    });
+  });
+
+  afterEach(() => {
+    vi.useRealTimers();
+    vi.unstubAllGlobals();
+  });
+
+  async function connected(): Promise<Connection> {
+    const connection = new Connection((message) => heard.push(message));
+    await Promise.resolve();
+    return connection;
+  }
+
+  it("takes what the page was sent with before the socket connects", async () => {
+    await connected();
+    expect(heard).toEqual([{ type: "told", text: "hello" }]);
+  });
+
+  it("hands the token of the address to the server", async () => {
+    await connected();
+    expect(FakeSocket.all[0]!.url).toBe("ws://localhost:8300/ws?token=a%20b");
+  });
+
+  it("is live with the first message", async () => {
+    const connection = await connected();
+    expect(connection.link.value).toBe("connecting");
+    FakeSocket.all[0]!.receive({ type: "refused", reason: "no" });
+    expect(connection.link.value).toBe("live");
+    expect(heard.at(-1)).toEqual({ type: "refused", reason: "no" });
+  });
+
+  it("answers a beat, and hands it to nobody", async () => {
+    await connected();
+    FakeSocket.all[0]!.receive({ type: "beat" });
+    expect(FakeSocket.all[0]!.sent).toEqual(['{"type":"heard"}']);
+    expect(heard).toHaveLength(1);
+  });
+
+  it("is lost after six seconds of silence", async () => {
+    const connection = await connected();
+    FakeSocket.all[0]!.receive({ type: "beat" });
+    vi.advanceTimersByTime(5000);
+    expect(connection.link.value).toBe("live");
+    vi.advanceTimersByTime(1000);
+    expect(connection.link.value).toBe("lost");
+  });
+
+  it("connects again after longer and longer waits", async () => {
+    await connected();
+    FakeSocket.all[0]!.close(1006);
+    vi.advanceTimersByTime(249);
+    expect(FakeSocket.all).toHaveLength(1);
+    vi.advanceTimersByTime(1);
+    expect(FakeSocket.all).toHaveLength(2);
+    FakeSocket.all[1]!.close(1006);
+    vi.advanceTimersByTime(399);
+    expect(FakeSocket.all).toHaveLength(2);
+    vi.advanceTimersByTime(1);
+    expect(FakeSocket.all).toHaveLength(3);
+  });
+
+  it("waits little again once a message came", async () => {
+    await connected();
+    FakeSocket.all[0]!.close(1006);
+    vi.advanceTimersByTime(250);
+    FakeSocket.all[1]!.receive({ type: "beat" });
+    FakeSocket.all[1]!.close(1006);
+    vi.advanceTimersByTime(250);
+    expect(FakeSocket.all).toHaveLength(3);
+  });
+
+  it("reports a server that has as many pages as it serves", async () => {
+    const connection = await connected();
+    FakeSocket.all[0]!.close(1013);
+    expect(connection.link.value).toBe("full");
+  });
+
+  it("drops what cannot be sent", async () => {
+    const connection = await connected();
+    FakeSocket.all[0]!.readyState = 0;
+    connection.send({ type: "stop" });
+    expect(FakeSocket.all[0]!.sent).toEqual([]);
+  });
+});
+
+function message(topic: string, data: unknown): TopicMessage {
+  return { type: "message", topic, kind: "std_msgs/String", time: 0, is_latched: false, message: { data } };
+}
+
+describe("Topics", () => {
+  let sent: FromPage[] = [];
+  let topics: Topics;
+  let heard: unknown[] = [];
+  const listen = (): (() => void) => topics.listen("/chat", (now) => heard.push(now.message["data"]));
+
+  beforeEach(() => {
+    [sent, heard] = [[], []];
+    topics = new Topics((now) => sent.push(now));
+  });
+
+  it("subscribes once for several listeners, and unsubscribes after the last", () => {
+    const [first, second] = [listen(), listen()];
+    first();
+    expect(sent).toEqual([{ type: "subscribe", topic: "/chat" }]);
+    second();
+    expect(sent.at(-1)).toEqual({ type: "unsubscribe", topic: "/chat" });
+  });
+
+  it("gives a late listener the newest message", () => {
+    listen();
+    topics.heard(message("/chat", "first"));
+    topics.heard(message("/chat", "second"));
+    listen();
+    expect(heard).toEqual(["first", "second", "second"]);
+  });
+
+  it("forgets the newest message where it does not hold any more", () => {
+    listen();
+    topics.heard(message("/chat", "old"));
+    topics.forget("/chat");
+    listen();
+    expect(heard).toEqual(["old"]);
+  });
+
+  it("subscribes again when the connection is back", () => {
+    listen();
+    topics.connected();
+    expect(sent).toEqual([
+      { type: "subscribe", topic: "/chat" },
+      { type: "subscribe", topic: "/chat" },
+    ]);
+  });
+
+  it("does not repeat a message from before the connection was lost", () => {
+    listen();
+    topics.heard(message("/chat", "old"));
+    topics.connected();
+    listen();
+    expect(heard).toEqual(["old"]);
+  });
+
+  it("finds the first topic of some types", () => {
+    topics.listed({
+      type: "topics",
+      topics: ["a/A", "b/B", "b/B"].map((kind, index) => ({
+        name: `/t${index}`,
+        kind,
+        rate: null,
+        is_input: false,
+      })),
+    });
+    expect(topics.first(["b/B"])).toBe("/t1");
+    expect(topics.first(["c/C"])).toBe("");
+  });
+});
+
+describe("readFrame", () => {
+  it("reads the header, and the arrays behind it", () => {
+    const header = new TextEncoder().encode(
+      JSON.stringify({ ...message("/scan", 1), arrays: { ranges: ["float32", 0, 2] } }).padEnd(200),
+    );
+    const buffer = new ArrayBuffer(4 + 200 + 8);
+    new DataView(buffer).setUint32(0, 200, true);
+    new Uint8Array(buffer, 4, 200).set(header);
+    new Float32Array(buffer, 204, 2).set([1.5, -2]);
+    const read = readFrame(buffer);
+    expect(read.topic).toBe("/scan");
+    expect(read.message["ranges"]).toEqual(Float32Array.from([1.5, -2]));
+  });
+});
+
+describe("Signal", () => {
+  it("calls a listener with the present value and with later ones", () => {
+    const signal = new Signal(1);
+    const seen: number[] = [];
+    const stop = signal.watch((value) => seen.push(value));
+    signal.set(2);
+    signal.set(2);
+    stop();
+    signal.set(3);
+    expect(seen).toEqual([1, 2]);
+  });
+
+  it("calls a leisurely listener at intervals, with the newest value", () => {
+    vi.useFakeTimers();
+    const signal = new Signal(0);
+    const seen: number[] = [];
+    signal.watchAtLeisure((value) => seen.push(value), 100);
+    for (let value = 1; value <= 5; value += 1) signal.set(value);
+    expect(seen).toEqual([0]);
+    vi.advanceTimersByTime(100);
+    expect(seen).toEqual([0, 5]);
+    vi.useRealTimers();
+  });
+});
