@@ -112,7 +112,7 @@ def _frame_prefix(plan: Plan, spawner: PlannedNode, namespace: str) -> str:
 
 
 def _distinct(robot: SpawnedRobot, number: int, notes: list[Diagnostic]) -> SpawnedRobot:
-    """One of several robots, with a name and a frame prefix that tell it from the others."""
+    """One of several robots, with a name and a frame prefix that distinguish it from the others."""
     spawn = robot.spawn
     prefix = robot.frame_prefix or (f"{spawn.namespace}/" if spawn.namespace else "")
     if not prefix and number:

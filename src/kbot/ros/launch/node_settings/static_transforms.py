@@ -41,7 +41,7 @@ def read_static_transform(node: PlannedNode) -> tuple[StaticTransform | None, li
         return None, [*notes, _wrong_form(node, len(rest))]
     xyzw = _quaternion(values) if turned else tuple(values[name] for name in ("qx", "qy", "qz", "qw"))
     length = math.hypot(*xyzw)
-    if length < 1e-9:
+    if length < 1e-9:  # zero, apart from rounding
         message = "the quaternion 0 0 0 0 is not a rotation"
         return None, [*notes, Diagnostic("L062", Severity.ERROR, message, node.spans["args"])]
     x, y, z, w = (value / length for value in xyzw)

@@ -478,7 +478,7 @@ def read_env(element: Element, context: LaunchScope, tags: TagReader) -> None:
 
 
 def _review(node: PlannedNode, reporter: Reporter) -> None:
-    """Report a node that its package does not have, or not any more."""
+    """Report a node that ROS renamed, or that its package does not have."""
     origin = node.spans["type"]
     renamed = RENAMED.get((node.package, node.type))
     if renamed:

@@ -10,7 +10,7 @@ from kbot.ros.launch.launch_error import LaunchError
 from kbot.ros.launch.quoting import split_words
 from kbot.ros.launch.reporter import Reporter
 from kbot.ros.launch.ros2 import actions as act
-from kbot.ros.launch.ros2 import neighbours
+from kbot.ros.launch.ros2 import package_actions
 from kbot.ros.launch.ros2 import substitutions as sub
 from kbot.ros.launch.ros2.conditions import Condition, IfCondition, UnlessCondition
 from kbot.ros.launch.ros2.substitutions import CommandLine
@@ -105,9 +105,9 @@ class _Markup:
             "append_env": self._append_env,
             "set_use_sim_time": lambda e: act.SetUseSimTime([self._of(e, "value")]),
             "ros_timer": lambda e: act.TimerAction(period=self._of(e, "period"), actions=self.actions(e)),
-            "gz_server": lambda e: neighbours.gz_server(**self._all(e)),
-            "ros_gz_bridge": lambda e: neighbours.ros_gz_bridge(**self._all(e)),
-            "gz_spawn_model": lambda e: neighbours.gz_spawn_model(**self._all(e)),
+            "gz_server": lambda e: package_actions.gz_server(**self._all(e)),
+            "ros_gz_bridge": lambda e: package_actions.ros_gz_bridge(**self._all(e)),
+            "gz_spawn_model": lambda e: package_actions.gz_spawn_model(**self._all(e)),
             "set_ros_log_dir": lambda e: act.Silent(),
             "include": self._include,
             "group": self._group,

@@ -19,7 +19,7 @@ from typing import IO, Any, TypeVar
 from kbot.ros.launch.commands import expand_within
 from kbot.ros.launch.launch_error import LaunchError
 from kbot.ros.launch.plan import RobotDescription
-from kbot.ros.launch.ros2 import actions, conditions, handlers, neighbours, substitutions
+from kbot.ros.launch.ros2 import actions, conditions, handlers, package_actions, substitutions
 from kbot.ros.launch.ros2.conditions import Condition
 from kbot.ros.launch.ros2.context import LaunchContext
 from kbot.ros.launch.ros2.parameters import read_parameter_file
@@ -234,15 +234,15 @@ def modules_of(context: LaunchContext) -> dict[str, ModuleType]:
         "launch_ros.events": {},
         "launch_ros.events.lifecycle": {"ChangeState": actions.Silent},
         "lifecycle_msgs": {},
-        "lifecycle_msgs.msg": {"Transition": neighbours.Transition},
+        "lifecycle_msgs.msg": {"Transition": package_actions.Transition},
         "controller_manager": {},
-        "controller_manager.launch_utils": neighbours.CONTROLLER_HELPERS,
+        "controller_manager.launch_utils": package_actions.CONTROLLER_HELPERS,
         "ros_gz_bridge": {},
-        "ros_gz_bridge.actions": {"RosGzBridge": neighbours.ros_gz_bridge},
+        "ros_gz_bridge.actions": {"RosGzBridge": package_actions.ros_gz_bridge},
         "ros_gz_sim": {},
         "ros_gz_sim.actions": {
-            "GzServer": neighbours.gz_server,
-            "GzSpawnModel": neighbours.gz_spawn_model,
+            "GzServer": package_actions.gz_server,
+            "GzSpawnModel": package_actions.gz_spawn_model,
         },
         "nav2_common": {},
         "nav2_common.launch": {

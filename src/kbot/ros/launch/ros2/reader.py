@@ -16,7 +16,7 @@ from kbot.ros.launch.plan import Argument, Included, Param, Plan, PlannedNode
 from kbot.ros.launch.quoting import split_words
 from kbot.ros.launch.reporter import Reporter
 from kbot.ros.launch.ros2 import actions as act
-from kbot.ros.launch.ros2 import neighbours
+from kbot.ros.launch.ros2 import package_actions
 from kbot.ros.launch.ros2.context import LaunchContext
 from kbot.ros.launch.ros2.handlers import EventHandler, RegisterEventHandler
 from kbot.ros.launch.ros2.markup import read_xml, read_yaml_launch
@@ -291,7 +291,7 @@ class ActionVisitor:
         stand_in = known_packages.stand_in_file(path) or _not_built(path)
         if stand_in:
             package, name = stand_in[0], Path(stand_in[1]).name
-            makers = neighbours.LAUNCH_FILES.get((package, name), ())
+            makers = package_actions.LAUNCH_FILES.get((package, name), ())
             for maker in makers:
                 self.visit_all([maker(**passed)])
             if makers:

@@ -174,9 +174,11 @@ def start(process: Process) -> subprocess.Popen[bytes]:
         raise KbotError(f"{process.name} cannot be started: {error.strerror or error}") from None
 
 
+# Windows disables Ctrl-C in a new process group, but not Ctrl-Break
 _INTERRUPT: int = getattr(signal, "CTRL_BREAK_EVENT", signal.SIGINT)
 _KILL: int = getattr(signal, "SIGKILL", signal.SIGTERM)
 _ENDINGS = ((_INTERRUPT, SIGINT_SECONDS), (signal.SIGTERM, SIGTERM_SECONDS), (_KILL, 5.0))
+"""The signals that end a process, and the seconds to wait after each."""
 
 
 def _signal(running: subprocess.Popen[bytes], number: int) -> None:
