@@ -160,7 +160,7 @@ def _unknown(node: PlannedNode) -> Diagnostic:
     what = f"node {node.package}/{node.type}" if node.package else f"program {node.type}"
     message = f"{node.full_name} is not run: KBot cannot replace the {what}"
     hint = "run it with ROS"
-    hint = f"the node is required; {hint}" if node.required else hint
+    hint = f"{hint}; the node is required" if node.required else hint
     return Diagnostic("L055", severity, message, node.spans["type"], hint)
 
 

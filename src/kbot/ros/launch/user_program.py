@@ -73,7 +73,7 @@ def find_program(node: PlannedNode, packages: Packages) -> Program | Diagnostic:
 def _not_run(node: PlannedNode, why: str, hint: str) -> Diagnostic:
     severity = Severity.ERROR if node.required else Severity.WARNING
     message = f"{node.full_name} ({node.package}/{node.type}) is not run: {why}"
-    hint = f"the node is required; {hint}".rstrip("; ") if node.required else hint
+    hint = f"{hint}; the node is required".lstrip("; ") if node.required else hint
     return Diagnostic("L055", severity, message, node.spans["type"], hint)
 
 
