@@ -142,7 +142,7 @@ def test_a_macro_is_not_edited_for_the_sake_of_one_call(package: Path) -> None:
     ("file", "changes", "code", "hint"),
     [
         (CONTROL, [("${2*wheel_radius}", "${wheel_radius}")], "D106",
-         "use twice the radius that makes the wheels: 0.07"),
+         "use twice the radius of the wheels: 0.07"),
         (CONTROL, [("<leftJoint>left", "<leftJoint>right"), ("<rightJoint>right", "<rightJoint>left")], "D107",
          "exchange the names in <leftJoint> and <rightJoint>"),
         (MAIN, [('prefix="left" reflect="1"', 'prefix="left" reflect="-1"'),

@@ -189,7 +189,7 @@ def test_a_robot_without_wheels_says_why_it_cannot_drive(capsys, tmp_path):
     assert report_of(capsys, str(file), "--duration", "1")["steps"] == 500
     status, _, err = simulate(capsys, str(file), "--headless", "--cmd-vel", "0.1,0")
     assert status == 2
-    assert "robot 'ball' cannot drive: the robot has no joint that moves" in err
+    assert "robot 'ball' cannot drive: the robot has no movable joint" in err
 
 
 def test_a_picture_is_drawn_even_of_a_drive_that_fails(capsys, tmp_path):

@@ -86,7 +86,7 @@ def test_description(robot):
     data = describe(robot)
     assert (data["name"], data["root"], data["mass"]) == ("two", "base", 4.0)
     assert data["drive"] is None
-    assert data["no_drive"] == "no joint is continuous, as a wheel's is: 'swing' is revolute"
+    assert data["no_drive"] == "no joint is continuous, as a wheel needs: 'swing' is revolute"
     assert data["bounds"]["upper"] == pytest.approx([2, 0.5, 2.1])
     assert data["joints"][0]["child"] == "arm"
     assert data["links"][1]["visuals"] == [{"type": "cylinder", "radius": 0.1, "length": 2.0}]

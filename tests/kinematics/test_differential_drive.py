@@ -54,9 +54,9 @@ REAL = {
 
 DRIVELESS = {
     UR5E: "no joint is continuous",
-    "luxonis+depthai-ros/depthai_descriptions/urdf/depthai_descr.urdf.xacro.urdf": "no joint that moves",
+    "luxonis+depthai-ros/depthai_descriptions/urdf/depthai_descr.urdf.xacro.urdf": "no movable joint",
     "ros-controls+ros2_control_demos/example_1/description/urdf/rrbot.urdf.xacro.urdf": "shape is not round",
-    "ros-controls+ros2_control_demos/example_11/description/urdf/carlikebot.urdf.xacro.urdf": "as a car's is",
+    "ros-controls+ros2_control_demos/example_11/description/urdf/carlikebot.urdf.xacro.urdf": "as on a car",
     "Kinovarobotics+ros2_kortex/kortex_description/robots/gen3.xacro.7.urdf": "its axis is not level",
 }
 

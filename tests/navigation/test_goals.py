@@ -134,7 +134,7 @@ def test_who_drives_by_topic_takes_the_wheels(simulation):
     assert navigation.goals.is_driving
     simulation.bus.publish("cmd_vel", Twist(angular=Vector3(0.0, 0.0, 1.0)))
     simulation.run(0.4)
-    assert str(navigation.goals.status) == "cancelled: somebody else drives"
+    assert str(navigation.goals.status) == "cancelled: another command drives the robot"
     assert simulation.ground_truth.twist.yaw == pytest.approx(1.0, abs=0.02)
 
 
@@ -192,7 +192,7 @@ def test_a_pose_estimate_puts_the_robot_there(simulation):
     simulation.bus.publish("initialpose", _estimate(0.6, 0.6, 1.0))
     pose = simulation.ground_truth.pose
     assert (pose.x, pose.y, pose.yaw) == pytest.approx((0.6, 0.6, 1.0), abs=1e-6)
-    assert states[-1].data == "cancelled: the robot was put elsewhere"
+    assert states[-1].data == "cancelled: the robot was placed elsewhere"
     simulation.bus.publish("initialpose", _estimate(0.3, 0.0))
     assert "an obstacle is there" in states[-1].data
     assert not navigation.goals.is_driving
@@ -262,7 +262,7 @@ def test_a_robot_that_steers_is_refused_with_the_reason():
       <origin xyz="0.3 0 0"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="50" velocity="9"/></joint>
       {_wheel("front", 0, 0, "fork")}</robot>"""
     simulation = Simulation(load_robot_text(text, "r.urdf").require())
-    with pytest.raises(KbotError, match="steers: goals are planned for robots that turn on the spot"):
+    with pytest.raises(KbotError, match="steers: goals are only planned for robots that turn on the spot"):
         Goals(simulation).go(PlanarPose(1.0, 0.0))
 
 
@@ -272,7 +272,7 @@ def test_a_goal_beyond_all_bounds_is_refused_time_and_again(simulation, x):
     states = _listen(simulation, "navigation_status", String)
     for _ in range(2):
         simulation.bus.publish("goal_pose", _goal(x, -x))
-        assert "at most 1e+06 m away" in states[-1].data
+        assert "is further than 1e+06 m from the origin" in states[-1].data
         simulation.run(0.1)
 
 

@@ -35,11 +35,11 @@ def test_a_goal_that_is_refused(capsys):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--goto", "1,2"], "three numbers"),
+        (["--goto", "1,2"], "--goto takes X,Y,YAW"),
         (["--goto", "1,nan,2"], "finite"),
-        (["--goto", "1e308,0,0"], "a goal is at most 1e+06 m away, unlike (1e+308, 0)"),
-        (["--goto", "0,-2e6,0"], "a goal is at most 1e+06 m away, unlike (0, -2e+06)"),
-        (["--goto", "1,2,3", "--cmd-vel", "0.1,0"], "leave --cmd-vel"),
+        (["--goto", "1e308,0,0"], "the goal (1e+308, 0) is further than 1e+06 m from the origin"),
+        (["--goto", "0,-2e6,0"], "the goal (0, -2e+06) is further than 1e+06 m from the origin"),
+        (["--goto", "1,2,3", "--cmd-vel", "0.1,0"], "Remove --cmd-vel"),
     ],
 )
 def test_what_makes_no_sense_is_said(capsys, words, said):

@@ -76,7 +76,7 @@ def test_a_wall_that_is_not_on_the_map_ends_in_stuck(robot):
 def test_time_out_of_a_goal_is_said(robot):
     trip = go_to(Simulation(robot), PlanarPose(3, 0), timeout=1.0)
     assert trip.status.state is GoalState.STUCK
-    assert "not there after 1.0 s" in trip.status.reason
+    assert "not at the goal after 1.0 s" in trip.status.reason
 
 
 def test_cancelling_stops_the_robot(robot):
@@ -159,13 +159,13 @@ def test_numbers_that_are_none_are_refused(robot):
 
 def test_a_last_turn_that_takes_longer_than_the_patience_is_progress():
     progress = ProgressChecker(4.0)
-    assert not any(progress.stalled(0.1 * tick, 0.3 - 0.03 * tick, 0.0) for tick in range(10))
+    assert not any(progress.is_stalled(0.1 * tick, 0.3 - 0.03 * tick, 0.0) for tick in range(10))
     # half a turn at 0.3 rad/s
-    assert not any(progress.stalled(1.0 + 0.1 * tick, 0.0, 3.1 - 0.03 * tick) for tick in range(100))
+    assert not any(progress.is_stalled(1.0 + 0.1 * tick, 0.0, 3.1 - 0.03 * tick) for tick in range(100))
 
 
 def test_a_last_turn_that_does_not_come_to_an_end_is_a_stall():
     progress = ProgressChecker(4.0)
-    assert not progress.stalled(1.0, 0.0, 3.1)
-    assert not progress.stalled(4.9, 0.0, 3.1)
-    assert progress.stalled(5.1, 0.0, 3.1)
+    assert not progress.is_stalled(1.0, 0.0, 3.1)
+    assert not progress.is_stalled(4.9, 0.0, 3.1)
+    assert progress.is_stalled(5.1, 0.0, 3.1)

@@ -109,8 +109,8 @@ def test_a_goal_beyond_closed_walls_is_refused_with_where_they_end():
     answer = GridPlanner(grid, 0.1).plan(START, PlanarPose(3.6, 1.0))
     assert answer == NoPath(
         Refusal.GOAL_OUTSIDE,
-        "the goal (3.60, 1.00) is outside all that stands on the map "
-        "(x from 0.20 to 3.10 m, y from 0.20 to 3.10 m): no way leads out",
+        "the goal (3.60, 1.00) is outside the walls of the map "
+        "(x from 0.20 to 3.10 m, y from 0.20 to 3.10 m), and no way leads out",
     )
     grid.cells[2:31, 15] = 100
     within = GridPlanner(grid, 0.1)

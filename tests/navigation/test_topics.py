@@ -82,7 +82,7 @@ def test_cancelling_stops_it(simulation):
     [
         (_goal(0.3, 0.0), "refused: the goal is inside an obstacle"),
         (_goal(0.5, 0.0, frame="camera_lnk"), "refused: the goal is in the frame 'camera_lnk'"),
-        (_goal(math.nan, 0.0), "refused: a goal is a finite"),
+        (_goal(math.nan, 0.0), "refused: a goal needs a finite"),
     ],
 )
 def test_what_cannot_be_is_refused_by_its_reason(simulation, goal, words):

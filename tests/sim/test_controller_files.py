@@ -59,12 +59,18 @@ def simulated(path: Path) -> Simulation:
 @pytest.mark.parametrize(
     ("right", "wrong", "code", "place", "words"),
     [
-        ("  ros__", "\tros__", "W132", (2, 1), "a tab stands where YAML wants blanks"),
-        ("[shoulder]", "[shoulder", "W132", (9, 1), "is no YAML"),
+        ("  ros__", "\tros__", "W132", (2, 1), "it is indented with a tab"),
+        ("[shoulder]", "[shoulder", "W132", (9, 1), "is not valid YAML"),
         ("TrajectoryController", "TrajectoryControler", "W143", (5, 7), "'follow' is not loaded"),
         ("joint_state_broadcaster/J", "joint_state_broadcster/J", "W143", (3, 31), "there is no type"),
         ("joint_trajectory_controller/", "", "W143", (5, 7), "there is no type 'JointTrajectoryController'"),
-        ("  ros__parameters", "  ros_parameters", "W144", (2, 3), "'ros_parameters' is no 'ros__parameters'"),
+        (
+            "  ros__parameters",
+            "  ros_parameters",
+            "W144",
+            (2, 3),
+            "'ros_parameters' instead of 'ros__parameters'",
+        ),
         ("low:\n  ros__param", "low:\n  ros__parm", "W144", (7, 3), "refuses the whole file"),
     ],
 )

@@ -192,7 +192,7 @@ def test_a_huge_command_is_held_to_what_the_wheels_can(sim):
 
 def test_a_robot_without_wheels_says_why_it_cannot_drive(ball):
     sim = Simulation(ball)
-    with pytest.raises(KbotError, match="robot 'ball' cannot drive: the robot has no joint that moves"):
+    with pytest.raises(KbotError, match="robot 'ball' cannot drive: the robot has no movable joint"):
         sim.cmd_vel(0.1, 0.0)
     sim.run(0.1)
 

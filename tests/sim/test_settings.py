@@ -128,7 +128,7 @@ def test_a_file_of_parameters_that_is_no_yaml_is_said(with_extension, tmp_path, 
     plugin = f'<gazebo><plugin name="r" filename="x"><parameters>{file}</parameters></plugin></gazebo>'
     (said,) = Simulation(with_extension(plugin)).diagnostics
     assert said.code == "W132"
-    assert "is no YAML" in said.message
+    assert "is not valid YAML" in said.message
     assert said.origin.span.file == str(file)
 
 
@@ -144,7 +144,7 @@ def test_a_size_that_is_none_is_left_out_and_said(with_extension, said, code):
     Simulation(robot).run(0.1)
 
 
-TWICE = "use twice the radius that makes the wheels: 0.07"
+TWICE = "use twice the radius of the wheels: 0.07"
 
 
 @pytest.mark.parametrize(
@@ -152,13 +152,13 @@ TWICE = "use twice the radius that makes the wheels: 0.07"
     [
         (
             classic(f"{JOINTS}<wheelDiameter>0.08</wheelDiameter>"),
-            "use twice the radius that makes the wheels: 0.07",
+            "use twice the radius of the wheels: 0.07",
         ),
         (
             classic(f"{JOINTS}<wheel_diameter>0.08</wheel_diameter>"),
-            "use twice the radius that makes the wheels: 0.07",
+            "use twice the radius of the wheels: 0.07",
         ),
-        (gz(f"{GZ_JOINTS}<wheel_radius>0.04</wheel_radius>"), "use the radius that makes the wheels: 0.035"),
+        (gz(f"{GZ_JOINTS}<wheel_radius>0.04</wheel_radius>"), "use the radius of the wheels: 0.035"),
     ],
 )
 def test_the_hint_gives_what_the_tag_takes(with_extension, plugin, hint):

@@ -1,6 +1,6 @@
 """Rigid transforms, the frame tree, and the drive of a robot.
 
-Names are imported when they are first used: a launch file reads parameters of controllers without numpy.
+Names are imported on first use, so that launch files can read the parameters of controllers without numpy.
 """
 
 from kbot.lazy_names import lazy_names

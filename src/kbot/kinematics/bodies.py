@@ -54,9 +54,9 @@ def principal_axes(tensor: ArrayLike) -> tuple[Array, Array]:
 def robot_bounds(
     tree: FrameTree, in_frame: str | None = None, joints: Mapping[str, float] | None = None
 ) -> tuple[Array, Array] | None:
-    """Lowest and highest corner (3,) in m of the upright box about all that is seen or touched, in the axes
-    of a link (the root by default); meshes whose file is missing or broken are left out. None where
-    nothing has a size."""
+    """Lowest and highest corner (3,) in m of the box around all visuals and collisions, along the axes of a
+    link (the root by default). Meshes whose file is missing or broken are left out. None if nothing has a
+    size."""
     frame = in_frame or tree.root
     frame_from_root = tree.pose(frame, joints=joints).inverse()
     corners: list[tuple[Array, Array]] = []

@@ -35,7 +35,7 @@ OTHERS_NEED: Mapping[tuple[int, str], tuple[str, ...]] = {
     (2, DIFF_DRIVE): ("left_wheel_names", "right_wheel_names"),
     (1, JOINT_STATE): ("publish_rate",),
 }
-"""What controllers that command no single joints do not start without, by ROS 1 or 2 and type."""
+"""Parameters without which controllers that command no single joints do not start, by ROS 1 or 2 and type."""
 
 TYPES = (
     "ackermann_steering_controller/AckermannSteeringController",
@@ -65,16 +65,16 @@ TYPES = (
     "tricycle_steering_controller/TricycleSteeringController",
     "velocity_controllers/JointGroupVelocityController",
 )
-"""Those of ros2_controllers; other packages have more."""
+"""The types in the packages of ros2_controllers. Other packages have more."""
 
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
     """A parameter of a controller, or a tag of a plugin.
 
-    value   of YAML, or the text of the tag
-    origin  where the value was written, or the tag
-    key     where its name was written; of a tag and of a spawned controller's parameter the same as `origin`
+    value   the value in YAML, or the text of the tag
+    origin  where the value or the tag was written
+    key     where the name was written; for a tag or a spawned controller's parameter the same as `origin`
     items   where the items of a list were written
     """
 
@@ -100,7 +100,7 @@ class Parameter:
         return number if math.isfinite(number) else None
 
     def names(self) -> tuple[Parameter, ...]:
-        """The texts of a list, or the one text, each as a parameter of its own."""
+        """The texts of a list, or the single text, each as a separate parameter."""
         if not isinstance(self.value, list):
             return (self,) if isinstance(self.value, str) else ()
         places = self.items or (self.origin,) * len(self.value)
@@ -113,9 +113,13 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True)
 class ControllerFile:
-    """A file of parameters; `document` is None if it cannot be read. `named` is where the description names
-    it, `faults` what is wrong with it, and `words` are the keys that hold a node's parameters, misspelt ones
-    too."""
+    """A file of controller parameters.
+
+    document  its content, None if it cannot be read
+    named     where the description names the file
+    faults    what is wrong with it
+    words     the keys that hold a node's parameters, with misspelt ones
+    """
 
     document: YamlDocument | None
     named: Origin
@@ -123,7 +127,7 @@ class ControllerFile:
     words: tuple[str, ...] = (PARAMETERS,)
 
     def nodes(self) -> Iterator[tuple[str, dict[str, Parameter]]]:
-        """The last name of each node, or its wildcard, and the node's parameters by dotted name."""
+        """Each node's name without its namespace, or its wildcard, and its parameters by dotted name."""
         for keys, values in _sections(self.document.data, (), self.words) if self.document else ():
             name = "/".join(keys[:-1]).rpartition("/")[2]
             leaves = [(".".join(below[len(keys) :]), below, value) for below, value in _leaves(values, keys)]
@@ -155,7 +159,7 @@ class ControllerFile:
         }
 
     def unknown_types(self) -> Iterator[tuple[str, str, Origin, Suggestion]]:
-        """Controllers whose type `unknown_type` refuses: name, type, its place, what was meant."""
+        """Controllers whose type does not exist: name, type, its place, and a suggestion."""
         for name, kind in self.types().items():
             meant = unknown_type(kind.text)
             if meant is not None:
@@ -163,7 +167,7 @@ class ControllerFile:
 
 
 def controller_files(robot: RobotModel) -> Iterator[ControllerFile]:
-    """Those of the `<parameters>` of Gazebo's plugins, also those that cannot be used."""
+    """The files in the `<parameters>` of Gazebo's plugins, also those that cannot be used."""
     for plugin in gazebo_plugins(robot):
         yield from (_read(e) for e in plugin.elements("parameters") if e.text.strip())
 
@@ -171,12 +175,15 @@ def controller_files(robot: RobotModel) -> Iterator[ControllerFile]:
 def node_parameters(
     document: YamlDocument, node: str | None, call: Call | None = None, words: Collection[str] = (PARAMETERS,)
 ) -> dict[str, Setting]:
-    """A node's parameters in a parameter file of ROS 2: nested names are joined by dots, later ones replace
-    earlier ones.
+    """A node's parameters in a parameter file of ROS 2. Nested names are joined by dots, and later parameters
+    replace earlier ones.
 
-    node    its full name, as `/arm/follow`; a name without a slash is one in any namespace, None every node
-    call    the include that brought the file
-    words   the keys that hold the parameters of a node
+    Args:
+        document: the file.
+        node: full name of the node, for example `/arm/follow`. A name without a slash matches in every
+            namespace, and None matches every node.
+        call: the include that loaded the file.
+        words: the keys that hold the parameters of a node.
     """
     found: dict[str, Setting] = {}
     for keys, values in _sections(document.data, (), words):
@@ -191,11 +198,11 @@ def node_parameters(
 
 
 def matches(pattern: str, node: str) -> bool:
-    """Whether a parameter file means a node by its full name: `*` stands for one part of it, `**` for any
-    number of them."""
+    """Whether a pattern of a parameter file matches a node's full name: `*` matches one part of the name, and
+    `**` any number of parts."""
     names = [part for part in node.split("/") if part]
     reached = {0}
-    """How many of the names the parts of the pattern so far may stand for."""
+    """How many parts of the name the pattern so far can match."""
     for part in filter(None, pattern.split("/")):
         if part == "**":
             reached = set(range(min(reached, default=len(names) + 1), len(names) + 1))
@@ -225,13 +232,16 @@ def _leaves(values: Mapping[Any, Any], keys: Keys) -> Iterator[tuple[Keys, objec
 
 
 def unknown_type(kind: str) -> Suggestion | None:
-    """The types that were perhaps meant by one that surely is none: it names no package, its package has no
-    such controller, or it is a slip away from one there is. None for a type that may be of somebody's own."""
+    """Suggestions for a type that does not exist; None for one that may exist in a package that KBot does not
+    know.
+
+    A type does not exist if it names no package, if its package is known and has no such controller, or if it
+    is a slip of a known type."""
     package, slash, _ = kind.partition("/")
     if not slash and "::" not in kind:
-        return did_you_mean(kind, [one for one in TYPES if one.endswith(f"/{kind}")] or TYPES)
+        return did_you_mean(kind, [known for known in TYPES if known.endswith(f"/{kind}")] or TYPES)
     hint = did_you_mean(kind, TYPES)
-    is_of_known = any(one.partition("/")[0] == package for one in TYPES)
+    is_of_known = any(known.partition("/")[0] == package for known in TYPES)
     return hint if kind not in TYPES and (hint.sure or is_of_known) else None
 
 
@@ -241,15 +251,15 @@ def _read(element: Element) -> ControllerFile:
         document = read_yaml(read_source(path))
     except DescriptionError as error:
         message = f"the controllers' {error.diagnostics[0].message}"
-        # it may be there where the robot runs: a description is also looked at alone
+        # only a warning: the file may exist on the machine on which the robot runs
         fault = Diagnostic("W132", Severity.WARNING, message, element.origin)
         return ControllerFile(None, element.origin, (fault,))
     except YamlError as error:
         span = error.span
         tab = span.source.data[span.start : span.start + 1] == b"\t"
-        what = "a tab stands where YAML wants blanks" if tab else error.problem
-        message = f"the controllers' file is no YAML, and none of them is loaded: {what}"
-        fault = _fault("W132", message, Origin(span), "indent with blanks" if tab else "")
+        what = "it is indented with a tab" if tab else error.problem
+        message = f"the controllers' file is not valid YAML, and no controller is loaded: {what}"
+        fault = _fault("W132", message, Origin(span), "indent with spaces" if tab else "")
         return ControllerFile(None, element.origin, (fault,))
     misspelt = list(_misspelt(document.data, ()))
     words = (PARAMETERS, *dict.fromkeys(keys[-1] for keys in misspelt))
@@ -258,7 +268,7 @@ def _read(element: Element) -> ControllerFile:
 
 
 def _misspelt(data: object, keys: Keys) -> Iterator[Keys]:
-    """The keys that lead to a word in the place of `ros__parameters` that can mean nothing else."""
+    """The keys that lead to a misspelt `ros__parameters`."""
     if not isinstance(data, dict):
         return
     for key, value in data.items():
@@ -272,7 +282,7 @@ def _misspelt(data: object, keys: Keys) -> Iterator[Keys]:
 
 
 def _misspelling(word: str, origin: Origin) -> Diagnostic:
-    message = f"'{word}' is no '{PARAMETERS}': the controller manager refuses the whole file"
+    message = f"'{word}' instead of '{PARAMETERS}': the controller manager refuses the whole file"
     return _fault("W144", message, origin, did_you_mean(word, (PARAMETERS,)) or f"write '{PARAMETERS}'")
 
 
@@ -286,8 +296,8 @@ def _fault(code: str, message: str, origin: Origin, hint: str = "") -> Diagnosti
 
 @dataclass(frozen=True, slots=True)
 class Parameters:
-    """A controller's parameters by dotted name, `type` among them; `origin` is where the description names
-    the file, or the launch the controller."""
+    """A controller's parameters by dotted name, including `type`. `origin` is where the description names the
+    file, or where the launch names the controller."""
 
     kind: str
     controller: str
@@ -302,19 +312,22 @@ class Parameters:
         return {name: parameter.value for name, parameter in self.given.items()}
 
     def place(self, *names: str) -> Origin:
-        """Where the first of these parameters that is given was written, else the controller's type."""
+        """Where the first given one of these parameters was written, else the place of the controller's
+        type."""
         return next((self.given[n].key for n in (*names, "type") if n in self.given), self.origin)
 
     def lacking(self, *needed: str) -> list[str]:
-        """Those of the parameters that are needed, and of those that its type does not start without, that a
-        controller that is spawned was not given; of one in the description all is taken to be there."""
+        """The needed parameters that a spawned controller lacks, including those that its type always needs.
+
+        A controller in the description is assumed to have all of them.
+        """
         every = (*needed, *OTHERS_NEED.get((self.ros, self.kind), ()))
         return [name for name in every if name not in self.given] if self.is_spawned else []
 
 
 def controller_parameters(robot: RobotModel, findings: DiagnosticCollector) -> Iterator[Parameters]:
-    """Those of every controller that the controller manager lists; where a launch spawns some of them, of
-    those alone. A controller whose type nobody knows is reported at the place that spawns it."""
+    """The parameters of every controller that the controller manager lists, or only of those that a launch
+    spawns. A spawned controller without a type is reported at the place that spawns it."""
     written = {found.controller: found for found in _of_description(robot, findings)}
     spawned = spawned_controllers(robot)
     if not spawned:
@@ -342,12 +355,13 @@ def _report_unknown(
 ) -> None:
     known = [*(other.name for other in spawned if "type" in other.settings), *written]
     if controller.settings:
-        what = f"the controller {controller.name} has parameters and no type: it is not loaded"
-        where = next(iter(controller.settings.values())).origin
-        findings.warning("W137", what, where, "give it a type, as effort_controllers/JointPositionController")
+        message = f"the controller {controller.name} has parameters but no type: it is not loaded"
+        origin = next(iter(controller.settings.values())).origin
+        hint = "set its type, for example effort_controllers/JointPositionController"
+        findings.warning("W137", message, origin, hint)
         return
-    what = f"the controller {controller.name} has no parameters: it is not loaded"
-    findings.warning("W137", what, controller.origin, did_you_mean(controller.name, known))
+    message = f"the controller {controller.name} has no parameters: it is not loaded"
+    findings.warning("W137", message, controller.origin, did_you_mean(controller.name, known))
 
 
 def _of_description(robot: RobotModel, findings: DiagnosticCollector) -> Iterator[Parameters]:

@@ -21,14 +21,14 @@ Array = NDArray[np.float64]
 _Position = TypeVar("_Position", float, Array)
 
 
-_STAYS: Array = np.zeros((4, 4))
+_NO_MOTION: Array = np.zeros((4, 4))
 
 
 @dataclass(frozen=True, slots=True)
 class _Step:
-    """How a link hangs on the one above it: constant + a(q) first + b(q) second, all (4, 4).
+    """The pose of a link in its parent: constant + a(q) first + b(q) second, all (4, 4).
 
-    A turn by q about an axis is I + sin(q) K + (1 - cos(q)) K^2 (Rodrigues), a slide is I + q T.
+    A rotation by q about an axis is I + sin(q) K + (1 - cos(q)) K^2 (Rodrigues), a translation is I + q T.
     """
 
     link: str
@@ -42,7 +42,10 @@ class _Step:
 
 @dataclass(frozen=True, slots=True)
 class Follow:
-    """position = multiplier * position of `leader` + offset, through any chain of mimics."""
+    """How a joint follows another: position = multiplier * position of `leader` + offset.
+
+    A chain of mimic joints is resolved to its first leader.
+    """
 
     leader: str
     multiplier: float
@@ -52,9 +55,8 @@ class Follow:
 class FrameTree:
     """The frames of a robot's links.
 
-    Joints whose position is not given stand at 0; a mimic joint follows its leader unless it is given
-    a position of its own, as robot_state_publisher has it. Planar and floating joints stand at 0.
-    """
+    Joints without a given position are at 0. A mimic joint follows its leader, unless it has a position of
+    its own, as in robot_state_publisher. Planar and floating joints are at 0."""
 
     def __init__(self, robot: RobotModel) -> None:
         self.robot = robot
@@ -93,7 +95,7 @@ class FrameTree:
     def pose(
         self, link: str, in_frame: str | None = None, joints: Mapping[str, float] | None = None
     ) -> Transform:
-        """`in_frame_from_link`: where `link` stands in the frame of another link (the root's by default).
+        """`in_frame_from_link`: the pose of `link` in the frame of another link (the root's by default).
 
         Raises:
             KbotError: an unknown link, and as for `poses`.
@@ -107,7 +109,7 @@ class FrameTree:
         return self._in_root(in_frame, positions).inverse() @ root_from_link
 
     def _at_rest(self, link: str, in_frame: str | None) -> Transform:
-        """`pose` where no joint is given a position: asked for again and again, so kept."""
+        """`pose` with all joints at 0. The poses are kept because they are needed often."""
         self._check_link(link)
         if self._rest is None:
             self._rest = self.poses()
@@ -121,10 +123,10 @@ class FrameTree:
     ) -> dict[str, Array]:
         """`root_from_link` matrices (n, 4, 4) of `links` (all by default), read-only.
 
-        `positions`: (n, k), a column for each of the k `joint_names`, in rad or m.
+        `positions` (n, k) has a column for each of the k `joint_names`, in rad or m.
 
         Raises:
-            KbotError: another shape, an unknown link, and as for `poses`.
+            KbotError: a wrong shape, an unknown link, and as for `poses`.
         """
         try:
             table = np.asarray(positions, dtype=np.float64)
@@ -132,7 +134,7 @@ class FrameTree:
             raise KbotError("positions are not a table of numbers") from None
         if table.ndim != 2 or table.shape[1] != len(joint_names):
             raise KbotError(
-                f"positions need the shape (n, {len(joint_names)}), one column a joint, not {table.shape}"
+                f"positions need the shape (n, {len(joint_names)}), one column per joint, not {table.shape}"
             )
         columns = self._columns(joint_names, table)
         wanted = list(self.robot.links) if links is None else list(links)
@@ -170,7 +172,7 @@ class FrameTree:
         return needed
 
     def _positions(self, joints: Mapping[str, float] | None) -> dict[str, float]:
-        """Positions by joint, mimics resolved."""
+        """Positions by joint, with those of mimic joints."""
         positions: dict[str, float] = {}
         for name, value in (joints or {}).items():
             self._check_joint(name)
@@ -193,7 +195,7 @@ class FrameTree:
         return self._with_mimics(columns, np.zeros((len(table), 1, 1)))
 
     def _with_mimics(self, given: dict[str, _Position], zero: _Position) -> dict[str, _Position]:
-        """`given` positions, and those of the mimic joints that have none of their own."""
+        """The `given` positions, and those of mimic joints that follow a leader."""
         positions = dict(given)
         for name, follow in self._follow.items():
             if name not in given:
@@ -211,7 +213,7 @@ class FrameTree:
 
 
 class JointPose:
-    """`parent_from_child` of one joint in plain numbers, for callers that want a few joints many times a
+    """`parent_from_child` of one joint in plain numbers, which is fast for a few joints many times a
     second."""
 
     def __init__(self, joint: Joint) -> None:
@@ -240,7 +242,7 @@ class JointPose:
 def rest_frames(robot: RobotModel) -> dict[str, SpatialFrame]:
     """`root_from_link` of every link with every joint at 0; mimic joints do not follow their leaders.
 
-    It takes 4 us for a robot of five links, where `FrameTree.poses` takes 200 us.
+    This takes 4 us for a robot with five links, while `FrameTree.poses` takes 200 us.
     """
     frames = {robot.root: SpatialFrame()}
     waiting = [robot.root]
@@ -263,16 +265,16 @@ def joint_transform(joint: Joint, position: float) -> Transform:
 
 
 def unit_axis(joint: Joint) -> Array:
-    """The joint's axis (3,) of length 1 in the joint's frame; zero where it was written as zero."""
+    """The joint's unit axis (3,) in the joint's frame; zero if it was written as zero."""
     axis = np.array(joint.axis)
-    length = math.hypot(*joint.axis)  # which no square makes too large or too small
+    length = math.hypot(*joint.axis)  # does not overflow or underflow as the sum of squares would
     return axis / length if length > 0.0 else axis
 
 
 def _step(joint: Joint) -> _Step:
     origin = Transform.of(joint.pose).matrix
     if not joint.has_position:
-        return _Step(joint.child, joint.parent, joint.name, joint.type, origin, _STAYS, _STAYS)
+        return _Step(joint.child, joint.parent, joint.name, joint.type, origin, _NO_MOTION, _NO_MOTION)
     x, y, z = unit_axis(joint)
     first, second = np.zeros((4, 4)), np.zeros((4, 4))
     if joint.type is JointType.PRISMATIC:
@@ -296,7 +298,10 @@ def _local(step: _Step, positions: Mapping[str, float] | Mapping[str, Array]) ->
 
 
 def _compose(parent: Array, local: Array) -> Array:
-    """Matrix products of (4, 4) and (n, 4, 4) in either place; a stack times one matrix is one product."""
+    """The matrix product of (4, 4) or (n, 4, 4) with (4, 4) or (n, 4, 4).
+
+    A stack times one matrix is computed as one product, which is faster.
+    """
     if parent.ndim == 3 and local.ndim == 2:
         product: Array = (parent.reshape(-1, 4) @ local).reshape(parent.shape)
         return product
@@ -304,7 +309,8 @@ def _compose(parent: Array, local: Array) -> Array:
 
 
 def mimics(robot: RobotModel) -> dict[str, Follow]:
-    """Each mimic joint's leader; one whose leader is missing, immovable or itself is left free."""
+    """How each mimic joint follows. A joint whose leader is missing or cannot move, or that mimics in a ring,
+    is left out."""
     follows: dict[str, Follow] = {}
     for joint in robot.movable_joints:
         multiplier, offset, at, seen = 1.0, 0.0, joint, {joint.name}

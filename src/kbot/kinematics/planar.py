@@ -9,11 +9,11 @@ Point = tuple[float, float]
 
 
 def convex_hull(points: Iterable[Point], tolerance: float = 0.0) -> list[Point]:
-    """Corners of the convex hull, counter-clockwise (Andrew's monotone chain); one or two where the points
-    lie on a line.
+    """Corners of the convex hull, counter-clockwise (Andrew's monotone chain). Points on a line have one or
+    two.
 
-    A corner is left out where its triangle with the corners beside it has less than half of `tolerance`
-    (m^2): rounding makes such triangles of points on a line.
+    A corner is left out if its triangle with the adjacent corners is smaller than half of `tolerance` (m^2).
+    Rounding makes such triangles from points on a line.
     """
     unique = sorted(set(points))
     if len(unique) < 3:
@@ -30,5 +30,5 @@ def convex_hull(points: Iterable[Point], tolerance: float = 0.0) -> list[Point]:
 
 
 def twice_area(a: Point, b: Point, c: Point) -> float:
-    """Twice the area of a triangle in m^2, above zero where its corners are counter-clockwise."""
+    """Twice the area of a triangle in m^2, positive if its corners are counter-clockwise."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

@@ -1,7 +1,7 @@
-"""The pose of a robot on a plane, integrated from the distances that its wheels rolled.
+"""The pose of a robot on a plane, and its integration from the distances that the wheels rolled.
 
-Source of the formulas: a constant twist over a step is a motion along an arc, the exponential of
-se(2) (Lynch and Park, Modern Robotics, 13.4); the step is exact however long it is.
+Source of the formulas: a constant twist over a step is a motion along an arc, the exponential of se(2) (Lynch
+and Park, Modern Robotics, 13.4). The result is exact for steps of any length.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _Coordinate = TypeVar("_Coordinate", float, Array)
 
 @dataclass(frozen=True, slots=True)
 class PlanarPose:
-    """Metres, and a heading in radians that counts full turns (it is not wrapped)."""
+    """A position in metres and a heading in radians, which counts full turns and is not wrapped."""
 
     x: float = 0.0
     y: float = 0.0
@@ -37,13 +37,13 @@ class PlanarPose:
         return PlanarPose(-c * self.x - s * self.y, s * self.x - c * self.y, -self.yaw)
 
     def apply(self, points: Array) -> Array:
-        """Points (n, 2) in m of this pose's frame, in the outer frame."""
+        """Points (n, 2) in m from this pose's frame to the outer frame."""
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         placed: Array = points @ np.array([[c, s], [-s, c]]) + (self.x, self.y)
         return placed
 
     def local(self, x: _Coordinate, y: _Coordinate) -> tuple[_Coordinate, _Coordinate]:
-        """A point of the outer frame in this pose's frame, in m; for many points, x and y are arrays."""
+        """A point in m from the outer frame to this pose's frame; for many points, x and y are arrays."""
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         dx, dy = x - self.x, y - self.y
         return c * dx + s * dy, c * dy - s * dx
@@ -59,9 +59,9 @@ class PlanarTwist:
 
 
 def arc(length: float, turn: float) -> PlanarPose:
-    """Motion along an arc of `length` metres that turns by `turn` radians, begun along x."""
+    """Motion along an arc of `length` metres that turns by `turn` radians and begins along x."""
     half = turn / 2.0
-    # sin(half)/half, by its series where the quotient loses digits
+    # sin(half)/half, from its series for small angles, where the quotient loses digits
     sinc = math.sin(half) / half if abs(half) > 1e-4 else 1.0 - half * half / 6.0
     chord = length * sinc
     return PlanarPose(chord * math.cos(half), chord * math.sin(half), turn)
@@ -76,8 +76,8 @@ def integrate(
 ) -> PlanarPose:
     """The base's pose after its left and right wheels rolled `left` and `right` metres.
 
-    `separation`: between the wheels' contact points, in m. `axle_in_base`: the middle of the axle,
-    about which the robot turns, in the frame that `pose` is of. Exact for constant wheel speeds.
-    """
+    `separation` is the distance in m between the contact points of the wheels. `axle_in_base` is the middle
+    of the axle, about which the robot turns, in the base's frame. The result is exact for constant wheel
+    speeds."""
     step = arc((left + right) / 2.0, (right - left) / separation)
     return pose @ axle_in_base @ step @ axle_in_base.inverse()

@@ -1,4 +1,4 @@
-"""The figures of a robot that `kbot info` prints, as data and as text."""
+"""Describes a robot for `kbot info`, as data and as text: links, joints, masses, drive and size."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from kbot.kinematics.frames import FrameTree
 from kbot.model import Geometry, Joint, Link, Mesh, RobotModel
 
 _DEEPEST = 30
-"""Links deeper in the tree than this are drawn at this depth."""
+"""Deeper links of the tree are drawn at this depth, so that lines do not become too long."""
 
 
 def describe(robot: RobotModel) -> dict[str, Any]:  # Any: JSON
-    """The robot as plain data for JSON; metres, kilograms, radians; None where there is no such figure.
+    """The robot as plain data for JSON, in metres, kilograms and radians. Unknown values are None.
 
-    `drive` is None where there is none, and `no_drive` then says why.
+    For a robot without a differential drive `drive` is None, and `no_drive` is the reason.
     """
     tree = FrameTree(robot)
     return _describe(robot, tree, find_drive(robot, tree))
@@ -41,7 +41,7 @@ def _describe(robot: RobotModel, tree: FrameTree, drive: DifferentialDrive | NoD
 
 
 def describe_as_text(robot: RobotModel) -> str:
-    """The same for people: a heading, the tree of links, the drive, the bounds."""
+    """The robot as text: a heading, the tree of links, the drive, and the bounds."""
     tree = FrameTree(robot)
     drive = find_drive(robot, tree)
     data = _describe(robot, tree, drive)
@@ -61,7 +61,7 @@ def describe_as_text(robot: RobotModel) -> str:
             f"  steered           {', '.join(wheel.joint for wheel in drive.steering)}",
             f"  wheel radius      {drive.radius:.4g} m",
             f"  wheel separation  {drive.separation:.4g} m",
-            f"  between the axles {max(abs(wheel.x) for wheel in drive.steering):.4g} m",
+            f"  wheelbase         {max(abs(wheel.x) for wheel in drive.steering):.4g} m",
         ]
     elif isinstance(drive, NoDrive):
         lines.append(f"no differential drive: {drive.reason}")
@@ -137,7 +137,7 @@ def _joint(joint: Joint) -> dict[str, Any]:
 
 
 def _tree(robot: RobotModel) -> Iterator[str]:
-    """The links as a tree, each with the joint that holds it, what it weighs and where it was written."""
+    """The links as a tree, each with its joint, its mass and its place in the source."""
     rows: list[tuple[str, str, str, str]] = []
     waiting: list[tuple[str, str, str]] = [(robot.root, "", "")]
     while waiting:
@@ -151,7 +151,7 @@ def _tree(robot: RobotModel) -> Iterator[str]:
         children = robot.child_joints[name]
         for i, child in reversed(list(enumerate(children))):
             last = i == len(children) - 1
-            if len(below) >= 3 * _DEEPEST:  # no deeper: the lines would outgrow any page
+            if len(below) >= 3 * _DEEPEST:  # a level of the tree is three characters wide
                 waiting.append((child.child, below[:-3] + "…  ", below))
                 continue
             waiting.append(
@@ -163,10 +163,10 @@ def _tree(robot: RobotModel) -> Iterator[str]:
 
 
 def _short(path: str) -> str:
-    """The path as seen from the working directory, where that is shorter."""
+    """The path, or the path relative to the working directory if that is shorter."""
     try:
         relative = os.path.relpath(path)
-    except ValueError:  # another drive
+    except ValueError:  # on another drive of Windows
         return path
     return min(relative, path, key=len)
 

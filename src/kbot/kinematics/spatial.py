@@ -1,8 +1,7 @@
 """Vectors, rotations and symmetric tensors of three dimensions as plain tuples.
 
-For one small matrix at a time tuples are several times faster than arrays. `transform` and `frames` have
-the arrays, for many poses at once.
-"""
+For a single small matrix tuples are several times faster than arrays. `transform` and `frames` use arrays,
+for many poses at once."""
 
 from __future__ import annotations
 
@@ -20,7 +19,7 @@ Quaternion = tuple[float, float, float, float]
 IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 ZERO: Vector = (0.0, 0.0, 0.0)
 GRAVITY = 9.81
-"""m/s^2, where a world gives no other."""
+"""m/s^2, if the world does not define it."""
 
 
 def add(a: Vector, b: Vector) -> Vector:
@@ -48,7 +47,7 @@ def norm(a: Vector) -> float:
 
 
 def unit(a: Vector) -> Vector | None:
-    """The direction of a vector; None for one without length."""
+    """The unit vector along a vector; None for a vector of length zero."""
     length = norm(a)
     return scale(a, 1.0 / length) if length > 1e-12 and math.isfinite(length) else None
 
@@ -74,7 +73,7 @@ def multiply(m: Matrix, n: Matrix) -> Matrix:
 
 @lru_cache(maxsize=4096)
 def rotation(rpy: Vector) -> Matrix:
-    """The rotation of roll, then pitch, then yaw in radians about the fixed x, y, z axes (REP 103, URDF)."""
+    """The rotation by roll, then pitch, then yaw in radians about the fixed x, y, z axes (REP 103, URDF)."""
     if rpy == ZERO:
         return IDENTITY
     roll, pitch, yaw = (angle + 0.0 for angle in rpy)  # -0.0 and 0.0 share an entry of the cache
@@ -100,14 +99,14 @@ def quaternion_product(a: Quaternion, b: Quaternion) -> Quaternion:
 
 
 class SpatialFrame(NamedTuple):
-    """Where an inner frame stands in an outer one."""
+    """The pose of an inner frame in an outer frame."""
 
     rotation: Matrix = IDENTITY
     translation: Vector = ZERO
 
     @classmethod
     def of(cls, pose: Pose) -> SpatialFrame:
-        """The frame that an `<origin>` gives."""
+        """The frame of an `<origin>`."""
         return cls(rotation(pose.rpy), pose.xyz)
 
     def then(self, inner: SpatialFrame) -> SpatialFrame:
@@ -115,14 +114,14 @@ class SpatialFrame(NamedTuple):
         return SpatialFrame(multiply(self.rotation, inner.rotation), self.point(inner.translation))
 
     def point(self, p: Vector) -> Vector:
-        """A point of the inner frame in the outer one."""
+        """A point from the inner frame to the outer frame."""
         return add(p if self.rotation is IDENTITY else rotate(self.rotation, p), self.translation)
 
     def direction(self, d: Vector) -> Vector:
         return rotate(self.rotation, d)
 
     def local(self, p: Vector) -> Vector:
-        """A point of the outer frame in the inner one."""
+        """A point from the outer frame to the inner frame."""
         return rotate(transpose(self.rotation), subtract(p, self.translation))
 
     def local_direction(self, d: Vector) -> Vector:
@@ -130,7 +129,7 @@ class SpatialFrame(NamedTuple):
 
 
 def tensor_in(rotation_: Matrix, tensor: Matrix) -> Matrix:
-    """A tensor given in the inner axes, in the outer ones: R T R^T."""
+    """A tensor from the inner axes to the outer axes: R T R^T."""
     if rotation_ is IDENTITY:
         return tensor
     return multiply(multiply(rotation_, tensor), transpose(rotation_))
@@ -141,7 +140,7 @@ def diagonal(d: Vector) -> Matrix:
 
 
 def steiner(mass: float, offset: Vector) -> Matrix:
-    """What a point mass at `offset` adds to a tensor (parallel axis theorem)."""
+    """The tensor of a point mass at `offset` (parallel axis theorem)."""
     x, y, z = offset
     return (
         (mass * (y * y + z * z), -mass * x * y, -mass * x * z),
@@ -162,7 +161,7 @@ def scale_matrix(m: Matrix, by: float) -> Matrix:
 def eigenvalues(m: Matrix) -> Vector:
     """Eigenvalues of a symmetric matrix, smallest first, in closed form (Smith 1961).
 
-    Kept: one tensor's are asked for by many rules.
+    The results are cached because many rules need those of the same tensor.
     """
     (a, d, e), (_, b, f), (_, _, c) = m
     off = d * d + e * e + f * f
@@ -170,7 +169,7 @@ def eigenvalues(m: Matrix) -> Vector:
         low, middle, high = sorted((a, b, c))
         return (low, middle, high)
     largest = max(abs(v) for row in m for v in row)
-    if not 1e-100 < largest < 1e100:  # squares of such numbers are not numbers any more
+    if not 1e-100 < largest < 1e100:  # products of such numbers overflow or underflow
         low, middle, high = eigenvalues(scale_matrix(m, 1.0 / largest)) if math.isfinite(largest) else m[0]
         return (low * largest, middle * largest, high * largest)
     mean = (a + b + c) / 3.0

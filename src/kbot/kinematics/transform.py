@@ -14,13 +14,13 @@ from kbot.model import Pose
 Array = NDArray[np.float64]
 
 _LEAST = 1e-290
-"""A sum of squares below which too many of their digits are lost."""
+"""Squared length of a quaternion below which underflow loses too many digits."""
 
 
 class Transform:
-    """An immutable rigid transform. `a_from_b` takes coordinates in frame b to frame a.
+    """An immutable rigid transform. `a_from_b` converts coordinates in frame b to frame a.
 
-    Composition reads like the names do: `a_from_c = a_from_b @ b_from_c`.
+    Names compose from left to right: `a_from_c = a_from_b @ b_from_c`.
     """
 
     __slots__ = ("_matrix",)
@@ -28,16 +28,16 @@ class Transform:
     _matrix: Array
 
     def __init__(self, matrix: ArrayLike) -> None:
-        """`matrix`: homogeneous, (4, 4), its rotation orthonormal.
+        """`matrix` is homogeneous (4, 4), with an orthonormal rotation.
 
         Raises:
-            ValueError: another shape, a number that is not finite, or not a rigid transform.
+            ValueError: a wrong shape, a number that is not finite, or not a rigid transform.
         """
         copy = np.array(matrix, dtype=np.float64)
         if copy.shape != (4, 4):
-            raise ValueError(f"a transform is a (4, 4) matrix, not one of shape {copy.shape}")
+            raise ValueError(f"a transform needs a (4, 4) matrix, not the shape {copy.shape}")
         if not np.isfinite(copy).all():
-            raise ValueError("a transform's matrix has a number that is not finite")
+            raise ValueError("the matrix of a transform has a number that is not finite")
         turn = copy[:3, :3]
         rigid = np.allclose(turn @ turn.T, np.eye(3), atol=1e-6) and np.linalg.det(turn) > 0
         if not rigid or not np.allclose(copy[3], (0.0, 0.0, 0.0, 1.0), atol=1e-9):
@@ -50,7 +50,7 @@ class Transform:
 
     @classmethod
     def _trusted(cls, matrix: Array) -> Transform:
-        """Wrap a matrix that is rigid by its making and that nobody else will change."""
+        """Wrap a matrix without checks or a copy. It must be rigid, and the caller must not change it."""
         matrix.flags.writeable = False
         transform = object.__new__(cls)
         object.__setattr__(transform, "_matrix", matrix)
@@ -81,7 +81,7 @@ class Transform:
 
     @classmethod
     def of(cls, pose: Pose) -> Transform:
-        """From an `<origin>` of a robot. Raises ValueError as `from_xyz_rpy`."""
+        """From an `<origin>` of a robot. Raises ValueError as `from_xyz_rpy` does."""
         return cls.from_xyz_rpy(pose.xyz, pose.rpy)
 
     @classmethod
@@ -96,10 +96,10 @@ class Transform:
         x, y, z, w = _finite(quaternion)
         tx, ty, tz = _finite(translation)
         norm = x * x + y * y + z * z + w * w
-        if not _LEAST < norm < math.inf:  # a square was too small or too large for a number
+        if not _LEAST < norm < math.inf:  # the squares underflow or overflow
             most = max(map(abs, (x, y, z, w)))
             if most == 0.0:
-                raise ValueError("a quaternion of length zero is no rotation")
+                raise ValueError("a quaternion of length zero is not a rotation")
             x, y, z, w = x / most, y / most, z / most, w / most
             norm = x * x + y * y + z * z + w * w
         s = 2.0 / norm
@@ -135,8 +135,8 @@ class Transform:
 
     @property
     def rpy(self) -> tuple[float, float, float]:
-        """Roll, pitch, yaw about fixed axes in radians; at pitch +-pi/2, where only their sum or
-        difference is known, yaw is 0."""
+        """Roll, pitch, yaw about fixed axes in radians. At a pitch of +-pi/2 only the sum or difference of
+        roll and yaw is defined, and yaw is 0."""
         r = self._matrix
         cos_pitch = float(np.hypot(r[0, 0], r[1, 0]))
         pitch = float(np.arctan2(-r[2, 0], cos_pitch))
@@ -146,7 +146,7 @@ class Transform:
 
     @property
     def yaw(self) -> float:
-        """Heading of the x axis seen from above, in radians."""
+        """Heading in radians of the x axis seen from above."""
         return float(np.arctan2(self._matrix[1, 0], self._matrix[0, 0]))
 
     def __matmul__(self, other: Transform) -> Transform:
@@ -155,14 +155,14 @@ class Transform:
         return Transform._trusted(self._matrix @ other._matrix)
 
     def inverse(self) -> Transform:
-        """The transform the other way round."""
+        """`b_from_a` of an `a_from_b`."""
         matrix = np.eye(4)
         matrix[:3, :3] = self.rotation.T
         matrix[:3, 3] = -(self.rotation.T @ self.translation)
         return Transform._trusted(matrix)
 
     def apply(self, points: ArrayLike) -> Array:
-        """Points (3,) or (n, 3) in the inner frame, in coordinates of the outer one."""
+        """Points (3,) or (n, 3) from the inner frame to the outer frame."""
         result: Array = np.asarray(points, dtype=np.float64) @ self.rotation.T + self.translation
         return result
 
@@ -202,8 +202,10 @@ def rotations_about(axis: Sequence[float], angles: ArrayLike) -> Array:
 
 
 def quaternion_xyzw_from_rotation(rotation: ArrayLike) -> tuple[float, float, float, float]:
-    """Unit quaternion x, y, z, w with w >= 0 of a rotation matrix (3, 3), by its largest component
-    (Shepperd 1978), which is exact to rounding for every angle."""
+    """Unit quaternion x, y, z, w with w >= 0 of a rotation matrix (3, 3).
+
+    It is computed from its largest component (Shepperd 1978), which is accurate for every angle.
+    """
     r = np.asarray(rotation, dtype=np.float64)
     xx, yy, zz = float(r[0, 0]), float(r[1, 1]), float(r[2, 2])
     candidates = (xx - yy - zz, yy - xx - zz, zz - xx - yy, xx + yy + zz)

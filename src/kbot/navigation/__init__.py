@@ -1,4 +1,4 @@
-"""Goals, planner, and the controllers that drive a robot to a goal.
+"""Goals, planner, and the controllers that drive a robot to a goal:
 
 from kbot.navigation import go_to
 trip = go_to(sim, kbot.PlanarPose(1.8, 1.8, 0.0))

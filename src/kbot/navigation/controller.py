@@ -1,6 +1,6 @@
-"""The interface of navigation controllers: from the robot's pose to its next speeds.
+"""The interface of navigation controllers, which compute the robot's next speeds from its pose.
 
-A controller is any object with an `update`; this one drives towards a light it knows the place of:
+A controller is any object with an `update`. This one drives towards a light at a known place:
 
     class TowardsTheLight:
         def update(self, observation: Observation) -> Twist:
@@ -23,19 +23,23 @@ from kbot.messages import Twist, Vector3
 STILL = Twist()
 AT_REST = PlanarTwist()
 _BEHIND = math.radians(150)
-_STANDS = 0.01
-_STANDS_TURNING = 0.15
+"""rad. If a bearing larger than this changes sides, the robot keeps its direction of turning."""
+_REST_SPEED = 0.01
+_REST_TURNING = 0.15
 """m/s and rad/s below which a robot is at rest. With the default braking it stops within 0.1 mm and 3 mrad: a
 hundredth and a seventh of what a goal allows."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Observation:
-    """What a controller is told: the time in s, the base's pose in the map and its twist in its own frame.
+    """What a controller knows when it computes a command.
 
-    `obstacles` (n, 2) are points in m in the base's frame that a lidar saw `obstacles_age` seconds ago;
-    None where there is no lidar, or it has not said anything yet. `lies` says how the robot lies that does
-    not stand on its wheels, and is empty where it does.
+    time           simulated time in s
+    pose           of the base in the map
+    twist          of the base in its own frame
+    obstacles      points (n, 2) in m in the base's frame that a lidar detected; None before a first scan
+    obstacles_age  age of the scan in s
+    fallen         a sentence on how a robot lies that fell over, empty for one on its wheels
     """
 
     time: float
@@ -43,49 +47,50 @@ class Observation:
     twist: PlanarTwist = AT_REST
     obstacles: NDArray[np.float64] | None = None
     obstacles_age: float = math.inf
-    lies: str = ""
+    fallen: str = ""
 
     def in_base(self, x: float, y: float) -> tuple[float, float]:
-        """A point of the map in the base's frame; m."""
+        """A point of the map in the base's frame, in m."""
         return self.pose.local(x, y)
 
     @property
-    def stands(self) -> bool:
+    def is_at_rest(self) -> bool:
         """Whether the robot neither drives nor turns."""
         motion = self.twist
-        return math.hypot(motion.x, motion.y) < _STANDS and abs(motion.yaw) < _STANDS_TURNING
+        return math.hypot(motion.x, motion.y) < _REST_SPEED and abs(motion.yaw) < _REST_TURNING
 
     def of_point(self, point: PlanarPose) -> Observation:
-        """The same with the pose of a point of the base's frame in place of the base's."""
+        """The same observation with the pose of a point of the base's frame instead of the base's pose."""
         return replace(self, pose=self.pose @ point)
 
 
 class Controller(Protocol):
-    """Called at a steady rate with what is known; says forward m/s and turning rad/s."""
+    """Called at a steady rate with an observation; returns the twist to command."""
 
     def update(self, observation: Observation) -> Twist: ...
 
 
 def twist(linear: float, angular: float) -> Twist:
-    """Forward at `linear` m/s, turning left at `angular` rad/s."""
+    """A Twist forward at `linear` m/s that turns left at `angular` rad/s."""
     return Twist(Vector3(linear, 0.0, 0.0), Vector3(0.0, 0.0, angular))
 
 
 def wrapped(angle: float) -> float:
-    """The same angle within half a turn; rad."""
+    """The same angle between -pi and pi; rad."""
     return math.remainder(angle, 2.0 * math.pi)
 
 
-def going_on(angle: float, before: float) -> float:
-    """An angle on the side where it was before, in rad: what lies behind is turned to one way only."""
+def same_side(angle: float, before: float) -> float:
+    """An angle in rad on the side on which it was before, so that the robot keeps its direction of turning
+    towards a point behind it."""
     flipped = angle * before < 0.0 and min(abs(angle), abs(before)) > _BEHIND
     return angle - math.copysign(2.0 * math.pi, angle) if flipped else angle
 
 
 @dataclass(frozen=True, slots=True)
 class ControllerLimits:
-    """How fast a controller drives and turns (m/s, rad/s), how hard it brakes (m/s^2, rad/s^2), and what
-    is near enough (m, rad)."""
+    """Limits of a controller: speeds in m/s and rad/s, braking in m/s^2 and rad/s^2, and the distance in m
+    and the angle in rad at which a goal is reached."""
 
     linear: float = 0.3
     angular: float = 2.0
@@ -95,11 +100,11 @@ class ControllerLimits:
     angle: float = 0.02
 
     def speed_to_stop_in(self, distance: float) -> float:
-        """The fastest from which the robot stops within a distance; m/s."""
+        """The highest speed in m/s from which the robot stops within a distance in m."""
         return min(self.linear, math.sqrt(2.0 * self.braking * max(distance, 0.0)))
 
     def turn_to(self, angle: float) -> float:
-        """Turning speed in rad/s to come to a stop at a heading that is off by `angle` rad."""
+        """Turning speed in rad/s with which the robot comes to rest after turning by `angle` rad."""
         fastest = min(self.angular, math.sqrt(2.0 * self.turn_braking * abs(angle)), 5.0 * abs(angle))
         return math.copysign(fastest, angle)
 

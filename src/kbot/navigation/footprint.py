@@ -21,7 +21,7 @@ from kbot.world.footprints import convex_outline
 
 @dataclass(frozen=True, eq=False)
 class Outline:
-    """A robot seen from above: the convex outline through `corners` (n, 2) in its base's frame, in m and
+    """The convex outline of a robot seen from above: `corners` (n, 2) in m in the base's frame,
     counter-clockwise, grown by `margin`."""
 
     corners: NDArray[np.float64]
@@ -34,19 +34,19 @@ class Outline:
 
     @cached_property
     def _edges(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Outward normals (2, n), and how far out each edge is."""
+        """Outward normals (2, n) of the edges, and their distances from the origin."""
         along = np.roll(self.corners, -1, axis=0) - self.corners
         normals = np.stack([along[:, 1], -along[:, 0]], axis=1) / np.hypot(*along.T)[:, None]
         return normals.T, (normals * self.corners).sum(axis=1) + self.margin
 
     @property
     def reach(self) -> float:
-        """Metres from the base's origin to the furthest corner."""
+        """Distance in m from the base's origin to the furthest corner."""
         return float(np.hypot(*self.corners.T).max()) + self.margin
 
     @property
     def middle(self) -> NDArray[np.float64]:
-        """Between the corners, (2,)."""
+        """The middle of the box around the corners, (2,)."""
         middle: NDArray[np.float64] = (self.corners.min(axis=0) + self.corners.max(axis=0)) / 2.0
         return middle
 
@@ -61,23 +61,25 @@ class Outline:
 
 
 def turning_radius(robot: RobotModel, base: str) -> float:
-    """Metres from the origin of the link `base` to the robot's furthest point seen from above, joints at
-    zero: what it takes to stand there with any heading. A box about each shape stands for it.
+    """The radius in m that the robot needs to turn on the spot.
+
+    It is the distance from the origin of the link `base` to the robot's furthest point seen from above, with
+    all joints at zero. Each collision shape is replaced by the box around it.
 
     Raises:
-        KbotError: the robot has nothing that could touch an obstacle.
+        KbotError: the robot has no collision shape.
     """
     return max(hypot(x, y) for x, y in _corners(robot, base))
 
 
 def outline(robot: RobotModel, base: str) -> Outline:
-    """The convex outline of all of the robot in the frame of the link `base`, joints at zero. Raises
-    KbotError as `turning_radius`."""
+    """The robot's convex outline in the frame of the link `base`, joints at zero. Raises KbotError as
+    `turning_radius` does."""
     return Outline(convex_outline(np.array(_corners(robot, base))))
 
 
 def height(robot: RobotModel, base: str) -> float:
-    """Metres from the robot's lowest point to its highest along z of the link `base`, joints at zero."""
+    """The robot's height in m along z of the link `base`, joints at zero."""
     heights = [z for _, _, z in _corners_of_shapes(robot, base)]
     return max(heights) - min(heights) if heights else 0.0
 
@@ -85,7 +87,7 @@ def height(robot: RobotModel, base: str) -> float:
 def _corners(robot: RobotModel, base: str) -> list[tuple[float, float]]:
     found = [(x, y) for x, y, _ in _corners_of_shapes(robot, base)]
     if not found:
-        raise KbotError(f"robot '{robot.name}' has no <collision>: nothing says how much room it needs")
+        raise KbotError(f"robot '{robot.name}' has no <collision>, so its size is unknown")
     return found
 
 

@@ -1,4 +1,4 @@
-"""Drives straight to a pose: turn, drive, turn. Ignores obstacles."""
+"""A controller that drives straight to a pose and ignores obstacles: it turns, drives, and turns again."""
 
 from __future__ import annotations
 
@@ -6,18 +6,19 @@ import math
 
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.messages import Twist
-from kbot.navigation.controller import GENTLE, STILL, ControllerLimits, Observation, going_on, twist, wrapped
+from kbot.navigation.controller import GENTLE, STILL, ControllerLimits, Observation, same_side, twist, wrapped
 
 _AIMED = math.radians(30)
-"""Off by more than this, the robot turns before it drives."""
+"""With a larger bearing to the goal, the robot turns before it drives."""
 _NEAR = 0.1
-"""m within which it drives backwards to a goal behind it."""
+"""m. The robot drives backwards to a goal behind it if the goal is nearer than this."""
 _BEHIND = math.radians(120)
-"""Off by more than this, a near goal is behind: by 90 degrees, a goal beside it would be both in turn."""
+"""A near goal with a larger bearing is behind. With 90 degrees, a goal beside the robot would alternate
+between ahead and behind."""
 
 
 class GoToPose:
-    """`is_done` once the pose is reached; from then on the robot stands still."""
+    """Drives to a pose. `is_done` is True once the robot has reached it, and the robot then stands still."""
 
     def __init__(
         self, goal: PlanarPose, limits: ControllerLimits = GENTLE, any_heading: bool = False
@@ -26,12 +27,12 @@ class GoToPose:
         self.goal, self.limits, self.any_heading = goal, limits, any_heading
         self.is_done = False
         self.remaining = math.inf
-        """Metres to go."""
+        """Distance to the goal in m."""
         self.heading_error = 0.0
-        """rad that are yet to be turned, where it turns on the spot."""
+        """Angle in rad that is left to turn."""
         self._arrived = False
         self._way = 1.0
-        """-1 while it drives backwards."""
+        """-1 while the robot drives backwards."""
 
     def update(self, observation: Observation) -> Twist:
         if self.is_done:
@@ -39,14 +40,14 @@ class GoToPose:
         x, y = observation.in_base(self.goal.x, self.goal.y)
         self.remaining = math.hypot(x, y)
         if not self._arrived and self.remaining <= self.limits.distance:
-            if not observation.stands:
+            if not observation.is_at_rest:
                 return STILL  # a robot that turns while it still rolls leaves the goal
             self._arrived = True
         if self._arrived:
             return self._turn(observation)
         if self.remaining < _NEAR and abs(math.atan2(self._way * y, self._way * x)) > _BEHIND:
             self._way = -self._way
-        bearing = going_on(math.atan2(self._way * y, self._way * x), self.heading_error)
+        bearing = same_side(math.atan2(self._way * y, self._way * x), self.heading_error)
         self.heading_error = bearing
         if abs(bearing) > _AIMED:
             return twist(0.0, self.limits.turn_to(bearing))

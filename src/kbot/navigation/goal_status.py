@@ -1,4 +1,4 @@
-"""The states of a goal, and the report on its end."""
+"""The states of a goal, and the report on it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from kbot.kinematics.planar_pose import PlanarPose
 
 
 class GoalState(StrEnum):
-    """`accepted` and `driving` go on; the others are ends."""
+    """The state of a goal. `accepted` and `driving` are under way; all others are final."""
 
     ACCEPTED = "accepted"
     DRIVING = "driving"
@@ -25,7 +25,7 @@ class GoalState(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class GoalReport:
-    """How a goal stands, and why in one sentence; the reason is empty where there is nothing to say."""
+    """The state of a goal and its reason in one sentence, which may be empty."""
 
     goal: PlanarPose
     state: GoalState

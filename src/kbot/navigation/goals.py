@@ -1,4 +1,4 @@
-"""Accepts, drives to and cancels the goals of a running simulation, from the page, topics or Python."""
+"""Goals of a running simulation: accepts, drives to and cancels them for the page, topics and Python."""
 
 from __future__ import annotations
 
@@ -15,7 +15,14 @@ from kbot.navigation.goal_status import GoalReport
 from kbot.navigation.navigator import DEFAULTS, Navigator, NavigatorSettings
 from kbot.navigation.path import Path
 from kbot.navigation.planner import GridPlanner
-from kbot.navigation.simulated import LidarPoints, Pilot, level_lidar, lies, require_turning, robot_planner
+from kbot.navigation.simulated import (
+    LidarPoints,
+    Pilot,
+    describe_fall,
+    level_lidar,
+    require_turning,
+    robot_planner,
+)
 from kbot.sensors.lidar import LidarSensor
 from kbot.sim import Simulation
 from kbot.text import KbotError
@@ -23,15 +30,15 @@ from kbot.text.complaints import Complaints
 from kbot.world.occupancy import FREE_BELOW, OccupancyGrid
 
 FAULTS = Complaints(logging.getLogger(__name__))
-"""Where maps that fail are reported: every goal makes a map, and a crash file for each would be too many."""
+"""Reports maps that fail. Every goal makes a map, so a crash file for each failure would be too many."""
 
 
 class Goals:
-    """Takes one goal at a time. Nothing is made before the first: then the map of the world and the planner's
-    tables are, and the robot's own lidar is looked for.
+    """Drives a simulation's robot to one goal at a time.
 
-    `status` says how the last goal stands, `path` the way to it. What it commands is journalled as any
-    command is. Who drives by hand calls `give_way`.
+    The map of the world and the planner's tables are made for the first goal, and the robot's lidar is then
+    mounted. `status` is the state of the last goal, and `path` its path. The commands are journalled like all
+    other commands. Code that drives the robot by hand calls `give_way`.
     """
 
     def __init__(
@@ -42,10 +49,11 @@ class Goals:
         settings: NavigatorSettings = DEFAULTS,
         in_background: bool = False,
     ) -> None:
-        """`grid` stands in for the map of the world, `lidar` for the one that the description declares.
-        `in_background`: the map is made on another thread, and the robot waits for it while time passes;
-        else a run is the same every time.
-        """
+        """Accept goals.
+
+        Args: simulation: whose first robot drives. grid: replaces the map of the world. lidar: replaces the
+        one that the description declares. settings: limits for each goal. in_background: make the map on
+        another thread. The robot waits for it while time passes, so a run is not the same every time."""
         self._simulation, self._given, self._lidar = simulation, grid, lidar
         self._in_background = in_background
         self._navigator = Navigator(None, settings)
@@ -56,18 +64,18 @@ class Goals:
         self._prepared: PlanarPose | None = None
         self._time = -math.inf
         self._watchers: list[Callable[[], None]] = []
-        self._told: tuple[int, GoalReport | None, Path | None] = (0, None, None)
+        self._reported: tuple[int, GoalReport | None, Path | None] = (0, None, None)
         self.count = 0
-        """How many goals it was given."""
+        """The number of goals so far."""
 
     @property
     def status(self) -> GoalReport | None:
-        """How the last goal stands; None before the first."""
+        """The state of the last goal; None before the first."""
         return self._navigator.status
 
     @property
     def path(self) -> Path | None:
-        """The way to the last goal, in the world; None until there is one."""
+        """The path to the last goal, in the world's frame; None until it is planned."""
         return self._navigator.path
 
     @property
@@ -76,82 +84,81 @@ class Goals:
 
     @property
     def grid(self) -> OccupancyGrid | None:
-        """The map; None until it is made, which `prepare` and the first goal see to."""
+        """The map; None until it is made for `prepare` or the first goal."""
         self._collect()
         planner = self._navigator.planner
         return planner.grid if planner is not None else None
 
     def watch(self, changed: Callable[[], None]) -> None:
-        """Call back whenever the status or the path is another, or that of another goal."""
+        """Call `changed` whenever the status or the path changes, or belongs to another goal."""
         self._watchers.append(changed)
 
     def unwatch(self, changed: Callable[[], None]) -> None:
-        """Call back no more."""
+        """Stop calling `changed`."""
         self._watchers.remove(changed)
 
     def go(self, goal: PlanarPose, timeout: float | None = None) -> None:
-        """Take a goal (in the world) in place of any other; `timeout` in s bounds it. A robot that lies on
-        its side or its back refuses it.
+        """Replace the current goal by a goal in the world's frame; `timeout` in s is a time limit.
 
-        Raises:
-            KbotError: a number is not finite, the goal too far off, the timeout not above 0, or the robot
-                cannot drive or has no size.
-        """
-        self._wake()
+        The goal is refused if the robot lies on its side or back.
+
+        Raises: KbotError: a number is not finite, the goal is too far away, the timeout is not above 0, or
+        the robot cannot drive or has no size."""
+        self._set_up()
         self._navigator.go(goal, timeout)
         self.count += 1
         self._time = self._simulation.time
-        if how := lies(self._simulation):
-            self._navigator.refuse(how)
+        if fallen := describe_fall(self._simulation):
+            self._navigator.refuse(fallen)
             self._stand_still()
             return
         if self._pilot is None:
             self._pilot = Pilot(self._simulation, self, seen=self._seen)
-        self._tell()
+        self._report()
         self.prepare(goal)
 
     def cancel(self, reason: str = "cancelled by its sender") -> None:
-        """Give up the goal and stand still; without one nothing happens."""
+        """Cancel the goal, if there is one, and stop the robot."""
         self._navigator.cancel(reason)
         self._stand_still()
 
     def _stand_still(self) -> None:
-        """Drive no more, where a goal was driven to."""
+        """Stop the robot if it drives to a goal."""
         if self._pilot is not None:
             self._simulation.cmd_vel(0.0, 0.0)
-        self._let_go()
+        self._release()
 
     def give_way(self, reason: str) -> None:
-        """Give up the goal and leave the wheels to somebody else; without one nothing happens."""
+        """Cancel the goal, if there is one, without stopping the robot: something else commands it now."""
         if self._pilot is not None:
             self._navigator.cancel(reason)
-            self._let_go()
+            self._release()
 
     def place(self, pose: PlanarPose) -> None:
-        """Put the robot somewhere else, standing still; a goal is given up.
+        """Place the robot at a pose, at rest, and cancel the goal.
 
         Raises:
-            KbotError: a number is not finite, or an obstacle is there, on the map if there is one.
+            KbotError: a number is not finite, or the map, if there is one, shows an obstacle there.
         """
         grid = self.grid
         if grid is not None and math.isfinite(pose.x + pose.y) and grid.value(pose.x, pose.y) > FREE_BELOW:
             raise KbotError(f"the robot cannot stand at ({pose.x:.2f}, {pose.y:.2f}): an obstacle is there")
-        self.cancel("the robot was put elsewhere")
+        self.cancel("the robot was placed elsewhere")
         self._simulation.cmd_vel(0.0, 0.0)
         self._simulation.models.set_pose(pose.x, pose.y, pose.yaw)
 
     def prepare(self, goal: PlanarPose | None = None) -> None:
-        """See to it that there is a map, and that it reaches to where the robot is and to a goal.
+        """Make a map that reaches to the robot and to a goal, unless there is one.
 
         Raises:
             KbotError: the robot cannot drive or has no size.
         """
-        self._wake()
+        self._set_up()
         places = [self._simulation.ground_truth.pose, *([goal] if goal is not None else [])]
         around = [(place.x, place.y) for place in places]
         known = self.grid
         if self._making is not None:
-            return  # asked again once that is there
+            return  # `_collect` calls this again once the map is made
         reaches = known is not None and all(known.contains(*known.cell(*at)) for at in around)
         planner = self._navigator.planner if self._given is not None or reaches else None
         if not self._in_background:
@@ -163,8 +170,8 @@ class Goals:
             self._making = threads.submit(self._make_and_try, planner, places, around)
             threads.shutdown(wait=False)
 
-    def look_again(self) -> None:
-        """The world is another: make the map anew, at once where there is a goal."""
+    def world_changed(self) -> None:
+        """Discard the map, and make a new one if there is a goal."""
         if self._given is not None or self.grid is None:
             return
         self._navigator.planner = None
@@ -172,21 +179,21 @@ class Goals:
             self.prepare(self.status.goal)
 
     def update(self, observation: Observation) -> Twist:
-        """As a controller; called by the pilot while there is a goal."""
+        """The command for the robot; the pilot calls this while there is a goal."""
         status = self.status
         if observation.time < self._time and status is not None:
             self._navigator.cancel("the simulation was reset")
         self._time = observation.time
         self._collect()
         wanted = STILL if self._making is not None else self._navigator.update(observation)
-        self._tell()
+        self._report()
         if self.status is not None and self.status.state.is_end:
-            self._let_go()
+            self._release()
             return STILL
         return wanted
 
-    def _wake(self) -> None:
-        """Before the first goal: how large the robot is, and what it sees with."""
+    def _set_up(self) -> None:
+        """Before the first goal, find the robot's size and its lidar."""
         if self._radius is not None:
             return
         robot, base = self._simulation.robot, require_turning(self._simulation).base
@@ -194,7 +201,7 @@ class Goals:
         lidar = self._lidar or level_lidar(self._simulation)
         if lidar is not None:
             self._seen = LidarPoints(lidar)
-            self._navigator.watch_out(outline(robot, base), lidar.spec.rate)
+            self._navigator.guard_with_lidar(outline(robot, base), lidar.spec.rate)
         self._radius = radius
 
     def _make(self, around: list[tuple[float, float]]) -> GridPlanner:
@@ -206,13 +213,13 @@ class Goals:
     def _make_and_try(
         self, planner: GridPlanner | None, places: list[PlanarPose], around: list[tuple[float, float]]
     ) -> GridPlanner:
-        """A planner that has made all that a plan from the first to the last of the places takes."""
+        """A planner that has already made its tables, for a path from the first to the last of the places."""
         planner = planner or self._make(around)
         planner.plan(places[0], places[-1])
         return planner
 
     def _collect(self) -> None:
-        """Take over a map that another thread has made."""
+        """Use a map that another thread has made."""
         making = self._making
         if making is None or not making.done():
             return
@@ -230,15 +237,15 @@ class Goals:
         except Exception as error:  # noqa: BLE001 - it refuses the goal, and the run goes on
             self._navigator.refuse(f"no map: {FAULTS.fault('making a map', error)}")
 
-    def _let_go(self) -> None:
+    def _release(self) -> None:
         if self._pilot is not None:
             self._pilot.close()
             self._pilot = None
-        self._tell()
+        self._report()
 
-    def _tell(self) -> None:
+    def _report(self) -> None:
         now = self.count, self.status, self.path
-        if now != self._told:
-            self._told = now
+        if now != self._reported:
+            self._reported = now
             for changed in tuple(self._watchers):
                 changed()

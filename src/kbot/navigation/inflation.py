@@ -1,4 +1,4 @@
-"""Inflates obstacles: marks the cells in which the robot's centre would be too near to one."""
+"""Inflates obstacles: marks the cells in which the robot's centre would be too near an obstacle."""
 
 from __future__ import annotations
 
@@ -11,11 +11,10 @@ Cells = NDArray[np.bool_]
 
 
 def inflate(blocked: Cells, radius: float) -> Cells:
-    """Cells nearer than `radius` (in cells, middle to middle) to a blocked one; a blocked one is among them.
+    """The blocked cells, and all cells nearer to one than `radius` (in cells, from middle to middle).
 
-    Row by row: the distance along a row to the nearest blocked cell, held against what a circle leaves of
-    the radius so many rows away.
-    """
+    For each row distance, a cell is too near if the distance along the row to the nearest blocked cell is
+    below half the chord of a circle at that distance."""
     if radius <= 0.0:
         return blocked.copy()
     reach = math.ceil(radius)
@@ -33,7 +32,7 @@ def inflate(blocked: Cells, radius: float) -> Cells:
 
 
 def _distance_along_rows(blocked: Cells, most: int) -> NDArray[np.int32]:
-    """Cells to the nearest blocked one of the same row, `most` + 1 where it is further."""
+    """The distance in cells to the nearest blocked cell in the same row, at most `most` + 1."""
     columns = blocked.shape[1]
     index = np.arange(columns, dtype=np.int32)
     far = np.int32(columns + most + 1)

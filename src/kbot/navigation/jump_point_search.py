@@ -1,10 +1,9 @@
 """Shortest paths on a grid by jump point search, a fast form of A*.
 
-Jump point search with tables made beforehand (JPS+: D. Harabor and A. Grastien, "Improving jump point
-search", ICAPS 2014; the tables as in S. Rabin and F. Silva, "JPS+", Game AI Pro 2, 2015). A step goes to
-one of eight neighbours and never cuts the corner of a blocked cell. The ways are as short as A*'s; the
-tables are made by whole rows, so that neither needs compiled code.
-"""
+JPS+ computes tables beforehand (D. Harabor and A. Grastien, "Improving jump point search", ICAPS 2014; the
+tables as in S. Rabin and F. Silva, "JPS+", Game AI Pro 2, 2015). A step goes to one of eight neighbours and
+never cuts the corner of a blocked cell. The paths are as short as those of A*. The tables are computed by
+whole rows, so no compiled code is needed."""
 
 from __future__ import annotations
 
@@ -33,16 +32,16 @@ _ONWARD: tuple[tuple[int, ...], ...] = (
     (6, 2, 3),
     (7, 0, 3),
 )
-"""Directions worth going on in, by the direction in which a cell was come to."""
+"""The directions to search from a cell, by the direction in which the cell was reached."""
 
 _DIAGONAL = math.sqrt(2.0)
 
 
 class JumpPointSearch:
-    """Ways between free cells of one grid."""
+    """Finds shortest paths between free cells of one grid."""
 
     def __init__(self, free: Cells) -> None:
-        """`free` (rows, columns): where there may be a way."""
+        """`free` (rows, columns): the cells that a path may use."""
         self.free = np.pad(free, 1)
         self._width = self.free.shape[1]
         straight = [_straight(self.free, step) for step in _STEPS[:4]]
@@ -52,8 +51,8 @@ class JumpPointSearch:
         self._all = tuple(range(8))
 
     def find(self, start: Cell, goal: Cell) -> list[Cell] | None:
-        """The turning points of a shortest way, both ends included; None where there is no way, or an end
-        is not free."""
+        """The turning points of a shortest path, with both ends; None if there is no path or an end is not
+        free."""
         width = self._width
         first, last = ((cell[0] + 1) * width + cell[1] + 1 for cell in (start, goal))
         if not (self.free.flat[first] and self.free.flat[last]):
@@ -92,8 +91,8 @@ class JumpPointSearch:
         return None
 
     def _jump(self, at: int, direction: int, rows: int, columns: int) -> int:
-        """Cells to go on in a direction: to the goal or beside it where it is reached on the way, else to the
-        next turning point; 0 where there is none. `rows` and `columns` lead to the goal."""
+        """How many cells to jump in a direction: to the goal or level with it if it is on the way, else to
+        the next turning point; 0 if there is none. `rows` and `columns` are the distances to the goal."""
         jump = self._tables[direction][at]
         reach = jump if jump > 0 else -jump
         row, column = _STEPS[direction]
@@ -116,13 +115,16 @@ class JumpPointSearch:
 
 
 def _straight(free: Cells, step: Cell) -> Table:
-    """Cells to the next turning point in a direction; where a wall comes first, less the free cells to it."""
+    """For each cell the number of cells to the next turning point in a direction.
+
+    If a wall comes first, it is minus the number of free cells before the wall.
+    """
     view = _facing(free, step)
     columns = view.shape[1]
     blocked = ~view
     turns = np.zeros_like(view)
     for side, other in (((slice(1, None)), slice(None, -1)), (slice(None, -1), slice(1, None))):
-        # a cell beside which a wall ends: what lay behind the wall can now be turned to
+        # a cell beside which a wall ends: from here the path can turn to the cells behind the wall
         turns[other, 1:] |= view[side, 1:] & blocked[side, :-1]
     turns[:, 1:] &= view[:, 1:] & view[:, :-1]
     index = np.arange(columns, dtype=np.int32)
@@ -136,7 +138,7 @@ def _straight(free: Cells, step: Cell) -> Table:
 
 
 def _next(mask: Cells, index: NDArray[np.int32], beyond: np.int32) -> Table:
-    """Column of the next cell to the right for which the mask holds."""
+    """The column of the next cell to the right for which the mask is True."""
     own = np.where(mask, index, beyond)
     after = np.full(mask.shape, beyond, dtype=np.int32)
     after[:, :-1] = np.minimum.accumulate(own[:, :0:-1], axis=1)[:, ::-1]
@@ -144,14 +146,14 @@ def _next(mask: Cells, index: NDArray[np.int32], beyond: np.int32) -> Table:
 
 
 def _facing(array: NDArray[S], step: Cell) -> NDArray[S]:
-    """A view of the array, turned so that a straight step leads to the right."""
+    """A view of the array, rotated so that a straight step leads to the right."""
     row, column = step
     turned = array.T if row else array
     return turned[:, ::-1] if row + column < 0 else turned
 
 
 def _diagonal(free: Cells, straight: list[Table], step: Cell) -> Table:
-    """As `_straight`, for a diagonal direction; a turning point is also where one is seen straight ahead."""
+    """As `_straight`, for a diagonal direction. Cells with a turning point straight ahead count too."""
     row, column = step
     view = free[::row, ::column]
     along = straight[0 if column > 0 else 2][::row, ::column]

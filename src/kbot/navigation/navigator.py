@@ -1,4 +1,4 @@
-"""Drives a robot to a goal on a map: plans, follows the path, recovers when stuck, and ends."""
+"""Drives a robot to a goal on a map: plans a path, follows it, and recovers if the robot is stuck."""
 
 from __future__ import annotations
 
@@ -22,28 +22,28 @@ from kbot.sim.numbers import FURTHEST
 from kbot.text import KbotError
 
 _ENOUGH = 0.5
-"""rad of turning before a centre is used. By then 5 mm of drift shift it by 1 cm, which a goal allows."""
+"""rad of turning before a centre is used. A drift of 5 mm then shifts it by 1 cm, which a goal allows."""
 
 
 class TurningCentre:
-    """Watches a robot turn. Skidding wheels, or an axle that is not under the base's origin, move the base.
+    """Learns the point about which a robot turns on the spot.
 
-    Only turns that begin at a standstill count. A robot that still rolls forward as it begins to turn moves
-    as if it turned about a point far to its side.
+    It is not the base's origin if wheels skid or the axle is not under the base. Only turns that begin at a
+    standstill count: a robot that still rolls forward moves as if it turned about a point far to its side.
     """
 
     def __init__(self) -> None:
         self.in_base = PlanarPose()
-        """The centre in the base's frame (its yaw is 0), as of the last turn that ended; m."""
+        """The centre in m in the base's frame (its yaw is 0), after the last complete turn."""
         self._last: PlanarPose | None = None
         self._forward = self._left = self._turned = 0.0
 
     def watch(self, observation: Observation, wanted: Twist) -> None:
-        """Take in where the robot is now, and what it is commanded until the next observation."""
+        """Process the robot's pose, and the command that holds until the next observation."""
         if self._last is not None:
             self._add(self._last, observation.pose)
         if wanted.linear.x == 0.0 and wanted.angular.z != 0.0:
-            if self._last is not None or observation.stands:
+            if self._last is not None or observation.is_at_rest:
                 self._last = observation.pose
         elif self._last is not None:
             self.interrupt()
@@ -52,7 +52,7 @@ class TurningCentre:
                 self.in_base = PlanarPose(-self._left / self._turned, self._forward / self._turned)
 
     def interrupt(self) -> None:
-        """Expect the next observation anywhere: the robot may be moved until then."""
+        """Expect a jump before the next observation, because the robot may be placed elsewhere."""
         self._last = None
 
     def _add(self, before: PlanarPose, now: PlanarPose) -> None:
@@ -65,27 +65,27 @@ class TurningCentre:
 
 
 _RADIAN_IN_METRES = 0.1
-"""What turning by a radian counts for beside driving."""
+"""Progress in m that a turn by one radian counts for."""
 _LEAST = 0.01
-"""m of progress that count: a robot that pushes a wall slips and rocks by less."""
+"""Least progress in m that counts. A robot that pushes against a wall slips and rocks by less."""
 
 
 class ProgressChecker:
-    """Watches what is left to do. A robot that spins or pushes a wall does not reduce it."""
+    """Checks that the distance and the turn that are left become less."""
 
     def __init__(self, patience: float) -> None:
-        """`patience`: seconds that may pass without any progress."""
+        """`patience`: seconds without progress after which the robot is stalled."""
         self.patience = patience
         self.begin(0.0)
 
     def begin(self, time: float) -> None:
-        """Start anew, as after a new plan."""
+        """Start again, for example after a new plan."""
         self._least, self._since, self._only_turns = math.inf, time, False
 
-    def stalled(self, time: float, metres: float, radians: float) -> bool:
-        """Whether what is left has not become less for longer than the patience lasts."""
+    def is_stalled(self, time: float, metres: float, radians: float) -> bool:
+        """Whether there was no progress for longer than `patience`; `metres` and `radians` are left to go."""
         if metres == 0.0 and not self._only_turns:
-            # the last turn is left, which was not counted before
+            # only the final turn is left, which `radians` did not include before
             self.begin(time)
             self._only_turns = True
         left = metres + _RADIAN_IN_METRES * abs(radians)
@@ -95,7 +95,7 @@ class ProgressChecker:
 
 
 class PathFollower(Protocol):
-    """A controller that follows a path and says how much of it is left."""
+    """A controller that follows a path and reports how much of it is left."""
 
     is_done: bool
     remaining: float
@@ -106,12 +106,16 @@ class PathFollower(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class NavigatorSettings:
-    """Bounds within which every goal ends; seconds, metres, tries.
+    """Limits that end every goal.
 
-    `patience`: without progress before it is tried anew. `attempts`: how often, each after backing up by
-    `back_up`. `corrections`: how often a robot that its last turn moved off the goal goes there again.
-    `silence`: how long a lidar that is relied on may say nothing. `slack`: a goal may take this
-    many times the time that its path needs at full speed, and `grace` more, whatever else happens.
+    limits       of speed and braking, and when a goal is reached
+    patience     seconds without progress before the robot backs up and plans again
+    attempts     how often it does so
+    back_up      distance in m by which it backs up
+    corrections  how often a robot that is off the goal after its last turn is sent there again
+    silence      seconds without a scan of the lidar after which the robot is stuck
+    slack        how many times the time that its path needs at full speed a goal may take
+    grace        seconds more than that
     """
 
     limits: ControllerLimits = GENTLE
@@ -127,28 +131,28 @@ class NavigatorSettings:
 DEFAULTS = NavigatorSettings()
 
 _BACKWARDS = 0.1
-"""m/s."""
+"""Speed in m/s with which the robot backs up."""
 _BASE = PlanarPose()
-"""The base's origin, as a point of the base's frame."""
+"""The base's origin in the base's frame."""
 
 
 def require_goal(goal: PlanarPose) -> None:
-    """Raises KbotError: a number is not finite, or the goal further off than anything goes."""
+    """Raises KbotError: a number is not finite, or the goal is further than `FURTHEST` from the origin."""
     if not all(math.isfinite(v) for v in (goal.x, goal.y, goal.yaw)):
-        raise KbotError("a goal is a finite x and y in m and a finite yaw in rad")
+        raise KbotError("a goal needs a finite x and y in m and a finite yaw in rad")
     if max(abs(goal.x), abs(goal.y)) > FURTHEST:
-        raise KbotError(f"a goal is at most {FURTHEST:g} m away, unlike ({goal.x:g}, {goal.y:g})")
+        raise KbotError(f"the goal ({goal.x:g}, {goal.y:g}) is further than {FURTHEST:g} m from the origin")
 
 
 def follow(path: Path, limits: ControllerLimits) -> PathFollower:
-    """Regulated pure pursuit that cuts a corner by less than the room there is beside the path."""
+    """Regulated pure pursuit that cuts corners by less than the free room beside the path."""
     room = 0.06 if path.margin is None else path.margin
     return RegulatedPurePursuit(path, limits, lookahead=min(0.15, max(0.06, 2.5 * room)))
 
 
 @dataclass
 class _Run:
-    """One goal on its way."""
+    """The state of one goal."""
 
     goal: PlanarPose
     begun: float = math.nan
@@ -164,7 +168,7 @@ class _Run:
 
 
 class Navigator:
-    """A controller that goes to goals. `status` says how the present one stands, `path` the way it takes."""
+    """A controller that drives to goals. `status` is the state of the current goal, and `path` its path."""
 
     def __init__(
         self,
@@ -173,8 +177,11 @@ class Navigator:
         outline: Outline | None = None,
         follower: Callable[[Path, ControllerLimits], PathFollower] = follow,
     ) -> None:
-        """Without a planner every goal is refused, for there is no map. With an `outline` the robot stops
-        before what a lidar sees, and relies on it."""
+        """Drive to goals.
+
+        Args: planner: finds paths; without one every goal is refused. settings: limits for each goal.
+        outline: of the robot; if given, the robot stops before obstacles that a lidar detects, and while the
+        lidar is silent. follower: makes the controller that follows a path."""
         self.planner, self.settings = planner, settings
         self.path: Path | None = None
         self.status: GoalReport | None = None
@@ -183,37 +190,40 @@ class Navigator:
         self._turning_centre = TurningCentre()
         self._guard: ObstacleGuard | None = None
         if outline is not None:
-            self.watch_out(outline)
+            self.guard_with_lidar(outline)
         self._run: _Run | None = None
         self._timeout: float | None = None
 
     def go(self, goal: PlanarPose, timeout: float | None = None) -> GoalReport:
-        """Take a goal in place of any other; `timeout` in s replaces the bound that its path gives.
+        """Replace the current goal; `timeout` in s replaces the time limit from the path's length.
 
         Raises:
-            KbotError: a number is not finite, the goal further off than anything goes, or the timeout not
-                above 0.
+            KbotError: a number is not finite, the goal is too far away, or the timeout is not above 0.
         """
         require_goal(goal)
         if timeout is not None and not (math.isfinite(timeout) and timeout > 0.0):
-            raise KbotError(f"a timeout is a finite number of seconds above 0, not {timeout}")
+            raise KbotError(f"a timeout must be a finite number of seconds above 0, not {timeout}")
         self._turning_centre.interrupt()
         self.path, self._timeout = None, timeout
         self._run = _Run(goal)
-        return self._say(GoalState.ACCEPTED)
+        return self._report(GoalState.ACCEPTED)
 
-    def watch_out(self, outline: Outline, rate: float = 20.0) -> None:
-        """Stop before what a lidar sees that scans at `rate` (Hz), and rely on it."""
+    def guard_with_lidar(self, outline: Outline, rate: float = 20.0) -> None:
+        """Stop the robot before obstacles that a lidar with a rate in Hz detects, and while the lidar is
+        silent.
+
+        It is silent if there is no scan for the time of 2.5 scans, or for 0.5 s if that is longer.
+        """
         braking, silence = self.settings.limits.braking, max(0.5, 2.5 / rate)
-        self._guard = ObstacleGuard(_Nothing(), outline, braking=braking, silence=silence)
+        self._guard = ObstacleGuard(_StandStill(), outline, braking=braking, silence=silence)
 
     def cancel(self, reason: str = "cancelled by its sender") -> None:
-        """Give up the goal; the robot stops at the next update. Without a goal nothing happens."""
+        """Cancel the goal, if there is one. The robot stops at the next update."""
         if self._run is not None:
             self._end(GoalState.CANCELLED, reason)
 
     def refuse(self, reason: str) -> None:
-        """Refuse the goal for a reason that lies outside; without one nothing happens."""
+        """Refuse the goal, if there is one, for a reason that the navigator does not know."""
         if self._run is not None:
             self._end(GoalState.REFUSED, reason)
 
@@ -228,15 +238,15 @@ class Navigator:
             return STILL
         if math.isnan(run.begun):
             run.begun = observation.time
-        if observation.lies:
-            return self._end(GoalState.STUCK, observation.lies)
+        if observation.fallen:
+            return self._end(GoalState.STUCK, observation.fallen)
         if observation.time < run.backing_until:
             return self._guarded(observation, twist(-_BACKWARDS, 0.0))
         if self._needs_path(run) and not self._plan(run, observation):
             return STILL
         if observation.time > run.deadline:
             took = observation.time - run.begun
-            return self._end(GoalState.STUCK, f"not there after {took:.1f} s, {self._left(run)} to go")
+            return self._end(GoalState.STUCK, f"not at the goal after {took:.1f} s, {self._left(run)} left")
         follower = run.follower
         assert follower is not None
         wanted = follower.update(observation.of_point(run.guided))
@@ -244,26 +254,25 @@ class Navigator:
             return self._arrive(run, observation)
         allowed = self._guarded(observation, wanted)
         guard = self._guard
-        silent = guard.silent_since if guard else None
-        if silent is not None:
-            if observation.time - silent > settings.silence:
-                return self._end(
-                    GoalState.STUCK, f"the lidar has been silent for {observation.time - silent:.1f} s"
-                )
+        silent_since = guard.silent_since if guard else None
+        if silent_since is not None:
+            silence = observation.time - silent_since
+            if silence > settings.silence:
+                return self._end(GoalState.STUCK, f"the lidar has been silent for {silence:.1f} s")
             return allowed
-        if self._progress.stalled(observation.time, follower.remaining, follower.heading_error):
+        if self._progress.is_stalled(observation.time, follower.remaining, follower.heading_error):
             return self._recover(run, observation)
         return allowed
 
     def _needs_path(self, run: _Run) -> bool:
-        """Whether to plan: there is no path yet, or the turning centre moved after the last plan."""
+        """Whether there is no path yet, or the turning centre has changed since the last plan."""
         centre, known = self._turning_centre.in_base, run.learned
         learned = math.hypot(centre.x - known.x, centre.y - known.y)
         return run.follower is None or learned > self.settings.limits.distance
 
     def _arrive(self, run: _Run, observation: Observation) -> Twist:
-        """Once the robot stands, end a goal that is reached; else plan a correction."""
-        if not observation.stands:
+        """Once the robot is at rest, end the goal if it is reached, else plan a correction."""
+        if not observation.is_at_rest:
             return STILL
         limits, pose = self.settings.limits, observation.pose
         off = math.hypot(run.goal.x - pose.x, run.goal.y - pose.y)
@@ -284,16 +293,16 @@ class Navigator:
         return wanted if self._guard is None else self._guard.guard(observation, wanted)
 
     def _plan(self, run: _Run, observation: Observation) -> bool:
-        """Find a path and begin it; whether there is one."""
+        """Find a path and begin to follow it. Returns False if there is none."""
         if self.planner is None:
             self._end(GoalState.REFUSED, "there is no map to plan on")
             return False
         planners = [self.planner]
         if run.attempts and observation.obstacles is not None:
-            # the plain map comes next: what the lidar saw may have been in the way only for a while
+            # then on the map alone: what the lidar detected may have been in the way only for a while
             planners.insert(0, self.planner.with_obstacles(observation.pose.apply(observation.obstacles)))
         run.learned = self._turning_centre.in_base
-        # the base comes next: the planner's radius is that of a turn about the base's origin
+        # then for the base: the planner's radius is that of a turn about the base's origin
         for planner, point in dict.fromkeys(product(planners, (run.learned, _BASE))):
             path = planner.plan(observation.pose @ point, run.goal @ point)
             run.guided = point
@@ -310,27 +319,27 @@ class Navigator:
             bound = self._timeout or settings.slack * needed + settings.grace
             run.deadline = run.begun + bound
         self._progress.begin(observation.time)
-        self._say(GoalState.DRIVING)
+        self._report(GoalState.DRIVING)
         return True
 
     def _follower(self, run: _Run, path: Path) -> PathFollower:
-        """What drives a path. A correction is driven gently, and backwards where that is nearer."""
+        """The controller for a path. A correction is driven gently, and backwards if the goal is behind."""
         limits = self.settings.limits
         if not run.corrections:
             return self._make_follower(path, limits)
-        # a robot that missed the goal brakes less than its limits say: half the speed and a quarter of the
-        # braking give it the same distance to stop, at a braking that it can reach
+        # a robot that missed the goal brakes less than its limits: half the speed and a quarter of the
+        # braking give the same stopping distance, with a braking that the robot can reach
         gentle = replace(limits, linear=limits.linear / 2.0, braking=limits.braking / 4.0)
         is_straight = len(path.points) == 2
         return GoToPose(run.goal @ run.guided, gentle) if is_straight else self._make_follower(path, gentle)
 
     def _recover(self, run: _Run, observation: Observation) -> Twist:
-        """Back up and plan anew around what the lidar sees; after so many times, give up."""
-        blocked = self._guard is not None and self._guard.blocked_since is not None
+        """Back up and plan again around what the lidar detects; after `attempts` times the robot is stuck."""
+        is_blocked = self._guard is not None and self._guard.blocked_since is not None
         if run.attempts >= self.settings.attempts:
-            what = "an obstacle is in the way" if blocked else "the robot does not get on"
+            what = "an obstacle is in the way" if is_blocked else "the robot makes no progress"
             return self._end(
-                GoalState.STUCK, f"{what}: tried {run.attempts + 1} times, {self._left(run)} to go"
+                GoalState.STUCK, f"{what}: tried {run.attempts + 1} times, {self._left(run)} left"
             )
         run.attempts += 1
         run.backing_until = observation.time + self.settings.back_up / _BACKWARDS
@@ -338,19 +347,19 @@ class Navigator:
         return STILL
 
     def _left(self, run: _Run) -> str:
-        return f"{run.follower.remaining:.2f} m" if run.follower is not None else "the whole way"
+        return f"{run.follower.remaining:.2f} m" if run.follower is not None else "the whole path"
 
-    def _say(self, state: GoalState, reason: str = "") -> GoalReport:
+    def _report(self, state: GoalState, reason: str = "") -> GoalReport:
         assert self._run is not None
         self.status = GoalReport(self._run.goal, state, reason)
         return self.status
 
     def _end(self, state: GoalState, reason: str) -> Twist:
-        self._say(state, reason)
+        self._report(state, reason)
         self._run = None
         return STILL
 
 
-class _Nothing:
+class _StandStill:
     def update(self, observation: Observation) -> Twist:
         return STILL

@@ -1,4 +1,4 @@
-"""Stops the robot before obstacles that a lidar sees, whatever its controller commands."""
+"""A controller around another one that stops the robot before obstacles that a lidar detects."""
 
 from __future__ import annotations
 
@@ -12,12 +12,19 @@ from kbot.messages import Twist
 from kbot.navigation.controller import STILL, Controller, Observation, twist
 from kbot.navigation.footprint import Outline
 
+_LEAST_SHARE = 0.05
+"""A command that must be reduced to less than this share counts as blocked, and the robot stops."""
+_STEP = 0.02
+"""m. The arc ahead is checked at points that are at most this far apart, for every point of the robot."""
+_REACTION = 0.2
+"""Seconds that the checked time exceeds the time to brake."""
+
 
 class ObstacleGuard:
-    """Wraps a controller and slows or stops it where its arc would lead into what the lidar saw.
+    """Wraps a controller, and slows or stops the robot if its arc leads into an obstacle.
 
-    `blocked_since` is when it began to hold the robot back, `silent_since` when the lidar fell silent;
-    None where neither is so.
+    `blocked_since` is the time since which it stops the robot, and `silent_since` the time since which the
+    lidar is silent. Both are None otherwise.
     """
 
     def __init__(
@@ -28,8 +35,15 @@ class ObstacleGuard:
         braking: float = 0.6,
         silence: float = 0.5,
     ) -> None:
-        """`margin` in m is kept beside the outline; `braking` in m/s^2 is how hard it brakes; a lidar that
-        said nothing for `silence` seconds stops the robot."""
+        """Guard a controller.
+
+        Args:
+            controller: computes the commands.
+            outline: of the robot.
+            margin: distance in m to keep around the outline.
+            braking: deceleration of the robot in m/s^2.
+            silence: seconds without a scan after which the robot is stopped.
+        """
         self.controller, self.outline = controller, outline
         self.margin, self.braking, self.silence = margin, braking, silence
         self.blocked_since: float | None = None
@@ -41,7 +55,7 @@ class ObstacleGuard:
         return self.guard(observation, self.controller.update(observation))
 
     def guard(self, observation: Observation, wanted: Twist) -> Twist:
-        """The twist that may be driven in place of the one wanted."""
+        """The wanted twist, reduced or zero if the robot could not stop before an obstacle."""
         if observation.obstacles is None or observation.obstacles_age > self.silence:
             if self.silent_since is None:
                 self.silent_since = observation.time
@@ -49,28 +63,28 @@ class ObstacleGuard:
         self.silent_since = None
         v, w = wanted.linear.x, wanted.angular.z
         share = self._allowed(observation.obstacles, v, w) if v or w else 1.0
-        if share >= 0.05 or not (v or w):
+        if share >= _LEAST_SHARE or not (v or w):
             self.blocked_since = None
         elif self.blocked_since is None:
             self.blocked_since = observation.time
-        return twist(v * share, w * share) if share >= 0.05 else STILL
+        return twist(v * share, w * share) if share >= _LEAST_SHARE else STILL
 
     def _allowed(self, points: NDArray[np.float64], v: float, w: float) -> float:
         """The share of a twist from which the robot still stops before the first point on its arc."""
         points = points[~self.outline.holds(points)]
-        horizon = abs(v) / self.braking + 0.2
+        horizon = abs(v) / self.braking + _REACTION
         speed = abs(v) + abs(w) * self._reach
         near = points[np.hypot(points[:, 0], points[:, 1]) < self._reach + speed * horizon]
         if not len(near):
             return 1.0
         inside = self._near.holds(near)
-        steps = max(2, math.ceil(speed * horizon / 0.02))
+        steps = max(2, math.ceil(speed * horizon / _STEP))
         for step in range(1, steps + 1):
             time = horizon * step / steps
             pose = arc(v * time, w * time)
             moved = np.stack(pose.local(near[:, 0], near[:, 1]), axis=1)
             hit = self._near.holds(moved)
-            # a point within the margin does not hold the robot back from leaving it
+            # a point that is already within the margin must not keep the robot from driving away from it
             if inside.any():
                 hit &= ~inside | self._deeper(moved, near)
             if hit.any():
@@ -80,6 +94,6 @@ class ObstacleGuard:
 
     def _deeper(self, moved: NDArray[np.float64], before: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which points come nearer to the middle of the outline."""
-        away, was = (np.hypot(*(p - self.outline.middle).T) for p in (moved, before))
-        nearer: NDArray[np.bool_] = away < was - 1e-4
+        now, earlier = (np.hypot(*(p - self.outline.middle).T) for p in (moved, before))
+        nearer: NDArray[np.bool_] = now < earlier - 1e-4
         return nearer

@@ -19,10 +19,12 @@ START = msg.Time()
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Path:
-    """Straight pieces between `points` (n, 2) in m, in `frame`.
+    """A path of straight pieces.
 
-    `yaw` is the heading at its end in rad, None where any will do; `margin` how far beside the path there is
-    room that the robot does not need, in m, None where that is not known.
+    points  corners (n, 2) in m
+    yaw     heading at the end in rad, None for any heading
+    frame   of the points
+    margin  free room in m beside the robot on the path, None if unknown
     """
 
     points: NDArray[np.float64]
@@ -32,24 +34,24 @@ class Path:
 
     def __post_init__(self) -> None:
         if self.points.ndim != 2 or self.points.shape[1] != 2 or not len(self.points):
-            raise KbotError(f"a path has points of x and y, not the shape {self.points.shape}")
+            raise KbotError(f"a path needs points (n, 2) of x and y, not the shape {self.points.shape}")
         if not np.isfinite(self.points).all():
-            raise KbotError("a path's points are finite numbers")
+            raise KbotError("the points of a path must be finite numbers")
 
     @classmethod
     def through(cls, points: ArrayLike, yaw: float | None = None, frame: str = "map") -> Path:
-        """A path through points (n, 2) in m. Raises KbotError where they are none."""
+        """A path through points (n, 2) in m. Raises KbotError for anything else."""
         try:
             array = np.array(points, dtype=np.float64)
         except ValueError:
-            raise KbotError("a path has points of x and y, each two numbers") from None
+            raise KbotError("a path needs points (n, 2) of x and y, all numbers") from None
         return cls(array, yaw, frame)
 
     @classmethod
     def from_poses(cls, poses: Sequence[PlanarPose], frame: str = "map") -> Path:
         """A path through poses; only the last one's heading counts."""
         if not poses:
-            raise KbotError("a path has at least one pose")
+            raise KbotError("a path needs at least one pose")
         return cls(np.array([(p.x, p.y) for p in poses]), poses[-1].yaw, frame)
 
     @property
@@ -63,12 +65,12 @@ class Path:
         return x, y
 
     def headings(self) -> list[float]:
-        """Along the way at each point, `yaw` at the last; rad."""
+        """The direction of the path at each point, and `yaw` at the last; rad."""
         ahead = [math.atan2(y, x) for x, y in np.diff(self.points, axis=0).tolist()]
         return [*ahead, self.yaw if self.yaw is not None else (ahead[-1] if ahead else 0.0)]
 
     def seen_from(self, place: PlanarPose, frame: str) -> Path:
-        """The same way in another frame, which stands at `place` in this one."""
+        """The same path in another frame, whose pose in this path's frame is `place`."""
         inverse = place.inverse()
         yaw = None if self.yaw is None else self.yaw + inverse.yaw
         return Path(inverse.apply(self.points), yaw, frame, self.margin)

@@ -21,7 +21,8 @@ from kbot.text import KbotError
 from kbot.world.occupancy import FREE_BELOW, OCCUPIED, UNKNOWN, OccupancyGrid
 
 MARGINS = (0.06, 0.03, 0.01, 0.0)
-"""Metres kept from walls beside the robot's radius: the widest that leaves a way is taken."""
+"""Distances in m to keep from walls in addition to the robot's radius. The widest that leaves a way is
+used."""
 
 
 class Refusal(StrEnum):
@@ -37,19 +38,20 @@ class Refusal(StrEnum):
 
 
 _NARROW = (Refusal.GOAL_BLOCKED, Refusal.GOAL_TOO_NEAR, Refusal.START_BLOCKED, Refusal.UNREACHABLE)
-"""Refusals that smaller cells may take back."""
+"""Refusals that a map with smaller cells may lift."""
 
 
 @dataclass(frozen=True, slots=True)
 class NoPath:
-    """Why there is no path, as a kind and in one sentence."""
+    """Why there is no path: the kind of refusal, and the reason in one sentence."""
 
     refusal: Refusal
     reason: str
 
 
 class GridPlanner:
-    """Plans over one grid for a robot of one radius. The first plan makes tables, which the others use."""
+    """Plans paths over one grid for a robot of one radius. The first plan makes tables that later ones
+    use."""
 
     def __init__(
         self,
@@ -59,15 +61,20 @@ class GridPlanner:
         unknown_is_free: bool = False,
         finer: Callable[[], OccupancyGrid] | None = None,
     ) -> None:
-        """`radius` in m: what the robot's furthest point sweeps as it turns on the spot. `margins` in m are
-        kept beside it, the first that leaves a way. `finer` makes a map of smaller cells, which is asked for
-        where this one shows no way: narrow ones are lost in wide cells.
+        """Plan over a grid.
+
+        Args:
+            grid: the map.
+            radius: distance in m of the robot's furthest point from the point about which it turns.
+            margins: distances in m to keep in addition; the widest that leaves a way is used.
+            unknown_is_free: whether paths may cross unknown cells.
+            finer: makes a map with smaller cells, for ways that are too narrow for the cells of `grid`.
 
         Raises:
-            KbotError: a radius or margin that is none.
+            KbotError: the radius or a margin is not a length.
         """
         if not (math.isfinite(radius) and radius >= 0.0) or not margins or not min(margins) >= 0.0:
-            raise KbotError(f"a radius and its margins are lengths in m, not {radius} and {list(margins)}")
+            raise KbotError(f"radius and margins must be lengths in m, not {radius} and {list(margins)}")
         self.grid = grid
         self.radius = radius
         self.margins = tuple(sorted(margins, reverse=True))
@@ -78,7 +85,7 @@ class GridPlanner:
         self._layers = [_Layer(self._blocked, m, self._reach(m)) for m in self.margins]
 
     def with_obstacles(self, points: NDArray[np.float64]) -> GridPlanner:
-        """The same with the cells of points (n, 2) in m taken as well, where they are inside the grid."""
+        """The same planner with the cells of points (n, 2) in m occupied; points off the grid are ignored."""
         cells = self.grid.cells.copy()
         for x, y in points.tolist():
             row, column = self.grid.cell(x, y)
@@ -94,16 +101,21 @@ class GridPlanner:
         return GridPlanner(self._make_finer(), self.radius, (0.0,), self.unknown_is_free)
 
     def _reach(self, margin: float) -> float:
-        """Cells; half a one more, for the robot's middle may be anywhere in its own."""
+        """The distance from obstacles in cells, and half a cell more: the robot may be anywhere in its
+        cell."""
         return (self.radius + margin) / self.grid.resolution + 0.5
 
     def plan(self, start: PlanarPose, goal: PlanarPose) -> Path | NoPath:
-        """The shortest path from where the robot is to the goal, ending with the goal's heading.
+        """The shortest path from the robot's pose to the goal, ending with the goal's heading.
 
-        A robot that stands too near an obstacle first leaves by the shortest way.
+        If the robot is too near an obstacle, the path begins at the nearest free cell.
         """
         found = self._plan(start, goal)
-        if isinstance(found, NoPath) and self._may_be_mended(found, start, goal) and self._finer is not None:
+        if (
+            isinstance(found, NoPath)
+            and self._may_be_too_coarse(found, start, goal)
+            and self._finer is not None
+        ):
             finer = self._finer.plan(start, goal)
             if not isinstance(finer, NoPath) or finer.refusal in _NARROW:
                 found = finer
@@ -111,9 +123,12 @@ class GridPlanner:
             return self._leads_out(start, goal) or found
         return found
 
-    def _may_be_mended(self, found: NoPath, start: PlanarPose, goal: PlanarPose) -> bool:
-        """Whether smaller cells may show a way where these show none. Where a robot's middle can go, nothing
-        is nearer than the radius: where that is more than a cell, the cells it passes are free here too."""
+    def _may_be_too_coarse(self, found: NoPath, start: PlanarPose, goal: PlanarPose) -> bool:
+        """Whether smaller cells may show a way.
+
+        On a path the robot's middle is at least the radius from every obstacle. If the radius is more than a
+        cell's diagonal, all cells on the path are free in this grid too, so they connect start and goal.
+        """
         is_wide = self.radius >= math.sqrt(2.0) * self.grid.resolution
         if found.refusal is not Refusal.UNREACHABLE or not is_wide:
             return found.refusal in _NARROW
@@ -121,8 +136,8 @@ class GridPlanner:
         return Regions(~self._blocked).connect(first, last)
 
     def _leads_out(self, start: PlanarPose, goal: PlanarPose) -> NoPath | None:
-        """The refusal of a goal outside the box around all that stands on the map, of a robot that is within;
-        None for others."""
+        """The refusal if the robot is inside the box around all obstacles of the map and the goal outside it;
+        else None."""
         rows, columns = np.nonzero(self.grid.cells >= FREE_BELOW)
         if not len(rows):
             return None
@@ -135,8 +150,8 @@ class GridPlanner:
         if is_within(goal) or not is_within(start):
             return None
         reach = _words_of_bounds(self.grid, first, last)
-        what = f"the goal {_words(goal)} is outside all that stands on the map ({reach}): no way leads out"
-        return NoPath(Refusal.GOAL_OUTSIDE, what)
+        reason = f"the goal {_words(goal)} is outside the walls of the map ({reach}), and no way leads out"
+        return NoPath(Refusal.GOAL_OUTSIDE, reason)
 
     def _plan(self, start: PlanarPose, goal: PlanarPose) -> Path | NoPath:
         grid = self.grid
@@ -167,13 +182,13 @@ class GridPlanner:
             reach = _words_of_bounds(grid, (0, 0), (grid.rows - 1, grid.columns - 1))
             return NoPath(Refusal.GOAL_OUTSIDE, f"the goal is outside the map ({reach})")
         if not grid.contains(*first):
-            return NoPath(Refusal.START_OUTSIDE, "the robot stands outside the map")
+            return NoPath(Refusal.START_OUTSIDE, "the robot is outside the map")
         if self._blocked[last]:
             if grid.cells[last] == UNKNOWN:
-                return NoPath(Refusal.GOAL_UNKNOWN, "the goal is on ground that the map does not know")
+                return NoPath(Refusal.GOAL_UNKNOWN, "the goal is on unknown ground of the map")
             return NoPath(Refusal.GOAL_BLOCKED, "the goal is inside an obstacle")
         if self._blocked[first]:
-            return NoPath(Refusal.START_BLOCKED, "the robot stands inside an obstacle of the map")
+            return NoPath(Refusal.START_BLOCKED, "the robot is inside an obstacle of the map")
         return None
 
     def _path(self, start: PlanarPose, goal: PlanarPose, first: Cell, way: list[Cell], margin: float) -> Path:
@@ -189,7 +204,7 @@ class GridPlanner:
 
 
 class _Layer:
-    """The grid for one distance from obstacles; made when it is first needed."""
+    """The free cells of the grid for one distance from obstacles, computed on first use."""
 
     def __init__(self, blocked: Cells, margin: float, reach: float) -> None:
         self.margin = margin
@@ -209,7 +224,7 @@ class _Layer:
 
 
 def _nearest(free: Cells, cell: Cell, most: float) -> Cell | None:
-    """The nearest free cell, at most so many cells away."""
+    """The nearest free cell that is at most `most` cells away."""
     reach = math.ceil(most)
     top, left = max(0, cell[0] - reach), max(0, cell[1] - reach)
     near = np.argwhere(free[top : cell[0] + reach + 1, left : cell[1] + reach + 1])
@@ -225,7 +240,7 @@ def _words(pose: PlanarPose) -> str:
 
 
 def _words_of_bounds(grid: OccupancyGrid, first: Cell, last: Cell) -> str:
-    """From where to where cells reach, their outer edges, in the grid's frame."""
+    """The range of x and y of a block of cells, up to their outer edges, in the grid's frame."""
     rows, columns = (first[0] - 0.5, last[0] + 0.5), (first[1] - 0.5, last[1] + 0.5)
     corners = grid.centers([(row, column) for row in rows for column in columns])
     (west, south), (east, north) = corners.min(axis=0), corners.max(axis=0)

@@ -1,9 +1,9 @@
-"""Follows a path by steering to a point ahead on it (pure pursuit).
+"""Controllers that follow a path by steering to a point ahead on it (pure pursuit).
 
 R. C. Coulter, "Implementation of the pure pursuit path tracking algorithm", CMU-RI-TR-92-01: the arc
 through a point at (x, y) in the robot's frame has the curvature 2 y / (x^2 + y^2). Regulation as in
-S. Macenski et al., "Regulated pure pursuit for robot path tracking", Autonomous Robots 47 (2023): slower
-in tight curves, near obstacles and before the end.
+S. Macenski et al., "Regulated pure pursuit for robot path tracking", Autonomous Robots 47 (2023): the robot
+slows in tight curves, near obstacles and before the end.
 """
 
 from __future__ import annotations
@@ -13,28 +13,29 @@ import math
 import numpy as np
 
 from kbot.messages import Twist
-from kbot.navigation.controller import GENTLE, STILL, ControllerLimits, Observation, going_on, twist, wrapped
+from kbot.navigation.controller import GENTLE, STILL, ControllerLimits, Observation, same_side, twist, wrapped
 from kbot.navigation.path import Path
 from kbot.text import KbotError
 
 _TURN_FIRST = math.radians(50)
-"""Off by more than this, the robot turns on the spot."""
+"""With a larger bearing to the point ahead, the robot stops driving and turns on the spot."""
 _AIMED = math.radians(10)
+"""The bearing at which it drives again. It is smaller, so that the robot does not alternate between both."""
 
 
 class PurePursuit:
-    """Follows a path at an even speed, and turns to its last heading. `is_done` at its end."""
+    """Follows a path at constant speed, then turns to the path's last heading. `is_done` is then True."""
 
     def __init__(self, path: Path, limits: ControllerLimits = GENTLE, lookahead: float = 0.15) -> None:
-        """`lookahead` in m. Raises KbotError where it is not above 0."""
+        """`lookahead` is a distance in m. Raises KbotError if it is not above 0."""
         if not (math.isfinite(lookahead) and lookahead > 0.0):
-            raise KbotError(f"a lookahead is a length above 0 m, not {lookahead}")
+            raise KbotError(f"lookahead must be a distance above 0 m, not {lookahead}")
         self.path, self.limits, self.lookahead = path, limits, lookahead
         self.is_done = False
         self.remaining = path.length
-        """Metres to go along the path."""
+        """Distance in m that is left along the path."""
         self.heading_error = 0.0
-        """rad that are yet to be turned on the spot."""
+        """Angle in rad that is left to turn on the spot."""
         pieces = np.diff(path.points, axis=0)
         lengths = np.hypot(*pieces.T)
         self._points: list[list[float]] = path.points.tolist()
@@ -55,7 +56,7 @@ class PurePursuit:
             self._arrived = True
             return self._finish(observation)
         x, y = observation.in_base(*self._ahead(self._lookahead_at(observation)))
-        bearing = going_on(math.atan2(y, x), self.heading_error)
+        bearing = same_side(math.atan2(y, x), self.heading_error)
         self._turning = abs(bearing) > (_AIMED if self._turning else _TURN_FIRST)
         self.heading_error = bearing if self._turning else 0.0
         if self._turning:
@@ -68,14 +69,14 @@ class PurePursuit:
         return twist(speed, speed * curvature)
 
     def _speed(self, curvature: float, observation: Observation) -> float:
-        """m/s for a curvature in 1/m, the end of the path left out of account."""
+        """Speed in m/s for a curvature in 1/m, regardless of the end of the path."""
         return self.limits.linear
 
     def _lookahead_at(self, observation: Observation) -> float:
         return self.lookahead
 
     def _is_there(self, ahead: float, distance: float) -> bool:
-        """At the goal, or just past it at the end of the path."""
+        """Whether the robot is at the goal, or just past it at the end of the path."""
         near = self.limits.distance
         return distance <= near or (self.remaining <= near and ahead <= 0.0 and distance <= 5.0 * near)
 
@@ -89,8 +90,8 @@ class PurePursuit:
         return twist(0.0, self.limits.turn_to(off))
 
     def _advance(self, x: float, y: float) -> None:
-        """Find the nearest place on the path, never back and no more than some way ahead: a path may pass
-        close by itself."""
+        """Find the nearest place on the path, never backwards and at most two lookahead distances ahead: a
+        path may pass close to itself."""
         best, reach, at = math.inf, 2.0 * self.lookahead, self._piece
         place = self._piece, self._along
         while at < len(self._lengths):
@@ -112,7 +113,7 @@ class PurePursuit:
             self.remaining = self._beyond[self._piece] + self._lengths[self._piece] - self._along
 
     def _ahead(self, distance: float) -> tuple[float, float]:
-        """The point so far ahead on the path, or its end."""
+        """The point at a distance in m ahead on the path, or the end of the path."""
         at, along = self._piece, self._along + distance
         while at < len(self._lengths) and along > self._lengths[at]:
             along -= self._lengths[at]
@@ -125,7 +126,7 @@ class PurePursuit:
 
 
 class RegulatedPurePursuit(PurePursuit):
-    """Pure pursuit that looks further ahead the faster it is, and slows in curves and near obstacles."""
+    """Pure pursuit that looks further ahead at higher speed, and slows in curves and near obstacles."""
 
     def __init__(
         self,
@@ -137,9 +138,18 @@ class RegulatedPurePursuit(PurePursuit):
         least_speed: float = 0.06,
         proximity: float = 0.0,
     ) -> None:
-        """`lookahead` in m at most, `lookahead_time` in s of the present speed. Curves tighter than
-        `least_radius` (m) are driven slower, down to `least_speed` (m/s). Nearer to an obstacle than
-        `proximity` (m from the base's origin; 0 for never) it slows in proportion."""
+        """Follow a path with regulated speed.
+
+        Args:
+            path: to follow.
+            limits: of speed and braking.
+            lookahead: the largest lookahead distance in m; half of it is the smallest.
+            lookahead_time: the lookahead distance in seconds of the current speed.
+            least_radius: curves with a smaller radius in m are driven more slowly.
+            least_speed: the lowest speed in curves and near obstacles, in m/s.
+            proximity: distance in m from the base's origin within which obstacles slow the robot in
+                proportion; 0 for never.
+        """
         super().__init__(path, limits, lookahead)
         self.lookahead_time, self.least_radius = lookahead_time, least_radius
         self.least_speed, self.proximity = least_speed, proximity

@@ -1,4 +1,4 @@
-"""Finds which free cells of a grid are connected."""
+"""Finds which free cells of a grid are connected to each other."""
 
 from __future__ import annotations
 
@@ -9,15 +9,14 @@ Cell = tuple[int, int]
 
 
 class Regions:
-    """Parts of a grid within which steps to the four neighbours lead everywhere.
+    """The connected parts of a grid, with steps to the four neighbours.
 
-    Found by the runs of free cells in its rows, each joined to those it lies beside in the next row: far
-    sooner than a search that finds no way has looked everywhere.
-    """
+    They are found from the runs of free cells in each row, joined to adjacent runs in the next row. This is
+    much faster than a search that visits all cells and finds no path."""
 
     def __init__(self, free: NDArray[np.bool_]) -> None:
-        """`free` (rows, columns): where there may be a way."""
-        walled = np.pad(free, ((0, 0), (0, 1)))  # no run goes on in the next row
+        """`free` (rows, columns): the cells in which the robot may be."""
+        walled = np.pad(free, ((0, 0), (0, 1)))  # so that no run continues in the next row
         self._width = walled.shape[1]
         changes = np.flatnonzero(np.diff(walled.ravel(), prepend=False))
         self._begins, self._ends = changes[::2], changes[1::2]
@@ -28,9 +27,9 @@ class Regions:
             for other in range(first, last):
                 self._parent[self._root(other)] = self._root(run)
 
-    def connect(self, one: Cell, other: Cell) -> bool:
-        """Whether a way leads from a free cell to another."""
-        return self._root(self._run(one)) == self._root(self._run(other))
+    def connect(self, a: Cell, b: Cell) -> bool:
+        """Whether two free cells are connected."""
+        return self._root(self._run(a)) == self._root(self._run(b))
 
     def _run(self, cell: Cell) -> int:
         place = cell[0] * self._width + cell[1]

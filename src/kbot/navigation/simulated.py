@@ -1,4 +1,4 @@
-"""Runs navigation controllers and goals in a simulation."""
+"""Runs navigation controllers and goals in a simulation: `Pilot`, `go_to` and `Trip`."""
 
 from __future__ import annotations
 
@@ -26,27 +26,28 @@ from kbot.world.occupancy import OccupancyGrid
 from kbot.world.occupancy_of_world import HEIGHTS, world_grid
 
 RATE = 50.0
-"""Updates of a controller a second."""
+"""Updates of a controller per second."""
 
 PoseSource = Literal["ground_truth", "odometry"]
 Seen = Callable[[], tuple[NDArray[np.float64] | None, float]]
-
+"""Returns the obstacles, and the time at which they were detected."""
 
 MARGIN = 2.0
-"""Free ground on a robot's map around all that stands in its world; metres."""
+"""Free ground in m on the map around all objects of the world."""
 MOST_CELLS = 2_000_000
-"""Of a robot's map: what a planner makes tables of in a second."""
+"""Cells of a map. A planner makes the tables of so many in a second."""
 FINE = 0.005
 MOST_FINE_CELLS = 4_000_000
-"""Metres a cell, and how many, where a way is too narrow for the usual ones."""
+"""Size of a cell in m, and number of cells, of the map for narrow ways."""
 LEVEL = math.cos(math.radians(5.0))
-STANDS = math.cos(math.radians(60.0))
-"""Upward part of the root link's z axis below which a robot lies: no ramp that is driven is as steep."""
+"""Cosine of the angle by which a lidar may be tilted to count as level."""
+UPRIGHT = math.cos(math.radians(60.0))
+"""Upward component of the root link's z axis below which a robot has fallen over. Ramps are less steep."""
 
 
 def robot_planner(simulation: Simulation, around: Sequence[tuple[float, float]]) -> GridPlanner:
-    """Plans over what stands in the way of a simulation's robot, as far as the points `around` (m) and some
-    way beyond; where that shows no way, over a map of finer cells.
+    """A planner on the map of a simulation's world, which reaches `MARGIN` beyond the points `around` (m). If
+    the map shows no way, the planner uses a map with smaller cells.
 
     Raises:
         KbotError: the robot cannot drive, steers or has no size, or the world is too large for a map.
@@ -66,22 +67,20 @@ def robot_planner(simulation: Simulation, around: Sequence[tuple[float, float]])
 def require_turning(simulation: Simulation) -> DifferentialDrive:
     """The drive of a robot that can follow a path.
 
-    Raises:
-        KbotError: the robot does not drive; it steers, and paths have corners at which a robot turns on the
-            spot; or it does not move as it is commanded.
-    """
+    Raises: KbotError: the robot does not drive, it steers and so cannot turn on the spot at a corner of a
+    path, or it does not move as commanded."""
     drive, name = simulation.robots.first.drive, simulation.robots.first.name
     if isinstance(drive, NoDrive):
         raise KbotError(f"robot '{name}' cannot drive: {drive.reason}")
     if isinstance(drive, SteeredDrive):
-        raise KbotError(f"robot '{name}' steers: goals are planned for robots that turn on the spot")
+        raise KbotError(f"robot '{name}' steers: goals are only planned for robots that turn on the spot")
     if drive.mistakes:
         raise KbotError(f"robot '{name}' cannot follow a path: {next(iter(drive.mistakes.values()))}")
     return drive
 
 
 def level_lidar(simulation: Simulation) -> LidarSensor | None:
-    """The first lidar that the description declares whose beams are level; None where there is none."""
+    """The first level lidar that the description declares, mounted; None if there is none."""
     sensors, _ = mount_declared(simulation, strict=False)
     for sensor in sensors.values():
         if isinstance(sensor, LidarSensor) and sensor.owner == simulation.robots.first.name:
@@ -92,25 +91,25 @@ def level_lidar(simulation: Simulation) -> LidarSensor | None:
     return None
 
 
-def lies(simulation: Simulation) -> str:
-    """How the robot lies, and what is to be done, where it does not stand on its wheels; else empty."""
+def describe_fall(simulation: Simulation) -> str:
+    """How the robot lies if it has fallen over, and what to do; empty for a robot on its wheels."""
     pose = simulation.link_pose(simulation.robot.root)
     up = float(pose.rotation[2, 2])
-    if up >= STANDS:
+    if up >= UPRIGHT:
         return ""
     roll, pitch, _ = (round(math.degrees(angle)) for angle in pose.rpy)
-    where = "back" if up < -STANDS else "side"
+    where = "back" if up < -UPRIGHT else "side"
     return (
-        f"the robot lies on its {where} (roll {roll}°, pitch {pitch}°): reset the simulation, or put "
-        "the robot somewhere (a pose estimate does it), which sets it upright"
+        f"the robot lies on its {where} (roll {roll}°, pitch {pitch}°): reset the simulation, or place the "
+        "robot upright, for example with a pose estimate"
     )
 
 
 class LidarPoints:
-    """What a lidar saw last, as points in the frame of its robot's base, and when."""
+    """Returns the points of a lidar's last scan, in the frame of its robot's base, and the scan's time."""
 
     def __init__(self, lidar: LidarSensor) -> None:
-        """The lidar hangs rigidly on the base."""
+        """The lidar must be mounted rigidly on the base."""
         self._lidar = lidar
         simulation, spec = lidar.simulation, lidar.spec
         drive = simulation.robots.first.drive
@@ -131,11 +130,10 @@ class LidarPoints:
 
 
 class Pilot:
-    """Lets a controller drive a simulation's robot, until it is closed.
+    """Lets a controller drive a simulation's robot until it is closed.
 
-    The pose it tells is the ground truth, standing for a perfect localisation, or what the wheels tell from
-    `start` on.
-    """
+    The controller gets the true pose, as from a perfect localisation, or the pose from odometry since
+    `start`."""
 
     def __init__(
         self,
@@ -145,9 +143,9 @@ class Pilot:
         pose: PoseSource = "ground_truth",
         seen: Seen | None = None,
     ) -> None:
-        """`seen` gives the obstacles and the time they were seen, as `LidarPoints` does."""
+        """`seen` returns the obstacles and the time at which they were detected, as `LidarPoints` does."""
         if pose not in ("ground_truth", "odometry"):
-            raise KbotError(f"a pose comes from ground_truth or odometry, not '{pose}'")
+            raise KbotError(f"pose must be 'ground_truth' or 'odometry', not '{pose}'")
         self._simulation, self._controller, self._source, self._seen = simulation, controller, pose, seen
         self.start = simulation.ground_truth.pose @ simulation.odometry.pose.inverse()
         self._timer = simulation.clock.every(rate, self.tick)
@@ -161,23 +159,30 @@ class Pilot:
         else:
             motion = sim.odometry
             pose = self.start @ motion.pose
-        return Observation(sim.time, pose, motion.twist, points, sim.time - seen_at, lies(sim))
+        return Observation(sim.time, pose, motion.twist, points, sim.time - seen_at, describe_fall(sim))
 
     def tick(self) -> None:
-        """Ask the controller once and command what it says."""
+        """Update the controller once and command its twist."""
         wanted = self._controller.update(self.observe())
         self._simulation.cmd_vel(wanted.linear.x, wanted.angular.z)
 
     def close(self) -> None:
-        """Drive no more; the robot keeps its last command."""
+        """Stop calling the controller. The robot keeps its last command."""
         self._timer.cancel()
 
 
 @dataclass(frozen=True, slots=True)
 class Trip:
-    """How a goal ended. `pose` is the true one, `odometry_error` how far odometry was off it then;
-    `distance` the way driven, `shortest` the planned path's length; m, s. `collided`: whether the robot
-    touched anything but the ground, as `CollisionWatch` defines it."""
+    """How a goal ended; metres and seconds.
+
+    status          the final state of the goal
+    time            that the goal took
+    distance        that the robot drove
+    shortest        length of the first planned path
+    pose            the true pose at the end
+    odometry_error  distance between the true position and that of odometry at the end
+    collided        whether the robot touched anything but the ground, as `CollisionWatch` defines it
+    """
 
     status: GoalReport
     time: float
@@ -189,13 +194,13 @@ class Trip:
 
     @property
     def off(self) -> float:
-        """m that the robot truly stands from the goal."""
+        """The true distance from the goal in m."""
         goal = self.status.goal
         return math.hypot(goal.x - self.pose.x, goal.y - self.pose.y)
 
     @property
     def turned_off(self) -> float:
-        """rad between its true heading and the goal's, at most half a turn."""
+        """The true angle to the goal's heading in rad, at most pi."""
         return abs(wrapped(self.status.goal.yaw - self.pose.yaw))
 
     @property
@@ -213,13 +218,20 @@ def go_to(
     navigator: Navigator | None = None,
     lidar: LidarSensor | None = None,
 ) -> Trip:
-    """Run the simulation until its robot is at the goal or cannot get there; it stands still at the end.
+    """Run the simulation until its robot has reached the goal or cannot reach it. The robot is then stopped.
 
-    `grid` is the map, by default that of the simulation's world. A `navigator` brings its own. With a `lidar`
-    the robot stops before what it sees and plans around it.
+    Args:
+        simulation: whose first robot drives.
+        goal: in the world's frame.
+        grid: the map, by default that of the simulation's world.
+        timeout: time limit in s, by default from the path's length.
+        settings: limits for the goal.
+        pose: which pose steers the robot.
+        navigator: replaces the default one, with its own map.
+        lidar: the robot stops before obstacles that it detects, and plans around them.
 
     Raises:
-        KbotError: the robot cannot drive, a number is not one, or the goal further off than anything goes.
+        KbotError: the robot cannot drive, a number is not finite, or the goal is too far away.
     """
     require_goal(goal)
     if navigator is None:
@@ -232,7 +244,7 @@ def go_to(
             planner = GridPlanner(grid, turning_radius(robot, base))
         navigator = Navigator(planner, settings)
         if lidar is not None:
-            navigator.watch_out(outline(robot, base), lidar.spec.rate)
+            navigator.guard_with_lidar(outline(robot, base), lidar.spec.rate)
     begun = simulation.time
     status = navigator.go(goal, timeout)
     odometer = _Odometer(simulation)
@@ -255,13 +267,13 @@ def go_to(
         collisions.close()
     odometer.sample()
     true = simulation.ground_truth.pose
-    told = pilot.start @ simulation.odometry.pose
-    error = math.hypot(true.x - told.x, true.y - told.y)
+    odometry = pilot.start @ simulation.odometry.pose
+    error = math.hypot(true.x - odometry.x, true.y - odometry.y)
     return Trip(status, took, odometer.distance, first_path, true, error, collisions.collided)
 
 
 class _Odometer:
-    """Adds up the way that the base truly goes."""
+    """Sums up the true distance that the base moves."""
 
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation

@@ -1,4 +1,5 @@
-"""Navigation on the bus: receives goals; publishes path, map and status under the names of Nav2 and rviz."""
+"""Navigation on the bus: receives goals, and publishes path, map and status on the topics of Nav2 and
+rviz."""
 
 from __future__ import annotations
 
@@ -16,33 +17,35 @@ from kbot.text.suggest import did_you_mean
 from kbot.world.occupancy import OccupancyGrid as Grid
 
 GOALS = ("goal_pose", "move_base_simple/goal")
-"""Where rviz2 and rviz say goals."""
+"""The topics on which rviz2 and rviz publish goals."""
 CANCEL, PLACE = "move_base/cancel", "initialpose"
 PLAN, MAP, STATUS = "plan", "map", "navigation_status"
 WORLD = ("", "map", "world")
-"""Frames that are the world's, for the simulation knows where its robot is."""
-LOOK_RATE = 10.0
+"""Frame names of goals that mean the world, because the simulation knows the true pose of its robot."""
+MAP_POLL_RATE = 10.0
+"""Checks per second whether a map that is being made is finished."""
 TOPICS = frozenset(f"/{name}" for name in (*GOALS, CANCEL, PLACE, PLAN, MAP, STATUS))
 
 
 class NavigationTopics:
-    """Hears goals (PoseStamped on `goal_pose` or `move_base_simple/goal`) and drives to them until somebody
-    drives by topic, or cancels (GoalID on `move_base/cancel`). Says the way as a Path on `plan`, the map on
-    `map`, and each change of state as a String on `navigation_status`. A pose estimate (`initialpose`) is
-    made true: the robot is put there.
+    """Subscribes to goals and publishes the navigation's path, map and state.
 
-    The way and the map are in the frame of odometry, to which all of the robot is joined: `map` -> `odom` is
-    left to localisation. The map is made when first it is wanted, and again when a goal lies beyond it.
-    """
+    It receives goals (PoseStamped on `goal_pose` or `move_base_simple/goal`) and cancels them on a GoalID on
+    `move_base/cancel`, or if another command drives the robot. It publishes the path as a Path on `plan`, the
+    map on `map`, and each change of state as a String on `navigation_status`. A pose estimate (`initialpose`)
+    places the robot at that pose.
+
+    The path and the map are in the frame of odometry, because `map` -> `odom` is left to localisation. The
+    map is made when it is first needed, and again if a goal is beyond it."""
 
     def __init__(self, simulation: Simulation, goals: Goals | None = None) -> None:
-        """`goals` are those to be given and told of; by default new ones."""
+        """`goals` receives the goals and is reported on; by default a new one is made."""
         self.goals = goals or Goals(simulation)
         self._simulation = simulation
         self._path: Path | None = None
         self._grid: Grid | None = None
-        self._said = 0, ""
-        """The number of a goal, and what was said of it last."""
+        self._published = 0, ""
+        """The number of the goal, and the last status published for it."""
         self._timer: Timer | None = None
         bus = simulation.bus
         robot = simulation.robots.first
@@ -52,22 +55,22 @@ class NavigationTopics:
         self._plan = bus.advertise(PLAN, PathMessage, latched=True)
         self._status = bus.advertise(STATUS, String, latched=True)
         self._map = bus.advertise(MAP, OccupancyGrid, latched=True, on_subscribe=self._map_is_wanted)
-        self._heard = [bus.subscribe(topic, PoseStamped, self._goal) for topic in GOALS]
-        self._heard.append(bus.subscribe(CANCEL, GoalID, lambda _: self.goals.cancel()))
-        self._heard.append(bus.subscribe(PLACE, PoseWithCovarianceStamped, self._place))
+        self._subscriptions = [bus.subscribe(topic, PoseStamped, self._goal) for topic in GOALS]
+        self._subscriptions.append(bus.subscribe(CANCEL, GoalID, lambda _: self.goals.cancel()))
+        self._subscriptions.append(bus.subscribe(PLACE, PoseWithCovarianceStamped, self._place))
         if settings is not None:
-            self._heard += [
+            self._subscriptions += [
                 bus.subscribe(naming.topic(topic), kind, self._driven)
                 for topic, kind in settings.command_topics.items()
             ]
-        self.goals.watch(self._tell)
+        self.goals.watch(self._report)
 
     def close(self) -> None:
-        """Hear no more goals."""
-        for subscription in self._heard:
+        """Cancel the goal and unsubscribe."""
+        for subscription in self._subscriptions:
             subscription.close()
         self.goals.cancel("navigation was closed")
-        self.goals.unwatch(self._tell)
+        self.goals.unwatch(self._report)
 
     def _goal(self, message: PoseStamped) -> None:
         frame = message.header.frame_id.lstrip("/")
@@ -98,7 +101,7 @@ class NavigationTopics:
         known = [*WORLD[1:], self._odometry_frame, *simulation.robot.links]
         hint = did_you_mean(frame, known)
         raise KbotError(
-            f"the goal is in the frame '{frame}', which is not there" + (f": {hint}" if hint else "")
+            f"the goal is in the frame '{frame}', which does not exist" + (f": {hint}" if hint else "")
         )
 
     def _world_from_odom(self) -> PlanarPose:
@@ -108,19 +111,20 @@ class NavigationTopics:
     def _driven(self, message: Twist | TwistStamped) -> None:
         message = message if isinstance(message, Twist) else message.twist
         if message.linear.x or message.angular.z:
-            self.goals.give_way("somebody else drives")
+            self.goals.give_way("another command drives the robot")
 
     def _map_is_wanted(self) -> None:
-        """Somebody listens to the map for the first time: make it, or look for it until it is made."""
+        """For the first subscriber of the map, publish it as soon as it is made."""
         try:
             self.goals.prepare()
         except KbotError:
-            return  # a robot that cannot drive has no map
-        self._look()
+            return  # there is no map for a robot that cannot drive
+        self._publish_map()
         if self._grid is None:
-            self._timer = self._simulation.clock.every(LOOK_RATE, self._look)
+            self._timer = self._simulation.clock.every(MAP_POLL_RATE, self._publish_map)
 
-    def _look(self) -> None:
+    def _publish_map(self) -> None:
+        """Publish the map if it is a new one."""
         grid = self.goals.grid
         if grid is None or grid is self._grid:
             return
@@ -132,21 +136,21 @@ class NavigationTopics:
             self._timer.cancel()
             self._timer = None
 
-    def _tell(self) -> None:
-        """The status or the path is another."""
-        self._look()
+    def _report(self) -> None:
+        """Publish what has changed of map, path and status."""
+        self._publish_map()
         path = self.goals.path
         if path is not None and path is not self._path:
             self._path = path
             placed = path.seen_from(self._world_from_odom(), self._odometry_frame)
             self._plan.publish(placed.to_message(self._simulation.clock.stamp))
-        said = self.goals.count, str(self.goals.status)
-        if self.goals.status is not None and said != self._said:
-            self._say(said[1])
+        current = self.goals.count, str(self.goals.status)
+        if self.goals.status is not None and current != self._published:
+            self._publish_status(current[1])
 
     def _refuse(self, error: KbotError) -> None:
-        self._say(f"{GoalState.REFUSED}: {error}")
+        self._publish_status(f"{GoalState.REFUSED}: {error}")
 
-    def _say(self, text: str) -> None:
-        self._said = self.goals.count, text
+    def _publish_status(self, text: str) -> None:
+        self._published = self.goals.count, text
         self._status.publish(String(text))

@@ -8,13 +8,13 @@ import socket
 from collections.abc import Sequence
 from functools import cache
 
-# User information before the host is refused: readers of URIs disagree about where it ends.
+# User information before the host is refused, because parsers of URIs disagree about where it ends.
 _HOST_AND_PORT = re.compile(r"(?:\[([0-9A-Fa-f:.]+)\]|([\w.-]+))(?::([0-9]{1,5}))?", re.ASCII)
 
 
 def host_and_port(text: str) -> tuple[str | None, int | None]:
-    """Split `host:port`, as it is in a Host header and a URI. The host is None if the text is malformed, and
-    the port is None if none is given."""
+    """Split `host:port` of a Host header or a URI. The host is None if the text is malformed, and the port is
+    None if none is given."""
     match = _HOST_AND_PORT.fullmatch(text)
     if match is None:
         return None, None
@@ -28,7 +28,7 @@ def host_and_port_of_uri(uri: str) -> tuple[str | None, int | None]:
 
 
 def is_loopback(host: str | None) -> bool:
-    """Whether a name or address can only be this machine's. None is not an address."""
+    """Whether a name or address is a loopback one, which can only be this machine's. None is not."""
     if host is None:
         return False
     if host.lower() == "localhost":
@@ -68,24 +68,23 @@ def is_served_at(host: str | None, served_at: str) -> bool:
 
 
 def only_host(headers: Sequence[str]) -> str | None:
-    """The Host header of a request that has exactly one: readers of two disagree about which one counts."""
+    """The Host header of a request, if it has exactly one. Servers disagree about which of several counts."""
     return headers[0] if len(headers) == 1 else None
 
 
 def accepts_host(header: str | None, served_at: str) -> bool:
-    """Whether a request's one Host header names this machine, with any port.
+    """Whether a request's Host header names this machine, with any port.
 
-    With DNS rebinding a web page's own name resolves to this machine. Its requests then count as its own
-    origin's, and only the Host header shows whose name it is.
-    """
+    With DNS rebinding, the host name of a web page resolves to this machine. The browser then treats requests
+    to this machine as requests to the page's own origin, and only the Host header shows the page's name."""
     return header is not None and is_served_at(host_and_port(header)[0], served_at)
 
 
 def _is_own_address(text: str) -> bool:
-    """Whether a socket can be bound to an address, which works for this machine's alone."""
+    """Whether a socket can be bound to an address, which works only for addresses of this machine."""
     address = ipaddress.ip_address(text)
     if address.is_unspecified or address.is_multicast:
-        return False  # a socket can be bound to these everywhere
+        return False  # a socket can be bound to these on every machine
     family = socket.AF_INET if address.version == 4 else socket.AF_INET6
     try:
         with socket.socket(family, socket.SOCK_DGRAM) as probe:

@@ -10,7 +10,7 @@ from kbot.text.complaints import Complaints
 
 
 class _ToComplaints(logging.Handler):
-    """Turns what `websockets` logs into complaints and faults."""
+    """Converts log records of `websockets` to complaints and faults."""
 
     def __init__(self, complaints: Complaints) -> None:
         super().__init__(logging.WARNING)
@@ -22,12 +22,12 @@ class _ToComplaints(logging.Handler):
         if error is not None and not isinstance(error, (OSError, WebSocketException)):
             self._complaints.fault("a connection", error)
         elif "handshake" not in text:
-            # A client whose handshake is bad gets an HTTP status. Older releases log each of them.
+            # A client with a bad handshake gets an HTTP status. Older releases of websockets also log it.
             self._complaints.add(text)
 
 
 def socket_logger(complaints: Complaints) -> logging.Logger:
     """The logger for `websockets.serve`."""
-    logger = logging.Logger("kbot.sockets", logging.WARNING)  # of one server, and so not a registered one
+    logger = logging.Logger("kbot.sockets", logging.WARNING)  # not registered: it belongs to one server
     logger.addHandler(_ToComplaints(complaints))
     return logger

@@ -14,25 +14,26 @@ from kbot.text import KbotError
 
 TEMPLATE = Path(__file__).parent / "robot"
 FILLED = ".in"
-"""Files with this suffix have `@NAME@` and the sizes filled in, and lose it."""
+"""In files with this suffix `@NAME@` and the sizes are filled in, and the suffix is removed."""
 
 GAP = 0.01
-"""Between the body and a wheel, in m."""
+"""Distance between the body and a wheel, in m."""
 _SHORTEST, _LONGEST = 0.002, 100.0
+"""The range of all sizes in m."""
 _BESIDE_A_WHEEL = 0.55 / math.sqrt(2.0)
-"""Of the body's length: the largest wheel that ends ahead of the ball, half as large and 0.55 lengths behind
-the axle."""
+"""Largest wheel radius, as a share of the body's length, with which the wheel ends ahead of the caster ball.
+The ball has half the radius of the wheel and is 0.55 lengths behind the axle."""
 _NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
 _DEVICE = re.compile(r"con|prn|aux|nul|com[0-9]|lpt[0-9]")
-"""Names that are no file's on Windows, with any suffix or none."""
+"""Names that a file cannot have on Windows."""
 _NEEDED = re.compile(r"<[a-z]+_depend\b[^<>]*>([^<]+)<")
-"""What a manifest depends on."""
+"""The packages that a manifest depends on."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sizes:
-    """In metres. The body stands above the wheels' axle, so that they may also stand beneath it;
-    `separation` is between the middles of the wheels."""
+    """Sizes of a robot in metres. The body is above the axle, so that the wheels may also be below the body.
+    `separation` is the distance between the middles of the wheels."""
 
     length: float = 0.3
     width: float = 0.2
@@ -43,83 +44,84 @@ class Sizes:
 
     @classmethod
     def of(cls, length: float, width: float, height: float, wheel_radius: float, wheel_width: float) -> Sizes:
-        """With the wheels a little beside the body."""
+        """Sizes with a small gap between the body and the wheels."""
         return cls(length, width, height, wheel_radius, wheel_width, width + wheel_width + 2.0 * GAP)
 
     @property
     def middle(self) -> float:
-        """Half the robot's height over the ground, m."""
+        """Half of the robot's height in m."""
         return (self.wheel_radius + self.height) / 2.0
 
     @property
     def view_distance(self) -> float:
-        """From where rviz's camera, 45 degrees high, sees all of the robot with a little around it, m."""
-        behind = 0.7 * self.length  # of the axle, which stands 0.2 lengths ahead of the body's middle
+        """Distance in m of rviz's camera, whose angle of view is 45 degrees, that shows the whole robot."""
+        behind = 0.7 * self.length  # the axle is 0.2 lengths ahead of the body's middle
         beside = (self.separation + self.wheel_width) / 2.0
         reach = math.hypot(behind, beside, max(self.middle, self.wheel_radius))
         return 1.2 * reach / math.sin(math.pi / 8.0)
 
     def check(self) -> None:
-        """Raises KbotError: these sizes make no robot that stands on two wheels and a caster."""
+        """Raises KbotError: a robot with these sizes does not stand on two wheels and a caster."""
         for field in fields(self):
             value = getattr(self, field.name)
             if not _SHORTEST <= value <= _LONGEST:
                 name = field.name.replace("_", "-")
-                raise KbotError(f"--{name} is between {_SHORTEST:g} and {_LONGEST:g} m, not {value:g}")
+                raise KbotError(f"--{name} must be between {_SHORTEST:g} and {_LONGEST:g} m, not {value:g}")
         if self.separation / 2.0 < (self.wheel_width + self.width) / 2.0:
             least = self.width + self.wheel_width
             raise KbotError(
-                f"the wheels stand in the body: --separation is at least {least:g} m, that is --width"
-                f" {self.width:g} and --wheel-width {self.wheel_width:g}; not {self.separation:g}"
+                f"the wheels would be inside the body: --separation must be at least {least:g} m (--width"
+                f" {self.width:g} plus --wheel-width {self.wheel_width:g}), not {self.separation:g}"
             )
         between = self.separation - self.wheel_width
         most = min(self.length, max(_BESIDE_A_WHEEL * self.length, between))
         if self.wheel_radius > most:
             raise KbotError(
-                f"--wheel-radius is at most {most:g} m, so that the caster, as high as that, has its place"
+                f"--wheel-radius must be at most {most:g} m, so that the caster, which is as high, fits"
                 f" between the wheels or behind them; not {self.wheel_radius:g}"
             )
 
 
 def check_name(name: str) -> None:
-    """Raises KbotError: ROS takes no package of this name (REP 144), nor one that needs itself, or Windows no
-    folder."""
+    """Raises KbotError: the name is not valid for a ROS package (REP 144), is that of a package that the new
+    one depends on, or is not valid for a folder on Windows."""
     if _DEVICE.fullmatch(name):
-        raise KbotError(f"'{name}' is no name of a package: on Windows it is a device: {name}_robot")
+        raise KbotError(f"'{name}' is not a valid package name: it is a device on Windows. Use {name}_robot")
     if name in _NEEDED.findall((TEMPLATE / f"package.xml{FILLED}").read_text(encoding="utf-8")):
-        raise KbotError(f"'{name}' is a package that the new one needs: {name}_robot")
+        raise KbotError(f"the new package depends on the package '{name}'. Use {name}_robot")
     if _NAME.fullmatch(name) and len(name) > 1:
         return
     near = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_").lstrip("0123456789_")
-    hint = f": {near}" if _NAME.fullmatch(near) and len(near) > 1 else ""
+    hint = f", for example {near}" if _NAME.fullmatch(near) and len(near) > 1 else ""
     raise KbotError(
-        f"'{name}' is no name of a package: two or more lower-case letters, digits and single _,"
-        f" a letter first{hint}"
+        f"'{name}' is not a valid package name. Use two or more lower-case letters, digits and single"
+        f" underscores, beginning with a letter{hint}"
     )
 
 
 def make_package(folder: Path, name: str, sizes: Sizes) -> list[Path]:
-    """Make a package in a folder that does not exist yet: whole, or not at all. Its files, as paths in it.
+    """Make a package in a folder that does not exist yet, and return its files as paths in it. If this fails,
+    nothing is written.
 
     Raises:
-        KbotError: the name or the sizes are no good, the folder exists, or it cannot be written.
+        KbotError: the name or a size is invalid, the folder exists, or it cannot be written.
     """
     check_name(name)
     sizes.check()
     if folder.exists() or folder.is_symlink():
-        raise KbotError(f"{folder} exists, and is left as it is: name another with --in DIR, or move it away")
+        raise KbotError(f"{folder} already exists. Choose another folder with --in DIR, or move it away")
     values = {"NAME": name, **{f.name.upper(): f"{getattr(sizes, f.name):.12g}" for f in fields(sizes)}}
     values |= {"DISTANCE": f"{sizes.view_distance:.2g}", "MIDDLE": f"{sizes.middle:.2g}"}
     try:
         scratch = Path(tempfile.mkdtemp(prefix=f".{name}.", dir=folder.parent))
     except OSError as error:
-        raise KbotError(f"{folder} cannot be made: {error.strerror}") from None
+        raise KbotError(f"cannot make {folder}: {error.strerror}") from None
     try:
         written = [_write(file, scratch, values) for file in _files()]
         scratch.chmod(0o755)
         scratch.rename(folder)
     except OSError as error:
-        raise KbotError(f"{folder} cannot be made: {error.strerror}") from None
+        raise KbotError(f"cannot make {folder}: {error.strerror}") from None
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
     return written

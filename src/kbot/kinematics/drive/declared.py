@@ -40,14 +40,14 @@ class Size(NamedTuple):
 class DeclaredDrive:
     """A plugin or controller that drives wheels.
 
-    name         of the plugin, or of the controller with its namespace
+    name         name of the plugin, or of the controller with its namespace
     origin       the plugin, or where the controller is listed or its parameters begin
-    plugin       None for a controller
-    is_steering  whether it drives a car or tricycle, and not two sides
-    ros          1 or 2: whose controller it is
-    left, right  the joints that it names, as written; a tag without text has an empty one
-    given        its tags or parameters by name; of several tags of one name the first
-    is_running   a plugin, or a controller that the controller manager lists and starts
+    plugin       the plugin's element, None for a controller
+    is_steering  True for the drive of a car or tricycle, which does not have two sides
+    ros          1 or 2, the ROS that the controller is for
+    left, right  the joints that it names, as written; a tag without text has an empty name
+    given        its tags or parameters by name; the first of several tags with one name
+    is_running   True for a plugin, and for a controller that the controller manager lists and starts
     """
 
     name: str
@@ -61,7 +61,7 @@ class DeclaredDrive:
     is_running: bool
 
     def first(self, *names: str) -> Parameter | None:
-        """The first of these tags or parameters that is given."""
+        """The first given one of these tags or parameters."""
         return next((self.given[name] for name in names if name in self.given), None)
 
     @property
@@ -69,14 +69,14 @@ class DeclaredDrive:
         return {"left": self.left, "right": self.right}
 
     def place(self, side: str) -> Origin:
-        """Where it names the joints of a side, or should."""
+        """Where it names the joints of a side, or should name them."""
         keys = {"left": _LEFT_KEYS, "right": _RIGHT_KEYS}[side]
         given = self.first(*keys) if self.plugin is None else None
         return given.key if given is not None else self.origin
 
     @property
     def separation(self) -> Size | None:
-        """The distance between left and right wheels that it computes with."""
+        """The distance between left and right wheels with which it computes."""
         given = self.first(*SEPARATION)
         if given is None or given.number is None:
             return None
@@ -84,7 +84,7 @@ class DeclaredDrive:
 
     @property
     def radius(self) -> Size | None:
-        """The radius of the wheels that it computes with; a given radius counts before a diameter."""
+        """The radius of the wheels with which it computes. A radius takes precedence over a diameter."""
         radius, diameter = self.given.get(RADIUS), self.first(*DIAMETER)
         if radius is not None and radius.number:
             both = self._factor("wheel_radius_multiplier")
@@ -100,7 +100,7 @@ class DeclaredDrive:
 
     @property
     def base_frame(self) -> Parameter | None:
-        """The link whose motion its odometry is."""
+        """The link whose motion its odometry reports."""
         if self.plugin is None:
             return self.given.get("base_frame_id")
         return self.first("robotBaseFrame", "robot_base_frame", "child_frame_id")
@@ -119,15 +119,16 @@ class DeclaredDrive:
 
 
 def declared_drives(robot: RobotModel) -> tuple[DeclaredDrive, ...]:
-    """Drive plugins in the description's order, then controllers. Where a launch spawns controllers, these
-    are all; else a section of a parameter file that names wheels counts too, because a spawner can give the
-    type. Problems of the files are not reported here."""
+    """Drive plugins in the order of the description, then controllers.
+
+    If a launch spawns controllers, only those count. Otherwise a section of a parameter file that names
+    wheels counts too, because a spawner can set its type. Errors of the files are not reported here."""
     plugins = [found for plugin in gazebo_plugins(robot) if (found := _of_plugin(plugin)) is not None]
     return (*plugins, *_of_parameters(robot))
 
 
 def drive_controller(controllers: Iterable[DeclaredDrive]) -> DeclaredDrive | None:
-    """The one that drives: a plugin before a controller, and one of two sides before one that steers."""
+    """The one that drives the robot: a plugin before a controller, and two sides before a steering drive."""
     running = [c for c in controllers if c.is_running]
     plugins = [c for c in running if c.plugin is not None]
     sided = [c for c in plugins if not c.is_steering]
@@ -135,13 +136,13 @@ def drive_controller(controllers: Iterable[DeclaredDrive]) -> DeclaredDrive | No
 
 
 def words_of(plugin: Element) -> str:
-    """A plugin's file and name in small letters, without what separates words."""
+    """A plugin's file and name in lower case, without `_` and `-`."""
     words = (plugin.attributes.get("filename", "") + plugin.attributes.get("name", "")).lower()
     return words.replace("_", "").replace("-", "")
 
 
 def velocity_joints(robot: RobotModel) -> list[Joint]:
-    """The movable joints that a `<ros2_control>` commands by velocity."""
+    """The movable joints with a velocity command interface in a `<ros2_control>`."""
     names = [
         joint.attributes.get("name", "")
         for joint in hardware_joints(robot)
@@ -181,8 +182,10 @@ def _of_plugin(plugin: Element) -> DeclaredDrive | None:
 
 
 def _has_two_sides(plugin: Element, words: str, *, has_joints: bool) -> bool:
-    """Whether it is a differential or skid-steer drive. Its name alone does not make it one: a plugin of
-    another kind, such as gazebo_ros_control, may be called `diff_drive_control`."""
+    """Whether a plugin is a differential or skid-steer drive.
+
+    Its name alone is not enough: another plugin, such as gazebo_ros_control, may be named
+    `diff_drive_control`."""
     if not any(word in words for word in ("diffdrive", "skidsteer")):
         return False
     file = plugin.attributes.get("filename", "").lower().replace("_", "").replace("-", "")

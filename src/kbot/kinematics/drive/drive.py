@@ -1,9 +1,8 @@
 """Finds the drive of a robot (two-sided or steered), and converts twists to wheel speeds and back.
 
-In a base that steers, as tricycles and cars do, every wheel rolls about the same point (Siegwart,
-Introduction to Autonomous Mobile Robots, 3.2): one at x, y from the middle of the fixed axle goes
-(v - w y, w x) when that goes ahead at v and turns at w.
-"""
+In a steered base, such as a tricycle or a car, all wheels roll about the same point (Siegwart, Introduction
+to Autonomous Mobile Robots, 3.2). If the middle of the fixed axle drives at v and turns at w, a wheel at x, y
+from it moves with (v - w y, w x)."""
 
 from __future__ import annotations
 
@@ -41,21 +40,24 @@ from kbot.model import Cylinder, Joint, JointType, RobotModel
 Array = NDArray[np.float64]
 
 _UPRIGHT = 0.9
-"""Cosine by which a steering axis may lean."""
+"""Least upward component of a steering axis, which may lean by up to 26 degrees."""
 _TRACTION = ("left_joint", "right_joint", "rear_left_joint", "rear_right_joint", "actuatedWheel")
-"""Tags of a plugin that steers that name joints which drive."""
+"""Tags with which a steering plugin names driving joints."""
 
 
 @dataclass(frozen=True, slots=True)
 class DifferentialDrive:
     """Two sides of equal wheels on parallel axles.
 
-    `left` and `right` name the driving joints, front to rear. They are the sides that the robot's plugin or
-    controller names; without one, those on which the wheels stand. `forward` is the sign of the speed that a
-    joint is commanded for driving forwards. `radius` is that of the wheels and `separation` the distance
-    between the middles of left and right ones, in m; both are positive. `axle_in_base` is the frame in the
-    middle of the wheels' centres, x forward, y to the wheels that stand on the left, in the frame of the link
-    `base`. `casters` name the links that bear the robot without driving it.
+    left, right   the driving joints, front to rear, on the sides that the plugin or controller names, or else
+                  on the sides where the wheels are
+    forward       the sign of a joint's speed that drives forwards
+    wheels        the wheel of each driving joint
+    radius        of the wheels in m, positive
+    separation    distance in m between the middles of left and right wheels, positive
+    base          the link whose frame `axle_in_base` and the wheels are in
+    axle_in_base  the frame in the middle of the wheels, x forward, y to the wheels on the left
+    casters       the links that carry the robot without driving it
     """
 
     left: tuple[str, ...]
@@ -78,7 +80,8 @@ class DifferentialDrive:
 
     @property
     def mistakes(self) -> dict[str, str]:
-        """What the plugin or controller gets wrong, by joint: the robot then does not move as commanded."""
+        """Errors of the plugin or controller by joint, because of which the robot does not move as
+        commanded."""
         found: dict[str, str] = {}
         axle_from_base, leftward = self.axle_in_base.inverse(), self.axle_in_base.rotation[:, 1]
         for side, names in self.sides.items():
@@ -97,13 +100,13 @@ class DifferentialDrive:
 
     @property
     def axle_in_base_planar(self) -> PlanarPose:
-        """The axle's middle and heading on the ground plane of the base."""
+        """The pose of the axle's middle on the ground plane of the base."""
         x, y, _ = self.axle_in_base.translation
         return PlanarPose(float(x), float(y), self.axle_in_base.yaw)
 
     def wheel_speeds(self, linear: float, angular: float) -> tuple[float, float]:
-        """Left and right wheel speeds in rad/s, forwards positive, for the axle's middle to go `linear` m/s
-        and the robot to turn `angular` rad/s."""
+        """Left and right wheel speeds in rad/s, forwards positive, with which the axle's middle moves at
+        `linear` m/s and the robot turns at `angular` rad/s."""
         half = angular * self.separation / 2.0
         return (linear - half) / self.radius, (linear + half) / self.radius
 
@@ -115,7 +118,7 @@ class DifferentialDrive:
         )
 
     def joint_velocities(self, linear: float, angular: float) -> dict[str, float]:
-        """The speed in rad/s that each driving joint takes, its axis's sense considered."""
+        """The speed of each driving joint in rad/s, with the sign of its axis."""
         left, right = self.wheel_speeds(linear, angular)
         speeds = {name: left * self.forward[name] for name in self.left}
         speeds.update({name: right * self.forward[name] for name in self.right})
@@ -123,7 +126,10 @@ class DifferentialDrive:
 
     def integrate(self, pose: PlanarPose, left: float, right: float) -> PlanarPose:
         """The base's pose after its left and right wheels turned by `left` and `right` rad, forwards
-        positive; exact for constant speeds, and for a base that is not on the axle."""
+        positive.
+
+        It is exact for constant speeds, also for a base that is not on the axle.
+        """
         return integrate(
             pose, left * self.radius, right * self.radius, self.separation, self.axle_in_base_planar
         )
@@ -145,8 +151,10 @@ class SteeringWheel:
 
 @dataclass(frozen=True, slots=True)
 class SteeredDrive(DifferentialDrive):
-    """The fixed axle as a differential drive has it, the wheels that steer, the joints that drive, and the
-    reason why it is not a differential drive."""
+    """A base with a fixed axle, as in a differential drive, and wheels that steer.
+
+    `traction` are the joints that drive, and `reason` explains why it is not a differential drive.
+    """
 
     steering: tuple[SteeringWheel, ...]
     traction: tuple[str, ...]
@@ -154,7 +162,7 @@ class SteeredDrive(DifferentialDrive):
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Those that drive."""
+        """The joints that drive."""
         return self.traction
 
 
@@ -168,12 +176,11 @@ class NoDrive:
 def find_drive(
     robot: RobotModel, tree: FrameTree | None = None
 ) -> DifferentialDrive | SteeredDrive | NoDrive:
-    """How a robot drives: by two sides, or by wheels that steer; else why it does not.
+    """The drive of a robot: two-sided or steered, or the reason why it has none. Never raises.
 
-    Joints that a drive plugin names come first, then those that ros2_control commands by velocity;
-    where none is named, the largest wheels that come in pairs drive: those that hang rigidly on the
-    base, else those on a suspension. The sides are those that the plugin or controller names. Never raises.
-    """
+    The driving joints are the first of these that form a drive: the joints that a drive plugin names, the
+    joints that ros2_control commands by velocity, the largest pairs of wheels rigidly on the base, and those
+    on a suspension. The sides are those that the plugin or controller names."""
     tree = tree or FrameTree(robot)
     controllers = declared_drives(robot)
     plugins = [c for c in controllers if c.plugin is not None and not c.is_steering]
@@ -187,7 +194,8 @@ def find_drive(
 
 
 def _sides(controllers: Iterable[DeclaredDrive]) -> tuple[list[str], list[str]]:
-    """The joints that controllers name as left and as right; of several controllers the first decides."""
+    """The joints that controllers name as left and as right. The first controller that names a joint
+    decides."""
     left, right = list[str](), list[str]()
     for controller in controllers:
         known = {*left, *right}
@@ -219,12 +227,12 @@ def _two_sided(
                 turned = _steered_wheel(tree, found)
                 return NoDrive(turned) if turned else found
             result = result or found
-    return result or NoDrive(f"'{turning[0].name}' turns, but hangs on another joint that moves")
+    return result or NoDrive(f"'{turning[0].name}' turns, but is mounted on another movable joint")
 
 
 def base_link(robot: RobotModel, wheel_parent: str) -> str:
-    """The frame odometry is reckoned in: `base_footprint`, else `base_link`, else the root, of those held
-    rigidly to the body that carries the wheels (REP 105)."""
+    """The frame of odometry (REP 105): `base_footprint` or `base_link` if it is rigidly connected to the body
+    that carries the wheels, else that body's link."""
     body = carrier(robot, wheel_parent)
     for name in ("base_footprint", "base_link"):
         if name in robot.links and carrier(robot, name) == body:
@@ -235,13 +243,13 @@ def base_link(robot: RobotModel, wheel_parent: str) -> str:
 def _why_nothing_turns(robot: RobotModel) -> str:
     others = [f"'{j.name}' is {j.type}" for j in robot.joints.values() if j.is_movable]
     if not others:
-        return "the robot has no joint that moves"
+        return "the robot has no movable joint"
     more = f" and {len(others) - 3} more" if len(others) > 3 else ""
-    return f"no joint is continuous, as a wheel's is: {', '.join(others[:3])}{more}"
+    return f"no joint is continuous, as a wheel needs: {', '.join(others[:3])}{more}"
 
 
 def _is_suspended(tree: FrameTree, joint: Joint) -> bool:
-    """Whether only springs and rockers are between the joint and the root: nothing that turns it aside."""
+    """Whether only springs and rockers are between the joint and the root, and nothing that steers it."""
     robot = tree.robot
     above = movable_above(robot, joint.parent)
     while above is not None:
@@ -254,9 +262,9 @@ def _is_suspended(tree: FrameTree, joint: Joint) -> bool:
 
 
 def drive_of(robot: RobotModel, tree: FrameTree, joints: Sequence[Joint]) -> DifferentialDrive | NoDrive:
-    """The drive made by the wheels on some of `joints`."""
+    """The drive of the wheels on `joints`, or on some of them."""
     if not joints:
-        return NoDrive("no joint is named to drive")
+        return NoDrive("no driving joint is named")
     base = base_link(robot, joints[0].parent)
     found = [find_wheel(tree, joint, base) for joint in joints]
     wheels = [wheel for wheel in found if not wheel.flaw]
@@ -265,7 +273,7 @@ def drive_of(robot: RobotModel, tree: FrameTree, joints: Sequence[Joint]) -> Dif
         return NoDrive(f"no joint turns a wheel: {flaws[0]}")
     pairs = pairs_of(wheels)
     if not pairs:
-        reason = f"'{wheels[0].joint.name}' has no wheel of equal size across from it"
+        reason = f"'{wheels[0].joint.name}' has no wheel of equal size on the other side"
         return NoDrive("; ".join([reason, *flaws[:1]]))
     return _build(tree, base, largest(pairs))
 
@@ -294,19 +302,19 @@ def _build(tree: FrameTree, base: str, pairs: Sequence[Pair]) -> DifferentialDri
 
 
 def _steered_axle(robot: RobotModel, tree: FrameTree, turning: Sequence[Joint]) -> str:
-    """Why the robot steers as a car does, by a wheel whose axle is turned; empty where it does not."""
+    """Why the robot steers like a car, with a wheel whose axle turns; empty if it does not."""
     for joint in turning:
         above = movable_above(robot, joint.parent)
         if above is None or above.type is not JointType.REVOLUTE:
             continue
         upright = abs((tree.pose(above.child).rotation @ unit_axis(above))[2]) > _UPRIGHT
         if upright and not find_wheel(tree, joint, carrier(robot, above.parent)).flaw:
-            return f"the wheel on '{joint.name}' is steered by '{above.name}', as a car's is"
+            return f"the wheel on '{joint.name}' is steered by '{above.name}', as on a car"
     return ""
 
 
 def _steered_wheel(tree: FrameTree, drive: DifferentialDrive) -> str:
-    """As `_steered_axle`, for a wheel on the ground that is turned aside but does not roll by a joint."""
+    """As `_steered_axle`, for a wheel on the ground that steers but has no joint to roll on."""
     robot = tree.robot
     ground = float(drive.axle_in_base.translation[2]) - drive.radius
     for joint in robot.joints.values():
@@ -321,7 +329,7 @@ def _steered_wheel(tree: FrameTree, drive: DifferentialDrive) -> str:
                 if not isinstance(shape, Cylinder) or abs(pose.rotation[2, 2]) > 0.1:
                     continue
                 if abs(float(pose.translation[2]) - shape.radius - ground) < 0.1 * drive.radius:
-                    return f"the wheel '{link}' is steered by '{joint.name}', as a car's is"
+                    return f"the wheel '{link}' is steered by '{joint.name}', as on a car"
     return ""
 
 
@@ -356,7 +364,7 @@ def _steered(
 
 
 def _steering_joint(tree: FrameTree, joint: Joint) -> Joint | None:
-    """The upright joint above a wheel that turns it aside within limits; a swivel caster's has none."""
+    """The upright joint above a wheel that steers it within limits. The swivel of a caster has no limits."""
     above = movable_above(tree.robot, joint.parent)
     if (
         above is None
@@ -377,7 +385,7 @@ def _placed(tree: FrameTree, axle: DifferentialDrive, above: Joint, wheel: Wheel
 
 
 def named_twice(left: Sequence[str], right: Sequence[str]) -> tuple[str, str] | None:
-    """A joint that is named twice, and in words how; None if each is named once.
+    """A joint that is named twice, and a description for messages; None if each joint is named once.
 
     gazebo_ros_diff_drive and diff_drive_controller do not start with such names.
     """
@@ -395,14 +403,14 @@ def named_twice(left: Sequence[str], right: Sequence[str]) -> tuple[str, str] | 
 def with_sides(
     drive: DifferentialDrive | NoDrive, left: Sequence[str], right: Sequence[str]
 ) -> DifferentialDrive | NoDrive:
-    """The drive as its plugin or controller commands it, which names joints as left and as right.
+    """The drive with the sides that its plugin or controller names.
 
-    The plugin decides which joints are left and right, not their position. gazebo_ros_diff_drive, gz's
+    The plugin decides which joints are left and right, and not their position. gazebo_ros_diff_drive, gz's
     DiffDrive and diff_drive_controller all command (v - w s/2)/r to the joints named left and (v + w s/2)/r
     to those named right, and compute the turn of their odometry from right minus left. With exchanged names
     the robot therefore turns against the command, while the odometry agrees with the command. The speed is
-    that of the joint: where its axis points to the right, a positive speed drives backwards. A joint that is
-    not named stays on the side where its wheel stands, and is turned as its axis requires.
+    that of the joint: if its axis points to the right, a positive speed drives backwards. A joint that is not
+    named stays on the side of its wheel, and its speed has the sign that its axis requires.
     """
     twice = named_twice(left, right)
     if twice is not None:

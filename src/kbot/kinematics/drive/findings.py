@@ -21,12 +21,12 @@ UNEQUAL = 0.002
 cm drives a circle of 85 m radius."""
 EXCHANGE_PLACES = "y points left: exchange the signs of the wheels' y"
 _JOINT_TAGS = ("joint_name", "jointName", "joint")
-"""Tags of plugins that name a joint."""
+"""Tags with which plugins name a joint."""
 
 
 def wheel_pairs(tree: FrameTree, drive: DifferentialDrive) -> tuple[Pair, ...]:
-    """The wheels of a drive's two sides, left and right by their position, front to rear. They are in the
-    root's frame, turned so that the robot drives along x."""
+    """Pairs of a drive's wheels, left and right by their position, front to rear. They are in the root's
+    frame, rotated so that the robot drives along x."""
     root_from_base, base_from_axle = tree.pose(drive.base), drive.axle_in_base
     root_from_axle = root_from_base.rotation @ base_from_axle.rotation
     sides: tuple[list[Wheel], list[Wheel]] = [], []
@@ -42,7 +42,7 @@ def wheel_pairs(tree: FrameTree, drive: DifferentialDrive) -> tuple[Pair, ...]:
 
 
 def findings_of_drive(robot: RobotModel, drive: DifferentialDrive | NoDrive) -> tuple[Diagnostic, ...]:
-    """What is wrong with the plugins and controllers of a robot whose drive `find_drive` found."""
+    """Faults of the plugins and controllers of a robot, given the drive that `find_drive` found."""
     pairs = wheel_pairs(FrameTree(robot), drive) if isinstance(drive, DifferentialDrive) else ()
     return tuple(drive_findings(robot, declared_drives(robot), drive, pairs))
 
@@ -53,9 +53,9 @@ def drive_findings(
     drive: DifferentialDrive | NoDrive | None,
     pairs: Sequence[Pair],
 ) -> Iterator[Diagnostic]:
-    """What is wrong with plugins and controllers, held against the driving wheels.
+    """Faults of plugins and controllers, compared with the driving wheels.
 
-    `drive` tells what KBot drives; it is None where that cannot be known.
+    `drive` is what KBot drives, or None if that is unknown.
     """
     sided = [controller for controller in controllers if not controller.is_steering]
     yield from _named_joints(robot, sided, drive)
@@ -70,7 +70,7 @@ def drive_findings(
 
 
 def plugin_findings(robot: RobotModel) -> Iterator[Diagnostic]:
-    """D101 of the joints that other plugins name, those of sensors too."""
+    """D101 of the joints that other plugins name, including those of sensors."""
     for extension in extensions(robot, "gazebo"):
         for plugin in extension.descendants():
             if plugin.tag == "plugin":
@@ -78,7 +78,7 @@ def plugin_findings(robot: RobotModel) -> Iterator[Diagnostic]:
 
 
 def unknown_joint(robot: RobotModel, name: str, joint: str, origin: Origin) -> Diagnostic:
-    """D101 of a plugin or controller that drives no wheels."""
+    """D101 of a plugin or controller that is not a drive."""
     message = f"{name}: '{joint}' is not a joint of this robot"
     return Diagnostic("D101", Severity.ERROR, message, origin, did_you_mean(joint, robot.joints))
 
@@ -96,7 +96,7 @@ def _joints_of_plugin(robot: RobotModel, plugin: Element) -> Iterator[Diagnostic
 def _named_joints(
     robot: RobotModel, controllers: Sequence[DeclaredDrive], drive: DifferentialDrive | NoDrive | None
 ) -> Iterator[Diagnostic]:
-    """D101 and W134: joints that the robot does not have, those of other links than driving wheels, and sides
+    """D101 and W134: joints that the robot does not have or that do not turn a driving wheel, and sides
     without a joint."""
     driving, sides = (drive.joints, drive.sides) if isinstance(drive, DifferentialDrive) else ((), {})
     named = {joint.text for c in controllers for joint in (*c.left, *c.right)}
@@ -126,8 +126,10 @@ def _named_joints(
 def _every_name(
     robot: RobotModel, controllers: Iterable[DeclaredDrive]
 ) -> Iterator[tuple[DeclaredDrive, str, str, Origin]]:
-    """Each joint that a controller names, with its side and place. The name is empty for an empty tag, and
-    for a side without a tag or parameter."""
+    """Each joint that a controller names, with its side and place.
+
+    The name is empty for an empty tag, and for a side without a tag or parameter.
+    """
     for controller in controllers:
         for side, joints in controller.sides.items():
             yield from ((controller, side, joint.text, joint.origin) for joint in joints)
@@ -138,7 +140,7 @@ def _every_name(
 
 
 def _named_twice(controller: DeclaredDrive) -> Iterator[Diagnostic]:
-    """D131."""
+    """D131 of a joint that a controller names twice."""
     first: dict[str, tuple[str, Parameter]] = {}
     for side, joints in controller.sides.items():
         for joint in joints:
@@ -156,23 +158,24 @@ def _named_twice(controller: DeclaredDrive) -> Iterator[Diagnostic]:
 
 
 def _exchanged(controller: DeclaredDrive, pairs: Iterable[Pair]) -> Iterator[Diagnostic]:
-    """D107 of a joint that is named as left and stands on the right."""
+    """D107 of a joint that is named left and whose wheel is on the right."""
     wheels = {wheel.joint.name: wheel for pair in pairs for wheel in pair.wheels}
-    for one, other in zip(controller.left, controller.right, strict=False):
-        left, right = wheels.get(one.text), wheels.get(other.text)
+    for left_name, right_name in zip(controller.left, controller.right, strict=False):
+        left, right = wheels.get(left_name.text), wheels.get(right_name.text)
         if left is None or right is None or not left.center[1] < right.center[1]:
             continue
         # exchanged names would hide that the wheels themselves are on the wrong sides
-        are_misplaced = side_of(one.text) == "left" and side_of(other.text) == "right"
-        tags = [f"<{p.name}>" if controller.plugin is not None else p.name for p in (one, other)]
+        are_misplaced = side_of(left_name.text) == "left" and side_of(right_name.text) == "right"
+        names = (left_name, right_name)
+        tags = [f"<{p.name}>" if controller.plugin is not None else p.name for p in names]
         yield Diagnostic(
             "D107",
             Severity.WARNING,
-            f"{controller.name}: its left joint '{one.text}' turns the wheel at y = "
+            f"{controller.name}: its left joint '{left_name.text}' turns the wheel at y = "
             f"{left.center[1] * 1e3:.4g} mm, on the right: turns are reversed",
-            one.origin,
+            left_name.origin,
             EXCHANGE_PLACES if are_misplaced else f"exchange the names in {tags[0]} and {tags[1]}",
-            (Related(f"'{one.text}'", left.joint.pose.origin or left.joint.origin),),
+            (Related(f"'{left_name.text}'", left.joint.pose.origin or left.joint.origin),),
         )
 
 
@@ -192,14 +195,14 @@ def axis_faults(pairs: Iterable[Pair]) -> Iterator[Diagnostic]:
                 (Related(f"the axis of '{other.joint.name}'", _axis_origin(other)),),
             )
         elif left.axis[1] < -0.5 and right.axis[1] < -0.5:
-            # at the right wheel too where one macro made both, so that the fault is known for the macro's
+            # also at the right wheel if one macro made both, which shows that the fault is the macro's
             is_shared = _axis_origin(left).span == _axis_origin(right).span
             for wheel in (left, right) if is_shared else (left,):
                 yield Diagnostic(
                     "D109",
                     Severity.WARNING,
-                    f"{wheel.joint.name}: its axis, as its partner's, points along -y of the base: a "
-                    "positive speed drives backwards",
+                    f"{wheel.joint.name}: the axes of both wheels point along -y of the base: a positive "
+                    "speed drives backwards",
                     _axis_origin(wheel),
                     "let both axes point along +y",
                 )
@@ -210,7 +213,8 @@ def _axis_origin(wheel: Wheel) -> Origin:
 
 
 def _direction(wheel: Wheel) -> str:
-    """The direction of an axis as the axis's name where it is near one."""
+    """The direction of a wheel's axis: the name of a coordinate axis if it is near one, else its
+    components."""
     for i, name in enumerate("xyz"):
         if abs(wheel.axis[i]) > 0.98:
             return ("-" if wheel.axis[i] < 0.0 else "+") + name
@@ -224,7 +228,7 @@ def _separation(controller: DeclaredDrive, pairs: Sequence[Pair]) -> Iterator[Di
         return
     given, true = size.value, pairs[0].separation
     if len(pairs) > 1 and true <= given <= 2.5 * true:
-        return  # a skid-steer robot is given the track it turns with, which is wider
+        return  # a skid-steer robot needs the wider separation with which it turns
     if abs(given - true) > max(0.01 * true, 5e-4):
         message = f"{controller.name}: {separation_is_off(given, true)}"
         places = joint_places(pairs[0])
@@ -234,7 +238,7 @@ def _separation(controller: DeclaredDrive, pairs: Sequence[Pair]) -> Iterator[Di
 
 
 def separation_is_off(given: float, true: float) -> str:
-    """What follows from a wheel separation in m that is not the robot's."""
+    """The message for a wheel separation in m that differs from the robot's."""
     return (
         f"the wheels are {true:.4g} m apart from middle to middle, not {given:.4g}: yaw computed with it is "
         f"{(true / given - 1.0) * 100.0:+.0f} % off"
@@ -242,7 +246,7 @@ def separation_is_off(given: float, true: float) -> str:
 
 
 def joint_places(pair: Pair) -> tuple[Related, ...]:
-    """Where the joints of two wheels are placed."""
+    """Where the positions of the joints of two wheels are written."""
     return tuple(
         Related(f"'{w.joint.name}' at y = {w.center[1]:.4g} m", w.joint.pose.origin or w.joint.origin)
         for w in pair.wheels
@@ -250,7 +254,7 @@ def joint_places(pair: Pair) -> tuple[Related, ...]:
 
 
 def _radius(controller: DeclaredDrive, pairs: Sequence[Pair]) -> Iterator[Diagnostic]:
-    """D106. Of wheels that differ each is named, because their mean is the radius of none."""
+    """D106. If the wheels differ, the message names both radii, because no wheel has their mean."""
     size = controller.radius
     wheels = [wheel for pair in pairs for wheel in pair.wheels if wheel.radius]
     if size is None or size.value <= 0.0 or not wheels:
@@ -263,11 +267,11 @@ def _radius(controller: DeclaredDrive, pairs: Sequence[Pair]) -> Iterator[Diagno
         message += (
             f"{small:.4g} on '{least.joint.name}' and {large:.4g} on '{most.joint.name}': no radius is right"
         )
-        hint = "make the wheels by one macro, with one radius"
+        hint = "make the wheels with one macro and one radius"
     elif abs(given - true) > max(0.01 * true, 2e-4):
         message += f"{true:.4g}: distances are {(given / true - 1.0) * 100.0:+.0f} % off"
         is_diameter = size.given.name in DIAMETER
-        hint = f"use {'twice ' if is_diameter else ''}the radius that makes the wheels: "
+        hint = f"use {'twice ' if is_diameter else ''}the radius of the wheels: "
         hint += f"{2.0 * true if is_diameter else true:.4g}"
     else:
         return

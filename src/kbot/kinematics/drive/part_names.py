@@ -11,7 +11,7 @@ _OTHER = {"left": "right", "right": "left", "l": "r", "r": "l"}
 
 
 def side_of(name: str) -> str:
-    """ "left" or "right" where a name says so, else an empty text."""
+    """The side that a name contains, "left" or "right"; empty if it contains none."""
     match = _SIDE.search(name)
     if not match:
         return ""
@@ -19,7 +19,7 @@ def side_of(name: str) -> str:
 
 
 def mirrored_name(name: str) -> str | None:
-    """The name with its first word for a side made the other's; None where it has none."""
+    """The name with its first word for a side replaced by the other side; None if it has none."""
 
     def other(match: re.Match[str]) -> str:
         word = match[0]

@@ -1,9 +1,8 @@
-"""The wheels of a robot, the pairs that they make, and its casters, found from its joints and shapes.
+"""Finds the wheels of a robot, their pairs, and its casters, from its joints and shapes.
 
-`find_drive` uses the wheels that have no flaw. `kbot check` uses all wheels that are meant to drive. A wheel
-that is fixed, turned wrongly or smaller than its partner is meant to drive if a controller names it, if its
-own name says so, or by its shape and place.
-"""
+`find_drive` uses the wheels without a flaw. `kbot check` uses all wheels that are meant to drive, also fixed
+or misaligned wheels and those that are smaller than their partner. A wheel is meant to drive if a controller
+names it, if its name suggests it, or by its shape and position."""
 
 from __future__ import annotations
 
@@ -38,21 +37,26 @@ from kbot.text import KbotError
 Array = NDArray[np.float64]
 
 MOST_JOINTS = 1_000
-"""Of a robot whose wheels `kbot check` looks for: each is compared with each other, and followed up to the
-root. A robot with more gets the finding K003."""
+"""`kbot check` looks for wheels in robots with at most this many joints, because it compares every two wheels
+and follows each up to the root. A robot with more joints gets the finding K003."""
 EQUAL = 0.1
-"""By how much of a wheel's radius two wheels of a pair may differ in size, and stand apart in x and z."""
+"""Share of a wheel's radius by which two wheels of a pair may differ in size, and be apart in x and z."""
 _PARALLEL = math.cos(math.radians(5.0))
+"""Cosine of the angle by which a cylinder may be off its axis."""
 _ROUND = 0.03
-"""By how much of its radius a mesh's outline may differ between directions and still be round."""
+"""Share of its radius by which the outline of a round mesh may differ between directions."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Wheel:
-    """The wheel on a joint, and why it cannot drive: `flaw` is empty for one that can.
+    """The wheel on a joint.
 
-    `center` (3,) in m and the unit `axis` (3,) of the joint are in the frame of the base, for `kbot check` in
-    that of the root. `radius` and `width` in m are 0 where no round shape is known.
+    center  (3,) in m in the frame of the base, for `kbot check` in that of the root
+    axis    unit axis (3,) of the joint in the same frame
+    radius  in m, 0 without a known round shape
+    width   in m, 0 without a known round shape
+    shape   the shape that gives the radius
+    flaw    why the wheel cannot drive, empty if it can
     """
 
     joint: Joint
@@ -61,7 +65,7 @@ class Wheel:
     radius: float = 0.0
     width: float = 0.0
     shape: Geometry | None = None
-    flaw: str = "it turns no shape"
+    flaw: str = "it has no shape to turn"
 
     @property
     def link(self) -> str:
@@ -75,7 +79,7 @@ class Wheel:
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """Two wheels across from each other."""
+    """Two wheels on opposite sides."""
 
     left: Wheel
     right: Wheel
@@ -91,23 +95,24 @@ class Pair:
 
     @property
     def is_level(self) -> bool:
-        """Whether the wheels are across from each other along y."""
+        """Whether the wheels are on opposite sides along y."""
         x, y, z = abs(self.left.center - self.right.center).tolist()
         return bool(y > max(x, z))
 
     @property
     def names(self) -> frozenset[str]:
-        """The wheels' joints and links."""
+        """The names of the wheels' joints and links."""
         return frozenset(name for wheel in self.wheels for name in (wheel.joint.name, wheel.link))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Caster:
-    """A link that is meant to bear the robot without driving it, with its lowest shape.
+    """A link that carries the robot without driving it, with its lowest shape.
 
-    `bottom` is the height of the lowest point and `center` (3,) the middle of the shape, m. `touches` is
-    False where no collision shape is known. `is_off_ground` is True for a link that only its name makes a
-    caster.
+    bottom         height of the lowest point in m
+    center         middle of the shape (3,) in m
+    touches        False without a known collision shape
+    is_off_ground  True for a link that is a caster only by its name
     """
 
     link: str
@@ -120,8 +125,8 @@ class Caster:
 
 @dataclass(frozen=True, slots=True)
 class MobileBase:
-    """The wheels that are meant to drive, in pairs front to rear, the casters, and the height of the ground,
-    m, in the root's frame."""
+    """The wheels that are meant to drive, in pairs front to rear, the casters, and the height of the ground
+    in m, all in the root's frame."""
 
     pairs: tuple[Pair, ...]
     casters: tuple[Caster, ...]
@@ -133,7 +138,7 @@ class MobileBase:
 
 
 def rigid_links(robot: RobotModel, link: str) -> Iterator[str]:
-    """`link` and the links that fixed joints hold to it from below."""
+    """`link` and the links below it that only fixed joints connect."""
     waiting = [link]
     while waiting:
         name = waiting.pop()
@@ -142,8 +147,8 @@ def rigid_links(robot: RobotModel, link: str) -> Iterator[str]:
 
 
 def movable_above(robot: RobotModel, link: str) -> Joint | None:
-    """The nearest joint above a link that moves by a motor or a spring; None where the link hangs rigidly on
-    the root, or on a body that floats."""
+    """The nearest joint above a link that has a position; None if the link is rigidly connected to the root
+    or to a floating body."""
     while link != robot.root:
         above = robot.parent_joint[link]
         if above.is_movable:
@@ -153,7 +158,7 @@ def movable_above(robot: RobotModel, link: str) -> Joint | None:
 
 
 def carrier(robot: RobotModel, link: str) -> str:
-    """The topmost link above `link` that goes with it over the ground: the root, or a body that floats."""
+    """The topmost link of the vehicle that `link` belongs to: the root, or a floating body."""
     while link != robot.root:
         above = robot.parent_joint[link]
         if above.is_movable and not above.has_position:
@@ -163,8 +168,8 @@ def carrier(robot: RobotModel, link: str) -> str:
 
 
 def find_wheel(tree: FrameTree, joint: Joint, base: str) -> Wheel:
-    """The wheel on a joint: its size is that of the largest shape that is round about the axle, else of the
-    largest round shape."""
+    """The wheel on a joint. Its size is that of the largest shape that is round about the axle, or else of
+    the largest round shape."""
     robot = tree.robot
     base_from_wheel = tree.pose(joint.child, in_frame=base)
     axis = base_from_wheel.rotation @ unit_axis(joint)
@@ -188,8 +193,10 @@ def find_wheel(tree: FrameTree, joint: Joint, base: str) -> Wheel:
 
 
 def meant_wheels(tree: FrameTree, named: Collection[str]) -> list[Wheel]:
-    """The wheels that are meant to drive, in the root's frame: those on joints that a controller names, those
-    whose names say so, and plain ones that turn without end."""
+    """The wheels that are meant to drive, in the root's frame.
+
+    These are the wheels on joints that a controller names, wheels that are named so, and cylinders and
+    spheres on level continuous joints."""
     robot, found = tree.robot, []
     for joint in robot.joints.values():
         is_named, turns = joint.name in named, joint.type is JointType.CONTINUOUS
@@ -198,7 +205,7 @@ def meant_wheels(tree: FrameTree, named: Collection[str]) -> list[Wheel]:
             continue
         above = movable_above(robot, joint.parent)
         if above is not None and above.type is not JointType.PRISMATIC:
-            continue  # its axle is turned, as by a car's steering and a caster's swivel
+            continue  # its axle turns, as with a car's steering or a caster's swivel
         wheel = find_wheel(tree, joint, robot.root)
         upright = abs(wheel.axis[2])
         steers = joint.type is JointType.REVOLUTE and upright > 0.7
@@ -216,12 +223,13 @@ def meant_wheels(tree: FrameTree, named: Collection[str]) -> list[Wheel]:
 
 
 def is_caster(joint: Joint) -> bool:
-    """Whether a joint or its child is called a caster."""
+    """Whether a joint or its child has the name of a caster."""
     return bool(CASTER.search(joint.child) or CASTER.search(joint.name))
 
 
 def _shapes(link: Link) -> list[tuple[Pose, Geometry]]:
-    """What the link touches the ground with; what is seen of it where nothing plain is said to touch."""
+    """The shapes with which a link touches the ground: plain collisions, or else plain visuals, or else
+    all."""
     collisions: list[tuple[Pose, Geometry]] = [(c.pose, c.geometry) for c in link.collisions]
     visuals: list[tuple[Pose, Geometry]] = [(v.pose, v.geometry) for v in link.visuals]
     for shapes in (collisions, visuals):
@@ -232,10 +240,9 @@ def _shapes(link: Link) -> list[tuple[Pose, Geometry]]:
 
 
 def _round_about(shape: Geometry, axis: Array) -> tuple[float, float, Array, str]:
-    """Radius, width and middle (3,) of a round shape, and why it is not round about `axis`; the radius is 0
-    for a shape that is not round at all.
+    """Radius, width and middle (3,) of a round shape, and why it is not round about `axis`.
 
-    `axis` (3,) and the middle are in the shape's frame.
+    The radius is 0 for a shape that is not round. `axis` (3,) and the middle are in the shape's frame.
     """
     match shape:
         case Sphere(radius=radius) if radius > 0.0:
@@ -245,7 +252,7 @@ def _round_about(shape: Geometry, axis: Array) -> tuple[float, float, Array, str
             flaw = f"its {name} does not lie along its axis" if abs(axis[2]) < _PARALLEL else ""
             return radius, length + ends, np.zeros(3), flaw
         case Mesh(path=None):
-            flaw = f"its size is not known, for its mesh is not found: {shape.uri}"
+            flaw = f"its size is unknown, because its mesh is not found: {shape.uri}"
         case Mesh():
             try:
                 return _round_mesh(shape, axis)
@@ -257,11 +264,11 @@ def _round_about(shape: Geometry, axis: Array) -> tuple[float, float, Array, str
 
 
 def _round_mesh(mesh: Mesh, axis: Array) -> tuple[float, float, Array, str]:
-    """As `_round_about`, by the mesh's outline; one of its own axes is its axle where `axis` is not."""
+    """As `_round_about`, from the mesh's outline about `axis`, or else about one of the mesh's own axes."""
     points, flaw = vertices(mesh), ""
     for about in (axis, *np.eye(3)):
         across = np.cross(about, np.eye(3)[int(np.argmin(np.abs(about)))])
-        across /= np.linalg.norm(across) or 1.0  # an axis that was written as zero has no outline
+        across /= np.linalg.norm(across) or 1.0  # zero for an axis that was written as zero
         up = np.cross(about, across)
         directions = (about, across, up, (across + up) / math.sqrt(2))
         (low, high), *outline = [(float(p.min()), float(p.max())) for d in directions for p in [points @ d]]
@@ -277,11 +284,11 @@ def _round_mesh(mesh: Mesh, axis: Array) -> tuple[float, float, Array, str]:
 
 
 def pairs_of(wheels: Sequence[Wheel], sides: Mapping[str, str] | None = None) -> list[Pair]:
-    """Wheels of equal size across from each other, front to rear; left and right by their position.
+    """Pairs of wheels of equal size on opposite sides, front to rear, left and right by their position.
 
-    `sides` gives the side ("left", "right" or "") of joints that a controller names. With it, names pair
-    wheels first and decide what is left and right, because the position or size of a wheel may be wrong.
-    """
+    `sides` is the side ("left", "right" or "") of each joint that a controller names. If it is given, names
+    pair wheels first and decide which is left and right, because the position or size of a wheel may be
+    wrong."""
     pairs = [] if sides is None else _pairs_by_names(wheels, sides)
     paired = {wheel for pair in pairs for wheel in pair.wheels}
     left_over = [wheel for wheel in wheels if wheel not in paired]
@@ -296,8 +303,10 @@ def pairs_of(wheels: Sequence[Wheel], sides: Mapping[str, str] | None = None) ->
 
 
 def leftward(wheel: Wheel) -> Array:
-    """The level unit vector along the axle that points left; forward is then nearest to x, else to y. It is y
-    for a wheel with a flaw, whose axis may be wrong."""
+    """The level unit vector along the axle that points left, so that forward points along x, or else along y.
+
+    It is y for a wheel with a flaw, whose axis may be wrong.
+    """
     if wheel.flaw:
         return np.array([0.0, 1.0, 0.0])
     x, y, _ = wheel.axis
@@ -308,14 +317,14 @@ def leftward(wheel: Wheel) -> Array:
 
 
 def _ahead(wheel: Wheel) -> float:
-    """How far ahead a wheel is in the direction in which it drives, m."""
+    """How far ahead a wheel is in the direction of driving, m."""
     left_x, left_y, _ = leftward(wheel).tolist()
     x, y, _ = wheel.center.tolist()
     return float(x * left_y - y * left_x)
 
 
 def _pairs_by_names(wheels: Sequence[Wheel], sides: Mapping[str, str]) -> list[Pair]:
-    """Wheels whose joints' names mirror each other; then those that a controller names for its two sides."""
+    """Pairs of wheels with mirrored joint names, and then those that a controller names on its two sides."""
     rest = {wheel.joint.name: wheel for wheel in wheels}
     pairs = []
     for name in [name for name in rest if side_of(name) == "left"]:
@@ -343,7 +352,7 @@ def meant_base(tree: FrameTree, sides: Mapping[str, str]) -> MobileBase | None:
     """The base of a robot with at least one pair of wheels that are meant to drive; `sides` as for
     `pairs_of`."""
     pairs = pairs_of(meant_wheels(tree, sides), sides)
-    # a wheel that is made too small is still meant to drive
+    # 0.7: a wheel that is too small by mistake is still meant to drive
     driven = [p for p in pairs if any(w.joint.name in sides for w in p.wheels)] or largest(pairs, 0.7)
     if not driven:
         return None
@@ -353,13 +362,13 @@ def meant_base(tree: FrameTree, sides: Mapping[str, str]) -> MobileBase | None:
         return MobileBase(tuple(driven), (), None)
     ground = bottoms[len(bottoms) // 2]
     casters = casters_of(tree, tree.root, ground, max(wheel.radius for wheel in wheels), wheels)
-    # the root carries the robot, and has no joint to be placed by
+    # the root is not a caster, and has no joint that places it
     return MobileBase(tuple(driven), tuple(c for c in casters if c.link != tree.root), ground)
 
 
 def largest(pairs: Sequence[Pair], share: float = 1.0 - EQUAL) -> list[Pair]:
-    """The pairs that drive if no controller names them: those larger than `share` of the largest pair. A pair
-    of unknown size counts as large."""
+    """The pairs that drive if no controller names them: those larger than `share` of the largest pair, and
+    those of unknown size."""
     sizes = [pair.left.radius or pair.right.radius for pair in pairs]
     least = share * max(sizes, default=0.0)
     return [pair for pair, size in zip(pairs, sizes, strict=True) if not 0.0 < size <= least]
@@ -368,13 +377,12 @@ def largest(pairs: Sequence[Pair], share: float = 1.0 - EQUAL) -> list[Pair]:
 def casters_of(
     tree: FrameTree, base: str, ground: float, radius: float, wheels: Sequence[Wheel]
 ) -> tuple[Caster, ...]:
-    """Links with a collision shape that ends near the ground, the driving `wheels` left out; in the frame of
-    `base`.
+    """Links with a collision shape that ends near the ground, in the frame of `base`, without driving
+    `wheels`.
 
-    `ground`: height of the contact plane; `radius`: of the driving wheels; both in m. A ball, a wheel or what
-    is called a caster counts when it ends within half a drive wheel's radius of the plane, for that is what a
-    caster of the wrong size looks like; another shape only when it touches.
-    """
+    `ground` is the height of the contact plane and `radius` that of the driving wheels, both in m. A ball, a
+    wheel, or a link with the name of a caster counts if it ends within half of `radius` of the plane, because
+    a caster of the wrong size does so. Other shapes count only if they touch the ground."""
     robot, found = tree.robot, []
     driving = {part for wheel in wheels for part in rigid_links(robot, wheel.link)}
     for link in robot.links.values():
@@ -401,7 +409,7 @@ def casters_of(
 def _lowest(
     tree: FrameTree, base: str, link: Link, shapes: Sequence[Collision | Visual]
 ) -> tuple[float, Transform, Geometry] | None:
-    """Height in m of the lowest point of a link's shapes, with the pose of the shape that has it; None if no
+    """Height in m of the lowest point of a link's shapes, with the pose and geometry of its shape; None if no
     size is known."""
     found, base_from_link = [], tree.pose(link.name, in_frame=base)
     for shape in shapes:
@@ -417,7 +425,7 @@ def _lowest(
 
 
 def _rolls(shape: Geometry, base_from_shape: Transform) -> bool:
-    """Whether it is a ball or a wheel rather than a foot."""
+    """Whether a shape is a ball or a wheel, and not a foot."""
     if isinstance(shape, Cylinder):
         return abs(float(base_from_shape.rotation[2, 2])) < 0.5
     return not isinstance(shape, Box | Mesh)

@@ -223,14 +223,14 @@ class Driving:
 
     def act(self, action: Action) -> None:
         if isinstance(action, MoveModel) and model_of(self._sim, action.name) == self._sim.robots.first.name:
-            self._goals.cancel("the robot was put elsewhere")
+            self._goals.cancel("the robot was placed elsewhere")
         if isinstance(action, ResetPart):
             self._goals.cancel("the simulation was reset")
         if isinstance(action, JointSpeed) and action.name not in self.controls:
             raise KbotError(f"'{action.name}' has no controller")
         self._actions.do(action)
         if isinstance(action, Spawn | Delete):
-            self._goals.look_again()
+            self._goals.world_changed()
 
     @property
     def controls(self) -> Mapping[str, Control]:
@@ -263,7 +263,7 @@ class Driving:
         if any(self._commanded):  # by who drove then, and does not now
             self._sim.cmd_vel(0.0, 0.0)
         self._goals.cancel("the simulation was set back")
-        self._goals.look_again()
+        self._goals.world_changed()
         self._owed = 0.0
 
     def record(self, recording: RunRecording) -> None:
