@@ -58,7 +58,7 @@ def test_topics_can_be_before_or_after_the_bag(folder: Path) -> None:
 def test_topics_are_renamed_by_arguments_remaps_and_prefix(folder: Path) -> None:
     inner = '<remap from="/scan" to="/bag/scan"/>'
     playing = only(staged(folder, f"{folder}/a.bag -p old odom:=/truth", inner=inner))
-    topics = [playing.said_on(topic) for topic in ("/odom", "/scan", "/tf")]
+    topics = [playing.published_name(topic) for topic in ("/odom", "/scan", "/tf")]
     assert topics == ["/truth", "/bag/scan", "/old/tf"]
 
 

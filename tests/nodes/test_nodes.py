@@ -1,4 +1,4 @@
-"""The two standard nodes: what they hear, what they say, and when."""
+"""robot_state_publisher: the topics it publishes, and when."""
 
 import json
 from math import cos, sin
@@ -28,29 +28,29 @@ def arm():
     return load_robot_text(ARM, "arm.urdf").require()
 
 
-def listen(bus, topic, kind):
-    heard = []
-    bus.subscribe(topic, kind, heard.append)
-    return heard
+def subscribe(bus, topic, kind):
+    received = []
+    bus.subscribe(topic, kind, received.append)
+    return received
 
 
-def test_fixed_frames_are_said_once_and_to_who_comes_later(arm):
+def test_fixed_frames_are_published_once_and_latched(arm):
     bus, clock = Bus(), Clock()
     RobotStatePublisher(arm, bus, clock, description="<robot/>")
-    static = listen(bus, "/tf_static", TFMessage)
+    static = subscribe(bus, "/tf_static", TFMessage)
     (transform,) = static[0].transforms
     assert (transform.header.frame_id, transform.child_frame_id) == ("lower", "tip")
     assert transform.transform.translation.x == 0.5
-    assert listen(bus, "/robot_description", String) == [String("<robot/>")]
+    assert subscribe(bus, "/robot_description", String) == [String("<robot/>")]
 
 
-def test_joint_states_turn_into_transforms_with_mimics_followed(arm):
+def test_joint_states_become_transforms_also_of_mimic_joints(arm):
     bus, clock = Bus(), Clock()
     RobotStatePublisher(arm, bus, clock)
-    heard = listen(bus, "/tf", TFMessage)
+    received = subscribe(bus, "/tf", TFMessage)
     stamp = Time(1, 0)
     bus.publish("/joint_states", JointState(Header(stamp), ("shoulder", "unknown"), (0.5, 9.0)))
-    found = {t.child_frame_id: t for t in heard[0].transforms}
+    found = {t.child_frame_id: t for t in received[0].transforms}
     assert set(found) == {"upper", "lower", "slider"}
     assert found["upper"].header.stamp == stamp
     rotation = found["upper"].transform.rotation
@@ -60,44 +60,45 @@ def test_joint_states_turn_into_transforms_with_mimics_followed(arm):
     assert (rotation.z, rotation.w) == pytest.approx((sin(elbow / 2), cos(elbow / 2)))
 
 
-def test_faster_messages_are_thinned_to_the_frequency(arm):
+def test_tf_is_published_at_most_at_50_hz(arm):
     bus, clock = Bus(), Clock()
     RobotStatePublisher(arm, bus, clock)
-    heard = listen(bus, "/tf", TFMessage)
+    received = subscribe(bus, "/tf", TFMessage)
     for ms in range(0, 100, 10):
         stamp = Time.from_nanoseconds(ms * MS)
         bus.publish("/joint_states", JointState(Header(stamp), ("shoulder",), (0.0,)))
-    assert len(heard) == 5
+    assert len(received) == 5
 
 
-def test_a_prefix_stands_before_every_frame(arm):
+def test_the_frame_prefix_is_part_of_every_frame(arm):
     bus, clock = Bus(), Clock()
     RobotStatePublisher(arm, bus, clock, frame_prefix="a/")
-    heard = listen(bus, "/tf", TFMessage)
+    received = subscribe(bus, "/tf", TFMessage)
     bus.publish("/joint_states", JointState(Header(), ("shoulder",), (0.0,)))
-    assert {t.child_frame_id for t in heard[0].transforms} == {"a/upper", "a/lower", "a/slider"}
-    fixed = listen(bus, "/tf_static", TFMessage)
+    assert {t.child_frame_id for t in received[0].transforms} == {"a/upper", "a/lower", "a/slider"}
+    fixed = subscribe(bus, "/tf_static", TFMessage)
     assert {t.child_frame_id for t in fixed[0].transforms} == {"a/tip"}
 
 
-def test_the_frames_are_those_of_a_real_ros(shared):
-    """What a real Noetic's robot_state_publisher said for the corrected chapter at four joint positions."""
+def test_transforms_equal_those_of_ros_noetic(shared):
+    """The reference is robot_state_publisher of ROS Noetic, for the corrected chapter at four positions."""
     chapter = shared / "chapter"
     robot = load_robot(chapter / "corrected" / "kbot.urdf").require()
     for case in json.loads((chapter / "ros_reference" / "tf_transforms.json").read_text()):
         bus = Bus()
         RobotStatePublisher(robot, bus, Clock())
-        moving, static = listen(bus, "/tf", TFMessage), listen(bus, "/tf_static", TFMessage)
+        moving, static = subscribe(bus, "/tf", TFMessage), subscribe(bus, "/tf_static", TFMessage)
         joints = case["joint_positions"]
         bus.publish("/joint_states", JointState(Header(), tuple(joints), tuple(joints.values())))
-        for said, wanted in ((moving, case["tf"]), (static, case["tf_static"])):
-            found = {t.child_frame_id: t for t in said[0].transforms}
-            assert set(found) == {frame["child"] for frame in wanted}
-            for frame in wanted:
+        for received, expected in ((moving, case["tf"]), (static, case["tf_static"])):
+            found = {t.child_frame_id: t for t in received[0].transforms}
+            assert set(found) == {frame["child"] for frame in expected}
+            for frame in expected:
                 transform = found[frame["child"]]
-                place, turn = transform.transform.translation, transform.transform.rotation
+                translation, rotation = transform.transform.translation, transform.transform.rotation
                 assert transform.header.frame_id == frame["parent"]
-                assert (place.x, place.y, place.z) == pytest.approx(frame["translation"], abs=1e-12)
+                xyz = (translation.x, translation.y, translation.z)
+                assert xyz == pytest.approx(frame["translation"], abs=1e-12)
                 x, y, z, w = frame["rotation_xyzw"]
-                same = turn.x * x + turn.y * y + turn.z * z + turn.w * w
-                assert abs(same) == pytest.approx(1.0, abs=1e-12)
+                dot = rotation.x * x + rotation.y * y + rotation.z * z + rotation.w * w
+                assert abs(dot) == pytest.approx(1.0, abs=1e-12)  # q and -q are the same rotation

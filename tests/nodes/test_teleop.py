@@ -1,4 +1,4 @@
-"""The keys of teleop_twist_keyboard, as its own page lists them."""
+"""teleop_twist_keyboard: the keys that its documentation lists."""
 
 import pytest
 
@@ -19,7 +19,7 @@ MOVES = {
 
 
 @pytest.mark.parametrize(("key", "twist"), MOVES.items())
-def test_a_key_s_motion_at_the_speeds_it_starts_with(key: str, twist: tuple[float, float]) -> None:
+def test_motion_of_each_key_at_the_initial_speeds(key: str, twist: tuple[float, float]) -> None:
     teleop = TeleopKeys()
     teleop.press("i")
     teleop.press(key)
@@ -37,18 +37,18 @@ def test_a_key_s_motion_at_the_speeds_it_starts_with(key: str, twist: tuple[floa
         ("c", 0.5, 0.9),
     ],
 )
-def test_speeds_change_by_a_tenth_and_the_motion_goes_on(keys: str, speed: float, turn: float) -> None:
+def test_speeds_change_by_10_percent_and_the_motion_continues(keys: str, speed: float, turn: float) -> None:
     teleop = TeleopKeys()
     for key in f"u{keys}":
         teleop.press(key)
     assert teleop.twist == pytest.approx((speed, turn))
 
 
-def test_it_commands_while_it_moves_and_once_to_stop() -> None:
-    said: list[tuple[float, float]] = []
+def test_commands_repeat_while_moving_and_come_once_to_stop() -> None:
+    commands: list[tuple[float, float]] = []
     teleop = TeleopKeys()
     for key in ("", "i", "", "k", "", ""):
         if key:
             teleop.press(key)
-        teleop.drive(lambda linear, angular: said.append((linear, angular)))
-    assert said == [(0.5, 0.0), (0.5, 0.0), (0.0, 0.0)]
+        teleop.drive(lambda linear, angular: commands.append((linear, angular)))
+    assert commands == [(0.5, 0.0), (0.5, 0.0), (0.0, 0.0)]

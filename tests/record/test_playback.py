@@ -33,7 +33,7 @@ class Listener:
         self.bus, self.clock, self.told = Bus(), Clock(), list[str]()
         self.heard: list[float] = []
         self.ended = 0
-        more = {key: how.pop(key) for key in ("theirs", "instead") if key in how}
+        more = {key: how.pop(key) for key in ("excluded", "handlers") if key in how}
         self.bus.subscribe(topic, Twist, lambda message: self.heard.append(message.linear.x))
         playing = Playing((recording,), ORIGIN, **how)
         self.playback = BusPlayback(
@@ -66,7 +66,7 @@ def test_rate_start_and_duration(recording: str) -> None:
 
 
 def test_what_leaves_nothing_to_loop_over_is_refused_at_the_player(recording: str) -> None:
-    with pytest.raises(DescriptionError, match="leaves nothing to be said again and again") as raised:
+    with pytest.raises(DescriptionError, match="cannot be played back in a loop") as raised:
         Listener(recording, seconds=0.0, loop=True)
     assert [d.origin for d in raised.value.diagnostics] == [ORIGIN]
     assert Listener(recording, seconds=0.0).run(0.2) is not None
@@ -93,14 +93,14 @@ def test_topics_are_chosen_and_renamed(recording: str) -> None:
 
 
 def test_what_others_say_is_left_to_them_and_told(recording: str) -> None:
-    listener = Listener(recording, theirs={"/odom", "/joint_states", "/tf"})
+    listener = Listener(recording, excluded={"/odom", "/joint_states", "/tf"})
     assert {line.split()[0] for line in listener.told} == {"/odom", "/joint_states", "/tf"}
     assert "/odom" not in listener.bus.topics
 
 
 def test_a_topic_may_be_handed_on(recording: str) -> None:
     heard: list[Odometry] = []
-    Listener(recording, instead={"/odom": heard.append}).run(0.5)
+    Listener(recording, handlers={"/odom": heard.append}).run(0.5)
     assert heard[0].child_frame_id == "base_footprint"
 
 
@@ -114,13 +114,13 @@ def test_a_topic_of_another_type_is_told_of(recording: str) -> None:
 def test_it_goes_on_on_another_bus(recording: str) -> None:
     first, second = Listener(recording), Listener(recording)
     first.run(0.955)
-    second.playback.go_on_from(first.playback)
+    second.playback.resume_from(first.playback)
     assert second.run(2.0) == speeds(11, 20)
 
 
 @pytest.mark.parametrize(
     ("how", "message"),
-    [({"topics": ("/cmd_ve",)}, "/cmd_vel"), ({"start": 5.0}, "nothing is left of it 5 s on")],
+    [({"topics": ("/cmd_ve",)}, "/cmd_vel"), ({"start": 5.0}, "cannot be played back from 5 s on")],
 )
 def test_what_cannot_be_said_is_one_sentence(recording: str, how: dict[str, object], message: str) -> None:
     with pytest.raises(KbotError, match=message):

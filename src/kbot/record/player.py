@@ -16,7 +16,7 @@ from kbot.record.recorder import COMMANDS_TOPIC, DESCRIPTION_TOPIC
 from kbot.record.world_recorder import WORLD_TOPIC
 from kbot.text import KbotError
 from kbot.tf.static_transforms import TOPIC as TF_STATIC
-from kbot.tf.static_transforms import say_static
+from kbot.tf.static_transforms import add_static_transforms
 
 LATCHED = frozenset({TF_STATIC, "/map"})
 NOT_SAID = frozenset({"/clock", DESCRIPTION_TOPIC, COMMANDS_TOPIC, NOTES_TOPIC, WORLD_TOPIC})
@@ -117,7 +117,7 @@ class Player:
                 self.clock.advance_to(entry.nanoseconds)
             publisher, kind = self._publishers[entry.topic]
             if publisher.topic == TF_STATIC and kind is TFMessage:
-                say_static(self.bus, decode_cdr(entry.cdr, TFMessage))
+                add_static_transforms(self.bus, decode_cdr(entry.cdr, TFMessage))
             elif publisher.has_subscribers:
                 publisher.publish(decode_cdr(entry.cdr, kind))
             self._next = next(self._entries, None)

@@ -29,7 +29,9 @@ class Peers(Protocol):
 
     def join(self, simulation: Simulation, feed: Feed, description: str, world: str) -> None: ...
 
-    def show(self, shown: Live, feed: Feed, description: str, name: str, *, tells_time: bool) -> None: ...
+    def show(
+        self, shown: Live, feed: Feed, description: str, name: str, *, publishes_clock: bool
+    ) -> None: ...
 
     def leave(self) -> None: ...
 
@@ -93,16 +95,18 @@ class RunOutputs:
                 self.close()
                 raise
 
-    def show(self, shown: Live, description: str, name: str, *, tells_time: bool = True) -> None:
+    def show(self, shown: Live, description: str, name: str, *, publishes_clock: bool = True) -> None:
         """Publish a robot that is shown and not simulated; nothing is recorded. `shown` publishes its joints
         and transforms. `description` is its URDF, empty if there is none; `name` is the name of the run for
-        peers. Unless it `tells_time`, peers keep wall-clock time.
+        peers. Unless it `publishes_clock`, peers keep wall-clock time.
 
         Raises:
             KbotError: a bridge cannot be opened.
         """
         self._leave()
-        if tells_time and "/clock" not in shown.bus.topics:  # a recording that is played may have its own
+        if (
+            publishes_clock and "/clock" not in shown.bus.topics
+        ):  # a recording that is played may have its own
             clock = shown.bus.advertise("/clock", ClockMessage, rate=CLOCK_RATE)
             self._timer = shown.clock.every(
                 CLOCK_RATE, lambda: clock.publish(ClockMessage(shown.clock.stamp))
@@ -113,7 +117,7 @@ class RunOutputs:
             publish_static_transforms(shown.bus, shown.clock, self._transforms)
         if self._peers is not None:
             feed = Feed(shown.bus, lambda: shown.clock.nanoseconds)
-            self._peers.show(shown, feed, description, name, tells_time=tells_time)
+            self._peers.show(shown, feed, description, name, publishes_clock=publishes_clock)
 
     def interrupt(self, error: BaseException) -> None:
         """Raise an error that comes from outside, as Ctrl-C does; the recording stays whole."""

@@ -1,1 +1,1 @@
-"""Transforms of robots on /tf and /tf_static."""
+"""Publishes the transforms of robots on /tf and /tf_static."""

@@ -10,18 +10,18 @@ from kbot.messages.bus import Bus
 from kbot.messages.clock import Clock
 from kbot.model import Joint, RobotModel
 from kbot.text import KbotError
-from kbot.tf.static_transforms import say_static
+from kbot.tf.static_transforms import add_static_transforms
 
 _PERIOD = 20_000_000
 """Nanoseconds between two messages on /tf: 50 Hz, the node's default."""
 
 
 class RobotStatePublisher:
-    """Hears `joint_states`; says `/tf` for joints that move, at most `frequency` (Hz) times a second of
-    the messages' own time, `/tf_static` once for fixed ones, and `robot_description`.
+    """Subscribes to `joint_states`. Publishes `/tf`, `/tf_static` and `robot_description`.
 
-    `frame_prefix` is the ROS node's parameter (tf_prefix in ROS 1). A joint that is not in a message keeps
-    its last position; a mimic joint follows its leader.
+    It publishes movable joints on `/tf`, at most at 50 Hz in the time of the messages' stamps. It publishes
+    fixed joints once, on `/tf_static`. A joint that is not in a message keeps its position. A mimic joint
+    follows its leader. `frame_prefix` is the ROS node's parameter (tf_prefix in ROS 1).
     """
 
     def __init__(
@@ -34,8 +34,8 @@ class RobotStatePublisher:
         frame_prefix: str = "",
         namespace: str = "",
     ) -> None:
-        self._moving = [_Said(joint, frame_prefix) for joint in robot.movable_joints]
-        self._follow = mimics(robot)
+        self._movable = [_JointTransform(joint, frame_prefix) for joint in robot.movable_joints]
+        self._mimics = mimics(robot)
         self._names = frozenset(joint.name for joint in robot.movable_joints)
         self._positions: dict[str, float] = {}
         self._last: int | None = None
@@ -43,19 +43,20 @@ class RobotStatePublisher:
         if description:
             topic = bus.advertise(f"{namespace}/robot_description", msg.String, latched=True)
             topic.publish(msg.String(description))
-        self._subscription = bus.subscribe(f"{namespace}/joint_states", msg.JointState, self.hear)
-        fixed = [_Said(joint, frame_prefix) for joint in robot.joints.values() if not joint.is_movable]
-        say_static(bus, self._message(fixed, clock.stamp))
+        self._subscription = bus.subscribe(f"{namespace}/joint_states", msg.JointState, self._on_joint_states)
+        joints = robot.joints.values()
+        fixed = [_JointTransform(joint, frame_prefix) for joint in joints if not joint.is_movable]
+        add_static_transforms(bus, self._message(fixed, clock.stamp))
 
     def close(self) -> None:
-        """Hear no more."""
+        """Stop publishing."""
         self._subscription.close()
 
-    def hear(self, message: msg.JointState) -> None:
-        """Take joint positions and say the transforms they make; names it does not know are left out.
+    def _on_joint_states(self, message: msg.JointState) -> None:
+        """Store the positions and publish `/tf` if it is due. Unknown joints are ignored.
 
         Raises:
-            KbotError: a position that is not finite.
+            KbotError: a position is not finite.
         """
         for name, position in zip(message.name, message.position, strict=False):
             if name in self._names:
@@ -64,29 +65,29 @@ class RobotStatePublisher:
                 self._positions[name] = position
         stamp = message.header.stamp
         now = stamp.nanoseconds
-        came_back = self._last is not None and now < self._last
-        due = self._last is None or now - self._last >= _PERIOD
-        if not (due or came_back):
+        is_earlier = self._last is not None and now < self._last  # time was reset
+        is_due = self._last is None or now - self._last >= _PERIOD
+        if not (is_due or is_earlier):
             return
         if self._last is not None and now > self._last:
             self._tf.rate = 1e9 / (now - self._last)
         self._last = now
         if self._tf.has_subscribers:
-            self._tf.publish(self._message(self._moving, stamp))
+            self._tf.publish(self._message(self._movable, stamp))
 
-    def _message(self, joints: list[_Said], stamp: msg.Time) -> msg.TFMessage:
+    def _message(self, joints: list[_JointTransform], stamp: msg.Time) -> msg.TFMessage:
         return msg.TFMessage(tuple(joint.message(stamp, self._position(joint.name)) for joint in joints))
 
     def _position(self, joint: str) -> float:
-        """Where a joint is; it stands at 0 as long as nobody told."""
-        if joint not in self._positions and joint in self._follow:
-            follow = self._follow[joint]
-            return follow.multiplier * self._positions.get(follow.leader, 0.0) + follow.offset
+        """A joint's last position, or that of its leader; 0 before the first message."""
+        if joint not in self._positions and joint in self._mimics:
+            mimic = self._mimics[joint]
+            return mimic.multiplier * self._positions.get(mimic.leader, 0.0) + mimic.offset
         return self._positions.get(joint, 0.0)
 
 
-class _Said:
-    """A joint as it is said."""
+class _JointTransform:
+    """Computes the transform message of a joint."""
 
     def __init__(self, joint: Joint, prefix: str) -> None:
         self.name = joint.name

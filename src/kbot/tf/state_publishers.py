@@ -12,23 +12,24 @@ if TYPE_CHECKING:
 
 
 class StatePublishers:
-    """Each speaks in its robot's namespace, of frames with its robot's prefix."""
+    """Each publishes in its robot's namespace, with its robot's frame prefix."""
 
     def __init__(self, simulation: Simulation, description: str = "") -> None:
-        """`description` is the URDF that the first robot was read from, made anew where empty."""
+        """`description` is the first robot's URDF. If it is empty, it is written from the model."""
         self._simulation = simulation
         self._publishers: dict[str, RobotStatePublisher] = {}
         self._add(simulation.robots.first.name, description)
-        simulation.robots.when_changed.append(self._look)
-        self._look()
+        simulation.robots.when_changed.append(self._update)
+        self._update()
 
     def close(self) -> None:
-        """Say no more."""
-        self._simulation.robots.when_changed.remove(self._look)
+        """Stop publishing."""
+        self._simulation.robots.when_changed.remove(self._update)
         for publisher in self._publishers.values():
             publisher.close()
 
-    def _look(self) -> None:
+    def _update(self) -> None:
+        """Add publishers for new robots and close those of removed robots."""
         robots = self._simulation.robots
         for name in self._publishers.keys() - robots.keys():
             self._publishers.pop(name).close()

@@ -1,4 +1,4 @@
-"""static_transform_publisher: publishes transforms between frames that do not move."""
+"""static_transform_publisher: publishes fixed transforms between frames."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from kbot.text.json_text import parse_json
 
 @dataclass(frozen=True, slots=True)
 class StaticTransform:
-    """`parent_from_child`: m, and a quaternion x, y, z, w."""
+    """`parent_from_child`: a translation in m, and a quaternion x, y, z, w."""
 
     parent: str
     child: str
@@ -23,12 +23,12 @@ class StaticTransform:
 
 
 def to_json(transforms: Iterable[StaticTransform]) -> str:
-    """As a recording keeps them."""
+    """The form in which a recording stores them."""
     return json.dumps([asdict(transform) for transform in transforms])
 
 
 def from_json(text: str) -> list[StaticTransform]:
-    """Raises LookupError, TypeError or ValueError: the text is not that of `to_json`."""
+    """Parse the text of `to_json`. Raises LookupError, TypeError or ValueError: it is another text."""
     return [
         StaticTransform(t["parent"], t["child"], tuple(t["xyz"]), tuple(t["xyzw"])) for t in parse_json(text)
     ]
@@ -38,9 +38,9 @@ TOPIC = "/tf_static"
 
 
 def publish_static_transforms(bus: Bus, clock: Clock, transforms: Iterable[StaticTransform]) -> None:
-    """Say them on /tf_static."""
+    """Publish the transforms on /tf_static, with the current time."""
     header = msg.Header(clock.stamp)
-    said = [
+    stamped = [
         msg.TransformStamped(
             msg.Header(header.stamp, t.parent),
             t.child,
@@ -48,12 +48,14 @@ def publish_static_transforms(bus: Bus, clock: Clock, transforms: Iterable[Stati
         )
         for t in transforms
     ]
-    say_static(bus, msg.TFMessage(tuple(said)))
+    add_static_transforms(bus, msg.TFMessage(tuple(stamped)))
 
 
-def say_static(bus: Bus, message: msg.TFMessage) -> None:
-    """Say transforms on /tf_static together with what was said there before: a latched topic keeps one
-    message."""
+def add_static_transforms(bus: Bus, message: msg.TFMessage) -> None:
+    """Publish transforms on /tf_static, together with those published before.
+
+    A latched topic keeps only its last message, so that message must have all transforms.
+    """
     before: list[msg.TransformStamped] = []
     publisher = bus.advertise(TOPIC, msg.TFMessage, latched=True)
     bus.subscribe(TOPIC, msg.TFMessage, lambda message: before.extend(message.transforms)).close()

@@ -1,4 +1,4 @@
-"""ros_gz_bridge: publishes the simulation's topics under other names, in either direction."""
+"""ros_gz_bridge: connects the simulation's topics to topics with other names, in either direction."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:  # the engine, which reading a launch file does not need
 
 
 class Direction(StrEnum):
-    """Which way messages go."""
+    """The direction of messages, as ros_gz_bridge's configuration writes it."""
 
     TO_ROS = "GZ_TO_ROS"
     TO_GZ = "ROS_TO_GZ"
@@ -28,7 +28,7 @@ class Direction(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Bridged:
-    """A topic of gz under a name of ROS; names are full."""
+    """A gz topic and the ROS topic it is connected to. Names are full."""
 
     gz: str
     ros: str
@@ -37,58 +37,61 @@ class Bridged:
     origin: Origin
 
 
-LOOK_RATE = 10.0
-"""Hz at which it looks who listens."""
+CHECK_RATE = 10.0
+"""Hz at which the bridge checks which ROS topics have subscribers."""
 _STAMPED = "geometry_msgs/msg/TwistStamped"
-"""Peers may say a command so, wherever a Twist is heard."""
+"""The link to peers converts it to a Twist for topics of that type."""
 _MODEL = re.compile(r"(?:/world/[^/]+)?/model/([^/]+)/(.+)")
 _SENSOR = re.compile(r"link/[^/]+/sensor/([^/]+)/(.+)")
 
 
 class GzBridge:
-    """Hears on one name and says on the other; what nobody listens to is not asked for."""
+    """Subscribes to one name and publishes on the other, only while the other has subscribers.
+
+    Otherwise sensors would compute data that nobody receives.
+    """
 
     def __init__(self, simulation: Simulation, bridged: Iterable[Bridged]) -> None:
         self._simulation = simulation
         self._relays: list[_Relay] = []
         self.notes: list[Diagnostic] = []
-        """What cannot be carried, at the lines that ask for it."""
+        """What cannot be bridged, at the line that configures it."""
         for rule in bridged:
-            self._carry(rule)
+            self._connect(rule)
         if self._relays:
-            self._look()
-            simulation.clock.every(LOOK_RATE, self._look)
+            self._check_subscribers()
+            simulation.clock.every(CHECK_RATE, self._check_subscribers)
 
-    def _carry(self, rule: Bridged) -> None:
+    def _connect(self, rule: Bridged) -> None:
         bus = self._simulation.bus
         own = _own_name(self._simulation, rule.gz)
         if own is None:
-            hint = did_you_mean(rule.gz, bus.topics) or "the plugin or sensor that does is not simulated"
-            self._note(rule, f"nothing here says or hears {rule.gz} of gz", hint)
+            hint = did_you_mean(rule.gz, bus.topics) or "KBot does not simulate its plugin or sensor"
+            self._note(rule, f"the simulation has no gz topic {rule.gz}", hint)
             return
         kind = bus.topics[own]
-        either = (ros_name(kind), _STAMPED if kind is Twist else "")
-        if rule.ros_type not in either:
-            self._note(rule, f"{rule.gz} is carried as {ros_name(kind)}, not as {rule.ros_type}", "")
+        if rule.ros_type not in (ros_name(kind), _STAMPED if kind is Twist else ""):
+            self._note(rule, f"{rule.gz} has the type {ros_name(kind)}, not {rule.ros_type}", "")
             return
-        is_heard = own in bus.inputs
-        if rule.direction is (Direction.TO_ROS if is_heard else Direction.TO_GZ):
-            does = "heard" if is_heard else "said"
-            self._note(rule, f"{rule.gz} is {does} by the simulation, which is the other way", "")
+        is_input = own in bus.inputs
+        if rule.direction is (Direction.TO_ROS if is_input else Direction.TO_GZ):
+            does = "subscribes to" if is_input else "publishes"
+            wanted = Direction.TO_GZ if is_input else Direction.TO_ROS
+            self._note(rule, f"the simulation {does} {rule.gz}, so its direction must be {wanted}", "")
             return
         if rule.ros == own:
             return
         try:
-            if is_heard:
+            if is_input:
                 bus.subscribe(rule.ros, kind, lambda message: bus.publish(own, message))
             else:
                 self._relays.append(_Relay(self._simulation, own, rule.ros, kind))
         except KbotError as error:
             self._note(rule, str(error), "")
 
-    def _look(self) -> None:
+    def _check_subscribers(self) -> None:
         for relay in self._relays:
-            relay.look()
+            relay.check_subscribers()
 
     def _note(self, rule: Bridged, message: str, hint: str) -> None:
         self.notes.append(Diagnostic("L063", Severity.WARNING, message, rule.origin, hint))
@@ -102,7 +105,7 @@ class _Relay:
         self._publisher: Publisher[Any] = self._bus.advertise(target, kind, latched=latched)
         self._subscription: Subscription | None = None
 
-    def look(self) -> None:
+    def check_subscribers(self) -> None:
         if self._publisher.has_subscribers and self._subscription is None:
             self._subscription = self._bus.subscribe(self._source, self._kind, self._publisher.publish)
         elif not self._publisher.has_subscribers and self._subscription is not None:
@@ -111,7 +114,7 @@ class _Relay:
 
 
 def _own_name(simulation: Simulation, gz: str) -> str | None:
-    """The simulation's topic of a name of gz; None where there is none."""
+    """The simulation's topic for the name of a gz topic; None if there is none."""
     topics = simulation.bus.topics
     if gz in topics:
         return gz
@@ -139,7 +142,7 @@ def _own_name(simulation: Simulation, gz: str) -> str | None:
 
 
 def _sensor_topic(simulation: Simulation, robot: SimulatedRobot, sensor: str, what: str) -> str | None:
-    """A sensor without a `<topic>` has its label for one here, and in gz the path to it."""
+    """The topic of a sensor without a `<topic>`: KBot uses the sensor's label, gz the path to the sensor."""
     ours = {"image": "image_raw", "depth_image": "depth/image_raw"}.get(what, what)
     parts = (f"{sensor}/{ours}", f"{sensor}/{what}", sensor)
     candidates = (robot.naming.topic(part) for part in parts)

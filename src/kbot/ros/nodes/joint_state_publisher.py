@@ -1,4 +1,4 @@
-"""joint_state_publisher: its settings, and joints that depend on others as it computes them."""
+"""joint_state_publisher: its settings, and its parameter `dependent_joints`."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from dataclasses import dataclass, field, replace
 from kbot.model import Mimic, RobotModel
 
 RATE = 10.0
+"""Hz, the node's default."""
 
 
 @dataclass(frozen=True, slots=True)
 class Dependent:
-    """position = factor * position of `parent` + offset."""
+    """A joint whose position is `factor` * the position of `parent` + `offset`."""
 
     parent: str
     factor: float = 1.0
@@ -21,8 +22,8 @@ class Dependent:
 
 @dataclass(frozen=True, slots=True)
 class JointStateSettings:
-    """`rate` in Hz; `zeros` where joints start, in rad or m; `sources` topics
-    whose joint states are taken over."""
+    """`rate` in Hz. `zeros` are the start positions in rad or m. `sources` are topics of joint states that
+    set the positions."""
 
     rate: float = RATE
     zeros: Mapping[str, float] = field(default_factory=dict)
@@ -34,8 +35,7 @@ class JointStateSettings:
 def with_dependent_joints(
     robot: RobotModel, dependent: Mapping[str, Dependent], use_mimic_tags: bool = True
 ) -> RobotModel:
-    """The robot whose joints follow each other as the node's parameters have it, as if by mimic tags; names
-    that it has not are left out."""
+    """The robot with a mimic tag for each of the `dependent` joints. Unknown names are ignored."""
     joints = dict(robot.joints)
     for name, joint in robot.joints.items():
         mimic = joint.mimic if use_mimic_tags else None

@@ -1,4 +1,4 @@
-"""What a launch plays back. Apart from the player, which loads the readers of recordings."""
+"""The settings of `rosbag play` in a launch file. A module of its own, because the player loads much more."""
 
 from __future__ import annotations
 
@@ -11,9 +11,12 @@ from kbot.text import Origin
 
 @dataclass(frozen=True, slots=True)
 class Playing:
-    """Recordings that are said again together: from `start` seconds after the first message on, `rate` times
-    as fast, after a `delay` (s). `topics` empty means all; `remaps` are by the recording's names. One that is
-    `paused` waits to be let go on. At the end a `required` one ends the launch."""
+    """Recordings that are played back together.
+
+    Playback starts `start` seconds after the first message, and ends after `seconds` of the recording, or at
+    its end if None. `rate` is a factor of speed, `delay` is in s. If `topics` is empty, all are played back.
+    `remaps` has the recording's names as keys. If `required`, the end of the playback ends the launch.
+    """
 
     paths: tuple[str, ...]
     origin: Origin
@@ -28,7 +31,7 @@ class Playing:
     required: bool = False
     paused: bool = False
 
-    def said_on(self, topic: str) -> str:
-        """Where a topic of the recording is said."""
+    def published_name(self, topic: str) -> str:
+        """The name on which a topic of the recording is published."""
         prefix = names.canonical(f"/{self.prefix}") if self.prefix else ""
         return self.remaps.get(topic, f"{prefix}{topic}")

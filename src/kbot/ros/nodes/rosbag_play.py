@@ -1,4 +1,4 @@
-"""rosbag play: plays back a recording on a bus with other publishers, by the bus's clock."""
+"""rosbag play: plays back a recording on a bus that may have other publishers, by the bus's clock."""
 
 from __future__ import annotations
 
@@ -16,52 +16,60 @@ from kbot.record.recorder import DESCRIPTION_TOPIC
 from kbot.ros.nodes.playing import Playing
 from kbot.text import DescriptionError, Diagnostic, KbotError, Severity
 from kbot.tf.static_transforms import TOPIC as TF_STATIC
-from kbot.tf.static_transforms import say_static
+from kbot.tf.static_transforms import add_static_transforms
 
 RATE = 100.0
-"""Hz at which it looks what is due."""
+"""Hz at which messages that are due are published."""
 
-Say = Callable[[Any], None]  # Any: each topic has its own type
+Publish = Callable[[Any], None]  # Any: each topic has its own type
 
 
 class BusPlayback:
-    """Says what is due until the end, or for good where it loops."""
+    """Publishes the messages of recordings when they are due, until their end or in a loop."""
 
     def __init__(
         self,
         bus: Bus,
         clock: Clock,
         playing: Playing,
-        tell: Callable[[str], None],
+        report: Callable[[str], None],
         *,
-        theirs: Collection[str] = (),
-        instead: Mapping[str, Say] | None = None,
+        excluded: Collection[str] = (),
+        handlers: Mapping[str, Publish] | None = None,
         on_end: Callable[[], None] = lambda: None,
     ) -> None:
-        """`tell` is given sentences for the user. Topics that are `theirs` are left to those who speak on
-        them; what is said on those of `instead` is handed on there.
+        """Start the playback.
+
+        Args:
+            bus: where messages are published.
+            clock: the time of the playback.
+            playing: the settings.
+            report: receives sentences for the user.
+            excluded: topics of the bus that already have a publisher.
+            handlers: functions that receive the messages of a topic of the bus instead of the bus.
+            on_end: called at the end.
 
         Raises:
-            DescriptionError: at the player's place, a recording cannot be read, has no such topic, or holds
-                nothing from the start on.
+            DescriptionError: a recording cannot be read, has no such topic, or has no message to play back.
+                Its place is that of `playing`.
         """
-        self._playing, self._tell, self._on_end = playing, tell, on_end
+        self._playing, self._report, self._on_end = playing, report, on_end
         try:
             types = self._open(playing)
         except KbotError as error:
             found = Diagnostic("L059", Severity.ERROR, str(error), playing.origin)
             raise DescriptionError([found]) from None
-        self._say: dict[str, tuple[Say, type]] = {}
+        self._outputs: dict[str, tuple[Publish, type]] = {}
         for name, type_name in types.items():
-            self._offer(bus, name, type_name, theirs, instead or {})
+            self._add_output(bus, name, type_name, excluded, handlers or {})
         self._at = float(self._first) - playing.delay * 1e9 * playing.rate
-        self._entries = self._wanted()
+        self._entries = self._selected()
         self._next = next(self._entries, None)
         self._step = playing.rate * 1e9 / RATE
         self._timer = clock.every(RATE, self._advance)
 
     def _open(self, playing: Playing) -> Mapping[str, str]:
-        """The topics of the recordings, with their types. Raises KbotError: they hold nothing to say."""
+        """The topics of the recordings, with their types. Raises KbotError: no message can be played back."""
         self._recording = Recordings(playing.paths)
         summary, first = self._recording.summary(), playing.paths[0]
         if summary.start is None or summary.end is None:
@@ -72,95 +80,101 @@ class BusPlayback:
             self._last = min(self._last, self._first + round(playing.seconds * 1e9))
         if self._first > self._last:
             raise KbotError(
-                f"{first} is {summary.seconds:g} s long: nothing is left of it {playing.start:g} s on"
+                f"{first} is {summary.seconds:g} s long: it cannot be played back from {playing.start:g} s on"
             )
         if playing.loop and self._first == self._last:
-            raise KbotError(f"0 s of {first} would be said: that leaves nothing to be said again and again")
+            raise KbotError(f"0 s of {first} cannot be played back in a loop")
         require_topics(first, summary, playing.topics)
         if summary.broken:
-            self._tell(f"{summary.broken}; what can be read is played")
+            self._report(f"{summary.broken}; the readable part is played back")
         return {name: topic.type_name for name, topic in summary.topics.items()}
 
     def close(self) -> None:
-        """Say no more."""
+        """Stop the playback."""
         self._timer.cancel()
 
     @property
     def is_over(self) -> bool:
-        """Whether nothing is left to say."""
+        """Whether the playback has ended."""
         return self._timer.cancelled
 
     @property
     def nanoseconds(self) -> int:
-        """Where it stands, by the recording's clock."""
+        """The current time of the recording."""
         return max(0, round(self._at))
 
     @property
     def name(self) -> str:
-        """That of its first file."""
+        """The path of the first file."""
         return self._playing.paths[0]
 
     @property
     def description(self) -> str:
-        """The robot's URDF, empty where the recordings have none."""
+        """The robot's URDF; empty if the recordings have none."""
         found = (e for e in self._recording.entries() if (e.topic, e.type_name) == (DESCRIPTION_TOPIC, TEXT))
         return next((str(e.message().data) for e in found), "")
 
-    def go_on_from(self, other: BusPlayback) -> None:
-        """Stand where another of the same recording does; what is latched is said again."""
+    def resume_from(self, other: BusPlayback) -> None:
+        """Continue at the time of another playback of the same recording, and republish latched messages."""
         self._at = other._at
         while self._next is not None and self._next.nanoseconds <= self._at:
             if self._next.topic in LATCHED:
-                self._speak(self._next)
+                self._publish(self._next)
             self._next = next(self._entries, None)
         if other.is_over:
             self._timer.cancel()
 
-    def _offer(
-        self, bus: Bus, name: str, type_name: str, theirs: Collection[str], instead: Mapping[str, Say]
+    def _add_output(
+        self,
+        bus: Bus,
+        name: str,
+        type_name: str,
+        excluded: Collection[str],
+        handlers: Mapping[str, Publish],
     ) -> None:
         if name in NOT_SAID or (self._playing.topics and name not in self._playing.topics):
             return
-        topic, kind = self._playing.said_on(name), known_type(type_name)
+        topic, kind = self._playing.published_name(name), known_type(type_name)
         if kind is None:
-            self._tell(f"{name} is not said: KBot does not know {type_name}")
-        elif topic in theirs:
-            self._tell(f"{name} of the recording is left out: {topic} is said here already")
-        elif topic in instead:
-            self._say[name] = instead[topic], kind
+            self._report(f"{name} is not played back: KBot does not know the type {type_name}")
+        elif topic in excluded:
+            self._report(f"{name} is not played back: {topic} already has a publisher")
+        elif topic in handlers:
+            self._outputs[name] = handlers[topic], kind
         elif topic == TF_STATIC and kind is TFMessage:
-            self._say[name] = lambda message: say_static(bus, message), kind
+            self._outputs[name] = lambda message: add_static_transforms(bus, message), kind
         else:
             try:
                 publisher: Publisher[Any] = bus.advertise(topic, kind, latched=topic in LATCHED)
             except KbotError as error:
-                self._tell(f"{name} of the recording is left out: {error}")
+                self._report(f"{name} is not played back: {error}")
                 return
-            self._say[name] = publisher.publish, kind
+            self._outputs[name] = publisher.publish, kind
 
     def _advance(self) -> None:
         self._at += self._step
         while self._next is not None and self._next.nanoseconds <= self._at:
-            self._speak(self._next)
+            self._publish(self._next)
             self._next = next(self._entries, None)
         if self._next is None and self._at >= self._last:
             self._end()
 
-    def _speak(self, entry: RecordedMessage) -> None:
-        say, kind = self._say[entry.topic]
-        say(decode_cdr(entry.cdr, kind))
+    def _publish(self, entry: RecordedMessage) -> None:
+        publish, kind = self._outputs[entry.topic]
+        publish(decode_cdr(entry.cdr, kind))
 
     def _end(self) -> None:
-        if self._playing.loop and self._say:
+        if self._playing.loop and self._outputs:
             self._at = float(self._first)
-            self._entries = self._wanted()
+            self._entries = self._selected()
             self._next = next(self._entries, None)
             return
         self._timer.cancel()
         self._on_end()
 
-    def _wanted(self) -> Iterator[RecordedMessage]:
+    def _selected(self) -> Iterator[RecordedMessage]:
+        """The messages to play back. Latched ones from before the start are included, first."""
         for entry in self._recording.entries():
             is_early = entry.topic in LATCHED and entry.nanoseconds < self._first
-            if entry.topic in self._say and (is_early or self._first <= entry.nanoseconds <= self._last):
+            if entry.topic in self._outputs and (is_early or self._first <= entry.nanoseconds <= self._last):
                 yield entry

@@ -15,7 +15,7 @@ from kbot.record.formats import Index
 from kbot.record.player import LATCHED
 from kbot.record.world_recorder import POSES_TOPIC
 from kbot.text import KbotError
-from kbot.tf.static_transforms import say_static
+from kbot.tf.static_transforms import add_static_transforms
 from kbot.workbench.driving.mover import Moment, flat
 from kbot.workbench.playback.recorded_moves import RecordedMoves
 from kbot.workbench.playback.recorded_run import TF_STATIC, RecordedRun, RecordedState
@@ -153,7 +153,7 @@ class PlayedRun:
         self._world.go_to(now)
         self._frames.forget()
         for message in self._run.statics:
-            say_static(self.bus, message)
+            add_static_transforms(self.bus, message)
         self._say_moves()
         for topic, (publisher, _) in self._publishers.items():
             if publisher.has_subscribers:
@@ -180,7 +180,7 @@ class PlayedRun:
             self._silent.discard(entry.topic)
             message = decode_cdr(entry.cdr, kind)
             if entry.topic == TF_STATIC:
-                say_static(self.bus, message)
+                add_static_transforms(self.bus, message)
             else:
                 publisher.publish(message)
         self.clock.advance_to(until)

@@ -75,14 +75,14 @@ class StandIns:
                 clock,
                 playing,
                 self._terminal.note,
-                theirs=published,
-                instead=instead,
+                excluded=published,
+                handlers=instead,
                 on_end=self._end if playing.required else lambda: None,
             )
             for playing in self.settings.playings
         ]
         for old, new in zip(earlier, self.players, strict=False):
-            new.go_on_from(old)
+            new.resume_from(old)
 
     def drive(self, clock: Clock, command: Callable[[float, float], None]) -> None:
         """Command the speeds of the pressed keys, in m/s and rad/s, while the clock advances."""

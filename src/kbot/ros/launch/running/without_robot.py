@@ -84,7 +84,7 @@ def run_without_robot(plan: Plan, stage: Stage, peers: PeerOptions, terminal: Te
             stand_ins.publish_maps(bus)
             description, name = (players[0].description, players[0].name) if players else ("", plan.path)
             outputs = stack.enter_context(terminal.outputs(RecordOptions(), peers, settings.transforms))
-            outputs.show(published, description, name, tells_time=bool(players))
+            outputs.show(published, description, name, publishes_clock=bool(players))
         processes = start_programs(stack, plan, stage.programs, peers, terminal.note)
         if not players:
             terminal.note("The launch file has no robot. Press Ctrl-C to stop.")
