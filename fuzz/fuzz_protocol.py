@@ -23,7 +23,7 @@ with atheris.instrument_imports(
     from kbot.ros.bridges.foxglove import bridge as foxglove
     from kbot.ros.bridges.link import PeerLink
     from kbot.ros.bridges.rosbridge import bridge as rosbridge
-    from kbot.ros.bridges.websocket.topic_server import JsonTalk
+    from kbot.ros.bridges.websocket.topic_server import JsonSession
     from kbot.ros.gazebo.gazebo_services import gazebo_services
     from kbot.text import KbotError
     from kbot.workbench.protocol import FromPage
@@ -62,7 +62,7 @@ WORDS = [
 
 
 class Wire:
-    """Takes what is sent, as a client does; it must be text or bytes."""
+    """Accepts messages as a client does. They must be text or bytes."""
 
     def put(self, data: str | bytes, *, keep: bool = False) -> None:
         assert isinstance(data, str | bytes)
@@ -70,7 +70,7 @@ class Wire:
     add = put
 
     def send(self) -> None:
-        """Nothing waits."""
+        """Nothing is queued."""
 
 
 SIMULATION = kbot.Simulation(kbot.load("kbot"))
@@ -83,11 +83,11 @@ BRIDGES: dict[str, Any] = {
 }
 
 
-def talk(name: str) -> JsonTalk:
+def session(name: str) -> JsonSession:
     wire: Any = Wire()
     if name == "foxglove":
-        return foxglove._Talk(BRIDGES[name], wire, lambda client: None)
-    return rosbridge._Talk(BRIDGES[name], wire)
+        return foxglove._Session(BRIDGES[name], wire, lambda client: None)
+    return rosbridge._Session(BRIDGES[name], wire)
 
 
 def page_message(provider: atheris.FuzzedDataProvider) -> bytes:
@@ -112,10 +112,10 @@ def one_input(data: bytes) -> None:
         if kind == "page":
             decode(received)
         else:
-            client = talk(kind)
-            client.hear(received)
+            client = session(kind)
+            client.receive(received)
             LINK.serve()
-            LINK.work()
+            LINK.answer_calls()
             client.close()
     except KbotError:
         return

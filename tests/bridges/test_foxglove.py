@@ -1,4 +1,4 @@
-"""The Foxglove protocol with a raw client: what is advertised, said, latched, heard and refused."""
+"""The Foxglove bridge, with a raw WebSocket client."""
 
 import contextlib
 import json
@@ -23,22 +23,22 @@ from .conftest import Running, wait_until
 
 @pytest.fixture
 def bridge(running: Running) -> Iterator[FoxgloveBridge]:
-    found = FoxgloveBridge(running.link, port=0)
+    bridge = FoxgloveBridge(running.link, port=0)
     try:
-        yield found
+        yield bridge
     finally:
-        found.close()
+        bridge.close()
 
 
 class Client:
-    """Says hello, and keeps what it was told."""
+    """Receives the server's information and channels when it connects."""
 
     def __init__(self, socket: ClientConnection) -> None:
         self.socket = socket
-        self.info = self.hear("serverInfo")
-        self.channels = {c["topic"]: c for c in self.hear("advertise")["channels"]}
+        self.info = self.receive("serverInfo")
+        self.channels = {c["topic"]: c for c in self.receive("advertise")["channels"]}
 
-    def hear(self, operation: str) -> dict:
+    def receive(self, operation: str) -> dict:
         while True:
             data = self.socket.recv(60)
             if isinstance(data, str) and json.loads(data)["op"] == operation:
@@ -52,11 +52,11 @@ class Client:
                 if number == subscription:
                     return at, data[13:]
 
-    def say(self, **request: object) -> None:
+    def send(self, **request: object) -> None:
         self.socket.send(json.dumps(request))
 
     def subscribe(self, number: int, topic: str) -> None:
-        self.say(op="subscribe", subscriptions=[{"id": number, "channelId": self.channels[topic]["id"]}])
+        self.send(op="subscribe", subscriptions=[{"id": number, "channelId": self.channels[topic]["id"]}])
 
 
 @contextlib.contextmanager
@@ -81,7 +81,7 @@ def test_channels_and_messages_on_both_subprotocols(
         assert decode_cdr(data, msg.Odometry).header.stamp.nanoseconds == at
 
 
-def test_what_is_latched_comes_to_each_that_comes_late(running: Running, bridge: FoxgloveBridge) -> None:
+def test_late_subscribers_receive_latched_messages(running: Running, bridge: FoxgloveBridge) -> None:
     assert running.is_stepping()
     for _ in range(2):
         with client(bridge) as c:
@@ -89,11 +89,11 @@ def test_what_is_latched_comes_to_each_that_comes_late(running: Running, bridge:
             assert decode_cdr(c.message(1)[1], msg.String).data == "<robot/>"
 
 
-def test_no_more_comes_after_unsubscribing(running: Running, bridge: FoxgloveBridge) -> None:
+def test_unsubscribe_ends_the_messages(running: Running, bridge: FoxgloveBridge) -> None:
     with client(bridge) as c:
         c.subscribe(1, "/odom")
         c.message(1)
-        c.say(op="unsubscribe", subscriptionIds=[1])
+        c.send(op="unsubscribe", subscriptionIds=[1])
         c.subscribe(2, "/joint_states")
         c.message(2)
         end = time.monotonic() + 0.3
@@ -104,7 +104,9 @@ def test_no_more_comes_after_unsubscribing(running: Running, bridge: FoxgloveBri
 
 @pytest.mark.parametrize("encoding", ["cdr", "json"])
 @pytest.mark.parametrize("stamped", [False, True])
-def test_a_client_drives_it(running: Running, bridge: FoxgloveBridge, encoding: str, stamped: bool) -> None:
+def test_a_client_drives_the_robot(
+    running: Running, bridge: FoxgloveBridge, encoding: str, stamped: bool
+) -> None:
     twist = msg.Twist(msg.Vector3(0.3))
     name = "geometry_msgs/msg/TwistStamped" if stamped else "geometry_msgs/Twist"
     if encoding == "cdr":
@@ -113,7 +115,7 @@ def test_a_client_drives_it(running: Running, bridge: FoxgloveBridge, encoding: 
         plain = {"linear": {"x": 0.3}}
         data = json.dumps({"twist": plain} if stamped else plain).encode()
     with client(bridge) as c:
-        c.say(
+        c.send(
             op="advertise",
             channels=[{"id": 3, "topic": "/cmd_vel", "encoding": encoding, "schemaName": name}],
         )
@@ -124,8 +126,8 @@ def test_a_client_drives_it(running: Running, bridge: FoxgloveBridge, encoding: 
 
 def test_parameters(bridge: FoxgloveBridge) -> None:
     with client(bridge) as c:
-        c.say(op="getParameters", parameterNames=["/use_sim_time"], id="q")
-        assert c.hear("parameterValues") == {
+        c.send(op="getParameters", parameterNames=["/use_sim_time"], id="q")
+        assert c.receive("parameterValues") == {
             "op": "parameterValues",
             "parameters": [{"name": "/use_sim_time", "value": True}],
             "id": "q",
@@ -133,42 +135,42 @@ def test_parameters(bridge: FoxgloveBridge) -> None:
 
 
 @pytest.mark.parametrize(
-    ("request_", "said"),
+    ("request_", "error"),
     [
         ('{"op": "fly"}', "no operation 'fly'"),
         ("[]", "object with an 'op'"),
-        ("{", "no JSON"),
-        ("[" * 100_000, "no JSON"),
+        ("{", "not JSON"),
+        ("[" * 100_000, "not JSON"),
         ('{"op": "subscribe"}', "KeyError 'subscriptions'"),
-        ('{"op": "subscribe", "subscriptions": [{"id": 1, "channelId": 99}]}', "no channel 99"),
+        ('{"op": "subscribe", "subscriptions": [{"id": 1, "channelId": 99}]}', "no channel with the ID 99"),
         ('{"op": "subscribe", "subscriptions": 5}', "subscribe: TypeError"),
         (
             '{"op": "advertise", "channels": [{"id": 1, "topic": "/cmd_vle", "encoding": "cdr", '
             '"schemaName": "geometry_msgs/Twist"}]}',
-            "nobody hears /cmd_vle here: did you mean",
+            "KBot does not subscribe to /cmd_vle: did you mean",
         ),
         (
             '{"op": "advertise", "channels": [{"id": 1, "topic": "/cmd_vel", "encoding": "xml", '
             '"schemaName": "geometry_msgs/Twist"}]}',
-            "cannot be heard as",
+            "KBot does not accept geometry_msgs/Twist in xml on /cmd_vel",
         ),
-        (b"", "no message"),
-        (b"\x01\x09\0\0\0abc", "channel 9 was not advertised"),
-        (b"\x07aaaaaaa", "no message"),
+        (b"", "unknown binary message"),
+        (b"\x01\x09\0\0\0abc", "channel 9 has not been advertised"),
+        (b"\x07aaaaaaa", "unknown binary message"),
     ],
 )
-def test_what_cannot_be_done_is_told(
-    running: Running, bridge: FoxgloveBridge, request_: str | bytes, said: str
+def test_errors_are_reported_to_the_client(
+    running: Running, bridge: FoxgloveBridge, request_: str | bytes, error: str
 ) -> None:
     with client(bridge) as c:
         c.socket.send(request_)
-        assert said in c.hear("status")["message"]
+        assert error in c.receive("status")["message"]
         c.subscribe(1, "/odom")
         c.message(1)
 
 
 @pytest.mark.parametrize("origin", ["https://evil.example", "null", "https://localhost.evil.example"])
-def test_strangers_pages_stay_out(bridge: FoxgloveBridge, origin: str) -> None:
+def test_foreign_web_pages_are_refused(bridge: FoxgloveBridge, origin: str) -> None:
     with pytest.raises(InvalidStatus, match="403"), connect(bridge.address, origin=Origin(origin)):
         pass
 
@@ -176,27 +178,27 @@ def test_strangers_pages_stay_out(bridge: FoxgloveBridge, origin: str) -> None:
 @pytest.mark.parametrize(
     "origin", ["https://app.foxglove.dev", "http://localhost:8080", "http://127.0.0.1:5173"]
 )
-def test_foxglove_and_pages_of_this_machine_come_in(bridge: FoxgloveBridge, origin: str) -> None:
+def test_foxglove_and_local_web_pages_are_accepted(bridge: FoxgloveBridge, origin: str) -> None:
     with connect(
         bridge.address, origin=Origin(origin), subprotocols=[Subprotocol(SUBPROTOCOLS[0])]
     ) as connection:
         assert json.loads(connection.recv(60))["op"] == "serverInfo"
 
 
-def test_a_name_that_was_bent_to_this_machine_stays_out(bridge: FoxgloveBridge) -> None:
-    """As by DNS rebinding."""
+def test_foreign_host_names_are_refused(bridge: FoxgloveBridge) -> None:
+    """DNS rebinding lets such a name resolve to this machine."""
     raw = socket.create_connection(("127.0.0.1", int(bridge.address.rpartition(":")[2])))
     with raw, pytest.raises(InvalidStatus, match="403"), connect("ws://rebound.example:80", sock=raw):
         pass
 
 
-def test_a_client_that_never_reads_stalls_nobody(running: Running, bridge: FoxgloveBridge) -> None:
+def test_a_client_that_never_reads_does_not_delay_others(running: Running, bridge: FoxgloveBridge) -> None:
     topics = ["/odom", "/tf", "/joint_states", "/clock", "/tf_static"]
     with client(bridge) as c:
         wanted = [{"id": n, "channelId": c.channels[topic]["id"]} for n, topic in enumerate(topics)]
     protocols = [Subprotocol(SUBPROTOCOLS[1])]
-    with connect(bridge.address, subprotocols=protocols, max_queue=1, close_timeout=0.1) as deaf:
-        deaf.send(json.dumps({"op": "subscribe", "subscriptions": wanted}))
+    with connect(bridge.address, subprotocols=protocols, max_queue=1, close_timeout=0.1) as idle:
+        idle.send(json.dumps({"op": "subscribe", "subscriptions": wanted}))
         with client(bridge) as c:
             c.subscribe(1, "/odom")
             for _ in range(50):
@@ -204,7 +206,9 @@ def test_a_client_that_never_reads_stalls_nobody(running: Running, bridge: Foxgl
         assert running.is_stepping()
 
 
-def test_noise_and_a_flood_end_nothing(running: Running, bridge: FoxgloveBridge) -> None:
+def test_invalid_and_too_many_messages_do_not_stop_the_server(
+    running: Running, bridge: FoxgloveBridge
+) -> None:
     noise = random.Random(2)
     for _ in range(20):
         with contextlib.suppress(ConnectionClosed), client(bridge) as c:
@@ -212,7 +216,7 @@ def test_noise_and_a_flood_end_nothing(running: Running, bridge: FoxgloveBridge)
                 data = noise.randbytes(noise.randrange(200))
                 c.socket.send(data if noise.random() < 0.5 else data.decode("latin-1"))
     with client(bridge) as c:
-        c.say(
+        c.send(
             op="advertise",
             channels=[
                 {"id": 3, "topic": "/cmd_vel", "encoding": "json", "schemaName": "geometry_msgs/Twist"}
@@ -226,7 +230,7 @@ def test_noise_and_a_flood_end_nothing(running: Running, bridge: FoxgloveBridge)
         c.message(1)
 
 
-def test_a_port_that_is_taken_is_passed_over_and_another_s_address_is_refused(running: Running) -> None:
+def test_the_next_free_port_is_used_and_a_foreign_address_is_refused(running: Running) -> None:
     first = FoxgloveBridge(running.link, port=0)
     port = int(first.address.rpartition(":")[2])
     second = FoxgloveBridge(running.link, port=port)

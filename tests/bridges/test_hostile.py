@@ -1,4 +1,4 @@
-"""Peers that mean harm, or know no better: whatever they do, the simulation goes on and others are served."""
+"""Faulty and hostile peers: the simulation continues, and other peers are served."""
 
 import contextlib
 import json
@@ -29,38 +29,38 @@ from .conftest import Running, wait_until
 
 @pytest.fixture(params=[FoxgloveBridge, RosbridgeBridge])
 def server(running: Running, request: pytest.FixtureRequest) -> Iterator[TopicServer]:
-    found = request.param(running.link, port=0)
+    server = request.param(running.link, port=0)
     try:
-        yield found
+        yield server
     finally:
-        found.close()
+        server.close()
 
 
 def still_serves(server: TopicServer) -> bool:
-    """A client that knows how gets an answer."""
+    """Whether a correct client gets an answer."""
     with connect(server.address, subprotocols=[Subprotocol(SUBPROTOCOLS[0])]) as connection:
         connection.send('{"op": "no such"}')
         while True:
-            said = connection.recv(60)
-            if isinstance(said, str) and "no operation" in said:
+            answer = connection.recv(60)
+            if isinstance(answer, str) and "no operation" in answer:
                 return True
 
 
-def test_a_thousand_connections_opened_and_dropped(running: Running, server: TopicServer) -> None:
+def test_a_thousand_aborted_connections_have_no_effect(running: Running, server: TopicServer) -> None:
     host, port = "127.0.0.1", int(server.address.rpartition(":")[2])
-    greeting = (
+    handshake = (
         f"GET / HTTP/1.1\r\nHost: {host}:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
         "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
     ).encode()
     for number in range(1000):
         with socket.create_connection((host, port), 60) as connection:
-            connection.sendall(greeting[: (number % 4) * len(greeting) // 3])
+            connection.sendall(handshake[: (number % 4) * len(handshake) // 3])
     assert running.is_stepping()
     assert still_serves(server)
 
 
-def test_frames_that_are_none(running: Running, server: TopicServer) -> None:
-    """After a true greeting: wrong opcodes, lengths without end, no mask, noise."""
+def test_invalid_frames_have_no_effect(running: Running, server: TopicServer) -> None:
+    """After a valid handshake: wrong opcodes, huge lengths, no mask, random bytes."""
     noise = random.Random(3)
     frames = [
         b"\xff\xff" + b"\xff" * 8,
@@ -83,10 +83,10 @@ def test_frames_that_are_none(running: Running, server: TopicServer) -> None:
     assert still_serves(server)
 
 
-def test_a_message_that_fails_is_answered(
+def test_an_unforeseen_error_is_reported_to_the_client(
     running: Running, server: TopicServer, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """An unforeseen error fails that message alone, on the bridges' thread and on the simulation's."""
+    """Only that message fails, on the bridges' thread and on the simulation's."""
 
     def fail(*_: object) -> None:
         raise ZeroDivisionError("a bug")
@@ -94,7 +94,7 @@ def test_a_message_that_fails_is_answered(
     name = type(server).__name__.removesuffix("Bridge")
     with connect(server.address, subprotocols=[Subprotocol(SUBPROTOCOLS[0])]) as connection:
         with monkeypatch.context() as patch:
-            patch.setattr("kbot.ros.bridges.websocket.topic_server.JsonTalk.hear", fail)
+            patch.setattr("kbot.ros.bridges.websocket.topic_server.JsonSession.receive", fail)
             connection.send("{}")
             while "KBot failed at this: ZeroDivisionError" not in str(connection.recv(60)):
                 pass
@@ -111,7 +111,7 @@ def test_a_message_that_fails_is_answered(
 
 
 @pytest.mark.parametrize("number", ["1e999", "1" + "0" * 400, '"x"', "[1]"])
-def test_a_number_that_is_none_is_refused(running: Running, number: str) -> None:
+def test_an_invalid_number_is_refused(running: Running, number: str) -> None:
     bridge = RosbridgeBridge(running.link, port=0)
     try:
         with connect(bridge.address) as connection:
@@ -123,7 +123,7 @@ def test_a_number_that_is_none_is_refused(running: Running, number: str) -> None
         bridge.close()
 
 
-def test_calls_of_services_that_are_noise(running: Running) -> None:
+def test_random_service_calls_have_no_effect(running: Running) -> None:
     noise = random.Random(4)
     bridge = FoxgloveBridge(running.link, port=0)
     try:
@@ -138,22 +138,22 @@ def test_calls_of_services_that_are_noise(running: Running) -> None:
         bridge.close()
 
 
-def test_more_calls_than_can_wait(running: Running) -> None:
-    """While nobody answers they are refused, and the others are answered afterwards."""
+def test_calls_above_the_limit_are_refused(running: Running) -> None:
+    """The waiting calls are answered afterwards."""
     running.stop()
     called = "/gazebo/get_model_state", srv.GetModelStateRequest(running.simulation.robot.name)
     waiting = [running.link.call(*called) for _ in range(MOST_CALLS)]
-    with pytest.raises(KbotError, match="calls wait already"):
+    with pytest.raises(KbotError, match="calls are already waiting"):
         running.link.call(*called)
     running.simulation.run_errands()
     assert all(future.result(0).success for future in waiting)
     later = running.link.call(*called)
     running.link.end()
-    with pytest.raises(KbotError, match="the simulation is gone"):
+    with pytest.raises(KbotError, match="the simulation has ended"):
         later.result(0)
 
 
-def test_callers_over_tcpros_that_break_off(running: Running) -> None:
+def test_callers_over_tcpros_that_disconnect_have_no_effect(running: Running) -> None:
     with socket.create_server(("127.0.0.1", 0)) as free:
         port = free.getsockname()[1]
     bridge = Ros1Bridge(running.link, master=f"http://127.0.0.1:{port}/")
@@ -179,12 +179,12 @@ def test_callers_over_tcpros_that_break_off(running: Running) -> None:
         bridge.close()
 
 
-def test_a_rosbridge_client_that_never_reads(running: Running) -> None:
+def test_a_rosbridge_client_that_never_reads_does_not_delay_others(running: Running) -> None:
     bridge = RosbridgeBridge(running.link, port=0)
     try:
-        with connect(bridge.address, max_queue=1, close_timeout=0.1) as deaf:
+        with connect(bridge.address, max_queue=1, close_timeout=0.1) as idle:
             for topic in ("/odom", "/tf", "/joint_states", "/clock", "/gazebo/link_states"):
-                deaf.send(json.dumps({"op": "subscribe", "topic": topic}))
+                idle.send(json.dumps({"op": "subscribe", "topic": topic}))
             with connect(bridge.address) as other:
                 other.send(json.dumps({"op": "subscribe", "topic": "/odom"}))
                 for _ in range(50):

@@ -1,4 +1,4 @@
-"""Between the threads: what peers say is delivered by the simulation, what it says is handed out."""
+"""PeerLink: messages between the simulation's thread and the threads of bridges."""
 
 import math
 
@@ -11,13 +11,14 @@ from kbot.sim import Simulation
 
 
 def linked() -> tuple[Simulation, PeerLink, list[str]]:
-    sim, told = Simulation(kbot.load("kbot")), list[str]()
-    link = PeerLink(told.append)
+    """A simulation, its link, and what the link has reported to the user."""
+    sim, reported = Simulation(kbot.load("kbot")), list[str]()
+    link = PeerLink(reported.append)
     link.attach(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds))
-    return sim, link, told
+    return sim, link, reported
 
 
-def test_topics_are_told_with_type_and_direction() -> None:
+def test_topics_have_a_type_and_a_direction() -> None:
     _, link, _ = linked()
     assert {name: (t.type_name, t.is_input) for name, t in link.topics.items()} == {
         "/clock": ("rosgraph_msgs/msg/Clock", False),
@@ -28,7 +29,7 @@ def test_topics_are_told_with_type_and_direction() -> None:
     }
 
 
-def test_a_command_is_obeyed_within_one_control_period() -> None:
+def test_a_command_takes_effect_within_one_control_period() -> None:
     sim, link, _ = linked()
     sim.step(5)
     link.send("/cmd_vel", msg.Twist(msg.Vector3(0.3)))
@@ -39,45 +40,45 @@ def test_a_command_is_obeyed_within_one_control_period() -> None:
     assert sim.robots.first.twist.x < 0.0
 
 
-def test_of_a_flood_the_newest_are_delivered() -> None:
+def test_the_newest_messages_are_delivered_if_there_are_too_many() -> None:
     sim, link, _ = linked()
-    heard: list[float] = []
-    sim.bus.subscribe("/cmd_vel", msg.Twist, lambda m: heard.append(m.linear.x))
+    received: list[float] = []
+    sim.bus.subscribe("/cmd_vel", msg.Twist, lambda m: received.append(m.linear.x))
     for number in range(10_000):
         link.send("/cmd_vel", msg.Twist(msg.Vector3(float(number))))
     sim.run(0.02)
-    assert heard == [float(n) for n in range(10_000 - WAITING, 10_000)]
+    assert received == [float(n) for n in range(10_000 - WAITING, 10_000)]
 
 
-def test_each_sender_is_told_once_what_became_of_a_message() -> None:
+def test_each_sender_gets_one_result_per_message() -> None:
     sim, link, _ = linked()
-    told: dict[int, list[str]] = {number: [] for number in range(WAITING + 3)}
-    for number, answers in told.items():
+    results: dict[int, list[str]] = {number: [] for number in range(WAITING + 3)}
+    for number, result in results.items():
         speed = math.inf if number == WAITING else 0.1
-        link.send("/cmd_vel", msg.Twist(msg.Vector3(speed)), answers.append)
-    assert [number for number, answers in told.items() if answers] == [0, 1, 2]
+        link.send("/cmd_vel", msg.Twist(msg.Vector3(speed)), result.append)
+    assert [number for number, result in results.items() if result] == [0, 1, 2]
     sim.run(0.02)
-    refused = told.pop(WAITING)
+    refused = results.pop(WAITING)
     assert len(refused) == 1
     assert "finite" in refused[0]
-    assert set(map(tuple, told.values())) == {("",)}
+    assert set(map(tuple, results.values())) == {("",)}
 
 
-def test_what_makes_no_sense_is_told_once_and_harms_nothing() -> None:
-    sim, link, told = linked()
+def test_invalid_messages_are_reported_once_and_dropped() -> None:
+    sim, link, reported = linked()
     for _ in range(5):
         link.send("/cmd_vel", msg.Twist(msg.Vector3(math.nan)))
         link.send("/cmd_vel", msg.String("not a twist"))
         link.send("/odom", msg.Odometry())
         link.send("/nothing", msg.String())
         sim.run(0.02)
-    assert len(told) == 2
-    assert "finite" in told[0]
-    assert "carries Twist, not String" in told[1]
+    assert len(reported) == 2
+    assert "finite" in reported[0]
+    assert "carries Twist, not String" in reported[1]
     assert "/nothing" not in sim.bus.topics
 
 
-def test_receivers_go_along_to_the_next_simulation_with_their_topics() -> None:
+def test_receivers_continue_with_the_next_simulation() -> None:
     sim, link, _ = linked()
     found: list[Packet] = []
     link.open("/odom", found.append)
@@ -97,52 +98,52 @@ def test_receivers_go_along_to_the_next_simulation_with_their_topics() -> None:
     assert not found
 
 
-def test_a_link_to_nothing_serves_nobody() -> None:
+def test_serve_does_nothing_without_a_simulation() -> None:
     PeerLink(print).serve()
 
 
-def test_hidden_topics_are_neither_told_of_nor_delivered() -> None:
-    sim, told = Simulation(kbot.load("kbot")), list[str]()
+def test_hidden_topics_are_not_visible_to_peers() -> None:
+    sim, reported = Simulation(kbot.load("kbot")), list[str]()
     goals: list[PoseStamped] = []
     sim.bus.subscribe("goal_pose", PoseStamped, goals.append)
-    link, got = PeerLink(told.append, frozenset({"/goal_pose", "/odom"})), list[Packet]()
-    link.open("/odom", got.append)
+    link, received = PeerLink(reported.append, frozenset({"/goal_pose", "/odom"})), list[Packet]()
+    link.open("/odom", received.append)
     link.attach(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds))
     link.send("/goal_pose", PoseStamped())
     sim.run(0.1)
     assert {"/tf", "/cmd_vel"} <= link.topics.keys()
     assert not link.topics.keys() & {"/goal_pose", "/odom"}
-    assert (goals, got) == ([], [])
+    assert (goals, received) == ([], [])
 
 
-def test_a_receiver_is_woken_once_for_all_messages_of_a_moment() -> None:
+def test_a_receiver_is_woken_once_per_time_step() -> None:
     sim, link, _ = linked()
-    happened: list[str] = []
+    events: list[str] = []
 
     def wake() -> None:
-        happened.append("woken")
+        events.append("woken")
 
     def receive(packet: Packet) -> None:
-        happened.append(packet.topic)
-        link.stir(wake)
+        events.append(packet.topic)
+        link.schedule(wake)
 
     for topic in ("/odom", "/tf", "/joint_states"):
         link.open(topic, receive)
     sim.run(0.02)
-    happened.clear()
+    events.clear()
     sim.run(0.02)
-    assert sorted(happened[:3]) == ["/joint_states", "/odom", "/tf"]
-    assert happened[3:] == ["woken"]
+    assert sorted(events[:3]) == ["/joint_states", "/odom", "/tf"]
+    assert events[3:] == ["woken"]
 
 
-def test_what_is_said_outside_of_time_wakes_with_the_next_errand_or_at_once() -> None:
+def test_receivers_are_woken_while_paused_and_without_batches() -> None:
     sim, link, _ = linked()
     woken: list[int] = []
     sim.paused = True
-    link.stir(lambda: woken.append(1))
+    link.schedule(lambda: woken.append(1))
     assert woken == []
     sim.run_errands()
     assert woken == [1]
-    link.attach(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), gathers=False)
-    link.stir(lambda: woken.append(2))
+    link.attach(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), batches=False)
+    link.schedule(lambda: woken.append(2))
     assert woken == [1, 2]

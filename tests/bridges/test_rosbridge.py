@@ -1,4 +1,4 @@
-"""rosbridge with roslibpy, and with a raw client where roslibpy is too polite."""
+"""The rosbridge bridge, with roslibpy, and with a raw client for what roslibpy does not send."""
 
 import json
 import subprocess
@@ -17,11 +17,11 @@ from .conftest import Running, wait_until
 
 @pytest.fixture
 def bridge(running: Running) -> Iterator[RosbridgeBridge]:
-    found = RosbridgeBridge(running.link, port=0)
+    bridge = RosbridgeBridge(running.link, port=0)
     try:
-        yield found
+        yield bridge
     finally:
-        found.close()
+        bridge.close()
 
 
 @pytest.fixture
@@ -30,32 +30,32 @@ def raw(bridge: RosbridgeBridge) -> Iterator[ClientConnection]:
         yield connection
 
 
-def hear(connection: ClientConnection, operation: str) -> dict:
+def receive(connection: ClientConnection, operation: str) -> dict:
     while True:
         found = json.loads(connection.recv(60))
         if found["op"] == operation:
             return found
 
 
-def test_a_topic_in_the_spelling_of_each_ros(running: Running, raw: ClientConnection) -> None:
+def test_times_are_named_as_in_ros_1_or_ros_2(running: Running, raw: ClientConnection) -> None:
     raw.send(json.dumps({"op": "subscribe", "topic": "/odom", "type": "nav_msgs/Odometry", "id": "a"}))
-    stamp = hear(raw, "publish")["msg"]["header"]["stamp"]
+    stamp = receive(raw, "publish")["msg"]["header"]["stamp"]
     assert set(stamp) == {"secs", "nsecs"}
     raw.send(json.dumps({"op": "unsubscribe", "topic": "/odom", "id": "a"}))
     raw.send(json.dumps({"op": "subscribe", "topic": "/clock", "type": "rosgraph_msgs/msg/Clock"}))
-    while (found := hear(raw, "publish"))["topic"] != "/clock":
+    while (found := receive(raw, "publish"))["topic"] != "/clock":
         continue
     assert set(found["msg"]["clock"]) == {"sec", "nanosec"}
 
 
-def test_throttling_by_the_simulation_s_clock(running: Running, raw: ClientConnection) -> None:
+def test_throttling_by_simulated_time(running: Running, raw: ClientConnection) -> None:
     raw.send(json.dumps({"op": "subscribe", "topic": "/clock", "throttle_rate": 100}))
-    times = [hear(raw, "publish")["msg"]["clock"] for _ in range(4)]
+    times = [receive(raw, "publish")["msg"]["clock"] for _ in range(4)]
     at = [t["secs"] * 10**9 + t["nsecs"] for t in times]
     assert [b - a for a, b in pairwise(at)] == [100_000_000] * 3
 
 
-def test_a_twist_drives_it_and_silence_stops_it(running: Running, raw: ClientConnection) -> None:
+def test_a_twist_drives_the_robot_until_it_times_out(running: Running, raw: ClientConnection) -> None:
     raw.send(json.dumps({"op": "advertise", "topic": "/cmd_vel", "type": "geometry_msgs/Twist"}))
     raw.send(json.dumps({"op": "publish", "topic": "/cmd_vel", "msg": {"linear": {"x": 0.3}}}))
     wait_until(lambda: running.simulation.robots.first.twist.x > 0.1)
@@ -63,9 +63,9 @@ def test_a_twist_drives_it_and_silence_stops_it(running: Running, raw: ClientCon
 
 
 @pytest.mark.parametrize(
-    ("request_", "said"),
+    ("request_", "error"),
     [
-        ("{", "no JSON"),
+        ("{", "not JSON"),
         ("5", "object with an 'op'"),
         ('{"op": "fly"}', "no operation 'fly'"),
         ('{"op": "subscribe"}', "KeyError 'topic'"),
@@ -81,18 +81,18 @@ def test_a_twist_drives_it_and_silence_stops_it(running: Running, raw: ClientCon
         ('{"op": "publish", "topic": "/cmd_vel"}', "KeyError 'msg'"),
     ],
 )
-def test_what_cannot_be_done_is_told(
-    running: Running, raw: ClientConnection, request_: str, said: str
+def test_errors_are_reported_to_the_client(
+    running: Running, raw: ClientConnection, request_: str, error: str
 ) -> None:
     wait_until(lambda: "/cmd_vel" in running.link.topics)
     raw.send(request_)
-    assert said in hear(raw, "status")["msg"]
+    assert error in receive(raw, "status")["msg"]
     raw.send('{"op": "subscribe", "topic": "/odom"}')
-    hear(raw, "publish")
+    receive(raw, "publish")
 
 
 def test_roslibpy_is_a_peer(running: Running, bridge: RosbridgeBridge) -> None:
-    """In a process of its own: its reactor can be started only once."""
+    """In its own process, because the reactor of roslibpy can be started only once."""
     roslibpy = pytest.importorskip("roslibpy", reason="roslibpy is not installed")
     assert roslibpy
     host, port = bridge.address.removeprefix("ws://").split(":")
@@ -100,17 +100,17 @@ def test_roslibpy_is_a_peer(running: Running, bridge: RosbridgeBridge) -> None:
 import json, threading, roslibpy
 ros = roslibpy.Ros("{host}", {port})
 ros.run(60)
-found, heard = {{}}, threading.Event()
+found, moves = {{}}, threading.Event()
 odom = roslibpy.Topic(ros, "/odom", "nav_msgs/Odometry")
-def hear(message):
+def receive(message):
     found["speed"] = message["twist"]["twist"]["linear"]["x"]
     if found["speed"] > 0.1:
-        heard.set()
-odom.subscribe(hear)
+        moves.set()
+odom.subscribe(receive)
 drive = roslibpy.Topic(ros, "/cmd_vel", "geometry_msgs/Twist")
 for _ in range(100):
     drive.publish(roslibpy.Message({{"linear": {{"x": 0.3, "y": 0.0, "z": 0.0}}}}))
-    if heard.wait(0.1):
+    if moves.wait(0.1):
         break
 found["topics"] = ros.get_topics()
 found["type"] = ros.get_topic_type("/odom")
@@ -130,19 +130,19 @@ import os; os._exit(0)
     assert (found["type"], found["nodes"], found["parameter"]) == ("nav_msgs/Odometry", ["/kbot"], True)
 
 
-def test_rosapi_refuses_what_it_has_not(bridge: RosbridgeBridge, raw: ClientConnection) -> None:
-    for service, arguments, said in (
+def test_errors_of_rosapi(bridge: RosbridgeBridge, raw: ClientConnection) -> None:
+    for service, arguments, error in (
         ("/rosapi/topic", {}, "did you mean"),
         ("/other", {}, "no service /other"),
         ("/rosapi/get_param", {"name": "/use_sim_tme"}, "did you mean"),
-        ("/rosapi/topics", [1], "by name"),
+        ("/rosapi/topics", [1], "must be a JSON object"),
         ("/rosapi/set_param", {"name": "x", "value": "[" * 5_000}, "the value of x is not JSON"),
         ("/rosapi/set_param", {"name": "x", "value": "[" * 100_000}, "is nested too deeply"),
     ):
         raw.send(json.dumps({"op": "call_service", "service": service, "args": arguments, "id": "1"}))
-        answer = hear(raw, "service_response")
+        answer = receive(raw, "service_response")
         assert answer["result"] is False
-        assert said in answer["values"]["message"]
+        assert error in answer["values"]["message"]
 
 
 def test_many_clients_at_once(running: Running, bridge: RosbridgeBridge) -> None:
@@ -150,7 +150,7 @@ def test_many_clients_at_once(running: Running, bridge: RosbridgeBridge) -> None
         with connect(bridge.address) as connection:
             connection.send('{"op": "subscribe", "topic": "/odom"}')
             for _ in range(5):
-                hear(connection, "publish")
+                receive(connection, "publish")
             done.append(1)
 
     done: list[int] = []

@@ -225,7 +225,7 @@ def test_no_callback_runs_after_close(node: kbot.Node) -> None:
     node.subscribe("odom", Odometry, receive)
     node.step()
     end = time.monotonic() + 60
-    while len(node._link._mail.get("/odom", ())) < 3:
+    while len(node._link._inbox.get("/odom", ())) < 3:
         assert time.monotonic() < end, "no message arrived"
         time.sleep(0.01)
     node.step()

@@ -20,8 +20,10 @@ if TYPE_CHECKING:
 
 
 class RosPeers:
-    """Opens the bridges at the first `join` or `show` and keeps them open until `close`, also while one
-    simulation replaces another."""
+    """Opens the bridges at the first `join` or `show` and keeps them open until `close`.
+
+    In between, one simulation can replace another.
+    """
 
     def __init__(
         self,
@@ -52,25 +54,26 @@ class RosPeers:
         from kbot.ros.gazebo.states import GazeboTopics
 
         self._simulation = simulation
-        simulation.journal.listeners.append(self._link.tell)
+        simulation.journal.listeners.append(self._link.report)
         self._link.offer(gazebo_services())
         self._gazebo = GazeboTopics(simulation)
-        self._connect(simulation, feed, description, simulation.robot.name, world, tells_time=True)
+        self._connect(simulation, feed, description, simulation.robot.name, world, publishes_clock=True)
 
-    def show(self, shown: Live, feed: Feed, description: str, name: str, *, tells_time: bool) -> None:
-        """Connect a robot that is shown and not simulated, under the name `name`. Without `tells_time`, peers
-        use wall-clock time.
+    def show(self, shown: Live, feed: Feed, description: str, name: str, *, publishes_clock: bool) -> None:
+        """Connect a robot that is shown and not simulated, under the name `name`.
+
+        If it `publishes_clock`, peers use its time, else wall-clock time.
 
         Raises:
             KbotError: a bridge cannot be opened.
         """
-        self._connect(shown, feed, description, name, "", tells_time=tells_time)
+        self._connect(shown, feed, description, name, "", publishes_clock=publishes_clock)
 
     def leave(self) -> None:
         """Disconnect the simulation or the shown robot. The bridges stay open."""
         self._link.detach()
         if self._simulation is not None:
-            self._simulation.journal.listeners.remove(self._link.tell)
+            self._simulation.journal.listeners.remove(self._link.report)
             self._simulation = None
         if self._gazebo is not None:
             self._gazebo.close()
@@ -84,10 +87,10 @@ class RosPeers:
         self._bridges.clear()
 
     def _connect(
-        self, live: Live, feed: Feed, description: str, robot: str, world: str, *, tells_time: bool
+        self, live: Live, feed: Feed, description: str, robot: str, world: str, *, publishes_clock: bool
     ) -> None:
         published: dict[str, ParameterValue] = {"/robot_description": description} if description else {}
-        if tells_time:
+        if publishes_clock:
             published["/use_sim_time"] = True
         self._link.parameters = {**self._parameters, **self._link.parameters, **published}
         self._link.attach(live, feed)

@@ -90,22 +90,22 @@ def hash_of_service(name: str, request: dict[str, Any], response: dict[str, Any]
     from rosbags.typesys import Stores, get_typestore
 
     store = get_typestore(Stores.ROS2_JAZZY)
-    asked, answered, event = f"{name}_Request", f"{name}_Response", f"{name}_Event"
+    request_name, response_name, event = f"{name}_Request", f"{name}_Response", f"{name}_Event"
 
-    def some(part: str) -> FieldDesc:
+    def at_most_one(part: str) -> FieldDesc:
         return Nodetype.SEQUENCE, ((Nodetype.NAME, part), 1)
 
     fields: dict[str, dict[str, Any]] = {
-        asked: request,
-        answered: response,
+        request_name: request,
+        response_name: response,
         event: {
             "info": (Nodetype.NAME, EVENT),
-            "request": some(asked),
-            "response": some(answered),
+            "request": at_most_one(request_name),
+            "response": at_most_one(response_name),
         },
         name: {
-            "request_message": (Nodetype.NAME, asked),
-            "response_message": (Nodetype.NAME, answered),
+            "request_message": (Nodetype.NAME, request_name),
+            "response_message": (Nodetype.NAME, response_name),
             "event_message": (Nodetype.NAME, event),
         },
     }

@@ -1,1 +1,1 @@
-"""Bridges to other systems, a folder for each."""
+"""Bridges to ROS 1, ROS 2, Foxglove and rosbridge. Each has its own folder."""

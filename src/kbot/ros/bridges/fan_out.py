@@ -1,4 +1,4 @@
-"""Hands messages from the simulation's thread to the bridges' loop, for the topics that peers want."""
+"""Passes messages from the simulation's thread to the loop of the bridges, for subscribed topics."""
 
 from __future__ import annotations
 
@@ -13,46 +13,54 @@ from kbot.text import KbotError
 Sink = Callable[[Packet], None]
 Flush = Callable[[], None]
 WAITING = 1000
+"""Packets that wait for the loop. If there are more, the oldest are dropped."""
 
 
-def _at_once() -> None:
-    """Of sinks that keep nothing back."""
+def _no_flush() -> None:
+    """The flush of sinks that send each packet at once."""
 
 
 class TopicSource(Protocol):
-    """Where messages come from; `stir` calls back when all of one moment have been received."""
+    """Where messages come from: the PeerLink."""
 
     def open(self, topic: str, receiver: Sink) -> None: ...
 
     def close(self, topic: str, receiver: Sink) -> None: ...
 
-    def stir(self, wake: Callable[[], None]) -> None: ...
+    def schedule(self, wake: Callable[[], None]) -> None:
+        """Call `wake` once, after all messages of the current time step have been received."""
 
     def is_latched(self, topic: str) -> bool: ...
 
-    def tell(self, text: str) -> None: ...
+    def report(self, text: str) -> None: ...
 
 
 class FanOut:
-    """Opens a topic while somebody wants it, once for the peers of all bridges, so that they share what a
-    message is encoded to. `want` and `leave` are called on the loop, sinks too."""
+    """Opens a topic while it has subscribers, once for the peers of all bridges.
+
+    Therefore all peers share one packet, and each message is encoded once. `subscribe` and `unsubscribe` must
+    be called on the loop, and sinks are called there.
+    """
 
     def __init__(self, source: TopicSource) -> None:
         self._source = source
-        self._peers: dict[Flush, dict[str, list[Sink]]] = {_at_once: {}}
-        """The sinks of each topic, by what sends on what they collect."""
-        self._late = set[Flush]()
+        self._peers: dict[Flush, dict[str, list[Sink]]] = {_no_flush: {}}
+        """For each flush, the topics and sinks that use it. A flush belongs to one peer."""
+        self._slow = set[Flush]()
         self._last: dict[str, Packet] = {}
+        """The last packet of each latched topic."""
         self._waiting: deque[Packet] = deque(maxlen=WAITING)
-        self._is_stirred = False
+        self._is_scheduled = False
 
-    def want(self, topic: str, sink: Sink, flush: Flush = _at_once, *, late: bool = False) -> None:
-        """Hear a topic; what is latched comes at once. `flush` is called when the sinks that have it in
-        common were given all that was said at one moment; those whose bytes take long to make are `late`,
-        so that the others need not wait for them."""
+    def subscribe(self, topic: str, sink: Sink, flush: Flush = _no_flush, *, slow: bool = False) -> None:
+        """Pass the packets of a topic to `sink`, with the latched one at once.
+
+        `flush` is called after its sinks have received all packets of a time step, so that they can send them
+        together. `slow` sinks, whose encoding takes long, are served after the others.
+        """
         is_first = not any(topic in sinks for sinks in self._peers.values())
-        if late:
-            self._late.add(flush)
+        if slow:
+            self._slow.add(flush)
         self._peers.setdefault(flush, {}).setdefault(topic, []).append(sink)
         if is_first:
             self._source.open(topic, self._receive)
@@ -60,17 +68,17 @@ class FanOut:
             sink(self._last[topic])
             flush()
 
-    def leave(self, topic: str, sink: Sink) -> None:
-        """Hear it no more."""
+    def unsubscribe(self, topic: str, sink: Sink) -> None:
+        """End a subscription. Does nothing if there is none."""
         for flush, topics in self._peers.items():
             sinks = topics.get(topic, [])
             if sink in sinks:
                 sinks.remove(sink)
                 if not sinks:
                     del topics[topic]
-                if not topics and flush is not _at_once:
+                if not topics and flush is not _no_flush:
                     del self._peers[flush]
-                    self._late.discard(flush)
+                    self._slow.discard(flush)
                 break
         else:
             return
@@ -79,35 +87,38 @@ class FanOut:
             self._last.pop(topic, None)
 
     def _receive(self, packet: Packet) -> None:
-        """On the simulation's thread."""
+        """Called on the simulation's thread."""
         self._waiting.append(packet)
-        if not self._is_stirred:
-            self._is_stirred = True
-            self._source.stir(self._wake)
+        if not self._is_scheduled:
+            self._is_scheduled = True
+            self._source.schedule(self._wake)
 
     def _wake(self) -> None:
-        self._is_stirred = False
-        later(self._hand_out)
+        self._is_scheduled = False
+        later(self._distribute)
 
-    def _hand_out(self) -> None:
-        """All are given what was said before anything is sent on, for calls of the system are quicker one
-        after another; what is large comes at the end, so that the clock does not wait for a picture."""
+    def _distribute(self) -> None:
+        """Pass the waiting packets to all sinks, then flush.
+
+        Sinks collect first and flushes send afterwards, because system calls are faster one after the other.
+        Large packets come last, so that /clock does not wait for an image.
+        """
         packets = [self._waiting.popleft() for _ in range(len(self._waiting))]
         packets.sort(key=lambda packet: packet.is_large)
         for packet in packets:
             if self._source.is_latched(packet.topic):
                 self._last[packet.topic] = packet
-        for is_late in (False, True):
-            peers = [peer for peer in self._peers.items() if (peer[0] in self._late) is is_late]
+        for is_slow in (False, True):
+            peers = [peer for peer in self._peers.items() if (peer[0] in self._slow) is is_slow]
             for _, sinks in peers:
-                self._give(packets, sinks)
+                self._pass_on(packets, sinks)
             for flush, _ in peers:
                 flush()
 
-    def _give(self, packets: list[Packet], sinks: dict[str, list[Sink]]) -> None:
+    def _pass_on(self, packets: list[Packet], sinks: dict[str, list[Sink]]) -> None:
         for packet in packets:
             for sink in tuple(sinks.get(packet.topic, ())):
                 try:
                     sink(packet)
                 except KbotError as error:
-                    self._source.tell(f"{packet.topic}: a message cannot be sent: {error}")
+                    self._source.report(f"{packet.topic}: a message cannot be sent: {error}")

@@ -1,4 +1,4 @@
-"""BridgeKind: what a bridge's folder gives the registry."""
+"""BridgeKind: how the folder of a bridge describes it to the registry."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ if TYPE_CHECKING:
 
 
 class Bridge(Protocol):
-    """An open connection. Work that never waits runs on the loop of all bridges, the rest on threads."""
+    """An open bridge. Work that never blocks runs on the loop of all bridges, other work on threads."""
 
     def describe(self) -> str:
-        """Where peers find it, in one sentence."""
+        """Where peers find the bridge, in one sentence for the user."""
         ...
 
     def close(self) -> None: ...
@@ -25,14 +25,14 @@ class BridgeKind:
     """A protocol that KBot can serve."""
 
     name: str
-    """The option is `--name`."""
+    """The option's name without `--`."""
     title: str
-    """The name in sentences."""
+    """The name for sentences."""
     help: str
     """The option's help."""
     open: Callable[[PeerLink, str | None], Bridge]
-    """Open it at the address `host`, the loopback if None. Imports the protocol's library. Raises KbotError:
-    the extra is not installed, or the address cannot be served."""
+    """Opens the bridge at the address `host`, loopback if None, and imports the protocol's library. Raises
+    KbotError: the extra is not installed, or the address cannot be served."""
     why_no_peer: Callable[[], str] = lambda: ""
-    """For `--bridges auto`: why no peer is reachable, or empty. Peers connect to a server at any time, so the
-    default is empty."""
+    """For `--bridges auto`: the reason why no peer is reachable, or empty. The default is for servers: peers
+    may connect to them at any time."""

@@ -1,8 +1,8 @@
-"""The link between a simulation's thread and the threads of bridges.
+"""PeerLink: the link between a simulation's thread and the threads of bridges.
 
-On the simulation's thread, a bridge only puts messages in a queue. No other thread touches the simulation:
-messages of peers wait until `serve`, which the simulation's clock calls every control period, and their
-service calls until `work`, between two steps.
+On the simulation's thread, a bridge only puts messages in a queue. No other thread touches the simulation.
+Messages of peers wait until `serve`, which the simulation's clock calls every control period. Service calls
+wait until `answer_calls`, between two steps.
 """
 
 from __future__ import annotations
@@ -28,18 +28,20 @@ if TYPE_CHECKING:
     from kbot.sim import Simulation
 
 SERVE_RATE = 50.0
+"""Hz, the control rate of a robot: a command cannot take effect earlier."""
 WAITING = 16
-"""Messages of a topic that wait to be delivered; of more the newest are kept."""
-
+"""Messages per topic that wait to be delivered. If there are more, the oldest are dropped."""
 MOST_CALLS = 256
-"""Calls of services that wait; more are refused."""
+"""Service calls that wait. More are refused."""
+_MOST_REPORTS = 100
+"""Different texts that are reported to the user, so that a faulty peer cannot flood the terminal."""
 
 Receiver = Callable[[Packet], None]
 
 
 @dataclass(frozen=True, slots=True)
 class Topic:
-    """What a peer may hear, or say where it `is_input`."""
+    """A topic that peers can subscribe to, or publish on if it `is_input`."""
 
     name: str
     message_type: type
@@ -52,71 +54,90 @@ class Topic:
 
 
 class PeerLink:
-    """Thread-safe but for `attach`, `detach`, `serve` and `work`, which are the simulation's thread's."""
+    """Connects bridges to a simulation.
+
+    All methods are thread-safe, except `attach`, `detach`, `serve` and `answer_calls`, which belong to the
+    simulation's thread.
+    """
 
     def __init__(
         self,
-        tell: Callable[[str], None],
+        report: Callable[[str], None],
         hidden: frozenset[str] = frozenset(),
         raises_errors: bool = False,
     ) -> None:
-        """`tell` receives sentences for the user, each once; `hidden` topics stay within the process. With
-        `raises_errors`, an error of a callback ends `serve`, as a program's own node expects; without it, the
-        error is reported and the simulation runs on."""
+        """Create a link without a simulation.
+
+        Args:
+            report: receives sentences for the user, each once.
+            hidden: topics that peers do not see.
+            raises_errors: an error of a callback ends `serve`, as a user's own node needs it. Otherwise the
+                error is reported, and the simulation continues.
+        """
         self._raises_errors = raises_errors
         self._hidden = hidden
         self.topics: dict[str, Topic] = {}
-        """What there is now; replaced as a whole when it changes."""
+        """The current topics by name. A change replaces the whole dictionary."""
         self.nanoseconds = 0
-        """The simulation's time when it was last served."""
+        """The simulation's time of the last `serve`."""
         self.parameters: dict[str, ParameterValue] = {}
-        """By full name; replaced as a whole when one changes."""
+        """By full name. A change replaces the whole dictionary."""
         self.services: Mapping[str, Service] = {}
-        """By name; replaced as a whole by `offer`."""
+        """By name. `offer` replaces the whole mapping."""
         self.fan_out = FanOut(self)
-        """Where bridges get what is said."""
-        self._tell, self._told = tell, set[str]()
+        """Where bridges subscribe to topics."""
+        self._report, self._reported = report, set[str]()
         self._lock = threading.Lock()
         self._jobs: deque[tuple[bool, str, Receiver]] = deque()
-        self._mail: dict[str, deque[tuple[object, Callable[[str], None]]]] = {}
+        """Calls of `open` (True) and `close` (False) that wait for `serve`."""
+        self._inbox: dict[str, deque[tuple[object, Callable[[str], None]]]] = {}
+        """Messages of peers that wait for `serve`, by topic."""
         # Any: each service has its own type
         self._calls: deque[tuple[Service, object, Future[Any]]] = deque()
-        self._wanted: list[tuple[str, Receiver]] = []
+        self._opened: list[tuple[str, Receiver]] = []
         self._watchers: list[Callable[[], None]] = []
         self._feed: Feed | None = None
         self._simulation: Live | None = None
-        self._seen = -1
-        self._gathers = self._waits = False
-        self._stirred: dict[Callable[[], None], None] = {}
+        self._seen_changes = -1
+        self._batches = self._has_open_batch = False
+        self._scheduled: dict[Callable[[], None], None] = {}
 
     def is_latched(self, topic: str) -> bool:
-        """Whether a topic that there is keeps its last message for those who come late."""
+        """Whether a topic exists and keeps its last message for late subscribers."""
         found = self.topics.get(topic)
         return found is not None and found.is_latched
 
     def open(self, topic: str, receiver: Receiver) -> None:
-        """Hear a topic from the next period on, also over a change of simulation. `receiver` is called on
-        the simulation's thread and must not wait."""
+        """Call `receiver` with each packet of a topic, from the next period on.
+
+        It continues when another simulation is attached. `receiver` is called on the simulation's thread and
+        must not block.
+        """
         with self._lock:
             self._jobs.append((True, topic, receiver))
 
     def close(self, topic: str, receiver: Receiver) -> None:
-        """Hear it no more."""
+        """Undo `open`, from the next period on."""
         with self._lock:
             self._jobs.append((False, topic, receiver))
 
-    def send(self, topic: str, message: object, told: Callable[[str], None] = lambda reason: None) -> None:
-        """Say something on a topic that is an input, in the next period. Of a flood the newest counts. `told`
-        is given the reason why it was refused, empty where it was taken or newer ones took its place."""
+    def send(
+        self, topic: str, message: object, on_result: Callable[[str], None] = lambda reason: None
+    ) -> None:
+        """Publish on a topic of the simulation that is an input, in the next period.
+
+        If messages come too fast, the oldest are dropped. `on_result` receives the reason if the message was
+        refused, and otherwise, also if it was dropped, an empty text.
+        """
         with self._lock:
-            waiting = self._mail.setdefault(topic, deque())
-            waiting.append((message, told))
-            displaced = waiting.popleft() if len(waiting) > WAITING else None
-        if displaced is not None:
-            displaced[1]("")
+            waiting = self._inbox.setdefault(topic, deque())
+            waiting.append((message, on_result))
+            dropped = waiting.popleft() if len(waiting) > WAITING else None
+        if dropped is not None:
+            dropped[1]("")
 
     def call(self, service: str, request: object) -> Future[Any]:
-        """Ask a service; its response comes between two steps, or the KbotError that it raised.
+        """Call a service. Between two steps, the future gets the response, or the KbotError of the service.
 
         Raises:
             KbotError: there is no such service, or too many calls wait.
@@ -125,16 +146,16 @@ class PeerLink:
         future: Future[Any] = Future()
         with self._lock:
             if len(self._calls) >= MOST_CALLS:
-                raise KbotError(f"{service}: {MOST_CALLS} calls wait already")
+                raise KbotError(f"{service}: {MOST_CALLS} calls are already waiting. Try again later")
             self._calls.append((found, request, future))
         return future
 
     def set_parameter(self, name: str, value: ParameterValue) -> None:
-        """Set a parameter for all who ask; None takes it away."""
+        """Set a parameter for all bridges; None deletes it."""
         self.set_parameters({name: value})
 
     def set_parameters(self, values: Mapping[str, ParameterValue]) -> None:
-        """Set several, which everybody sees at once."""
+        """Set several parameters at once."""
         with self._lock:
             now: dict[str, ParameterValue] = {
                 key: value for key, value in {**self.parameters, **values}.items() if value is not None
@@ -146,105 +167,113 @@ class PeerLink:
             changed()
 
     def offer(self, services: Mapping[str, Service]) -> None:
-        """Have these services called, and no others."""
+        """Offer these services to peers, and no others."""
         self.services = services
         for changed in tuple(self._watchers):
             changed()
 
     def watch(self, changed: Callable[[], None]) -> None:
-        """Call back, on any thread, whenever `topics`, `parameters` or `services` changed."""
+        """Call `changed`, on any thread, whenever `topics`, `parameters` or `services` have changed."""
         self._watchers.append(changed)
 
-    def tell(self, text: str) -> None:
-        """Tell the user, once for each text."""
+    def report(self, text: str) -> None:
+        """Report to the user, each text once."""
         with self._lock:
-            if text in self._told or len(self._told) > 100:
+            if text in self._reported or len(self._reported) > _MOST_REPORTS:
                 return
-            self._told.add(text)
-        self._tell(text)
+            self._reported.add(text)
+        self._report(text)
 
-    def stir(self, wake: Callable[[], None]) -> None:
-        """For receivers: call `wake` once, when all messages of this moment have been received. Threads that
-        wake for each of them would fight the simulation for Python's lock."""
-        if not self._gathers or self._simulation is None:
+    def schedule(self, wake: Callable[[], None]) -> None:
+        """Call `wake` once, after all messages of the current time step have been received.
+
+        A thread that wakes up for each message would compete with the simulation for Python's interpreter
+        lock.
+        """
+        if not self._batches or self._simulation is None:
             wake()
             return
-        self._stirred[wake] = None
-        if not self._waits:
-            self._waits = True
-            self._simulation.clock.after_timers(self._end_moment)
+        self._scheduled[wake] = None
+        if not self._has_open_batch:
+            self._has_open_batch = True
+            self._simulation.clock.after_timers(self._end_batch)
 
-    def _end_moment(self) -> None:
-        self._waits = False
+    def _end_batch(self) -> None:
+        self._has_open_batch = False
         self._wake_all()
 
     def _wake_all(self) -> None:
-        stirred, self._stirred = self._stirred, {}
-        for wake in stirred:
+        scheduled, self._scheduled = self._scheduled, {}
+        for wake in scheduled:
             wake()
 
-    def attach(self, simulation: Live, feed: Feed, *, gathers: bool = True) -> None:
-        """Serve this simulation from now on, instead of the one before. It `gathers` messages of one moment
-        where time moves on by itself after them."""
+    def attach(self, simulation: Live, feed: Feed, *, batches: bool = True) -> None:
+        """Serve this simulation from now on, instead of the one before.
+
+        With `batches`, bridges receive the messages of a time step together. This needs a clock that advances
+        after the messages of each step.
+        """
         self.detach()
-        self._gathers, self._waits = gathers, False
-        self._simulation, self._feed, self._seen = simulation, feed, -1
-        for topic, receiver in self._wanted:
+        self._batches, self._has_open_batch = batches, False
+        self._simulation, self._feed, self._seen_changes = simulation, feed, -1
+        for topic, receiver in self._opened:
             self._try_open(topic, receiver)
         self._timer = simulation.clock.every(SERVE_RATE, self.serve)
-        simulation.errands.append(self.work)
+        simulation.errands.append(self.answer_calls)
         self.serve()
         self._wake_all()
 
     def detach(self) -> None:
-        """Leave the simulation."""
+        """Disconnect from the simulation."""
         self._wake_all()
         if self._feed is not None:
             self._timer.cancel()
-            for topic, receiver in self._wanted:
+            for topic, receiver in self._opened:
                 self._feed.close(topic, receiver)
         if self._simulation is not None:
-            self._simulation.errands.remove(self.work)
+            self._simulation.errands.remove(self.answer_calls)
         self._simulation = self._feed = None
 
     def end(self) -> None:
-        """Nobody is served any more; whoever waits for a service is told."""
+        """Disconnect from the simulation for good. Waiting service calls fail."""
         self.detach()
         with self._lock:
             calls, self._calls = self._calls, deque()
         for _, _, future in calls:
             if future.set_running_or_notify_cancel():
-                future.set_exception(KbotError("the simulation is gone"))
+                future.set_exception(KbotError("the simulation has ended"))
 
     def serve(self) -> None:
-        """Do what peers asked for and deliver what they said since the last time."""
+        """Open and close topics as peers requested, and deliver their messages."""
         simulation, feed = self._simulation, self._feed
         if simulation is None or feed is None:
             return
         self.nanoseconds = simulation.clock.nanoseconds
-        if simulation.bus.changes != self._seen:
-            self._look(simulation, feed)
-        if not self._jobs and not self._mail:
+        if simulation.bus.changes != self._seen_changes:
+            self._update_topics(simulation, feed)
+        if not self._jobs and not self._inbox:
             return
         with self._lock:
             jobs, self._jobs = self._jobs, deque()
-            mail, self._mail = self._mail, {}
+            inbox, self._inbox = self._inbox, {}
         for opens, topic, receiver in jobs:
             if opens:
-                self._wanted.append((topic, receiver))
+                self._opened.append((topic, receiver))
                 self._try_open(topic, receiver)
-            elif (topic, receiver) in self._wanted:
-                self._wanted.remove((topic, receiver))
+            elif (topic, receiver) in self._opened:
+                self._opened.remove((topic, receiver))
                 feed.close(topic, receiver)
-        for topic, messages in mail.items():
-            for message, told in messages:
-                if self._simulation is not simulation:  # what was delivered before ended it
+        for topic, messages in inbox.items():
+            for message, on_result in messages:
+                if self._simulation is not simulation:  # a message has ended this simulation
                     return
-                told(self._deliver(simulation, topic, message))
+                on_result(self._deliver(simulation, topic, message))
 
-    def work(self) -> bool:
-        """Answer what peers called, between two steps, and say whether they did; while the simulation is
-        paused serve them too."""
+    def answer_calls(self) -> bool:
+        """Answer waiting service calls, between two steps. Returns whether there were any.
+
+        The clock does not call `serve` while the simulation is paused, so this does.
+        """
         simulation = self._simulation
         self._wake_all()
         if simulation is None or not (simulation.paused or self._calls):
@@ -258,18 +287,18 @@ class PeerLink:
             if not future.set_running_or_notify_cancel():
                 continue
             try:
-                # services are offered beside simulations only
+                # a link has services only if it serves a simulation
                 future.set_result(service.answer(cast("Simulation", simulation), request))
             except KbotError as error:
                 future.set_exception(error)
-            except Exception as error:  # noqa: BLE001 - no caller is to end the simulation, whatever it found
+            except Exception as error:  # noqa: BLE001 - a service call must not end the simulation
                 future.set_exception(KbotError(FAULTS.fault(service.name, error)))
         self._wake_all()
         return called > 0
 
-    def _look(self, simulation: Live, feed: Feed) -> None:
+    def _update_topics(self, simulation: Live, feed: Feed) -> None:
         bus = simulation.bus
-        self._seen = bus.changes
+        self._seen_changes = bus.changes
         inputs = bus.inputs
         found = {
             name: Topic(name, kind, name in inputs, bus.is_latched(name))
@@ -286,18 +315,18 @@ class PeerLink:
             self._feed.open(topic, receiver)
 
     def _deliver(self, simulation: Live, topic: str, message: object) -> str:
-        """The reason why it was refused, if it was."""
+        """Publish a peer's message. Returns the reason if it is refused, else an empty text."""
         known = self.topics.get(topic)
         if known is None or not known.is_input:
-            return f"{topic} is not subscribed to any more"
+            return f"KBot does not subscribe to {topic} any more"
         if isinstance(message, TwistStamped) and known.message_type is Twist:
             message = message.twist
         try:
             simulation.bus.publish(topic, message)
         except KbotError as error:
-            self.tell(f"{topic}: a message from outside was refused: {error}")
+            self.report(f"{topic}: refused a message of a peer: {error}")
             return f"{topic}: {error}"
-        except Exception as error:  # a program's callback may raise anything
+        except Exception as error:  # callbacks of a user's program may raise anything
             if self._raises_errors:
                 raise
             return f"{topic}: {FAULTS.fault(f'a message on {topic}', error)}"

@@ -16,12 +16,12 @@ S = TypeVar("S")
 WAIT_SECONDS = 10.0
 
 FAULTS = Complaints(logging.getLogger(__name__))
-"""Where the bridges report what they did not foresee."""
+"""Where the bridges report unforeseen errors."""
 
 
 @cache
 def loop() -> asyncio.AbstractEventLoop:
-    """It runs until the process ends. What is called on it must not wait, for all bridges would."""
+    """The loop, which runs until the process ends. Work on it must not block: all bridges share it."""
     made = asyncio.new_event_loop()
     made.set_exception_handler(FAULTS.loop_fault)
     threading.Thread(target=made.run_forever, daemon=True, name="kbot-bridges").start()
@@ -29,18 +29,17 @@ def loop() -> asyncio.AbstractEventLoop:
 
 
 def later(work: Callable[[], object]) -> None:
-    """Do something on the loop; from any thread."""
+    """Call a function on the loop. May be called on any thread."""
     loop().call_soon_threadsafe(work)
 
 
-def wait_for(work: Coroutine[Any, Any, T]) -> T:  # Any: what a coroutine takes and yields is of no interest
-    """The result of what is run on the loop; from any other thread."""
+def wait_for(work: Coroutine[Any, Any, T]) -> T:  # Any: what the coroutine yields and receives
+    """Run a coroutine on the loop and return its result. Must be called on another thread."""
     return asyncio.run_coroutine_threadsafe(work, loop()).result(WAIT_SECONDS)
 
 
 class Batch(Generic[S]):
-    """Collects what is said at one moment, and hands it on together: systems and libraries take many small
-    things at once for little more than one."""
+    """Collects items and sends them together, because one call with many small items is much faster."""
 
     def __init__(self, send: Callable[[list[S]], None]) -> None:
         self._send = send

@@ -1,4 +1,4 @@
-"""Services that peers can call: name, type, and the function that answers on the simulation's thread."""
+"""A service that peers can call: its name, its type, and the function that answers it."""
 
 from __future__ import annotations
 
@@ -18,8 +18,10 @@ Answer = Callable[["Simulation", Any], Any]  # Any: each service has its own typ
 
 @dataclass(frozen=True, slots=True)
 class Service:
-    """`answer` is given the simulation between two steps, and the request; it returns the response, or
-    raises KbotError where the type has no other way to say no."""
+    """`answer` gets the simulation and the request, between two steps, and returns the response.
+
+    If the response type has no field for a failure, it raises KbotError instead.
+    """
 
     name: str
     type: ServiceType
@@ -27,7 +29,7 @@ class Service:
 
 
 def require_service(services: Mapping[str, Service], name: str) -> Service:
-    """Raises KbotError: there is none of this name; the nearest names are said."""
+    """The service of this name. Raises KbotError: there is none. The error suggests similar names."""
     if name not in services:
         hint = did_you_mean(name, services)
         raise KbotError(f"there is no service {name}" + (f": {hint}" if hint else ""))

@@ -66,7 +66,7 @@ class Node:
         kind = transport or wanted_transport(os.environ)
         self._transport = open_transport(kind, self._link, self._arguments)
         feed = Feed(self._wall.bus, lambda: self._clock.nanoseconds)
-        self._link.attach(self._wall, feed, gathers=False)
+        self._link.attach(self._wall, feed, batches=False)
         self._has_time = not self._transport.uses_sim_time
         if self._transport.uses_sim_time:
             self._wall.bus.subscribe("/clock", ClockMessage, self._on_clock)

@@ -68,7 +68,7 @@ class LocalTransport:
                         self._requests.advertise(topic.name, topic.type_name)
                     self._link.open(topic.name, self._publish)
             except KbotError as error:
-                self._link.tell(str(error))
+                self._link.report(str(error))
 
     def _require(self, topic: Topic) -> None:
         with self._lock:

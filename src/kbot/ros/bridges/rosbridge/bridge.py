@@ -18,7 +18,7 @@ from kbot.record.feed import Packet
 from kbot.ros.bridges.link import PeerLink, Topic
 from kbot.ros.bridges.loop import later
 from kbot.ros.bridges.websocket.server import Wire
-from kbot.ros.bridges.websocket.topic_server import MOST_SUBSCRIPTIONS, JsonTalk, Request, TopicServer
+from kbot.ros.bridges.websocket.topic_server import MOST_SUBSCRIPTIONS, JsonSession, Request, TopicServer
 from kbot.text import KbotError
 from kbot.text.json_text import parse_json
 from kbot.text.suggest import did_you_mean
@@ -29,17 +29,17 @@ Values = dict[str, Any]  # Any: JSON
 
 
 def call_rosapi(link: PeerLink, service: str, arguments: Values) -> Values:
-    """The answer of one service; parameters' values are JSON, as rosapi has them.
+    """Call a service of rosapi and return its response.
 
     Raises:
         KbotError: there is no such service, topic or parameter.
     """
     answer = SERVICES.get(service.removeprefix("/rosapi/")) if service.startswith("/rosapi/") else None
     if answer is None:
-        hint = did_you_mean(service, [*link.services, *_OWN])
+        hint = did_you_mean(service, [*link.services, *_ROSAPI])
         raise KbotError(f"there is no service {service}" + (f": {hint}" if hint else ""))
     if not isinstance(arguments, dict):
-        raise KbotError(f"{service} takes its arguments by name")
+        raise KbotError(f"the arguments of {service} must be a JSON object")
     return answer(link, arguments)
 
 
@@ -83,7 +83,7 @@ def _get_param(link: PeerLink, arguments: Values) -> Values:
 
 
 def _set_param(link: PeerLink, arguments: Values) -> Values:
-    """The value is JSON, as rosapi has it."""
+    """As in rosapi, the value is a text that contains JSON."""
     name = str(arguments.get("name", ""))
     try:
         value = parse_json(str(arguments.get("value")))
@@ -136,7 +136,7 @@ SERVICES: dict[str, Callable[[PeerLink, Values], Values]] = {
     "publishers": _publishers,
     "subscribers": _subscribers,
     "nodes": lambda link, arguments: {"nodes": [NODE]},
-    "services": lambda link, arguments: {"services": [*link.services, *_OWN]},
+    "services": lambda link, arguments: {"services": [*link.services, *_ROSAPI]},
     "services_for_type": _services_for_type,
     "service_type": _service_type,
     "service_node": _service_node,
@@ -148,14 +148,14 @@ SERVICES: dict[str, Callable[[PeerLink, Values], Values]] = {
     "get_param_names": lambda link, arguments: {"names": list(link.parameters)},
     "get_time": _get_time,
 }
-_OWN: list[str] = [f"/rosapi/{name}" for name in SERVICES]
+_ROSAPI: list[str] = [f"/rosapi/{name}" for name in SERVICES]
 
 
 PORT = 9090
 
 
 class RosbridgeBridge(TopicServer):
-    """Topics out with throttling, inputs in, services, and rosapi's questions about them all."""
+    """A server with topics, services, and the services of rosapi about them."""
 
     def __init__(
         self,
@@ -166,22 +166,24 @@ class RosbridgeBridge(TopicServer):
         token: str = "",
         exact: bool = False,
     ) -> None:
-        """`token` is the path that clients have to know; `exact` sends also numbers that JSON lacks.
+        """Start the server.
+
+        `token` is the path that clients must use. With `exact`, NaN and infinity, which JSON lacks, are sent
+        as Python's `json` writes them; otherwise they are null.
 
         Raises:
-            KbotError: no port is free, or the address is not this machine's.
+            KbotError: no port is free, or the address is not one of this machine.
         """
         self.exact = exact
-        super().__init__("rosbridge", link, host, port, lambda wire: _Talk(self, wire), token=token)
+        super().__init__("rosbridge", link, host, port, lambda wire: _Session(self, wire), token=token)
 
     def describe(self) -> str:
-        """Where it is to be found, in one sentence."""
+        """Where clients connect, in one sentence."""
         return f"rosbridge: {self.address}"
 
 
 class _Subscription:
-    """One client's wish for a topic. `throttle` is the least time between two messages, in nanoseconds
-    of the simulation."""
+    """One client's subscription. `throttle` is the shortest interval of messages, in ns of simulated time."""
 
     def __init__(self, wire: Wire, topic: str, is_ros1: bool, throttle: int, exact: bool) -> None:
         self._wire, self.topic, self._throttle = wire, topic, throttle
@@ -197,18 +199,19 @@ class _Subscription:
         self._wire.add(self._head + packet.json(ros1=self._is_ros1, exact=self._exact) + "}")
 
 
-class _Talk(JsonTalk):
+class _Session(JsonSession):
     def __init__(self, bridge: RosbridgeBridge, wire: Wire) -> None:
         self._bridge, self._wire = bridge, wire
         self._subscriptions: dict[tuple[str, str], _Subscription] = {}
         self._types: dict[str, type] = {}
-        self._tells_all = False
+        self._confirms = False
+        """Whether the client asked for a status also when a message was accepted."""
 
     def close(self) -> None:
         for subscription in self._subscriptions.values():
-            self._bridge.link.fan_out.leave(subscription.topic, subscription.send)
+            self._bridge.link.fan_out.unsubscribe(subscription.topic, subscription.send)
 
-    def fault(self, text: str) -> None:
+    def send_error(self, text: str) -> None:
         self._wire.put(json.dumps({"op": "status", "level": "error", "msg": text}))
 
     def _subscribe(self, request: Request) -> None:
@@ -222,13 +225,13 @@ class _Talk(JsonTalk):
         if key in self._subscriptions:
             self._end(key)
         if len(self._subscriptions) >= MOST_SUBSCRIPTIONS:
-            raise KbotError("that is more than enough subscriptions")
+            raise KbotError(f"a client may have at most {MOST_SUBSCRIPTIONS} subscriptions")
         throttle = round(float(request.get("throttle_rate") or 0) * 1e6)
         subscription = _Subscription(
             self._wire, topic.name, "/msg/" not in wanted, throttle, self._bridge.exact
         )
         self._subscriptions[key] = subscription
-        self._bridge.link.fan_out.want(topic.name, subscription.send, self._wire.send, late=True)
+        self._bridge.link.fan_out.subscribe(topic.name, subscription.send, self._wire.send, slow=True)
 
     def _unsubscribe(self, request: Request) -> None:
         name, number = str(request["topic"]), request.get("id")
@@ -237,7 +240,7 @@ class _Talk(JsonTalk):
 
     def _end(self, key: tuple[str, str]) -> None:
         subscription = self._subscriptions.pop(key)
-        self._bridge.link.fan_out.leave(subscription.topic, subscription.send)
+        self._bridge.link.fan_out.unsubscribe(subscription.topic, subscription.send)
 
     def _advertise(self, request: Request) -> None:
         topic = self._input(str(request["topic"]))
@@ -257,42 +260,40 @@ class _Talk(JsonTalk):
             self._bridge.link.send(topic.name, message)
             return
 
-        def tell(refusal: str) -> None:
-            if refusal or self._tells_all:
-                level, text = ("error", refusal) if refusal else ("info", "taken")
+        def send_status(refusal: str) -> None:
+            if refusal or self._confirms:
+                level, text = ("error", refusal) if refusal else ("info", "accepted")
                 status = json.dumps({"op": "status", "level": level, "msg": text, "id": number})
                 later(lambda: self._wire.put(status))
 
-        self._bridge.link.send(topic.name, message, tell)
+        self._bridge.link.send(topic.name, message, send_status)
 
     def _set_level(self, request: Request) -> None:
-        self._tells_all = request["level"] == "info"
+        self._confirms = request["level"] == "info"
 
     def _call_service(self, request: Request) -> None:
         service, number = str(request["service"]), request.get("id")
-        name, arguments = (
-            f"/{service.lstrip('/')}",
-            request.get("args") or {},
-        )  # roslibjs leaves the slash out
+        name = f"/{service.lstrip('/')}"  # roslibjs leaves out the slash
+        arguments = request.get("args") or {}
         link = self._bridge.link
 
-        def answer(values: Values, works: bool) -> None:
-            said = {"op": "service_response", "service": service, "values": values, "result": works}
-            self._wire.put(json.dumps(said if number is None else {**said, "id": number}))
+        def respond(values: Values, succeeded: bool) -> None:
+            response = {"op": "service_response", "service": service, "values": values, "result": succeeded}
+            self._wire.put(json.dumps(response if number is None else {**response, "id": number}))
 
-        def tell(done: Future[Any]) -> None:
+        def on_done(done: Future[Any]) -> None:
             error = done.exception()
             plain = {"message": str(error)} if error else to_plain(done.result(), ros1=not self._bridge.exact)
-            later(lambda: answer(plain, error is None))
+            later(lambda: respond(plain, error is None))
 
         try:
             if name in link.services:
-                asked = from_plain(arguments, link.services[name].type.request)
-                link.call(name, asked).add_done_callback(tell)
+                call = from_plain(arguments, link.services[name].type.request)
+                link.call(name, call).add_done_callback(on_done)
             else:
-                answer(call_rosapi(link, name, arguments), True)
+                respond(call_rosapi(link, name, arguments), True)
         except KbotError as error:
-            answer({"message": str(error)}, False)
+            respond({"message": str(error)}, False)
 
     def _known(self, name: str) -> Topic:
         topics = self._bridge.link.topics
@@ -307,7 +308,7 @@ class _Talk(JsonTalk):
             raise KbotError(f"KBot publishes {name} and does not subscribe to it")
         return topic
 
-    operations = {  # noqa: RUF012 - never changed
+    operations = {  # noqa: RUF012 - a constant
         "subscribe": _subscribe,
         "unsubscribe": _unsubscribe,
         "advertise": _advertise,

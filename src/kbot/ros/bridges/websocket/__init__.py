@@ -1,1 +1,1 @@
-"""What the bridges over WebSocket share: Foxglove and rosbridge."""
+"""Shared by the Foxglove and rosbridge bridges: a WebSocket server, and clients of it."""

@@ -1,4 +1,4 @@
-"""What the Foxglove and rosbridge servers share: topics of the link, and JSON conversations with clients."""
+"""Shared by the Foxglove and rosbridge servers: a server of a link's topics, and JSON messages of clients."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from kbot.ros.bridges.link import PeerLink
-from kbot.ros.bridges.websocket.server import Data, Talk, WebSocketBridge, Wire
+from kbot.ros.bridges.websocket.server import ClientSession, Data, WebSocketBridge, Wire
 from kbot.text import KbotError
 from kbot.text.json_text import parse_json
 
 LOOPBACK = "127.0.0.1"
 MOST_SUBSCRIPTIONS = 1000
-"""Of one client."""
+"""Subscriptions of one client."""
 
 Request = dict[str, Any]  # Any: JSON
 
 
 class TopicServer:
-    """Serves a link to clients, each by a talk of its own."""
+    """Serves a link to clients, with a session for each."""
 
     def __init__(
         self,
@@ -26,20 +26,26 @@ class TopicServer:
         link: PeerLink,
         host: str | None,
         port: int,
-        make_talk: Callable[[Wire], Talk],
+        make_session: Callable[[Wire], ClientSession],
         *,
         subprotocols: Sequence[str] = (),
         origins: Sequence[str] = (),
         token: str = "",
     ) -> None:
-        """As for `WebSocketBridge`.
+        """Start the server; see `WebSocketBridge`.
 
         Raises:
             KbotError: no port is free, or the address is not this machine's.
         """
         self.link = link
         self._server = WebSocketBridge(
-            name, host or LOOPBACK, port, make_talk, subprotocols=subprotocols, origins=origins, token=token
+            name,
+            host or LOOPBACK,
+            port,
+            make_session,
+            subprotocols=subprotocols,
+            origins=origins,
+            token=token,
         )
 
     @property
@@ -47,28 +53,28 @@ class TopicServer:
         return self._server.address
 
     def close(self) -> None:
-        """Take leave of all clients."""
+        """Disconnect all clients."""
         self._server.close()
 
 
-class JsonTalk:
-    """One client's conversation of JSON objects, each with an `op` that says what is wanted."""
+class JsonSession:
+    """A client whose messages are JSON objects. The field `op` selects the operation."""
 
     operations: Mapping[str, Callable[[Any, Request], None]] = {}
-    """The methods by the names of what they do."""
+    """The method for each `op`."""
 
-    def hear(self, data: Data) -> None:
-        """Raises KbotError: it is not of the protocol, or cannot be done."""
+    def receive(self, data: Data) -> None:
+        """Process a message. Raises KbotError: it is not one of the protocol, or it fails."""
         try:
             request = parse_json(data)
         except ValueError:
-            raise KbotError("that is no JSON") from None
+            raise KbotError("the message is not JSON") from None
         if not isinstance(request, dict):
-            raise KbotError("a request is an object with an 'op'")
+            raise KbotError("the message must be a JSON object with an 'op'")
         name = request.get("op")
         operation = self.operations.get(name) if isinstance(name, str) else None
         if operation is None:
-            raise KbotError(f"there is no operation {str(name)[:50]!r} here")
+            raise KbotError(f"there is no operation {str(name)[:50]!r}")
         try:
             operation(self, request)
         except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
