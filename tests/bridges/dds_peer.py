@@ -1,6 +1,6 @@
-"""A peer on DDS in a process of its own: types written by hand, encoded by the DDS library itself.
+"""A DDS peer in its own process. It declares its own types, and the DDS library encodes them.
 
-Drives until odometry says that the robot moves, and prints what it heard as JSON.
+It drives until the odometry shows that the robot moves, and prints what it received as JSON.
 """
 
 import json

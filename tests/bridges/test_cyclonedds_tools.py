@@ -1,4 +1,4 @@
-"""The tools that Cyclone DDS ships know nothing of us: they find our topics, their types and messages."""
+"""The command-line tools of Cyclone DDS find KBot's topics, types and messages."""
 
 import os
 import subprocess
@@ -19,13 +19,13 @@ TOOL = Path(sys.executable).with_name("cyclonedds")
 
 @pytest.fixture
 def bridge(running: Running, monkeypatch: pytest.MonkeyPatch) -> Iterator[Ros2Bridge]:
-    """Each test process has a domain of its own."""
+    """Each test process has its own domain."""
     monkeypatch.setenv("ROS_DOMAIN_ID", str(100 + os.getpid() % 100))
-    found = Ros2Bridge(running.link)
+    bridge = Ros2Bridge(running.link)
     try:
-        yield found
+        yield bridge
     finally:
-        found.close()
+        bridge.close()
 
 
 def start(bridge: Ros2Bridge, verb: str, *words: str) -> "subprocess.Popen[str]":
@@ -36,8 +36,8 @@ def start(bridge: Ros2Bridge, verb: str, *words: str) -> "subprocess.Popen[str]"
     )
 
 
-def said(bridge: Ros2Bridge, verb: str, *words: str, holds: str) -> str:
-    """What it prints, asked again while discovery has not told it all."""
+def output_of(bridge: Ros2Bridge, verb: str, *words: str, holds: str) -> str:
+    """What the tool prints. It is run again until discovery has found `holds`."""
     for _ in range(10):
         with start(bridge, verb, *words) as tool:
             text, _ = tool.communicate(timeout=60)
@@ -46,8 +46,8 @@ def said(bridge: Ros2Bridge, verb: str, *words: str, holds: str) -> str:
     raise AssertionError(text)
 
 
-def test_ls_finds_topics_with_the_types_of_ros(bridge: Ros2Bridge) -> None:
-    text = said(bridge, "ls", holds="rt/cmd_vel")
+def test_ls_finds_topics_with_ros_types(bridge: Ros2Bridge) -> None:
+    text = output_of(bridge, "ls", holds="rt/cmd_vel")
     for name, kind in (
         ("rt/odom", "nav_msgs::msg::dds_::Odometry_"),
         ("rt/tf", "tf2_msgs::msg::dds_::TFMessage_"),
@@ -58,24 +58,24 @@ def test_ls_finds_topics_with_the_types_of_ros(bridge: Ros2Bridge) -> None:
         assert kind in text
 
 
-def test_typeof_gives_the_fields_of_a_type(bridge: Ros2Bridge) -> None:
-    text = said(bridge, "typeof", "rt/odom", holds="struct Odometry_")
+def test_typeof_prints_the_fields_of_a_type(bridge: Ros2Bridge) -> None:
+    text = output_of(bridge, "typeof", "rt/odom", holds="struct Odometry_")
     assert "string child_frame_id;" in text
     assert "double covariance[36];" in text
 
 
-def test_subscribe_reads_messages_by_the_type_it_found(bridge: Ros2Bridge) -> None:
-    said(bridge, "ls", holds="rt/joint_states")
+def test_subscribe_decodes_messages(bridge: Ros2Bridge) -> None:
+    output_of(bridge, "ls", holds="rt/joint_states")
     with start(bridge, "subscribe", "rt/joint_states") as tool:
         assert tool.stdout is not None
-        heard = []
+        lines = []
         for line in tool.stdout:
-            heard.append(line.strip())
+            lines.append(line.strip())
             if line.startswith(")"):
                 break
         tool.terminate()
         tool.communicate(timeout=60)
-    text = " ".join(heard)
+    text = " ".join(lines)
     assert "JointState_(" in text
     assert "'left_wheel_joint'" in text
     assert "'right_wheel_joint'" in text

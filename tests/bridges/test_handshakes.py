@@ -1,4 +1,4 @@
-"""Bytes that are not a WebSocket handshake: a quiet refusal, and the server goes on."""
+"""Bytes that are not a WebSocket handshake are refused, and the server continues."""
 
 import socket
 from collections.abc import Iterator
@@ -53,7 +53,9 @@ def address(request: pytest.FixtureRequest) -> Iterator[str]:
 
 
 @pytest.mark.parametrize("garbage", GARBAGE)
-def test_garbage_is_refused_quietly(address: str, garbage: str, caplog: pytest.LogCaptureFixture) -> None:
+def test_an_invalid_handshake_is_refused_without_a_traceback(
+    address: str, garbage: str, caplog: pytest.LogCaptureFixture
+) -> None:
     port = int(address.removesuffix("/ws").rpartition(":")[2])
     with socket.create_connection(("127.0.0.1", port), 60) as connection:
         connection.sendall(GARBAGE[garbage].replace("{port}", str(port)).encode("latin-1"))
@@ -67,6 +69,6 @@ def test_garbage_is_refused_quietly(address: str, garbage: str, caplog: pytest.L
     assert not answer or answer.split()[1][:1] == b"4", answer
     with connect(address, subprotocols=[SUBPROTOCOLS[0]]) as good:
         assert good.protocol.state.name == "OPEN"
-    # a refusal by the page's server is a log line, bounded in number; nothing has a traceback
+    # the page's server logs one line per refusal; nothing is logged with a traceback
     assert all(record.getMessage().startswith("refused /") for record in caplog.records)
     assert not any(record.exc_info for record in caplog.records)

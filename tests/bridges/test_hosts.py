@@ -1,4 +1,4 @@
-"""Which hosts are this machine's."""
+"""Which host names and addresses belong to this machine."""
 
 import socket
 
@@ -37,11 +37,11 @@ from kbot.ros.bridges.ros1.allowed_nodes import AllowedNodes
         ("127.0.0.1/", (None, None)),
     ],
 )
-def test_a_host_is_split_or_malformed(text: str, parts: tuple[str | None, int | None]) -> None:
+def test_host_and_port(text: str, parts: tuple[str | None, int | None]) -> None:
     assert host_and_port(text) == parts
 
 
-def test_the_host_of_a_uri() -> None:
+def test_host_and_port_of_uri() -> None:
     assert host_and_port_of_uri("http://Robot:4711/RPC2?a#b") == ("robot", 4711)
     assert host_and_port_of_uri("http://[::1]:4711") == ("::1", 4711)
     for uri in (
@@ -56,12 +56,12 @@ def test_the_host_of_a_uri() -> None:
 
 
 def own_address() -> str:
-    """An address of this machine: the one that it would send from. Connecting UDP sends nothing."""
+    """An address of this machine: its source address. Connecting a UDP socket sends nothing."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.connect(("192.0.2.1", 9))
         except OSError:
-            return "127.0.0.2"  # it has no network
+            return "127.0.0.2"  # the machine has no network
         return str(probe.getsockname()[0])
 
 
@@ -87,16 +87,17 @@ def test_names_and_addresses_of_this_machine(monkeypatch: pytest.MonkeyPatch) ->
         assert not is_this_machine(other), other
     asked.clear()
     assert not is_this_machine("evil.example")
-    assert asked == []  # the owner of a name decides what it resolves to, and resolving it can take seconds
+    # a foreign name is not resolved: its owner decides on the address, and it can take seconds
+    assert asked == []
 
 
-def test_the_name_served_at_has_no_case() -> None:
+def test_the_served_name_is_case_insensitive() -> None:
     assert is_served_at("Ros.Lan", "ros.lan")
     assert is_served_at("ros.lan", "Ros.Lan")
     assert is_loopback("Localhost")
 
 
-def test_a_request_has_one_host_of_this_machine() -> None:
+def test_a_request_needs_exactly_one_host_of_this_machine() -> None:
     assert accepts_host(only_host(["127.0.0.1:1"]), "127.0.0.1")
     assert accepts_host(only_host(["robot.lan:1"]), "Robot.lan")  # the name that the server was started with
     for headers in ([], ["evil.example"], ["127.0.0.1", "127.0.0.1"], [""], ["127.0.0.1.evil.example:1"]):

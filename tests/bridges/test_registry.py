@@ -1,4 +1,4 @@
-"""Which bridges `--bridges auto` opens, by who is there."""
+"""Which bridges `--bridges auto` opens."""
 
 import socket
 
@@ -11,8 +11,8 @@ from kbot.ros.bridges.ros1.master import Master
 
 
 @pytest.fixture(autouse=True)
-def nobody(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A machine on which no peer runs."""
+def no_peers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No peer runs on this machine."""
     for name in ("ROS_VERSION", "ROS_DOMAIN_ID", "RMW_IMPLEMENTATION", "ZENOH_CONNECT"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("PATH", "")
@@ -22,13 +22,13 @@ def nobody(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(zenoh, "ROUTER_PORT", port)
 
 
-def test_nobody_is_there() -> None:
+def test_without_peers_only_the_servers_open() -> None:
     found, missing = bridges_with_peers()
     assert found == ("foxglove", "rosbridge")
     assert [why.partition(":")[0] for why in missing] == ["ros1", "ros2", "zenoh"]
 
 
-def test_a_master_a_ros_2_and_a_router(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_all_bridges_open_if_all_peers_run(monkeypatch: pytest.MonkeyPatch) -> None:
     master = Master("127.0.0.1", 0, AllowedNodes("127.0.0.1", print))
     monkeypatch.setenv("ROS_MASTER_URI", master.uri)
     monkeypatch.setenv("ROS_DOMAIN_ID", "5")
@@ -40,7 +40,7 @@ def test_a_master_a_ros_2_and_a_router(monkeypatch: pytest.MonkeyPatch) -> None:
             master.close()
 
 
-def test_a_ros_2_that_speaks_zenoh(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_dds_is_not_used_if_ros_2_uses_zenoh(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", "5")
     monkeypatch.setenv("RMW_IMPLEMENTATION", "rmw_zenoh_cpp")
     assert "ros2" not in bridges_with_peers()[0]

@@ -1,4 +1,4 @@
-"""Who can use the master and the node of ROS 1, and which nodes they contact."""
+"""Which requests KBot's ROS 1 master and node accept, and which nodes they contact."""
 
 import http.client
 import socket
@@ -17,13 +17,13 @@ from kbot.ros.bridges.ros1.allowed_nodes import AllowedNodes
 from kbot.ros.bridges.ros1.bridge import Ros1Bridge
 from kbot.ros.bridges.ros1.master import Master
 from kbot.ros.bridges.ros1.rpc import DEEPEST, LARGEST_BODY, RpcFailed, RpcServer, call, read_answer
-from kbot.ros.bridges.ros1.subscriber import Incoming
+from kbot.ros.bridges.ros1.subscriber import SubscribedTopic
 
 from .conftest import Running, wait_until
 
 ME = "/tester"
 ELSEWHERE = "192.0.2.7"
-"""An address for documentation, which no machine has."""
+"""An address that is reserved for documentation, so no machine has it."""
 SET = xmlrpc.client.dumps(("/page", "/robot_description", "<stolen/>"), "setParam").encode()
 GOOD = {"Host": "127.0.0.1:1", "Content-Type": "text/xml", "Content-Length": str(len(SET))}
 
@@ -37,13 +37,13 @@ def notes() -> list[str]:
 @pytest.fixture
 def master(notes: list[str], monkeypatch: pytest.MonkeyPatch) -> Iterator[Master]:
     """A master with a description to protect."""
-    monkeypatch.setattr("kbot.ros.bridges.ros1.rpc.LOOK_SECONDS", 0.01)  # it ends at once
-    found = Master("127.0.0.1", 0, AllowedNodes("127.0.0.1", notes.append))
-    call(found.uri, "setParam", ME, "/robot_description", "<robot/>")
+    monkeypatch.setattr("kbot.ros.bridges.ros1.rpc.POLL_SECONDS", 0.01)  # so that `close` is fast
+    master = Master("127.0.0.1", 0, AllowedNodes("127.0.0.1", notes.append))
+    call(master.uri, "setParam", ME, "/robot_description", "<robot/>")
     try:
-        yield found
+        yield master
     finally:
-        found.close()
+        master.close()
 
 
 def port_of(uri: str) -> int:
@@ -76,15 +76,15 @@ def changed(**headers: str | None) -> list[tuple[str, str]]:
 
 
 REFUSED = {
-    "the request of the issue": (changed(content_type="text/plain", origin="http://127.0.0.1:1"), 403),
+    "a form of a web page": (changed(content_type="text/plain", origin="http://127.0.0.1:1"), 403),
     "a page with DNS rebinding": (changed(host="evil.example:1", origin="http://evil.example:1"), 403),
-    "a page without an origin of its own": (changed(origin="null"), 403),
+    "a page with an opaque origin": (changed(origin="null"), 403),
     "an empty origin": (changed(origin=""), 403),
     "a page of this machine": (changed(origin="http://127.0.0.1:1"), 403),
     "a foreign host": (changed(host="evil.example"), 403),
     "a foreign address": (changed(host=ELSEWHERE), 403),
-    "no machine's address": (changed(host="0.0.0.0:1"), 403),
-    "a host that begins like ours": (changed(host="127.0.0.1.evil.example:1"), 403),
+    "the unspecified address": (changed(host="0.0.0.0:1"), 403),
+    "a host that begins like loopback": (changed(host="127.0.0.1.evil.example:1"), 403),
     "a host with a user": (changed(host="evil.example@127.0.0.1"), 403),
     "no host": (changed(host=None), 403),
     "two hosts": ([*changed(), ("Host", "evil.example")], 403),
@@ -113,9 +113,12 @@ def test_a_foreign_request_is_refused_and_has_no_effect(master: Master, name: st
 
 @pytest.mark.parametrize("method", ["GET", "HEAD", "OPTIONS", "PUT", "DELETE", "BREW"])
 def test_only_post_is_answered(master: Master, method: str) -> None:
-    asks = [("Access-Control-Request-Method", "POST"), ("Access-Control-Request-Headers", "content-type")]
+    preflight = [
+        ("Access-Control-Request-Method", "POST"),
+        ("Access-Control-Request-Headers", "content-type"),
+    ]
     status, headers, _ = request(
-        port_of(master.uri), [*changed(origin="http://evil.example"), *asks], method=method
+        port_of(master.uri), [*changed(origin="http://evil.example"), *preflight], method=method
     )
     assert status == 501
     assert "Access-Control" not in headers
@@ -150,7 +153,7 @@ def test_a_body_that_is_not_a_call_is_refused(master: Master, name: str) -> None
     assert call(master.uri, "getParam", ME, "/robot_description") == "<robot/>"
 
 
-def test_a_client_that_sends_much_reads_why_it_is_refused(master: Master) -> None:
+def test_a_client_with_a_large_body_receives_the_refusal(master: Master) -> None:
     body = b" " * (4 << 20) + SET
     headers = changed(content_type="text/plain", content_length=str(len(body)))
     assert request(port_of(master.uri), headers, body)[0] == 415
@@ -166,11 +169,11 @@ def test_xml_is_accepted(master: Master, kind: str, path: str) -> None:
 @pytest.mark.parametrize(
     "host", ["localhost", "LOCALHOST:9", "127.0.0.1", "[::1]:11311", socket.gethostname()]
 )
-def test_the_hosts_that_ros_clients_send_are_accepted(master: Master, host: str) -> None:
+def test_the_host_headers_of_ros_clients_are_accepted(master: Master, host: str) -> None:
     assert request(port_of(master.uri), changed(host=host))[0] == 200
 
 
-# what is contacted
+# nodes that may register
 
 REGISTRATIONS: dict[str, tuple[Any, ...]] = {
     "registerPublisher": ("/cmd_vel", "geometry_msgs/Twist"),
@@ -191,7 +194,9 @@ def register(uri: str, method: str, node: str) -> object:
 @pytest.mark.parametrize(
     "node", [f"http://{ELSEWHERE}:1/", "http://evil.example:1/", "http://a@127.0.0.1:1/", ""]
 )
-def test_a_node_elsewhere_cannot_register(master: Master, notes: list[str], method: str, node: str) -> None:
+def test_a_node_on_another_machine_cannot_register(
+    master: Master, notes: list[str], method: str, node: str
+) -> None:
     for _ in range(2):
         with pytest.raises(RpcFailed, match="--bridge-host"):
             register(master.uri, method, node)
@@ -205,13 +210,15 @@ def test_a_node_elsewhere_cannot_register(master: Master, notes: list[str], meth
 
 @pytest.mark.parametrize("method", REGISTRATIONS)
 @pytest.mark.parametrize("host", ["127.0.0.1", "localhost", socket.gethostname()])
-def test_a_node_of_this_machine_registers(master: Master, notes: list[str], method: str, host: str) -> None:
+def test_a_node_on_this_machine_can_register(
+    master: Master, notes: list[str], method: str, host: str
+) -> None:
     register(master.uri, method, f"http://{host}:1/")
     assert call(master.uri, "lookupNode", ME, "/other") == f"http://{host}:1/"
     assert notes == []
 
 
-def test_with_bridge_host_a_node_elsewhere_registers(notes: list[str]) -> None:
+def test_a_node_on_another_machine_can_register_with_bridge_host(notes: list[str]) -> None:
     master = Master("127.0.0.1", 0, AllowedNodes("127.0.0.1", notes.append, other_machines=True))
     try:
         register(master.uri, "registerPublisher", f"http://{ELSEWHERE}:1/")
@@ -221,29 +228,29 @@ def test_with_bridge_host_a_node_elsewhere_registers(notes: list[str]) -> None:
     assert notes == []
 
 
-def test_a_publisher_elsewhere_is_not_contacted(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_publisher_on_another_machine_is_not_contacted(monkeypatch: pytest.MonkeyPatch) -> None:
     notes, contacted = list[str](), list[str]()
 
     def contact(uri: str, *_: object) -> object:
         contacted.append(uri)
-        raise RpcFailed("it is not there")
+        raise RpcFailed("no answer")
 
     monkeypatch.setattr(subscriber, "call", contact)
     link = PeerLink(notes.append)
     topic = Topic("/cmd_vel", Twist, is_input=True, is_latched=False)
-    incoming = Incoming(link, topic, "/kbot", AllowedNodes("127.0.0.1", link.tell))
-    strangers = [f"http://{ELSEWHERE}:{port}/" for port in range(subscriber.MOST_PUBLISHERS)]
+    incoming = SubscribedTopic(link, topic, "/kbot", AllowedNodes("127.0.0.1", link.report))
+    foreign = [f"http://{ELSEWHERE}:{port}/" for port in range(subscriber.MOST_PUBLISHERS)]
     own = "http://127.0.0.1:1/"
-    incoming.update([*strangers, own])
+    incoming.update([*foreign, own])
     wait_until(lambda: contacted)
-    assert incoming.peers == [own]  # however many strangers are before it
+    assert incoming.peers == [own]  # refused publishers do not count for the limit
     incoming.close()
     assert set(contacted) == {own}
     assert [text.count("--bridge-host") for text in notes] == [1]
 
 
-def test_a_publisher_here_cannot_send_kbot_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The address of a publisher's messages is checked too, not only the one of its node."""
+def test_a_publisher_cannot_redirect_kbot_to_another_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not only the node's address is checked, but also the address that it returns for a topic."""
     notes, connections = list[str](), list[str]()
     connect = socket.create_connection
 
@@ -253,7 +260,7 @@ def test_a_publisher_here_cannot_send_kbot_elsewhere(monkeypatch: pytest.MonkeyP
 
     link = PeerLink(notes.append)
     topic = Topic("/cmd_vel", Twist, is_input=True, is_latched=False)
-    incoming = Incoming(link, topic, "/kbot", AllowedNodes("127.0.0.1", link.tell))
+    incoming = SubscribedTopic(link, topic, "/kbot", AllowedNodes("127.0.0.1", link.report))
     node = RpcServer("127.0.0.1", 0, {"requestTopic": lambda *_: (1, "", ["TCPROS", ELSEWHERE, 22])})
     monkeypatch.setattr(socket, "create_connection", recorded)
     try:
@@ -265,8 +272,10 @@ def test_a_publisher_here_cannot_send_kbot_elsewhere(monkeypatch: pytest.MonkeyP
     assert set(connections) == {"127.0.0.1"}
 
 
-def test_the_publisher_of_the_issue(running: Running, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A master names a publisher elsewhere. ROS_IP does not replace --bridge-host."""
+def test_a_foreign_publisher_of_the_master_is_not_contacted(
+    running: Running, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """ROS_IP does not replace --bridge-host."""
     monkeypatch.setenv("ROS_IP", "127.0.0.1")
     open_master = Master("127.0.0.1", 0, AllowedNodes("127.0.0.1", print, other_machines=True))
     register(open_master.uri, "registerPublisher", f"http://{ELSEWHERE}:1/")
@@ -275,7 +284,7 @@ def test_the_publisher_of_the_issue(running: Running, monkeypatch: pytest.Monkey
     bridge = Ros1Bridge(running.link, master=open_master.uri)
     try:
         wait_until(lambda: any("--bridge-host" in text for text in running.reported))
-        # a node's API takes no update from a page either
+        # the node's API refuses updates from web pages, too
         body = xmlrpc.client.dumps(("/m", "/cmd_vel", ["http://127.0.0.1:1/"]), "publisherUpdate").encode()
         headers = changed(host="evil.example", origin="http://evil.example", content_length=str(len(body)))
         assert request(port_of(bridge.uri), headers, body)[0] == 403
@@ -285,7 +294,7 @@ def test_the_publisher_of_the_issue(running: Running, monkeypatch: pytest.Monkey
     assert contacted == []
 
 
-def test_a_page_cannot_speak_tcpros(running: Running) -> None:
+def test_a_web_page_cannot_use_tcpros(running: Running) -> None:
     with socket.create_server(("127.0.0.1", 0)) as free:
         port = free.getsockname()[1]
     bridge = Ros1Bridge(running.link, master=f"http://127.0.0.1:{port}/")
@@ -299,7 +308,7 @@ def test_a_page_cannot_speak_tcpros(running: Running) -> None:
         bridge.close()
 
 
-# what other nodes answer
+# answers of other nodes
 
 
 @contextmanager
@@ -326,11 +335,11 @@ ODD = {
     "garbage": b"garbage",
     "a struct with a name alone": b"<struct><member><name>a</name></member></struct>",
     "an end without a value": b"<nil/>",
-    "a number that is none": b"<int>x</int>",
+    "an invalid number": b"<int>x</int>",
     "a number of 5000 digits": b"<int>" + b"9" * 5000 + b"</int>",
-    "a decimal that is none": b"<bigdecimal>x</bigdecimal>",
-    "a fault that is none": b"</value></param></params><fault>1</fault><params><param><value>1",
-    "base64 that is none": b"<base64>\xc3\xa4</base64>",
+    "an invalid decimal": b"<bigdecimal>x</bigdecimal>",
+    "an invalid fault": b"</value></param></params><fault>1</fault><params><param><value>1",
+    "invalid base64": b"<base64>\xc3\xa4</base64>",
     "an unknown type": b"<robot/>",
     "too deep": b"<array><data><value>" * DEEP + b"1" + b"</value></data></array>" * DEEP,
 }
@@ -347,14 +356,14 @@ def test_an_answer_that_is_not_xml_rpc_is_a_failed_call(name: str) -> None:
         call(uri, "getPid", ME)
 
 
-def test_a_larger_answer_than_kbot_reads_is_a_failed_call() -> None:
+def test_an_answer_that_is_too_large_is_a_failed_call() -> None:
     body = b"\r\n\r\n" + b" " * (LARGEST_BODY + 1)
     for status, reason in ((b"200 OK", "more than"), (b"404 Not Found", "404")):
         with answering(b"HTTP/1.0 " + status + body) as uri, pytest.raises(RpcFailed, match=reason):
             call(uri, "getPid", ME)
 
 
-def test_a_fault_is_a_failed_call() -> None:
+def test_read_answer_raises_faults() -> None:
     body = xmlrpc.client.dumps(xmlrpc.client.Fault(1, "no"), methodresponse=True).encode()
     with pytest.raises(xmlrpc.client.Fault, match="no"):
         read_answer(body)

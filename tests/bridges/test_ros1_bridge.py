@@ -1,4 +1,4 @@
-"""The node of ROS 1 without a ROS: raw peers that behave, and raw peers that do not."""
+"""The ROS 1 bridge without ROS: raw peers, correct and faulty ones."""
 
 import os
 import random
@@ -30,12 +30,12 @@ ME = "/tester"
 def bridge(running: Running, monkeypatch: pytest.MonkeyPatch) -> Iterator[Ros1Bridge]:
     for name in ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME"):
         monkeypatch.delenv(name, raising=False)
-    found = Ros1Bridge(running.link, master=f"http://127.0.0.1:{free_port()}")
+    bridge = Ros1Bridge(running.link, master=f"http://127.0.0.1:{free_port()}")
     try:
-        wait_until(lambda: "/odom" in dict(call(found.master, "getPublishedTopics", ME, "")))
-        yield found
+        wait_until(lambda: "/odom" in dict(call(bridge.master, "getPublishedTopics", ME, "")))
+        yield bridge
     finally:
-        found.close()
+        bridge.close()
 
 
 def free_port() -> int:
@@ -53,7 +53,9 @@ def subscribed(bridge: Ros1Bridge, topic: str, kind: str, md5: str | None = None
         yield connection
 
 
-def test_a_subscriber_gets_messages_at_the_pace_of_the_clock(running: Running, bridge: Ros1Bridge) -> None:
+def test_a_subscriber_receives_messages_at_50_hz_of_simulated_time(
+    running: Running, bridge: Ros1Bridge
+) -> None:
     with subscribed(bridge, "/odom", "nav_msgs/Odometry") as connection:
         header = read_header(connection)
         assert header["type"] == "nav_msgs/Odometry"
@@ -63,7 +65,7 @@ def test_a_subscriber_gets_messages_at_the_pace_of_the_clock(running: Running, b
     assert [after - before for before, after in pairwise(stamps)] == [20_000_000] * 4
 
 
-def test_a_late_subscriber_gets_what_was_latched(running: Running, bridge: Ros1Bridge) -> None:
+def test_a_late_subscriber_receives_latched_messages(running: Running, bridge: Ros1Bridge) -> None:
     assert running.is_stepping()
     for _ in range(2):
         with subscribed(bridge, "/tf_static", "tf2_msgs/TFMessage") as connection:
@@ -72,12 +74,14 @@ def test_a_late_subscriber_gets_what_was_latched(running: Running, bridge: Ros1B
             assert "base_link" in {t.child_frame_id for t in message.transforms}
 
 
-def test_another_type_is_refused_with_the_reason(running: Running, bridge: Ros1Bridge) -> None:
+def test_a_subscriber_with_another_type_is_refused_with_the_reason(
+    running: Running, bridge: Ros1Bridge
+) -> None:
     with subscribed(bridge, "/odom", "std_msgs/String") as connection:
         assert "nav_msgs/Odometry" in read_header(connection)["error"]
     with subscribed(bridge, "/odom", "nav_msgs/Odometry", "0" * 32) as connection:
         assert "md5sum" in read_header(connection)["error"]
-    wait_until(lambda: any("turned away" in text for text in running.reported))
+    wait_until(lambda: any("refused the connection" in text for text in running.reported))
 
 
 def test_parameters_are_on_the_master(bridge: Ros1Bridge) -> None:
@@ -87,8 +91,10 @@ def test_parameters_are_on_the_master(bridge: Ros1Bridge) -> None:
         call(bridge.master, "getParam", ME, "nothing")
 
 
-def test_values_that_ros_1_or_others_have_not(running: Running, bridge: Ros1Bridge) -> None:
-    """They stay where they are, and what comes after them is told all the same."""
+def test_values_that_one_side_cannot_represent_stay_on_the_other(
+    running: Running, bridge: Ros1Bridge
+) -> None:
+    """Parameters that follow are still exchanged."""
     deep: list[object] = []
     for _ in range(150):
         deep = [deep]
@@ -96,7 +102,7 @@ def test_values_that_ros_1_or_others_have_not(running: Running, bridge: Ros1Brid
     strange |= {"/deep": deep, "/long": "a" * LARGEST_BODY}
     for name, value in strange.items():
         running.link.set_parameter(name, value)
-        wait_until(lambda name=name: any(f"parameter {name} is not" in told for told in running.reported))
+        wait_until(lambda name=name: any(f"parameter {name} is not" in text for text in running.reported))
     running.link.set_parameter("/after", 3)
     wait_until(lambda: call(bridge.master, "hasParam", ME, "/after"))
     assert not any(call(bridge.master, "hasParam", ME, name) for name in strange)
@@ -108,11 +114,11 @@ def test_values_that_ros_1_or_others_have_not(running: Running, bridge: Ros1Brid
 
 
 class Publisher:
-    """A node that publishes /cmd_vel by hand; `script` is what it sends after the header."""
+    """A node that publishes /cmd_vel. It sends `script` after the header."""
 
     def __init__(self, bridge: Ros1Bridge, script: bytes, header: dict[str, str] | None = None) -> None:
-        self.door = socket.create_server(("127.0.0.1", 0))
-        self.door.settimeout(60)
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.listener.settimeout(60)
         self._script = script
         self._header = header or {
             "type": "geometry_msgs/Twist",
@@ -121,19 +127,19 @@ class Publisher:
         self.server = RpcServer(
             "127.0.0.1",
             0,
-            {"requestTopic": lambda *_: (1, "", ["TCPROS", "127.0.0.1", self.door.getsockname()[1]])},
+            {"requestTopic": lambda *_: (1, "", ["TCPROS", "127.0.0.1", self.listener.getsockname()[1]])},
         )
         uri = f"http://127.0.0.1:{self.server.port}/"
         call(bridge.master, "registerPublisher", ME, "/cmd_vel", "geometry_msgs/Twist", uri)
 
     def serve_one(self) -> socket.socket:
-        connection, _ = self.door.accept()
+        connection, _ = self.listener.accept()
         read_header(connection)
         connection.sendall(encode_header(self._header) + self._script)
         return connection
 
     def close(self) -> None:
-        self.door.close()
+        self.listener.close()
         self.server.close()
 
 
@@ -142,11 +148,11 @@ def twist(speed: float) -> bytes:
     return struct.pack("<I", len(data)) + data
 
 
-def test_a_twist_from_outside_drives(running: Running, bridge: Ros1Bridge) -> None:
+def test_a_twist_of_a_peer_drives_the_robot(running: Running, bridge: Ros1Bridge) -> None:
     publisher = Publisher(bridge, twist(0.2) * 3)
     with publisher.serve_one():
         wait_until(lambda: running.simulation.robots.first.twist.x > 0.1)
-        # the watchdog, half a second later
+        # the watchdog stops it after half a second
         wait_until(lambda: running.simulation.robots.first.twist.x == 0.0)
     publisher.close()
 
@@ -165,7 +171,7 @@ def test_a_twist_from_outside_drives(running: Running, bridge: Ros1Bridge) -> No
     ],
     ids=["silent", "half", "huge", "short", "nan", "noise", "type", "error"],
 )
-def test_a_publisher_that_misbehaves_moves_nothing_and_stops_nothing(
+def test_a_faulty_publisher_has_no_effect(
     running: Running, bridge: Ros1Bridge, script: bytes, header: dict[str, str] | None
 ) -> None:
     publisher = Publisher(bridge, script, header)
@@ -176,17 +182,17 @@ def test_a_publisher_that_misbehaves_moves_nothing_and_stops_nothing(
     assert running.is_stepping()
 
 
-def test_a_subscriber_that_never_reads_stalls_nobody(running: Running, bridge: Ros1Bridge) -> None:
-    with subscribed(bridge, "/odom", "nav_msgs/Odometry") as deaf:
-        deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1024)
-        with subscribed(bridge, "/odom", "nav_msgs/Odometry") as listening:
-            read_header(listening)
+def test_a_subscriber_that_never_reads_does_not_delay_others(running: Running, bridge: Ros1Bridge) -> None:
+    with subscribed(bridge, "/odom", "nav_msgs/Odometry") as idle:
+        idle.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1024)
+        with subscribed(bridge, "/odom", "nav_msgs/Odometry") as reading:
+            read_header(reading)
             for _ in range(100):
-                assert len(read_block(listening)) > 600
+                assert len(read_block(reading)) > 600
     assert running.is_stepping()
 
 
-def test_a_thousand_connections_opened_and_dropped(running: Running, bridge: Ros1Bridge) -> None:
+def test_a_thousand_aborted_connections_have_no_effect(running: Running, bridge: Ros1Bridge) -> None:
     _, host, port = call(bridge.uri, "requestTopic", ME, "/odom", [["TCPROS"]])
     rpc = int(bridge.uri.rstrip("/").rpartition(":")[2])
     for number in range(1000):
@@ -199,7 +205,7 @@ def test_a_thousand_connections_opened_and_dropped(running: Running, bridge: Ros
         read_block(connection)
 
 
-def test_noise_on_every_port_ends_nothing(running: Running, bridge: Ros1Bridge) -> None:
+def test_random_bytes_on_every_port_have_no_effect(running: Running, bridge: Ros1Bridge) -> None:
     noise = random.Random(1)
     _, host, port = call(bridge.uri, "requestTopic", ME, "/odom", [["TCPROS"]])
     ports = [port, *(int(uri.rstrip("/").rpartition(":")[2]) for uri in (bridge.uri, bridge.master))]
@@ -220,7 +226,7 @@ def test_noise_on_every_port_ends_nothing(running: Running, bridge: Ros1Bridge) 
     assert "/odom" in dict(call(bridge.master, "getPublishedTopics", ME, ""))
 
 
-def test_calls_with_wrong_arguments_are_answered(bridge: Ros1Bridge) -> None:
+def test_the_master_survives_calls_with_wrong_arguments(bridge: Ros1Bridge) -> None:
     for method in (
         "registerPublisher",
         "getParam",
@@ -237,7 +243,9 @@ def test_calls_with_wrong_arguments_are_answered(bridge: Ros1Bridge) -> None:
     assert call(bridge.master, "getPid", ME) == os.getpid()
 
 
-def test_a_master_that_comes_back_is_told_again(running: Running, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_node_registers_again_after_the_master_restarts(
+    running: Running, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("kbot.ros.bridges.ros1.bridge.CHECK_SECONDS", 0.1)
     monkeypatch.delenv("ROS_IP", raising=False)
     master = Master("127.0.0.1", 0, AllowedNodes("127.0.0.1", print))
@@ -246,7 +254,7 @@ def test_a_master_that_comes_back_is_told_again(running: Running, monkeypatch: p
         wait_until(lambda: "/odom" in dict(call(master.uri, "getPublishedTopics", ME, "")))
         port = int(master.uri.rstrip("/").rpartition(":")[2])
         master.close()
-        wait_until(lambda: any("the master is gone" in text for text in running.reported))
+        wait_until(lambda: any("the master does not answer" in text for text in running.reported))
         master = Master("127.0.0.1", port, AllowedNodes("127.0.0.1", print))
         wait_until(lambda: "/odom" in dict(call(master.uri, "getPublishedTopics", ME, "")))
         assert call(master.uri, "getParam", ME, "/use_sim_time") is True
@@ -256,7 +264,7 @@ def test_a_master_that_comes_back_is_told_again(running: Running, monkeypatch: p
         master.close()
 
 
-def test_leaving_takes_everything_off_the_master(running: Running) -> None:
+def test_close_unregisters_everything(running: Running) -> None:
     master = Master("127.0.0.1", 0, AllowedNodes("127.0.0.1", print))
     bridge = Ros1Bridge(running.link, master=master.uri)
     wait_until(lambda: "/odom" in dict(call(master.uri, "getPublishedTopics", ME, "")))

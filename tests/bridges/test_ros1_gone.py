@@ -1,4 +1,4 @@
-"""Subscribers of ROS 1 that die say nothing: they are let go, and nothing is written on the terminal."""
+"""ROS 1 subscribers that are killed are dropped without a message in the terminal."""
 
 import asyncio
 import logging
@@ -11,16 +11,16 @@ import pytest
 from kbot.ros.bridges.ros1.publisher import _Subscriber
 
 
-def test_a_killed_subscriber_is_sent_nothing_more(caplog: pytest.LogCaptureFixture) -> None:
-    """asyncio warns aloud of every write after the fifth to a connection that is lost."""
+def test_nothing_is_sent_to_a_killed_subscriber(caplog: pytest.LogCaptureFixture) -> None:
+    """asyncio logs a warning for each write to a lost connection after the fifth."""
 
-    async def die() -> None:
-        met: asyncio.Future[asyncio.StreamWriter] = asyncio.get_running_loop().create_future()
-        server = await asyncio.start_server(lambda _, writer: met.set_result(writer), "127.0.0.1", 0)
+    async def send_to_killed_peer() -> None:
+        accepted: asyncio.Future[asyncio.StreamWriter] = asyncio.get_running_loop().create_future()
+        server = await asyncio.start_server(lambda _, writer: accepted.set_result(writer), "127.0.0.1", 0)
         peer = socket.create_connection(server.sockets[0].getsockname())
-        writer = await met
-        subscriber = _Subscriber(writer, "/dead")
-        # as the system does for a process that is killed with unread data
+        writer = await accepted
+        subscriber = _Subscriber(writer, "/killed")
+        # with this option `close` resets the connection, as if the process were killed with unread data
         peer.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
         peer.close()
         for _ in range(20):
@@ -31,5 +31,5 @@ def test_a_killed_subscriber_is_sent_nothing_more(caplog: pytest.LogCaptureFixtu
         server.close()
 
     with caplog.at_level(logging.WARNING):
-        asyncio.run(die())
+        asyncio.run(send_to_killed_peer())
     assert not caplog.records

@@ -1,4 +1,4 @@
-"""The node of ROS 2 with a peer whose messages the DDS library itself encodes."""
+"""The ROS 2 bridge, with a peer whose messages the DDS library encodes."""
 
 import json
 import math
@@ -33,17 +33,17 @@ PEER = Path(__file__).with_name("dds_peer.py")
 
 @pytest.fixture
 def bridge(running: Running, monkeypatch: pytest.MonkeyPatch):
-    """Each test process has a domain of its own."""
+    """Each test process has its own domain."""
     monkeypatch.setenv("ROS_DOMAIN_ID", str(100 + os.getpid() % 100))
-    found = Ros2Bridge(running.link)
+    bridge = Ros2Bridge(running.link)
     try:
-        yield found
+        yield bridge
     finally:
-        found.close()
+        bridge.close()
 
 
 @pytest.mark.parametrize("kind", ["plain", "stamped"])
-def test_a_peer_hears_odometry_finds_the_node_and_drives(
+def test_a_peer_receives_odometry_finds_the_node_and_drives(
     running: Running, bridge: Ros2Bridge, kind: str
 ) -> None:
     done = subprocess.run(
@@ -68,7 +68,7 @@ def test_a_peer_hears_odometry_finds_the_node_and_drives(
     assert running.is_stepping()
 
 
-def test_the_graph_s_message_is_as_ros_encodes_it() -> None:
+def test_the_discovery_message_is_encoded_as_in_ros() -> None:
     data = node_message(b"p" * 16, "kbot", [b"r" * 16], [b"v" * 16, b"w" * 16])
     message = ros2_types().deserialize_cdr(data, GRAPH_TYPE)
     assert bytes(ros2_types().serialize_cdr(message, GRAPH_TYPE)) == data
@@ -77,7 +77,7 @@ def test_the_graph_s_message_is_as_ros_encodes_it() -> None:
     assert [bytes(gid.data) for gid in node.writer_gid_seq] == [b"v" * 16, b"w" * 16]
 
 
-def test_what_makes_no_sense_is_told_and_harms_nothing(running: Running, bridge: Ros2Bridge) -> None:
+def test_invalid_messages_have_no_effect(running: Running, bridge: Ros2Bridge) -> None:
     from cyclonedds.pub import DataWriter
     from cyclonedds.topic import Topic
 
@@ -91,15 +91,13 @@ def test_what_makes_no_sense_is_told_and_harms_nothing(running: Running, bridge:
 
 
 @pytest.mark.parametrize("domain", ["-1", "233", "zero", "1.5"])
-def test_a_domain_that_is_none_is_refused(
-    running: Running, monkeypatch: pytest.MonkeyPatch, domain: str
-) -> None:
+def test_error_for_an_invalid_domain(running: Running, monkeypatch: pytest.MonkeyPatch, domain: str) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", domain)
-    with pytest.raises(KbotError, match="ROS_DOMAIN_ID is a whole number from 0 to 232"):
+    with pytest.raises(KbotError, match="ROS_DOMAIN_ID must be a whole number from 0 to 232"):
         Ros2Bridge(running.link)
 
 
-def test_without_the_extra_one_sentence_names_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_error_without_the_extra_names_it(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in [name for name in sys.modules if name.startswith(("cyclonedds", "kbot.ros.bridges.ros2"))]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "cyclonedds", None)

@@ -1,4 +1,4 @@
-"""A lidar's scans through the recorder and the bridges."""
+"""Scans of a lidar in recordings and at bridges."""
 
 import json
 from pathlib import Path
@@ -17,25 +17,25 @@ from kbot.sensors import Lidar
 from kbot.sim import Simulation
 
 
-def test_scans_are_recorded_as_they_were_said(tmp_path: Path) -> None:
+def test_recorded_scans_equal_the_published_ones(tmp_path: Path) -> None:
     sim = Simulation(kbot.load("kbot"), "boxes")
     sim.add_sensor(Lidar(link="base_link", name="scan", samples=90))
-    heard: list[LaserScan] = []
-    sim.bus.subscribe("/scan", LaserScan, heard.append)
+    published: list[LaserScan] = []
+    sim.bus.subscribe("/scan", LaserScan, published.append)
     for name in ("run.mcap", "run.bag"):
         with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(tmp_path / name)):
-            heard.clear()
+            published.clear()
             sim.run(1.0)
         entries = [e for e in Recording(str(tmp_path / name)).entries() if e.topic == "/scan"]
-        assert len(entries) == len(heard) == 10
-        for entry, scan in zip(entries, heard, strict=True):
+        assert len(entries) == len(published) == 10
+        for entry, scan in zip(entries, published, strict=True):
             assert entry.type_name == "sensor_msgs/msg/LaserScan"
             np.testing.assert_array_equal(decode_cdr(entry.cdr, LaserScan).ranges, scan.ranges)
             np.testing.assert_array_equal(decode_ros1(entry.ros1, LaserScan).ranges, scan.ranges)
             assert entry.nanoseconds == scan.header.stamp.nanoseconds
 
 
-def test_a_sensor_that_is_mounted_later_is_offered_to_peers() -> None:
+def test_a_sensor_that_is_added_later_is_visible_to_peers() -> None:
     sim = Simulation(kbot.load("kbot"), "boxes")
     link = PeerLink(print)
     link.attach(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds))
@@ -55,6 +55,6 @@ def test_a_sensor_that_is_mounted_later_is_offered_to_peers() -> None:
                 assert message["topic"] == "/scan"
                 assert len(message["msg"]["ranges"]) == 10
                 return
-            raise AssertionError("no scan came")
+            raise AssertionError("no scan was received")
     finally:
         bridge.close()

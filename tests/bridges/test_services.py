@@ -1,4 +1,4 @@
-"""Gazebo's services, over each transport that has services, and what each does to the simulation."""
+"""Gazebo's services: their effects on the simulation, and calls over each protocol that has services."""
 
 import json
 import math
@@ -33,133 +33,135 @@ CRATE = """<sdf version="1.7"><model name="crate"><link name="l"><inertial><mass
 </sdf>"""
 
 
-def ask(running: Running, service: str, request: object) -> object:
+def call_service(running: Running, service: str, request: object) -> object:
     return running.link.call(service, request).result(20)
 
 
-def test_a_pause_lets_no_time_pass_and_services_are_still_answered(running: Running) -> None:
-    ask(running, "/gazebo/pause_physics", srv.EmptyRequest())
+def test_services_are_answered_while_paused(running: Running) -> None:
+    call_service(running, "/gazebo/pause_physics", srv.EmptyRequest())
     before = running.simulation.time
     request = srv.GetModelStateRequest(running.simulation.robot.name)
-    stamp = ask(running, "/gazebo/get_model_state", request).header.stamp
+    stamp = call_service(running, "/gazebo/get_model_state", request).header.stamp
     assert stamp.nanoseconds * 1e-9 == pytest.approx(before, abs=1e-9)
     assert running.simulation.time == before
-    ask(running, "/gazebo/unpause_physics", srv.EmptyRequest())
+    call_service(running, "/gazebo/unpause_physics", srv.EmptyRequest())
     assert running.is_stepping()
 
 
-def test_a_model_is_spawned_seen_and_deleted(running: Running) -> None:
+def test_a_urdf_model_is_spawned_and_deleted(running: Running) -> None:
     place = msg.Pose(msg.Point(2.0, 1.0, 0.0), msg.Quaternion(0.0, 0.0, math.sin(0.5), math.cos(0.5)))
     spawn = srv.SpawnModelRequest("crate", BOX, "", place)
-    assert ask(running, "/gazebo/spawn_urdf_model", spawn).success
-    state = ask(running, "/gazebo/get_model_state", srv.GetModelStateRequest("crate"))
+    assert call_service(running, "/gazebo/spawn_urdf_model", spawn).success
+    state = call_service(running, "/gazebo/get_model_state", srv.GetModelStateRequest("crate"))
     p = state.pose.position
-    assert (p.x, p.y, p.z) == pytest.approx((2.0, 1.0, 0.1), abs=1e-3)  # it stands on its lower face
+    assert (p.x, p.y, p.z) == pytest.approx((2.0, 1.0, 0.1), abs=1e-3)  # on its lower face
     assert 2.0 * math.atan2(state.pose.orientation.z, state.pose.orientation.w) == pytest.approx(
         1.0, abs=1e-3
     )
-    again = ask(running, "/gazebo/spawn_urdf_model", spawn)
+    again = call_service(running, "/gazebo/spawn_urdf_model", spawn)
     assert not again.success
     assert "crate" in again.status_message
-    assert ask(running, "/gazebo/delete_model", srv.DeleteModelRequest("crate")).success
-    gone = ask(running, "/gazebo/get_model_state", srv.GetModelStateRequest("crate"))
-    assert not gone.success
-    assert "crate" in gone.status_message
+    assert call_service(running, "/gazebo/delete_model", srv.DeleteModelRequest("crate")).success
+    deleted = call_service(running, "/gazebo/get_model_state", srv.GetModelStateRequest("crate"))
+    assert not deleted.success
+    assert "crate" in deleted.status_message
 
 
-def test_a_model_of_sdf_is_spawned(running: Running) -> None:
+def test_an_sdf_model_is_spawned(running: Running) -> None:
     request = srv.SpawnModelRequest("box", CRATE, "", msg.Pose(msg.Point(1.0)), "")
-    answer = ask(running, "/gazebo/spawn_sdf_model", request)
+    answer = call_service(running, "/gazebo/spawn_sdf_model", request)
     assert (answer.success, answer.status_message) == (True, "spawned box at 1.000, 0.000, 0.000")
     broken = srv.SpawnModelRequest("other", CRATE.replace("0.2 0.2 0.2", "0.2"))
-    answer = ask(running, "/gazebo/spawn_sdf_model", broken)
+    answer = call_service(running, "/gazebo/spawn_sdf_model", broken)
     assert not answer.success
     assert "other.sdf:2" in answer.status_message
 
 
-def test_what_is_no_robot_is_refused_at_its_line(running: Running) -> None:
+def test_an_invalid_robot_is_refused_with_its_line(running: Running) -> None:
     broken = srv.SpawnModelRequest("bad", "<robot name='bad'>\n<joint name='j' type='fixed'/></robot>")
-    found = ask(running, "/gazebo/spawn_urdf_model", broken)
+    found = call_service(running, "/gazebo/spawn_urdf_model", broken)
     assert not found.success
     assert "bad.urdf:2:" in found.status_message
 
 
-def test_a_state_is_set_in_another_s_frame(running: Running) -> None:
+def test_a_state_is_set_in_the_frame_of_another_model(running: Running) -> None:
     name = running.simulation.robot.name
-    ask(
+    call_service(
         running, "/gazebo/spawn_urdf_model", srv.SpawnModelRequest("crate", BOX, "", msg.Pose(msg.Point(3.0)))
     )
     beside = srv.ModelState("crate", msg.Pose(msg.Point(0.0, 1.0, 0.5)), msg.Twist(), name)
-    ask(running, "/gazebo/pause_physics", srv.EmptyRequest())
-    assert ask(running, "/gazebo/set_model_state", srv.SetModelStateRequest(beside)).success
+    call_service(running, "/gazebo/pause_physics", srv.EmptyRequest())
+    assert call_service(running, "/gazebo/set_model_state", srv.SetModelStateRequest(beside)).success
     root = running.simulation.models.get_model_state(name).pose.translation
     found = running.simulation.models.get_model_state("crate").pose.translation
     assert (found - root).tolist() == pytest.approx([0.0, 1.0, 0.5], abs=1e-6)
 
 
-def test_a_wrench_accelerates_as_newton_says(running: Running) -> None:
-    """A kilogram in the air, pushed with 2 N for half a second: 1 m/s."""
-    ask(
+def test_a_wrench_accelerates_a_body(running: Running) -> None:
+    """1 kg in the air, with a force of 2 N for 0.5 s, reaches 1 m/s."""
+    call_service(
         running, "/gazebo/spawn_urdf_model", srv.SpawnModelRequest("crate", BOX, "", msg.Pose(msg.Point(3.0)))
     )
-    ask(running, "/gazebo/pause_physics", srv.EmptyRequest())
+    call_service(running, "/gazebo/pause_physics", srv.EmptyRequest())
     high = srv.ModelState("crate", msg.Pose(msg.Point(3.0, 0.0, 10.0)))
-    ask(running, "/gazebo/set_model_state", srv.SetModelStateRequest(high))
+    call_service(running, "/gazebo/set_model_state", srv.SetModelStateRequest(high))
     push = srv.ApplyBodyWrenchRequest(
         "crate::body", wrench=srv.Wrench(msg.Vector3(0.0, 2.0)), duration=srv.Duration(0, 500_000_000)
     )
-    assert ask(running, "/gazebo/apply_body_wrench", push).success
+    assert call_service(running, "/gazebo/apply_body_wrench", push).success
     running.simulation.run(0.5)
-    crate = ask(running, "/gazebo/get_model_state", srv.GetModelStateRequest("crate"))
+    crate = call_service(running, "/gazebo/get_model_state", srv.GetModelStateRequest("crate"))
     assert crate.twist.linear.y == pytest.approx(1.0, abs=0.01)
     assert crate.twist.linear.z == pytest.approx(-9.81 * 0.5, abs=0.05)
 
 
-def test_the_world_begins_anew_with_and_without_its_time(running: Running) -> None:
+def test_reset_world_keeps_the_time_and_reset_simulation_does_not(running: Running) -> None:
     sim = running.simulation
     sim.cmd_vel(0.3, 0.0)
     wait_until(lambda: sim.ground_truth.pose.x > 0.2)
-    ask(running, "/gazebo/pause_physics", srv.EmptyRequest())
+    call_service(running, "/gazebo/pause_physics", srv.EmptyRequest())
     time = sim.time
-    ask(running, "/gazebo/reset_world", srv.EmptyRequest())
+    call_service(running, "/gazebo/reset_world", srv.EmptyRequest())
     assert (sim.time, sim.ground_truth.pose.x) == (time, 0.0)
-    ask(running, "/gazebo/reset_simulation", srv.EmptyRequest())
+    call_service(running, "/gazebo/reset_simulation", srv.EmptyRequest())
     assert sim.time == 0.0
 
 
 def test_states_of_models_and_links_are_topics(running: Running) -> None:
-    heard: dict[str, object] = {}
+    received: dict[str, object] = {}
     for topic in ("/gazebo/model_states", "/gazebo/link_states"):
-        running.link.open(topic, lambda packet: heard.__setitem__(packet.topic, packet.message))
-    wait_until(lambda: len(heard) == 2)
+        running.link.open(topic, lambda packet: received.__setitem__(packet.topic, packet.message))
+    wait_until(lambda: len(received) == 2)
     robot = running.simulation.robot
-    models, links = heard["/gazebo/model_states"], heard["/gazebo/link_states"]
+    models, links = received["/gazebo/model_states"], received["/gazebo/link_states"]
     assert models.name == (robot.name, "ground_plane")
     assert links.name == tuple(f"{robot.name}::{link}" for link in robot.links)
     running.link.send("/gazebo/set_model_state", srv.ModelState(robot.name, msg.Pose(msg.Point(1.5))))
     wait_until(lambda: abs(running.simulation.ground_truth.pose.x - 1.5) < 0.05)
 
 
-def test_a_quaternion_s_length_is_of_no_account(running: Running) -> None:
-    """However long it is: half a turn about x lays the crate on its other face."""
-    ask(
+def test_quaternions_are_normalized(running: Running) -> None:
+    """A quaternion of any length turns the crate by half a turn about x."""
+    call_service(
         running, "/gazebo/spawn_urdf_model", srv.SpawnModelRequest("crate", BOX, "", msg.Pose(msg.Point(3.0)))
     )
-    ask(running, "/gazebo/pause_physics", srv.EmptyRequest())
+    call_service(running, "/gazebo/pause_physics", srv.EmptyRequest())
     for length in (1e-200, 1e308):
         turned = msg.Pose(msg.Point(3.0, 0.0, 0.1), msg.Quaternion(length, 0.0, 0.0, 0.0))
-        assert ask(
+        assert call_service(
             running, "/gazebo/set_model_state", srv.SetModelStateRequest(srv.ModelState("crate", turned))
         ).success
-        state = ask(running, "/gazebo/get_model_state", srv.GetModelStateRequest("crate"))
+        state = call_service(running, "/gazebo/get_model_state", srv.GetModelStateRequest("crate"))
         q = state.pose.orientation
         assert [abs(q.x), q.y, q.z, q.w] == pytest.approx([1.0, 0.0, 0.0, 0.0], abs=1e-9)
-    ask(running, "/gazebo/unpause_physics", srv.EmptyRequest())
+    call_service(running, "/gazebo/unpause_physics", srv.EmptyRequest())
     assert running.is_stepping()
 
 
-def test_a_service_that_fails_ends_no_simulation(running: Running, caplog: pytest.LogCaptureFixture) -> None:
-    """Its caller gets an error, the user a line in the log; all others are served."""
+def test_an_unforeseen_error_of_a_service_does_not_stop_the_simulation(
+    running: Running, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The caller gets an error, and a line is logged."""
 
     def fail(simulation: object, request: object) -> object:
         raise ZeroDivisionError("by zero")
@@ -167,14 +169,14 @@ def test_a_service_that_fails_ends_no_simulation(running: Running, caplog: pytes
     kind = service_type("std_srvs/Empty")
     running.link.offer({**running.link.services, "/failing": Service("/failing", kind, fail)})
     with pytest.raises(KbotError, match="KBot failed at this: ZeroDivisionError"):
-        ask(running, "/failing", srv.EmptyRequest())
+        call_service(running, "/failing", srv.EmptyRequest())
     assert "/failing failed: internal error (ZeroDivisionError)" in caplog.text
     request = srv.GetModelStateRequest(running.simulation.robot.name)
-    assert ask(running, "/gazebo/get_model_state", request).success
+    assert call_service(running, "/gazebo/get_model_state", request).success
     assert running.is_stepping()
 
 
-def test_an_unknown_service_says_what_there_is(running: Running) -> None:
+def test_error_for_an_unknown_service_suggests_the_nearest(running: Running) -> None:
     with pytest.raises(KbotError, match="did you mean '/gazebo/pause_physics'"):
         running.link.call("/gazebo/pause_physic", srv.EmptyRequest())
 
@@ -225,11 +227,11 @@ def test_foxglove_calls(running: Running) -> None:
     bridge = FoxgloveBridge(running.link, port=0)
     try:
         with connect(bridge.address, subprotocols=[Subprotocol(SUBPROTOCOLS[0])]) as connection:
-            said: dict = {}
-            while said.get("op") != "advertiseServices":
+            advertised: dict = {}
+            while advertised.get("op") != "advertiseServices":
                 data = connection.recv(60)
-                said = json.loads(data) if isinstance(data, str) else said
-            services = {s["name"]: s for s in said["services"]}
+                advertised = json.loads(data) if isinstance(data, str) else advertised
+            services = {s["name"]: s for s in advertised["services"]}
             wanted = services["/gazebo/get_model_state"]
             assert wanted["type"] == "gazebo_msgs/srv/GetModelState"
             kind = service_type("gazebo_msgs/GetModelState")
@@ -243,7 +245,8 @@ def test_foxglove_calls(running: Running) -> None:
             found = decode_cdr(data[16:], kind.response, kind.response_name)
             assert (found.success, found.header.frame_id) == (True, "world")
             connection.send(struct.pack("<BIII", 2, 10_000, 8, 3) + b"cdr")
-            while not (isinstance(received := connection.recv(60), str) and "no service 10000" in received):
+            error = "no service with the ID 10000"
+            while not (isinstance(received := connection.recv(60), str) and error in received):
                 continue
     finally:
         bridge.close()
@@ -292,15 +295,13 @@ def test_a_persistent_caller_over_tcpros(running: Running, ros1: Ros1Bridge) -> 
         assert b"3 bytes are no gazebo_msgs" in read_block(connection)
 
 
-def test_another_sum_or_service_is_refused(running: Running, ros1: Ros1Bridge) -> None:
+def test_a_caller_with_another_md5_sum_is_refused(running: Running, ros1: Ros1Bridge) -> None:
     with caller(ros1, "/gazebo/delete_model", md5sum="0" * 32) as connection:
         assert "gazebo_msgs/DeleteModel" in read_header(connection)["error"]
     assert running.is_stepping()
 
 
-def test_parameters_of_the_master_and_of_the_simulation_are_the_same(
-    running: Running, ros1: Ros1Bridge
-) -> None:
+def test_parameters_of_the_master_and_of_kbot_are_synchronized(running: Running, ros1: Ros1Bridge) -> None:
     call(ros1.master, "setParam", "/test", "/arm", {"gain": 2, "names": ["a", "b"]})
     wait_until(lambda: running.link.parameters.get("/arm/gain") == 2)
     assert running.link.parameters["/arm/names"] == ["a", "b"]

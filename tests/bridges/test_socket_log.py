@@ -1,4 +1,4 @@
-"""What the `websockets` library logs is one line each, without tracebacks."""
+"""Log messages of the `websockets` library are one line, without tracebacks."""
 
 import logging
 from pathlib import Path
@@ -19,12 +19,12 @@ def crash_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "crashes"
 
 
-def test_only_faults_of_kbot_have_a_crash_file(caplog: pytest.LogCaptureFixture, crash_folder: Path) -> None:
+def test_only_errors_of_kbot_write_a_crash_file(caplog: pytest.LogCaptureFixture, crash_folder: Path) -> None:
     logger = socket_logger(Complaints(logging.getLogger("complaints")))
     for text, error in (
         ("opening handshake failed", InvalidMessage("a bad request")),
-        ("opening handshake failed", ConnectionResetError("gone")),
-        ("keepalive ping failed", ConnectionResetError("gone")),
+        ("opening handshake failed", ConnectionResetError("reset")),
+        ("keepalive ping failed", ConnectionResetError("reset")),
         ("connection handler failed", InvalidMessage("a bad message")),
         ("opening handshake failed", ZeroDivisionError("a bug")),
     ):
@@ -32,14 +32,14 @@ def test_only_faults_of_kbot_have_a_crash_file(caplog: pytest.LogCaptureFixture,
             raise error
         except Exception:
             logger.error(text, exc_info=True)
-    gone, bad, fault = caplog.messages
-    assert (gone, bad) == ("keepalive ping failed", "connection handler failed")
+    reset, bad, fault = caplog.messages
+    assert (reset, bad) == ("keepalive ping failed", "connection handler failed")
     assert fault.startswith("a connection failed: internal error (ZeroDivisionError)")
     (file,) = crash_folder.iterdir()
     assert "ZeroDivisionError: a bug" in file.read_text()
 
 
-def test_a_fault_in_a_handshake_has_a_crash_file(
+def test_an_error_in_a_handshake_writes_a_crash_file(
     caplog: pytest.LogCaptureFixture, crash_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def broken(*_: object) -> bool:

@@ -1,4 +1,4 @@
-"""What a web page in a real browser can do to the bridges: pages of other origins, and DNS rebinding."""
+"""What web pages in a real browser can do with the bridges: foreign origins, and DNS rebinding."""
 
 import http.server
 import threading
@@ -18,15 +18,15 @@ from kbot.ros.bridges.rosbridge.bridge import RosbridgeBridge
 from .conftest import wait_until
 
 ME = "/tester"
-STRANGER = "evil.example"
+FOREIGN_HOST = "evil.example"
 DESCRIPTION = "<robot name='secret'/>"
 
 
 @pytest.fixture(scope="module")
 def browser(chromium: str) -> Iterator[Any]:
-    """A browser in which a stranger's name resolves to this machine, as after DNS rebinding."""
+    """A browser in which a foreign name resolves to this machine, as after DNS rebinding."""
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    arguments = ["--no-sandbox", "--disable-gpu", f"--host-resolver-rules=MAP {STRANGER} 127.0.0.1"]
+    arguments = ["--no-sandbox", "--disable-gpu", f"--host-resolver-rules=MAP {FOREIGN_HOST} 127.0.0.1"]
     with playwright.sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=chromium, args=arguments)
         yield browser
@@ -38,15 +38,15 @@ class _Blank(http.server.BaseHTTPRequestHandler):
         self.send_response(200)
         self.send_header("Content-Type", "text/html")
         self.end_headers()
-        self.wfile.write(b"<!DOCTYPE html><title>stranger</title>")
+        self.wfile.write(b"<!DOCTYPE html><title>foreign</title>")
 
     def log_message(self, format: str, *args: object) -> None:
-        """Nothing is printed."""
+        """Do not log requests."""
 
 
 @contextmanager
 def served() -> Iterator[int]:
-    """A port of this machine with a blank page on it."""
+    """The port of a server with a blank page."""
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), _Blank)
     thread = threading.Thread(target=server.serve_forever, args=(0.01,))
     thread.start()
@@ -67,17 +67,17 @@ def page(browser: Any) -> Iterator[Any]:
 
 @contextmanager
 def node(port: int, monkeypatch: pytest.MonkeyPatch) -> Iterator[Ros1Bridge]:
-    """A node with a master of its own at a port, which has a description."""
+    """A node with its own master at a port, and a description to protect."""
     for name in ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME"):
         monkeypatch.delenv(name, raising=False)
     link = PeerLink(print)
     link.parameters = {"/robot_description": DESCRIPTION}
-    found = Ros1Bridge(link, master=f"http://127.0.0.1:{port}/")
+    bridge = Ros1Bridge(link, master=f"http://127.0.0.1:{port}/")
     try:
-        wait_until(lambda: call(found.master, "hasParam", ME, "/robot_description"))
-        yield found
+        wait_until(lambda: call(bridge.master, "hasParam", ME, "/robot_description"))
+        yield bridge
     finally:
-        found.close()
+        bridge.close()
 
 
 def port_of(uri: str) -> int:
@@ -101,10 +101,8 @@ REGISTER = xmlrpc.client.dumps(
 )
 
 
-@pytest.mark.parametrize("host", ["127.0.0.1", "localhost", STRANGER])
-def test_a_page_of_another_port_changes_nothing(
-    page: Any, host: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.parametrize("host", ["127.0.0.1", "localhost", FOREIGN_HOST])
+def test_a_page_of_another_port_has_no_effect(page: Any, host: str, monkeypatch: pytest.MonkeyPatch) -> None:
     with served() as port:
         free = port
     with served() as port, node(free, monkeypatch) as bridge:
@@ -113,18 +111,19 @@ def test_a_page_of_another_port_changes_nothing(
             url = f"http://{host}:{port_of(uri)}/RPC2"
             for body in (SET, REGISTER, GET):
                 answer = page.evaluate(FETCH, [url, "no-cors", "text/plain", body])
-                assert answer == {"status": 0, "text": ""}  # the request was sent, and its answer is hidden
+                assert answer == {
+                    "status": 0,
+                    "text": "",
+                }  # the request was sent, but the page cannot read the answer
                 # XML needs a preflight, which is refused
                 assert page.evaluate(FETCH, [url, "cors", "text/xml", body])["status"] == -1
         assert_unchanged(bridge)
 
 
-def test_a_page_with_dns_rebinding_reads_and_changes_nothing(
-    page: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A stranger's page is loaded from a port that KBot serves later. To the browser both are one site."""
+def test_a_page_with_dns_rebinding_has_no_effect(page: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A foreign page is loaded from a port that KBot serves later. To the browser, both are one site."""
     with served() as port:
-        page.goto(f"http://{STRANGER}:{port}/")
+        page.goto(f"http://{FOREIGN_HOST}:{port}/")
     with node(port, monkeypatch) as bridge:
         for kind in ("text/plain", "text/xml", "application/xml"):
             for body in (SET, REGISTER, GET):
@@ -148,7 +147,7 @@ OPEN = """([url, protocols]) => new Promise((done) => {
 
 
 @pytest.mark.parametrize("kind", [FoxgloveBridge, RosbridgeBridge])
-def test_a_stranger_opens_no_socket(page: Any, kind: type) -> None:
+def test_a_foreign_page_cannot_open_a_websocket(page: Any, kind: type) -> None:
     server = kind(PeerLink(print), port=0)
     protocols = ["foxglove.sdk.v1"] if kind is FoxgloveBridge else []
 
@@ -158,8 +157,8 @@ def test_a_stranger_opens_no_socket(page: Any, kind: type) -> None:
     try:
         with served() as port:
             page.goto(f"http://127.0.0.1:{port}/")  # a tool that is served on this machine may connect
-            assert (opened("127.0.0.1"), opened(STRANGER)) == ("open", "refused")
-            page.goto(f"http://{STRANGER}:{port}/")
-            assert (opened("127.0.0.1"), opened(STRANGER)) == ("refused", "refused")
+            assert (opened("127.0.0.1"), opened(FOREIGN_HOST)) == ("open", "refused")
+            page.goto(f"http://{FOREIGN_HOST}:{port}/")
+            assert (opened("127.0.0.1"), opened(FOREIGN_HOST)) == ("refused", "refused")
     finally:
         server.close()

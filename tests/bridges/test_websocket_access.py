@@ -1,4 +1,4 @@
-"""Which pages and hosts can open the bridges' WebSockets."""
+"""Which web pages and hosts can connect to the bridges over WebSocket."""
 
 import http.client
 import socket
@@ -15,7 +15,7 @@ from kbot.ros.bridges.websocket.topic_server import TopicServer
 from kbot.ros.graph.server import GraphServer
 
 ELSEWHERE = "192.0.2.7"
-"""An address for documentation, which no machine has."""
+"""An address that is reserved for documentation, so no machine has it."""
 HANDSHAKE = [
     ("Upgrade", "websocket"),
     ("Connection", "Upgrade"),
@@ -32,11 +32,11 @@ SERVERS: dict[str, Callable[[PeerLink], TopicServer]] = {
 
 @pytest.fixture(params=SERVERS)
 def server(request: pytest.FixtureRequest) -> Iterator[TopicServer]:
-    found = SERVERS[request.param](PeerLink(print))
+    server = SERVERS[request.param](PeerLink(print))
     try:
-        yield found
+        yield server
     finally:
-        found.close()
+        server.close()
 
 
 def status(server: TopicServer, hosts: list[str], origins: list[str]) -> int:
@@ -87,8 +87,8 @@ def test_a_foreign_page_is_refused(server: TopicServer, origins: list[str]) -> N
 
 
 @pytest.mark.parametrize("kind", [FoxgloveBridge, RosbridgeBridge])
-def test_other_machines_come_by_address_or_by_the_name_served_at(kind: type[TopicServer]) -> None:
-    """Behind address translation the address in Host is not this machine's, but a page cannot rebind it."""
+def test_other_machines_connect_by_address_or_served_name(kind: type[TopicServer]) -> None:
+    """Behind address translation, Host has an address that is not one of this machine."""
     server = kind(PeerLink(print), host="0.0.0.0", port=0)
     try:
         assert status(server, [f"{ELSEWHERE}:8765"], []) == 101

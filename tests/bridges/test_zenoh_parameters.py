@@ -1,4 +1,4 @@
-"""ROS 2's parameters over Zenoh with zenoh-ros2-sdk as the peer."""
+"""ROS 2 parameters over Zenoh, with zenoh-ros2-sdk as the peer."""
 
 import json
 import subprocess
@@ -24,16 +24,16 @@ HASHES = {
     "SetParameters": "RIHS01_56eed9a67e169f9cb6c1f987bc88f868c14a8fc9f743a263bc734c154015d7e0",
     "SetParametersAtomically": "RIHS01_0e192ef259c07fc3c07a13191d27002222e65e00ccec653ca05e856f79285fcd",
 }
-"""As ROS 2 installs them in share/rcl_interfaces, from Jazzy on."""
+"""The hashes that ROS 2 installs in share/rcl_interfaces, from Jazzy on."""
 
 EVENT = "RIHS01_043e627780fcad87a22d225bc2a037361dba713fca6a6b9f4b869a5aa0393204"
 ADD_TWO_INTS = "RIHS01_e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a"
 
 
-def test_types_are_those_of_ros_2() -> None:
+def test_names_and_type_hashes_are_those_of_ros_2() -> None:
     offered = parameter_services(PeerLink(print), "/kbot")
-    assert {one.type_name.rpartition("/")[2]: one.type_hash for one in offered} == HASHES
-    assert {one.name for one in offered} == {
+    assert {served.type_name.rpartition("/")[2]: served.type_hash for served in offered} == HASHES
+    assert {served.name for served in offered} == {
         f"/kbot/{name}"
         for name in (
             "list_parameters",
@@ -47,14 +47,14 @@ def test_types_are_those_of_ros_2() -> None:
 
 
 def test_keys_are_those_of_rmw_zenoh() -> None:
-    """The example of its design document."""
+    """The example of the design document of rmw_zenoh."""
     kind = type_key("example_interfaces/srv/AddTwoInts", ADD_TWO_INTS)
     assert topic_key(2, "/add_two_ints", kind) == (
         f"2/add_two_ints/example_interfaces::srv::dds_::AddTwoInts_/{ADD_TWO_INTS}"
     )
 
 
-def test_a_peer_lists_reads_and_sets(running: Running, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_peer_lists_reads_and_sets_parameters(running: Running, monkeypatch: pytest.MonkeyPatch) -> None:
     port = free_port()
     monkeypatch.setattr("kbot.ros.bridges.zenoh.bridge.ROUTER_PORT", port)
     running.link.set_parameters(
@@ -87,12 +87,12 @@ def test_a_peer_lists_reads_and_sets(running: Running, monkeypatch: pytest.Monke
     assert found["arm"] == ["arm.gain"]
     assert found["folders"] == ["arm"]
     assert found["describe"] == [["arm.gain", 2, True]]
-    taken = [True, ""]
-    assert found["set"][:2] + found["set"][3:] == [taken] * 3
+    success = [True, ""]
+    assert found["set"][:2] + found["set"][3:] == [success] * 3
     assert found["set"][2][0] is False
-    assert "bytes: a value of type 5 is not kept" in found["set"][2][1]
-    assert found["none of them"] == [False, "a parameter needs a name"]
-    assert found["all of them"] == taken
+    assert "bytes: a value of type 5 is not supported" in found["set"][2][1]
+    assert found["invalid together"] == [False, "the parameter has no name"]
+    assert found["set together"] == success
     assert set(found["afterwards"]) == names - {"numbers"} | {"new.one", "first", "second"}
     now = running.link.parameters
     assert [now.get(f"/{name}") for name in ("arm/gain", "new/one", "first", "second", "numbers")] == [
@@ -102,7 +102,7 @@ def test_a_peer_lists_reads_and_sets(running: Running, monkeypatch: pytest.Monke
         ["b"],
         None,
     ]
-    assert {f"/kbot/{one}" for one in ("list_parameters", "set_parameters_atomically")} <= set(
+    assert {f"/kbot/{name}" for name in ("list_parameters", "set_parameters_atomically")} <= set(
         found["services"]
     )
     assert "/gazebo/pause_physics" in found["services"]

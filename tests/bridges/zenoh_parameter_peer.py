@@ -1,5 +1,7 @@
-"""A client of zenoh-ros2-sdk that asks a node for its parameters, as `ros2 param` does; prints what it found
-as JSON. Arguments: its router's port, and as JSON the hash of each service's type."""
+"""A client of zenoh-ros2-sdk that reads and sets the parameters of a node, as `ros2 param` does.
+
+It prints the results as JSON. Arguments: the router's port, and the hash of each service's type as JSON.
+"""
 
 import json
 import sys
@@ -17,13 +19,13 @@ opened = []
 
 
 def with_part(field: str, part: str) -> str:
-    """A definition, followed by that of the part it has."""
+    """A definition, followed by the definition of its nested type."""
     return f"{field}\n{'=' * 80}\nMSG: {part}\n{ros2_definition(part.replace('/', '/msg/'))[0]}"
 
 
 def client(kind: str, request: str, response: str) -> ROS2ServiceClient:
     name = "".join(f"_{letter.lower()}" if letter.isupper() else letter for letter in kind).lstrip("_")
-    # the library reckons the hashes of those that have no parts of their own
+    # the library computes the hashes of types without nested types
     digest = hashes[kind] if "rcl_interfaces" in request + response else None
     made = ROS2ServiceClient(
         f"/kbot/{name}", f"rcl_interfaces/srv/{kind}", request, response, type_hash=digest, **place
@@ -69,8 +71,8 @@ def plain(value: object) -> object:
     return found.tolist() if hasattr(found, "tolist") else found
 
 
-def said(answer: object) -> list[object]:
-    return [answer.successful, answer.reason]
+def result_of(response: object) -> list[object]:
+    return [response.successful, response.reason]
 
 
 events = []
@@ -94,8 +96,8 @@ found = {
     "folders": list_.call(prefixes=[], depth=0).result.prefixes,
     "describe": [[d.name, d.type, d.dynamic_typing] for d in describe.call(names=["arm.gain"]).descriptors],
     "set": [
-        said(one)
-        for one in set_.call(
+        result_of(result)
+        for result in set_.call(
             parameters=[
                 parameter("arm.gain", 3, 2.5),
                 parameter("new.one", 7, [1, -2]),
@@ -104,10 +106,10 @@ found = {
             ]
         ).results
     ],
-    "none of them": said(
+    "invalid together": result_of(
         set_together.call(parameters=[parameter("arm.gain", 3, 9.0), parameter("", 1, True)]).result
     ),
-    "all of them": said(
+    "set together": result_of(
         set_together.call(parameters=[parameter("first", 1, True), parameter("second", 9, ["b"])]).result
     ),
     "afterwards": list_.call(prefixes=[], depth=0).result.names,

@@ -1,5 +1,7 @@
-"""A node of zenoh-ros2-sdk: hears, drives and calls; prints what it found as JSON. Arguments: its router's
-port, and the hashes of Twist and Odometry."""
+"""A node of zenoh-ros2-sdk that subscribes, drives and calls a service.
+
+It prints the results as JSON. Arguments: the router's port, and the hashes of Twist and Odometry.
+"""
 
 import json
 import sys
@@ -13,7 +15,7 @@ from kbot.record.encodings.types import ros2_definition
 port, twist_hash, odometry_hash = int(sys.argv[1]), sys.argv[2], sys.argv[3]
 place = {"router_ip": "127.0.0.1", "router_port": port}
 odometry, descriptions = [], []
-# those with parts of their own have their hashes given; the library reckons String's, and the service's
+# the library computes the hashes of types without nested types: String, and the service's
 first = ROS2Subscriber(
     "/odom",
     "nav_msgs/msg/Odometry",

@@ -1,4 +1,4 @@
-"""A ROS 1 node, and a master if none is running, with the standard library's XML-RPC and sockets."""
+"""A ROS 1 node, and a master if none is running, over the standard library's XML-RPC and sockets."""
 
 from __future__ import annotations
 

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 from kbot.net.hosts import host_and_port_of_uri, is_served_at
 
 _SHOWN = 80
-"""Characters of a foreign text in a message to the user."""
+"""Characters of a peer's text that are shown in a message to the user."""
 
 
 @dataclass(frozen=True, slots=True)
 class AllowedNodes:
     """Nodes of this machine, and of other machines if `other_machines` allows them.
 
-    ROS 1 has no passwords: whoever reaches a master can register a node at any address. Without a limit,
-    KBot would connect to that address and follow its commands.
+    ROS 1 has no passwords: everybody who can reach a master can register a node at any address. Without this
+    limit, KBot would connect to that address and accept its commands.
     """
 
     served_at: str
@@ -25,7 +25,7 @@ class AllowedNodes:
     other_machines: bool = False
 
     def refusal(self, host: str | None) -> str:
-        """Why a host is not contacted, which is also reported to the user; empty if it may be contacted."""
+        """The reason why a host is not contacted, or empty. The reason is also reported to the user."""
         if self.other_machines or is_served_at(host, self.served_at):
             return ""
         named = (host or "(no host)")[:_SHOWN]
@@ -37,5 +37,5 @@ class AllowedNodes:
         return reason
 
     def refusal_of_uri(self, uri: str) -> str:
-        """The same for a node's URI, such as `http://127.0.0.1:4711/`."""
+        """Like `refusal`, for a node's URI such as `http://127.0.0.1:4711/`."""
         return self.refusal(host_and_port_of_uri(uri)[0])

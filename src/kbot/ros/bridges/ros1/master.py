@@ -1,4 +1,4 @@
-"""A small ROS 1 master, started if none is running: registrations, look-ups and parameters."""
+"""A small ROS 1 master, which KBot starts if none is running: registrations, look-ups and parameters."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Graph = list[list[object]]
 
 
 class RegistryTable:
-    """Names, and the nodes registered under each, in the order they came."""
+    """Names of topics or services, with the nodes that are registered for each, in order of registration."""
 
     def __init__(self) -> None:
         self.entries: dict[str, dict[str, str]] = {}
@@ -25,7 +25,10 @@ class RegistryTable:
         self.entries.setdefault(name, {})[node] = uri
 
     def remove(self, name: str, node: str, uri: str | None = None) -> bool:
-        """Whether it was there; one that has started anew elsewhere is not where `uri` says, and stays."""
+        """Remove a registration. Returns whether it existed.
+
+        A node that has restarted at another address is registered with another `uri`, and is not removed.
+        """
         nodes = self.entries.get(name, {})
         if node not in nodes or uri not in (None, nodes[node]):
             return False
@@ -38,7 +41,7 @@ class RegistryTable:
         return list(self.entries.get(name, {}).values())
 
     def drop_node(self, node: str) -> list[str]:
-        """Take a node out everywhere; the names it was registered under."""
+        """Remove all registrations of a node. Returns the names it was registered for."""
         names = [name for name, nodes in self.entries.items() if node in nodes]
         for name in names:
             self.remove(name, node)
@@ -52,7 +55,7 @@ class RegistryTable:
 
 
 class Registry:
-    """The whole graph. Not thread-safe: its owner locks."""
+    """The nodes and their registrations. Not thread-safe: the owner locks."""
 
     def __init__(self) -> None:
         self.publishers, self.subscribers, self.services = RegistryTable(), RegistryTable(), RegistryTable()
@@ -60,8 +63,8 @@ class Registry:
         self.nodes: dict[str, str] = {}
         self.topic_types: dict[str, str] = {}
 
-    def join(self, node: str, uri: str) -> str | None:
-        """Note where a node is; the address of one of the same name elsewhere, which must go."""
+    def add_node(self, node: str, uri: str) -> str | None:
+        """Store a node's URI. Returns the URI of an earlier node with this name, which must shut down."""
         before = self.nodes.get(node)
         self.nodes[node] = uri
         if before is None or before == uri:
@@ -70,18 +73,18 @@ class Registry:
             table.drop_node(node)
         return before
 
-    def leave(self, node: str) -> None:
-        """Forget a node that is registered for nothing any more."""
+    def remove_unused_node(self, node: str) -> None:
+        """Remove a node if it has no registration left."""
         if not any(t.has_node(node) for t in (self.publishers, self.subscribers, self.services)):
             self.nodes.pop(node, None)
 
-    def set_type(self, topic: str, type_name: str, *, is_spoken: bool) -> None:
-        """A type that is said counts more than `*`, and who speaks knows better than who listens."""
-        if topic not in self.topic_types or (is_spoken and type_name != "*"):
+    def set_type(self, topic: str, type_name: str, *, is_publisher: bool) -> None:
+        """Store a topic's type. The first node sets it. A publisher overrides it, unless its type is `*`."""
+        if topic not in self.topic_types or (is_publisher and type_name != "*"):
             self.topic_types[topic] = type_name
 
     def published(self, under: str) -> Graph:
-        """Topics that have a publisher, with their types."""
+        """Topics with a publisher in the namespace `under`, with their types."""
         prefix = under.rstrip("/") + "/"
         return [
             [name, self.topic_types[name]]
@@ -95,19 +98,21 @@ class Registry:
 
 
 MOST_WAITING = 1000
+"""Calls of nodes that wait to be sent. If there are more, they are dropped."""
 NOTIFIERS = 4
+"""Threads that call nodes, so that nodes that do not answer do not delay the others."""
 
 
 class Master:
-    """Answers as `roscore` does, but for the log."""
+    """A master that answers like `roscore`, but without the log (`/rosout`)."""
 
-    def __init__(self, host: str, port: int, contacts: AllowedNodes) -> None:
-        """Only nodes that `contacts` allows can register.
+    def __init__(self, host: str, port: int, allowed_nodes: AllowedNodes) -> None:
+        """Start the master. Only `allowed_nodes` can register.
 
         Raises:
-            OSError: the address is taken, or not this machine's.
+            OSError: the address is in use, or not one of this machine.
         """
-        self._contacts = contacts
+        self._allowed_nodes = allowed_nodes
         self._lock = threading.RLock()
         self._registry, self._parameters = Registry(), ParameterServer()
         self._parameter_watchers: dict[str, dict[str, str]] = {}
@@ -121,7 +126,7 @@ class Master:
             thread.start()
 
     def close(self) -> None:
-        """Answer no more."""
+        """Stop the master."""
         self._server.close()
         for _ in self._notifiers:
             self._later(None)
@@ -142,7 +147,7 @@ class Master:
         try:
             self._calls.put_nowait(item)
         except queue.Full:
-            return  # peers that answer nothing have filled it; they learn of the change when they ask
+            return  # nodes that do not answer have filled the queue
 
     def _notify(self) -> None:
         while (item := self._calls.get()) is not None:
@@ -152,52 +157,52 @@ class Master:
             except RpcFailed:
                 continue
 
-    # who is there
+    # registrations
 
-    def _join(self, node: str, uri: str) -> None:
-        """Raises ValueError: the node is on a machine that is not contacted."""
-        if refusal := self._contacts.refusal_of_uri(uri):
+    def _add_node(self, node: str, uri: str) -> None:
+        """Raises ValueError: the node is not allowed, because it is on another machine."""
+        if refusal := self._allowed_nodes.refusal_of_uri(uri):
             raise ValueError(refusal)
-        other = self._registry.join(node, uri)
-        if other is not None:
-            self._later((other, "shutdown", ("/master", f"[{node}] has started elsewhere")))
+        earlier = self._registry.add_node(node, uri)
+        if earlier is not None:
+            self._later((earlier, "shutdown", ("/master", f"[{node}] has started elsewhere")))
 
-    def _tell_subscribers(self, topic: str) -> None:
+    def _notify_subscribers(self, topic: str) -> None:
         publishers = self._registry.publishers.uris(topic)
         for uri in self._registry.subscribers.uris(topic):
             self._later((uri, "publisherUpdate", ("/master", topic, publishers)))
 
     def _registerPublisher(self, caller: str, topic: str, type_name: str, uri: str) -> Reply:
         topic = resolve(topic, caller)
-        self._join(caller, uri)
+        self._add_node(caller, uri)
         self._registry.publishers.add(topic, caller, uri)
-        self._registry.set_type(topic, type_name, is_spoken=True)
-        self._tell_subscribers(topic)
+        self._registry.set_type(topic, type_name, is_publisher=True)
+        self._notify_subscribers(topic)
         return 1, f"Registered [{caller}] as publisher of [{topic}]", self._registry.subscribers.uris(topic)
 
     def _unregisterPublisher(self, caller: str, topic: str, uri: str) -> Reply:
         topic = resolve(topic, caller)
-        gone = self._registry.publishers.remove(topic, caller, uri)
-        self._registry.leave(caller)
-        if gone:
-            self._tell_subscribers(topic)
-        return 1, f"Unregistered [{caller}] as publisher of [{topic}]", int(gone)
+        removed = self._registry.publishers.remove(topic, caller, uri)
+        self._registry.remove_unused_node(caller)
+        if removed:
+            self._notify_subscribers(topic)
+        return 1, f"Unregistered [{caller}] as publisher of [{topic}]", int(removed)
 
     def _registerSubscriber(self, caller: str, topic: str, type_name: str, uri: str) -> Reply:
         topic = resolve(topic, caller)
-        self._join(caller, uri)
+        self._add_node(caller, uri)
         self._registry.subscribers.add(topic, caller, uri)
-        self._registry.set_type(topic, type_name, is_spoken=False)
+        self._registry.set_type(topic, type_name, is_publisher=False)
         return 1, f"Subscribed to [{topic}]", self._registry.publishers.uris(topic)
 
     def _unregisterSubscriber(self, caller: str, topic: str, uri: str) -> Reply:
-        gone = self._registry.subscribers.remove(resolve(topic, caller), caller, uri)
-        self._registry.leave(caller)
-        return 1, f"Unregistered [{caller}] as subscriber of [{topic}]", int(gone)
+        removed = self._registry.subscribers.remove(resolve(topic, caller), caller, uri)
+        self._registry.remove_unused_node(caller)
+        return 1, f"Unregistered [{caller}] as subscriber of [{topic}]", int(removed)
 
     def _registerService(self, caller: str, service: str, service_uri: str, uri: str) -> Reply:
         service = resolve(service, caller)
-        self._join(caller, uri)
+        self._add_node(caller, uri)
         self._registry.services.entries.pop(service, None)
         self._registry.services.add(service, caller, uri)
         self._registry.service_uris[service] = service_uri
@@ -206,11 +211,11 @@ class Master:
     def _unregisterService(self, caller: str, service: str, service_uri: str) -> Reply:
         service = resolve(service, caller)
         if self._registry.service_uris.get(service) != service_uri:
-            return 1, f"[{caller}] is no provider of [{service}]", 0
-        gone = self._registry.services.remove(service, caller)
+            return 1, f"[{caller}] is not a provider of [{service}]", 0
+        removed = self._registry.services.remove(service, caller)
         self._registry.service_uris.pop(service, None)
-        self._registry.leave(caller)
-        return 1, f"Unregistered [{caller}] as provider of [{service}]", int(gone)
+        self._registry.remove_unused_node(caller)
+        return 1, f"Unregistered [{caller}] as provider of [{service}]", int(removed)
 
     # look-ups
 
@@ -247,13 +252,13 @@ class Master:
     def _setParam(self, caller: str, name: str, value: ParameterValue) -> Reply:
         name = resolve(name, caller)
         self._parameters.set(name, value)
-        self._tell_watchers(name, value)
+        self._notify_watchers(name, value)
         return 1, f"parameter {name} set", 0
 
     def _deleteParam(self, caller: str, name: str) -> Reply:
         name = resolve(name, caller)
         self._parameters.delete(name)
-        self._tell_watchers(name, {})
+        self._notify_watchers(name, {})
         return 1, f"parameter {name} deleted", 0
 
     def _hasParam(self, caller: str, name: str) -> Reply:
@@ -273,7 +278,7 @@ class Master:
 
     def _subscribeParam(self, caller: str, uri: str, name: str) -> Reply:
         name = resolve(name, caller)
-        self._join(caller, uri)
+        self._add_node(caller, uri)
         self._parameter_watchers.setdefault(name, {})[caller] = uri
         try:
             value = self._parameters.get(name)
@@ -285,7 +290,7 @@ class Master:
         watchers = self._parameter_watchers.get(resolve(name, caller), {})
         return 1, f"Unsubscribe to parameter [{name}]", int(watchers.pop(caller, None) is not None)
 
-    def _tell_watchers(self, name: str, value: ParameterValue) -> None:
+    def _notify_watchers(self, name: str, value: ParameterValue) -> None:
         for watched, nodes in self._parameter_watchers.items():
             if f"{name}/".startswith(f"{watched.rstrip('/')}/"):
                 for uri in nodes.values():

@@ -13,7 +13,7 @@ Tree = dict[str, ParameterValue]
 class ParameterServer:
     """Values are numbers, strings, booleans, lists and, as inner nodes, dictionaries.
 
-    Every method raises KeyError where there is no such parameter. Not thread-safe: its owner locks.
+    Every method raises KeyError if there is no such parameter. Not thread-safe: the owner locks.
     """
 
     def __init__(self) -> None:
@@ -53,7 +53,10 @@ class ParameterServer:
         del folder[path[-1]]
 
     def search(self, namespace: str, name: str) -> str:
-        """The full name of the nearest parameter whose first part is there, from `namespace` upwards."""
+        """The full name of a parameter, searched in `namespace` and then in each namespace above it.
+
+        As in ROS, only the first part of `name` must exist.
+        """
         if name.startswith("/"):
             self.get(name)
             return name
@@ -69,7 +72,7 @@ class ParameterServer:
         raise KeyError(name)
 
     def names(self) -> list[str]:
-        """Full names of all values that are no dictionaries."""
+        """Full names of all parameters, without inner nodes."""
         found: list[str] = []
 
         def walk(tree: Tree, prefix: str) -> None:
@@ -84,7 +87,7 @@ class ParameterServer:
 
 
 def flat_parameters(name: str, value: ParameterValue) -> Iterator[tuple[str, ParameterValue]]:
-    """Full names and values of a value and all below it, as ROS 1 sends trees."""
+    """The full name and value of each parameter in a value, which may be a tree."""
     if not isinstance(value, dict):
         yield name, value
     for key, inner in value.items() if isinstance(value, dict) else ():
@@ -92,19 +95,19 @@ def flat_parameters(name: str, value: ParameterValue) -> Iterator[tuple[str, Par
 
 
 def is_plain(value: ParameterValue) -> bool:
-    """Whether it is of numbers, texts and truths, which every bridge knows."""
+    """Whether it consists of numbers, strings and booleans, which every bridge can send."""
     if isinstance(value, list):
         return all(map(is_plain, value))
     return isinstance(value, bool | int | float | str)
 
 
 def parts(name: str) -> list[str]:
-    """A name's parts; none for the root."""
+    """The parts of a name; none for the root."""
     return [part for part in name.split("/") if part]
 
 
 def resolve(name: str, caller: str) -> str:
-    """A name as a node means it: `/a` stays, `~a` is its own, `a` stands beside the node."""
+    """The full name: `/a` is global, `~a` is in the namespace of the node, `a` in that around the node."""
     if not name.strip("/"):
         return "/"
     if name.startswith("~"):

@@ -10,17 +10,17 @@ from kbot.record.feed import Packet
 from kbot.ros.bridges.link import PeerLink, Topic
 from kbot.ros.bridges.loop import later
 from kbot.ros.bridges.ros1.tcpros import encode_header
-from kbot.ros.bridges.ros1.topic import TopicEnd
+from kbot.ros.bridges.ros1.topic import TopicEndpoint
 
 QUEUE = 100
-"""Messages that wait for a slow subscriber; of more the newest are kept."""
-SILENT_SECONDS = 10.0
-"""A subscriber that takes nothing for this long is let go."""
-READ = 1 << 12
+"""Messages that wait for a slow subscriber. If there are more, the oldest are dropped."""
+STALL_SECONDS = 10.0
+"""Seconds after which a subscriber that reads nothing is disconnected."""
+READ_BYTES = 1 << 12
 
 
-class Outgoing(TopicEnd):
-    """A topic that subscribers come to. It is heard of the simulation while one is there."""
+class PublishedTopic(TopicEndpoint):
+    """A topic that KBot publishes. It is received from the simulation while there are subscribers."""
 
     def __init__(self, link: PeerLink, topic: Topic, node: str) -> None:
         super().__init__(link, topic, node)
@@ -34,27 +34,27 @@ class Outgoing(TopicEnd):
     async def serve(
         self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, header: dict[str, str]
     ) -> None:
-        """Talk to one subscriber until it goes; what it says is not heard.
+        """Send messages to a subscriber until it disconnects. What it sends is ignored.
 
         Raises:
-            ProtocolError: it wants another type.
-            OSError: it is gone.
+            ProtocolError: it expects another type.
+            OSError: it has disconnected.
         """
         self.check(header)
         writer.write(encode_header(self.header(latching=str(int(self.topic.is_latched)))))
         subscriber = _Subscriber(writer, header.get("callerid", "?"))
         self._subscribers.append(subscriber)
-        self._link.fan_out.want(self.topic.name, subscriber.send)
+        self._link.fan_out.subscribe(self.topic.name, subscriber.send)
         try:
-            while await reader.read(READ):
+            while await reader.read(READ_BYTES):
                 pass
         finally:
-            self._link.fan_out.leave(self.topic.name, subscriber.send)
+            self._link.fan_out.unsubscribe(self.topic.name, subscriber.send)
             self._subscribers.remove(subscriber)
             subscriber.close()
 
     def close(self) -> None:
-        """Let every subscriber go; from any thread."""
+        """Disconnect every subscriber. May be called on any thread."""
         for subscriber in self._subscribers.copy():
             later(subscriber.close)
 
@@ -65,12 +65,12 @@ class _Subscriber:
         self._writer = writer
         self._waiting: deque[bytes] = deque(maxlen=QUEUE)
         self._sending: asyncio.Task[None] | None = None
-        writer.transport.set_write_buffer_limits(0)  # so that `drain` waits for all to be taken
+        writer.transport.set_write_buffer_limits(0)  # so that `drain` waits until the buffer is empty
 
     def send(self, packet: Packet) -> None:
-        """At once where it keeps up; nothing to one that is gone, which asyncio would complain of aloud."""
+        """Send at once, or queue the packet while the subscriber is slow."""
         if self._writer.transport.is_closing():
-            return
+            return  # asyncio logs a warning for writes to a lost connection
         data = struct.pack("<I", len(packet.ros1)) + packet.ros1
         if self._sending is not None:
             self._waiting.append(data)
@@ -84,11 +84,11 @@ class _Subscriber:
 
     async def _catch_up(self) -> None:
         try:
-            async with asyncio.timeout(SILENT_SECONDS):
+            async with asyncio.timeout(STALL_SECONDS):
                 await self._writer.drain()
             while self._waiting:
                 self._writer.write(self._waiting.popleft())
-                async with asyncio.timeout(SILENT_SECONDS):
+                async with asyncio.timeout(STALL_SECONDS):
                     await self._writer.drain()
         except (OSError, TimeoutError):
             self.close()

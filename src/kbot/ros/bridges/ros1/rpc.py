@@ -1,4 +1,4 @@
-"""ROS 1's XML-RPC: every answer is (code, text, value), and every wait has a limit."""
+"""XML-RPC of ROS 1: client and server. Every answer is (code, text, value), and every wait is limited."""
 
 from __future__ import annotations
 
@@ -17,42 +17,47 @@ from xmlrpc.server import SimpleXMLRPCDispatcher, SimpleXMLRPCRequestHandler
 from kbot.net.hosts import accepts_host, only_host
 
 LARGEST_BODY = 1 << 24
-"""Bytes of a request or an answer: 16 MiB, more than robot descriptions have."""
+"""Bytes of a request or an answer: 16 MiB, more than any robot description."""
 DEEPEST = 300
-"""XML elements within each other: a level of a parameter tree takes three, and Python's own writer of XML-RPC
-recurses once for each level."""
+"""Nesting levels of XML elements. A level of a parameter tree takes three of them, and Python's XML-RPC
+writer recurses once for each level of the tree."""
 XML_TYPES = ("text/xml", "application/xml")
 READ_BYTES = 1 << 16
 LINGER_SECONDS = 1.0
 """Seconds that a refused peer has to read the error."""
 MOST_AT_ONCE = 64
+"""Requests that are answered at the same time. More are refused."""
 SERVER_SECONDS = 10.0
+"""Seconds without data after which a request is aborted."""
 CLIENT_SECONDS = 3.0
-LOOK_SECONDS = 0.25
-"""How long a server takes to notice that it is to end."""
+"""Seconds to wait for an answer."""
+POLL_SECONDS = 0.25
+"""Seconds that a server may take to notice that it must stop."""
 
 Reply = tuple[int, str, Any]
 Foreign = Any
-"""What the library hands over, or ROS answers."""
+"""A value from Python's XML-RPC library, or from a ROS node."""
 
 
 def check_xml(body: bytes) -> None:
-    """Raise ValueError for what is not XML, has a document type (whose entities can multiply a text), or is
-    nested too deeply."""
+    """Raise ValueError if a body is not XML, is nested too deeply, or has a document type.
+
+    A document type can define entities that expand to a huge text.
+    """
     depth = 0
 
     def start(name: str, attributes: dict[str, str]) -> None:
         nonlocal depth
         depth += 1
         if depth > DEEPEST:
-            raise ValueError(f"more than {DEEPEST} XML elements within each other")
+            raise ValueError(f"XML elements are nested more than {DEEPEST} levels deep")
 
     def end(name: str) -> None:
         nonlocal depth
         depth -= 1
 
     def refuse_doctype(*_: object) -> None:
-        raise ValueError("a document type in XML-RPC")
+        raise ValueError("XML-RPC must not have a document type")
 
     parser = ParserCreate()
     parser.StartElementHandler, parser.EndElementHandler = start, end
@@ -66,11 +71,11 @@ def check_xml(body: bytes) -> None:
 
 
 def read_answer(body: bytes) -> tuple[Foreign, ...]:
-    """The values of an answer, or of a call.
+    """Parse an answer, or a call, and return its values.
 
     Raises:
-        ValueError: it is not XML-RPC.
-        xmlrpc.client.Fault: it is a fault.
+        ValueError: the body is not XML-RPC.
+        xmlrpc.client.Fault: the answer is a fault.
     """
     check_xml(body)
     try:
@@ -81,7 +86,7 @@ def read_answer(body: bytes) -> tuple[Foreign, ...]:
 
 class _Handler(SimpleXMLRPCRequestHandler):
     server: RpcServer
-    rpc_paths = ("/", "/RPC2")  # roscpp and rospy use the first, and a URI without a path means the second
+    rpc_paths = ("/", "/RPC2")  # roscpp and rospy use "/"; Python's client uses "/RPC2" without a path
     timeout = SERVER_SECONDS
     error_message_format = "%(code)d: %(message)s\n"
     error_content_type = "text/plain; charset=utf-8"
@@ -94,7 +99,7 @@ class _Handler(SimpleXMLRPCRequestHandler):
             self._refuse(*refusal)
 
     def decode_request_content(self, data: bytes) -> bytes | None:
-        """The request's body, checked; None if the request is refused."""
+        """The decoded body of the request; None if the request has been refused."""
         decoded: bytes | None = super().decode_request_content(data)
         if decoded is None:
             return None
@@ -108,8 +113,8 @@ class _Handler(SimpleXMLRPCRequestHandler):
     def _refusal(self) -> tuple[HTTPStatus, str] | None:
         """Why a request is not from a ROS node, or cannot be read; None if it is accepted.
 
-        Without asking the server first, a web page can send a POST to any server, but only with content types
-        other than XML. Browsers add Origin to each POST.
+        A web page can send a POST to any server without a preflight request, but not as XML.
+        Browsers add an Origin header to each POST.
         """
         headers = self.headers
         if "origin" in headers:
@@ -126,9 +131,11 @@ class _Handler(SimpleXMLRPCRequestHandler):
         return None
 
     def _refuse(self, status: HTTPStatus, reason: str) -> None:
-        """Answer with an error that has no effect, and let the peer read it: closing a connection with unread
-        bytes resets it, and the answer would be lost."""
-        with contextlib.suppress(OSError):  # the peer may be gone
+        """Answer with an error, and read the rest of the request.
+
+        If a connection is closed with unread bytes, it is reset, and the peer does not get the error.
+        """
+        with contextlib.suppress(OSError):  # the peer may have disconnected
             self.send_error(status, reason)
             self.wfile.flush()
             self.connection.shutdown(socket.SHUT_WR)
@@ -144,14 +151,11 @@ class _Handler(SimpleXMLRPCRequestHandler):
             self.close_connection = True
 
     def log_message(self, format: str, *args: object) -> None:
-        """Nothing is written about requests."""
+        """Do not log requests."""
 
 
 class RpcServer(socketserver.ThreadingMixIn, socketserver.TCPServer, SimpleXMLRPCDispatcher):
-    """Answers on threads of its own from the moment it is made; more than a few requests at once are refused.
-
-    Only ROS nodes are answered, not web pages: see `_Handler`.
-    """
+    """Answers each request on its own thread, from its creation on. It refuses web pages, see `_Handler`."""
 
     allow_reuse_address = True
     daemon_threads = True
@@ -161,7 +165,7 @@ class RpcServer(socketserver.ThreadingMixIn, socketserver.TCPServer, SimpleXMLRP
     _send_traceback_header = False
 
     def __init__(self, host: str, port: int, functions: dict[str, Callable[..., Reply]]) -> None:
-        """Raises OSError: the address is taken, or not this machine's."""
+        """Raises OSError: the address is in use, or not one of this machine."""
         self.host = host
         SimpleXMLRPCDispatcher.__init__(self, allow_none=False, encoding="utf-8")
         socketserver.TCPServer.__init__(self, (host, port), _Handler)
@@ -170,7 +174,7 @@ class RpcServer(socketserver.ThreadingMixIn, socketserver.TCPServer, SimpleXMLRP
             self.register_function(function, name)
         self._free = threading.BoundedSemaphore(MOST_AT_ONCE)
         self._thread = threading.Thread(
-            target=self.serve_forever, args=(LOOK_SECONDS,), daemon=True, name="kbot-ros1-rpc"
+            target=self.serve_forever, args=(POLL_SECONDS,), daemon=True, name="kbot-ros1-rpc"
         )
         self._thread.start()
 
@@ -179,7 +183,7 @@ class RpcServer(socketserver.ThreadingMixIn, socketserver.TCPServer, SimpleXMLRP
         return int(self.server_address[1])
 
     def close(self) -> None:
-        """Answer no more."""
+        """Stop the server."""
         self.shutdown()
         self.server_close()
         self._thread.join()
@@ -197,11 +201,11 @@ class RpcServer(socketserver.ThreadingMixIn, socketserver.TCPServer, SimpleXMLRP
             self._free.release()
 
     def handle_error(self, request: Foreign, client_address: Foreign) -> None:
-        """What one peer does wrong is its own affair."""
+        """Ignore errors of a connection, because they are errors of the peer."""
 
 
 class _Transport(xmlrpc.client.Transport):
-    accept_gzip_encoding = False  # the size of an answer is checked as it comes
+    accept_gzip_encoding = False  # the size limit applies to the bytes as received
 
     def make_connection(self, host: Foreign) -> http.client.HTTPConnection:
         connection = super().make_connection(host)
@@ -223,11 +227,11 @@ class _Transport(xmlrpc.client.Transport):
 
 
 class RpcFailed(Exception):
-    """The other side does not answer, or answers that it cannot."""
+    """The other side does not answer, or reports a failure."""
 
 
 def why_not_sent(value: Foreign) -> str:
-    """Why a value cannot be sent, such as a number of more than 32 bits; empty if it can."""
+    """Why XML-RPC cannot transmit a value, such as an integer of more than 32 bits; empty if it can."""
     try:
         body = xmlrpc.client.dumps((value,), "setParam").encode()
         read_answer(body)
@@ -237,10 +241,10 @@ def why_not_sent(value: Foreign) -> str:
 
 
 def call(uri: str, method: str, *arguments: Foreign) -> Foreign:
-    """Call a master or node; its answer's value.
+    """Call a master or node, and return the value of its answer.
 
     Raises:
-        RpcFailed: it is not there, does not answer in time, or says no.
+        RpcFailed: it does not answer in time, or reports a failure.
     """
     try:
         with xmlrpc.client.ServerProxy(uri, transport=_Transport()) as server:

@@ -12,6 +12,7 @@ from kbot.ros.bridges.service import require_service
 from kbot.text import KbotError
 
 ANSWER_SECONDS = 30.0
+"""Seconds to wait for a request, for its response, and for the caller to read it."""
 
 
 async def serve_service(
@@ -21,11 +22,11 @@ async def serve_service(
     writer: asyncio.StreamWriter,
     header: dict[str, str],
 ) -> None:
-    """Answer one caller: one request, or as many as come where it wants a persistent connection.
+    """Answer one request of a caller, or all of them on a persistent connection.
 
     Raises:
-        ProtocolError: there is no such service, or the caller means another definition of it.
-        OSError, EOFError: the caller is gone.
+        ProtocolError: there is no such service, or the caller has another definition of it.
+        OSError, EOFError: the caller has disconnected.
     """
     try:
         kind = require_service(link.services, header["service"]).type

@@ -17,37 +17,39 @@ from kbot.ros.bridges.ros1.tcpros import (
     read_block,
     read_header,
 )
-from kbot.ros.bridges.ros1.topic import TopicEnd
+from kbot.ros.bridges.ros1.topic import TopicEndpoint
 from kbot.text import KbotError
 
-AGAIN_SECONDS = 1.0
+RETRY_SECONDS = 1.0
+"""Seconds between two attempts to connect to a publisher."""
 MOST_PUBLISHERS = 32
+"""Publishers of a topic that are connected. Each needs a thread."""
 
 
-class Incoming(TopicEnd):
-    """Connects to each publisher of a topic and passes its messages on."""
+class SubscribedTopic(TopicEndpoint):
+    """Connects to each publisher of a topic and passes its messages to the simulation."""
 
-    def __init__(self, link: PeerLink, topic: Topic, node: str, contacts: AllowedNodes) -> None:
+    def __init__(self, link: PeerLink, topic: Topic, node: str, allowed_nodes: AllowedNodes) -> None:
         super().__init__(link, topic, node)
-        self.contacts = contacts
+        self.allowed_nodes = allowed_nodes
         self._lock = threading.Lock()
         self._publishers: dict[str, _Publisher] = {}
 
     @property
     def peers(self) -> list[str]:
-        """Addresses of the nodes that are heard."""
+        """URIs of the publishers."""
         with self._lock:
             return list(self._publishers)
 
     def update(self, uris: list[str]) -> None:
-        """Connect to these publishers, where they may be contacted, and to no others."""
+        """Connect to these publishers, if they are allowed, and to no others."""
         with self._lock:
-            gone = [self._publishers.pop(uri) for uri in list(self._publishers) if uri not in uris]
-            allowed = [uri for uri in uris if not self.contacts.refusal_of_uri(uri)]
+            removed = [self._publishers.pop(uri) for uri in list(self._publishers) if uri not in uris]
+            allowed = [uri for uri in uris if not self.allowed_nodes.refusal_of_uri(uri)]
             for uri in allowed[:MOST_PUBLISHERS]:
                 if uri not in self._publishers:
                     self._publishers[uri] = _Publisher(self, self._link, self._node, uri)
-        for publisher in gone:
+        for publisher in removed:
             publisher.close()
 
     def close(self) -> None:
@@ -55,8 +57,8 @@ class Incoming(TopicEnd):
 
 
 class _Publisher:
-    def __init__(self, incoming: Incoming, link: PeerLink, node: str, uri: str) -> None:
-        self._incoming, self._link, self._node, self._uri = incoming, link, node, uri
+    def __init__(self, endpoint: SubscribedTopic, link: PeerLink, node: str, uri: str) -> None:
+        self._endpoint, self._link, self._node, self._uri = endpoint, link, node, uri
         self._closed = threading.Event()
         self._connection: socket.socket | None = None
         threading.Thread(target=self._run, daemon=True, name="kbot-ros1-in").start()
@@ -71,27 +73,28 @@ class _Publisher:
     def _run(self) -> None:
         while not self._closed.is_set():
             try:
-                self._hear()
+                self._receive()
             except (OSError, RpcFailed):
-                pass  # it may come back for as long as the master names it
+                pass  # try again, as long as the master lists the publisher
             except (ProtocolError, KbotError) as error:
-                self._link.tell(f"ROS 1: {self._uri} is not heard on {self._incoming.topic.name}: {error}")
-            self._closed.wait(AGAIN_SECONDS)
+                name = self._endpoint.topic.name
+                self._link.report(f"ROS 1: cannot subscribe to {name} of {self._uri}: {error}")
+            self._closed.wait(RETRY_SECONDS)
 
-    def _hear(self) -> None:
-        topic = self._incoming.topic
+    def _receive(self) -> None:
+        topic = self._endpoint.topic
         answer = call(self._uri, "requestTopic", self._node, topic.name, [["TCPROS"]])
         try:
             _, host, port = answer
             address = str(host), int(port)
         except (TypeError, ValueError):
-            raise ProtocolError(f"it offers {answer!r} where an address should be") from None
-        if refusal := self._incoming.contacts.refusal(address[0]):
+            raise ProtocolError(f"its answer to requestTopic has no address: {answer!r}") from None
+        if refusal := self._endpoint.allowed_nodes.refusal(address[0]):
             raise ProtocolError(refusal)
         with socket.create_connection(address, HANDSHAKE_SECONDS) as connection:
             self._connection = connection
-            connection.sendall(encode_header(self._incoming.header(tcp_nodelay="1")))
-            self._incoming.check(read_header(connection))
+            connection.sendall(encode_header(self._endpoint.header(tcp_nodelay="1")))
+            self._endpoint.check(read_header(connection))
             connection.settimeout(None)
             connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
             while not self._closed.is_set():

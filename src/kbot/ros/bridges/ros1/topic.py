@@ -1,4 +1,4 @@
-"""One end of a ROS 1 topic: its name, type, definition and connection header."""
+"""An endpoint of a ROS 1 topic: its name, type, definition and connection header."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from kbot.ros.bridges.link import PeerLink, Topic
 from kbot.ros.bridges.ros1.tcpros import check_header
 
 
-class TopicEnd:
-    """What a publisher and a subscriber of a topic have in common."""
+class TopicEndpoint:
+    """The base class of publishers and subscribers of a topic."""
 
     def __init__(self, link: PeerLink, topic: Topic, node: str) -> None:
         self.topic = topic
@@ -17,7 +17,7 @@ class TopicEnd:
         self._link, self._node = link, node
 
     def header(self, **more: str) -> dict[str, str]:
-        """The fields that a connection begins with."""
+        """The fields of the connection header."""
         return {
             "callerid": self._node,
             "md5sum": self._md5,
@@ -28,5 +28,5 @@ class TopicEnd:
         }
 
     def check(self, header: dict[str, str]) -> None:
-        """Raises ProtocolError: the other side means another topic, type or definition."""
+        """Raises ProtocolError: the other side has another topic, type or definition."""
         check_header(header, self.topic.name, self.type_name, self._md5)

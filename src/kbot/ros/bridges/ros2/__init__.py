@@ -28,7 +28,7 @@ def open_bridge(link: PeerLink, host: str | None, node: str = "/kbot") -> Ros2Br
 
 def _why_no_peer() -> str:
     if find_spec("cyclonedds") is None:
-        return "it needs an extra, pip install 'kbot[ros2]'"
+        return "an extra is missing: pip install 'kbot[ros2]'"
     if os.environ.get("RMW_IMPLEMENTATION") == "rmw_zenoh_cpp":
         return "RMW_IMPLEMENTATION selects Zenoh"
     if os.environ.get("ROS_VERSION") == "2" or os.environ.get("ROS_DOMAIN_ID") or shutil.which("ros2"):

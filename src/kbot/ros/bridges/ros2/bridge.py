@@ -32,7 +32,7 @@ from kbot.ros.bridges.loop import Batch, later, wait_for
 from kbot.text import KbotError
 
 Dds = Any
-"""What the library gives and takes, which is not typed."""
+"""An object of the DDS library, which has no type annotations."""
 
 array: Dds = idl.array
 sequence: Dds = idl.sequence
@@ -48,9 +48,9 @@ PRIMITIVES: dict[str, Dds] = {
 
 @cache
 def sample_type(name: str) -> Dds:
-    """The class of samples of a ROS type such as `nav_msgs/msg/Odometry`.
+    """The sample class of a ROS type such as `nav_msgs/msg/Odometry`.
 
-    Its fields are there for DDS to know the type by; a sample itself is `sample_of` bytes.
+    DDS describes the type to peers by the fields. A sample does not have them: it is bytes, see `sample_of`.
     """
     package, _, last = name.partition("/msg/")
     fields = {field: _field(kind) for field, kind in ros2_types().fielddefs[name][1]}
@@ -61,24 +61,24 @@ def sample_type(name: str) -> Dds:
         lambda space: space.update({"__annotations__": fields, "__module__": __name__}),
     )
     sample: Dds = dataclasses.dataclass(made)
-    sample.serialize = _encoded
-    sample.deserialize = classmethod(_taken)
+    sample.serialize = _serialize
+    sample.deserialize = classmethod(_deserialize)
     return sample
 
 
 def sample_of(kind: Dds, data: bytes) -> Dds:
-    """A sample that carries a message in CDR, with its header."""
+    """A sample of a message in CDR, including the CDR header."""
     sample = object.__new__(kind)
     sample.encoded = data
     return sample
 
 
-def _encoded(sample: Dds, **_: object) -> bytes:
+def _serialize(sample: Dds, **_: object) -> bytes:
     data: bytes = sample.encoded
     return data
 
 
-def _taken(kind: Dds, /, data: bytes, **_: object) -> Dds:
+def _deserialize(kind: Dds, /, data: bytes, **_: object) -> Dds:
     return sample_of(kind, bytes(data))
 
 
@@ -92,17 +92,18 @@ def _field(kind: Dds) -> Dds:
             return array[_field(item), length]
         case (Nodetype.SEQUENCE, (item, limit)):
             return sequence[_field(item), limit] if limit else sequence[_field(item)]
-    raise TypeError(f"a field of an unknown kind: {kind!r}")
+    raise TypeError(f"unknown kind of field: {kind!r}")
 
 
 GRAPH_TOPIC = "ros_discovery_info"
 GRAPH_TYPE = "rmw_dds_common/msg/ParticipantEntitiesInfo"
 GID_BYTES = 16
-"""As from ROS 2 Iron on; Humble has 24."""
+"""Bytes of a GID, from ROS 2 Iron on. In Humble it has 24 bytes."""
 
 
 def node_message(participant: bytes, node: str, readers: list[bytes], writers: list[bytes]) -> bytes:
-    """The message, in CDR, of a participant with one node of that full name; GUIDs are 16 bytes."""
+    """The discovery message, in CDR, of a participant with one node. `node` is its full name, GUIDs have 16
+    bytes."""
     namespace, _, name = node.rpartition("/")
     body = _gid(participant) + struct.pack("<I", 1)
     body = _text(_text(body, namespace or "/"), name)
@@ -121,45 +122,54 @@ def _text(body: bytes, text: str) -> bytes:
 
 
 NODE = "/kbot"
-LOOK_SECONDS = 0.25
+POLL_SECONDS = 0.25
+"""Seconds between two checks for new and lost subscribers."""
 MOST_AT_ONCE = 64
+"""Samples that are taken from a reader at once."""
 HIGHEST_DOMAIN = 232
+"""The highest domain of DDS: the UDP ports of domain 233 are above 65535."""
 
 LOOPBACK = """<CycloneDDS><Domain>
 <General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>
 <AllowMulticast>false</AllowMulticast></General>
 <Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>120</MaxAutoParticipantIndex>
 <Peers><Peer address="127.0.0.1"/></Peers></Discovery></Domain></CycloneDDS>"""
-"""Configuration of a domain that stays on this machine."""
+"""Cyclone's configuration of a domain that only this machine can reach."""
 
 
 class Ros2Bridge:
-    """A node /kbot: topics out reliably, latched ones also for those who come late, commands in by best
-    effort. A thread of its own hears them, and finds out who is there."""
+    """The node /kbot.
+
+    It publishes reliably, latched topics also for late subscribers. It subscribes with best effort, because a
+    reliable subscriber receives nothing from a best-effort publisher. Its own thread receives messages and
+    checks for subscribers.
+    """
 
     def __init__(self, link: PeerLink, host: str | None = None, node: str = NODE) -> None:
-        """The domain is ROS_DOMAIN_ID's, else 0. It stays on this machine unless `host` is the address of
-        one of its networks. `node` is its full name.
+        """Join the domain ROS_DOMAIN_ID, else 0.
+
+        Only this machine can connect, unless `host` is its address in another network. `node` is the node's
+        full name.
 
         Raises:
-            KbotError: the domain is none, or the address cannot be used.
+            KbotError: the domain is invalid, or the address cannot be used.
         """
         self._link, self._host, self._node = link, host, node
         self.domain = _domain()
         config = LOOPBACK if host is None else _network(host)
         try:
-            # a process has a domain but once: another bridge of this process shares it
+            # a process can create each domain only once, so bridges of this process share it
             self._domain = _shared_domain(self.domain, config)
             self._participant: Dds = DomainParticipant(
                 self.domain, qos=Qos(Policy.Userdata(data=b"enclave=/;"))
             )
         except DDSException as error:
             raise KbotError(f"ROS 2 cannot be served in domain {self.domain}: {error.msg}") from None
-        self._outgoing: dict[str, _Outgoing] = {}
+        self._published: dict[str, _PublishedTopic] = {}
         self._batch = Batch(self._write)
         self._readers: dict[Dds, tuple[str, type]] = {}
         self._closed, self._changed = threading.Event(), threading.Event()
-        latched = Qos(Policy.Durability.TransientLocal, _WAITS, Policy.History.KeepLast(1))
+        latched = Qos(Policy.Durability.TransientLocal, _RELIABLE_WAITING, Policy.History.KeepLast(1))
         graph = sample_type(GRAPH_TYPE)
         self._graph: Dds = DataWriter(
             self._participant, DdsTopic(self._participant, GRAPH_TOPIC, graph), qos=latched
@@ -171,48 +181,49 @@ class Ros2Bridge:
         self._thread.start()
 
     def describe(self) -> str:
-        """Where it is to be found, in one sentence."""
+        """The node and its domain, in one sentence."""
         where = "on this machine only" if self._host is None else f"at {self._host}"
         return f"ROS 2: node {self._node} in domain {self.domain}, {where}"
 
     def close(self) -> None:
-        """Take leave of all peers."""
+        """Leave the domain."""
         self._closed.set()
         self._thread.join(5.0)
-        wait_for(self._leave())
-        self._waitset = None  # DDS takes leave when nothing holds its entities, and this one holds the others
-        self._outgoing.clear()
+        wait_for(self._close_topics())
+        # DDS deletes entities that nothing refers to, and the waitset refers to all others
+        self._waitset = None
+        self._published.clear()
         self._readers.clear()
         self._graph = self._participant = None
 
-    async def _leave(self) -> None:
-        for outgoing in self._outgoing.values():
-            outgoing.close()
+    async def _close_topics(self) -> None:
+        for published in self._published.values():
+            published.close()
 
     def _run(self) -> None:
-        """Hear, and now and then look who is there: DDS takes its time to tell."""
-        look_at = 0.0
+        """Receive messages, and check for subscribers every `POLL_SECONDS`."""
+        check_at = 0.0
         while not self._closed.is_set():
             if self._changed.is_set():
                 self._changed.clear()
                 self._make_endpoints()
-                look_at = 0.0
-            if time.monotonic() >= look_at:
-                for outgoing in self._outgoing.values():
-                    outgoing.look()
-                look_at = time.monotonic() + LOOK_SECONDS
-            self._waitset.wait(duration(seconds=LOOK_SECONDS))
-            self._hear()
+                check_at = 0.0
+            if time.monotonic() >= check_at:
+                for published in self._published.values():
+                    published.check_subscribers()
+                check_at = time.monotonic() + POLL_SECONDS
+            self._waitset.wait(duration(seconds=POLL_SECONDS))
+            self._receive()
 
     def _make_endpoints(self) -> None:
         for topic in self._link.topics.values():
             if topic.is_input:
                 self._make_readers(topic)
-            elif topic.name not in self._outgoing:
+            elif topic.name not in self._published:
                 kind = sample_type(topic.type_name)
                 writer = DataWriter(self._participant, self._topic(topic.name, kind), qos=_writer_qos(topic))
-                self._outgoing[topic.name] = _Outgoing(self._link, topic, writer, kind, self._batch)
-        self._tell_graph()
+                self._published[topic.name] = _PublishedTopic(self._link, topic, writer, kind, self._batch)
+        self._publish_graph()
 
     def _make_readers(self, topic: Topic) -> None:
         if topic.name in {name for name, _ in self._readers.values()}:
@@ -229,16 +240,16 @@ class Ros2Bridge:
     def _topic(self, name: str, kind: Dds) -> Dds:
         return DdsTopic(self._participant, f"rt{name}", kind)
 
-    def _tell_graph(self) -> None:
-        writers = [outgoing.writer.guid.bytes for outgoing in self._outgoing.values()]
+    def _publish_graph(self) -> None:
+        writers = [published.writer.guid.bytes for published in self._published.values()]
         readers = [reader.guid.bytes for reader in self._readers]
         data = node_message(self._participant.guid.bytes, self._node, readers, writers)
         self._graph.write(sample_of(sample_type(GRAPH_TYPE), data))
 
-    def _hear(self) -> None:
+    def _receive(self) -> None:
         for reader, (topic, message_type) in list(self._readers.items()):
             for sample in reader.take(MOST_AT_ONCE):
-                if sample.sample_info.valid_data:
+                if sample.sample_info.valid_data:  # others only report that a writer has left
                     self._deliver(topic, message_type, sample.encoded)
 
     def _write(self, batch: list[tuple[Dds, Dds]]) -> None:
@@ -246,17 +257,17 @@ class Ros2Bridge:
             try:
                 writer.write(sample)
             except DDSException as error:
-                self._link.tell(f"ROS 2: a message was not sent: {error.msg}")
+                self._link.report(f"ROS 2: a message could not be sent: {error.msg}")
 
     def _deliver(self, topic: str, message_type: type, data: bytes) -> None:
         try:
             self._link.send(topic, decode_cdr(data, message_type))
         except KbotError as error:
-            self._link.tell(f"ROS 2: a message on {topic} was refused: {error}")
+            self._link.report(f"ROS 2: refused a message on {topic}: {error}")
 
 
-class _Outgoing:
-    """One topic. What is latched is kept by DDS for those who come late; else only what is heard is made."""
+class _PublishedTopic:
+    """A topic that KBot publishes, open while it is latched or has subscribers."""
 
     def __init__(
         self, link: PeerLink, topic: Topic, writer: Dds, kind: Dds, batch: Batch[tuple[Dds, Dds]]
@@ -265,20 +276,20 @@ class _Outgoing:
         self._link, self._topic, self._kind, self._batch = link, topic, kind, batch
         self._is_open = False
 
-    def look(self) -> None:
-        """Open it when somebody came, close it when nobody is left."""
-        is_heard = self._topic.is_latched or bool(self.writer.get_matched_subscriptions())
-        if is_heard != self._is_open:
-            self._is_open = is_heard
+    def check_subscribers(self) -> None:
+        """Open the topic for its first subscriber, close it without one."""
+        is_wanted = self._topic.is_latched or bool(self.writer.get_matched_subscriptions())
+        if is_wanted != self._is_open:
+            self._is_open = is_wanted
             fan_out = self._link.fan_out
-            if is_heard:
-                later(lambda: fan_out.want(self._topic.name, self._send, self._batch.flush))
+            if is_wanted:
+                later(lambda: fan_out.subscribe(self._topic.name, self._send, self._batch.flush))
             else:
-                later(lambda: fan_out.leave(self._topic.name, self._send))
+                later(lambda: fan_out.unsubscribe(self._topic.name, self._send))
 
     def close(self) -> None:
-        """On the loop: send nothing more."""
-        self._link.fan_out.leave(self._topic.name, self._send)
+        """Stop publishing. Must be called on the loop."""
+        self._link.fan_out.unsubscribe(self._topic.name, self._send)
 
     def _send(self, packet: Packet) -> None:
         if type(packet.message) is not self._topic.message_type:
@@ -298,7 +309,7 @@ def _shared_domain(number: int, config: str) -> Dds:
 def _domain() -> int:
     text = os.environ.get("ROS_DOMAIN_ID") or "0"
     if not text.isdecimal() or int(text) > HIGHEST_DOMAIN:
-        raise KbotError(f"ROS_DOMAIN_ID is a whole number from 0 to {HIGHEST_DOMAIN}, not '{text}'")
+        raise KbotError(f"ROS_DOMAIN_ID must be a whole number from 0 to {HIGHEST_DOMAIN}, not '{text}'")
     return int(text)
 
 
@@ -309,8 +320,9 @@ def _network(host: str) -> str:
     )
 
 
-_WAITS = Policy.Reliability.Reliable(duration(milliseconds=100))
-_NEVER_WAITS = Policy.Reliability.Reliable(0)
+_RELIABLE_WAITING = Policy.Reliability.Reliable(duration(milliseconds=100))
+"""A slow subscriber may block a write for this long."""
+_RELIABLE = Policy.Reliability.Reliable(0)
 _ANY_NEW = ViewState.Any | InstanceState.Alive | SampleState.NotRead
 
 
@@ -319,12 +331,12 @@ def _type_hash(type_name: str) -> Dds:
 
 
 def _writer_qos(topic: Topic) -> Dds:
-    """A peer that is slow to take what is latched is waited for a moment, lest it never gets it."""
+    """The writer's QoS. A write of a latched message waits for slow subscribers, because no other follows."""
     if topic.is_latched:
-        kept = Policy.Durability.TransientLocal, _WAITS, Policy.History.KeepLast(1)
+        policies = Policy.Durability.TransientLocal, _RELIABLE_WAITING, Policy.History.KeepLast(1)
     else:
-        kept = Policy.Durability.Volatile, _NEVER_WAITS, Policy.History.KeepLast(10)
-    return Qos(*kept, _type_hash(topic.type_name))
+        policies = Policy.Durability.Volatile, _RELIABLE, Policy.History.KeepLast(10)
+    return Qos(*policies, _type_hash(topic.type_name))
 
 
 def _reader_qos(message_type: type) -> Dds:

@@ -31,7 +31,7 @@ def _open(link: PeerLink, host: str | None) -> ZenohBridge:
 
 def _why_no_peer() -> str:
     if find_spec("zenoh") is None:
-        return "it needs an extra, pip install 'kbot[zenoh]'"
+        return "an extra is missing: pip install 'kbot[zenoh]'"
     if os.environ.get("ZENOH_CONNECT"):
         return ""
     try:

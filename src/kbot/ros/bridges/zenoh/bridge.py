@@ -1,6 +1,6 @@
-"""The simulation as a ROS 2 node over Zenoh, as in rmw_zenoh.
+"""The simulation as a ROS 2 node over Zenoh, compatible with rmw_zenoh.
 
-Keys, tokens and attachments: https://github.com/ros2/rmw_zenoh/blob/rolling/docs/design.md
+Its keys, tokens and attachments: https://github.com/ros2/rmw_zenoh/blob/rolling/docs/design.md
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from kbot.ros.bridges.zenoh import ROUTER_PORT
 from kbot.ros.bridges.zenoh.names import (
     ATTACHED,
     LATCHED,
-    OF_PARAMETERS,
+    PARAMETERS,
     VOLATILE,
     entity_token,
     node_token,
@@ -43,34 +43,38 @@ from kbot.text import KbotError
 NODE = "kbot"
 
 OfZenoh = Any
-"""What the library gives and takes, which is not typed."""
+"""An object of the Zenoh library, which has no type annotations."""
 
 _Sent = tuple[OfZenoh, bytes, bytes]
-"""The library's publisher, a message and what is attached to it."""
+"""The library's publisher, a message and its attachment."""
 
 
 class ZenohBridge:
-    """A node /kbot: topics out, latched ones also for those who come late, commands and calls of services
-    in. It meets peers through the router where one answers, else it listens in the router's place."""
+    """The node /kbot, with topics, services and parameters. Late subscribers receive latched messages.
+
+    It connects through the router. If none answers on this machine, it acts as the router.
+    """
 
     def __init__(self, link: PeerLink, host: str | None = None) -> None:
-        """The domain is ROS_DOMAIN_ID's, else 0. `host` is the address that peers reach it at where it
-        listens itself; ZENOH_CONNECT names another router's, as in tcp/10.0.0.2:7447.
+        """Connect in the domain ROS_DOMAIN_ID, else 0.
+
+        ZENOH_CONNECT is the address of the router, such as tcp/10.0.0.2:7447. If KBot acts as the router,
+        `host` is the address that peers connect to.
 
         Raises:
             KbotError: no session can be opened.
         """
         self._link = link
         self.domain = _domain()
-        self._session, self._place = _open(host)
+        self._session, self._where = _open(host)
         self._zid = str(self._session.zid())
         self._numbers = itertools.count(1)
-        self._outgoing: dict[str, _Outgoing] = {}
+        self._published: dict[str, _PublishedTopic] = {}
         self._batch = Batch(_put)
         self._incoming: dict[str, list[OfZenoh]] = {}
         self._closed, self._changed = threading.Event(), threading.Event()
         self._tokens = [self._session.liveliness().declare_token(node_token(self.domain, self._zid, NODE))]
-        self._services = ServiceServer(self._session, self.domain, partial(self._token, "SS"), link.tell)
+        self._services = ServiceServer(self._session, self.domain, partial(self._token, "SS"), link.report)
         self._parameters = parameter_services(link, f"/{NODE}")
         self._events = self._events_of_parameters()
         link.watch(self._changed.set)
@@ -79,18 +83,18 @@ class ZenohBridge:
         self._thread.start()
 
     def describe(self) -> str:
-        """Where it is to be found, in one sentence."""
-        return f"Zenoh: node /{NODE} in domain {self.domain}, {self._place}"
+        """The node, its domain and the router, in one sentence."""
+        return f"Zenoh: node /{NODE} in domain {self.domain}, {self._where}"
 
     def close(self) -> None:
-        """Take leave of all peers; a session that is left open keeps the process from ending."""
+        """Disconnect. The process cannot exit while the session is open."""
         self._closed.set()
         self._changed.set()
         self._thread.join(5.0)
-        for topic in self._outgoing.values():
+        for topic in self._published.values():
             topic.close()
         self._services.close()
-        with suppress(zenoh.ZError):  # a peer that reads nothing is not waited for
+        with suppress(zenoh.ZError):  # raised if a peer does not read
             self._session.close()
 
     def _run(self) -> None:
@@ -99,29 +103,30 @@ class ZenohBridge:
             self._changed.clear()
             if self._closed.is_set():
                 return
-            self._declare()
-            self._offer()
-            self._events.tell()
+            self._declare_topics()
+            self._offer_services()
+            self._events.publish_changes()
 
-    def _declare(self) -> None:
+    def _declare_topics(self) -> None:
         topics = self._link.topics
-        for name in [n for n, out in self._outgoing.items() if topics.get(n) != out.topic]:
-            self._outgoing.pop(name).close()
+        for name in [n for n, published in self._published.items() if topics.get(n) != published.topic]:
+            self._published.pop(name).close()
         for name in self._incoming.keys() - topics.keys():
             for declared in self._incoming.pop(name):
                 declared.undeclare()
         for topic in topics.values():
             if topic.is_input and topic.name not in self._incoming:
-                self._incoming[topic.name] = self._hear(topic)
-            elif not topic.is_input and topic.name not in self._outgoing:
+                self._incoming[topic.name] = self._subscribe(topic)
+            elif not topic.is_input and topic.name not in self._published:
                 kind = _kind(topic.type_name)
                 token = self._token("MP", topic.name, kind, LATCHED if topic.is_latched else VOLATILE)
                 key = topic_key(self.domain, topic.name, kind)
-                self._outgoing[topic.name] = _Outgoing(
+                self._published[topic.name] = _PublishedTopic(
                     self._link, topic, self._session, key, token, self._batch
                 )
 
-    def _hear(self, topic: Topic) -> list[OfZenoh]:
+    def _subscribe(self, topic: Topic) -> list[OfZenoh]:
+        """The subscribers and tokens of a topic. A Twist may also arrive as a TwistStamped."""
         kinds = (Twist, TwistStamped) if topic.message_type is Twist else (topic.message_type,)
         made: list[OfZenoh] = []
         for message_type in kinds:
@@ -136,19 +141,19 @@ class ZenohBridge:
             try:
                 self._link.send(topic, decode_cdr(sample.payload.to_bytes(), kind))
             except KbotError as error:
-                self._link.tell(f"Zenoh: a message on {topic} was refused: {error}")
+                self._link.report(f"Zenoh: refused a message on {topic}: {error}")
 
         return deliver
 
-    def _offer(self) -> None:
-        """Have peers call what the link offers now, and ask for parameters."""
+    def _offer_services(self) -> None:
+        """Offer the link's current services and the parameter services."""
         of_link = [served_of(self._link, service) for service in self._link.services.values()]
         self._services.offer([*of_link, *self._parameters])
 
     def _events_of_parameters(self) -> ParameterEvents:
         kind = _kind(EVENT_TYPE)
         publisher = self._session.declare_publisher(topic_key(self.domain, EVENTS, kind))
-        self._tokens.append(self._token("MP", EVENTS, kind, OF_PARAMETERS))
+        self._tokens.append(self._token("MP", EVENTS, kind, PARAMETERS))
         mark, count = secrets.token_bytes(16), itertools.count(1)
 
         def put(data: bytes) -> None:
@@ -161,8 +166,8 @@ class ZenohBridge:
         return self._session.liveliness().declare_token(key)
 
 
-class _Outgoing:
-    """One topic. What is latched is kept for those who come late; else only what somebody hears is made."""
+class _PublishedTopic:
+    """A topic that KBot publishes, open while it is latched or has subscribers."""
 
     def __init__(
         self,
@@ -181,26 +186,26 @@ class _Outgoing:
             self._publisher = zenoh.ext.declare_advanced_publisher(
                 session, key, cache=zenoh.ext.CacheConfig(max_samples=1), publisher_detection=True
             )
-            self._want(True)
+            self._set_wanted(True)
         else:
             self._publisher = session.declare_publisher(key)
-            self._publisher.declare_matching_listener(lambda status: self._want(status.matching))
+            self._publisher.declare_matching_listener(lambda status: self._set_wanted(status.matching))
 
     def close(self) -> None:
-        """Send nothing more."""
-        wait_for(self._leave())
+        """Stop publishing."""
+        wait_for(self._unsubscribe())
         self._publisher.undeclare()
         self._token.undeclare()
 
-    async def _leave(self) -> None:
-        self._link.fan_out.leave(self.topic.name, self._send)
+    async def _unsubscribe(self) -> None:
+        self._link.fan_out.unsubscribe(self.topic.name, self._send)
 
-    def _want(self, is_heard: bool) -> None:
+    def _set_wanted(self, is_wanted: bool) -> None:
         fan_out = self._link.fan_out
-        if is_heard:
-            later(lambda: fan_out.want(self.topic.name, self._send, self._batch.flush))
+        if is_wanted:
+            later(lambda: fan_out.subscribe(self.topic.name, self._send, self._batch.flush))
         else:
-            later(lambda: fan_out.leave(self.topic.name, self._send))
+            later(lambda: fan_out.unsubscribe(self.topic.name, self._send))
 
     def _send(self, packet: Packet) -> None:
         if type(packet.message) is self.topic.message_type:
@@ -210,13 +215,13 @@ class _Outgoing:
 
 
 def _put(batch: list[_Sent]) -> None:
-    with suppress(zenoh.ZError):  # the session is at its end
+    with suppress(zenoh.ZError):  # the session is being closed
         for publisher, data, attached in batch:
             publisher.put(data, attachment=attached)
 
 
 def _open(host: str | None) -> tuple[OfZenoh, str]:
-    """A session with the router, else one that listens in its place; and in words where that is."""
+    """A session connected to the router, or one that acts as the router, and a description for the user."""
     router = os.environ.get("ZENOH_CONNECT") or f"tcp/127.0.0.1:{ROUTER_PORT}"
     zenoh.init_log_from_env_or("off")
     joined = zenoh.Config()
@@ -225,23 +230,23 @@ def _open(host: str | None) -> tuple[OfZenoh, str]:
     joined.insert_json5("connect/timeout_ms", "500")
     _keep_local(joined)
     try:
-        return zenoh.open(joined), f"by the router at {router}"
+        return zenoh.open(joined), f"connected to the router at {router}"
     except zenoh.ZError as error:
         if os.environ.get("ZENOH_CONNECT"):
             raise KbotError(f"no Zenoh router answers at {router}: {error}") from None
-    place = f"tcp/{host or '127.0.0.1'}:{ROUTER_PORT}"
+    endpoint = f"tcp/{host or '127.0.0.1'}:{ROUTER_PORT}"
     alone = zenoh.Config()
     alone.insert_json5("mode", '"router"')
-    alone.insert_json5("listen/endpoints", f'["{place}"]')
+    alone.insert_json5("listen/endpoints", f'["{endpoint}"]')
     _keep_local(alone)
     try:
-        return zenoh.open(alone), f"in the router's place at {place}"
+        return zenoh.open(alone), f"acting as the router at {endpoint}"
     except zenoh.ZError as error:
-        raise KbotError(f"Zenoh cannot be served at {place}: {error}") from None
+        raise KbotError(f"Zenoh cannot be served at {endpoint}: {error}") from None
 
 
 def _keep_local(config: OfZenoh) -> None:
-    """Look for nobody by multicast; stamps are what those who come late are served by."""
+    """Do not search for peers by multicast. Late subscribers need timestamps to receive latched messages."""
     config.insert_json5("scouting/multicast/enabled", "false")
     config.insert_json5("timestamping/enabled", "true")
 
@@ -253,5 +258,5 @@ def _kind(type_name: str) -> str:
 def _domain() -> int:
     text = os.environ.get("ROS_DOMAIN_ID") or "0"
     if not text.isdecimal():
-        raise KbotError(f"ROS_DOMAIN_ID is a whole number from 0 on, not '{text}'")
+        raise KbotError(f"ROS_DOMAIN_ID must be a whole number, 0 or above, not '{text}'")
     return int(text)

@@ -1,6 +1,6 @@
-"""The parameter services of a ROS 2 node, over the values that all bridges share.
+"""The parameter services of a ROS 2 node, for the parameters that all bridges share.
 
-Values keep no type: any may be set to one of another.
+A parameter has no fixed type: it can be set to a value of another type.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from kbot.messages.types import Time
 from kbot.record.encodings.types import ros2_types
 from kbot.ros.bridges.link import PeerLink
-from kbot.ros.bridges.zenoh.names import OF_PARAMETERS
+from kbot.ros.bridges.zenoh.names import PARAMETERS
 from kbot.ros.bridges.zenoh.queryables import Served
 from kbot.ros.parameter_values import ParameterValue
 from kbot.ros.service_types import hash_of_service
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 Message = Any  # Any: rosbags makes the classes
-"""One of rcl_interfaces, as the library has them."""
+"""A message of rcl_interfaces, of a class of rosbags."""
 
 _FIELDS: tuple[tuple[str, Any], ...] = (
     ("bool_value", False),
@@ -41,20 +41,22 @@ _FIELDS: tuple[tuple[str, Any], ...] = (
     ("double_array_value", np.empty(0, np.float64)),
     ("string_array_value", []),
 )
-"""Where a ParameterValue has its value, by its type from 1 on, and what stands there else."""
+"""The fields of a ParameterValue, with their defaults, in the order of its types from 1 on."""
 
 NOT_SET = 0
 _INTEGER, _DOUBLE, _STRING, _BYTES = 2, 3, 4, 5
 _KINDS = (bool, 1), (int, _INTEGER), (float, _DOUBLE), (str, _STRING)
-"""The first that a value is of gives its type; a list's is that of its items and `_BYTES` further."""
+"""Python's and ROS 2's types. The first match counts, because bool is a subclass of int. The type of a list
+is `_BYTES` above that of its items."""
 
 
 def dotted(name: str) -> str:
+    """The ROS 2 name of a parameter: `/arm/gain` is `arm.gain`."""
     return name.strip("/").replace("/", ".")
 
 
 def type_of(value: ParameterValue) -> int:
-    """ROS 2's number for its type; that of what is not set where there is none."""
+    """The number of the value's type in ROS 2, NOT_SET if ROS 2 has no such type."""
     if isinstance(value, list | tuple):
         kinds = {_type_of_one(item) for item in value} or {_STRING}
         kind = _DOUBLE if kinds == {_INTEGER, _DOUBLE} else min(kinds) if len(kinds) == 1 else NOT_SET
@@ -63,7 +65,7 @@ def type_of(value: ParameterValue) -> int:
 
 
 def message_of(value: ParameterValue) -> Message:
-    """A ParameterValue."""
+    """The ParameterValue message of a value."""
     kind = type_of(value)
     fields = dict(_FIELDS)
     if kind != NOT_SET:
@@ -73,12 +75,12 @@ def message_of(value: ParameterValue) -> Message:
 
 
 def value_of(name: str, message: Message) -> ParameterValue:
-    """None where it is to be taken away. Raises KbotError: it is of a type that is not kept."""
+    """The value of a ParameterValue message; None deletes the parameter. Raises KbotError: it is bytes."""
     if message.type == NOT_SET:
         return None
     if message.type == _BYTES or message.type > len(_FIELDS):
-        kept = "booleans, numbers, texts and lists of them are"
-        raise KbotError(f"{name}: a value of type {message.type} is not kept: {kept}")
+        allowed = "use a boolean, a number, a string or a list of these"
+        raise KbotError(f"{name}: a value of type {message.type} is not supported: {allowed}")
     value: ParameterValue = getattr(message, _FIELDS[message.type - 1][0])
     return value.tolist() if isinstance(value, np.ndarray) else value
 
@@ -93,18 +95,18 @@ TOPIC, TYPE = "/parameter_events", "rcl_interfaces/msg/ParameterEvent"
 
 
 class ParameterEvents:
-    """Of the parameters that a link has, from the moment this is made; `put` sends a message in CDR."""
+    """Publishes changes of a link's parameters since its creation. `put` sends a message in CDR."""
 
     def __init__(self, link: PeerLink, node: str, put: Callable[[bytes], None]) -> None:
         self._link, self._node, self._put = link, node, put
-        self._told = _known(link)
+        self._published = _typed(link)
 
-    def tell(self) -> None:
-        """Say what changed since the last time."""
-        before, now = self._told, _known(self._link)
+    def publish_changes(self) -> None:
+        """Publish what has changed since the last call."""
+        before, now = self._published, _typed(self._link)
         if now == before:
             return
-        self._told = now
+        self._published = now
         event = SimpleNamespace(
             stamp=Time.from_nanoseconds(self._link.nanoseconds),
             node=self._node,
@@ -114,11 +116,12 @@ class ParameterEvents:
             ),
             deleted_parameters=_messages({name: before[name] for name in before.keys() - now.keys()}),
         )
-        with suppress(ValueError):  # a text that is no Unicode
+        with suppress(ValueError):  # a string that cannot be encoded in UTF-8
             self._put(bytes(ros2_types().serialize_cdr(event, TYPE)))
 
 
-def _known(link: PeerLink) -> dict[str, ParameterValue]:
+def _typed(link: PeerLink) -> dict[str, ParameterValue]:
+    """The parameters that have a type in ROS 2, by their ROS 2 names."""
     return {dotted(full): value for full, value in link.parameters.items() if type_of(value) != NOT_SET}
 
 
@@ -127,7 +130,7 @@ def _messages(values: dict[str, ParameterValue]) -> list[Message]:
 
 
 MOST_AT_ONCE = 1000
-"""Parameters of one call."""
+"""Parameters in one call."""
 
 _SERVICES = {
     "list_parameters": ("string[] prefixes\nuint64 depth", "rcl_interfaces/ListParametersResult result"),
@@ -143,13 +146,13 @@ _SERVICES = {
         "rcl_interfaces/SetParametersResult result",
     ),
 }
-"""Each with the fields of its request and of its response."""
+"""The fields of the request and of the response of each service."""
 
 
 def parameter_services(link: PeerLink, node: str) -> list[Served]:
-    """The services of a node, by its full name."""
-    asked = _Parameters(link)
-    return [_served(f"{node}/{name}", name, getattr(asked, name)) for name in _SERVICES]
+    """The parameter services of the node with this full name."""
+    handlers = _Handlers(link)
+    return [_served(f"{node}/{name}", name, getattr(handlers, name)) for name in _SERVICES]
 
 
 def _served(name: str, service: str, work: Callable[[Message], Message]) -> Served:
@@ -161,26 +164,26 @@ def _served(name: str, service: str, work: Callable[[Message], Message]) -> Serv
 
     def call(payload: bytes) -> Future[Message]:
         try:
-            asked = store.deserialize_cdr(payload, request)
+            message = store.deserialize_cdr(payload, request)
         except (SerdeError, LookupError, ValueError, MemoryError) as error:
-            raise KbotError(f"{len(payload)} bytes are no {request}: {error}") from None
+            raise KbotError(f"{len(payload)} bytes are not a {request}: {error}") from None
         done: Future[Message] = Future()
-        done.set_result(store.types[response](work(asked)))
+        done.set_result(store.types[response](work(message)))
         return done
 
     def encode(message: Message) -> bytes:
         try:
             return bytes(store.serialize_cdr(message, response))
-        except (SerdeError, ValueError) as error:  # as of a text that is no Unicode
-            raise KbotError(f"no {response}: {error}") from None
+        except (SerdeError, ValueError) as error:  # for example, a string that is not valid Unicode
+            raise KbotError(f"the {response} cannot be encoded: {error}") from None
 
     type_name = f"rcl_interfaces/srv/{short}"
-    return Served(name, type_name, hash_of_service(type_name, *fields), call, encode, OF_PARAMETERS)
+    return Served(name, type_name, hash_of_service(type_name, *fields), call, encode, PARAMETERS)
 
 
 @cache
 def _types() -> Typestore:
-    """Those of all bridges, and the services' own."""
+    """The type store of all bridges, with the types of the parameter services."""
     from rosbags.typesys import get_types_from_msg
 
     store = ros2_types()
@@ -191,21 +194,22 @@ def _types() -> Typestore:
 
 
 def _type_names(service: str) -> tuple[str, str, str]:
-    """Of a service its own, without its package, its request's and its response's."""
+    """The names of a service's type, without its package, and of its request and response."""
     short = "".join(word.title() for word in service.split("_"))
     return short, f"rcl_interfaces/msg/{short}_Request", f"rcl_interfaces/msg/{short}_Response"
 
 
-class _Parameters:
-    """Each service's work: of its request the one field of its response."""
+class _Handlers:
+    """A method for each service. It gets the request and returns the only field of the response."""
 
     def __init__(self, link: PeerLink) -> None:
         self._link = link
-        self._known: tuple[dict[str, ParameterValue], dict[str, str]] = {}, {}
+        self._cache: tuple[dict[str, ParameterValue], dict[str, str]] = {}, {}
+        """The link's parameters, and the names computed from them."""
 
     def list_parameters(self, request: Message) -> Message:
-        """As rclcpp understands prefixes, and a depth, of which 0 is without end."""
-        prefixes = tuple(f"{prefix}." for prefix in _few(request.prefixes)) or ("",)
+        """Prefixes and depth have the meaning of rclcpp. A depth of 0 is unlimited."""
+        prefixes = tuple(f"{prefix}." for prefix in _limited(request.prefixes)) or ("",)
         names: list[str] = []
         for name in self._names():
             below = [name[len(p) :].count(".") for p in prefixes if f"{name}.".startswith(p)]
@@ -215,22 +219,22 @@ class _Parameters:
         return SimpleNamespace(names=names, prefixes=list(folders))
 
     def get_parameters(self, request: Message) -> Message:
-        return [message_of(self._value(name)) for name in _few(request.names)]
+        return [message_of(self._value(name)) for name in _limited(request.names)]
 
     def get_parameter_types(self, request: Message) -> Message:
-        return np.array([type_of(self._value(name)) for name in _few(request.names)], np.uint8)
+        return np.array([type_of(self._value(name)) for name in _limited(request.names)], np.uint8)
 
     def describe_parameters(self, request: Message) -> Message:
-        return [_description(name, type_of(self._value(name))) for name in _few(request.names)]
+        return [_description(name, type_of(self._value(name))) for name in _limited(request.names)]
 
     def set_parameters(self, request: Message) -> Message:
-        return [self._set([parameter]) for parameter in _few(request.parameters)]
+        return [self._set([parameter]) for parameter in _limited(request.parameters)]
 
     def set_parameters_atomically(self, request: Message) -> Message:
-        return self._set(_few(request.parameters))
+        return self._set(_limited(request.parameters))
 
     def _set(self, parameters: list[Message]) -> Message:
-        """All of them, or none."""
+        """Set all of them, or none."""
         try:
             values = {self._full(p.name): value_of(p.name, p.value) for p in parameters}
         except KbotError as error:
@@ -239,12 +243,12 @@ class _Parameters:
         return SimpleNamespace(successful=True, reason="")
 
     def _names(self) -> dict[str, str]:
-        """The full name of each that ROS 2 has a type for."""
-        seen, names = self._known
+        """The full name of each parameter that has a type in ROS 2, by its ROS 2 name."""
+        seen, names = self._cache
         values = self._link.parameters
         if values is not seen:
             names = {dotted(full): full for full, value in values.items() if type_of(value) != NOT_SET}
-            self._known = values, names
+            self._cache = values, names
         return names
 
     def _value(self, name: str) -> ParameterValue:
@@ -253,13 +257,14 @@ class _Parameters:
     def _full(self, name: str) -> str:
         key = dotted(name)
         if not key:
-            raise KbotError("a parameter needs a name")
+            raise KbotError("the parameter has no name")
         return self._names().get(key) or f"/{key.replace('.', '/')}"
 
 
-def _few(items: list[Message]) -> list[Message]:
+def _limited(items: list[Message]) -> list[Message]:
+    """The items. Raises KbotError: there are too many."""
     if len(items) > MOST_AT_ONCE:
-        raise KbotError(f"{len(items)} parameters in one call: at most {MOST_AT_ONCE} are answered for")
+        raise KbotError(f"{len(items)} parameters in one call: at most {MOST_AT_ONCE} are allowed")
     return items
 
 

@@ -1,7 +1,7 @@
 """Serves ROS 2 services over Zenoh, as queryables for rmw_zenoh's clients.
 
-The library's thread only passes queries on, and the simulation's thread only answers. Decoding and sending
-have a thread of their own, because sending waits for a peer that does not take its answer.
+The library's thread only queues queries, and the simulation's thread only computes responses. Another thread
+decodes and sends, because sending blocks while a peer does not read its response.
 """
 
 from __future__ import annotations
@@ -27,22 +27,23 @@ from kbot.ros.service_types import service_hash
 from kbot.text import KbotError
 
 MOST_QUERIES = 256
-"""Queries that wait for their answers; more are left without one."""
+"""Queries that wait for a response. More get no response."""
 
 LARGEST_REQUEST = 1 << 24
+"""Bytes."""
 LEAVE_SECONDS = 1.0
+"""Seconds that `close` waits for a response that is being sent."""
 
 OfZenoh = Any
-"""What the library gives and takes, which is not typed."""
+"""An object of the Zenoh library, which has no type annotations."""
 
 Token = Callable[[str, str, str], OfZenoh]
-"""Says that a service is there, by its name, `type_key` and quality."""
+"""Declares a service's liveliness token from its name, `type_key` and QoS."""
 
 
 @dataclass(frozen=True, slots=True)
 class Served:
-    """A service in CDR: `call` asks it, and raises KbotError where that cannot be; `encode` writes what it
-    responds."""
+    """A service in CDR. `call` raises KbotError if the request is invalid, `encode` encodes the response."""
 
     name: str
     type_name: str
@@ -53,7 +54,7 @@ class Served:
 
 
 def served_of(link: PeerLink, service: Service) -> Served:
-    """One of those that every bridge offers."""
+    """A service of the link, which every bridge offers."""
     kind = service.type
 
     def call(payload: bytes) -> Future[Any]:
@@ -66,10 +67,10 @@ def served_of(link: PeerLink, service: Service) -> Served:
 
 
 class ServiceServer:
-    """Answers for a session; `offer` and `close` are called by one thread."""
+    """Serves the services of a session. `offer` and `close` must be called on the same thread."""
 
-    def __init__(self, session: OfZenoh, domain: int, token: Token, tell: Callable[[str], None]) -> None:
-        self._session, self._domain, self._token, self._tell = session, domain, token, tell
+    def __init__(self, session: OfZenoh, domain: int, token: Token, report: Callable[[str], None]) -> None:
+        self._session, self._domain, self._token, self._report = session, domain, token, report
         self._offered: dict[str, tuple[str, OfZenoh, OfZenoh]] = {}
         """By name: the type, the queryable and the token."""
         self._jobs: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
@@ -78,7 +79,7 @@ class ServiceServer:
         self._thread.start()
 
     def offer(self, services: Iterable[Served]) -> None:
-        """Serve these, and no others; what is served already goes on."""
+        """Serve these services and no others. Those that are already served are not interrupted."""
         wanted = {service.name: service for service in services}
         for name, (kind, queryable, token) in tuple(self._offered.items()):
             if name not in wanted or wanted[name].type_name != kind:
@@ -90,7 +91,7 @@ class ServiceServer:
                 self._offered[name] = service.type_name, *self._declare(service)
 
     def close(self) -> None:
-        """Answer nobody any more; the session's end takes the rest away."""
+        """Stop answering. Closing the session removes the queryables."""
         self._jobs.put(None)
         self._thread.join(LEAVE_SECONDS)
 
@@ -98,29 +99,31 @@ class ServiceServer:
         kind = type_key(service.type_name, service.type_hash)
         key = topic_key(self._domain, service.name, kind)
 
-        def take(query: OfZenoh) -> None:
+        def on_query(query: OfZenoh) -> None:
             if self._free.acquire(blocking=False):
-                self._jobs.put(partial(self._ask, service, key, query))
+                self._jobs.put(partial(self._call, service, key, query))
             else:
-                self._tell(f"Zenoh: {MOST_QUERIES} calls of services wait already; more are not answered")
+                self._report(
+                    f"Zenoh: {MOST_QUERIES} service calls are already waiting. More are not answered"
+                )
                 query.drop()
 
-        # without a thread for each service, which is what the library would make
-        taking = zenoh.handlers.Callback(take, indirect=False)
-        queryable = self._session.declare_queryable(key, taking, complete=True)
+        # with `indirect`, the library would create a thread for each service
+        handler = zenoh.handlers.Callback(on_query, indirect=False)
+        queryable = self._session.declare_queryable(key, handler, complete=True)
         return queryable, self._token(service.name, kind, service.quality)
 
     def _run(self) -> None:
         while (job := self._jobs.get()) is not None:
             job()
 
-    def _ask(self, service: Served, key: str, query: OfZenoh) -> None:
+    def _call(self, service: Served, key: str, query: OfZenoh) -> None:
         try:
             size = len(query.payload) if query.payload is not None else 0
             if size > LARGEST_REQUEST:
                 raise KbotError(f"{service.name}: a request of {size} bytes is too large")
             future = service.call(query.payload.to_bytes() if size else b"")
-        except Exception as error:  # noqa: BLE001 - one fault does not end the answering of all
+        except Exception as error:  # noqa: BLE001 - one call must not end this thread
             self._refuse(query, error)
             return
         future.add_done_callback(
@@ -130,7 +133,7 @@ class ServiceServer:
     def _answer(self, service: Served, key: str, query: OfZenoh, done: Future[Any]) -> None:
         try:
             data = service.encode(done.result())
-        except Exception as error:  # noqa: BLE001 - nor does one answer that cannot be written
+        except Exception as error:  # noqa: BLE001 - one response must not end this thread
             self._refuse(query, error)
             return
         self._end(query, partial(query.reply, key, data, attachment=_attachment(query)))
@@ -140,18 +143,18 @@ class ServiceServer:
         self._end(query, partial(query.reply_err, reason.encode(errors="replace")))
 
     def _end(self, query: OfZenoh, reply: Callable[[], None]) -> None:
-        with suppress(zenoh.ZError):  # the caller is gone, or the session
+        with suppress(zenoh.ZError):  # the caller has disconnected, or the session is closed
             reply()
         query.drop()
         self._free.release()
 
 
 def _attachment(query: OfZenoh) -> bytes | None:
-    """What the caller sent along, by which it knows its answer again, with the time of now."""
+    """The attachment of the response: that of the query, by which the caller identifies it, and a new time."""
     if query.attachment is None:
         return None
     given: bytes = query.attachment.to_bytes()
-    if len(given) != ATTACHED.size:  # another layout, as rmw_zenoh before 0.2.4 had one
+    if len(given) != ATTACHED.size:  # rmw_zenoh before 0.2.4 had another layout
         return given
-    number, _, length, mark = ATTACHED.unpack(given)
-    return ATTACHED.pack(number, time.time_ns(), length, mark)
+    number, _, length, gid = ATTACHED.unpack(given)
+    return ATTACHED.pack(number, time.time_ns(), length, gid)
