@@ -150,7 +150,7 @@ class ServiceServer:
 
 
 def _attachment(query: OfZenoh) -> bytes | None:
-    """The attachment of the response: that of the query, by which the caller identifies it, and a new time."""
+    """The attachment of the response: that of the query with a new time. The caller identifies it by that."""
     if query.attachment is None:
         return None
     given: bytes = query.attachment.to_bytes()
