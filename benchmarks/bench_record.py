@@ -99,7 +99,7 @@ def main() -> None:
         print(f"{'encoded by rosbags alone':32} {peer:8.0f} messages/s")
         for kind in ("run.mcap", "run.bag", "run"):
             rate = recording_rate(folder, kind)
-            what = {"run.mcap": "MCAP", "run.bag": "bag of ROS 1", "run": "rosbag2"}[kind]
+            what = {"run.mcap": "MCAP", "run.bag": "ROS 1 bag", "run": "rosbag2"}[kind]
             print(f"{'recorded as ' + what:32} {rate:8.0f} messages/s   {rate / peer:.2f} of that")
         alone = share(RecordOptions())
         recorded = share(RecordOptions(str(folder / "live.mcap")))

@@ -7,7 +7,7 @@ import pytest
 
 from kbot.messages import services as srv
 from kbot.messages import types as msg
-from kbot.record.replay import do_again
+from kbot.record.replay import repeat_action
 from kbot.sim import Simulation
 
 from .conftest import Running
@@ -174,7 +174,7 @@ def test_a_replay_finds_the_files_that_were_in_reach(
     assert spawn(running, INCLUDING.format("model://crate"), name="box").success
     again = Simulation(running.simulation.robot)
     for what, numbers in noted:
-        do_again(again, what, numbers)
+        repeat_action(again, what, numbers)
     (first,) = (body for body in running.simulation.world.bodies if body.name == "box")
     (second,) = (body for body in again.world.bodies if body.name == "box")
     assert first.mass == second.mass

@@ -77,7 +77,7 @@ def test_a_twist_drives_the_robot_until_it_times_out(running: Running, raw: Clie
             "KBot publishes /odom and does not subscribe to it",
         ),
         ('{"op": "publish", "topic": "/cmd_vel", "msg": {"linaer": {}}}', "has no field 'linaer'"),
-        ('{"op": "publish", "topic": "/cmd_vel", "msg": 5}', "has fields by name"),
+        ('{"op": "publish", "topic": "/cmd_vel", "msg": 5}', "needs fields by name"),
         ('{"op": "publish", "topic": "/cmd_vel"}', "KeyError 'msg'"),
     ],
 )

@@ -292,7 +292,7 @@ def test_a_persistent_caller_over_tcpros(running: Running, ros1: Ros1Bridge) -> 
             assert found.success is works
         connection.sendall(struct.pack("<I", 3) + b"???")
         assert read_exactly(connection, 1) == b"\0"
-        assert b"3 bytes are no gazebo_msgs" in read_block(connection)
+        assert b"3 bytes are not a gazebo_msgs" in read_block(connection)
 
 
 def test_a_caller_with_another_md5_sum_is_refused(running: Running, ros1: Ros1Bridge) -> None:

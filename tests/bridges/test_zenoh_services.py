@@ -109,7 +109,9 @@ def test_a_call_of_another_type_or_domain_is_not_answered(session: zenoh.Session
 @pytest.mark.parametrize("payload", [b"", b"\0\1\0\0", b"\0\1\0\0\xff\xff\xff\xff", b"\0\1\0\0\4\0\0\0gh"])
 def test_an_incomplete_request_is_refused(session: zenoh.Session, running: Running, payload: bytes) -> None:
     (reply,) = call(session, DELETE, payload)
-    assert f"{len(payload)} bytes are no gazebo_msgs/msg/DeleteModel_Request" in reply.err.payload.to_string()
+    assert (
+        f"{len(payload)} bytes are not a gazebo_msgs/msg/DeleteModel_Request" in reply.err.payload.to_string()
+    )
     assert running.is_stepping()
 
 

@@ -77,7 +77,7 @@ def test_a_part_is_not_done_again(recording: str, tmp_path: Path, capsys: pytest
     part = str(tmp_path / "part.mcap")
     assert run(["bag", "cut", recording, part, "--start", "1"]) == 0
     assert run(["bag", "replay", part]) == 2
-    assert "is a part of a recording: only one that is whole" in capsys.readouterr().err
+    assert "was cut from a recording: only a whole recording" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", ["run.bag", "folder"])
@@ -148,16 +148,22 @@ def test_replay(recording: str, capsys: pytest.CaptureFixture[str]) -> None:
     [
         (["info", "nothing.mcap"], "nothing.mcap does not exist"),
         (["info", "text.mcap"], "text.mcap is not an MCAP file"),
-        (["info", "text.bag"], "cannot be read as bag of ROS 1"),
-        (["info", "text.txt"], "is no recording"),
+        (["info", "text.bag"], "cannot be read as a ROS 1 bag"),
+        (["info", "text.txt"], "is not a recording"),
         (
             ["info", "."],
-            ". has no metadata.yaml, as a folder of rosbag2 has; a file in it can be read: text.mcap",
+            ". is not a rosbag2 folder: it has no metadata.yaml; you can read a file in it: text.mcap",
         ),
         (["replay", "nothing.mcap"], "nothing.mcap does not exist"),
-        (["cut", "RUN", "out.mcap", "--start", "3", "--end", "1"], "ends before it starts"),
-        (["cut", "RUN", "out.mcap", "--start", "3"], "ends at 2 s: nothing is left of it from 3 s on"),
-        (["cut", "tiny.mcap", "out.mcap", "--end", "0"], "begins at 7e-09 s: nothing of it is before 0 s"),
+        (
+            ["cut", "RUN", "out.mcap", "--start", "3", "--end", "1"],
+            "the end of the cut, 1 s, is before its start, 3 s",
+        ),
+        (["cut", "RUN", "out.mcap", "--start", "3"], "ends at 2 s, before the start of the cut at 3 s"),
+        (
+            ["cut", "tiny.mcap", "out.mcap", "--end", "0"],
+            "begins at 7e-09 s, after the end of the cut at 0 s",
+        ),
         (["play", "RUN", "--remap", "/odom"], "--remap takes OLD:=NEW, not '/odom'"),
         (["play", "RUN", "--remap", "/odmo:=/a"], "has no topic /odmo: did you mean"),
         (["play", "RUN", "--remap", "/odom:=/tf"], "/tf carries "),
@@ -168,14 +174,14 @@ def test_replay(recording: str, capsys: pytest.CaptureFixture[str]) -> None:
         (["play", "RUN", "--rate", "nan"], "nan is not in the range"),
         (["play", "RUN", "--topics"], "--topics needs at least one value"),
         (["play", "RUN", "--topics", "/odmo", "--loop"], "has no topic /odmo: did you mean"),
-        (["play", "RUN", "-s", "3"], "is 2 s long: nothing is left of it 3 s on"),
+        (["play", "RUN", "-s", "3"], "is 2 s long: it cannot be played back from 3 s on"),
         (["play", "RUN", "-u", "0", "-l"], "--loop has nothing to repeat"),
         (["play", "RUN", "-u", "1e-10", "-l"], "--loop has nothing to repeat"),
         (["play", "RUN", "-s", "2", "-l"], "--loop has nothing to repeat"),
         (["play", "tiny.mcap", "-l"], "the selected part of tiny.mcap lasts 0 s"),
         (["cut", "RUN", "out.mcap", "--topic", "/odmo"], "has no topic /odmo: did you mean"),
-        (["convert", "RUN", "out.xyz"], "'.xyz' is no kind of recording"),
-        (["convert", "RUN", "text.bag"], "text.bag is there already"),
+        (["convert", "RUN", "out.xyz"], "unknown recording format '.xyz'"),
+        (["convert", "RUN", "text.bag"], "text.bag already exists"),
         (["export", "RUN", "--topic", "/nope"], "has no topic /nope"),
     ],
 )
@@ -222,11 +228,11 @@ def test_nothing_is_written_over_a_recording(
         ((*export, "other.mcap"), "other.mcap is a recording"),
         ((*export, "renamed.csv"), "renamed.csv is a recording"),
         ((*export, "folder/metadata.yaml"), "folder/metadata.yaml is a recording"),
-        ((*of_folder, "folder/odom.csv"), "folder/odom.csv lies in the folder of the recording"),
-        ((*of_folder, "folder/folder.db3"), "lies in the folder of the recording"),
+        ((*of_folder, "folder/odom.csv"), "folder/odom.csv is in the folder of the recording"),
+        ((*of_folder, "folder/folder.db3"), "is in the folder of the recording"),
         (("cut", "run.mcap", "run.mcap"), "run.mcap is the recording itself"),
-        (("convert", "folder", "folder/run.bag"), "folder/run.bag lies in the folder of the recording"),
-        (("convert", "folder", "folder/again"), "folder/again lies in the folder of the recording"),
+        (("convert", "folder", "folder/run.bag"), "folder/run.bag is in the folder of the recording"),
+        (("convert", "folder", "folder/again"), "folder/again is in the folder of the recording"),
     ):
         assert run(["bag", *words]) == 2, words
         assert said in capsys.readouterr().err

@@ -19,7 +19,7 @@ def test_play_tells_of_what_is_not_whole(
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(Path(recording).read_bytes()[:-50])
     assert run(["bag", "play", "-r", "100", recording, str(cut)]) == 0
-    assert f"{cut} is not whole: it was not closed" in capsys.readouterr().err
+    assert f"{cut} is incomplete: it was not closed" in capsys.readouterr().err
     assert run(["bag", "play", "-r", "100", recording]) == 0
     assert "not whole" not in capsys.readouterr().err
 

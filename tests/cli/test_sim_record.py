@@ -51,8 +51,11 @@ def test_a_script_s_commands_are_recorded(tmp_path: Path, capsys: pytest.Capture
         (["--record-topic", "/odom"], "--record-topic needs --record"),
         (["--bridge-host", "0.0.0.0"], "--bridge-host needs a bridge"),
         (["--record", ""], "--record needs a file name"),
-        (["--record", "run.txt"], "is no kind of recording"),
-        (["--record", "run.mcap", "--record-topic", "/odmo"], "no topic /odmo to record: did you mean"),
+        (["--record", "run.txt"], "unknown recording format"),
+        (
+            ["--record", "run.mcap", "--record-topic", "/odmo"],
+            "cannot record /odmo: there is no such topic: did you mean",
+        ),
     ],
 )
 def test_what_cannot_be_recorded_is_said(

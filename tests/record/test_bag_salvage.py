@@ -66,7 +66,7 @@ def test_what_is_broken_is_said_and_a_copy_is_whole(whole: bytes, tmp_path: Path
     broken.write_bytes(whole[:at] + bytes(8) + whole[at + 8 : index])
     copied = copy_recording(str(broken), str(mended))
     assert copied.messages == COUNT
-    assert copied.broken == f"it was not closed, so that its {index:,} bytes have no index"
+    assert copied.broken == f"it was not closed, so its {index:,} bytes have no index"
     found = Recording(str(mended)).summary()
     assert (found.count, found.broken) == (COUNT, "")
     shown = open_index(str(broken))
@@ -119,7 +119,7 @@ def test_a_folder_is_read_without_its_metadata_and_while_it_is_written(
     (folder / "metadata.yaml").unlink()
     late = list(entries)
     found = Recording(str(folder)).summary()
-    assert found.broken == "it was not closed, so that it has no metadata.yaml"
+    assert found.broken == "it was not closed, so it has no metadata.yaml"
     assert found.topics["/odom"].count == 100
     assert is_recording(str(folder))
     times = [entry.nanoseconds for entry in [first, *late] if entry.topic == "/odom"]
@@ -138,7 +138,7 @@ def test_a_damaged_file_of_a_folder_is_read_to_where_it_is_damaged(tmp_path: Pat
     (folder / "run.db3").write_bytes(data)
     found = Recording(str(folder)).summary()
     assert 0 < found.topics["/odom"].count < 100
-    assert "run.db3 cannot be read further: database disk image is malformed" in found.broken
+    assert "run.db3 cannot be read: database disk image is malformed" in found.broken
 
 
 def test_garbage_after_what_is_whole_ends_it(whole: bytes, tmp_path: Path) -> None:
@@ -164,8 +164,8 @@ def test_what_is_flushed_is_in_the_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ("messages SET data='text' WHERE id=5", "str in the place of its bytes"),
-        ("messages SET data=1000000000000 WHERE id=5", "int in the place of its bytes"),
+        ("messages SET data='text' WHERE id=5", "str instead of bytes"),
+        ("messages SET data=1000000000000 WHERE id=5", "int instead of bytes"),
         ("messages SET timestamp='noon' WHERE id=5", "the time 'noon'"),
         ("messages SET timestamp=-1 WHERE id=5", "the time -1"),
     ],

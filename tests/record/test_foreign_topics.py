@@ -34,9 +34,9 @@ def with_message(source: Path, target: Path, topic: str, message: object) -> str
     ("message", "words"),
     [
         (Imu(Header()), "carries sensor_msgs/msg/Imu, not std_msgs/msg/String"),
-        (String("no JSON"), "holds nothing that KBot wrote"),
-        (String("[1]"), "holds nothing that KBot wrote"),
-        (String("[" * 100_000), "holds nothing that KBot wrote"),
+        (String("no JSON"), "was not written by KBot"),
+        (String("[1]"), "was not written by KBot"),
+        (String("[" * 100_000), "was not written by KBot"),
     ],
 )
 def test_notes_that_are_none_are_one_error(

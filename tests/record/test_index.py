@@ -53,7 +53,7 @@ def test_what_has_no_index_and_is_too_large_for_memory_is_refused(
     file = tmp_path / "cut.mcap"
     file.write_bytes(runs["mcap"].read_bytes()[:-100])
     open_index(str(file)).close()
-    monkeypatch.setattr("kbot.record.index.kept_bytes", lambda path: 1000)
+    monkeypatch.setattr("kbot.record.index.memory_limit", lambda path: 1000)
     with pytest.raises(KbotError, match="has no usable index, and is too large"):
         open_index(str(file))
 

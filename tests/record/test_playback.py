@@ -143,5 +143,5 @@ def test_what_is_not_whole_is_told_of_and_said_as_far_as_it_goes(recording: str,
     cut.write_bytes(Path(recording).read_bytes()[:-50])
     listener = Listener(str(cut))
     assert len(listener.told) == 1
-    assert listener.told[0].startswith(f"{cut} is not whole: it was not closed")
+    assert listener.told[0].startswith(f"{cut} is incomplete: it was not closed")
     assert listener.run(3.0) == speeds(1, 20)

@@ -75,7 +75,9 @@ def test_a_topic_of_two_types_is_refused(runs: dict[str, Path], tmp_path: Path) 
     Feed(bus, lambda: 1).open("/odom", writer.write)
     publisher.publish(ClockMessage())
     writer.close()
-    with pytest.raises(KbotError, match="/odom is nav_msgs/msg/Odometry and rosgraph_msgs/msg/Clock"):
+    with pytest.raises(
+        KbotError, match="/odom has two types, nav_msgs/msg/Odometry and rosgraph_msgs/msg/Clock"
+    ):
         Player(str(runs["mcap"]), str(other))
 
 
@@ -87,7 +89,7 @@ def test_a_part_of_it_and_topics_of_it(runs: dict[str, Path]) -> None:
     while player.advance(0.01):
         continue
     assert (heard[0], heard[-1]) == pytest.approx((0.4, 0.6))
-    with pytest.raises(KbotError, match="nothing is left of it 50 s on"):
+    with pytest.raises(KbotError, match="cannot be played back from 50 s on"):
         Player(str(runs["mcap"]), start=50.0)
     with pytest.raises(KbotError, match="no topic /odmo"):
         Player(str(runs["mcap"]), topics=("/odmo",))

@@ -163,7 +163,7 @@ def test_a_wrong_byte_in_a_chunk_loses_that_chunk_alone(runs: dict[str, Path], t
         file.write_bytes(data)
         data[at] ^= 1
         found = Recording(str(file)).summary()
-        assert found.broken == "it is damaged: 1 of its 2 chunks cannot be read"
+        assert found.broken == "1 of its 2 chunks are damaged and cannot be read"
         assert found.count == count
         assert found.notes == whole.notes
 
@@ -188,7 +188,7 @@ def test_a_bag_with_wrong_bytes_in_it_is_read_or_refused_in_words(
         try:
             Recording(str(tmp_path / "bad.bag")).summary()
         except KbotError as error:
-            refused += "bad.bag cannot be read as bag of ROS 1: " in str(error)
+            refused += "bad.bag cannot be read as a ROS 1 bag: " in str(error)
     assert refused > 20
 
 
@@ -202,7 +202,7 @@ def test_a_bag_that_was_cut_off_is_told_from_one_that_was_never_closed(
     file = tmp_path / "cut.bag"
     for data, said in (
         (whole[:9000], f"it ends after 9,000 bytes, before its index at {index:,}"),
-        (whole[:at] + bytes(8) + whole[at + 8 :], f"it was not closed, so that its {len(whole):,} bytes"),
+        (whole[:at] + bytes(8) + whole[at + 8 :], f"it was not closed, so its {len(whole):,} bytes"),
     ):
         file.write_bytes(data)
         assert said in Recording(str(file)).summary().broken
@@ -224,7 +224,7 @@ def test_what_is_taken_away_while_it_is_recorded_is_told(tmp_path: Path, name: s
     assert sim.time == 1.0
     assert [recorder.failure] == told
     assert "the recording ended at" in str(told[0])
-    assert str(told[0]).endswith(f"nothing of it can be read: {folder / name} does not exist")
+    assert str(told[0]).endswith(f"no part of it can be read: {folder / name} does not exist")
 
 
 def test_the_limit_of_files_is_told(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from kbot.messages import String
 from kbot.record import Recorder, Recording, open_writer
 from kbot.record.feed import Feed, Packet
 from kbot.record.recorder import COMMANDS_TOPIC
-from kbot.record.replay import do_again, replay
+from kbot.record.replay import repeat_action, replay
 from kbot.sim import Simulation
 from kbot.sim.injected_faults import Kick, LostCommands, Slip
 from kbot.text import KbotError
@@ -167,7 +167,7 @@ def test_a_run_that_was_set_back_to_before_its_recording_is_refused(tmp_path: Pa
         sim.run(0.3)
         sim.restore(before)
         sim.run(0.1)
-    with pytest.raises(KbotError, match="was set back to step 50, which is not in the recording"):
+    with pytest.raises(KbotError, match="it returned to step 50, which is not in the recording"):
         replay(str(tmp_path / "run.mcap"))
 
 
@@ -175,7 +175,7 @@ def test_a_stranger_s_recording_is_refused(tmp_path: Path) -> None:
     writer = open_writer(str(tmp_path / "strange.mcap"))
     writer.write(Packet("/chatter", String("hello"), 5))
     writer.close()
-    with pytest.raises(KbotError, match="no recording by KBot"):
+    with pytest.raises(KbotError, match="not a recording by KBot"):
         replay(str(tmp_path / "strange.mcap"))
 
 
@@ -193,5 +193,5 @@ def test_commands_that_were_lost_are_lost_again(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("command", ["load_controller", "switch_controllers", "unload_controller"])
 def test_commands_to_the_controller_manager_in_old_recordings_cannot_be_replayed(command: str) -> None:
-    with pytest.raises(KbotError, match=f"cannot be done again: {command}"):
-        do_again(Simulation("kbot"), command, {"robot": None})
+    with pytest.raises(KbotError, match=f"cannot be replayed: unknown action '{command}'"):
+        repeat_action(Simulation("kbot"), command, {"robot": None})

@@ -97,10 +97,10 @@ def test_definitions_are_those_of_ros() -> None:
 def test_bytes_that_are_no_message_are_one_clear_error(data: bytes) -> None:
     for decode in (decode_cdr, decode_ros1):
         for kind in (msg.JointState, msg.Odometry, msg.TFMessage):
-            with pytest.raises(KbotError, match=r"are no \w+/msg/\w+"):
+            with pytest.raises(KbotError, match=r"are not a \w+/msg/\w+"):
                 decode(data, kind)
 
 
 def test_what_ros_has_not_is_said() -> None:
-    with pytest.raises(KbotError, match="ROS has no message Unheard"):
+    with pytest.raises(KbotError, match="Unheard is not a ROS message"):
         encode_cdr(type("Unheard", (), {})())

@@ -80,5 +80,5 @@ def test_what_is_read_and_written_again_is_the_same_bytes(kind: type, name: str)
 )
 def test_a_field_of_another_type_is_one_clear_error(message: object) -> None:
     for encode in (encode_cdr, encode_ros1):
-        with pytest.raises(KbotError, match=r"no \w+/msg/\w+: "):
+        with pytest.raises(KbotError, match=r"not a \w+/msg/\w+: "):
             encode(message)

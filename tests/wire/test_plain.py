@@ -53,14 +53,14 @@ def test_json_is_that_of_the_plain_values() -> None:
         ({"lineer": {}}, "has no field 'lineer': did you mean 'linear'"),
         ({"linear": {"x": "1"}}, "a number is expected, not str '1'"),
         ({"linear": {"x": True}}, "a number is expected, not bool"),
-        ({"linear": [1, 2, 3]}, "has fields by name, and this is list"),
-        ({"linear": None}, "this is nothing"),
-        (5, "this is int '5'"),
+        ({"linear": [1, 2, 3]}, "needs fields by name, not list"),
+        ({"linear": None}, "not nothing"),
+        (5, "not int '5'"),
         ({"linear": {"x": 10**400}}, "too large"),
     ],
 )
 def test_what_is_no_message_is_said(value: object, said: str) -> None:
-    with pytest.raises(KbotError, match=r"^no geometry_msgs/msg/Twist: ") as caught:
+    with pytest.raises(KbotError, match=r"^not a geometry_msgs/msg/Twist: ") as caught:
         from_plain(value, msg.Twist)
     assert said in str(caught.value)
 

@@ -36,7 +36,7 @@ def test_a_type_that_is_listed_later_is_bounded_from_then_on() -> None:
     store.register(read_definition("int32 a", "own_msgs/msg/Part"))
     assert bytes(store.ros1_to_cdr(bytes(4), "own_msgs/msg/Part")) == HEAD + bytes(4)
     store.register(read_definition("Part[] parts", "own_msgs/msg/Whole"))
-    with pytest.raises(SerdeError, match="ends before its last list does"):
+    with pytest.raises(SerdeError, match="ends before the end of a list"):
         store.ros1_to_cdr(struct.pack("<I", 0xFFFFFFFF) + bytes(4), "own_msgs/msg/Whole")
 
 
@@ -56,7 +56,7 @@ def test_long_lists_of_texts_are_refused(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr("kbot.record.encodings.safe_store.LONG_MESSAGE", 100)
     store = safe_copy(ros2_types())
     store.register(read_definition("string[] words", "own_msgs/msg/Words"))
-    with pytest.raises(SerdeError, match="lists of texts are read up to 100 bytes"):
+    with pytest.raises(SerdeError, match="lists of strings has more than 100 bytes"):
         store.deserialize_cdr(HEAD + bytes(100), "own_msgs/msg/Words")
 
 

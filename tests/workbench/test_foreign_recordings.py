@@ -14,7 +14,7 @@ from kbot.record import Recorder, mcap_file
 from kbot.record.encodings.type_names import ros_name
 from kbot.record.encodings.types import ros2_definition
 from kbot.record.feed import Feed, Packet
-from kbot.record.mcap_file import break_up
+from kbot.record.mcap_file import chunk_records
 from kbot.sim import Simulation
 from kbot.sim.naming import Naming
 from kbot.text import KbotError
@@ -191,7 +191,7 @@ def test_only_what_is_looked_at_is_read(tmp_path: Path, monkeypatch: pytest.Monk
         *(("/tf", 0.02 * t, moved(0.02 * t, "odom", "base", (0.02 * t, 0, 0))) for t in range(20_000)),
     )
     read: list[object] = []
-    monkeypatch.setattr(mcap_file, "break_up", lambda *a: read.append(a) or break_up(*a))
+    monkeypatch.setattr(mcap_file, "chunk_records", lambda *a: read.append(a) or chunk_records(*a))
     session = played_session(path)
     for at in (380.0, 3.0, 200.0):
         session.obey(Seek(at), 1)

@@ -108,7 +108,7 @@ def test_a_table_may_have_some_columns_only(recording: Path, capsys: pytest.Capt
     [
         (["--to", "svg"], "a plot needs --field NAME. The numeric fields of /odom: "),
         (["--field", "pose.pose.positon.x"], "did you mean 'pose.pose.position.x'"),
-        (["--field", "header.frame_id", "--to", "svg"], "is text: only numbers are plotted"),
+        (["--field", "header.frame_id", "--to", "svg"], "is text: only numbers can be plotted"),
         (
             ["--field", "pose.pose.position.x", "--to", "svg", "--size", "wide"],
             "1280x720, not 'wide'",

@@ -1,6 +1,6 @@
 """Recordings of messages and commands: write, read, cut, convert, play back and replay.
 
-Names are imported when they are first used: whether a file is a recording is asked before a robot is shown.
+Names are imported on first use, because KBot checks whether a file is a recording before it shows a robot.
 """
 
 from kbot.lazy_names import lazy_names

@@ -1,4 +1,4 @@
-"""The messages of a recording's chunks: cached, and merged by time."""
+"""Caches the messages of a recording's chunks, and merges chunks by time."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from kbot.record.entry import RecordedMessage
 from kbot.record.limits import LARGEST_PIECE, RecordingTooLarge
 
 _KEPT_CHUNKS = 8
-"""Few chunks overlap in time, and a reader that steps back and forth crosses few borders. Writers begin a new
-chunk after 1 to 4 MB, so that 8 take up to 32 MB."""
+"""Chunks in the cache. Few chunks overlap in time, and a reader that steps back and forth uses few of them.
+Writers begin a new chunk after 1 to 4 MB, so 8 take up to 32 MB."""
 
 
-class KeptChunks:
-    """The messages of the chunks that were read last, sorted by time."""
+class ChunkCache:
+    """The messages of the most recently used chunks, sorted by time."""
 
     def __init__(self) -> None:
         self._kept: OrderedDict[int, tuple[int, list[RecordedMessage]]] = OrderedDict()
 
     def entries(self, place: int, read: Callable[[], Iterable[RecordedMessage]]) -> list[RecordedMessage]:
-        """Those of the chunk at a place; `read` reads them where they are not kept."""
+        """The messages of the chunk at a place. `read` reads them if they are not cached."""
         if place in self._kept:
             self._kept.move_to_end(place)
             return self._kept[place][1]
@@ -40,9 +40,10 @@ class KeptChunks:
 
 
 def in_time_order(chunks: Iterable[tuple[int, Iterable[RecordedMessage]]]) -> Iterator[RecordedMessage]:
-    """The messages of chunks, which come with their first times and in the order of these.
+    """Merge the messages of chunks by time. Chunks are given with their first times and sorted by them.
 
-    Raises RecordingTooLarge: so many chunks overlap that their messages cannot be held at once.
+    Raises:
+        RecordingTooLarge: so many chunks overlap in time that their messages do not fit in memory.
     """
     waiting: list[tuple[int, int, RecordedMessage]] = []
     held = count = 0

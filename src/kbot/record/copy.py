@@ -1,4 +1,4 @@
-"""Copies a recording: cut in time, with fewer topics, or in another format."""
+"""Copies a recording: a time span, selected topics, or to another format."""
 
 from __future__ import annotations
 
@@ -16,11 +16,13 @@ from kbot.record.writer import open_writer, spare_recording
 from kbot.text import KbotError
 
 ALWAYS = frozenset({DESCRIPTION_TOPIC, "/tf_static", WORLD_TOPIC})
-"""Said rarely, mostly at the start, and needed to make sense of all that follows."""
+"""Topics that a cut keeps from before its start: they are rarely published, mostly at the start, and all
+later messages depend on them."""
 
 
 class Copied(NamedTuple):
-    """How many messages were written; `broken` says why what was read ends early, empty where it is whole."""
+    """The number of messages that were written, and why the source is incomplete (empty if it is
+    complete)."""
 
     messages: int
     broken: str
@@ -34,26 +36,28 @@ def copy_recording(
     end: float | None = None,
     topics: tuple[str, ...] = (),
 ) -> Copied:
-    """Write what lies from `start` to `end` (seconds of the recording's clock) to a new recording.
+    """Write the messages from `start` to `end` (seconds of the recording's clock) to a new recording.
 
-    What is latched is kept although it came earlier.
+    Messages of the topics in `ALWAYS` are kept even if they are before `start`.
 
     Raises:
-        KbotError: either file, a topic that is not there, or a time that ends before it starts.
+        KbotError: a file cannot be read or written, a topic does not exist, or the time span is empty.
     """
     recording = Recording(path)
     spare_recording(path, target)
     if topics:
         topics = recording.require_topics(topics)
     if start is not None and end is not None and end < start:
-        raise KbotError(f"a cut from {start:g} s to {end:g} s ends before it starts")
+        raise KbotError(f"the end of the cut, {end:g} s, is before its start, {start:g} s")
     first = None if start is None else round(start * 1e9)
     last = None if end is None else round(end * 1e9)
     summary = recording.summary()
     if first is not None and summary.end is not None and first > summary.end:
-        raise KbotError(f"{path} ends at {summary.end * 1e-9:g} s: nothing is left of it from {start:g} s on")
+        raise KbotError(
+            f"{path} ends at {summary.end * 1e-9:g} s, before the start of the cut at {start:g} s"
+        )
     if last is not None and summary.start is not None and last < summary.start:
-        raise KbotError(f"{path} begins at {summary.start * 1e-9:g} s: nothing of it is before {end:g} s")
+        raise KbotError(f"{path} begins at {summary.start * 1e-9:g} s, after the end of the cut at {end:g} s")
     notes = summary.notes
     if first is not None or last is not None or topics:
         notes = {
@@ -69,8 +73,8 @@ def copy_recording(
                 try:
                     writer.write(entry)
                 except (OverflowError, StructError, ValueError) as error:
-                    # as a time that the new format has no room for, or a name that is not Unicode
-                    raise KbotError(f"{entry.place} does not fit the format: {error}") from None
+                    # for example a time outside the range of the format, or a name that is not valid Unicode
+                    raise KbotError(f"{entry.place} cannot be written in this format: {error}") from None
                 count += 1
         writer.close()
     except (OSError, KbotError) as error:

@@ -1,4 +1,4 @@
-"""One message of a recording, with its bytes in either encoding; also of types that KBot lacks."""
+"""One message of a recording, with its bytes in both encodings, also for types that KBot does not know."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ if TYPE_CHECKING:
 
 
 MOST_CODE = 15_000
-"""Units of 0.2 ms that making code of all types of a recording may take. 300 types of ROS take 7,000."""
+"""Limit on the cost of generating code for all types of a recording, in units of 0.2 ms. 300 ROS types cost
+7,000."""
 
 
 class Types:
-    """The types of a recording: those of ROS, and those that it defines."""
+    """The message types of a recording: those of ROS, and those that the recording defines."""
 
     def __init__(self, path: str | Path, allowance: Allowance | None = None) -> None:
-        """`path` is the recording's, for errors. The messages that are converted are charged to the allowance
-        of one reading, if there is one."""
+        """`path` is the recording, for errors. Converted messages are charged to `allowance`, if given."""
         self.path = path
         self._allowance = allowance
         self.ros2: SafeStore = ros2_types()
@@ -47,10 +47,10 @@ class Types:
         self._shapes: ShapeCheck | None = None
 
     def learn(self, name: str, definition: str) -> None:
-        """Add a type by its definition as ROS writes it; a type that is known already is not changed.
+        """Add a type by its ROS definition. A known type is not changed.
 
         Raises:
-            KbotError: the definition does not follow the grammar, or is too large.
+            KbotError: the definition does not follow the ROS grammar, or is too large.
         """
         from kbot.record.encodings.safe_store import safe_copy  # rosbags, lazy in this module: slow to import
 
@@ -61,7 +61,7 @@ class Types:
             new = {key: value for key, value in found.items() if key not in self.ros2.fielddefs}
             self._code_left -= code_cost(new)
             if self._code_left < 0:
-                raise KbotError("it and those before it are too large")
+                raise KbotError("the types of the recording are too large")
             if self._shapes is None:
                 self._shapes = ShapeCheck(self.ros2.fielddefs)
                 self.ros2 = safe_copy(self.ros2)
@@ -85,7 +85,11 @@ class Types:
         return self._ros1
 
     def converted(self, convert: Callable[[bytes, str], memoryview], data: bytes, name: str) -> bytes:
-        """Raises RecordingTooLarge: more was converted than a recording of this size has."""
+        """Convert a message and charge it to the allowance.
+
+        Raises:
+            RecordingTooLarge: the allowance is used up.
+        """
         before = self.ros2.converted_parts
         found = bytes(convert(data, name))
         if self._allowance is not None:
@@ -93,7 +97,7 @@ class Types:
         return found
 
     def require(self, name: str) -> None:
-        """Raises KbotError: the recording does not define a type in full, or one that is too large."""
+        """Check that a type is fully defined and not too large. Raises KbotError if not."""
         if name in self._accepted:
             return
         try:
@@ -107,9 +111,11 @@ class Types:
 
 
 @cache
-def _unlike(name: str) -> type | None:
-    """Our message of a type that has other fields in ROS 1 than in ROS 2, as markers have; None for any
-    other, whose bytes are the same but for how they are aligned."""
+def _differing_type(name: str) -> type | None:
+    """KBot's class of a type whose fields differ between ROS 1 and ROS 2, such as markers.
+
+    None for any other type: its bytes differ only in their alignment.
+    """
     kind = known_type(name)
     if kind is None or name not in ros1_types().fielddefs:
         return None
@@ -118,7 +124,7 @@ def _unlike(name: str) -> type | None:
 
 
 def _layout(store: Typestore, name: str) -> Iterator[object]:
-    """The kinds of a type's fields, in their order, those of its parts in their place."""
+    """The kinds of a type's fields in order, with nested types replaced by their fields."""
     from rosbags.interfaces import Nodetype
 
     for field, desc in store.fielddefs[name][1]:
@@ -137,7 +143,7 @@ def _layout(store: Typestore, name: str) -> Iterator[object]:
 
 
 class RecordedMessage:
-    """A message as it was recorded; `Recordable`, so that it can be written again."""
+    """A recorded message. It is `Recordable`, so it can be written to another recording."""
 
     def __init__(
         self,
@@ -158,45 +164,45 @@ class RecordedMessage:
 
     @property
     def place(self) -> str:
-        """Where it is, for errors."""
+        """The file, topic and time of the message, for errors."""
         topic = self.topic if self.topic.isprintable() else repr(self.topic)
         return f"{self._types.path}: {topic} at {self.nanoseconds * 1e-9:.3f} s"
 
     def with_data(self, data: bytes) -> RecordedMessage:
-        """The same message with other bytes."""
+        """A copy of the message with other bytes."""
         return RecordedMessage(
             self.topic, self.type_name, self.nanoseconds, data, self._types, is_ros1=self._is_ros1
         )
 
     @cached_property
     def cdr(self) -> bytes:
-        """Raises KbotError: the bytes are no such message."""
+        """The message in CDR. Raises KbotError: the bytes are not a message of this type."""
         if not self._is_ros1:
             return self.data
-        kind = _unlike(self.type_name)
+        kind = _differing_type(self.type_name)
         if kind is not None:
             return encode_cdr(decode_ros1(self.data, kind))
         return self._converted(self._types.ros2.ros1_to_cdr)
 
     @cached_property
     def ros1(self) -> bytes:
-        """Raises KbotError: the bytes are no such message."""
+        """The message in ROS 1 encoding. Raises KbotError: the bytes are not a message of this type."""
         if self._is_ros1:
             return self.data
-        kind = _unlike(self.type_name)
+        kind = _differing_type(self.type_name)
         if kind is not None:
             return encode_ros1(decode_cdr(self.data, kind))
         return self._converted(self._types.ros2.cdr_to_ros1)
 
     @property
     def ros1_definition(self) -> tuple[str, str]:
-        """Text and MD5. Raises KbotError: the recording does not define the type in full."""
+        """Text and MD5. Raises KbotError: the recording does not fully define the type."""
         text, md5 = self._defined(lambda: self._types.ros1.generate_msgdef(self.type_name))
         return text, md5
 
     @property
     def ros2_definition(self) -> tuple[str, str]:
-        """Text and RIHS01 hash. Raises KbotError: the recording does not define the type in full."""
+        """Text and RIHS01 hash. Raises KbotError: the recording does not fully define the type."""
         store, name = self._types.ros2, self.type_name
         return self._defined(lambda: (store.generate_msgdef(name, ros_version=2)[0], store.hash_rihs01(name)))
 
@@ -212,8 +218,8 @@ class RecordedMessage:
             with reading(self._types.path):
                 return define()
         except (TypesysError, LookupError, AssertionError) as error:
-            # rosbags writes no definition with parts of actions and services
-            raise KbotError(f"{self.place}: {self.type_name} cannot be defined: {error!r}") from None
+            # rosbags cannot write definitions that contain parts of actions and services
+            raise KbotError(f"{self.place}: no definition of {self.type_name}: {error!r}") from None
 
     def _converted(self, convert: Callable[[bytes, str], memoryview]) -> bytes:
         found: bytes = self._tried(lambda: self._types.converted(convert, self.data, self.type_name))

@@ -22,14 +22,17 @@ from kbot.text.suggest import did_you_mean
 Cell = float | int | str | bool
 TIME = "time"
 FREE_CELLS, CELLS_OF_A_BYTE = 1_000_000, 4
-"""Values of a table: so many, which take 2 s, and so many for each byte of the recording beyond. A list of
-zeros is compressed to nothing, and is a column for each of them."""
+"""Limit on the values of a table: 1,000,000, which take 2 s, plus 4 for each byte of the recording. A long
+list of zeros compresses to almost nothing but makes one column per entry."""
 
 
 @dataclass(frozen=True)
 class MessageTable:
-    """A topic's messages. The first column is `time` in seconds; a list's entries are numbered, those of
-    joint states named by joint; bytes, as of images, are Base64 in one column."""
+    """The messages of a topic as a table.
+
+    The first column is `time` in seconds. The entries of a list are columns with a number, those of joint
+    states with the joint's name. Bytes, such as images, are one column in Base64.
+    """
 
     topic: str
     columns: tuple[str, ...]
@@ -37,7 +40,8 @@ class MessageTable:
 
     @classmethod
     def of(cls, path: str, topic: str) -> MessageTable:
-        """Raises KbotError: no such recording or topic, or its messages cannot be read."""
+        """Read a topic. Raises KbotError: there is no such recording or topic, or a message cannot be
+        read."""
         recording = Recording(path)
         (topic,) = recording.require_topics((topic,))
         rows: list[dict[str, Cell]] = []
@@ -53,21 +57,25 @@ class MessageTable:
                 columns.update(dict.fromkeys(row))
                 rows.append(row)
         if not rows:
-            raise KbotError(f"{path} holds no messages on {topic}")
+            raise KbotError(f"{path} has no messages on {topic}")
         return cls(topic, tuple(columns), tuple(rows))
 
     def only(self, names: Sequence[str]) -> MessageTable:
-        """Of these columns, beside the time; all where none is named. Raises KbotError: there is none."""
+        """The table with only these columns and the time, or all if `names` is empty.
+
+        Raises:
+            KbotError: a column does not exist.
+        """
         for name in names:
             if name not in self.columns:
                 hint = did_you_mean(name, self.columns)
-                told = hint or f"what changes is {', '.join(self.numbers) or 'nothing'}"
-                raise KbotError(f"{self.topic} has no field {name}: {told}")
+                reason = hint or f"fields that change: {', '.join(self.numbers) or 'none'}"
+                raise KbotError(f"{self.topic} has no field {name}: {reason}")
         return replace(self, columns=(TIME, *dict.fromkeys(names))) if names else self
 
     @property
     def numbers(self) -> tuple[str, ...]:
-        """The columns of numbers that change."""
+        """The numeric columns whose values change."""
         return tuple(
             name
             for name in self.columns
@@ -82,17 +90,17 @@ class MessageTable:
         return [float(row[TIME]) for row in self.rows]
 
     def column(self, name: str) -> list[float | None]:
-        """Its numbers, None where there is none. Raises KbotError: it holds text."""
+        """The numbers of a column, None for a missing value. Raises KbotError: the column is text."""
         values: list[float | None] = []
         for row in self.rows:
             value = row.get(name)
             if isinstance(value, str):
-                raise KbotError(f"{name} of {self.topic} is text: only numbers are plotted")
+                raise KbotError(f"{name} of {self.topic} is text: only numbers can be plotted")
             values.append(None if value is None or not math.isfinite(value) else float(value))
         return values
 
     def csv(self) -> str:
-        """Numbers are written so that they read back the same."""
+        """The table as CSV. Numbers are written with all digits, so that reading gives the same value."""
         text = io.StringIO()
         table = csv.DictWriter(text, self.columns, lineterminator="\n", extrasaction="ignore")
         table.writeheader()
@@ -100,7 +108,7 @@ class MessageTable:
         return text.getvalue()
 
     def parquet(self) -> bytes:
-        """An Apache Parquet file, compressed; by the extra `parquet`.
+        """The table as a compressed Apache Parquet file. Needs the extra `parquet`.
 
         Raises:
             KbotError: the extra is not installed.
@@ -109,7 +117,7 @@ class MessageTable:
             import pyarrow  # an extra
             from pyarrow import parquet
         except ModuleNotFoundError:
-            raise KbotError("Parquet needs an extra: pip install 'kbot[parquet]'") from None
+            raise KbotError("Parquet is not installed: pip install 'kbot[parquet]'") from None
         table = pyarrow.table({name: [row.get(name) for row in self.rows] for name in self.columns})
         buffer = io.BytesIO()
         parquet.write_table(table, buffer, compression="zstd")
@@ -141,7 +149,7 @@ def _list(values: object, name: str, labels: list[str] | None) -> Iterator[tuple
     if not isinstance(values, list | np.ndarray):
         yield name, values if isinstance(values, int | float | str) else str(values)
         return
-    # one number at a time: a list of all takes four times the array's memory
+    # one number at a time, because a list of all would take four times the memory of the array
     items = map(np.generic.item, values) if isinstance(values, np.ndarray) else values
     for index, item in enumerate(items):
         label = labels[index] if labels is not None and index < len(labels) else str(index)

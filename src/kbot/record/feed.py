@@ -1,4 +1,4 @@
-"""The feed of a bus: hands each message to recorder and peers, and encodes it once, on first use."""
+"""The feed of a bus: passes each message to the recorder and the peers, and encodes it only once."""
 
 from __future__ import annotations
 
@@ -17,12 +17,13 @@ from kbot.text import KbotError
 
 
 class Packet:
-    """A message on its way out. What it is encoded to is kept, so that all who carry it share the bytes."""
+    """A message on its way to recordings and peers. Its encodings are cached, so that all of them share the
+    bytes."""
 
     __slots__ = ("_cdr", "_json", "_ros1", "message", "nanoseconds", "topic")
 
     def __init__(self, topic: str, message: object, nanoseconds: int) -> None:
-        """`nanoseconds`: when it was published, by the simulation's clock."""
+        """`nanoseconds`: the publishing time by the simulation's clock."""
         self.topic = topic
         self.message = message
         self.nanoseconds = nanoseconds
@@ -37,7 +38,7 @@ class Packet:
 
     @property
     def is_large(self) -> bool:
-        """Whether it carries data of a sensor or a map, beside which other messages are small."""
+        """Whether it carries the data of a sensor or a map. Other messages are small in comparison."""
         kind: type = type(self.message)
         return _carries_arrays(kind)
 
@@ -54,7 +55,7 @@ class Packet:
         return self._ros1
 
     def json(self, *, ros1: bool = False, exact: bool = False) -> str:
-        """As `to_json` spells it."""
+        """The message as JSON, as `to_json` writes it."""
         key = ros1, exact
         if self._json is None:
             self._json = {}
@@ -77,21 +78,21 @@ Receiver = Callable[[Packet], None]
 
 
 class Feed:
-    """One subscription a topic, however many receive it. Used on the simulation's thread alone."""
+    """One subscription per topic, for any number of receivers. Used only on the simulation's thread."""
 
     def __init__(self, bus: Bus, now: Callable[[], int]) -> None:
-        """`now` tells the time in nanoseconds."""
+        """`now` returns the time in nanoseconds."""
         self._bus, self._now = bus, now
         self._receivers: dict[str, list[Receiver]] = {}
         self._subscriptions: dict[str, Subscription] = {}
         self._last: dict[str, Packet] = {}
 
     def offered(self) -> dict[str, type]:
-        """Topics of the bus whose messages ROS has too, with their types."""
+        """The topics of the bus whose message types ROS has too, with their types."""
         return {name: kind for name, kind in self._bus.topics.items() if _is_known(kind)}
 
     def open(self, topic: str, receiver: Receiver) -> None:
-        """Hear a topic that is offered; on a latched one its last message comes at once."""
+        """Subscribe to an offered topic. The last message of a latched topic is received at once."""
         receivers = self._receivers.setdefault(topic, [])
         receivers.append(receiver)
         if topic not in self._subscriptions:
@@ -103,7 +104,7 @@ class Feed:
             receiver(self._last[topic])
 
     def close(self, topic: str, receiver: Receiver) -> None:
-        """Hear it no more; a topic that nobody receives is not even made."""
+        """Unsubscribe. Messages of a topic without receivers are not created at all."""
         receivers = self._receivers.get(topic, [])
         if receiver in receivers:
             receivers.remove(receiver)

@@ -1,4 +1,4 @@
-"""The interfaces that every format of recordings implements: writer, source, index."""
+"""The interfaces that each recording format implements: writer, source, index."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from kbot.text import KbotError
 from kbot.text.json_text import parse_json
 
 NOTES_TOPIC = "/kbot/recording"
-"""Where formats without metadata of their own carry it, as JSON in a String."""
+"""The topic on which formats without metadata records carry metadata, as JSON in a String."""
 
 TEXT = "std_msgs/msg/String"
 
-FIRST_MOMENT = 1
-"""A bag of ROS 1 takes time 0 for "no time": what happened then is told to have happened 1 ns later."""
+FIRST_TIME = 1
+"""Nanoseconds. A ROS 1 bag treats time 0 as "no time", so messages at 0 are written with 1 ns."""
 
 Note = Callable[[str, dict[str, str]], None]
 
 
 class Recordable(Protocol):
-    """A message with its bytes in both encodings; a `Packet` of a feed, or one read from a recording."""
+    """A message with its bytes in both encodings: a `Packet` of a feed, or a `RecordedMessage`."""
 
     @property
     def topic(self) -> str: ...
@@ -40,16 +40,16 @@ class Recordable(Protocol):
 
 
 class RecordingWriter(Protocol):
-    """A recording that grows. Each method raises OSError where the disk does not take it."""
+    """Writes a recording. Each method raises OSError if the disk is full or removed."""
 
     def write(self, packet: Recordable) -> None: ...
 
     def annotate(self, name: str, values: dict[str, str]) -> None:
-        """Put in facts of the run: robot, world, seed, versions."""
+        """Write metadata of the run: robot, world, seed, versions."""
         ...
 
     def flush(self) -> None:
-        """What was written so far is to be readable, whatever happens next."""
+        """Make everything written so far readable, even after a crash."""
         ...
 
     def close(self) -> None:
@@ -57,91 +57,101 @@ class RecordingWriter(Protocol):
         ...
 
     def abandon(self) -> None:
-        """Let go of a file that can no longer be finished; what is whole in it stays."""
+        """Close a file that can no longer be finished. Its complete parts remain."""
         ...
 
 
 class RecordingSource(Protocol):
-    """One kind of file."""
+    """Reads one format of files."""
 
     kind: str
 
     def entries(self, note: Note) -> Iterator[RecordedMessage]:
-        """Every message in the order it was written; `note` is told of metadata on the way.
+        """Every message in the order it was written. `note` is called with each metadata record.
 
-        Raises BrokenOff where the file ends early, after all that is whole.
+        Raises:
+            BrokenOff: the file is incomplete. Raised after all readable messages.
         """
         ...
 
 
 class BrokenOff(KbotError):
-    """The file ends before its end: it was not closed, or was cut short."""
+    """The file is incomplete: it was not closed, or it was truncated."""
 
 
 class Index(Protocol):
-    """A recording that is open, to be asked by time in nanoseconds of its clock."""
+    """An open recording with access by time, in nanoseconds of its clock."""
 
     start: int
     end: int
     broken: str
-    """Why it ends early, where it was read without its index; else empty."""
+    """Why it is incomplete, if it was read without its index; else empty."""
 
     @property
     def topics(self) -> Mapping[str, str]:
-        """Names and types, as ROS 2 writes them."""
+        """Types by topic, as ROS 2 writes them."""
         ...
 
     @property
     def counts(self) -> Mapping[str, int]:
-        """How many messages each topic has; nothing of those of which the file does not say it."""
+        """Number of messages by topic. Topics for which the file has no number are left out."""
         ...
 
     @property
     def notes(self) -> Mapping[str, Mapping[str, str]]:
-        """Facts of the run by their names, as its recorder annotated them."""
+        """The metadata records of the run by name."""
         ...
 
     def newest(self, topic: str, nanoseconds: int) -> RecordedMessage | None:
-        """What a topic said last until a time; None where it said nothing yet. What is damaged is passed over
-        where the format tells which part that is. Raises KbotError: damaged, or gone."""
+        """The last message of a topic until a time, None if there is none yet.
+
+        Damaged parts are skipped if the format shows which parts they are.
+
+        Raises:
+            KbotError: the file is damaged or was removed.
+        """
         ...
 
     def between(self, topics: Collection[str], after: int, until: int) -> Iterator[RecordedMessage]:
-        """What topics said after a time and until another, in its order; as `newest`."""
+        """The messages of topics after one time and until another, sorted by time. Raises like `newest`."""
         ...
 
     def damage(self, nanoseconds: int) -> tuple[int, int] | None:
-        """Where the part that holds a time is damaged: from when on nothing can be read, and when what
-        follows begins, past the end for nothing; None where it is whole. Raises KbotError: the file is
-        gone."""
+        """The time range of the damage around a time, None if that part is readable.
+
+        The range ends where the next readable part begins, or after the end of the recording.
+
+        Raises:
+            KbotError: the file was removed.
+        """
         ...
 
     def close(self) -> None: ...
 
 
 class NoIndex(KbotError):
-    """The recording has no index, or one that does not put its messages in the order of time."""
+    """The recording has no index, or one that does not sort its messages by time."""
 
 
 def read_note(entry: RecordedMessage) -> tuple[str, dict[str, str]]:
-    """The name and the facts in a message on NOTES_TOPIC. Raises KbotError: the message is none of KBot's."""
+    """The name and values of a metadata message on NOTES_TOPIC. Raises KbotError: KBot did not write it."""
     values = {key: str(value) for key, value in read_fields(entry).items()}
     return values.pop("name", ""), values
 
 
 def read_fields(entry: RecordedMessage) -> dict[str, object]:
-    """What is in a message of KBot's own, as JSON in a String. Raises KbotError: it is none of KBot's."""
+    """The JSON object in a String message that KBot wrote. Raises KbotError: KBot did not write it."""
     try:
         found = parse_json(read_text(entry))
     except ValueError:
         found = None
     if not isinstance(found, dict):
-        raise KbotError(f"{entry.place} holds nothing that KBot wrote")
+        raise KbotError(f"{entry.place} was not written by KBot")
     return found
 
 
 def read_text(entry: RecordedMessage) -> str:
-    """What is in a String. Raises KbotError: it is another message, or the bytes are none."""
+    """The text of a String message. Raises KbotError: it is not a String message."""
     if entry.type_name != TEXT:
         raise KbotError(f"{entry.place} carries {entry.type_name}, not {TEXT}")
     return str(entry.message().data)

@@ -1,4 +1,4 @@
-"""Random access to recordings by time, with the file's index or, without one, after reading it once."""
+"""Random access to recordings by time, by the index of the file or by reading all of it into memory."""
 
 from __future__ import annotations
 
@@ -9,39 +9,42 @@ from pathlib import Path
 
 from kbot.record.entry import RecordedMessage
 from kbot.record.formats import NOTES_TOPIC, Index, NoIndex
-from kbot.record.limits import kept_bytes
+from kbot.record.limits import memory_limit
 from kbot.record.reader import Recording
 from kbot.text import KbotError
 from kbot.text.errors import reading
 
 ENTRY_BYTES = 500
-"""What a message takes in memory beside its bytes."""
+"""Memory that a message takes in addition to its bytes."""
 
 
 class WholeIndex:
-    """A recording held in memory. Where a run was set back in time, what came later counts."""
+    """A recording held in memory. If a run was set back in time, the later messages replace the earlier
+    ones."""
 
     def __init__(self, path: str) -> None:
-        """Raises KbotError: there is no such recording."""
+        """Raises KbotError: the recording cannot be read, or is too large."""
         entries: dict[str, list[RecordedMessage]] = {}
         recording = Recording(path)
         summary = recording.summary()
         self.notes: Mapping[str, Mapping[str, str]] = summary.notes
         self.broken = summary.broken
-        left = kept_bytes(path)
+        left = memory_limit(path)
         for entry in recording.entries():
             if entry.topic != NOTES_TOPIC:
                 left -= len(entry.data) + ENTRY_BYTES
                 if left < 0:
-                    raise KbotError(f"{path} has no usable index, and is too large to be held in memory")
-                told = entries.setdefault(entry.topic, [])
-                while told and told[-1].nanoseconds > entry.nanoseconds:
-                    told.pop()
-                told.append(entry)
+                    raise KbotError(f"{path} has no usable index, and is too large to read into memory")
+                messages = entries.setdefault(entry.topic, [])
+                while messages and messages[-1].nanoseconds > entry.nanoseconds:
+                    messages.pop()
+                messages.append(entry)
         self._entries = entries
-        self._times = {topic: [entry.nanoseconds for entry in told] for topic, told in entries.items()}
-        self.topics = {topic: told[0].type_name for topic, told in entries.items()}
-        self.counts = {topic: len(told) for topic, told in entries.items()}
+        self._times = {
+            topic: [entry.nanoseconds for entry in messages] for topic, messages in entries.items()
+        }
+        self.topics = {topic: messages[0].type_name for topic, messages in entries.items()}
+        self.counts = {topic: len(messages) for topic, messages in entries.items()}
         self.start = min((times[0] for times in self._times.values()), default=0)
         self.end = max((times[-1] for times in self._times.values()), default=0)
 
@@ -66,12 +69,12 @@ class WholeIndex:
 
 
 def open_index(path: str) -> Index:
-    """Open a recording to ask it by time.
+    """Open a recording for access by time.
 
     Raises:
         KbotError: there is no such recording, or it cannot be read.
     """
-    Recording(path)  # reports what is wrong with the name
+    Recording(path)  # reports a missing file or an unknown suffix
     with reading(path):
         return _opened(path)
 

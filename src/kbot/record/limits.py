@@ -8,25 +8,25 @@ from pathlib import Path
 from kbot.text import KbotError
 
 LARGEST_PIECE = 192 << 20
-"""Bytes of a record, a chunk or a message, of which three are in memory at times. An image of 8000 x 8000
-pixels is as large; writers begin a new chunk after 1 to 4 MB."""
+"""Bytes of a record, a chunk or a message. Up to three are in memory at once. An image of 8000 x 8000 pixels
+has this size, and writers begin a new chunk after 1 to 4 MB."""
 
 _FREE = 2 << 30
 _RATIO = 2000
-"""A file may decompress to 2 GiB, and to so many times its size beyond: images of one colour reach 2000, and
-2 GiB take 4 s."""
+"""A file may decompress to 2 GiB plus 2000 times its size: images of one colour compress by a factor of 2000,
+and 2 GiB take 4 s."""
 _RECORD = 8192
-"""Bytes that take as long to decompress as one record in a chunk takes to read."""
+"""Reading one record of a chunk takes as long as decompressing this many bytes."""
 _PART = 1024
-"""Bytes that take as long to decompress as one object in a message takes to convert."""
+"""Converting one object of a message takes as long as decompressing this many bytes."""
 _SLOWNESS = {"lz4": 2, "bz2": 6}
-"""How much longer than zstd a compression takes."""
+"""Decompression time as a multiple of zstd's."""
 _KEPT = 1 << 29
-"""Bytes of a recording without a usable index that are held in memory, whatever its size on disk."""
+"""Bytes of a recording without a usable index that may be held in memory, in addition to 4 times its size."""
 
 
 class RecordingTooLarge(KbotError):
-    """Reading it would take more time or memory than a recording of its size may."""
+    """Reading it would take more time or memory than is allowed for a recording of its size."""
 
 
 class Damaged(Exception):
@@ -34,32 +34,41 @@ class Damaged(Exception):
 
 
 class Allowance:
-    """What one reading of a recording may still cost."""
+    """The remaining cost that one pass over a recording may have."""
 
     def __init__(self, path: str | Path) -> None:
         self._size = size_on_disk(Path(path))
         self._left = _FREE + _RATIO * self._size
 
     def charge(self, size: int = 0, *, records: int = 0, parts: int = 0, compression: str = "") -> None:
-        """Raises RecordingTooLarge: it is used up by decompressed bytes, records or parts of messages."""
+        """Subtract the cost of decompressed bytes, records and parts of messages.
+
+        Raises:
+            RecordingTooLarge: the allowance is used up.
+        """
         self._left -= size * _SLOWNESS.get(compression, 1) + records * _RECORD + parts * _PART
         if self._left < 0:
             raise RecordingTooLarge(
-                f"it decompresses to too much data for its {self._size:,} bytes; reading stopped"
+                f"it decompresses to too much data for a file of {self._size:,} bytes; reading stopped"
             )
 
 
 def check_length(at: int, stated: int, left: int, *, is_skipped: bool = False) -> None:
-    """Raises Damaged: the record at a place states more bytes than are left, or than LARGEST_PIECE. A record
-    that is skipped, as an attachment, may be larger than that."""
+    """Check the length that a record states.
+
+    A skipped record, such as an attachment, may be larger than LARGEST_PIECE.
+
+    Raises:
+        Damaged: the record is longer than the remaining bytes, or than LARGEST_PIECE.
+    """
     if stated > left:
-        raise Damaged(f"the record at byte {at:,} states {stated:,} bytes, and {left:,} are left")
+        raise Damaged(f"the record at byte {at:,} states {stated:,} bytes, but only {left:,} are left")
     if stated > LARGEST_PIECE and not is_skipped:
         raise Damaged(f"the record at byte {at:,} has more than {LARGEST_PIECE:,} bytes")
 
 
-def kept_bytes(path: str | Path) -> int:
-    """How much of a recording may be held in memory at once."""
+def memory_limit(path: str | Path) -> int:
+    """Bytes of a recording that may be held in memory at once."""
     # zstd compresses messages of odometry and lidars to about a quarter
     return _KEPT + 4 * size_on_disk(Path(path))
 
@@ -73,10 +82,10 @@ def size_on_disk(path: Path) -> int:
 
 
 def inflate(data: bytes, compression: str, size: int | None = None) -> bytes:
-    """Decompressed data, which is of the stated `size` where one is stated.
+    """Decompress data. `size` is the stated size of the result, None if none is stated.
 
     Raises:
-        ValueError: it is damaged, not of that size, or of an unknown compression.
+        ValueError: it is damaged, does not have the stated size, or has an unknown compression.
         RecordingTooLarge: it is larger than LARGEST_PIECE.
     """
     is_large = size is not None and size > LARGEST_PIECE
@@ -86,12 +95,12 @@ def inflate(data: bytes, compression: str, size: int | None = None) -> bytes:
     if len(found) > LARGEST_PIECE:
         raise RecordingTooLarge(f"it decompresses to more than {LARGEST_PIECE:,} bytes")
     if size is not None and len(found) != size:
-        raise ValueError(f"{size:,} bytes are stated, and {len(found):,} or more are there")
+        raise ValueError(f"it states {size:,} bytes, but has {len(found):,} or more")
     return found
 
 
 def _inflated(data: bytes, compression: str, most: int) -> bytes:
-    """The first bytes of the decompressed data. Raises ValueError: damaged, or not complete."""
+    """Decompress up to `most` bytes. Raises ValueError: the data is damaged or incomplete."""
     match compression:
         case "" | "none":
             return data
@@ -110,11 +119,11 @@ def _inflated(data: bytes, compression: str, most: int) -> bytes:
         case "bz2":
             stream = bz2.BZ2Decompressor()
         case _:
-            raise ValueError(f"the compression {compression!r} is not known")
+            raise ValueError(f"unknown compression {compression!r}")
     try:
         found: bytes = stream.decompress(data, max_length=most)
     except (RuntimeError, OSError, EOFError) as error:
         raise ValueError(f"{compression}: {error}") from None
     if not stream.eof and len(found) < most:
-        raise ValueError(f"the {compression} data is not complete")
+        raise ValueError(f"the {compression} data is incomplete")
     return found

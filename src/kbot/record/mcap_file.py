@@ -1,4 +1,4 @@
-"""Reads and writes MCAP files. The index gives access to any time without reading what is before it."""
+"""Reads and writes MCAP files. The index gives access to any time without reading the file up to it."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from mcap.records import (
 from mcap.summary import Summary
 from mcap.writer import CompressionType, Writer
 
-from kbot.record.chunks import KeptChunks, in_time_order
+from kbot.record.chunks import ChunkCache, in_time_order
 from kbot.record.encodings.foreign_types import full_name
 from kbot.record.entry import RecordedMessage, Types
 from kbot.record.formats import BrokenOff, NoIndex, Note, Recordable
@@ -43,18 +43,19 @@ from kbot.record.limits import Allowance, Damaged, RecordingTooLarge, check_leng
 from kbot.text import KbotError
 
 
-class WholeFile:
-    """Unbuffered, so that what was written survives the process; a write that fails leaves no half."""
+class UnbufferedFile:
+    """A file that is written without a buffer, so that written data survives a crash of the process. A write
+    that fails is undone, so the file never ends with a part of a record."""
 
     def __init__(self, path: str) -> None:
-        """Raises OSError: it exists already, or cannot be made."""
+        """Raises OSError: the file exists, or cannot be created."""
         self._descriptor = os.open(
             path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666
         )
         self._end = 0
 
     def write(self, data: bytes) -> int:
-        """Append all of it. Raises OSError with the file as it was before."""
+        """Append the data. If it raises OSError, the file is unchanged."""
         view = memoryview(data)
         try:
             while view:
@@ -69,7 +70,7 @@ class WholeFile:
         return self._end
 
     def flush(self) -> None:
-        """Nothing is held back."""
+        """Do nothing: there is no buffer."""
 
     def close(self) -> None:
         os.close(self._descriptor)
@@ -79,11 +80,11 @@ CHUNK_BYTES = 256 * 1024
 
 
 class McapWriter:
-    """Writes chunk by chunk: one that is not whole is not there, so a broken run is readable up to it."""
+    """Writes whole chunks only, so that after a crash the file is readable up to its last chunk."""
 
     def __init__(self, path: str, *, compress: bool = True) -> None:
-        """Raises OSError: the file exists or cannot be made."""
-        self._file = WholeFile(path)
+        """Raises OSError: the file exists or cannot be created."""
+        self._file = UnbufferedFile(path)
         compression = CompressionType.ZSTD if compress else CompressionType.NONE
         # Any: the library's methods have no return types
         self._writer: Any = Writer(cast(IO[Any], self._file), CHUNK_BYTES, compression)
@@ -152,12 +153,13 @@ IN_SUMMARY = (
 def records(
     stream: IO[bytes], start: int, end: int, wanted: Collection[int], allowance: Allowance | None = None
 ) -> Iterator[tuple[int, McapRecord]]:
-    """The records between two places of a stream, each with its place; those not wanted are skipped unread.
+    """The wanted records between two offsets of a stream, each with its offset. Others are skipped without
+    reading.
 
     Raises:
-        Damaged: a record is.
+        Damaged: a record is damaged.
         OSError: the file cannot be read.
-        RecordingTooLarge: the allowance is used up, of which each record takes a part.
+        RecordingTooLarge: the allowance is used up. Each record is charged to it.
     """
     at = start
     while at < end:
@@ -166,7 +168,7 @@ def records(
         stream.seek(at)
         head = stream.read(_HEAD.size)
         if len(head) < _HEAD.size:
-            raise Damaged(f"it ends within the record at byte {at:,}")
+            raise Damaged(f"it ends in the middle of the record at byte {at:,}")
         kind, length = _HEAD.unpack(head)
         left = end - at - _HEAD.size
         check_length(at, length, left, is_skipped=kind not in wanted)
@@ -176,11 +178,11 @@ def records(
 
 
 def record_at(stream: IO[bytes], at: int, kind: Opcode) -> McapRecord:
-    """The record at a place that an index gives. Raises Damaged: no such record is there."""
+    """The record at an offset from an index. Raises Damaged: there is no such record."""
     end = stream.seek(0, SEEK_END)
     found_at, record = next(records(stream, at, end, (kind,)), (-1, McapRecord()))
     if found_at != at:
-        raise Damaged(f"no {kind.name.lower()} is at byte {at:,}")
+        raise Damaged(f"there is no {kind.name.lower()} at byte {at:,}")
     return record
 
 
@@ -195,11 +197,11 @@ def _parsed(stream: IO[bytes], kind: int, length: int, at: int) -> McapRecord:
     return found
 
 
-def break_up(chunk: Chunk, at: int, allowance: Allowance) -> list[McapRecord]:
-    """The records in the chunk at a place.
+def chunk_records(chunk: Chunk, at: int, allowance: Allowance) -> list[McapRecord]:
+    """The records in the chunk at an offset.
 
     Raises:
-        Damaged: it is not whole.
+        Damaged: the chunk is damaged.
         RecordingTooLarge: reading it would cost too much.
     """
     try:
@@ -210,12 +212,12 @@ def break_up(chunk: Chunk, at: int, allowance: Allowance) -> list[McapRecord]:
         raise RecordingTooLarge(f"the chunk at byte {at:,} is not read: {error}") from None
     allowance.charge(len(data), compression=chunk.compression)
     if chunk.uncompressed_crc not in (0, zlib.crc32(data)):
-        raise Damaged(f"the chunk at byte {at:,} has another checksum")
+        raise Damaged(f"the chunk at byte {at:,} does not match its checksum")
     return [record for _, record in records(BytesIO(data), 0, len(data), IN_CHUNK, allowance)]
 
 
 def read_summary(stream: IO[bytes]) -> Summary | None:
-    """Read the summary section; None if the file has none. Raises Damaged, OSError."""
+    """Read the summary section. None if the file has none. Raises Damaged, OSError."""
     end = stream.seek(0, SEEK_END)
     footer_at = end - len(MAGIC) - _HEAD.size - 20
     if footer_at < len(MAGIC):
@@ -241,7 +243,8 @@ def read_summary(stream: IO[bytes]) -> Summary | None:
 
 
 def check_data(stream: IO[bytes], end: int, data_end: DataEnd) -> None:
-    """Raises Damaged: the file up to the record at `end` has another checksum than that record states."""
+    """Check the checksum in the record at `end` over the file up to it. Raises Damaged if it does not
+    match."""
     if data_end.data_section_crc == 0:
         return
     stream.seek(0)
@@ -249,15 +252,14 @@ def check_data(stream: IO[bytes], end: int, data_end: DataEnd) -> None:
     while left > 0 and (data := stream.read(min(left, _CRC_BYTES))):
         crc, left = zlib.crc32(data, crc), left - len(data)
     if crc != data_end.data_section_crc:
-        raise Damaged("its messages have another checksum")
+        raise Damaged("its messages do not match their checksum")
 
 
-CARRIED = ("cdr", "ros1")
-"""Encodings of messages that are read."""
+READABLE_ENCODINGS = ("cdr", "ros1")
 
 
 class McapSource:
-    """Messages in CDR or in ROS 1's encoding; others are skipped."""
+    """Reads messages in CDR or ROS 1 encoding, and skips others."""
 
     kind = "MCAP"
 
@@ -265,7 +267,7 @@ class McapSource:
         self._path = path
 
     def entries(self, note: Note) -> Iterator[RecordedMessage]:
-        """Raises BrokenOff, KbotError: see `Source`."""
+        """Every message in the order it was written, as `RecordingSource.entries` describes."""
         try:
             yield from self._entries(note, Allowance(self._path))
         except RecordingTooLarge as error:
@@ -285,7 +287,11 @@ class McapSource:
                 case Message():
                     channel = channels.get(record.channel_id)
                     schema = schemas.get(channel.schema_id) if channel is not None else None
-                    if channel is None or schema is None or channel.message_encoding not in CARRIED:
+                    if (
+                        channel is None
+                        or schema is None
+                        or channel.message_encoding not in READABLE_ENCODINGS
+                    ):
                         continue
                     is_ros1 = channel.message_encoding == "ros1"
                     name = full_name(schema.name)
@@ -294,19 +300,19 @@ class McapSource:
                     )
 
     def _records(self, allowance: Allowance) -> Iterator[McapRecord]:
-        """Those in chunks too, which are whole or left out."""
+        """The records of the file and of its chunks. Damaged chunks are left out."""
         chunks, is_begun = 0, False
         with Path(self._path).open("rb") as stream:
             size = stream.seek(0, SEEK_END)
             stream.seek(0)
             if stream.read(len(MAGIC)) != MAGIC[:size]:
-                raise KbotError(f"{self._path} is not an MCAP file: it does not begin as one")
+                raise KbotError(f"{self._path} is not an MCAP file: its first bytes are wrong")
             try:
                 for at, record in records(stream, len(MAGIC), size, IN_FILE):
                     is_begun = True
                     match record:
                         case Chunk():
-                            within = break_up(record, at, allowance)
+                            within = chunk_records(record, at, allowance)
                             chunks += 1
                             yield from within
                         case DataEnd():
@@ -324,19 +330,23 @@ class McapSource:
                 yield from self._rest(stream, chunks, allowance)
 
     def _rest(self, stream: IO[bytes], chunks: int, allowance: Allowance) -> Iterator[McapRecord]:
-        """What the index knows after so many chunks that are whole. Raises BrokenOff, at the end."""
+        """The readable records after damage, found by the index. `chunks` is the number of chunks before it.
+
+        Raises:
+            BrokenOff: always, after all records.
+        """
         try:
             summary = read_summary(stream)
         except Damaged:
             summary = None
         if summary is None:
-            raise BrokenOff("it was not closed: what follows its last whole chunk is lost")
+            raise BrokenOff("it was not closed, so the data after its last complete chunk is lost")
         yield from (*summary.schemas.values(), *summary.channels.values())
         in_file = sorted({index.chunk_start_offset for index in summary.chunk_indexes})
         lost = 0
         for offset in in_file[chunks:]:
             try:
-                within = break_up(chunk_at(stream, offset), offset, allowance)
+                within = chunk_records(chunk_at(stream, offset), offset, allowance)
             except Damaged:
                 lost += 1
                 continue
@@ -346,39 +356,40 @@ class McapSource:
                 yield record_at(stream, index.offset, Opcode.METADATA)
             except Damaged:
                 continue
-        raise BrokenOff(f"it is damaged: {lost} of its {len(in_file)} chunks cannot be read")
+        raise BrokenOff(f"{lost} of its {len(in_file)} chunks are damaged and cannot be read")
 
 
 def learn(types: Types, schema: Schema) -> None:
-    """Register the type that a ROS schema defines. Raises KbotError: it does not follow ROS's grammar."""
+    """Register the type that a ROS schema defines. Raises KbotError: it does not follow the ROS grammar."""
     if schema.encoding in ("ros2msg", "ros1msg"):
         types.learn(full_name(schema.name), schema.data.decode(errors="replace"))
 
 
 def chunk_at(stream: IO[bytes], offset: int) -> Chunk:
-    """Raises Damaged: it is not there."""
+    """The chunk at an offset. Raises Damaged: there is none."""
     record = record_at(stream, offset, Opcode.CHUNK)
     if not isinstance(record, Chunk):
-        raise Damaged(f"no chunk is at byte {offset:,}")
+        raise Damaged(f"there is no chunk at byte {offset:,}")
     return record
 
 
 ALLOWED_DISORDER = 100_000_000
-"""Nanoseconds that a message may be written after a later one; more is a clock that was set back."""
+"""Nanoseconds by which a message may be older than the one written before it. A larger step means that the
+clock was set back."""
 
 
 class McapIndex:
-    """One file, opened for each chunk that is read."""
+    """Access to one file by time. The file is opened for each chunk that is read."""
 
     broken = ""
 
     def __init__(self, path: str) -> None:
-        """Raises NoIndex."""
+        """Raises NoIndex: the file has no usable index."""
         self._path = path
         try:
             with Path(path).open("rb") as stream:
                 if stream.read(len(MAGIC)) != MAGIC:
-                    raise Damaged("it does not begin as an MCAP file")
+                    raise Damaged("its first bytes are not those of an MCAP file")
                 summary = read_summary(stream)
                 self.notes = dict(_notes(stream, summary.metadata_indexes if summary else ()))
         except (Damaged, OSError) as error:
@@ -401,7 +412,7 @@ class McapIndex:
                 channel.message_encoding,
             )
             for number, channel in summary.channels.items()
-            if channel.message_encoding in CARRIED and channel.schema_id in summary.schemas
+            if channel.message_encoding in READABLE_ENCODINGS and channel.schema_id in summary.schemas
         }
         self.topics = {topic: type_name for topic, type_name, _ in self._channels.values()}
         counted = summary.statistics.channel_message_counts if summary.statistics else {}
@@ -411,9 +422,9 @@ class McapIndex:
                 self.counts[self._channels[number][0]] += count
         self.start = min(index.message_start_time for index in in_file)
         self.end = max(index.message_end_time for index in in_file)
-        self._opened = KeptChunks()
+        self._opened = ChunkCache()
         self._lost: set[int] = set()
-        """Where the chunks begin that were found damaged."""
+        """Offsets of damaged chunks."""
         last = [entry.nanoseconds for entry in self._read(in_file[-1], Allowance(path))]
         if any(b < a - ALLOWED_DISORDER for a, b in pairwise(last)):
             raise NoIndex(f"{path} goes back in time at its end")
@@ -422,7 +433,7 @@ class McapIndex:
         self._opened.clear()
 
     def newest(self, topic: str, nanoseconds: int) -> RecordedMessage | None:
-        """A topic's last message until a time."""
+        """The last message of a topic until a time."""
         allowance = Allowance(self._path)
         for index in reversed(self._chunks):
             if index.message_start_time <= nanoseconds and self._has(index, (topic,)):
@@ -433,7 +444,7 @@ class McapIndex:
         return None
 
     def between(self, topics: Collection[str], after: int, until: int) -> Iterator[RecordedMessage]:
-        """The messages of topics after a time and until another, in its order."""
+        """The messages of topics after one time and until another, sorted by time."""
         first = bisect_right(self._chunks, after, key=lambda index: index.message_end_time)
         allowance = Allowance(self._path)
 
@@ -452,7 +463,7 @@ class McapIndex:
             raise KbotError(f"{self._path}: {error}") from None
 
     def damage(self, nanoseconds: int) -> tuple[int, int] | None:
-        """From when on nothing can be read, and when the next whole chunk begins."""
+        """The time from which nothing can be read, and the start of the next readable chunk."""
         chunks = self._chunks
         at = bisect_right(chunks, nanoseconds, key=lambda index: index.message_start_time) - 1
         if at < 0 or not self._is_lost(chunks[at]):
@@ -473,18 +484,21 @@ class McapIndex:
     def _has(self, index: ChunkIndex, topics: Collection[str]) -> bool:
         held = index.message_index_offsets
         if not held:
-            return True  # written without: only the chunk itself has its topics
+            return (
+                True  # the file was written without message indexes: only the chunk itself shows its topics
+            )
         return any(number in self._channels and self._channels[number][0] in topics for number in held)
 
     def _entries(self, index: ChunkIndex, allowance: Allowance) -> list[RecordedMessage]:
         return self._opened.entries(index.chunk_start_offset, lambda: self._read(index, allowance))
 
     def _read(self, index: ChunkIndex, allowance: Allowance) -> list[RecordedMessage]:
-        """As it was written; nothing where it is damaged. Raises KbotError: the file is gone."""
+        """The messages of a chunk in the order written, none if it is damaged. Raises KbotError: the file was
+        removed."""
         at = index.chunk_start_offset
         try:
             with Path(self._path).open("rb") as stream:
-                found = break_up(chunk_at(stream, at), at, allowance)
+                found = chunk_records(chunk_at(stream, at), at, allowance)
         except OSError as error:
             raise KbotError(f"{self._path} cannot be read: {error.strerror or error}") from None
         except RecordingTooLarge as error:

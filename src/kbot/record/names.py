@@ -3,11 +3,11 @@
 from pathlib import Path
 
 BAGS = (".bag", ".bag.active")
-"""How bags of ROS 1 end; the latter while rosbag writes them, and after a kill."""
+"""Suffixes of ROS 1 bags. rosbag uses the second until it closes the bag."""
 
 
 def is_recording(path: str) -> bool:
-    """Whether a name is that of a recording, by its suffix or by what is in the folder."""
+    """Whether a path names a recording, by its suffix or by the files in the folder."""
     folder = Path(path)
     return (
         path.endswith((".mcap", *BAGS))

@@ -1,4 +1,4 @@
-"""Plays back recordings on a bus as time passes."""
+"""Plays back recordings: publishes their messages on a bus as time advances."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ from kbot.tf.static_transforms import TOPIC as TF_STATIC
 from kbot.tf.static_transforms import add_static_transforms
 
 LATCHED = frozenset({TF_STATIC, "/map"})
-NOT_SAID = frozenset({"/clock", DESCRIPTION_TOPIC, COMMANDS_TOPIC, NOTES_TOPIC, WORLD_TOPIC})
-"""Said by who plays, or of no use to others."""
+NOT_PLAYED = frozenset({"/clock", DESCRIPTION_TOPIC, COMMANDS_TOPIC, NOTES_TOPIC, WORLD_TOPIC})
+"""Topics that the caller publishes itself, or that only KBot reads."""
 
 
 class Player:
-    """`advance` says what is due; `bus`, `clock`, `paused` and `errands` are there for bridges."""
+    """Plays back recordings. `advance` publishes the due messages. Bridges use `bus`, `clock`, `paused` and
+    `errands`."""
 
     def __init__(
         self,
@@ -35,13 +36,16 @@ class Player:
         start: float = 0.0,
         seconds: float | None = None,
     ) -> None:
-        """One or more recordings as one, from `start` seconds after the first message on, for so many
-        `seconds` of it, None for all. Of `topics`, empty for all, those `left_out` are not said; `remaps` has
-        the names that others are said on, by those of the recording.
+        """Open one or more recordings, merged by time.
+
+        The playback begins `start` seconds after the first message and takes `seconds` of the recording, None
+        for all. It includes `topics`, or all if empty, but not those in `left_out`. `remaps` gives new names
+        by recorded names.
 
         Raises:
-            KbotError: no such recording or topic, nothing is left of it from the start on, or two topics of
-                different types would be said on one.
+            KbotError: there is no such recording or topic, no messages are left after the start, or two
+            topics
+                of different types would be published under the same name.
         """
         self._recording = Recordings(paths)
         path = self.path = self._recording.path
@@ -49,14 +53,14 @@ class Player:
         topics = require_topics(path, self.summary, topics)
         left_out = require_topics(path, self.summary, left_out)
         renamed = require_topics(path, self.summary, tuple(remaps or {}))
-        said_on = dict(zip(renamed, map(absolute, (remaps or {}).values()), strict=True))
+        new_names = dict(zip(renamed, map(absolute, (remaps or {}).values()), strict=True))
         if self.summary.start is None or self.summary.end is None:
-            raise KbotError(f"{path} holds no messages")
+            raise KbotError(f"{path} has no messages")
         self._first = self.summary.start + round(start * 1e9)
         self._last = self.summary.end
         if self._first > self._last:
             raise KbotError(
-                f"{path} is {self.summary.seconds:g} s long: nothing is left of it {start:g} s on"
+                f"{path} is {self.summary.seconds:g} s long: it cannot be played back from {start:g} s on"
             )
         if seconds is not None:
             self._last = min(self._last, self._first + round(seconds * 1e9))
@@ -64,48 +68,48 @@ class Player:
         self.errands: list[Callable[[], bool]] = []
         self.paused = False
         self.unknown: list[str] = []
-        """Topics whose types KBot does not know: they are not said."""
+        """Topics whose types KBot does not know. They are not published."""
         self._publishers: dict[str, tuple[Publisher[Any], type]] = {}  # Any: each topic has its own type
         for name, topic in self.summary.topics.items():
             kind = known_type(topic.type_name)
-            if name in NOT_SAID or (topics and name not in topics) or name in left_out:
+            if name in NOT_PLAYED or (topics and name not in topics) or name in left_out:
                 continue
             if kind is None:
                 self.unknown.append(name)
             else:
-                target = said_on.get(name, name)
+                target = new_names.get(name, name)
                 self._publishers[name] = self.bus.advertise(target, kind, latched=name in LATCHED), kind
         self.rewind()
 
     @property
     def description(self) -> str:
-        """The robot's URDF, empty where the recording has none."""
+        """The robot's URDF, empty if the recording has none."""
         found = (e for e in self._recording.entries() if (e.topic, e.type_name) == (DESCRIPTION_TOPIC, TEXT))
         return next((str(entry.message().data) for entry in found), "")
 
     @property
     def length(self) -> float:
-        """Seconds of the recording that it says."""
+        """Length of the playback in seconds of the recording."""
         return (self._last - self._first) * 1e-9
 
     @property
     def seconds(self) -> float:
-        """Where it stands, by the recording's clock."""
+        """The current time by the recording's clock."""
         return self.clock.seconds
 
     def run_errands(self) -> None:
-        """Do what peers asked for."""
+        """Run the functions that bridges queued."""
         for errand in tuple(self.errands):
             errand()
 
     def rewind(self) -> None:
-        """Begin anew; what is latched is said at once although it came before the start."""
+        """Start again. Latched messages from before the start are published first."""
         self.clock.set(self._first)
         self._entries = self._wanted()
         self._next = next(self._entries, None)
 
     def advance(self, seconds: float) -> bool:
-        """Let time pass, and say what is due in its order; whether anything is left.
+        """Advance the clock and publish the due messages in order. Returns whether any time is left.
 
         Raises:
             KbotError: a message cannot be read.

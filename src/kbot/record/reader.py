@@ -1,4 +1,4 @@
-"""Reads recordings of all formats (MCAP, ROS 1 bag, rosbag2), also truncated ones."""
+"""Reads recordings of all formats (MCAP, ROS 1 bag, rosbag2), also incomplete ones."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ class TopicSummary:
 
 @dataclass
 class Summary:
-    """What is in a recording. Times in nanoseconds of its clock; `broken` says why it ends early."""
+    """The contents of a recording. Times are nanoseconds of its clock. `broken` is the reason why it is
+    incomplete."""
 
     kind: str
     topics: dict[str, TopicSummary] = field(default_factory=dict)
@@ -39,25 +40,25 @@ class Summary:
 
     @property
     def seconds(self) -> float:
-        """From the first message to the last."""
+        """Time from the first message to the last."""
         return 0.0 if self.start is None or self.end is None else (self.end - self.start) * 1e-9
 
 
 class Recording:
-    """A recording on disk. Each method reads it anew; nothing but one message at a time is held."""
+    """A recording on disk. Each method reads it again, one message at a time."""
 
     def __init__(self, path: str) -> None:
-        """Raises KbotError: there is no such file, or it is no recording."""
+        """Raises KbotError: the file does not exist, or is not a recording."""
         self.path = path
         self._source = _source(path)
 
     def entries(self) -> Iterator[RecordedMessage]:
-        """Every message up to the end, or to where the file breaks off."""
+        """Every message up to the end of the readable part."""
         with reading(self.path), suppress(BrokenOff):
             yield from self._source.entries(lambda name, values: None)
 
     def summary(self) -> Summary:
-        """Read it through. Raises KbotError: it is no recording."""
+        """Read the whole file and summarise it. Raises KbotError: it is not a recording."""
         with reading(self.path):
             return self._summary()
 
@@ -79,39 +80,44 @@ class Recording:
         return found
 
     def require_topics(self, topics: tuple[str, ...]) -> tuple[str, ...]:
-        """Their names in the recording. Raises KbotError: one of them is not in it."""
+        """The recorded names of topics, as `require_topics` finds them."""
         return require_topics(self.path, self.summary(), topics)
 
 
 class Recordings:
-    """Several recordings as one: their messages in the order of time."""
+    """Several recordings, merged by time."""
 
     def __init__(self, paths: Sequence[str]) -> None:
-        """Raises KbotError: one of the files is not there, or is no recording."""
+        """Raises KbotError: a file does not exist, or is not a recording."""
         self._all = [Recording(path) for path in paths]
         self.path = ", ".join(paths)
 
     def entries(self) -> Iterator[RecordedMessage]:
-        """Every message of each up to its end, or to where its file breaks off."""
-        return heapq.merge(*(one.entries() for one in self._all), key=lambda entry: entry.nanoseconds)
+        """Every message of all recordings, each up to the end of its readable part."""
+        return heapq.merge(
+            *(recording.entries() for recording in self._all), key=lambda entry: entry.nanoseconds
+        )
 
     def summary(self) -> Summary:
-        """Read them through; `broken` says which are not whole, and why. Raises KbotError: one is no
-        recording, or a topic has two types."""
-        every = [one.summary() for one in self._all]
+        """Read all files and summarise them. `broken` names the incomplete ones with their reasons.
+
+        Raises:
+            KbotError: a file is not a recording, or a topic has two types.
+        """
+        every = [recording.summary() for recording in self._all]
         topics: dict[str, TopicSummary] = {}
-        for name, found in ((name, topic) for one in every for name, topic in one.topics.items()):
+        for name, found in ((name, topic) for summary in every for name, topic in summary.topics.items()):
             known = topics.setdefault(name, TopicSummary(found.type_name))
             if known.type_name != found.type_name:
-                raise KbotError(f"{self.path}: {name} is {known.type_name} and {found.type_name}")
+                raise KbotError(f"{self.path}: {name} has two types, {known.type_name} and {found.type_name}")
             known.count += found.count
-        notes = {name: values for one in reversed(every) for name, values in one.notes.items()}
-        starts = [one.start for one in every if one.start is not None]
-        ends = [one.end for one in every if one.end is not None]
+        notes = {name: values for summary in reversed(every) for name, values in summary.notes.items()}
+        starts = [summary.start for summary in every if summary.start is not None]
+        ends = [summary.end for summary in every if summary.end is not None]
         broken = "; ".join(
-            f"{recording.path} is not whole: {one.broken}"
-            for recording, one in zip(self._all, every, strict=True)
-            if one.broken
+            f"{recording.path} is incomplete: {summary.broken}"
+            for recording, summary in zip(self._all, every, strict=True)
+            if summary.broken
         )
         return Summary(
             every[0].kind, topics, notes, min(starts, default=None), max(ends, default=None), broken
@@ -119,7 +125,7 @@ class Recordings:
 
 
 def require_topics(path: str, summary: Summary, topics: tuple[str, ...]) -> tuple[str, ...]:
-    """Their names in what a file holds: `odom` is `/odom` too. Raises KbotError: one of them is not in it."""
+    """The recorded names of topics: `odom` matches `/odom` too. Raises KbotError: a topic is not recorded."""
     found = []
     for topic in topics:
         name = next((name for name in (topic, f"/{topic}") if name in summary.topics), None)
@@ -130,14 +136,14 @@ def require_topics(path: str, summary: Summary, topics: tuple[str, ...]) -> tupl
     return tuple(found)
 
 
-def kept(path: str) -> str:
-    """In words: what can be read of a recording that broke off."""
+def readable_part(path: str) -> str:
+    """A clause that describes what can be read of an incomplete recording."""
     try:
         found = Recording(path).summary()
     except KbotError as error:
-        return f"nothing of it can be read: {error}"
+        return f"no part of it can be read: {error}"
     if found.end is None:
-        return "it holds no messages"
+        return "it has no messages"
     return f"{found.count} messages up to {found.end * 1e-9:.2f} s can be read"
 
 
@@ -158,4 +164,4 @@ def _source(path: str) -> RecordingSource:
         from kbot.record.mcap_file import McapSource
 
         return McapSource(path)
-    raise KbotError(f"{path} is no recording: those end in .mcap or .bag, or are folders of rosbag2")
+    raise KbotError(f"{path} is not a recording: use a .mcap or .bag file, or a rosbag2 folder")

@@ -1,4 +1,4 @@
-"""Records a simulation: its messages and the commands that it receives, as they occur."""
+"""Records a simulation: its messages, and the commands that it receives."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from kbot.messages.bus import absolute
 from kbot.messages.types import String
 from kbot.model.writer import to_urdf
 from kbot.record.feed import Feed, Packet
-from kbot.record.reader import kept
+from kbot.record.reader import readable_part
 from kbot.record.world_recorder import WorldRecorder
 from kbot.record.writer import open_writer, remove_recording
 from kbot.text import KbotError
@@ -30,19 +30,20 @@ DESCRIPTION_TOPIC = "/robot_description"
 NODES = "nodes"
 STATE_PUBLISHER = "robot_state_publisher"
 TRANSFORMS = "static_transforms"
-"""What a recording's facts say of nodes that ran beside the simulation."""
+"""Metadata about the nodes that ran beside the simulation."""
 FLUSH_SECONDS = 1.0
-"""Wall time after which what was said is in the file, at the latest."""
-LOOK_RATE = 5.0
-"""Hz of simulated time at which what was said is written down."""
-MOST_AT_ONCE = 1000
-"""Messages that wait to be written down."""
+"""Wall-clock time after which a message is in the file, at the latest."""
+UPDATE_RATE = 5.0
+"""Hz of simulated time at which queued messages are written."""
+MOST_QUEUED = 1000
+"""Messages in the queue before they are written, which bounds its memory."""
 
 
 class Recorder:
-    """Records a simulation from where it stands until `close`; what is recorded does not change the run.
+    """Records a simulation from now until `close`, without influence on the run.
 
-    `failure` is set when the disk takes no more: the recording has ended then, and the run goes on.
+    `failure` is set if the file cannot be written any more. The recording has then ended, and the run
+    continues.
     """
 
     def __init__(
@@ -58,12 +59,13 @@ class Recorder:
         compress: bool = True,
         on_failure: Callable[[KbotError], None] | None = None,
     ) -> None:
-        """`topics` empty means all. `description` is the URDF that the robot was read from, `world` the
-        text that named the world, `facts` what else is to be known of the run.
+        """Create the file and start to record.
+
+        `topics` selects topics, all if empty. `description` is the URDF of the robot, `world` the text that
+        selected the world, and `facts` is further metadata of the run.
 
         Raises:
-            KbotError: the file cannot be made, a topic is asked for that nobody speaks on, or the run has
-                diverged.
+            KbotError: the file cannot be created, a topic does not exist, or the run has diverged.
         """
         if simulation.engine.has_diverged:
             raise KbotError("the run has diverged: reset it first")
@@ -73,11 +75,11 @@ class Recorder:
         self.count = 0
         self._simulation, self._feed = simulation, feed
         self._wanted = frozenset(absolute(topic) for topic in topics)
-        self._refuse_unknown()
+        self._require_topics()
         self._on_failure = on_failure
         self._open: set[str] = set()
-        self._waiting: list[Packet] = []
-        """What was said since it was written down last: many at once cost a fraction of each by itself."""
+        self._queued: list[Packet] = []
+        """Messages that are not written yet. Writing many at once costs a fraction of writing each alone."""
         self._inputs: frozenset[str] = frozenset()
         self._seen = -1
         self._is_open = True
@@ -91,9 +93,9 @@ class Recorder:
             if self._is_open:
                 self._world_recorder = None if self._wanted else WorldRecorder(simulation, self._write)
                 simulation.journal.write = self._note
-                self._timer = simulation.clock.every(LOOK_RATE, self._look)
-                simulation.robots.when_changed.append(self._look)
-                self._look()
+                self._timer = simulation.clock.every(UPDATE_RATE, self._update)
+                simulation.robots.when_changed.append(self._update)
+                self._update()
         except BaseException:
             self._detach()
             self._writer.abandon()
@@ -101,23 +103,23 @@ class Recorder:
             raise
 
     def flush(self) -> None:
-        """Let the file have what was said until now, whatever happens next."""
-        self._guarded(self._write_down)
+        """Make all messages until now readable in the file, even after a crash."""
+        self._guarded(self._write_queued)
         self._guarded(self._writer.flush)
         self._guarded(self._require_file)
 
     def close(self) -> None:
-        """Finish the file: readable whole, with the state that the run ended in."""
+        """Finish the file, with the final state of the run."""
         if self._is_open:
             try:
-                self._guarded(self._write_down)
+                self._guarded(self._write_queued)
             finally:
                 self._guarded(self._require_file)
                 self._guarded(self._finish)
                 self._detach()
 
     def interrupt(self, error: BaseException) -> None:
-        """Raise an error that comes from outside, as Ctrl-C does: now, or when what is being written is."""
+        """Raise an error from outside, such as Ctrl-C: now, or after the current write is complete."""
         if self._is_writing:
             self._interruption = error
         else:
@@ -133,8 +135,8 @@ class Recorder:
         simulation = self._simulation
         self._writer.annotate("kbot", facts)
         text = String(description or to_urdf(simulation.robot))
-        is_said = DESCRIPTION_TOPIC in simulation.bus.topics
-        if not is_said or (self._wanted and DESCRIPTION_TOPIC not in self._wanted):
+        is_published = DESCRIPTION_TOPIC in simulation.bus.topics
+        if not is_published or (self._wanted and DESCRIPTION_TOPIC not in self._wanted):
             self._write(Packet(DESCRIPTION_TOPIC, text, simulation.clock.nanoseconds))
         self.flush()
 
@@ -144,14 +146,14 @@ class Recorder:
         self._writer.annotate("kbot.end", {name: str(value) for name, value in end.items()})
         self._writer.close()
 
-    def _refuse_unknown(self) -> None:
+    def _require_topics(self) -> None:
         known = self._feed.offered()
         for topic in sorted(self._wanted - known.keys()):
             hint = did_you_mean(topic, known)
-            raise KbotError(f"there is no topic {topic} to record" + (f": {hint}" if hint else ""))
+            raise KbotError(f"cannot record {topic}: there is no such topic" + (f": {hint}" if hint else ""))
 
-    def _look(self) -> None:
-        """Hear topics that are new, and let the file have what waits for it."""
+    def _update(self) -> None:
+        """Subscribe to new topics, and write the queued messages."""
         bus = self._simulation.bus
         if bus.changes != self._seen:
             for topic in self._feed.offered().keys() - self._open:
@@ -160,23 +162,24 @@ class Recorder:
                     self._feed.open(topic, self._write)
             self._inputs = bus.inputs
             self._seen = bus.changes
-        self._guarded(self._write_down)
+        self._guarded(self._write_queued)
         now = time.monotonic()
         if now - self._flushed > FLUSH_SECONDS:
             self._flushed = now
             self.flush()
 
     def _write(self, packet: Packet) -> None:
-        self._waiting.append(packet)
-        # what comes from outside is refused where it is given, if it is
-        if packet.topic in self._inputs or len(self._waiting) > MOST_AT_ONCE:
-            self._guarded(self._write_down)
+        self._queued.append(packet)
+        # write messages from outside at once, so that an error is raised to their sender
+        if packet.topic in self._inputs or len(self._queued) > MOST_QUEUED:
+            self._guarded(self._write_queued)
 
-    def _write_down(self) -> None:
-        """Raises KbotError: a message is not what its type says; the others are written."""
-        waiting, self._waiting = self._waiting, []
+    def _write_queued(self) -> None:
+        """Write the queued messages. Raises KbotError: a message does not match its type; the others are
+        written."""
+        queued, self._queued = self._queued, []
         refused: KbotError | None = None
-        for packet in waiting:
+        for packet in queued:
             try:
                 self._writer.write(packet)
                 self.count += 1
@@ -186,15 +189,15 @@ class Recorder:
             raise refused
 
     def _require_file(self) -> None:
-        """Raises OSError: what is written would go where nobody finds it."""
+        """Check that the file still exists. Raises OSError if not: data written to it would be lost."""
         if not self._place.exists():
-            raise OSError(errno.ENOENT, "it was moved or deleted, or its disk was taken away")
+            raise OSError(errno.ENOENT, "the file was moved or deleted, or its disk was removed")
 
     def _note(self, what: str, numbers: dict[str, object]) -> None:
         text = json.dumps({"step": self._simulation.steps, "do": what, **numbers})
         self._write(Packet(COMMANDS_TOPIC, String(text), self._simulation.clock.nanoseconds))
         if self._world_recorder is not None:
-            self._world_recorder.look()
+            self._world_recorder.record_changes()
 
     def _guarded(self, work: Callable[[], None]) -> None:
         if not self._is_open:
@@ -219,17 +222,17 @@ class Recorder:
             remove_recording(Path(self.path))
             self.failure = KbotError(f"{self.path} cannot be written: {reason}")
         else:
-            told = f"the recording ended at {at:.2f} s: {kept(self.path)}"
-            self.failure = KbotError(f"{self.path}: {reason}; {told}")
+            consequence = f"the recording ended at {at:.2f} s: {readable_part(self.path)}"
+            self.failure = KbotError(f"{self.path}: {reason}; {consequence}")
         if self._on_failure is not None:
             self._on_failure(self.failure)
 
     def _detach(self) -> None:
         self._is_open = False
-        self._waiting.clear()
+        self._queued.clear()
         self._simulation.journal.write = None
-        if self._look in self._simulation.robots.when_changed:
-            self._simulation.robots.when_changed.remove(self._look)
+        if self._update in self._simulation.robots.when_changed:
+            self._simulation.robots.when_changed.remove(self._update)
         if hasattr(self, "_timer"):
             self._timer.cancel()
         if self._world_recorder is not None:
@@ -239,7 +242,7 @@ class Recorder:
 
 
 def run_facts(simulation: Simulation, world: str = "") -> dict[str, str]:
-    """What a run depends on, and what made it."""
+    """The metadata of a run: all inputs that it depends on, and the versions that made it."""
     return {
         "robot": simulation.robot.name,
         "world": world or simulation.world.name,
@@ -258,6 +261,6 @@ def run_facts(simulation: Simulation, world: str = "") -> dict[str, str]:
 
 
 def _engine_version() -> str:
-    import mujoco  # slow to import; a view is recorded without it
+    import mujoco  # lazy: it is slow to import
 
     return str(mujoco.__version__)

@@ -1,4 +1,4 @@
-"""Replays a recorded run: simulates it again from its journal, and compares the motion."""
+"""Replays a recorded run: simulates it again from the recorded commands, and compares the messages."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from kbot.kinematics.transform import Transform
 from kbot.model.load import load_robot_text
 from kbot.record.entry import RecordedMessage
 from kbot.record.feed import Feed, Packet
-from kbot.record.formats import FIRST_MOMENT, read_fields, read_text
+from kbot.record.formats import FIRST_TIME, read_fields, read_text
 from kbot.record.reader import Recording, Summary
 from kbot.record.recorder import COMMANDS_TOPIC, DESCRIPTION_TOPIC, NODES, STATE_PUBLISHER, TRANSFORMS
 from kbot.sim import Simulation
@@ -30,25 +30,24 @@ Note = Mapping[str, Any]  # Any: JSON
 
 
 def read_command(entry: RecordedMessage) -> dict[str, Any]:
-    """What was done, and at which step. Raises KbotError: the message is none of KBot's."""
+    """The action and its step from a message on COMMANDS_TOPIC. Raises KbotError: KBot did not write it."""
     command = read_fields(entry)
-    is_told = isinstance(command.get("do"), str) and isinstance(command.get("step"), int)
+    is_valid = isinstance(command.get("do"), str) and isinstance(command.get("step"), int)
     if command.get("do") == "restore":
-        is_told = is_told and all(isinstance(command.get(key), int) for key in ("noted", "to"))
-    if not is_told:
+        is_valid = is_valid and all(isinstance(command.get(key), int) for key in ("noted", "to"))
+    if not is_valid:
         raise KbotError(f"{entry.place} is not a valid command record")
     return command
 
 
-def do_again(simulation: Simulation, what: str, note: Note) -> None:
-    """Do one action of a simulation's journal again, now.
+def repeat_action(simulation: Simulation, what: str, note: Note) -> None:
+    """Repeat one action of a simulation's journal now.
 
     Raises:
-        KbotError: it cannot be done again.
+        KbotError: the action is unknown.
     """
     if what not in _ACTIONS:
-        told = f"at {simulation.time:g} s something was done to the run that cannot be done again"
-        raise KbotError(f"{told}: {what}")
+        raise KbotError(f"the run cannot be replayed: unknown action '{what}' at {simulation.time:g} s")
     _ACTIONS[what](simulation, note)
 
 
@@ -119,17 +118,21 @@ _ACTIONS: Mapping[str, Callable[[Simulation, Note], object]] = {
     "spawn_thing": lambda sim, note: sim.models.spawn_thing(**note),
     "twist": _twist,
 }
-"""What repeats each action, by its name in the journal. The names are part of the format of recordings."""
+"""The functions that repeat actions, by the action's name in the journal. The names are part of the recording
+format.
+"""
 
 
 def _robot(simulation: Simulation, note: Note) -> SimulatedRobot:
-    """The robot of a note; older recordings do not name the first."""
+    """The robot of a note. Older recordings do not name the first robot."""
     return simulation.robots.named(note.get("robot"))
 
 
-class Branches:
-    """The states that a run was set back to, kept as it passes by them again: each by how much had been
-    journalled when it was taken, and its step."""
+class ReturnStates:
+    """The earlier states that a run returned to, saved when the replay reaches them.
+
+    A state is identified by the number of journal entries when it was saved, and by its step.
+    """
 
     def __init__(self, recording: Recording, summary: Summary) -> None:
         self._path = recording.path
@@ -143,38 +146,40 @@ class Branches:
         self._states: dict[tuple[int, int], Snapshot] = {}
         self._count = 0
 
-    def pass_by(self, simulation: Simulation) -> None:
-        """To be called before each thing that was done: go up to what was saved before that, and save it."""
+    def save(self, simulation: Simulation) -> None:
+        """Step to the states that were saved before the next action, and save them. Call this before each
+        action."""
         for step in sorted(self._wanted[self._count]):
             if step >= simulation.steps:
                 simulation.step(step - simulation.steps)
                 self._states[self._count, step] = simulation.state()
         self._count += 1
 
-    def go_back(self, simulation: Simulation, noted: int, step: int) -> None:
-        """Raises KbotError: the run was set back to before its recording began."""
+    def restore(self, simulation: Simulation, noted: int, step: int) -> None:
+        """Return to an earlier state. Raises KbotError: the state is from before the recording."""
         state = self._states.get((noted - self._first, step))
         if state is None:
-            at = f"step {step}, which is not in the recording"
-            raise KbotError(f"{self._path} was set back to {at}: it cannot be done again")
+            reason = f"it returned to step {step}, which is not in the recording"
+            raise KbotError(f"{self._path} cannot be replayed: {reason}")
         simulation.restore(state)
 
 
 MADE_BY_SIMULATION = frozenset({"/clock", "/tf", "/tf_static"})
 MADE_BY_ROBOTS = frozenset({"odom", "joint_states"})
-"""In the namespace of each."""
+"""Last parts of topic names, in the namespace of each robot."""
 REPLAYED_FROM = frozenset({COMMANDS_TOPIC, DESCRIPTION_TOPIC})
-"""What the run is done again from."""
-TURNS_TIME_BACK = frozenset({"reset", "reset_time", "restore"})
+"""Inputs of the replay."""
+RESETS_TIME = frozenset({"reset", "reset_time", "restore"})
+"""Actions after which the simulated time is earlier."""
 
 
 @dataclass(frozen=True, slots=True)
 class Replayed:
-    """How a run came out when it was done again.
+    """The result of a replay.
 
-    `difference` names the first message that was not the same, empty when all were; `same_state` says
-    whether the engine ended in the recorded state, None where the recording does not tell. `left_out` has the
-    number of messages by topic that were held against nothing, as those of sensors, nodes and programs.
+    `difference` describes the first message that differs, empty if there is none. `same_state` is whether the
+    engine ended in the recorded state, None if the recording does not contain it. `left_out` is the number of
+    messages by topic that were not compared, such as those of sensors, nodes and programs.
     """
 
     simulation: Simulation
@@ -189,26 +194,26 @@ class Replayed:
 
 
 def replay(path: str, packages: Packages | None = None) -> Replayed:
-    """Do the run of a recording again and compare, message by message, bit for bit.
+    """Repeat the run of a recording and compare all messages, bit for bit.
 
     Raises:
-        KbotError: it is no recording of a run by KBot from its start, or its robot cannot be read.
+        KbotError: it is not a recording by KBot from the start of a run, or its robot cannot be read.
     """
     recording = Recording(path)
     summary = recording.summary()
     simulation = _simulation(path, recording, summary, packages)
-    comparison = _Comparison(recording, frozenset(filter(_is_made_again, summary.topics)))
-    comparison.hear(Feed(simulation.bus, lambda: simulation.clock.nanoseconds))
+    comparison = _Comparison(recording, frozenset(filter(_is_repeated, summary.topics)))
+    comparison.subscribe(Feed(simulation.bus, lambda: simulation.clock.nanoseconds))
     last = 0
     if summary.kind != "MCAP":
         _refuse_resets(recording, summary)
-    branches = Branches(recording, summary)
+    states = ReturnStates(recording, summary)
     for entry in recording.entries():
         if entry.topic == COMMANDS_TOPIC:
             command = read_command(entry)
-            branches.pass_by(simulation)
-            _obey(simulation, command, round(last / (simulation.timestep * 1e9)), branches)
-            comparison.hear_new()
+            states.save(simulation)
+            _repeat(simulation, command, round(last / (simulation.timestep * 1e9)), states)
+            comparison.subscribe_new()
             last = simulation.clock.nanoseconds
         else:
             last = entry.nanoseconds
@@ -220,7 +225,7 @@ def replay(path: str, packages: Packages | None = None) -> Replayed:
     return Replayed(simulation, comparison.count, comparison.left_out, difference, state)
 
 
-def _is_made_again(topic: str) -> bool:
+def _is_repeated(topic: str) -> bool:
     return topic in MADE_BY_SIMULATION or topic.rpartition("/")[2] in MADE_BY_ROBOTS
 
 
@@ -228,11 +233,11 @@ def _simulation(path: str, recording: Recording, summary: Summary, packages: Pac
     facts = summary.notes.get("kbot")
     text = next((read_text(e) for e in recording.entries() if e.topic == DESCRIPTION_TOPIC), None)
     if "kbot.cut" in summary.notes:
-        raise KbotError(f"{path} is a part of a recording: only one that is whole can be done again")
+        raise KbotError(f"{path} was cut from a recording: only a whole recording can be replayed")
     if facts is None or text is None:
-        raise KbotError(f"{path} is no recording by KBot: its robot and world are not in it")
+        raise KbotError(f"{path} cannot be replayed: it is not a recording by KBot with robot and world")
     if facts["first_step"] != "0":
-        raise KbotError(f"{path} begins at step {facts['first_step']} of its run, so it cannot be done again")
+        raise KbotError(f"{path} begins at step {facts['first_step']} of its run, so it cannot be replayed")
     robot = load_robot_text(text, f"{path}.urdf", packages=packages).require()
     try:
         seed, timestep = int(facts["seed"]), float(facts["timestep"])
@@ -240,7 +245,7 @@ def _simulation(path: str, recording: Recording, summary: Summary, packages: Pac
         naming = Naming(*parse_json(facts.get("naming", "[]")))
         transforms = from_json(facts.get(TRANSFORMS, "[]"))
     except (LookupError, TypeError, ValueError):
-        raise KbotError(f"{path} cannot be run again: the facts of its run are damaged") from None
+        raise KbotError(f"{path} cannot be replayed: its metadata is damaged") from None
     simulation = Simulation(
         robot,
         facts["world"],
@@ -258,27 +263,30 @@ def _simulation(path: str, recording: Recording, summary: Summary, packages: Pac
 
 
 def _refuse_resets(recording: Recording, summary: Summary) -> None:
-    """ROS sorts its recordings by time, and a reset starts it anew."""
+    """Raise a KbotError if the run was reset: ROS formats sort messages by time, and a reset sets time
+    back."""
     for entry in recording.entries():
-        if entry.topic == COMMANDS_TOPIC and read_command(entry)["do"] in TURNS_TIME_BACK:
+        if entry.topic == COMMANDS_TOPIC and read_command(entry)["do"] in RESETS_TIME:
             kind = summary.kind
-            raise KbotError(f"the run was reset, and a {kind} does not keep the order: record it as .mcap")
+            raise KbotError(
+                f"the run was reset, and a {kind} does not keep the order of messages: record it as .mcap"
+            )
 
 
-def _obey(simulation: Simulation, command: dict[str, Any], last_step: int, branches: Branches) -> None:
-    """Do what was done, at the step at which it was done."""
+def _repeat(simulation: Simulation, command: dict[str, Any], last_step: int, states: ReturnStates) -> None:
+    """Repeat an action at its recorded step."""
     what, step = command.pop("do"), command.pop("step")
-    if what in TURNS_TIME_BACK:
+    if what in RESETS_TIME:
         step = command.pop("after", last_step)
     simulation.step(max(0, step - simulation.steps))
     if what == "restore":
-        branches.go_back(simulation, command["noted"], command["to"])
+        states.restore(simulation, command["noted"], command["to"])
     else:
-        do_again(simulation, what, command)
+        repeat_action(simulation, what, command)
 
 
 class _Comparison:
-    """Holds what is made now against what was recorded, topic by topic."""
+    """Compares the messages of the replay with the recorded ones, by topic."""
 
     def __init__(self, recording: Recording, topics: frozenset[str]) -> None:
         self.count = 0
@@ -296,40 +304,42 @@ class _Comparison:
 
     @property
     def left_out(self) -> dict[str, int]:
-        """How many messages of which topics were held against nothing, most of them first."""
-        unsaid = {topic: len(recorded) for topic in self._waiting if (recorded := self._recorded[topic])}
-        return dict(sorted({**self._others, **unsaid}.items(), key=lambda one: (-one[1], one[0])))
+        """The number of messages by topic that were not compared, in descending order."""
+        unpublished = {topic: len(recorded) for topic in self._waiting if (recorded := self._recorded[topic])}
+        return dict(sorted({**self._others, **unpublished}.items(), key=lambda item: (-item[1], item[0])))
 
-    def hear(self, feed: Feed) -> None:
-        """Hold what comes from this feed against the recording."""
+    def subscribe(self, feed: Feed) -> None:
+        """Compare the messages of this feed with the recording."""
         self._feed = feed
-        self.hear_new()
+        self.subscribe_new()
 
-    def hear_new(self) -> None:
-        """Hear those topics too that came up since, with a robot."""
+    def subscribe_new(self) -> None:
+        """Subscribe also to topics that were added since, with a robot."""
         feed = self._feed
         if feed is None or not self._waiting:
             return
         for topic in self._waiting & feed.offered().keys():
             self._waiting.remove(topic)
-            feed.open(topic, self.made)
+            feed.open(topic, self.compare)
 
-    def made(self, packet: Packet) -> None:
+    def compare(self, packet: Packet) -> None:
         recorded, at = self._recorded[packet.topic], self._at[packet.topic]
-        if at == 0 and max(FIRST_MOMENT, packet.nanoseconds) < recorded[0].nanoseconds:
-            return  # of a robot that came in the midst of the run: it was not heard at once
+        if at == 0 and max(FIRST_TIME, packet.nanoseconds) < recorded[0].nanoseconds:
+            return  # from a robot that was added during the run: the recorder subscribed a little later
         self._at[packet.topic] += 1
         if self._difference or at >= len(recorded):
             return
         self.count += 1
         if recorded[at].cdr != packet.cdr:
-            self._difference = f"{packet.topic} at {recorded[at].nanoseconds * 1e-9:.3f} s is not as recorded"
+            self._difference = (
+                f"{packet.topic} at {recorded[at].nanoseconds * 1e-9:.3f} s differs from the recording"
+            )
 
     def finish(self, is_whole: bool) -> str:
-        """The first difference, empty when there is none."""
+        """The first difference, empty if there is none."""
         for topic, recorded in self._recorded.items():
             if topic in self._waiting:
-                continue  # said by others than robots, as a recording that was played
+                continue  # published by another node, for example a playback
             if not self._difference and is_whole and self._at[topic] != len(recorded):
-                return f"{topic} came {self._at[topic]} times, not {len(recorded)}"
+                return f"{topic} has {self._at[topic]} messages, not {len(recorded)}"
         return self._difference

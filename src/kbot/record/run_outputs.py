@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from kbot.sim import Simulation
 
 CLOCK_RATE = 50.0
-"""Hz of /clock where no simulation publishes it."""
+"""Hz of /clock if no simulation publishes it."""
 
 
 class Peers(Protocol):
@@ -39,7 +39,7 @@ class Peers(Protocol):
 
 
 class RunOutputs:
-    """Made once; `join` also accepts a simulation that replaces another."""
+    """The outputs of one command. `join` also accepts a simulation that replaces another."""
 
     def __init__(
         self,
@@ -48,7 +48,8 @@ class RunOutputs:
         peers: Peers | None = None,
         transforms: Sequence[StaticTransform] = (),
     ) -> None:
-        """`report` receives sentences for the user; `transforms` are published beside the robots' own."""
+        """`report` receives messages for the user. `transforms` are published in addition to the robots'
+        own."""
         self._report, self._peers = report, peers
         self._record = record or RecordOptions()
         self._transforms = tuple(transforms)
@@ -61,11 +62,11 @@ class RunOutputs:
         self._first_world = ""
 
     def join(self, simulation: Simulation, description: str, world: str) -> None:
-        """Publish and record a simulation from now on. `description` is its URDF, made anew if empty; `world`
-        names its world.
+        """Publish and record a simulation from now on. `description` is its URDF, generated if empty. `world`
+        is the name of its world.
 
         Raises:
-            KbotError: the recording cannot be made, or a bridge cannot be opened.
+            KbotError: the recording cannot be created, or a bridge cannot be opened.
         """
         self._leave()
         description = description or to_urdf(simulation.robot)
@@ -85,7 +86,7 @@ class RunOutputs:
                 description=description,
                 world=world,
                 facts={NODES: STATE_PUBLISHER, TRANSFORMS: to_json(self._transforms)},
-                on_failure=self._lost,
+                on_failure=self._report_failure,
             )
         self._joined += 1
         if self._peers is not None:
@@ -96,17 +97,17 @@ class RunOutputs:
                 raise
 
     def show(self, shown: Live, description: str, name: str, *, publishes_clock: bool = True) -> None:
-        """Publish a robot that is shown and not simulated; nothing is recorded. `shown` publishes its joints
-        and transforms. `description` is its URDF, empty if there is none; `name` is the name of the run for
-        peers. Unless it `publishes_clock`, peers keep wall-clock time.
+        """Publish a robot that is shown but not simulated, without a recording.
+
+        `shown` publishes its joints and transforms. `description` is its URDF, empty if there is none. `name`
+        is the name of the run for peers. Without `publishes_clock`, peers use wall-clock time.
 
         Raises:
             KbotError: a bridge cannot be opened.
         """
         self._leave()
-        if (
-            publishes_clock and "/clock" not in shown.bus.topics
-        ):  # a recording that is played may have its own
+        # a recording may have its own /clock
+        if publishes_clock and "/clock" not in shown.bus.topics:
             clock = shown.bus.advertise("/clock", ClockMessage, rate=CLOCK_RATE)
             self._timer = shown.clock.every(
                 CLOCK_RATE, lambda: clock.publish(ClockMessage(shown.clock.stamp))
@@ -120,7 +121,7 @@ class RunOutputs:
             self._peers.show(shown, feed, description, name, publishes_clock=publishes_clock)
 
     def interrupt(self, error: BaseException) -> None:
-        """Raise an error that comes from outside, as Ctrl-C does; the recording stays whole."""
+        """Raise an error from outside, such as Ctrl-C, at a time when the recording stays complete."""
         if self._recorder is None:
             raise error
         self._recorder.interrupt(error)
@@ -146,7 +147,7 @@ class RunOutputs:
         if self._peers is not None:
             self._peers.leave()
 
-    def _lost(self, failure: KbotError) -> None:
+    def _report_failure(self, failure: KbotError) -> None:
         self.failure = failure
         self._report(f"error: {failure}")
 

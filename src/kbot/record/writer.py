@@ -1,4 +1,4 @@
-"""Opens a new recording in the format that its name gives."""
+"""Creates a recording in the format that its name selects."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from pathlib import Path
 from kbot.record.formats import RecordingWriter
 from kbot.text import KbotError
 
-SUFFIXES = {".mcap": "an MCAP file", ".bag": "a bag of ROS 1", "": "a folder as rosbag2 has it"}
+SUFFIXES = {".mcap": "an MCAP file", ".bag": "a ROS 1 bag", "": "a rosbag2 folder"}
 
 _ENDINGS = (".mcap", ".bag", ".bag.active", ".db3")
 _BEGINNINGS = (b"\x89MCAP", b"#ROSBAG V", b"SQLite format 3\0")
 
 
 def open_writer(path: str, *, compress: bool = True) -> RecordingWriter:
-    """A new recording: `.mcap`, `.bag` (ROS 1), or without suffix a rosbag2 folder.
+    """Create a recording: `.mcap`, `.bag` (ROS 1), or a rosbag2 folder if there is no suffix.
 
     Raises:
-        KbotError: the suffix says no format, something is there already, or it cannot be made.
+        KbotError: the suffix is unknown, the file exists, or it cannot be created.
     """
     target = Path(path)
     if target.suffix not in SUFFIXES:
         known = ", ".join(f"{suffix or 'no suffix'} is {what}" for suffix, what in SUFFIXES.items())
-        raise KbotError(f"{path}: '{target.suffix}' is no kind of recording; {known}")
+        raise KbotError(f"{path}: unknown recording format '{target.suffix}'; {known}")
     if target.exists():
-        raise KbotError(f"{path} is there already; a recording overwrites nothing")
+        raise KbotError(f"{path} already exists; choose another name for the recording")
     try:
         match target.suffix:
             case ".mcap":
@@ -42,7 +42,7 @@ def open_writer(path: str, *, compress: bool = True) -> RecordingWriter:
                 from kbot.record.bags.ros2_writer import Ros2Writer
 
                 return Ros2Writer(path)
-    except FileExistsError as error:  # of somebody else, made since
+    except FileExistsError as error:  # another program created it after the check above
         raise KbotError(f"{path} cannot be written: {error.strerror}") from None
     except OSError as error:
         remove_recording(target)
@@ -50,28 +50,29 @@ def open_writer(path: str, *, compress: bool = True) -> RecordingWriter:
 
 
 def spare_recording(recording: str, target: str) -> None:
-    """Make sure that what is made of a recording is written neither over it nor into its folder.
+    """Refuse a target that would overwrite a recording or is inside its folder.
 
     Raises:
-        KbotError: it would be.
+        KbotError: the target is the recording or is inside its folder.
     """
     source, file = Path(recording), Path(target)
     with suppress(OSError, ValueError):
         if file.exists() and file.samefile(source):
-            raise KbotError(f"{target} is the recording itself; name another file to write")
+            raise KbotError(f"{target} is the recording itself; choose another file to write")
         if source.is_dir() and file.resolve().is_relative_to(source.resolve()):
-            raise KbotError(f"{target} lies in the folder of the recording; name a file outside {recording}")
+            raise KbotError(f"{target} is in the folder of the recording; choose a file outside {recording}")
 
 
 def spare_recordings(target: str) -> None:
-    """Make sure that what is no recording is written over none. Raises KbotError: it would be."""
+    """Refuse to overwrite a recording with another kind of file. Raises KbotError: the target is a
+    recording."""
     with suppress(OSError, ValueError):
         if _is_a_recording(Path(target)):
-            raise KbotError(f"{target} is a recording, which nothing else is written over; name another file")
+            raise KbotError(f"{target} is a recording and is not overwritten; choose another file")
 
 
 def _is_a_recording(file: Path) -> bool:
-    """Whether there is one, or a part of one, by its first bytes, its name or its folder."""
+    """Whether a file is a recording or a part of one, by its first bytes, its name or its folder."""
     if not file.is_file():
         return False
     if file.name.endswith(_ENDINGS) or (file.parent / "metadata.yaml").is_file():
@@ -81,7 +82,7 @@ def _is_a_recording(file: Path) -> bool:
 
 
 def remove_recording(target: Path) -> None:
-    """Take away one that has nothing in it, so that it is not in the way of the next."""
+    """Delete an empty recording, so that its name is free for the next one."""
     if target.is_dir():
         shutil.rmtree(target, ignore_errors=True)
     else:

@@ -1,4 +1,4 @@
-"""Random access to ROS 1 bags and rosbag2 folders, by their index."""
+"""Random access to ROS 1 bags and rosbag2 folders by time, with their index."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from collections.abc import Callable, Collection, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
-from kbot.record.bags.reader import UNREADABLE, one_line, read_folder, unread
+from kbot.record.bags.reader import UNREADABLE, one_line, read_folder, unreadable_error
 from kbot.record.bags.ros1_reader import Chunk, Ros1Bag
 from kbot.record.bags.sqlite_file import SqliteFile
-from kbot.record.chunks import KeptChunks, in_time_order
+from kbot.record.chunks import ChunkCache, in_time_order
 from kbot.record.entry import RecordedMessage, Types
 from kbot.record.formats import NOTES_TOPIC, read_note
 from kbot.record.limits import Allowance, RecordingTooLarge
@@ -20,22 +20,23 @@ from kbot.record.mcap_file import McapIndex
 from kbot.text import KbotError
 
 FIRST_WINDOW = 1_000_000_000
-"""Nanoseconds before a time in which a topic's last message is looked for first; then in eight times that."""
+"""Nanoseconds before a time that are searched first for a topic's last message. Each further search covers
+eight times the span before it."""
 
 Between = Callable[[Collection[str], int, int], Iterator[RecordedMessage]]
 
 
 class Ros1Index:
-    """One bag, opened for each chunk that is read."""
+    """Access to one bag by time. The file is opened for each chunk that is read."""
 
     broken = ""
 
     def __init__(self, path: str) -> None:
-        """Raises KbotError: it is not such a recording; NoIndex: it has no index."""
+        """Raises KbotError: it is not a ROS 1 bag; NoIndex: it has no index."""
         self._path = path
         self._bag = bag = Ros1Bag(path)
         bag.read_index()
-        self._opened = KeptChunks()
+        self._opened = ChunkCache()
         self.topics = dict(bag.connections.values())
         self.counts: Counter[str] = Counter()
         for chunk in bag.chunks:
@@ -53,11 +54,11 @@ class Ros1Index:
         self._opened.clear()
 
     def newest(self, topic: str, nanoseconds: int) -> RecordedMessage | None:
-        """A topic's last message until a time."""
+        """The last message of a topic until a time."""
         return _newest(self.between, topic, self.start, nanoseconds) if topic in self.topics else None
 
     def between(self, topics: Collection[str], after: int, until: int) -> Iterator[RecordedMessage]:
-        """The messages of topics after a time and until another, in its order."""
+        """The messages of topics after one time and until another, sorted by time."""
         allowance, bag = Allowance(self._path), self._bag
 
         def messages(chunk: Chunk) -> Iterator[RecordedMessage]:
@@ -78,12 +79,12 @@ class Ros1Index:
 
 
 class Ros2Index:
-    """One folder, whose files stay open until `close` or while it is in use."""
+    """Access to one folder by time. Its files stay open until `close` or until the object is deleted."""
 
     broken = ""
 
     def __init__(self, path: str) -> None:
-        """Raises KbotError: it is not such a recording; NoIndex: it has no metadata."""
+        """Raises KbotError: it is not a rosbag2 folder; NoIndex: it has no metadata."""
         self._path = Path(path)
         self._folder = read_folder(self._path)
         stack = ExitStack()
@@ -112,7 +113,7 @@ class Ros2Index:
                     spans += filter(None, (part.span(),))
         except UNREADABLE as error:
             self.close()
-            raise unread(self._path, error) from None
+            raise unreadable_error(self._path, error) from None
         except RecordingTooLarge as error:
             self.close()
             raise KbotError(f"{path}: {error}") from None
@@ -134,11 +135,11 @@ class Ros2Index:
         self._closing()
 
     def newest(self, topic: str, nanoseconds: int) -> RecordedMessage | None:
-        """A topic's last message until a time."""
+        """The last message of a topic until a time."""
         return _newest(self.between, topic, self.start, nanoseconds) if topic in self.topics else None
 
     def between(self, topics: Collection[str], after: int, until: int) -> Iterator[RecordedMessage]:
-        """The messages of topics after a time and until another, in its order."""
+        """The messages of topics after one time and until another, sorted by time."""
         allowance = Allowance(self._path)
         try:
             parts = [

@@ -17,27 +17,28 @@ from kbot.record.mcap_file import McapSource
 from kbot.text import KbotError
 
 UNREADABLE = (ValueError, OSError, sqlite3.Error)
-"""What reading a folder raises where it is damaged."""
+"""Errors that reading a damaged folder raises."""
 _ALL = -1 << 63, 1 << 63
-"""Times before and after all of SQLite's."""
+"""The range of times in SQLite: 64-bit integers."""
 
 
 class Ros1Source:
-    """A bag of ROS 1. If it ends before its index, all that is whole is read."""
+    """A ROS 1 bag. If it ends before its index, all readable messages are read."""
 
-    kind = "bag of ROS 1"
+    kind = "ROS 1 bag"
 
     def __init__(self, path: str) -> None:
         self._path = path
 
     def entries(self, note: Note) -> Iterator[RecordedMessage]:
-        """Raises KbotError: it is damaged, or not such a bag; BrokenOff after all that is whole."""
+        """Every message by time. Raises KbotError: it is damaged, or not a bag; BrokenOff: see
+        `RecordingSource`."""
         allowance = Allowance(self._path)
         bag = Ros1Bag(self._path, allowance)
         try:
             bag.read_index()
         except NoIndex as missing:
-            yield from bag.salvaged(allowance)
+            yield from bag.readable_messages(allowance)
             raise BrokenOff(str(missing)) from None
         try:
             yield from in_time_order((chunk.start, bag.messages(chunk, allowance)) for chunk in bag.chunks)
@@ -46,7 +47,7 @@ class Ros1Source:
 
 
 class Ros2Source:
-    """A folder of rosbag2. If it has no metadata, all that was committed to its SQLite files is read."""
+    """A rosbag2 folder. If it has no metadata, all committed messages of its SQLite files are read."""
 
     kind = "rosbag2"
 
@@ -54,12 +55,13 @@ class Ros2Source:
         self._path = Path(path)
 
     def entries(self, note: Note) -> Iterator[RecordedMessage]:
-        """Raises KbotError: it is damaged, or not such a folder; BrokenOff after all that is whole."""
+        """Every message. Raises KbotError: it is damaged, or not a rosbag2 folder; BrokenOff: see
+        `RecordingSource`."""
         allowance = Allowance(self._path)
         try:
             folder = read_folder(self._path)
         except NoIndex as missing:
-            yield from self._salvaged(allowance)
+            yield from self._committed(allowance)
             raise BrokenOff(str(missing)) from None
         types = Types(self._path, allowance)
         try:
@@ -73,12 +75,12 @@ class Ros2Source:
                     for entry in entries:
                         yield folder.whole(entry, allowance)
         except UNREADABLE as error:
-            raise unread(self._path, error) from None
+            raise unreadable_error(self._path, error) from None
         except RecordingTooLarge as error:
             raise KbotError(f"{self._path}: {error}") from None
 
-    def _salvaged(self, allowance: Allowance) -> Iterator[RecordedMessage]:
-        """Every message that was committed, in the order it was written."""
+    def _committed(self, allowance: Allowance) -> Iterator[RecordedMessage]:
+        """Every committed message in the order it was written."""
         types = Types(self._path, allowance)
         files = filter(Path.is_file, self._path.glob("*.db3"))
         for file in sorted(files, key=lambda file: (len(file.name), file.name)):
@@ -89,32 +91,33 @@ class Ros2Source:
                 finally:
                     database.close()
             except UNREADABLE as error:
-                raise BrokenOff(f"{file} cannot be read further: {one_line(error)}") from None
+                raise BrokenOff(f"the rest of {file} cannot be read: {one_line(error)}") from None
 
 
 def read_folder(path: Path) -> Folder:
-    """Raises NoIndex: it has no metadata, and SQLite files; KbotError: it is not such a folder."""
+    """Read the metadata. Raises NoIndex: there is none, but SQLite files; KbotError: it is not a rosbag2
+    folder."""
     if not (path / "metadata.yaml").is_file():
         if list(path.glob("*.db3")):
-            raise NoIndex("it was not closed, so that it has no metadata.yaml")
+            raise NoIndex("it was not closed, so it has no metadata.yaml")
         files = sorted(path.glob("*.mcap"))
-        hint = f"; a file in it can be read: {files[0]}" if files else ""
-        raise KbotError(f"{path} has no metadata.yaml, as a folder of rosbag2 has{hint}")
+        hint = f"; you can read a file in it: {files[0]}" if files else ""
+        raise KbotError(f"{path} is not a rosbag2 folder: it has no metadata.yaml{hint}")
     try:
         return Folder(path)
     except UNREADABLE as error:
-        raise unread(path, error) from None
+        raise unreadable_error(path, error) from None
 
 
-def unread(path: Path, error: Exception) -> KbotError:
-    """What is reported of a folder whose reading raised this."""
+def unreadable_error(path: Path, error: Exception) -> KbotError:
+    """The error for a folder that cannot be read because of another error."""
     return KbotError(
         f"{path} cannot be read as rosbag2: {one_line(error)} (to fix it: ros2 bag reindex {path})"
     )
 
 
 def one_line(error: Exception) -> str:
-    """The error's text on one line. SQLite quotes the file's contents."""
+    """The text of an error on one line, shortened: SQLite quotes the contents of the file."""
     return " ".join(str(error).split())[:300]
 
 

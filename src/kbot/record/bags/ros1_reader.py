@@ -1,6 +1,6 @@
 """Reads ROS 1 bags, version 2.0. https://wiki.ros.org/Bags/Format/2.0
 
-Every length is checked against the bytes that are left before anything is read by it.
+Every length is checked against the remaining bytes before it is used.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ _MAGIC = b"#ROSBAG V2.0\n"
 _LENGTH = Struct("<I")
 _COUNT = Struct("<II")
 _LARGEST_HEADER = 1 << 20
-"""Bytes. Headers have a few numbers and a topic's name."""
+"""Bytes. Headers contain a few numbers and a topic name."""
 
 
 class Chunk(NamedTuple):
-    """A chunk by the index: where it is, its first and last time, and its messages by connection."""
+    """An index entry of a chunk: its offset, first and last time, and number of messages by connection."""
 
     at: int
     start: int
@@ -45,39 +45,39 @@ class _Record(NamedTuple):
     data_at: int
     size: int
     left: int
-    """Bytes from its data to the end."""
+    """Bytes from its data to the end of the file or chunk."""
 
 
 class Ros1Bag:
-    """One file. `connections` are topics and types by their numbers, known after `read_index`, or as their
-    records are read."""
+    """One file. `connections` are topics and types by connection number. They are known after `read_index`,
+    or after their records are read."""
 
     def __init__(self, path: str | Path, allowance: Allowance | None = None) -> None:
-        """`allowance`: of one reading, to which the conversion of its messages is charged."""
+        """Converted messages are charged to `allowance`, if given."""
         self._path = Path(path)
         self.types = Types(path, allowance)
         self.connections: dict[int, tuple[str, str]] = {}
         self.chunks: list[Chunk] = []
 
     def read_index(self) -> None:
-        """Find the connections, and the chunks in the order of their first times.
+        """Read the connections, and the chunks sorted by first time.
 
         Raises:
-            NoIndex: the file ends before it.
-            KbotError: it is damaged, or not such a bag.
+            NoIndex: the file ends before its index.
+            KbotError: it is damaged, or not a ROS 1 bag.
         """
         try:
             with self._path.open("rb") as stream:
                 size = stream.seek(0, SEEK_END)
                 self._read_index(stream, size)
         except (Damaged, ReaderError, OSError) as error:
-            raise self.unread(error) from None
+            raise self.unreadable_error(error) from None
 
     def _read_index(self, stream: IO[bytes], size: int) -> None:
         stream.seek(0)
         magic = stream.read(len(_MAGIC))
         if magic != _MAGIC:
-            raise Damaged("it does not begin as one" if magic else "it is empty")
+            raise Damaged("its first bytes are wrong" if magic else "it is empty")
         first = next(_records(stream, len(_MAGIC), size), None)
         if first is None:
             raise Damaged("it ends before its first record")
@@ -86,7 +86,7 @@ class Ros1Bag:
         if header.get("encryptor"):
             raise Damaged("it is encrypted")
         if at == 0:
-            raise NoIndex(f"it was not closed, so that its {size:,} bytes have no index")
+            raise NoIndex(f"it was not closed, so its {size:,} bytes have no index")
         if size < at or (size == at and header.get_uint32("chunk_count")):
             raise NoIndex(f"it ends after {size:,} bytes, before its index at {at:,}")
         for record in _records(stream, at, size):
@@ -96,22 +96,22 @@ class Ros1Bag:
                 case RecordType.CHUNK_INFO:
                     self.chunks.append(_chunk(record.header, _data(stream, record)))
                 case _:
-                    raise Damaged(f"a record of another kind is in its index, at byte {record.at:,}")
+                    raise Damaged(f"its index has a record of another kind at byte {record.at:,}")
         for name, found in (("conn_count", len(self.connections)), ("chunk_count", len(self.chunks))):
             if header.get_uint32(name) != found:
-                raise Damaged(f"its index has {found} entries where {name} is {header.get_uint32(name)}")
+                raise Damaged(f"its index has {found} entries, but {name} is {header.get_uint32(name)}")
         if len({chunk.at for chunk in self.chunks}) < len(self.chunks):
-            raise Damaged("its index has a chunk twice")
+            raise Damaged("its index lists a chunk twice")
         self.chunks.sort(key=lambda chunk: chunk.start)
 
     def messages(self, chunk: Chunk, allowance: Allowance) -> list[RecordedMessage]:
-        """Those of a chunk of the index. Raises KbotError: it is damaged, or too large."""
+        """The messages of a chunk. Raises KbotError: it is damaged, or too large."""
         try:
             with self._path.open("rb") as stream:
                 size = stream.seek(0, SEEK_END)
                 record = next(_records(stream, chunk.at, size), None)
                 if record is None or record.kind != RecordType.CHUNK:
-                    raise Damaged(f"no chunk is at byte {chunk.at:,}")
+                    raise Damaged(f"there is no chunk at byte {chunk.at:,}")
                 data = self._inflated(stream, record, allowance)
             counts: Counter[int] = Counter()
             entries = []
@@ -119,22 +119,27 @@ class Ros1Bag:
                 counts[number] += 1
                 entries.append(entry)
             if counts != Counter(chunk.counts):
-                raise Damaged(f"the chunk at byte {chunk.at:,} has other messages than its index states")
+                raise Damaged(f"the messages of the chunk at byte {chunk.at:,} do not match its index")
         except (Damaged, ReaderError, OSError) as error:
-            raise self.unread(error) from None
+            raise self.unreadable_error(error) from None
         except RecordingTooLarge as error:
             raise KbotError(f"{self._path}: {error}") from None
         return entries
 
-    def salvaged(self, allowance: Allowance) -> Iterator[RecordedMessage]:
-        """Every whole message in the order it was written, without the index; also those of a chunk that
-        breaks off: one that rosbag did not finish states that it is empty, and its records follow."""
+    def readable_messages(self, allowance: Allowance) -> Iterator[RecordedMessage]:
+        """Every complete message in the order it was written, without the index.
+
+        This includes messages of an unfinished chunk. rosbag writes the size 0 for such a chunk, and its
+        records follow.
+        """
         with self._path.open("rb") as stream:
             size = stream.seek(0, SEEK_END)
             try:
                 for record in _records(stream, len(_MAGIC), size):
                     if record.kind == RecordType.CHUNK:
-                        yield from self._whole_ones(self._inflated(stream, record, allowance), allowance)
+                        yield from self._complete_messages(
+                            self._inflated(stream, record, allowance), allowance
+                        )
                     elif (found := self._read(stream, record)) is not None:
                         yield found[1]
             except (Damaged, ReaderError):
@@ -142,7 +147,7 @@ class Ros1Bag:
             except RecordingTooLarge as error:
                 raise KbotError(f"{self._path}: {error}") from None
 
-    def _whole_ones(self, data: bytes, allowance: Allowance) -> Iterator[RecordedMessage]:
+    def _complete_messages(self, data: bytes, allowance: Allowance) -> Iterator[RecordedMessage]:
         try:
             for _, entry in self._within(data, allowance):
                 yield entry
@@ -166,13 +171,13 @@ class Ros1Bag:
             case RecordType.MSGDATA:
                 number = record.header.get_uint32("conn")
                 if number not in self.connections:
-                    raise Damaged(f"a message is of connection {number}, which is not there")
+                    raise Damaged(f"a message has connection {number}, which does not exist")
                 at, data = record.header.get_time("time"), _data(stream, record)
                 return number, RecordedMessage(*self.connections[number], at, data, self.types, is_ros1=True)
         return None
 
     def _connect(self, record: _Record, data: bytes) -> None:
-        """Take in a connection; one whose number is known stays as it is."""
+        """Add a connection. A known number is not changed."""
         number = record.header.get_uint32("conn")
         if number in self.connections:
             return
@@ -180,12 +185,12 @@ class Ros1Bag:
         topic = record.header.get_string("topic")
         name = full_name(fields.get_string("type"))
         self.types.learn(name, fields.get_string("message_definition"))
-        # as ROS resolves a topic's name
+        # ROS resolves topic names in this way
         root = "/" if topic.startswith("/") else ""
         self.connections[number] = root + "/".join(filter(None, topic.split("/"))), name
 
     def _inflated(self, stream: IO[bytes], record: _Record, allowance: Allowance) -> bytes:
-        """What is in a chunk; of one that the file's end cuts off, as much as there is."""
+        """The decompressed data of a chunk. If the file ends inside it, the data up to there."""
         compression, stated = record.header.get_string("compression"), record.header.get_uint32("size")
         if record.size == stated == 0:
             return b""  # the chunk is not finished
@@ -200,17 +205,17 @@ class Ros1Bag:
         allowance.charge(len(found), compression=compression)
         return found
 
-    def unread(self, error: Exception) -> KbotError:
-        """What is reported of a bag that cannot be read for a reason."""
+    def unreadable_error(self, error: Exception) -> KbotError:
+        """The error for a bag that cannot be read because of another error."""
         return KbotError(
-            f"{self._path} cannot be read as bag of ROS 1: {error}; on a machine with ROS 1, "
-            f"rosbag reindex {self._path} recovers what is whole"
+            f"{self._path} cannot be read as a ROS 1 bag: {error}; on a machine with ROS 1, "
+            f"rosbag reindex {self._path} recovers the complete messages"
         )
 
 
 def _records(stream: IO[bytes], start: int, end: int) -> Iterator[_Record]:
-    """The records between two places of a stream, which then stands at a record's data. The last one may be
-    cut off by the end."""
+    """The records between two offsets of a stream. The stream is then at the record's data. The last record
+    may be incomplete."""
     at = start
     while at < end:
         stream.seek(at)
@@ -228,7 +233,7 @@ def _records(stream: IO[bytes], start: int, end: int) -> Iterator[_Record]:
 def _length(stream: IO[bytes], at: int) -> int:
     data = stream.read(_LENGTH.size)
     if len(data) < _LENGTH.size:
-        raise Damaged(f"it ends within the record at byte {at:,}")
+        raise Damaged(f"it ends in the middle of the record at byte {at:,}")
     return int(_LENGTH.unpack(data)[0])
 
 
@@ -247,7 +252,7 @@ def _data(stream: IO[bytes], record: _Record) -> bytes:
 
 def _chunk(header: Header, data: bytes) -> Chunk:
     if header.get_uint32("ver") != 1:
-        raise Damaged(f"its index is of version {header.get_uint32('ver')}")
+        raise Damaged(f"its index has the unknown version {header.get_uint32('ver')}")
     at, count = header.get_uint64("chunk_pos"), header.get_uint32("count")
     if len(data) != count * _COUNT.size:
         raise Damaged(f"its index states {count} connections in {len(data)} bytes")

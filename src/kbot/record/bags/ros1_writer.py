@@ -9,7 +9,7 @@ from rosbags.rosbag1 import Writer
 
 from kbot.messages.types import String
 from kbot.record.feed import Packet
-from kbot.record.formats import FIRST_MOMENT, NOTES_TOPIC, Recordable
+from kbot.record.formats import FIRST_TIME, NOTES_TOPIC, Recordable
 
 if TYPE_CHECKING:
     from rosbags.interfaces import Connection
@@ -18,18 +18,19 @@ LATCHED = frozenset({"/tf_static", "/robot_description", NOTES_TOPIC})
 
 
 class Ros1Writer:
-    """Written in chunks; the index comes at the end: one that broke off is read without it, or after
-    `rosbag reindex`.
+    """Writes chunks, and the index at the end. KBot reads an unfinished bag without its index, other programs
+    after `rosbag reindex`.
 
-    Not compressed: ROS cannot read the library's LZ4, and BZ2 is too slow to record with.
+    The bag is not compressed: ROS cannot read the LZ4 of the rosbags library, and BZ2 is too slow for
+    recording.
     """
 
     def __init__(self, path: str) -> None:
-        """Raises OSError: the file exists or cannot be made."""
+        """Raises OSError: the file exists or cannot be created."""
         self._writer = Writer(path)
         self._writer.open()
         self._connections: dict[tuple[str, str], Connection] = {}
-        self._time = FIRST_MOMENT
+        self._time = FIRST_TIME
 
     def write(self, packet: Recordable) -> None:
         key = (packet.topic, packet.type_name)
@@ -44,7 +45,7 @@ class Ros1Writer:
                 callerid="/kbot",
                 latching=int(packet.topic in LATCHED),
             )
-        self._time = max(FIRST_MOMENT, packet.nanoseconds)
+        self._time = max(FIRST_TIME, packet.nanoseconds)
         self._writer.write(connection, self._time, packet.ros1)
 
     def annotate(self, name: str, values: dict[str, str]) -> None:

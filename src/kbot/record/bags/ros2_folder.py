@@ -14,15 +14,15 @@ from kbot.text.files import read_bytes
 from kbot.text.yaml import TEXT, YamlError, load_yaml
 
 NEWEST_VERSION = 9
-"""Of the metadata. Later ones may mean something else by the same names."""
+"""Newest known version of the metadata. Later versions may use the same names with another meaning."""
 STORAGES = "sqlite3", "mcap"
 _LARGEST_METADATA = 1 << 24
-"""Bytes. A recording of 1000 topics has 1 MB."""
+"""Bytes. The metadata of a recording with 1000 topics has 1 MB."""
 _COPY_BYTES = 1 << 20
 
 
 class Folder:
-    """The contents of `metadata.yaml`. `files` are in the order of time."""
+    """The contents of `metadata.yaml`. `files` are sorted by time."""
 
     def __init__(self, path: Path) -> None:
         """Raises ValueError: a required entry is missing or unknown."""
@@ -30,19 +30,19 @@ class Folder:
         facts = _metadata(path / "metadata.yaml")
         version = str(facts.get("version", ""))
         if not version.isdecimal() or len(version) > 3 or int(version) > NEWEST_VERSION:
-            raise ValueError(f"its metadata is of version {version[:20]!r}; known are 1 to {NEWEST_VERSION}")
+            raise ValueError(f"its metadata has version {version[:20]!r}; KBot reads 1 to {NEWEST_VERSION}")
         self.storage = str(facts.get("storage_identifier", ""))
         if self.storage not in STORAGES:
-            raise ValueError(f"the storage {self.storage[:40]!r} is not known")
+            raise ValueError(f"unknown storage {self.storage[:40]!r}")
         mode = str(facts.get("compression_mode", "")).lower()
         self.is_compressed, self.has_compressed_messages = mode == "file", mode == "message"
         compression = facts.get("compression_format", "")
         if mode not in ("", "none") and (compression != "zstd" or mode not in ("file", "message")):
-            raise ValueError(f"the compression {compression!r:.40} of each {mode[:40]} is not known")
+            raise ValueError(f"unknown compression {compression!r:.40} of each {mode[:40]}")
         names = facts.get("relative_file_paths")
         if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
             raise ValueError("its metadata has no list relative_file_paths")
-        # older versions have the folder's name before the file's; each file once, however often it is named
+        # older versions write the folder before the file name; a file may be listed more than once
         self.files = list(dict.fromkeys(path / PurePath(name).name for name in names))
         for file in self.files:
             if not file.is_file():
@@ -50,10 +50,10 @@ class Folder:
 
     @contextmanager
     def opened(self, allowance: Allowance) -> Iterator[list[Path]]:
-        """Its files, decompressed if they are compressed as a whole.
+        """The files, decompressed to a temporary folder if whole files are compressed.
 
         Raises:
-            ValueError, OSError: a file is damaged, or cannot be decompressed to the disk.
+            ValueError, OSError: a file is damaged, or the disk is full.
             RecordingTooLarge: the allowance is used up.
         """
         if not self.is_compressed:
@@ -71,7 +71,7 @@ class Folder:
             shutil.rmtree(folder, ignore_errors=True)
 
     def whole(self, entry: RecordedMessage, allowance: Allowance) -> RecordedMessage:
-        """A message as it was before it was compressed. Raises ValueError: it is damaged."""
+        """The message, decompressed if messages are compressed. Raises ValueError: it is damaged."""
         if not self.has_compressed_messages:
             return entry
         try:
@@ -83,7 +83,11 @@ class Folder:
 
 
 def _metadata(file: Path) -> dict[str, object]:
-    """All scalars as text: a number may have any length. Raises ValueError, OSError: it cannot be read."""
+    """The metadata with all scalars as text, because a number may have any length.
+
+    Raises:
+        ValueError, OSError: it cannot be read.
+    """
     text = read_bytes(file, _LARGEST_METADATA).decode("utf-8")
     try:
         facts = load_yaml(text, TEXT)["rosbag2_bagfile_information"]
@@ -95,7 +99,7 @@ def _metadata(file: Path) -> dict[str, object]:
 
 
 def _decompress(file: Path, target: Path, allowance: Allowance) -> None:
-    """Raises ValueError: it is damaged; RecordingTooLarge: the allowance is used up."""
+    """Decompress a file. Raises ValueError: it is damaged; RecordingTooLarge: the allowance is used up."""
     import zstandard  # lazy in this module: few recordings are compressed
 
     try:
@@ -105,7 +109,7 @@ def _decompress(file: Path, target: Path, allowance: Allowance) -> None:
             target.open("wb") as out,
         ):
             while data := reader.read(_COPY_BYTES):
-                allowance.charge(2 * len(data))  # it is written to the disk, and read from there
+                allowance.charge(2 * len(data))  # each byte is written to the disk and read again
                 out.write(data)
     except zstandard.ZstdError as error:
         raise ValueError(f"{file}: {error}") from None

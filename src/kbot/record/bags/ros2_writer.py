@@ -22,22 +22,23 @@ if TYPE_CHECKING:
 
 
 COMMIT_PERIOD = 1_000_000_000
-"""Nanoseconds of what is recorded after which it is committed: a disk that is full keeps all before."""
+"""Nanoseconds of recorded time between commits. If the disk is full, all committed messages are kept."""
 
-_OF_ADDRESSES = frozenset("#%?")
-"""What means something else in a name, where SQLite is given it as an address."""
+_NOT_IN_NAMES = frozenset("#%?")
+"""Characters with a special meaning in the URI that the rosbags library passes to SQLite."""
 
 
 class Ros2Writer:
-    """The metadata comes at the end: one that broke off is read without it, or after `ros2 bag reindex`."""
+    """Writes the metadata at the end. KBot reads an unfinished folder without it, other programs after
+    `ros2 bag reindex`."""
 
     def __init__(self, path: str) -> None:
-        """Raises OSError: the folder exists or cannot be made, or its name is none for SQLite."""
-        if not _OF_ADDRESSES.isdisjoint(path):
-            taken = " and ".join(sorted(_OF_ADDRESSES.intersection(path)))
-            raise OSError(errno.EINVAL, f"SQLite takes no {taken} in the name of a rosbag2 folder")
+        """Raises OSError: the folder exists or cannot be created, or SQLite does not accept its name."""
+        if not _NOT_IN_NAMES.isdisjoint(path):
+            taken = " and ".join(sorted(_NOT_IN_NAMES.intersection(path)))
+            raise OSError(errno.EINVAL, f"the name of a rosbag2 folder cannot contain {taken}")
         self._writer = Writer(path, version=8, storage_plugin=StoragePlugin.SQLITE3)
-        with _disk_of_sqlite():
+        with _sqlite_errors_as_oserror():
             self._writer.open()
         self._connections: dict[tuple[str, str], Connection] = {}
         self._time = 0
@@ -48,7 +49,7 @@ class Ros2Writer:
         connection = self._connections.get(key)
         if connection is None:
             definition, digest = packet.ros2_definition
-            with _disk_of_sqlite():
+            with _sqlite_errors_as_oserror():
                 connection = self._connections[key] = self._writer.add_connection(
                     packet.topic,
                     packet.type_name,
@@ -57,7 +58,7 @@ class Ros2Writer:
                     offered_qos_profiles=[_quality(packet.topic in LATCHED)],
                 )
         self._time = packet.nanoseconds
-        with _disk_of_sqlite():
+        with _sqlite_errors_as_oserror():
             self._writer.write(connection, packet.nanoseconds, packet.cdr)
         if not 0 <= self._time - self._committed < COMMIT_PERIOD:
             self._committed = self._time
@@ -69,11 +70,11 @@ class Ros2Writer:
     def flush(self) -> None:
         connection = getattr(self._writer.storage, "conn", None)
         if connection is not None:
-            with _disk_of_sqlite():
+            with _sqlite_errors_as_oserror():
                 connection.commit()
 
     def close(self) -> None:
-        with _disk_of_sqlite():
+        with _sqlite_errors_as_oserror():
             self._writer.close()
 
     def abandon(self) -> None:
@@ -81,8 +82,8 @@ class Ros2Writer:
 
 
 @contextmanager
-def _disk_of_sqlite() -> Iterator[None]:
-    """What SQLite makes of a disk that takes no more, raised as the other formats raise it."""
+def _sqlite_errors_as_oserror() -> Iterator[None]:
+    """Raise SQLite's errors, for example of a full disk, as OSError like the other formats."""
     try:
         yield
     except sqlite3.Error as error:

@@ -11,16 +11,18 @@ from kbot.record.entry import RecordedMessage, Types
 from kbot.record.limits import LARGEST_PIECE, Allowance, size_on_disk
 
 AT_ONCE = 1000
-"""Messages read at once while a file may still be written: its writer waits no longer than for these."""
+"""Messages read in one query while another program may still write the file, so that it waits only
+briefly."""
 _BYTES_AT_ONCE = 1 << 26
-"""Of their messages, so that 1000 images are not in memory at once. Ten images of 1920 x 1080 pixels fit."""
+"""Bytes of these messages, so that 1000 images are not in memory at once. Ten images of 1920 x 1080 pixels
+fit."""
 _LARGEST_TIME = (1 << 63) - 1
 
 _STEP = 100_000
 _FREE_STEPS = 50_000_000
 _STEPS_OF_A_BYTE = 20
-"""Instructions of SQLite's machine for one query: a second of them, and some for each byte of the file. A
-hostile file can make one page a part of a table any number of times."""
+"""Limit on the instructions of SQLite's virtual machine for one query: about a second of them, plus some for
+each byte of the file. A malicious file can list the same page any number of times."""
 
 _CHECKED = "topics", "messages", "message_definitions"
 _AFTER = (
@@ -29,17 +31,18 @@ _AFTER = (
 )
 
 Row = tuple[int, Any, Any, Any]  # Any: SQLite gives each column its own type
-"""A message's own number, its topic's, its time and its bytes: columns hold whatever is put into them."""
+"""Message id, topic id, time and bytes. SQLite does not enforce the types of columns."""
 
 
 class SqliteFile:
-    """One file, open until `close`. `topics` are names and types by their numbers."""
+    """One file, open until `close`. `topics` are names and types by topic id."""
 
     def __init__(self, file: Path, types: Types, *, is_closed: bool) -> None:
-        """One that was not closed is opened to be written too: SQLite then removes what was not committed.
+        """Open the file. With `is_closed` false it is opened for writing, so that SQLite removes uncommitted
+        data.
 
         Raises:
-            sqlite3.Error, ValueError: it is not such a file.
+            sqlite3.Error, ValueError: it is not a SQLite file of rosbag2.
         """
         mode = "mode=ro&immutable=1" if is_closed else "mode=rw"
         self._types, self._steps = types, 0
@@ -59,23 +62,23 @@ class SqliteFile:
         self._database.close()
 
     def counts(self) -> dict[str, int]:
-        """How many messages each topic has."""
+        """The number of messages by topic."""
         found = self._query("SELECT topic_id, count(*) FROM messages GROUP BY topic_id")
         return {self.topics[number][0]: count for number, count in found if number in self.topics}
 
     def span(self) -> tuple[int, int] | None:
-        """The times of the first message and of the last."""
+        """The times of the first and the last message."""
         ((start, end),) = self._query("SELECT min(timestamp), max(timestamp) FROM messages")
         return (start, end) if isinstance(start, int) and isinstance(end, int) else None
 
     def between(
         self, topics: Collection[str] | None, after: int, until: int, allowance: Allowance
     ) -> Iterator[RecordedMessage]:
-        """The messages of topics, None for all, after a time and until another, in its order."""
+        """The messages of topics (None for all) after one time and until another, sorted by time."""
         numbers = [n for n, (name, _) in self.topics.items() if topics is None or name in topics]
         of_topics = ",".join("?" * len(numbers))
         span = max(after, -_LARGEST_TIME), min(until, _LARGEST_TIME)
-        # a message whose time is text is after every time: it is found, and reported
+        # SQLite sorts text after all numbers: a message whose time is text is found here and reported
         rows = self._query(
             f"SELECT id, topic_id, timestamp, data FROM messages WHERE topic_id IN ({of_topics}) "
             "AND timestamp > ? AND (timestamp <= ? OR typeof(timestamp) != 'integer') ORDER BY timestamp",
@@ -85,7 +88,7 @@ class SqliteFile:
             yield self._entry(row, allowance)
 
     def written(self, allowance: Allowance) -> Iterator[RecordedMessage]:
-        """Every message in the order it was written, so many at once that a writer is not kept waiting."""
+        """Every message in the order it was written, in small batches so that a writer does not wait."""
         last: int | None = -1
         damage: sqlite3.Error | None = None
         while damage is None and last is not None:
@@ -107,18 +110,19 @@ class SqliteFile:
             raise damage
 
     def _entry(self, row: Row, allowance: Allowance) -> RecordedMessage:
-        """Raises ValueError: a column holds something else."""
+        """The message of a row. Raises ValueError: a column has the wrong type."""
         _, number, nanoseconds, data = row
         topic, type_name = self.topics[number]
         if not isinstance(nanoseconds, int) or nanoseconds < 0:
             raise ValueError(f"a message of {topic} has the time {nanoseconds!r}")
         if not isinstance(data, bytes):
-            raise ValueError(f"a message of {topic} has {type(data).__name__} in the place of its bytes")
+            raise ValueError(f"a message of {topic} has {type(data).__name__} instead of bytes")
         allowance.charge(len(data), records=1)
         return RecordedMessage(topic, type_name, nanoseconds, data, self._types)
 
     def _read_tables(self) -> set[str]:
-        """The tables that are there. Raises ValueError: one is computed, so that reading it runs its code."""
+        """The names of the tables. Raises ValueError: one is a view or virtual, so that reading it would run
+        its code."""
         marks = ",".join("?" * len(_CHECKED))
         found = self._query(f"SELECT name, type, sql FROM sqlite_master WHERE name IN ({marks})", *_CHECKED)
         tables = set()
@@ -126,10 +130,10 @@ class SqliteFile:
             columns = self._query(f"PRAGMA table_xinfo({name})")
             is_plain = kind == "table" and not str(sql).upper().startswith("CREATE VIRTUAL")
             if not is_plain or any(hidden for *_, hidden in columns):
-                raise ValueError(f"its table {name} is not a plain one")
+                raise ValueError(f"its table {name} is not a plain table")
             tables.add(name)
         if not {"topics", "messages"} <= tables:
-            raise ValueError("its tables of topics and messages are missing")
+            raise ValueError("the tables 'topics' and 'messages' are missing")
         return tables
 
     def _read_topics(self, tables: set[str]) -> dict[int, tuple[str, str]]:
@@ -137,7 +141,7 @@ class SqliteFile:
         found = self._query("SELECT id, name, type, serialization_format FROM topics")
         for number, name, type_name, encoding in found:
             if not (isinstance(name, str) and isinstance(type_name, str)):
-                raise ValueError(f"a topic is called {name!r}, of type {type_name!r}")
+                raise ValueError(f"a topic has the name {name!r} and the type {type_name!r}")
             if encoding == "cdr":
                 topics[number] = name, type_name
         if "message_definitions" in tables:
@@ -152,14 +156,14 @@ class SqliteFile:
         return topics
 
     def _query(self, sql: str, *values: object) -> Iterator[Any]:
-        """The rows, one at a time. Raises sqlite3.Error: damaged, or it takes too long."""
+        """The rows, one at a time. Raises sqlite3.Error: the file is damaged, or the query takes too long."""
         self._steps = 0
         try:
-            # `yield from` would close the cursor at the end, when the database may be closed already
+            # `yield from` would close the cursor at the end, when the database may already be closed
             for row in self._database.execute(sql, values):  # noqa: UP028 - see above
                 yield row
         except MemoryError:
-            raise sqlite3.DatabaseError("a row is too large for the memory") from None
+            raise sqlite3.DatabaseError("a row does not fit in memory") from None
         except sqlite3.OperationalError as error:
             if self._steps > self._most_steps:
                 raise sqlite3.DatabaseError("it has more rows than a file of its size can hold") from None

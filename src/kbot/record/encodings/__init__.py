@@ -1,1 +1,1 @@
-"""Encodes messages: CDR, ROS 1's format, JSON, and the definitions that recordings contain."""
+"""Encodes messages as CDR, in ROS 1 format and as JSON, and handles the definitions in recordings."""

@@ -1,4 +1,4 @@
-"""The definitions of service types and their messages, in ROS's message language."""
+"""Generates ROS definitions of message and service types from KBot's classes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ROS1_TIMES = {"builtin_interfaces/Time": "time", "builtin_interfaces/Duration": 
 
 
 def own_definitions() -> Iterator[tuple[str, str]]:
-    """Names and texts of the types that are added to those ROS ships, in the order they need each other."""
+    """Names and texts of the types that the rosbags library lacks, each after the types that it uses."""
     from kbot.messages.services import SERVICES  # lazy in this module: start-up time
 
     for name, cls in parts().items():
@@ -26,7 +26,7 @@ def own_definitions() -> Iterator[tuple[str, str]]:
 
 
 def parts() -> dict[str, type]:
-    """The classes of `PARTS` by the names of their types."""
+    """The classes of the types in `PARTS`, by type name."""
     from kbot.messages import actions, navigation, services
 
     homes = {
@@ -50,21 +50,21 @@ def part_name(service: str, part: str) -> str:
 
 
 def constants(cls: type) -> Iterator[str]:
-    """Each as ROS writes it, and as it is reckoned into a type's sum: `int32 STRICT=2`."""
+    """The constants as ROS writes them and includes them in the MD5 sum: `int32 STRICT=2`."""
     for name, hint in get_type_hints(cls, include_extras=True).items():
         if get_origin(hint) is ClassVar:
             yield f"{_kind(get_args(hint)[0], ros1=True)} {name}={getattr(cls, name)}"
 
 
 def fields(cls: type, ros1: bool) -> Iterator[tuple[str, str]]:
-    """The name and the type of each."""
+    """The name and ROS type of each field."""
     hints = get_type_hints(cls, include_extras=True)
     for field in dataclasses.fields(cls):
         yield field.name, _kind(hints[field.name], ros1)
 
 
 def _kind(hint: object, ros1: bool) -> str:
-    if get_origin(hint) is Annotated:  # an int, and which one
+    if get_origin(hint) is Annotated:  # an int with its ROS type
         return str(get_args(hint)[1])
     if get_origin(hint) is np.ndarray:
         return f"{np.dtype(get_args(get_args(hint)[1])[0]).name}[]"

@@ -1,7 +1,8 @@
 """Checks message definitions that come from a recording or a peer, before they are used.
 
-rosbags makes Python code of a definition and runs it. Nothing but what `read_definition` returns, and
-`ShapeCheck` accepts may reach it: names are identifiers, numbers are in range, sizes are bounded.
+The rosbags library generates Python code from a definition and runs it. It must therefore get only what
+`read_definition` returns and `ShapeCheck` accepts: names are identifiers, numbers are in range, sizes are
+bounded.
 """
 
 from __future__ import annotations
@@ -17,17 +18,18 @@ if TYPE_CHECKING:
     from rosbags.interfaces.typing import BaseDesc, Basename, FieldDesc, NameDesc, ScalarValue, Typesdict
 
 MOST_CHARACTERS = 1 << 18
-"""Of one definition with all it depends on. Those of ROS's own packages have 5,000 and their comments."""
+"""Characters of a definition with all its dependencies. Those of ROS's own packages have up to 5,000 without
+comments."""
 MOST_DEPTH = 32
-"""Types within types. rosbags recurses through them, and the deepest of ROS's own packages has 7."""
+"""Levels of nested types. rosbags recurses through them. ROS's own packages have up to 7 levels."""
 MOST_PARTS = 100_000
-"""Fields of a message, each entry of a fixed array counted: each takes a call to read, however short the
-message is. The largest of ROS's own packages has 501."""
+"""Fields of a message, including each entry of a fixed array. Reading each takes a call, even in a short
+message. The largest message of ROS's own packages has 501."""
 MOST_BYTES = 1 << 26
-"""Of a message's fixed part: rosbags reserves it before it looks whether the message is that long."""
+"""Bytes of the fixed part of a message. rosbags allocates them before it checks the length of the message."""
 LONGEST_NAME = 255
-"""Characters of a type's name, a field's name or a number: the file names that ROS makes of a type have at
-most 255."""
+"""Characters of a type name, a field name or a number. ROS generates file names from types, and file names
+have at most 255 characters."""
 
 _WIDTHS = {
     **{"bool": 1, "byte": 1, "char": 1, "float32": 4, "float64": 8},
@@ -38,9 +40,9 @@ _ALIASES = {
     "duration": "builtin_interfaces/msg/Duration",
     "Header": "std_msgs/msg/Header",
 }
-"""What ROS 1 writes without a package."""
+"""Types that ROS 1 writes without a package."""
 EMPTY = "structure_needs_at_least_one_member"
-"""The field that a message without fields has in ROS 2, and not in ROS 1."""
+"""The dummy field that ROS 2, but not ROS 1, adds to a message without fields."""
 
 _NAME = r"[A-Za-z][A-Za-z0-9_]*"
 _NAMED = re.compile(_NAME)
@@ -57,20 +59,21 @@ _QUOTED = re.compile(r"""('(?:\\.|[^'\\])*'|"(?:\\.|[^"\\])*")[ \t]*(?:#.*)?""")
 
 
 def full_name(name: str) -> str:
-    """A type as ROS 2 writes it, `std_msgs/msg/String`, however it is written."""
+    """A type name as ROS 2 writes it: `std_msgs/msg/String`."""
     package, _, rest = name.partition("/")
     return name if rest.startswith(("msg/", "srv/", "action/")) else f"{package}/msg/{rest}"
 
 
 def read_definition(text: str, name: str) -> Typesdict:
-    """The types that a definition in ROS's `.msg` format has, itself and those it depends on, as rosbags
-    describes them. Default values are not kept.
+    """Parse a definition in ROS's `.msg` format: the type and its dependencies, as rosbags describes them.
+
+    Default values are dropped.
 
     Raises:
-        KbotError: it does not follow the grammar of ROS 1 or ROS 2; the error names the line.
+        KbotError: it does not follow the grammar of ROS 1 or ROS 2. The error names the line.
     """
     if len(text) > MOST_CHARACTERS:
-        raise KbotError(f"it has {len(text):,} characters; at most {MOST_CHARACTERS:,} are read")
+        raise KbotError(f"it has {len(text):,} characters (limit: {MOST_CHARACTERS:,})")
     found: Typesdict = {}
     part = _Definition(name)
     is_after_separator = False
@@ -81,7 +84,7 @@ def read_definition(text: str, name: str) -> Typesdict:
         try:
             if is_after_separator:
                 if not code.startswith("MSG:"):
-                    raise KbotError("a line of = is followed by 'MSG: package/Type'")
+                    raise KbotError("expected 'MSG: package/Type' after a line of =")
                 found.setdefault(part.name, part.described())
                 part, is_after_separator = _Definition(code.removeprefix("MSG:").strip()), False
             elif not code.strip("="):
@@ -91,29 +94,29 @@ def read_definition(text: str, name: str) -> Typesdict:
         except KbotError as error:
             raise KbotError(f"line {number}: {error}") from None
     found.setdefault(part.name, part.described())
-    # rosbags names the class of a/msg/B a__msg__B
+    # rosbags generates the class name a__msg__B from a/msg/B
     if len({key.replace("/", "__") for key in found}) < len(found):
-        raise KbotError("two of its types have names that differ only in / and __")
+        raise KbotError("the names of two types differ only in / and __")
     return found
 
 
 class _Definition:
-    """One type of a text, read line by line."""
+    """One type of a definition, parsed line by line."""
 
     def __init__(self, name: str) -> None:
         self.name = full_name(name)
         parts = self.name.split("/")
         if not 3 <= len(parts) <= 4 or not all(map(_NAMED.fullmatch, parts)) or len(name) > LONGEST_NAME:
-            raise KbotError(f"{_shown(name)} is not the name of a type")
+            raise KbotError(f"{_shown(name)} is not a valid type name")
         self._constants: list[tuple[str, Basename, ScalarValue]] = []
         self._fields: list[tuple[str, FieldDesc]] = []
         self._names: set[str] = set()
 
     def described(self) -> tuple[list[tuple[str, Basename, ScalarValue]], list[tuple[str, FieldDesc]]]:
         names = [name for name, _ in self._fields]
-        # rosbags gives this field, and no other, a default value
+        # rosbags gives only this field a default value
         if EMPTY in names and len(names) > 1:
-            raise KbotError(f"{self.name} has {EMPTY} beside other fields")
+            raise KbotError(f"{self.name} has other fields besides {EMPTY}")
         return self._constants, self._fields
 
     def read(self, code: str) -> None:
@@ -125,14 +128,14 @@ class _Definition:
         if found is None:
             raise KbotError(f"{_shown(code)} is neither a field nor a constant")
         name, rest = found["name"], found["rest"]
-        key = f"{name}_" if iskeyword(name) else name  # as rosbags calls it in Python
+        key = f"{name}_" if iskeyword(name) else name  # the name that rosbags uses in Python
         if key in self._names or len(name) > LONGEST_NAME:
-            raise KbotError(f"the name {_shown(name)} is used twice, or too long")
+            raise KbotError(f"the name {_shown(name)} is used twice or is too long")
         self._names.add(key)
         if rest.startswith("="):
             self._constants.append((name, *_constant(found, rest[1:].strip())))
         elif rest and not rest.startswith("#") and code[found.start("rest") - 1] not in " \t":
-            raise KbotError(f"{_shown(rest)} follows the name {name}")
+            raise KbotError(f"unexpected {_shown(rest)} after the name {name}")
         else:
             self._fields.append((name, self._kind(found)))
 
@@ -141,7 +144,7 @@ class _Definition:
 
         written, limit = found["type"], found["limit"]
         if limit is not None and written != "string":
-            raise KbotError(f"{written} has a bound: only a string has one before its brackets")
+            raise KbotError(f"{written} has a bound, but only a string can have one")
         item: BaseDesc | NameDesc
         if written == "string" or written in _WIDTHS:
             item = Nodetype.BASE, (written, int(limit or 0))  # type: ignore[assignment]  # one of the names in rosbags' Literal
@@ -152,24 +155,24 @@ class _Definition:
         count = found["count"]
         if count is None:
             if found["upto"]:
-                raise KbotError("the brackets have <= and no number")
+                raise KbotError("<= in the brackets needs a number")
             return Nodetype.SEQUENCE, (item, 0)
         if int(count) == 0:
-            raise KbotError("an array of 0 entries is not a field")
+            raise KbotError("an array must have at least one entry")
         return (Nodetype.SEQUENCE if found["upto"] else Nodetype.ARRAY), (item, int(count))
 
     def _reference(self, written: str) -> str:
-        """The full name of a type that a field is of; one without a package is of the same."""
+        """The full name of a field's type. Without a package, it is a type of the same package."""
         if written in _ALIASES:
             return _ALIASES[written]
         return full_name(written if "/" in written else f"{self.name.partition('/')[0]}/{written}")
 
 
 def _constant(found: re.Match[str], text: str) -> tuple[Basename, ScalarValue]:
-    """A constant's type and value. Raises KbotError: the value is not of that type."""
+    """The type and value of a constant. Raises KbotError: the value is not of that type."""
     kind = found["type"]
     if found["array"] or found["limit"] or not (kind == "string" or kind in _WIDTHS):
-        raise KbotError(f"a constant is of a plain type, not of {_shown(found['type'])}")
+        raise KbotError(f"a constant cannot have the type {_shown(found['type'])}")
     base: Basename = kind  # type: ignore[assignment]  # one of the names in rosbags' Literal
     if kind == "string":
         quoted = _QUOTED.fullmatch(text)
@@ -185,7 +188,7 @@ def _constant(found: re.Match[str], text: str) -> tuple[Basename, ScalarValue]:
     elif _INTEGER.fullmatch(text):
         number = _integer(text)
         bits = 8 * _WIDTHS[kind]
-        # ROS 1 has a signed byte and ROS 2 an unsigned one: either range is taken
+        # byte is signed in ROS 1 and unsigned in ROS 2: both ranges are accepted
         if -(1 << bits - 1) <= number < 1 << bits:
             return base, number
     raise KbotError(f"{_shown(text)} is not a value of {kind}")
@@ -204,19 +207,19 @@ def _shown(text: str) -> str:
 
 
 class FieldParts(NamedTuple):
-    """A field's description, taken apart."""
+    """The parts of a field's description."""
 
     outer: int
-    """ARRAY, SEQUENCE, or what `kind` is where it is no list."""
+    """ARRAY or SEQUENCE. The same as `kind` if the field is not a list."""
     kind: int
     """BASE or NAME."""
     of_type: str
     length: int
-    """Of an array its length, of a sequence its bound; else 1."""
+    """The length of an array or the bound of a sequence, else 1."""
 
 
 def field_parts(described: FieldDesc) -> FieldParts:
-    """What rosbags keeps in nested tuples."""
+    """Take apart the nested tuples that describe a field in rosbags."""
     from rosbags.interfaces import Nodetype
 
     item: Any = described  # Any: nested tuples of rosbags
@@ -228,7 +231,8 @@ def field_parts(described: FieldDesc) -> FieldParts:
 
 
 class FieldShape(NamedTuple):
-    """What a type costs: types within types, parts of a fixed message, and its fewest bytes in ROS 1."""
+    """The cost of a type: levels of nested types, number of fixed parts, and minimum size in ROS 1 in
+    bytes."""
 
     depth: int
     parts: int
@@ -236,20 +240,20 @@ class FieldShape(NamedTuple):
 
 
 class ShapeCheck:
-    """Whether rosbags may make code of a type. What was found is kept: a type does not change."""
+    """Checks whether rosbags may generate code for a type. Results are cached: a type does not change."""
 
     def __init__(self, known: Typesdict) -> None:
-        """`known` are those that need no check by themselves."""
+        """`known` are trusted types."""
         self._fields = dict(known)
         self._whole: dict[str, FieldShape] = {}
         self._partial: dict[str, FieldShape] = {}
-        """Of types that may name others which are not there yet."""
+        """Shapes of types that may refer to types that are not added yet."""
 
     def add(self, types: Typesdict) -> None:
-        """Add types; one whose name is taken is not added. They may name types that are added later.
+        """Add types. A known name is not changed. Types may refer to types that are added later.
 
         Raises:
-            KbotError: one of them contains itself, or is too large. None is added then.
+            KbotError: a type contains itself, or is too large. Then no type is added.
         """
         new = {name: described for name, described in types.items() if name not in self._fields}
         self._fields |= new
@@ -262,7 +266,7 @@ class ShapeCheck:
             raise
 
     def accept(self, name: str) -> None:
-        """Raises KbotError: the type contains itself, is too large, or names a type that is not there."""
+        """Check a type. Raises KbotError: it contains itself, is too large, or refers to an unknown type."""
         self._shape(name, (), self._whole, may_lack=False)
 
     def _shape(
@@ -275,7 +279,7 @@ class ShapeCheck:
         if name in above:
             raise KbotError(f"{name} contains itself")
         if len(above) >= MOST_DEPTH:
-            raise KbotError(f"{above[0]} has types within types more than {MOST_DEPTH} deep")
+            raise KbotError(f"{above[0]} has more than {MOST_DEPTH} levels of nested types")
         if name not in self._fields:
             if not may_lack:
                 raise KbotError(f"the type {name} is not defined")
@@ -295,21 +299,24 @@ class ShapeCheck:
             if outer == Nodetype.SEQUENCE:
                 parts, size = parts + of.parts, size + 4
             else:
-                # an array of numbers is read as one
+                # an array of numbers is read in one call
                 parts += of.parts * (1 if of_type in _WIDTHS else length)
                 size += of.size * length
         if depth > MOST_DEPTH or parts > MOST_PARTS or size > MOST_BYTES:
             raise KbotError(
-                f"{name} is too large: {depth} types deep, {parts:,} parts and {size:,} bytes; the limits "
-                f"are {MOST_DEPTH}, {MOST_PARTS:,} and {MOST_BYTES:,}"
+                f"{name} is too large: {depth} levels, {parts:,} parts and {size:,} bytes (limits: "
+                f"{MOST_DEPTH}, {MOST_PARTS:,} and {MOST_BYTES:,})"
             )
         known[name] = FieldShape(depth, parts, size)
         return known[name]
 
 
 def code_cost(types: Typesdict) -> int:
-    """What it costs to make code of types, in units of 0.2 ms: rosbags writes statements for each field, more
-    of them for texts and types than for numbers, and the same again for each entry of a fixed array."""
+    """The cost of generating code for types, in units of 0.2 ms.
+
+    rosbags writes statements for each field, more for strings and nested types than for numbers, and again
+    for each entry of a fixed array.
+    """
     from rosbags.interfaces import Nodetype
 
     cost = 0

@@ -24,26 +24,30 @@ ROS1_TIME = {"secs": "sec", "nsecs": "nanosec"}
 
 
 def to_plain(message: object, *, ros1: bool = False, exact: bool = False) -> Plain:
-    """A message's fields by name; numbers that JSON lacks are None unless `exact`, bytes Base64. With
-    `ros1`, times are spelled `secs` and `nsecs`."""
+    """The fields of a message by name.
+
+    NaN and infinity, which JSON lacks, become None unless `exact`. Bytes become Base64. With `ros1`, times
+    have the fields `secs` and `nsecs`.
+    """
     kind: type = type(message)
     return _reader(kind, ros1, exact)(message)
 
 
 def to_json(message: object, *, ros1: bool = False, exact: bool = False) -> str:
-    """`to_plain` as JSON; `exact` numbers that JSON lacks are spelled NaN and Infinity."""
+    """`to_plain` as JSON. With `exact`, NaN and infinity are written as NaN and Infinity."""
     plain = to_plain(message, ros1=ros1, exact=True)
     try:
         text = orjson.dumps(plain, option=orjson.OPT_SERIALIZE_NUMPY).decode()
-    except TypeError:  # a text that is no Unicode
+    except TypeError:  # a string that is not valid Unicode
         return json.dumps(to_plain(message, ros1=ros1, exact=exact))
-    # null stands for numbers that JSON lacks
+    # orjson writes null for NaN and infinity
     return json.dumps(plain) if exact and "null" in text else text
 
 
 @cache
 def _reader(kind: type, ros1: bool, exact: bool) -> Callable[[Any], Plain]:
-    """What makes values of a kind plain; it is said once, not looked at again for each message."""
+    """The function that converts values of a type. Cached, so that type hints are not read for each
+    message."""
     if kind is Time and ros1:
         return lambda time: {"secs": time.sec, "nsecs": time.nanosec}
     if dataclasses.is_dataclass(kind):
@@ -62,8 +66,10 @@ def _reader(kind: type, ros1: bool, exact: bool) -> Callable[[Any], Plain]:
 
 
 def _part(hint: object, ros1: bool, exact: bool) -> Callable[[Any], Plain] | None:
-    """A field's by what is written of its type, None where it is plain as it is; a value may still be of
-    another, as an int among floats."""
+    """The function that converts a field with a type hint. None if its values are already plain.
+
+    A value may still have another type, such as an int in a float field.
+    """
     if dataclasses.is_dataclass(hint) and isinstance(hint, type):
         return _reader(hint, ros1, exact)
     if hint is float:
@@ -101,19 +107,19 @@ def _finite_list(array: NDArray[Any]) -> Plain:
 
 
 def from_plain(value: Plain, message_type: type) -> Plain:
-    """A message of fields by name; those that are not given keep their defaults.
+    """Create a message from fields by name. Missing fields keep their defaults.
 
     Raises:
-        KbotError: a field that the message has not, or a value of another kind.
+        KbotError: a field is unknown, or a value has the wrong type.
     """
     try:
         return _maker(message_type)(value)
     except (TypeError, ValueError, AttributeError, OverflowError) as error:
-        raise KbotError(f"no {_name(message_type)}: {error}") from None
+        raise KbotError(f"not a {_name(message_type)}: {error}") from None
 
 
 def _name(message_type: type) -> str:
-    """What ROS calls it; a part of a service has no name of its own."""
+    """The ROS name of a type. A part of a service has no ROS name, so its class name is used."""
     try:
         return ros_name(message_type)
     except KbotError:
@@ -128,7 +134,7 @@ def _maker(message_type: type) -> Callable[[Plain], Any]:
 
     def make(value: Plain) -> object:
         if not isinstance(value, dict):
-            raise TypeError(f"{name} has fields by name, and this is {_kind(value)}")
+            raise TypeError(f"{name} needs fields by name, not {_kind(value)}")
         if message_type is Time:
             value = {ROS1_TIME.get(key, key): item for key, item in value.items()}
         for key in value.keys() - makers.keys() - {"seq"}:

@@ -1,7 +1,8 @@
 """A type store for foreign messages that checks their stated lengths.
 
-rosbags checks the lengths of texts and of lists of numbers. It trusts those of lists of other types when it
-converts between ROS 1 and ROS 2, and it makes as many objects as a message states.
+The rosbags library checks the lengths of strings and of lists of numbers. For lists of other types it trusts
+the stated length when it converts between ROS 1 and ROS 2, and it creates as many objects as a message
+states.
 """
 
 from __future__ import annotations
@@ -21,11 +22,11 @@ if TYPE_CHECKING:
     from rosbags.interfaces.typing import Typesdict
 
 LONG_MESSAGE = 1 << 24
-"""Bytes beyond which objects are counted: fewer bytes make less than 400 MB of objects."""
+"""Bytes above which objects are counted. Shorter messages give less than 400 MB of objects."""
 MOST_OBJECTS = 1_000_000
-"""Of a long message. Most that are long have a few, as images and clouds of points."""
+"""Objects of a long message. Most long messages, such as images and point clouds, have only a few."""
 _SHORTEST_TEXT = 4
-"""Bytes of an empty text in a list."""
+"""Bytes of an empty string in a list."""
 
 _CONVERSIONS = ("getsize_ros1_to_cdr", "ros1_to_cdr", "getsize_cdr_to_ros1", "cdr_to_ros1")
 _READERS = ("deserialize_cdr_le", "deserialize_cdr_be", "deserialize_ros1")
@@ -33,7 +34,7 @@ _COUNTED = (*_READERS, "getsize_ros1_to_cdr", "getsize_cdr_to_ros1")
 
 
 def safe_copy(store: Typestore) -> SafeStore:
-    """The same types; those that are added later are not added to the other store."""
+    """A copy of a store. Types that are added to the copy are not added to the original."""
     copy = SafeStore()
     copy.fielddefs.update(store.fielddefs)
     copy.types.update(store.types)
@@ -42,12 +43,12 @@ def safe_copy(store: Typestore) -> SafeStore:
 
 
 class SafeStore(Typestore):
-    """Converts and reads messages in time and memory that their own length bounds."""
+    """Converts and reads messages in time and memory that are bounded by the length of the message."""
 
     def __init__(self) -> None:
         super().__init__()
         self.converted_parts = 0
-        """Objects and texts in lists of the messages that were converted so far."""
+        """Number of objects and strings in lists of all messages converted so far."""
         self._texts: dict[str, bool] = {}
         self._in_lists: set[str] = set()
 
@@ -56,7 +57,7 @@ class SafeStore(Typestore):
         self.find_lists(typs)
 
     def find_lists(self, types: Typesdict) -> None:
-        """Note which types are in lists of others: these are the ones that can begin beyond the end."""
+        """Record the types that occur in lists: only these can begin after the end of a message."""
         for _, fields in types.values():
             for _, described in fields:
                 outer, kind, of_type, _ = field_parts(described)
@@ -88,25 +89,25 @@ class SafeStore(Typestore):
         return Typestore.cdr_to_ros1(self._converting(raw, typename), raw, typename)
 
     def _converting(self, rawdata: bytes | memoryview, typename: str) -> Typestore:
-        if self._has_lists_of_texts(typename):
+        if self._has_string_lists(typename):
             self.converted_parts += len(rawdata) // _SHORTEST_TEXT
         return self._counting(rawdata, typename)
 
     def _counting(self, rawdata: bytes | memoryview, typename: str) -> Typestore:
         if len(rawdata) <= LONG_MESSAGE:
             return self
-        if self._has_lists_of_texts(typename):
-            raise SerdeError(f"messages with lists of texts are read up to {LONG_MESSAGE:,} bytes")
+        if self._has_string_lists(typename):
+            raise SerdeError(f"a message with lists of strings has more than {LONG_MESSAGE:,} bytes")
         return _CountingStore(self)
 
     def _within_input(self, convert: Callable[..., Any], data: memoryview, at: int, *others: Any) -> Any:  # noqa: ANN401 - as rosbags defines it
-        """Convert one object, which must not begin beyond the end."""
+        """Convert one object. Raises SerdeError: it begins after the end of the message."""
         if at > len(data):
-            raise SerdeError("the message ends before its last list does")
+            raise SerdeError("the message ends before the end of a list")
         self.converted_parts += 1
         return convert(data, at, *others)
 
-    def _has_lists_of_texts(self, typename: str) -> bool:
+    def _has_string_lists(self, typename: str) -> bool:
         if typename not in self._texts:
             pending, seen = [typename], {typename}
             self._texts[typename] = False
@@ -122,7 +123,7 @@ class SafeStore(Typestore):
 
 
 class _CountingStore(Typestore):
-    """A store for one message, which counts the objects that are made of it."""
+    """A store for one message that counts the objects created from it."""
 
     def __init__(self, store: Typestore) -> None:
         super().__init__()

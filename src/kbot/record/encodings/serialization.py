@@ -1,4 +1,4 @@
-"""Encodes messages to bytes and decodes them, in the formats of ROS 2 (CDR) and ROS 1."""
+"""Encodes messages to bytes and decodes them, in ROS 2 (CDR) and ROS 1 format."""
 
 from __future__ import annotations
 
@@ -22,30 +22,34 @@ if TYPE_CHECKING:
 
 Convert = Callable[[Any], Any]
 Message = Any
-"""Of the type that is asked for."""
+"""A message of the requested type."""
 
 MOST_IN_TUPLE = 4_000_000
-"""Entries of lists other than those of sensors and maps, which stay arrays. Each takes 32 bytes."""
+"""Entries of a list that becomes a tuple. Each takes 32 bytes. Lists of sensors and maps remain arrays."""
 ONLY_ON_THE_WIRE = ("seq", "structure_needs_at_least_one_member")
-"""What ROS 1 has in headers, and ROS 2 in what is empty."""
+"""Fields that KBot's classes lack: ROS 1 has `seq` in headers, ROS 2 the other in messages without fields."""
 
 
 def encode_cdr(message: object, name: str = "") -> bytes:
-    """Little-endian CDR with its four bytes of header; `name` is that of the type, where it is not a
-    message's. Raises KbotError: ROS has no such message, or a field is not of its type."""
+    """Encode as little-endian CDR with its header of four bytes. `name` is the type name if it is not a
+    message type.
+
+    Raises:
+        KbotError: ROS has no such message, or a field has the wrong type.
+    """
     kind: type = type(message)
     return _encoder(kind, name, ros1=False)(message)
 
 
 def encode_ros1(message: object, name: str = "") -> bytes:
-    """As TCPROS and bags of ROS 1 carry it; `name` and KbotError as for `encode_cdr`."""
+    """Encode as TCPROS and ROS 1 bags do. `name` and KbotError are as for `encode_cdr`."""
     kind: type = type(message)
     return _encoder(kind, name, ros1=True)(message)
 
 
 @cache
 def _encoder(kind: type, name: str, *, ros1: bool) -> Callable[[object], bytes]:
-    """What writes messages of a kind; all that is the same for each of them is looked up here."""
+    """The function that encodes messages of a type. Cached, so that the type is looked up only once."""
     from rosbags.serde import SerdeError  # lazy in this module: rosbags takes start-up time
 
     name = name or ros_name(kind)
@@ -58,18 +62,18 @@ def _encoder(kind: type, name: str, *, ros1: bool) -> Callable[[object], bytes]:
         try:
             return bytes(write(convert(message) if convert else message, name))
         except (SerdeError, struct.error, TypeError, ValueError, AttributeError, OverflowError) as error:
-            raise KbotError(f"no {name}: {error}") from None
+            raise KbotError(f"not a {name}: {error}") from None
 
     return encode
 
 
 def decode_cdr(data: bytes, message_type: type, name: str = "") -> Message:
-    """Raises KbotError: the bytes are no such message."""
+    """Decode CDR. Raises KbotError: the bytes are not a message of this type."""
     return _decoded(ros2_types().deserialize_cdr, data, message_type, name)
 
 
 def decode_ros1(data: bytes, message_type: type, name: str = "") -> Message:
-    """Raises KbotError: the bytes are no such message."""
+    """Decode ROS 1 format. Raises KbotError: the bytes are not a message of this type."""
     return _decoded(ros1_types().deserialize_ros1, data, message_type, name)
 
 
@@ -80,7 +84,7 @@ def _decoded(decode: Callable[[bytes, str], object], data: bytes, message_type: 
     try:
         return _inward(message_type)(decode(data, name))
     except (SerdeError, LookupError, ValueError, MemoryError) as error:
-        raise KbotError(f"{len(data)} bytes are no {name}: {error}") from None
+        raise KbotError(f"{len(data)} bytes are not a {name}: {error}") from None
 
 
 def _same(value: object) -> object:
@@ -89,10 +93,11 @@ def _same(value: object) -> object:
 
 @cache
 def _outward(message_type: type, ros1: bool, name: str) -> Convert | None:
-    """What turns a message into one the library can write; None where it can write it as it is.
+    """The function that converts a message for the rosbags library. None if the library can write it
+    unchanged.
 
-    The library wants arrays of numbers as numpy arrays, and ROS 1 a sequence number in the header; all
-    else it reads by name from our own objects.
+    The library needs numpy arrays for lists of numbers, and a sequence number in ROS 1 headers. It reads all
+    other fields by name from KBot's objects.
     """
     store = ros1_types() if ros1 else ros2_types()
     if name not in store.fielddefs:
@@ -103,7 +108,7 @@ def _outward(message_type: type, ros1: bool, name: str) -> Convert | None:
     if not given and not any(parts.values()):
         return None
     own = {field.name for field in dataclasses.fields(message_type)}
-    # ROS 1 has some names in capitals that ROS 2 has not
+    # some field names are in upper case in ROS 1 but not in ROS 2
     places = [(field, field if field in own else field.lower(), part) for field, part in parts.items()]
 
     def convert(message: object) -> object:
@@ -146,7 +151,7 @@ def _to_array(base: str) -> Convert:
         if type(values) is not tuple:
             return np.asarray(values, dtype)
         known, array = last
-        if values is not known:  # as a covariance is, the same in message after message
+        if values is not known:  # a covariance is often the same object in every message
             array = np.asarray(values, dtype)
             last = values, array
         return array
@@ -156,7 +161,7 @@ def _to_array(base: str) -> Convert:
 
 @cache
 def _inward(message_type: type) -> Convert:
-    """What makes our message of the library's."""
+    """The function that creates KBot's message from the library's."""
     hints = get_type_hints(message_type)
     parts = tuple((field.name, _value(hints[field.name])) for field in dataclasses.fields(message_type))
 
@@ -168,7 +173,8 @@ def _inward(message_type: type) -> Convert:
 
 
 def _get(found: object, name: str) -> object:
-    """A field of the library's message; ROS 1 has some names in capitals, and some fields not at all."""
+    """A field of the library's message. In ROS 1 some names are in upper case, and some fields are
+    missing."""
     return getattr(found, name) if hasattr(found, name) else getattr(found, name.upper(), None)
 
 
@@ -186,7 +192,7 @@ def _value(hint: object) -> Convert:
 
     def convert(values: Any) -> tuple[Any, ...]:  # noqa: ANN401 - a list or an array of the library's
         if len(values) > MOST_IN_TUPLE:
-            raise ValueError(f"a list of {len(values):,} entries; at most {MOST_IN_TUPLE:,} are read")
+            raise ValueError(f"a list has {len(values):,} entries (limit: {MOST_IN_TUPLE:,})")
         return tuple(part(v) for v in (values.tolist() if hasattr(values, "tolist") else values))
 
     return convert

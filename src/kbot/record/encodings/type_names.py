@@ -1,4 +1,4 @@
-"""The ROS type name of each message."""
+"""The ROS type name of each message class."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ NAMESAKES = {
     "visualization_msgs": "Marker MarkerArray MeshFile UVCoordinate",
     "builtin_interfaces": "Duration Time",
 }
-"""The packages where a message's namesake is looked for, with what KBot has of them: the library that knows
-all of ROS takes longer to load than a robot does."""
+"""KBot's messages by ROS package. Listed here because the library that knows all ROS types takes longer to
+load than a robot."""
 
 OTHER_NAMES = {"ClockMessage": "Clock"}
 
@@ -46,12 +46,12 @@ PARTS = {
         "FollowJointTrajectoryActionFeedback"
     ),
 }
-"""Messages that only services and actions, or topics beside them, have; ROS's own lists lack them."""
+"""Messages that the rosbags library lacks. Services, actions and their topics use them."""
 
 
 @cache
 def shipped_types() -> Typestore:
-    """The message types of ROS 2 that the library ships."""
+    """The ROS 2 message types of the rosbags library."""
     from rosbags.typesys import Stores, get_typestore  # lazy in this module: rosbags takes start-up time
 
     return get_typestore(Stores.ROS2_JAZZY)
@@ -59,7 +59,7 @@ def shipped_types() -> Typestore:
 
 @cache
 def ros_name(message_type: type) -> str:
-    """Name of a message's type as ROS 2 writes it: `nav_msgs/msg/Odometry`.
+    """The type name of a message as ROS 2 writes it: `nav_msgs/msg/Odometry`.
 
     Raises:
         KbotError: ROS has no such message.
@@ -67,7 +67,7 @@ def ros_name(message_type: type) -> str:
     name = OTHER_NAMES.get(message_type.__name__, message_type.__name__)
     package = _packages().get(name) or _package_by_library(name)
     if package is None:
-        raise KbotError(f"ROS has no message {name}, so it can neither be recorded nor sent")
+        raise KbotError(f"{name} is not a ROS message, so it cannot be recorded or sent")
     return f"{package}/msg/{name}"
 
 

@@ -1,4 +1,4 @@
-"""The message types of ROS 1 and ROS 2, and the class of each in KBot."""
+"""The message types of ROS 1 and ROS 2, and KBot's class for each."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ TF_MESSAGE = "geometry_msgs/TransformStamped[] transforms\n"
 
 @cache
 def ros2_types() -> SafeStore:
-    """The message types of ROS 2, and those of the services that are offered."""
+    """The message types of ROS 2, and those of KBot's services."""
     return _with_own(shipped_types())
 
 
 @cache
 def ros1_types() -> SafeStore:
-    """The same of ROS 1; tf2's are not among those that the library ships."""
+    """The message types of ROS 1. The library lacks those of tf2, so they are added here."""
     # lazy in this module: rosbags takes start-up time
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -56,7 +56,7 @@ def _known() -> dict[str, type]:
 
 
 def known_type(name: str) -> type | None:
-    """The message type of a ROS name, with or without `/msg/`; None where KBot has none."""
+    """KBot's class for a ROS type name, with or without `/msg/`. None if there is none."""
     package, _, rest = name.partition("/")
     return _known().get(f"{package}/msg/{rest.removeprefix('msg/')}")
 

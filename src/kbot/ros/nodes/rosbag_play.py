@@ -10,7 +10,7 @@ from kbot.record.encodings.serialization import decode_cdr
 from kbot.record.encodings.types import known_type
 from kbot.record.entry import RecordedMessage
 from kbot.record.formats import TEXT
-from kbot.record.player import LATCHED, NOT_SAID
+from kbot.record.player import LATCHED, NOT_PLAYED
 from kbot.record.reader import Recordings, require_topics
 from kbot.record.recorder import DESCRIPTION_TOPIC
 from kbot.ros.nodes.playing import Playing
@@ -73,7 +73,7 @@ class BusPlayback:
         self._recording = Recordings(playing.paths)
         summary, first = self._recording.summary(), playing.paths[0]
         if summary.start is None or summary.end is None:
-            raise KbotError(f"{first} holds no messages")
+            raise KbotError(f"{first} has no messages")
         self._first = summary.start + round(playing.start * 1e9)
         self._last = summary.end
         if playing.seconds is not None:
@@ -132,7 +132,7 @@ class BusPlayback:
         excluded: Collection[str],
         handlers: Mapping[str, Publish],
     ) -> None:
-        if name in NOT_SAID or (self._playing.topics and name not in self._playing.topics):
+        if name in NOT_PLAYED or (self._playing.topics and name not in self._playing.topics):
             return
         topic, kind = self._playing.published_name(name), known_type(type_name)
         if kind is None:
