@@ -2,7 +2,7 @@
 #   make run          drive KBot in the browser          (ARGS="--no-browser --port 9000")
 #   make test         checks and all tests               (ARGS="-k xacro" for some of the Python tests)
 #   make check        lint, format, types and layers, of Python and of the page
-#   make test-peers   tests against a real ROS 1 and libsdformat (Debian, Ubuntu)
+#   make test-peers   tests against real programs: ROS 1, libsdformat, pre-commit (Debian, Ubuntu)
 #   make benchmarks   what it costs, as ratios
 #   make clean        forget what was set up
 
@@ -24,7 +24,7 @@ run: $(installed)
 
 test: check test-page
 	@sh scripts/need_chromium.sh
-	$(python) -m pytest -n auto --dist loadfile --ignore=tests/peers $(ARGS)
+	$(python) -m pytest --ignore=tests/peers $(ARGS)
 
 check: $(tests)
 	$(python) -m ruff check
@@ -39,7 +39,7 @@ test-page: $(tests)
 test-peers: $(tests)
 	@sh scripts/need_ros1.sh
 	@sh scripts/need_sdformat.sh
-	$(python) -m pytest tests/peers $(ARGS)
+	$(python) -m pytest -n 0 tests/peers $(ARGS)
 
 benchmarks: $(tests)
 	$(python) benchmarks/run.py $(ARGS)

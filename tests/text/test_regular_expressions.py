@@ -65,8 +65,11 @@ def written(node: ast.expr) -> Any:
 
 
 def expressions() -> Iterator[Expression]:
-    trees = {path: ast.parse(path.read_text("utf-8")) for path in sorted(SOURCES.rglob("*.py"))}
-    for path, tree in trees.items():
+    texts = {path: path.read_text("utf-8") for path in sorted(SOURCES.rglob("*.py"))}
+    for path, text in texts.items():
+        if not re.search(r"^import re$", text, re.MULTILINE):
+            continue
+        tree = parsed(text)
         names = {
             node.value: node.targets[0].id
             for node in ast.walk(tree)
@@ -86,8 +89,9 @@ def expressions() -> Iterator[Expression]:
             if function.attr == "compile":
                 given += node.args[1:]
                 name = names.get(node, "")
-                users = [tree] if name.startswith("_") else list(trees.values())
-                methods = frozenset(m for user in users for m in used(user, name))
+                is_private = name.startswith("_")
+                users = [text] if is_private else [t for t in texts.values() if name and f"{name}." in t]
+                methods = frozenset(m for user in users for m in used(parsed(user), name))
                 if node in at_once:
                     methods = frozenset({at_once[node]})
                 elif not methods:  # it is passed on: whatever the module does with an expression
@@ -109,6 +113,11 @@ def expressions_of_the_page() -> Iterator[Expression]:
             flags = re.ASCII | (re.IGNORECASE if "i" in match[2] else 0)
             line = text.count("\n", 0, match.start()) + 1
             yield Expression(f"web/{path.name}:{line}", match[1], flags, frozenset({"search"}))
+
+
+@cache
+def parsed(text: str) -> ast.Module:
+    return ast.parse(text)
 
 
 @cache

@@ -24,6 +24,7 @@ CHROMIUM_ARGUMENTS = (
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
+    "--webgl-antialiasing-mode=none",  # smooth edges cost two fifths of the time it takes to draw a frame
 )
 
 

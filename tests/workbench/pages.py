@@ -6,6 +6,34 @@ from urllib.parse import urlsplit
 HELD = ("w", "a", "s", "d", "ArrowUp", "ArrowDown", "ArrowLeft", "ArrowRight", "Shift", "Control", "Alt")
 """Keys that a test may have left down."""
 
+SLOW_SCREEN = """(() => {
+  const period = 50
+  const request = window.requestAnimationFrame.bind(window)
+  const cancel = window.cancelAnimationFrame.bind(window)
+  const cancels = new Map()
+  let due = 0
+  let count = 0
+  window.requestAnimationFrame = (draw) => {
+    const id = ++count
+    const timer = setTimeout(() => {
+      const frame = request((time) => {
+        cancels.delete(id)
+        due = performance.now() + period
+        draw(time)
+      })
+      cancels.set(id, () => cancel(frame))
+    }, Math.max(due - performance.now(), 0))
+    cancels.set(id, () => clearTimeout(timer))
+    return id
+  }
+  window.cancelAnimationFrame = (id) => {
+    cancels.get(id)?.()
+    cancels.delete(id)
+  }
+})()"""
+"""Gives the page a screen of 20 Hz. Chromium draws in software here: at 60 Hz, drawing a robot that drives
+keeps a whole core busy."""
+
 
 class Pages:
     """What a page showed, what it remembers and what is held down ends when it is given back."""
@@ -41,6 +69,7 @@ class Pages:
     def _made(self, options: dict[str, Any]) -> Any:
         page = self._browser.new_page(**options)
         page.set_default_timeout(60_000)
+        page.add_init_script(SLOW_SCREEN)
         page.tools = page.context.new_cdp_session(page)
         complaints = page.complaints = []
         page.on("pageerror", lambda error: complaints.append(str(error)))
