@@ -1,5 +1,5 @@
-// The bare page of bench_page.py: three.js and the same triangles as the workbench draws, and nothing else.
-// SCENE is "boxes" or "frames"; the size of the canvas is in the address.
+// The bare page of bench_page.py: only three.js and the same triangles as the workbench draws.
+// SCENE is "boxes" or "frames". The address contains the size of the canvas.
 import * as THREE from "three";
 
 const asked = new URLSearchParams(location.search);
@@ -83,7 +83,7 @@ if ("SCENE" === "boxes") {
     scan.geometry.setAttribute("position", new THREE.BufferAttribute(places, 3));
   }, 100);
 }
-// the floor, last of what is opaque, so that what hides it is not painted twice
+// the floor is the last opaque object, so that hidden parts of it are not painted
 const far = Math.hypot(...away) * 2 * Math.tan((16 * Math.PI) / 180) * 7;
 const floor = new THREE.Mesh(new THREE.CircleGeometry(far, 64), new THREE.MeshBasicMaterial({ color: 0x1b222b, depthWrite: false }));
 floor.renderOrder = 1;

@@ -1,11 +1,11 @@
-"""What stands beside the bridges: the same messages, said by the libraries alone in a process of their own.
+"""Publishes the same messages as the bridges, with the libraries alone, in a separate process.
 
     python benchmarks/bare_bridges.py WARM_SECONDS SECONDS < MESSAGES
 
-On the input stands the pickled list of one moment's messages, each as its topic, its type, its CDR and its
-JSON. Fifty times a second all libraries are given them, encoded as each wants them: the bytes are made by
-rosbags, the texts by orjson, once for all. Two lines are printed, in JSON: the addresses by bridge; and what
-share of a core the SECONDS took, with the stamps of /clock in nanoseconds and when their moments began.
+The input is the pickled list of one period's messages: topic, type, CDR and JSON of each. Fifty times a
+second, every library publishes them in its own encoding. rosbags makes the bytes and orjson the texts, once
+for all. The output is two lines of JSON: the addresses by bridge; then the share of a core during SECONDS,
+with the stamps of /clock in nanoseconds and the times at which their periods began.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ from kbot.ros.bridges.zenoh.names import topic_key
 PERIOD, SCAN_EVERY = 0.02, 5
 ROS2, ROS1 = get_typestore(Stores.ROS2_JAZZY), get_typestore(Stores.ROS1_NOETIC)
 ATTACHED = bytes(33)
-"""As much as rmw_zenoh sends along with each message."""
+"""The size of the attachment that rmw_zenoh adds to each message."""
 
 
 class Message:
-    """One message of each period, as the library knows it, and where it goes out."""
+    """One message of each period as an object of the library, with its publishers."""
 
     def __init__(self, number: int, topic: str, type_name: str, cdr: bytes, text: str) -> None:
         self.number, self.topic, self.type_name = number, topic, type_name
@@ -57,33 +57,33 @@ class Message:
 
 
 async def main(warm: float, seconds: float) -> None:
-    """Speak to all who come; the share is of `seconds` after those that are `warm`."""
-    told = pickle.load(sys.stdin.buffer)
-    messages = [Message(number, *parts) for number, parts in enumerate(told, 1)]
+    """Publish to all peers. The share is measured for `seconds`, after `warm` seconds."""
+    given = pickle.load(sys.stdin.buffer)
+    messages = [Message(number, *parts) for number, parts in enumerate(given, 1)]
     ros1: set[asyncio.StreamWriter] = set()
     foxglove: set[ServerConnection] = set()
     rosbridge: set[ServerConnection] = set()
 
-    async def greet_ros1(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def accept_ros1(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         await reader.read(1 << 16)
         writer.write(encode_header({"topic": "/clock", "type": "rosgraph_msgs/Clock", "md5sum": "*"}))
         ros1.add(writer)
 
-    async def greet_foxglove(connection: ServerConnection) -> None:
+    async def accept_foxglove(connection: ServerConnection) -> None:
         channels = [{"id": m.number, "topic": m.topic} for m in messages]
         await connection.send(json.dumps({"op": "advertise", "channels": channels}))
         foxglove.add(connection)
         await connection.wait_closed()
 
-    async def greet_rosbridge(connection: ServerConnection) -> None:
+    async def accept_rosbridge(connection: ServerConnection) -> None:
         rosbridge.add(connection)
         await connection.wait_closed()
 
-    tcp = await asyncio.start_server(greet_ros1, "127.0.0.1", 0)
+    tcp = await asyncio.start_server(accept_ros1, "127.0.0.1", 0)
     by_foxglove = await serve(
-        greet_foxglove, "127.0.0.1", 0, compression=None, subprotocols=[Subprotocol("foxglove.sdk.v1")]
+        accept_foxglove, "127.0.0.1", 0, compression=None, subprotocols=[Subprotocol("foxglove.sdk.v1")]
     )
-    by_rosbridge = await serve(greet_rosbridge, "127.0.0.1", 0, compression=None)
+    by_rosbridge = await serve(accept_rosbridge, "127.0.0.1", 0, compression=None)
     domain = int(os.environ["ROS_DOMAIN_ID"])
     held = Domain(domain, LOOPBACK), DomainParticipant(domain)
     config = zenoh.Config()
@@ -102,35 +102,35 @@ async def main(warm: float, seconds: float) -> None:
     ports = {name: next(iter(server.sockets)).getsockname()[1] for name, server in servers.items()}
     heads = {"ros1": "", "foxglove": "ws://", "rosbridge": "ws://"}
     print(json.dumps({name: f"{heads[name]}127.0.0.1:{port}" for name, port in ports.items()}), flush=True)
-    due, moments, before = time.monotonic(), [], 0.0
+    due, periods, before = time.monotonic(), [], 0.0
     for number in range(round((warm + seconds) / PERIOD)):
         if number == round(warm / PERIOD):
             before = time.process_time()
-            moments.clear()
+            periods.clear()
         now = number * round(PERIOD * 1e9)
-        moments.append((now, time.monotonic()))
-        of_now = [m for m in messages if m.topic != "/scan" or number % SCAN_EVERY == 0]
-        clock = next(m for m in of_now if m.topic == "/clock")
+        periods.append((now, time.monotonic()))
+        due_messages = [m for m in messages if m.topic != "/scan" or number % SCAN_EVERY == 0]
+        clock = next(m for m in due_messages if m.topic == "/clock")
         clock.set_time(now)
         data = bytes(ROS1.serialize_ros1(clock.message, clock.type_name))
         for writer in ros1:
             writer.write(struct.pack("<I", len(data)) + data)
-        encoded = [bytes(ROS2.serialize_cdr(m.message, m.type_name)) for m in of_now]
-        for m, data in zip(of_now, encoded, strict=True):
+        encoded = [bytes(ROS2.serialize_cdr(m.message, m.type_name)) for m in due_messages]
+        for m, data in zip(due_messages, encoded, strict=True):
             m.writer.write(sample_of(m.kind, data))
-        for m, data in zip(of_now, encoded, strict=True):
+        for m, data in zip(due_messages, encoded, strict=True):
             m.publisher.put(data, attachment=ATTACHED)
-        for m, data in zip(of_now, encoded, strict=True):
+        for m, data in zip(due_messages, encoded, strict=True):
             broadcast(foxglove, struct.pack("<BIQ", 1, m.number, now) + data)
         broadcast(foxglove, struct.pack("<BQ", 2, now))
-        for m in of_now:
-            said = {"op": "publish", "topic": m.topic, "msg": m.plain}
-            broadcast(rosbridge, orjson.dumps(said).decode())
+        for m in due_messages:
+            published = {"op": "publish", "topic": m.topic, "msg": m.plain}
+            broadcast(rosbridge, orjson.dumps(published).decode())
         due += PERIOD
         await asyncio.sleep(due - time.monotonic())
     share = (time.process_time() - before) / seconds
-    print(json.dumps([share, moments]), flush=True)
-    await asyncio.Event().wait()  # peers are ended first
+    print(json.dumps([share, periods]), flush=True)
+    await asyncio.Event().wait()  # the peers end first
 
 
 if __name__ == "__main__":

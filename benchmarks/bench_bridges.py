@@ -1,17 +1,17 @@
-"""What all bridges cost at once, each with a peer in a process of its own, beside their libraries alone.
+"""CPU time, memory and delay of all bridges at once, compared with their libraries alone.
 
     python benchmarks/bench_bridges.py
 
-Real time at 50 Hz, with a lidar of 360 beams at 10 Hz, in circles that touch nothing; peers hear the robot's
-own topics (the one of ROS 1 the clock alone, for a connection of TCPROS is for one topic). Without bridges,
-the same topics are heard within the process, so that simulating and making messages is told apart from what
-bridges add. Shares are CPU time of the simulating process over time that passed; memory is what it has more
-than without bridges. A delay is from the publication of /clock to its arrival at a peer, both by this
-machine's clock, at the median: with one bridge and its peer alone, and with all at once. The libraries alone
-are a process that says the same messages to the same peers, all at once, with what bridges can be made of
-(rosbags, orjson, cyclonedds, zenoh, websockets, asyncio) and nothing else: how much of a figure is theirs,
-the peers' and the machine's. A command's way is from its arrival at the bridge to the first control period
-that drives by it. Beside each number stands what is wanted of it.
+KBot runs in real time at 50 Hz, with a lidar of 360 beams at 10 Hz, and drives in circles without contacts.
+Each bridge has one peer in its own process, which subscribes to the robot's topics. The ROS 1 peer subscribes
+only to /clock, because a TCPROS connection carries one topic. Without bridges, the same topics are subscribed
+to inside the process, so that the difference is what the bridges add. CPU time is that of the simulating
+process, as a share of one core. Memory is the increase over the run without bridges. The delay is the median
+time from publishing /clock to its arrival at a peer, measured with this machine's clock, with one bridge
+alone and with all at once. "Libraries alone" is a process that sends the same messages to the same peers with
+only the underlying libraries (rosbags, orjson, cyclonedds, zenoh, websockets, asyncio). It shows which part
+of a figure KBot cannot avoid. The command delay is the simulated time from a command's arrival at the bridge
+to the first control period that uses it. The target of each figure is beside it.
 """
 
 from __future__ import annotations
@@ -44,28 +44,28 @@ from kbot.sim.real_time import run_in_real_time
 
 HERE = Path(__file__).parent
 REAL_SECONDS = WARM_SECONDS = 8.0
-WANTED_SHARE, WANTED_MEGABYTES, WANTED_DELAY, PERIOD = 0.06, 100.0, 1e-3, 0.02
+TARGET_SHARE, TARGET_MEGABYTES, TARGET_DELAY, PERIOD = 0.06, 100.0, 1e-3, 0.02
 BRIDGES = ("ros1", "ros2", "zenoh", "foxglove", "rosbridge")
-OF_A_MOMENT = {"/clock": 1, "/joint_states": 1, "/odom": 1, "/tf": 2, "/scan": 1}
-"""How many messages the robot says on each topic at one moment."""
+MESSAGES_PER_PERIOD = {"/clock": 1, "/joint_states": 1, "/odom": 1, "/tf": 2, "/scan": 1}
+"""Messages that the robot publishes on each topic in one period."""
 
 Delays = dict[str, list[float]]
-"""Seconds by the bridge's name."""
+"""Seconds by bridge."""
 
 
 class Run:
-    """A simulation with a lidar in real time, and what it cost with these bridges."""
+    """A simulation with a lidar in real time, and its cost with these bridges."""
 
     def __init__(self, bridges: Sequence[str]) -> None:
         sim = Simulation(kbot.load("kbot"), "boxes")
         sim.add_sensor(Lidar(link="base_link", name="scan", samples=360, rate=10.0))
-        told: list[str] = []
-        peers = PeerOptions(tuple(bridges)).open(told.append) if bridges else None
-        outputs = RunOutputs(told.append, peers=peers)
+        reports: list[str] = []
+        peers = PeerOptions(tuple(bridges)).open(reports.append) if bridges else None
+        outputs = RunOutputs(reports.append, peers=peers)
         outputs.join(sim, "", "boxes")
-        self.said = {topic: deque[object](maxlen=count) for topic, count in OF_A_MOMENT.items()}
+        self.newest = {topic: deque[object](maxlen=count) for topic, count in MESSAGES_PER_PERIOD.items()}
         """The newest messages of each topic."""
-        for topic, newest in self.said.items():
+        for topic, newest in self.newest.items():
             sim.bus.subscribe(topic, sim.bus.require(topic), newest.append)
         published: dict[int, float] = {}
         sim.bus.subscribe(
@@ -73,9 +73,9 @@ class Run:
             msg.ClockMessage,
             lambda m: published.__setitem__(m.clock.nanoseconds, time.monotonic()),
         )
-        sim.cmd_vel(0.2, 0.6)  # within the boxes: pushing one costs more than driving
-        run_in_real_time(sim, 1.0)  # by then the bridges are there
-        peers = {name: _start_peer(name, _address(told, name)) for name in bridges}
+        sim.cmd_vel(0.2, 0.6)  # between the boxes: pushing one costs more than driving
+        run_in_real_time(sim, 1.0)  # the bridges are open after this time
+        peers = {name: _start_peer(name, _address(reports, name)) for name in bridges}
         run_in_real_time(sim, WARM_SECONDS)
         published.clear()
         before = time.process_time()
@@ -85,23 +85,23 @@ class Run:
         self.delays = _end_peers(peers, published)
         outputs.close()
 
-    def moment(self) -> list[tuple[str, str, bytes, str]]:
-        """Each message of a moment: its topic, its type, its CDR and its JSON."""
-        packets = [Packet(topic, message, 0) for topic, newest in self.said.items() for message in newest]
+    def period_messages(self) -> list[tuple[str, str, bytes, str]]:
+        """The messages of one period: topic, type, CDR and JSON of each."""
+        packets = [Packet(topic, message, 0) for topic, newest in self.newest.items() for message in newest]
         return [(p.topic, p.type_name, p.cdr, p.json(ros1=True)) for p in packets]
 
 
 def libraries_alone(run: Run) -> tuple[float, Delays]:
-    """What share of a core the same messages take with nothing but the libraries, and their delays."""
+    """The share of a core that the same messages take with the libraries alone, and their delays."""
     command = (sys.executable, str(HERE / "bare_bridges.py"), str(WARM_SECONDS), str(REAL_SECONDS))
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as bare:
-        told, heard = cast("IO[bytes]", bare.stdin), cast("IO[bytes]", bare.stdout)
-        pickle.dump(run.moment(), told)
-        told.flush()
-        addresses = json.loads(heard.readline())
+        to_process, from_process = cast("IO[bytes]", bare.stdin), cast("IO[bytes]", bare.stdout)
+        pickle.dump(run.period_messages(), to_process)
+        to_process.flush()
+        addresses = json.loads(from_process.readline())
         peers = {name: _start_peer(name, addresses.get(name, "")) for name in run.delays}
-        share, moments = json.loads(heard.readline())
-        delays = _end_peers(peers, {int(stamp): at for stamp, at in moments})
+        share, periods = json.loads(from_process.readline())
+        delays = _end_peers(peers, {int(stamp): at for stamp, at in periods})
         bare.kill()
     return share, delays
 
@@ -112,13 +112,13 @@ def _start_peer(name: str, address: str) -> subprocess.Popen[str]:
 
 
 def _end_peers(peers: dict[str, subprocess.Popen[str]], published: dict[int, float]) -> Delays:
-    """What each message took, of those that came while it was measured."""
+    """The delays of the messages that arrived during the measurement."""
     for name, peer in peers.items():
         if peer.poll() is not None:
             print(f"the peer on {name} ended early", file=sys.stderr)
         peer.kill()
-    heard = {name: peer.communicate()[0].splitlines()[:-1] for name, peer in peers.items()}
-    parts = {name: [line.split() for line in lines] for name, lines in heard.items()}
+    received = {name: peer.communicate()[0].splitlines()[:-1] for name, peer in peers.items()}
+    parts = {name: [line.split() for line in lines] for name, lines in received.items()}
     return {
         name: [float(at) - published[int(stamp)] for stamp, at in lines if int(stamp) in published]
         for name, lines in parts.items()
@@ -126,7 +126,7 @@ def _end_peers(peers: dict[str, subprocess.Popen[str]], published: dict[int, flo
 
 
 def command_delays() -> list[float]:
-    """Simulated seconds from a command's arrival at the link to the step at which the robot obeys."""
+    """Simulated seconds from a command's arrival at the link to the step in which it takes effect."""
     sim = Simulation(kbot.load("kbot"))
     link = PeerLink(lambda text: None)
     link.attach(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds))
@@ -142,10 +142,10 @@ def command_delays() -> list[float]:
     return delays
 
 
-def _address(told: list[str], name: str) -> str:
-    """Where a bridge is, of what it told; on ROS 1 where it says the time."""
+def _address(reports: list[str], name: str) -> str:
+    """The address of a bridge, from its report. For ROS 1, the address of the publisher of /clock."""
     words = {"ros1": "ROS 1:", "foxglove": "Foxglove:", "rosbridge": "rosbridge:"}
-    address = next((line.split()[-1] for line in told if line.startswith(words.get(name, "-"))), "")
+    address = next((line.split()[-1] for line in reports if line.startswith(words.get(name, "-"))), "")
     if name != "ros1":
         return address
     node = call(address, "lookupNode", "/peer", "/kbot")
@@ -163,8 +163,8 @@ def _free_port() -> int:
         return int(free.getsockname()[1])
 
 
-def _say(name: str, value: float, unit: str, wanted: float | None = None) -> None:
-    print(f"{name:35} {value:8.2f} {unit:12}" + (f" (wanted: {wanted:g})" if wanted else ""))
+def _print_row(name: str, value: float, unit: str, target: float | None = None) -> None:
+    print(f"{name:35} {value:8.2f} {unit:12}" + (f" (target: {target:g})" if target else ""))
 
 
 def main() -> None:
@@ -175,18 +175,18 @@ def main() -> None:
     without = Run(())
     together = Run(bridges)
     share, floor = libraries_alone(together)
-    _say("real time at 50 Hz, without bridges", 100 * without.share, "% of a core")
-    _say(f"with {len(bridges)} bridges", 100 * together.share, "% of a core", 100 * WANTED_SHARE)
-    _say("what the bridges add", 100 * (together.share - without.share), "% of a core")
-    _say("their libraries alone", 100 * share, "% of a core")
-    _say("memory for the bridges", together.megabytes - without.megabytes, "MB", WANTED_MEGABYTES)
-    _say("command to wheels, at most", 1e3 * max(command_delays()), "ms", 1e3 * PERIOD)
-    print(f"\n{'publication to receipt, ms':28} alone  all at once  libraries alone, all at once")
+    _print_row("real time at 50 Hz, without bridges", 100 * without.share, "% of a core")
+    _print_row(f"with {len(bridges)} bridges", 100 * together.share, "% of a core", 100 * TARGET_SHARE)
+    _print_row("added by the bridges", 100 * (together.share - without.share), "% of a core")
+    _print_row("their libraries alone", 100 * share, "% of a core")
+    _print_row("memory for the bridges", together.megabytes - without.megabytes, "MB", TARGET_MEGABYTES)
+    _print_row("command to wheels, maximum", 1e3 * max(command_delays()), "ms", 1e3 * PERIOD)
+    print(f"\n{'publishing to receipt, ms':28} alone  all at once  libraries alone, all at once")
     for name in bridges:
         runs = (Run((name,)).delays, together.delays, floor)
         alone, all_at_once, bare = (1e3 * statistics.median(delays[name]) for delays in runs)
         figures = f"{alone:5.2f} {all_at_once:12.2f} {bare:16.2f}"
-        print(f"{name:28} {figures:47} (wanted: {1e3 * WANTED_DELAY:g})")
+        print(f"{name:28} {figures:47} (target: {1e3 * TARGET_DELAY:g})")
 
 
 if __name__ == "__main__":

@@ -1,13 +1,13 @@
-"""`kbot check` over real robots: findings per rule, and what checking costs beside expanding.
+"""`kbot check` on real robots: findings per rule, and the time of a check compared with expansion.
 
-An entry is expanded by the official `xacro`, expanded by KBot and checked by KBot, in turn, with what KBot
-keeps of files and expressions forgotten before each; the least processor time of some rounds counts. The
-official package is timed without writing its result out.
+Each corpus entry is expanded by the official `xacro`, expanded by KBot and checked by KBot, in turn. KBot's
+caches are cleared before each run. The minimum processor time of several rounds counts. The official package
+is timed without writing its output.
 
     python benchmarks/bench_check.py [--corpus DIR] [--report FILE] [--list CODE] [--only TEXT]
 
-The corpus is the folder of reference data's `corpus` (its `check.py` lays the packages out). It has no
-mesh files, so that mesh-missing (G101) and package-not-found for meshes say nothing and are left out.
+The corpus is in the folder `corpus` of the reference data; its `check.py` installs the packages. It has no
+mesh files, so findings of missing meshes (G101) are left out.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bench_xacro import stand_in_for_ament
+from bench_xacro import replace_ament
 
 import xacro  # type: ignore[import-untyped] - it has no types
 from kbot.checks import Config, all_rules, check_file, check_text
@@ -40,7 +40,7 @@ from kbot.xacro import Packages, clear_cache, expand_text
 LEFT_OUT = ("G101",)
 
 
-def corpus_module(folder: Path) -> Any:  # noqa: ANN401 - a module of no known type
+def corpus_module(folder: Path) -> Any:  # noqa: ANN401 - a module without a known type
     spec = importlib.util.spec_from_file_location("corpus_check", folder / "check.py")
     if spec is None or spec.loader is None:
         sys.exit(f"{folder} has no check.py")
@@ -56,8 +56,8 @@ def entries(folder: Path, only: str) -> list[dict[str, str]]:
 
 @dataclass(frozen=True)
 class Times:
-    """Seconds for one entry: the official expansion, ours, checking with its expansion, and checking
-    again after a one-character edit of its unsaved text."""
+    """Seconds for one entry: the official expansion, KBot's expansion, a check with its expansion, and a
+    check after an edit of one character in the unsaved text."""
 
     name: str
     official: float
@@ -67,12 +67,13 @@ class Times:
 
     @property
     def added(self) -> float:
-        """What checking costs once the file is expanded: reader and rules."""
+        """The time of a check without the expansion: reader and rules."""
         return self.checking - self.expanding
 
 
 def best(*functions: Callable[[], object], rounds: int = 7) -> list[float]:
-    """Least processor time of each, in seconds, run in turn: other work on the machine counts little."""
+    """The minimum processor time of each function in seconds. They run in turn, so that other load on the
+    machine has little influence."""
     times = [math.inf] * len(functions)
     for _ in range(rounds):
         for index, function in enumerate(functions):
@@ -97,12 +98,13 @@ def measure(name: str, path: str, arguments: dict[str, str]) -> Times:
         clear_cache()
         return check_text(text, path, arguments, packages, config)
 
-    checked()  # the rules are imported
+    checked()  # imports the rules
     return Times(name, *best(official, expanded, checked), keystroke(path, arguments))
 
 
 def keystroke(path: str, arguments: dict[str, str]) -> float:
-    """Seconds from a one-character edit of an unsaved text to its findings, included files being known."""
+    """Seconds from an edit of one character in an unsaved text to the findings, with cached included
+    files."""
     text, packages, config = read_source(path).text, Packages().beside(path), Config()
     check_text(text, path, arguments, packages, config)
     at = text.rindex("</robot>")
@@ -120,7 +122,7 @@ def run(corpus: Path, only: str) -> tuple[list[tuple[str, Diagnostic]], list[Tim
     own, every = module.PACKAGES
     found: list[tuple[str, Diagnostic]] = []
     times: list[Times] = []
-    stand_in_for_ament()
+    replace_ament()
     with tempfile.TemporaryDirectory() as scratch:
         prefixes: dict[str, Path] = {}
         for entry in entries(corpus, only):
@@ -164,41 +166,42 @@ def report(found: list[tuple[str, Diagnostic]], times: list[Times]) -> str:
             f"| {code} | {rule.name if rule else ''} | {severities[code]} "
             f"| {counts[code]} | {len(robots[code])} |"
         )
-    return "\n".join([*lines, "", "## What checking costs", "", costs(times)])
+    return "\n".join([*lines, "", "## Time of a check", "", costs(times)])
 
 
 def costs(times: list[Times]) -> str:
     typed = max(times, key=lambda t: t.typed)
     own = measure("kbot", resolve_robot_path("kbot"), {})
     return f"""\
-Ratios to an expansion of the same file; the last column counts the entries that cost more than it.
+Ratios to an expansion of the same file. The last column counts the entries above 1.
 
-| what | beside | median | at most | over 1 |
+| measured | compared with | median | maximum | above 1 |
 | --- | --- | ---: | ---: | ---: |
 {_row("reader and rules", "official xacro", [t.added / t.official for t in times])}
-{_row("whole check, with its expansion", "official xacro", [t.checking / t.official for t in times])}
+{_row("whole check, with expansion", "official xacro", [t.checking / t.official for t in times])}
 {_row("reader and rules", "KBot's own expansion", [t.added / t.expanding for t in times])}
 
-KBot itself: {own.checking * 1e3:.1f} ms, expansion included; {own.typed * 1e3:.1f} ms after an edit
-(bound 30 ms). From a one-character edit of an unsaved text to its findings: at most
-{typed.typed * 1e3:.0f} ms (bound 100 ms), {typed.name}.
+The KBot robot takes {own.checking * 1e3:.1f} ms with expansion, and {own.typed * 1e3:.1f} ms after an edit
+(limit 30 ms). From an edit of one character in an unsaved text to the findings it takes at most
+{typed.typed * 1e3:.0f} ms (limit 100 ms), for {typed.name}.
 
 {_LIMIT}
 """
 
 
-def _row(what: str, beside: str, ratios: list[float]) -> str:
+def _row(measured: str, compared: str, ratios: list[float]) -> str:
     over = sum(ratio > 1.0 for ratio in ratios)
     figures = f"{statistics.median(ratios):.2f} | {max(ratios):.2f} | {over} of {len(ratios)}"
-    return f"| {what} | {beside} | {figures} |"
+    return f"| {measured} | {compared} | {figures} |"
 
 
 _LIMIT = """\
-KBot's own expansion of a plain URDF is the work of an XML parser written in C, 0.3 ms for ten links, and
-of a xacro four to five times as fast as the official one; the rules are Python and look at every link and
-joint, which takes them longer than that. What was done to come nearer: one walk of the result for all
-rules, plain parts of the sources left out, places looked for when they are asked for, equal numbers and
-tensors computed once, the collector off. What is left is spread over all rules, none above a twentieth."""
+KBot expands a plain URDF mostly with an XML parser written in C, in 0.3 ms for ten links, and a xacro file
+four to five times as fast as the official package. The rules are written in Python and look at every link and
+joint, so they take longer than the expansion. These measures reduce their time: one walk of the result for
+all rules, skipping plain parts of the sources, computing source places only when they are needed, computing
+equal numbers and tensors once, and disabling the garbage collector. The remaining time is spread over all
+rules; no rule takes more than a twentieth of it."""
 
 
 def main() -> None:
@@ -207,7 +210,7 @@ def main() -> None:
     )
     shared = os.environ.get("KBOT_SHARED") or Path(__file__).parents[2] / "shared"
     parser.add_argument("--corpus", type=Path, default=Path(shared) / "corpus")
-    parser.add_argument("--report", type=Path, help="write the findings of each rule there, and the costs")
+    parser.add_argument("--report", type=Path, help="write the findings per rule and the times to this file")
     parser.add_argument("--list", default="", help="print the findings whose code starts with this")
     parser.add_argument("--only", default="", help="only entries whose name contains this")
     options = parser.parse_args()

@@ -1,8 +1,8 @@
-"""How true KBot drives: odometry against ground truth, each beside what was truly driven.
+"""Accuracy of the drive: odometry compared with ground truth.
 
     python benchmarks/bench_drive.py
 
-Exit status 1 when a figure is beyond its limit.
+Exit status 1 if an error exceeds its limit.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import kbot
 @dataclass(frozen=True)
 class Figure:
     name: str
-    driven: str
+    distance: str
     error: float
     limit: float
     unit: str
@@ -30,7 +30,7 @@ def stop(sim: kbot.Simulation) -> None:
 
 
 def errors(sim: kbot.Simulation) -> tuple[float, float]:
-    """Millimetres and degrees between odometry and ground truth."""
+    """Difference between odometry and ground truth, in millimetres and degrees."""
     odometry, truth = sim.odometry.pose, sim.ground_truth.pose
     return 1e3 * hypot(odometry.x - truth.x, odometry.y - truth.y), abs(degrees(odometry.yaw - truth.yaw))
 
@@ -87,7 +87,7 @@ def standing(sim: kbot.Simulation) -> Figure:
     sim.run(60.0)
     after = sim.ground_truth.pose
     moved = 1e3 * hypot(after.x - before.x, after.y - before.y)
-    return Figure("standing 60 s", "nothing", moved, 0.001, "mm")
+    return Figure("standing still 60 s", "0 m", moved, 0.001, "mm")
 
 
 def on_a_slope(sim: kbot.Simulation) -> Figure:
@@ -110,8 +110,8 @@ def main() -> int:
         figures.append(drive(sim))
     figures.append(on_a_slope(kbot.Simulation(robot, world="ramp:angle=10")))
     for f in figures:
-        verdict = "" if f.error < f.limit else "   BEYOND"
-        print(f"{f.name:32}{f.driven:26}{f.error:10.6f} {f.unit:4} limit {f.limit:g}{verdict}")
+        verdict = "" if f.error < f.limit else "   EXCEEDED"
+        print(f"{f.name:32}{f.distance:26}{f.error:10.6f} {f.unit:4} limit {f.limit:g}{verdict}")
     return int(any(f.error >= f.limit for f in figures))
 
 

@@ -1,23 +1,22 @@
-"""From `kbot view kbot --no-browser` to the first picture, beside a bare three.js page.
+"""Time from `kbot view kbot --no-browser` to the first picture, compared with a bare three.js page.
 
     python benchmarks/bench_first_picture.py [--runs N]
 
-Both pages are opened in turn in the same headless Chromium, which draws in software. The bare page draws
-the same box, cylinders and sphere, of as many triangles, with the same kinds of light and material and the
-same antialiasing, with three.js and nothing else, over the whole window; it is bundled from
-`web/node_modules` (`python hatch_build.py --force` installs them) and comes from a server that already runs,
-so that it pays for no Python. KBot's page is opened twice: just after the command said its address, and
-again from the server that has served it once. Its first picture shows the robot's solid surfaces; floor,
-edges and axes follow with the next one, and the panels after that. When a picture is on the screen the
-browser says itself: it is the first content of either page ("first contentful paint"). Processor time is
-that of the browser's drawing processes until then.
+Both pages are opened in turn in the same headless Chromium with software rendering. The bare page draws the
+same box, cylinders and sphere over the whole window, with the same number of triangles, kinds of lights and
+materials, and antialiasing. It uses only three.js, bundled from `web/node_modules` (`python hatch_build.py
+--force` installs them), and comes from a running server, so it includes no start of Python. KBot's page is
+opened twice: just after the command printed its address, and again from the same server. Its first picture
+shows the robot's surfaces; floor, edges and axes follow in the next picture, and then the panels. The browser
+reports the time of a picture as "first contentful paint". Processor time is that of the browser's renderer
+and GPU processes until then.
 """
 
 from __future__ import annotations
 
 import argparse
-import statistics
 import time
+from statistics import median
 from typing import TYPE_CHECKING
 
 from browsing import bare_page, drawing_seconds, kbot, opened_browser, settle
@@ -58,7 +57,7 @@ def main() -> None:
     runs = parser.parse_args().runs
     whole, fresh, again, plain = [], [], [], []
     with bare_page(BARE) as bare, opened_browser() as browser:
-        first_picture(browser, bare)  # the browser's own start
+        first_picture(browser, bare)  # warms up the browser
         for _ in range(runs):
             settle()
             plain.append(first_picture(browser, bare))
@@ -69,29 +68,25 @@ def main() -> None:
                 whole.append(time.perf_counter() - start)
                 settle()
                 again.append(first_picture(browser, address))
-    print(f"kbot view kbot --no-browser, to the first picture: {middle(whole):.2f} s (bound 3 s)")
-    print(f"a bare three.js page, from a running server:       {middle(took(plain)):.2f} s")
+    print(f"kbot view kbot --no-browser, to the first picture: {median(whole):.2f} s (limit 3 s)")
+    print(f"a bare three.js page, from a running server:       {median(wall_times(plain)):.2f} s")
     for name, ours in (("opened just after the start", fresh), ("opened again, from the same server", again)):
         pairs = list(zip(ours, plain, strict=True))
-        wall = middle([one[0] / other[0] for one, other in pairs])
-        work = middle([one[1] / other[1] for one, other in pairs])
-        print(f"{name + ':':50} {middle(took(ours)):.2f} s")
-        print(f"  beside the bare page, run by run: {wall:.2f} (bound 1.25); in processor time {work:.2f}")
+        wall = median([own[0] / other[0] for own, other in pairs])
+        work = median([own[1] / other[1] for own, other in pairs])
+        print(f"{name + ':':50} {median(wall_times(ours)):.2f} s")
+        print(f"  ratio to the bare page: {wall:.2f} (limit 1.25); in processor time {work:.2f}")
 
 
-def middle(values: list[float]) -> float:
-    return statistics.median(values)
-
-
-def took(pictures: list[tuple[float, float]]) -> list[float]:
+def wall_times(pictures: list[tuple[float, float]]) -> list[float]:
     return [seconds for seconds, _ in pictures]
 
 
 def first_picture(browser: Browser, address: str) -> tuple[float, float]:
-    """Seconds from asking for a page until its picture is seen, and the browser's processor time for that."""
+    """Seconds from requesting a page to its first picture, and the browser's processor time for it."""
     page = browser.new_page(viewport={"width": 1280, "height": 800})
     worked = drawing_seconds()
-    start = time.time()  # the page's clock counts from a moment of this one
+    start = time.time()  # the page's clock has its origin in this clock's time
     page.goto(address, wait_until="commit")
     while not page.evaluate(f"{PAINTED}.length"):
         time.sleep(0.005)

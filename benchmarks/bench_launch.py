@@ -1,13 +1,13 @@
-"""From `kbot launch` to the robot in the page, beside roslaunch to rviz's first frame.
+"""Time from `kbot launch` to the robot in the page, compared with roslaunch to the first frame of rviz.
 
-Both carry out the chapter's corrected launch file (KBOT_SHARED, or `shared` beside the repository) and start
-all that a user waits for: roslaunch its master, its nodes and rviz, which opens what was saved in it last;
-KBot its server and Chromium, with a profile that has been used before. Both draw in software on one screen
-(Xvfb), which tells when they are there: rviz's first frame by the grey of its picture, a robot by its plate.
-In a second row Chromium is open already. The printed package makes no robot with either: it is compared how
-soon that is said. Processor time is that of all processes of a command until then. The medians of
-alternating rounds are compared; one before them does not count. It needs a ROS 1 (`make test-peers` installs
-it) and Chromium.
+Both run the corrected launch file of the chapter (KBOT_SHARED, or `shared` beside the repository) and start
+everything that a user waits for. roslaunch starts its master, its nodes and rviz with its saved
+configuration. KBot starts its server and Chromium with a used profile. Both render in software on one screen
+(Xvfb). The screen shows when they are ready: rviz's first frame by the grey of its view, a robot by the
+colour of its plate. A second row measures with a Chromium that is already open. The printed package of the
+chapter fails with both programs: there the time to the error message is compared. Processor time is that of
+all processes of a command until then. The medians of alternating rounds are compared, after one warm-up
+round. This needs ROS 1 (`make test-peers` installs it) and Chromium.
 
     python benchmarks/bench_launch.py [--runs N]
 """
@@ -41,28 +41,28 @@ from peers.test_kbot_description import picture  # noqa: E402 - found by the pat
 CHAPTER = Path(os.environ.get("KBOT_SHARED") or Path(__file__).parents[2] / "shared") / "chapter"
 LAUNCH = "launch/kbot_base_rviz.launch"
 OURS = "kbot launch, to the robot in the page"
-OPEN = "the same, in a Chromium that is open"
+OPEN = "the same, in an open Chromium"
 FRAME = "roslaunch, to rviz's first frame"
 ROBOT = "roslaunch, to the robot in rviz"
 SOFTWARE = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
-"""WebGL without a graphics card, as rviz has OpenGL by LIBGL_ALWAYS_SOFTWARE."""
+"""WebGL without a graphics card. rviz uses LIBGL_ALWAYS_SOFTWARE for the same."""
 NEW_TAB, PAGE_PLATE, RVIZ_GREY, RVIZ_PLATE = (255, 255, 255), (176, 181, 192), (48, 48, 48), (180, 0, 0)
 ENOUGH = 20_000
-"""Pixels of a colour; a plate has twice as many."""
+"""Pixels of a colour that must be on the screen. A robot's plate has twice as many."""
 PERIOD = 0.03
-"""Seconds between looks at the screen."""
-PATIENCE = 180.0
+"""Seconds between two checks of the screen."""
+TIMEOUT = 180.0
 
 
 class Cost(NamedTuple):
-    """Until something is there: seconds that passed, and of processor time."""
+    """Wall-clock time and processor time until something is on the screen, in s."""
 
     wall: float
     work: float
 
 
 class Desk:
-    """A home with one of the chapter's packages, where rviz and Chromium have been used before."""
+    """A home folder with one package of the chapter, and used profiles of rviz and Chromium."""
 
     def __init__(self, home: Path, package: str) -> None:
         home.mkdir()
@@ -79,7 +79,7 @@ class Desk:
 
     @contextmanager
     def screen(self) -> Iterator[Path]:
-        """The file that holds its picture."""
+        """Start a screen; yields the file with its picture."""
         folder, number = self.ros.home / "screen", f":{90 + os.getpid() % 900}"
         folder.mkdir()
         server = self.ros.start("Xvfb", number, "-screen", "0", "1280x900x24", "-fbdir", str(folder))
@@ -92,7 +92,7 @@ class Desk:
 
     @contextmanager
     def open_browser(self, screen: Path) -> Iterator[int]:
-        """The process of a Chromium with nothing in it, that has come to rest."""
+        """Start a Chromium with an empty page and wait until it is idle; yields its process id."""
         process = self.ros.start(*self._browser, "about:blank")
         try:
             wait_until(lambda: shows(screen, NEW_TAB), "a browser")
@@ -109,9 +109,9 @@ def main() -> None:
     runs = parser.parse_args().runs
     missing = [name for name in PROGRAMS if shutil.which(name) is None]
     if missing:
-        sys.exit(f"there is no ROS 1 here: {', '.join(missing)} missing")
+        sys.exit(f"ROS 1 is not installed: {', '.join(missing)} missing")
     if not CHAPTER.is_dir():
-        sys.exit(f"the chapter is not at {CHAPTER} (set KBOT_SHARED)")
+        sys.exit(f"the chapter is not found at {CHAPTER} (set KBOT_SHARED)")
     rounds: dict[str, list[Cost]] = defaultdict(list)
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         printed = Desk(Path(folder) / "printed", "printed")
@@ -125,11 +125,11 @@ def main() -> None:
         wall, work = (statistics.median(values) for values in zip(*costs, strict=True))
         print(f"{name:40} {wall:6.2f} s, {work:5.2f} s of processor time")
     for name, other in ((OURS, FRAME), (OURS, ROBOT), (OPEN, FRAME)):
-        print(f"{name}, beside {other}: {compared(rounds[name], rounds[other])}")
+        print(f"{name}, compared with {other}: {compared(rounds[name], rounds[other])}")
 
 
 def one_round(desk: Desk, screen: Path, printed: Desk) -> Iterator[tuple[str, Cost]]:
-    """What each costs, once."""
+    """Measure each variant once."""
     page = until(desk.ros, desk.kbot_launch, screen, PAGE_PLATE)
     yield OURS, page[0]
     rviz = until(desk.ros, desk.roslaunch, screen, RVIZ_GREY, RVIZ_PLATE)
@@ -147,7 +147,7 @@ def until(
     *colours: tuple[int, int, int],
     beside: int | None = None,
 ) -> list[Cost]:
-    """From a command to each of these colours on the screen; with the work of a process `beside` it."""
+    """The cost from a command to each colour on the screen, including the work of the process `beside`."""
     costs = []
     others = tree_seconds(beside) if beside else 0.0
     start = time.perf_counter()
@@ -156,24 +156,24 @@ def until(
         for colour in colours:
             while not shows(screen, colour):
                 if process.poll() is not None:
-                    sys.exit(f"{' '.join(command)}: it ended with status {process.returncode}")
-                if time.perf_counter() - start > PATIENCE:
-                    sys.exit(f"{' '.join(command)}: no {colour} on the screen after {PATIENCE:g} s")
+                    sys.exit(f"{' '.join(command)} ended with status {process.returncode}")
+                if time.perf_counter() - start > TIMEOUT:
+                    sys.exit(f"{' '.join(command)}: no {colour} on the screen after {TIMEOUT:g} s")
                 time.sleep(PERIOD)
             wall = time.perf_counter() - start
             work = tree_seconds(process.pid) + (tree_seconds(beside) if beside else 0.0) - others
             costs.append(Cost(wall, work))
     finally:
         stop(process)
-        if not beside:  # a browser that was open before keeps its tab, with the last picture in it
+        if not beside:  # a browser that was already open keeps its tab with the last picture
             wait_until_empty(screen)
     return costs
 
 
 def until_refused(ros: Ros, command: tuple[str, ...]) -> Cost:
-    """To the end of a command that fails."""
+    """The cost until a command fails."""
     before, start = _children_seconds(), time.perf_counter()
-    if ros.start(*command).wait(PATIENCE) == 0:
+    if ros.start(*command).wait(TIMEOUT) == 0:
         sys.exit(f"{' '.join(command)} did not fail")
     return Cost(time.perf_counter() - start, _children_seconds() - before)
 
@@ -184,13 +184,14 @@ def _children_seconds() -> float:
 
 
 def wait_until_empty(screen: Path) -> None:
-    """Until what was shown last is gone."""
+    """Wait until the last picture has disappeared."""
     colours = (PAGE_PLATE, RVIZ_GREY, RVIZ_PLATE)
     wait_until(lambda: not any(shows(screen, colour) for colour in colours), "an empty screen")
 
 
 def shows(screen: Path, colour: tuple[int, int, int]) -> bool:
-    """Whether enough of a screen is of a colour, as drivers round it; every fourth pixel is looked at."""
+    """Whether a colour is on enough of the screen, with a tolerance for rounding. Checks every fourth
+    pixel."""
     seen = picture(screen)[::2, ::2].astype(np.int16)
     return 4 * int((np.abs(seen - colour).max(axis=2) <= 2).sum()) > ENOUGH
 
@@ -198,9 +199,9 @@ def shows(screen: Path, colour: tuple[int, int, int]) -> bool:
 def compared(ours: list[Cost], theirs: list[Cost]) -> str:
     """The medians of the rounds' ratios."""
     pairs = list(zip(ours, theirs, strict=True))
-    wall = statistics.median(one.wall / other.wall for one, other in pairs)
-    work = statistics.median(one.work / other.work for one, other in pairs)
-    return f"{wall:.2f} (bound 1), in processor time {work:.2f}"
+    wall = statistics.median(own.wall / other.wall for own, other in pairs)
+    work = statistics.median(own.work / other.work for own, other in pairs)
+    return f"{wall:.2f} (limit 1), in processor time {work:.2f}"
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
-"""Many robots, many boxes, and a long run: what they take beside one robot on an empty floor.
+"""Cost of many robots, many boxes and a long run, compared with one robot on an empty floor.
 
     python benchmarks/bench_load.py [--hours 1]
 
-Time per step is a multiple of one robot's on the plane, all of them driving. Of the long run the process's
-memory (resident set) is looked at after a minute and at the end, and the odometry against ground truth.
+The time per step is a multiple of that of one robot on a plane. All robots drive. For the long run, the
+memory (resident set) after a minute and at the end and the final odometry error are measured.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ SECONDS = 1.0
 REPEATS = 7
 
 
-def one() -> kbot.Simulation:
+def one_robot() -> kbot.Simulation:
     return kbot.Simulation("kbot")
 
 
 def hundred_robots() -> kbot.Simulation:
-    """In ten rows, 1 m apart."""
+    """100 robots in ten rows, 1 m apart."""
     sim = kbot.Simulation("kbot")
     for row, column in product(range(10), range(10)):
         if row or column:
@@ -37,7 +37,7 @@ def hundred_robots() -> kbot.Simulation:
 
 
 def thousand_boxes() -> kbot.Simulation:
-    """Crates of 0.2 m that stand still, on a grid of 0.8 m about the robot."""
+    """1,000 static crates of 0.2 m on a grid of 0.8 m around the robot."""
     places = [(x, y) for x, y in product(range(-16, 17), range(-16, 17)) if (x, y) != (0, 0)][:1000]
     crate = (Part(Box((0.2, 0.2, 0.2))),)
     bodies = [Body(f"b{i}", crate, at(0.8 * x, 0.8 * y, 0.1)) for i, (x, y) in enumerate(places)]
@@ -45,7 +45,7 @@ def thousand_boxes() -> kbot.Simulation:
 
 
 def share(sim: kbot.Simulation, base: kbot.Simulation) -> float:
-    """How many times as long a step takes; measured in turn."""
+    """The time of a step as a multiple of the base's, measured in turn."""
     for each in (sim, base):
         for robot in each.robots.values():
             robot.cmd_vel(0.2, 1.0)
@@ -60,7 +60,7 @@ def timed(sim: kbot.Simulation) -> float:
 
 
 def resident() -> float:
-    """MB of this process; 0 where the system does not tell so."""
+    """Resident memory of this process in MB; 0 if the system does not report it."""
     status = Path("/proc/self/status")
     if not status.exists():
         return 0.0
@@ -69,30 +69,30 @@ def resident() -> float:
 
 
 def long_run(hours: float) -> str:
-    """Weaving all the time, read as a driver would, 50 times a second."""
-    sim = one()
+    """Drive in curves, and read odometry and joint states 50 times a second."""
+    sim = one_robot()
     count = round(hours * 3600 / 0.02)
     after_a_minute = 0.0
     for index in range(count):
         if index % 500 == 0:
             sim.cmd_vel(0.2, 0.5 if index % 1000 else -0.5)
         sim.run(0.02)
-        sim.odometry, sim.joint_states  # noqa: B018 - what a robot's driver would say
+        sim.odometry, sim.joint_states  # noqa: B018 - computed as a robot's driver would
         if index == 3000:
             after_a_minute = resident()
-    truth, reckoned = sim.ground_truth.pose, sim.odometry.pose
-    off = 1e3 * hypot(truth.x - reckoned.x, truth.y - reckoned.y)
+    truth, odometry = sim.ground_truth.pose, sim.odometry.pose
+    error = 1e3 * hypot(truth.x - odometry.x, truth.y - odometry.y)
     memory = f"memory {after_a_minute:.1f} MB after a minute, {resident():.1f} MB at the end"
-    return f"{sim.time / 3600:g} h driven: {memory}; odometry {off:.1f} mm off"
+    return f"{sim.time / 3600:g} h driven: {memory}; odometry error {error:.1f} mm"
 
 
 def main() -> None:
     parser = argparse.ArgumentParser()
-    parser.add_argument("--hours", type=float, default=1.0, help="simulated, of the long run")
+    parser.add_argument("--hours", type=float, default=1.0, help="simulated hours of the long run")
     hours = parser.parse_args().hours
     print(f"{'one robot on the plane':32}{1.0:8.2f}")
     for name, make in (("100 robots in one world", hundred_robots), ("1,000 static boxes", thousand_boxes)):
-        print(f"{name:32}{share(make(), one()):8.2f}", flush=True)
+        print(f"{name:32}{share(make(), one_robot()):8.2f}", flush=True)
     print(long_run(hours))
 
 

@@ -1,11 +1,11 @@
-"""How surely and how directly goals are reached, and what a plan and a tick cost.
+"""Success rate and efficiency of navigation goals, and the time of a plan and of a control tick.
 
     python benchmarks/bench_navigation.py [COUNT]
 
-KBot drives through COUNT seeded mazes and COUNT seeded furnished rooms (100 each), by the map alone and with
-a lidar that stops it before whatever it sees. Reachable are the goals to which a flood over the map leads, as
-wide as the robot's turning circle; the shortest time is that of the planned path at full speed, turns on the
-spot not counted.
+KBot drives through COUNT seeded mazes and COUNT seeded furnished rooms (100 each), once with the map only and
+once with a lidar that stops it in front of obstacles. A goal is reachable if a flood fill of the map, with
+the robot's turning circle as width, reaches it. The shortest time is that of the planned path at full speed,
+without turns on the spot.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from kbot.world.occupancy import OccupancyGrid
 def table(count: int, with_lidar: bool) -> None:
     robot = load_robot("kbot").require()
     print(f"KBot, {count} of each, {'with' if with_lidar else 'without'} lidar")
-    print("world   reachable reached untouched  time/shortest  off_mm max_mm  wall_s  what failed and why")
+    print("world   reachable reached untouched  time/shortest  off_mm max_mm  wall_s  failures")
     for name, make in (("mazes", maze), ("rooms", rooms)):
         begun, trips, failures = time.perf_counter(), [], []
         for seed in range(count):
@@ -44,7 +44,7 @@ def table(count: int, with_lidar: bool) -> None:
             can = is_reachable(world, goal)
             trips.append((trip, can))
             if not trip.reached and not can:
-                failures.append(f"{seed}: no way is there, and was {trip.status}")
+                failures.append(f"{seed}: unreachable, and {trip.status}")
             elif not trip.reached or trip.collided:
                 failures.append(f"{seed}: {trip.status}{' (collided)' if trip.collided else ''}")
         reached = [trip for trip, _ in trips if trip.reached]
@@ -71,7 +71,7 @@ def large_grid() -> OccupancyGrid:
 
 
 def serpentine() -> OccupancyGrid:
-    """1000 x 1000 cells of 0.05 m, one way that goes to and fro fifty times."""
+    """1000 x 1000 cells of 0.05 m with one path that goes back and forth fifty times."""
     cells = np.zeros((1000, 1000), dtype=np.int8)
     for at in range(1, 50):
         cells[at * 20, :-17] = 100
@@ -81,7 +81,7 @@ def serpentine() -> OccupancyGrid:
 
 
 def best(work: Callable[[], Any], repeats: int) -> float:
-    """Milliseconds of processor time of the quickest of several runs."""
+    """The minimum processor time of several runs, in ms."""
     times = []
     for _ in range(repeats):
         begun = time.process_time()
@@ -91,16 +91,16 @@ def best(work: Callable[[], Any], repeats: int) -> float:
 
 
 def costs() -> None:
-    """What a plan over a million cells and a tick of the control loop cost, beside their limits."""
+    """Print the time of a plan over a million cells and of a control tick, with their limits."""
     start, goal = PlanarPose(0.6, 0.5), PlanarPose(49.4, 49.5)
-    print("what                                                    ms   limit")
+    print("measured                                                ms   limit")
     for name, grid, radius in (("200 boxes", large_grid(), 0.3), ("serpentine", serpentine(), 0.2)):
         planner = GridPlanner(grid, radius, margins=(0.1,))
         first = best(lambda p=planner: p.plan(start, goal), 1)
         again = best(lambda p=planner: p.plan(start, goal), 5)
-        print(f"first plan on 1000 x 1000, {name:10s} (makes tables) {first:9.1f}")
+        print(f"first plan on 1000 x 1000, {name:10s} (builds tables){first:9.1f}")
         print(f"every further plan, {name:10s}                       {again:9.2f}      50")
-    print(f"one tick of pursuit behind the guard                {tick():9.3f}       1")
+    print(f"one tick of pursuit with obstacle guard             {tick():9.3f}       1")
 
 
 def tick() -> float:

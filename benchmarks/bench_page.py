@@ -1,15 +1,15 @@
-"""What the page draws in a second beside a bare three.js page of the same triangles, and what serving costs.
+"""Frame rate of the page compared with a bare three.js page, and the cost of serving it.
 
     python benchmarks/bench_page.py [--rounds N] [--seconds S]
 
-Two scenes: 1,000 boxes around KBot, less those where it stands; and KBot turning between four walls with 20
-frames, told of 50 times a second and drawn as axes, and a scan of 360 beams 10 times a second. Each is shown
-in turn by the workbench and by a bare page (`bare.js`) in the same headless Chromium, which draws in
-software. The bare page has the same triangles of robot, boxes, walls, axes and floor; the same canvas, pixel
-ratio, antialiasing, kinds of lights and materials, and way around the scene; the 50 and 10 Hz are its own
-timers. It has nothing else: no lines on floor and edges, no panels, no socket. Both turn about their scene
-all the time, so that every frame is drawn anew. Frames are compared round by round; processor time per
-frame, of the browser's drawing processes, tells the same on a machine that has other work to do.
+There are two scenes: 1,000 boxes around KBot, without those at its start; and KBot turning between four
+walls, with 20 frames that are sent 50 times a second and drawn as axes, and a scan of 360 beams 10 times a
+second. Each scene is shown in turn by the workbench and by a bare page (`bare.js`) in the same headless
+Chromium with software rendering. The bare page has the same triangles of robot, boxes, walls, axes and floor,
+the same canvas, pixel ratio, antialiasing, lights, materials and camera path. Its own timers replace the 50
+and 10 Hz. It has no lines on floor and edges, no panels and no socket. Both cameras orbit the scene, so that
+every frame is drawn again. Frame rates are compared round by round. Processor time per frame of the browser's
+renderer and GPU processes gives the same comparison on a busy machine.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ SHIPPED = Path(package.__file__).parent / "robots" / "kbot_description" / "urdf"
 PLACES = [
     (i % 40 * 0.2 - 4, i // 40 * 0.2 - 2.5, 0.05)
     for i in range(1000)
-    if not (abs(i % 40 - 20) < 3 and abs(i // 40 - 12) < 3)  # the robot starts there
+    if not (abs(i % 40 - 20) < 3 and abs(i // 40 - 12) < 3)  # the robot starts here
 ]
 WALLS = {(0.1, 4, 0.4): [(2, 0, 0.2), (-2, 0, 0.2)], (4, 0.1, 0.4): [(0, 2, 0.2), (0, -2, 0.2)]}
 
@@ -88,9 +88,9 @@ def main() -> None:
             with turning(browser, address) as shown:
                 share = share_of_core(process.pid, seconds) - alone
                 late = answer_lag(shown)
-        print(f"  one page of that costs the server {share:.1%} of a core (bound 4 %)")
-        print(f"  from a question to its answer {late:.0f} ms (bound 100 ms)")
-        print(f"from a moved slider to the pose it makes: median {slider_lag(browser):.0f} ms (bound 100 ms)")
+        print(f"  one such page takes {share:.1%} of a core of the server (limit 4 %)")
+        print(f"  from a request to its answer {late:.0f} ms (limit 100 ms)")
+        print(f"from a moved slider to the new pose: median {slider_lag(browser):.0f} ms (limit 100 ms)")
 
 
 def compare(
@@ -102,7 +102,7 @@ def compare(
     rounds: int,
     seconds: float,
 ) -> None:
-    """Show the page and the bare one in turn, and say how they compare."""
+    """Show the workbench and the bare page in turn, and print the comparison."""
     script = BARE.read_text().replace("SCENE", scene).replace("BOXES", json.dumps(PLACES))
     ours, bare = [], []
     with turning(browser, address) as shown:
@@ -115,17 +115,17 @@ def compare(
                 shown.evaluate(TURN, list(path))
                 ours.append(rate(shown, "kbot.frames", seconds))
     pairs = list(zip(ours, bare, strict=True))
-    frames = statistics.median(one[0] / other[0] for one, other in pairs)
-    work = statistics.median(other[1] / one[1] for one, other in pairs)
+    frames = statistics.median(own[0] / other[0] for own, other in pairs)
+    work = statistics.median(other[1] / own[1] for own, other in pairs)
     print(
-        f"{title}: {statistics.median(one for one, _ in ours):.1f} frames a second, "
-        f"bare {statistics.median(one for one, _ in bare):.1f}: {frames:.2f} (bound 0.9), "
+        f"{title}: {statistics.median(frame_rate for frame_rate, _ in ours):.1f} frames a second, "
+        f"bare {statistics.median(frame_rate for frame_rate, _ in bare):.1f}: {frames:.2f} (limit 0.9), "
         f"by processor time per frame {work:.2f}"
     )
 
 
 def rate(shown: Page, counter: str, seconds: float) -> tuple[float, float]:
-    """Frames a second, and processor time in s that one of them takes the browser."""
+    """Frames per second, and the browser's processor time per frame in s."""
     time.sleep(1.0)
     (before, start), worked = shown.evaluate(f"[{counter}, performance.now()]"), drawing_seconds()
     time.sleep(seconds)
@@ -135,7 +135,7 @@ def rate(shown: Page, counter: str, seconds: float) -> tuple[float, float]:
 
 @contextmanager
 def turning(browser: Browser, address: str) -> Iterator[Page]:
-    """The whole page, with the key held down that turns the robot to the left."""
+    """The whole page, with the key held down that turns the robot left."""
     with page(browser, address, SHOWS, KEEP_SOCKET) as shown:
         shown.locator(".topbar").wait_for()
         shown.keyboard.down("a")
@@ -144,7 +144,7 @@ def turning(browser: Browser, address: str) -> Iterator[Page]:
 
 
 def slider_lag(browser: Browser) -> float:
-    """Milliseconds from a moved slider to the pose that the server answers with, the median of some."""
+    """Median time from a moved slider to the new pose from the server, in ms."""
     script = """(value) => new Promise((resolve) => {
       const was = kbot.poses(), start = performance.now();
       const slider = document.querySelector('[data-joint=left_wheel_joint] [type=range]');
@@ -162,7 +162,7 @@ def slider_lag(browser: Browser) -> float:
 
 @contextmanager
 def framed_robot(folder: Path) -> Iterator[tuple[str, subprocess.Popen[str]]]:
-    """KBot with a lidar and as many more frames as make twenty, between four walls."""
+    """KBot with a lidar and 20 frames in total, between four walls."""
     more = "".join(
         f'<link name="frame_{i}"/><joint name="to_frame_{i}" type="fixed"><parent link="base_link"/>'
         f'<child link="frame_{i}"/><origin xyz="{0.02 * i - 0.14:.2f} 0.05 0.03"/></joint>'
@@ -181,7 +181,7 @@ def framed_robot(folder: Path) -> Iterator[tuple[str, subprocess.Popen[str]]]:
 
 
 def world_of(boxes: dict[tuple[float, float, float], list[tuple[float, float, float]]]) -> str:
-    """A world of resting boxes by their sizes, on level ground."""
+    """A world with static boxes, by size, on a ground plane."""
     models = "".join(
         f"<model name='b{number}_{i}'><static>true</static><pose>{x} {y} {z} 0 0 0</pose><link name='l'>"
         f"<collision name='c'>{_box(size)}</collision><visual name='v'>{_box(size)}"

@@ -1,11 +1,11 @@
-"""The same minute of driving by KBot and by others, and what many robots, boxes and an hour come to.
+"""The same minute of driving in KBot and in other simulators.
 
     python -m pip install -e .[bench]
     python benchmarks/bench_peers.py [--seconds 60]
 
-Each engine steps KBot on a plane by 2 ms, 0.2 m/s and 0.5 rad/s, with a command every 20 ms; KBot's own run
-reckons odometry and joint states as well. Times are multiples of KBot's, the medians of alternating runs.
-A peer that is not installed is named and left out.
+Each engine simulates KBot on a plane with steps of 2 ms, 0.2 m/s and 0.5 rad/s, and a command every 20 ms.
+KBot's run also computes odometry and joint states. Times are multiples of KBot's, the medians of alternating
+runs. A peer that is not installed is named and left out.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ STEPS_A_COMMAND = 10
 LINEAR, ANGULAR = 0.2, 0.5
 
 Run = Callable[[int], float]
-"""Drives so many steps from the start; how far from the start it stands then, in m."""
+"""Drives a number of steps from the start, and returns the final distance from the start in m."""
 
 
 def by_kbot(robot: kbot.Robot) -> Run:
@@ -46,14 +46,14 @@ def by_kbot(robot: kbot.Robot) -> Run:
         for _ in range(steps // STEPS_A_COMMAND):
             sim.cmd_vel(LINEAR, ANGULAR)
             sim.step(STEPS_A_COMMAND)
-            sim.odometry, sim.joint_states  # noqa: B018 - what a robot's driver would say
+            sim.odometry, sim.joint_states  # noqa: B018 - computed as a robot's driver would
         return hypot(sim.ground_truth.pose.x, sim.ground_truth.pose.y)
 
     return run
 
 
 def by_mujoco(robot: kbot.Robot) -> Run:
-    """The engine's own loop in C, over the model that KBot made."""
+    """MuJoCo's own loop in C, with the model that KBot compiled."""
     model, speeds = engine(robot)
     data = mujoco.MjData(model)
 
@@ -103,7 +103,7 @@ def by_pybullet(robot: kbot.Robot) -> Run:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Leave out what an engine writes of its own accord."""
+    """Discard the output of an engine."""
     sys.stdout.flush()
     kept = os.dup(1), os.dup(2)
     with Path(os.devnull).open("wb") as nowhere:
@@ -140,7 +140,7 @@ def by_dart(robot: kbot.Robot) -> Run:
             for joint, speed in zip(joints, speeds.values(), strict=True):
                 joint.setCommand(0, speed)
             for _ in range(STEPS_A_COMMAND):
-                world.step(False)  # the command holds
+                world.step(False)  # False: keep the command
         x, y = body.getRootBodyNode().getWorldTransform().translation()[:2]
         return hypot(x, y)
 
@@ -164,7 +164,7 @@ def _urdf(robot: kbot.Robot, folder: str) -> str:
 
 
 def _wheel_speeds(robot: kbot.Robot) -> dict[str, float]:
-    """rad/s by joint."""
+    """Wheel speeds in rad/s, by joint."""
     drive = kbot.Simulation(robot).robots.first.drive
     left, right = drive.wheel_speeds(LINEAR, ANGULAR)
     sides = dict.fromkeys(drive.left, left) | dict.fromkeys(drive.right, right)
@@ -173,13 +173,13 @@ def _wheel_speeds(robot: kbot.Robot) -> dict[str, float]:
 
 def timed(function: Run, steps: int) -> tuple[float, float]:
     start = time.perf_counter()
-    far = function(steps)
-    return time.perf_counter() - start, far
+    distance = function(steps)
+    return time.perf_counter() - start, distance
 
 
 def main() -> None:
     parser = argparse.ArgumentParser()
-    parser.add_argument("--seconds", type=float, default=60.0, help="simulated, per run")
+    parser.add_argument("--seconds", type=float, default=60.0, help="simulated seconds per run")
     steps = round(parser.parse_args().seconds / STEP / STEPS_A_COMMAND) * STEPS_A_COMMAND
     robot = kbot.load("kbot")
     runs = {"KBot": by_kbot(robot), "MuJoCo's loop in C": by_mujoco(robot)}
@@ -189,16 +189,15 @@ def main() -> None:
         else:
             runs[name] = make(robot)
     taken: dict[str, list[float]] = {name: [] for name in runs}
-    stands: dict[str, float] = {}
+    distances: dict[str, float] = {}
     for _ in range(REPEATS):
         for name, run in runs.items():
-            seconds, stands[name] = timed(run, steps)
+            seconds, distances[name] = timed(run, steps)
             taken[name].append(seconds)
     own = statistics.median(taken["KBot"])
-    print(f"{steps * STEP:g} s on the plane, as a multiple of KBot's time; where it stood at the end")
+    print(f"{steps * STEP:g} s on the plane, as a multiple of KBot's time; final distance from the start")
     for name, seconds in taken.items():
-        far = f"{stands[name]:.3f} m from the start"
-        print(f"{name:24}{statistics.median(seconds) / own:6.2f}   {far}")
+        print(f"{name:24}{statistics.median(seconds) / own:6.2f}   {distances[name]:.3f} m")
 
 
 if __name__ == "__main__":

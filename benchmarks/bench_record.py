@@ -1,9 +1,9 @@
-"""What recording costs a simulation, beside the same run alone.
+"""Cost of recording a simulation, compared with the same run without recording.
 
     python benchmarks/bench_record.py
 
-Rates are beside those of the library's own encoding of the same messages, without any of our code;
-shares are CPU time over simulated time, at 50 Hz in real time with a lidar of 360 beams at 10 Hz.
+Rates are compared with encoding the same messages with the rosbags library alone. Shares are CPU time over
+simulated time, at 50 Hz in real time with a lidar of 360 beams at 10 Hz.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ REAL_SECONDS = 8.0
 
 
 def median_rate(work: Callable[[], None]) -> float:
-    """Messages a second, the median of a few rounds after one that warms up."""
+    """Messages per second, the median of several rounds after a warm-up."""
     work()
     times = []
     for _ in range(ROUNDS):
@@ -52,7 +52,7 @@ def median_rate(work: Callable[[], None]) -> float:
 
 
 def peer_rate() -> float:
-    """rosbags alone: its own objects to CDR, and nothing written."""
+    """The rate of rosbags alone: it encodes its own objects as CDR and writes no file."""
     store = ros2_types()
     packets = [Packet(topic, message, 0) for topic, message in MESSAGES.items()]
     ready = [(store.deserialize_cdr(p.cdr, p.type_name), ros_name(type(p.message))) for p in packets]
@@ -100,11 +100,11 @@ def main() -> None:
         for kind in ("run.mcap", "run.bag", "run"):
             rate = recording_rate(folder, kind)
             what = {"run.mcap": "MCAP", "run.bag": "ROS 1 bag", "run": "rosbag2"}[kind]
-            print(f"{'recorded as ' + what:32} {rate:8.0f} messages/s   {rate / peer:.2f} of that")
+            print(f"{'recorded as ' + what:32} {rate:8.0f} messages/s   {rate / peer:.2f} of rosbags")
         alone = share(RecordOptions())
         recorded = share(RecordOptions(str(folder / "live.mcap")))
-    print(f"{'real time at 50 Hz, alone':32} {100 * alone:8.2f} % of a core")
-    print(f"{'recorded':32} {100 * recorded:8.2f} % of a core")
+    print(f"{'real time at 50 Hz, not recorded':32} {100 * alone:8.2f} % of a core")
+    print(f"{'real time at 50 Hz, recorded':32} {100 * recorded:8.2f} % of a core")
 
 
 if __name__ == "__main__":

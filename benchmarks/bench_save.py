@@ -1,11 +1,11 @@
-"""From a saved file to the new robot in the picture: KBot, and the largest robot of the corpus.
+"""Time from saving a file to the new robot in the picture, for KBot and the largest robot of the corpus.
 
     python benchmarks/bench_save.py [--runs N]
 
-A copy of the description is shown in headless Chromium, which draws in software; one size in it is changed
-on disk again and again, and the page says when it has drawn the new description. The largest robot is the
-entry of the corpus (KBOT_SHARED, or `shared` beside the repository) with the most links, to which a box is
-added that changes, for the corpus has no mesh files; it is left out where there is no corpus.
+Headless Chromium with software rendering shows a copy of the description. One size in it is changed on disk
+again and again, and the page reports when it has drawn the new description. The largest robot is the corpus
+entry (KBOT_SHARED, or `shared` beside the repository) with the most links. The corpus has no mesh files, so a
+box that changes is added to it. Without a corpus, this robot is left out.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ WATCH = """() => { window.saved = new Promise((resolve) => {
     else setTimeout(look, 1);
   };
   look(); }); }"""
-"""The frame that follows the picture of a new description tells when it begins, in ms: the picture has been
-handed over by then."""
+"""Resolves to the start time in ms of the frame after the first picture of a new description. The browser has
+that picture by then."""
 
 BOX = """<link name="bench_box"><visual><geometry><box size="0.3 0.3 SIZE"/></geometry></visual></link>
 <joint name="bench_joint" type="fixed"><parent link="base_link"/><child link="bench_box"/></joint></robot>"""
@@ -60,10 +60,10 @@ def main() -> None:
             return text.replace('"base_len" default="0.16"', f'"base_len" default="{size}"')
 
         taken = saves(browser, file, widened, runs)
-        print(f"KBot, from a save to the picture: {told(taken)} (bound 250 ms)")
+        print(f"KBot, from a save to the picture: {summary(taken)} (limit 250 ms)")
         largest = largest_entry()
         if largest is None:
-            print(f"no corpus at {CORPUS}: the largest robot is left out")
+            print(f"there is no corpus at {CORPUS}: the largest robot is left out")
             return
         copied = Path(shutil.copytree(CORPUS / "src", Path(folder) / "src"))
         file = copied / largest["repo"].replace("/", "+") / largest["entry"]
@@ -73,13 +73,15 @@ def main() -> None:
             return text.replace("</robot>", BOX.replace("SIZE", str(size)))
 
         taken = saves(browser, file, heightened, runs, [str(path) for path in copied.iterdir()])
-        print(f"{largest['robot']} of {largest['links']} links ({file.name}): {told(taken)} (bound 1000 ms)")
+        print(
+            f"{largest['robot']} of {largest['links']} links ({file.name}): {summary(taken)} (limit 1000 ms)"
+        )
 
 
 def saves(
     browser: Browser, file: Path, text: Callable[[float], str], runs: int, packages: list[str] | None = None
 ) -> list[float]:
-    """Seconds from each save to the picture of it."""
+    """Seconds from each save to its picture."""
     file.write_text(text(0.2))
     taken = []
     with serving(open_session(str(file), simulate=False, package_path=packages or [])) as address:
@@ -89,7 +91,7 @@ def saves(
             time.sleep(0.01)
         page.locator(".topbar").wait_for()
         for run in range(runs):
-            time.sleep(0.3 + run % 4 / 100)  # at no fixed phase of the watcher's
+            time.sleep(0.3 + run % 4 / 100)  # varies the phase relative to the file watcher
             page.evaluate(WATCH)
             start = time.time()
             file.write_text(text(0.3 + run / 1000))
@@ -98,12 +100,12 @@ def saves(
     return taken
 
 
-def told(taken: list[float]) -> str:
+def summary(taken: list[float]) -> str:
     return f"median {statistics.median(taken) * 1e3:.0f} ms, worst {max(taken) * 1e3:.0f} ms of {len(taken)}"
 
 
 def largest_entry() -> dict[str, str] | None:
-    """The row of the corpus's manifest with the most links."""
+    """The row of the corpus manifest with the most links; None without a corpus."""
     if not (CORPUS / "manifest.csv").exists():
         return None
     with (CORPUS / "manifest.csv").open(newline="") as file:

@@ -1,9 +1,9 @@
-"""What a scan and a picture cost: the lidar beside the engine's own rays and PyBullet's.
+"""Time of a lidar scan and a camera picture, compared with the ray casting of MuJoCo and PyBullet.
 
     python benchmarks/bench_sensors.py
 
-Medians of alternating runs, in processor time; the ratio is that of each round. The camera's is wall time.
-PyBullet is measured where it is installed (`pip install pybullet`).
+Times are medians of alternating runs in processor time. The ratio is the median of the ratios of each round.
+The camera is measured in wall-clock time. PyBullet is measured if it is installed (`pip install pybullet`).
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ ROUNDS, CALLS = 25, 40
 
 
 def walls(count: int) -> World:
-    """Straight walls strewn over 10 x 10 m, none on the robot."""
+    """Straight walls at random places in 10 x 10 m, none at the robot."""
     random = np.random.default_rng(1)
     bodies = [floor()]
     while len(bodies) <= count:
@@ -53,7 +53,7 @@ def microseconds(work: Callable[[], Any]) -> float:
 
 
 def engine_rays(simulation: Simulation, lidar: Any) -> Callable[[], Any]:  # noqa: ANN401 - either of two lidars
-    """The engine's own call and nothing else: the robot's body left out."""
+    """MuJoCo's ray casting alone, excluding the robot's body."""
     model, data = simulation.engine.current()
     pose = simulation.link_pose("base_link") @ POSE
     place, flat = pose.translation.copy(), (lidar.spec.directions @ pose.rotation.T).reshape(-1)
@@ -67,7 +67,7 @@ def engine_rays(simulation: Simulation, lidar: Any) -> Callable[[], Any]:  # noq
 def pybullet_rays(world: World) -> Callable[[], Any] | None:
     if importlib.util.find_spec("pybullet") is None:
         return None
-    import pybullet as bullet  # type: ignore[import-not-found] - measured where it is installed
+    import pybullet as bullet  # type: ignore[import-not-found] - measured if it is installed
 
     client = bullet.connect(bullet.DIRECT)
     for body in world.bodies:
@@ -86,7 +86,7 @@ def pybullet_rays(world: World) -> Callable[[], Any] | None:
 
 def lidar_table() -> None:
     robot = load_robot("kbot").require()
-    print("360 beams    lidar us  of it a LaserScan  mj_multiRay us  ratio  PyBullet us  ratio")
+    print("360 beams    lidar us  with LaserScan us  mj_multiRay us  ratio  PyBullet us  ratio")
     for name, world in WORLDS.items():
         simulation = Simulation(robot, world)
         lidar = simulation.add_sensor(Lidar(link="base_link", pose=POSE))
@@ -113,7 +113,7 @@ def camera_table() -> None:
         camera.draw()
         times.append(1e3 * (time.perf_counter() - begun))
     middle, least = statistics.median(times), min(times)
-    print(f"camera 640 x 480, colours and depths, 200 walls: median {middle:.1f} ms, best {least:.1f} ms")
+    print(f"camera 640 x 480, colour and depth, 200 walls: median {middle:.1f} ms, best {least:.1f} ms")
 
 
 if __name__ == "__main__":

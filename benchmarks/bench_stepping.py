@@ -1,9 +1,9 @@
-"""What stepping through Python costs, as shares of the engine's own loop in C over the same motion.
+"""Speed of stepping through Python, as a share of MuJoCo's C loop with the same motion.
 
     python benchmarks/bench_stepping.py [--seconds 20]
 
-The engine's loop is given the wheel commands that the simulation recorded, so that both do the same
-physics; the medians of alternating runs are compared.
+The C loop gets the recorded wheel commands of the simulation, so that both compute the same physics. The
+medians of alternating runs are compared.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ STEP = 0.002
 
 
 def engine(robot: kbot.Robot) -> tuple[mujoco.MjModel, tuple[float, float]]:
-    """The same compiled model without anything of ours around it, and wheel speeds for an arc."""
+    """The same compiled model without KBot's code around it, and wheel speeds for an arc."""
     drive = find_drive(robot)
     plan = RobotPlan(robot.name, robot, drive, Contacts.RECIPE, kbot.Transform.identity(), others=False)
     model, _ = compile_model(load_world("empty"), [plan], STEP)
@@ -36,12 +36,12 @@ def engine(robot: kbot.Robot) -> tuple[mujoco.MjModel, tuple[float, float]]:
 
 
 def weaving(index: int) -> tuple[float, float]:
-    """A new command every time."""
+    """A command that changes every time."""
     return 0.2 + 0.05 * sin(0.05 * index), 0.5 * sin(0.02 * index)
 
 
 def recorded(sim: kbot.Simulation, steps: int) -> list[tuple[float, ...]]:
-    """The wheel commands of every five steps while weaving."""
+    """The wheel commands of `weaving`, one for every five steps."""
     sim.reset()
     found = []
     for index in range(steps // 10):
@@ -60,7 +60,7 @@ def timed(function: Callable[[], None]) -> float:
 
 def main() -> None:
     parser = argparse.ArgumentParser()
-    parser.add_argument("--seconds", type=float, default=20.0, help="simulated, per run")
+    parser.add_argument("--seconds", type=float, default=20.0, help="simulated seconds per run")
     steps = round(parser.parse_args().seconds / STEP / 10) * 10
     robot = kbot.load("kbot")
     model, speeds = engine(robot)
@@ -97,7 +97,7 @@ def main() -> None:
         sim.cmd_vel(0.2, 0.5)
         for _ in range(steps):
             sim.step()
-            sim.joint_positions  # noqa: B018 - read at every step, as a controller would
+            sim.joint_positions  # noqa: B018 - read in every step, as a controller would
 
     def in_one() -> None:
         sim.reset()
@@ -105,17 +105,17 @@ def main() -> None:
         sim.step(steps)
 
     ways = {
-        "one call for all": in_one,
+        "one call for all steps": in_one,
         "50 Hz, the same command": constant,
         "50 Hz, a new command": changing,
-        "one call a step, joints read": one_by_one,
+        "one call per step, joints read": one_by_one,
     }
     shares: dict[str, list[float]] = {name: [] for name in ways}
     for _ in range(REPEATS):
         for name, way in ways.items():
             peer = in_c_changing if way is changing else in_c
             shares[name].append(timed(peer) / timed(way))
-    print(f"the engine's C loop over {steps} steps of {STEP} s is 1.00")
+    print(f"MuJoCo's C loop over {steps} steps of {STEP} s is 1.00")
     for name, found in shares.items():
         print(f"{name:32}{statistics.median(found):6.2f}")
 

@@ -1,10 +1,10 @@
-"""What 20 tabs of a running simulation cost the server, and how late one of them is.
+"""Cost of 20 tabs of a running simulation for the server, and the delay of one of them.
 
     python benchmarks/bench_tabs.py [--seconds S]
 
-One tab is a real page in Chromium, the others are sockets that hear what a page is sent, odometry with it,
-and answer as a page does. The share of a core is the server's beyond what the simulation takes with no tab
-open. The lag is the real page's, beside the others: from a question that it sends to the answer.
+One tab is a real page in Chromium. The others are sockets that receive the same data as a page, including
+odometry, and answer as a page does. The share of a core is the increase over the simulation without tabs. The
+lag is the time from a request of the real page to the answer, while the other tabs are open.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from browsing import KEEP_SOCKET, SHOWS, answer_lag, kbot, opened_browser, page,
 from websockets.asyncio.client import connect
 
 TABS = (1, 20)
-BEAT, HEARD = '{"type":"beat"}', '{"type": "heard"}'
-"""What the server asks now and then whether all was heard, and what a page answers."""
+BEAT, ACKNOWLEDGEMENT = '{"type":"beat"}', '{"type": "heard"}'
+"""The server's periodic request for an acknowledgement, and a page's answer."""
 
 
 def main() -> None:
@@ -39,29 +39,29 @@ def main() -> None:
                     share = share_of_core(process.pid, seconds) - alone
                     late = answer_lag(shown)
                 print(
-                    f"{tabs:2} tabs: {share:6.1%} of a core for the server, lag {late:.0f} ms (bound 100 ms)"
+                    f"{tabs:2} tabs: {share:6.1%} of a core for the server, lag {late:.0f} ms (limit 100 ms)"
                 )
 
 
 @contextmanager
 def sockets(address: str, count: int) -> Iterator[None]:
-    """So many sockets on a thread of their own, each hearing what a page hears."""
+    """Sockets on a separate thread, each of which receives what a page receives."""
     loop = asyncio.new_event_loop()
     opened = threading.Barrier(2)
 
-    async def hear() -> None:
+    async def receive() -> None:
         async with connect(address.replace("http:", "ws:") + "ws", max_size=None) as socket:
             await socket.send(json.dumps({"type": "subscribe", "topic": "/odom"}))
             async for message in socket:
                 if message == BEAT:
-                    await socket.send(HEARD)
+                    await socket.send(ACKNOWLEDGEMENT)
 
-    async def all_of_them() -> None:
-        tabs = [asyncio.create_task(hear()) for _ in range(count)]
+    async def receive_all() -> None:
+        tabs = [asyncio.create_task(receive()) for _ in range(count)]
         opened.wait()
         await asyncio.Event().wait() if not tabs else await asyncio.gather(*tabs)
 
-    running = loop.create_task(all_of_them())
+    running = loop.create_task(receive_all())
 
     def run() -> None:
         with suppress(asyncio.CancelledError):

@@ -1,10 +1,10 @@
-"""Expansion against the official `xacro` package: agreement, time in-process, time as a command.
+"""Expansion compared with the official `xacro` package: agreement, time in one process, time as a command.
 
     python benchmarks/bench_xacro.py [--only TEXT] [--repeat N]
 
-Every entry of the corpus (KBOT_SHARED, or `shared` beside the repository) is expanded by both in
-turn, in one process; the best of N counts. Cold: all caches cleared before each run. Warm: parsed
-files and compiled expressions kept, as for the second and every further run. Prints Markdown.
+Each corpus entry (KBOT_SHARED, or `shared` beside the repository) is expanded by both in turn, in one
+process. The best of N runs counts. Cold: all caches are cleared before each run. Warm: parsed files and
+compiled expressions are cached, as in every run after the first. Prints Markdown.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ SHARED = Path(os.environ.get("KBOT_SHARED") or Path(__file__).parents[2] / "shar
 
 
 class Row(NamedTuple):
-    """Best times in seconds of one entry."""
+    """The best times of one entry, in seconds."""
 
     name: str
     official: float
@@ -46,7 +46,7 @@ def main() -> None:
     parser.add_argument("--only", default="")
     parser.add_argument("--repeat", type=int, default=5)
     options = parser.parse_args()
-    stand_in_for_ament()
+    replace_ament()
     sys.path.insert(0, str(SHARED / "corpus"))
     with tempfile.TemporaryDirectory() as scratch:
         rows = [
@@ -59,8 +59,8 @@ def main() -> None:
             print(_source_map_cost())
 
 
-def stand_in_for_ament() -> None:
-    """`$(find …)` of the official package asks a library of ROS, which PyPI does not have."""
+def replace_ament() -> None:
+    """Replace the ROS library that `$(find …)` of the official package uses: PyPI does not have it."""
 
     def find(name: str) -> str:
         for prefix in os.environ["AMENT_PREFIX_PATH"].split(os.pathsep):
@@ -74,7 +74,7 @@ def stand_in_for_ament() -> None:
 
 
 def _entries(only: str, scratch: Path) -> Iterator[tuple[str, Path, dict[str, str]]]:
-    import check  # type: ignore[import-not-found] - the corpus has it, beside its files
+    import check  # type: ignore[import-not-found] - a module in the corpus folder
 
     own, every = check.packages()
     with (SHARED / "corpus/manifest.csv").open(newline="") as file:
@@ -122,7 +122,7 @@ def _table(rows: list[Row]) -> str:
     lines = [
         f"{sum(row.equal for row in rows)} of {len(rows)} entries equal the official output byte for byte.",
         "",
-        "| entry | official, ms | KBot cold, ms | times as fast | warm |",
+        "| entry | official, ms | KBot cold, ms | speed-up cold | speed-up warm |",
         "| --- | ---: | ---: | ---: | ---: |",
     ]
     for row in heaviest:
@@ -145,7 +145,7 @@ def _mean(ratios: list[float]) -> float:
 
 
 def _commands(smallest: Row) -> str:
-    """Both commands as whole processes on the smallest entry."""
+    """Compare both commands as whole processes on the smallest entry."""
     import check
 
     name = smallest.name.split(" ")[1]
@@ -153,7 +153,7 @@ def _commands(smallest: Row) -> str:
     folder = Path(sys.executable).parent
     best: dict[str, float] = {}
     scratch = tempfile.TemporaryDirectory()
-    # both with compiled modules, as they are where they were installed
+    # both with compiled modules, as after an installation
     environment = {**os.environ, "PYTHONPYCACHEPREFIX": scratch.name}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
     for _ in range(10):
@@ -171,7 +171,7 @@ def _commands(smallest: Row) -> str:
 
 
 def _source_map_cost() -> str:
-    """Expansion as it is, and with the recording of what fed a value left out."""
+    """Compare the normal expansion with one that does not record the sources of values."""
 
     class Nothing(list[object]):
         def append(self, item: object) -> None:
@@ -181,17 +181,17 @@ def _source_map_cost() -> str:
     usual = Run.__init__
 
     def without(self: Run, *args: object, **named: object) -> None:
-        usual(self, *args, **named)  # type: ignore[arg-type] - passed through as it came
-        self.used = Nothing()  # type: ignore[assignment] - takes nothing down
+        usual(self, *args, **named)  # type: ignore[arg-type] - passed through unchanged
+        self.used = Nothing()  # type: ignore[assignment] - a list that keeps nothing
 
     best = [math.inf, math.inf]
     for _ in range(200):
         for index, start in enumerate((usual, without)):
-            Run.__init__ = start  # type: ignore[method-assign,assignment] - put back below
+            Run.__init__ = start  # type: ignore[method-assign,assignment] - restored below
             best[index] = min(best[index], _seconds(lambda: expand(str(path)).text))
-    Run.__init__ = usual  # type: ignore[method-assign] - as it was
+    Run.__init__ = usual  # type: ignore[method-assign] - restores the original
     share = 100 * (best[0] - best[1]) / best[0]
-    return f"Recording what each value was computed from takes {max(share, 0):.0f} % of a warm expansion.\n"
+    return f"Recording the sources of each value takes {max(share, 0):.0f} % of a warm expansion.\n"
 
 
 if __name__ == "__main__":

@@ -1,9 +1,10 @@
-"""What listens while bridges are measured: one peer of one bridge, with that protocol's own library.
+"""A peer of one bridge, using the library of its protocol, for measuring bridges.
 
     python benchmarks/bridge_peers.py NAME [ADDRESS]
 
-For each message of /clock a line: its stamp in nanoseconds, and when it came by this machine's clock (s). The
-robot's other topics are taken as well, but by the peer of ROS 1, for a connection of TCPROS is for one topic.
+It prints a line for each message of /clock: its stamp in nanoseconds, and its arrival time by this machine's
+clock (s). It also subscribes to the robot's other topics, except for ROS 1, where a connection carries one
+topic.
 """
 
 from __future__ import annotations
@@ -18,8 +19,8 @@ import time
 NAMES = ("odom", "tf", "joint_states", "clock", "scan")
 
 
-def hear_ros1(address: str) -> None:
-    """`address` is where a publisher of /clock listens, HOST:PORT."""
+def receive_ros1(address: str) -> None:
+    """`address` is that of a publisher of /clock, HOST:PORT."""
     from kbot.ros.bridges.ros1.tcpros import encode_header, read_block, read_header
 
     host, _, port = address.rpartition(":")
@@ -30,10 +31,10 @@ def hear_ros1(address: str) -> None:
         read_header(connection)
         while True:
             secs, nsecs = struct.unpack("<II", read_block(connection))
-            tell(secs * 10**9 + nsecs)
+            report(secs * 10**9 + nsecs)
 
 
-def hear_foxglove(address: str) -> None:
+def receive_foxglove(address: str) -> None:
     from websockets.sync.client import connect
     from websockets.typing import Subprotocol
 
@@ -41,15 +42,17 @@ def hear_foxglove(address: str) -> None:
         while True:
             data = connection.recv()
             if isinstance(data, bytes) and data[0] == 2:
-                tell(struct.unpack_from("<Q", data, 1)[0])
-            elif isinstance(data, str) and (said := json.loads(data))["op"] == "advertise":
+                report(struct.unpack_from("<Q", data, 1)[0])
+            elif isinstance(data, str) and (received := json.loads(data))["op"] == "advertise":
                 wanted = [
-                    {"id": c["id"], "channelId": c["id"]} for c in said["channels"] if c["topic"][1:] in NAMES
+                    {"id": c["id"], "channelId": c["id"]}
+                    for c in received["channels"]
+                    if c["topic"][1:] in NAMES
                 ]
                 connection.send(json.dumps({"op": "subscribe", "subscriptions": wanted}))
 
 
-def hear_rosbridge(address: str) -> None:
+def receive_rosbridge(address: str) -> None:
     from websockets.sync.client import connect
 
     with connect(address) as connection:
@@ -59,10 +62,10 @@ def hear_rosbridge(address: str) -> None:
             data = str(connection.recv())
             if "/clock" in data:
                 clock = json.loads(data)["msg"]["clock"]
-                tell(clock["secs"] * 10**9 + clock["nsecs"])
+                report(clock["secs"] * 10**9 + clock["nsecs"])
 
 
-def hear_ros2(_: str) -> None:
+def receive_ros2(_: str) -> None:
     from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState, WaitSet
     from cyclonedds.domain import Domain, DomainParticipant
     from cyclonedds.sub import DataReader
@@ -72,7 +75,7 @@ def hear_ros2(_: str) -> None:
     from kbot.ros.bridges.ros2.bridge import LOOPBACK, sample_type
 
     number = int(os.environ["ROS_DOMAIN_ID"])
-    domain = Domain(number, LOOPBACK)  # it ends with what holds it
+    domain = Domain(number, LOOPBACK)  # it closes when it is garbage-collected
     participant = DomainParticipant(number)
     kinds = {
         "clock": "rosgraph_msgs/msg/Clock",
@@ -91,40 +94,40 @@ def hear_ros2(_: str) -> None:
         waiting.wait(duration(seconds=1))
         for sample in readers[0].take(64):
             if not sample.sample_info.valid_data:
-                continue  # its writer is gone
+                continue  # the writer has ended
             sec, nanosec = struct.unpack_from("<iI", sample.encoded, 4)
-            tell(sec * 10**9 + nanosec)
+            report(sec * 10**9 + nanosec)
         for reader in readers[1:]:
             reader.take(64)
 
 
-def hear_zenoh(_: str) -> None:
+def receive_zenoh(_: str) -> None:
     import zenoh
 
-    def hear(sample: zenoh.Sample) -> None:
+    def receive(sample: zenoh.Sample) -> None:
         if "/clock/" in str(sample.key_expr):
             sec, nanosec = struct.unpack_from("<iI", sample.payload.to_bytes(), 4)
-            tell(sec * 10**9 + nanosec)
+            report(sec * 10**9 + nanosec)
 
     config = zenoh.Config()
     config.insert_json5("mode", '"client"')
     config.insert_json5("connect/endpoints", '["tcp/127.0.0.1:7447"]')
     with zenoh.open(config) as session:
-        subscribers = [session.declare_subscriber(f"*/{name}/**", hear) for name in NAMES]
+        subscribers = [session.declare_subscriber(f"*/{name}/**", receive) for name in NAMES]
         while subscribers:
             time.sleep(1)
 
 
 PEERS = {
-    "ros1": hear_ros1,
-    "foxglove": hear_foxglove,
-    "rosbridge": hear_rosbridge,
-    "ros2": hear_ros2,
-    "zenoh": hear_zenoh,
+    "ros1": receive_ros1,
+    "foxglove": receive_foxglove,
+    "rosbridge": receive_rosbridge,
+    "ros2": receive_ros2,
+    "zenoh": receive_zenoh,
 }
 
 
-def tell(nanoseconds: int) -> None:
+def report(nanoseconds: int) -> None:
     sys.stdout.write(f"{nanoseconds} {time.monotonic()}\n")
     sys.stdout.flush()
 

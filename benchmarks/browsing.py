@@ -1,4 +1,4 @@
-"""What benchmarks of the page share: a browser, pages in it, what it takes, and a bare page of three.js."""
+"""Shared by the page benchmarks: the browser, pages in it, processor time, and a bare three.js page."""
 
 from __future__ import annotations
 
@@ -23,28 +23,28 @@ if TYPE_CHECKING:
 WEB = Path(__file__).parents[1] / "web"
 ARGUMENTS = ("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync")
 SHOWS = "!!window.kbot && kbot.frames > 0 && kbot.revision > 0"
-"""Whether the workbench has drawn."""
+"""Is true once the workbench has drawn."""
 KEEP_SOCKET = (
     "window.WebSocket = class extends WebSocket { constructor(...a) { super(...a); window.line = this; } };"
 )
-"""A script that has the page's socket at hand, for `answer_lag`."""
+"""A script that stores the page's socket in `window.line`, for `answer_lag`."""
 ASK = """(text) => new Promise((resolve) => {
   const start = performance.now();
-  const hear = ({ data }) => {
+  const receive = ({ data }) => {
     if (typeof data !== 'string' || !data.includes(text)) return;
-    line.removeEventListener('message', hear);
+    line.removeEventListener('message', receive);
     resolve(performance.now() - start);
   };
-  line.addEventListener('message', hear);
+  line.addEventListener('message', receive);
   line.send(JSON.stringify({ type: 'open_source', file: text })); })"""
 QUESTIONS = 15
 DRAWING = ("--type=renderer", "--type=gpu-process")
-"""The processes of Chromium that scripts and pictures are made in."""
+"""The Chromium processes that run scripts and render pictures."""
 
 
 @contextmanager
 def opened_browser() -> Iterator[Browser]:
-    """Chromium without a window, drawing in software."""
+    """Headless Chromium with software rendering."""
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:
@@ -56,12 +56,13 @@ def opened_browser() -> Iterator[Browser]:
 def chromium() -> str:
     names = (os.environ.get("KBOT_CHROMIUM"), "chromium", "chromium-browser", "google-chrome")
     found = next((path for name in names if name and (path := shutil.which(name))), None)
-    return found or sys.exit("there is no Chromium (install one, or set KBOT_CHROMIUM to its path)")
+    return found or sys.exit("Chromium is not found. Install it, or set KBOT_CHROMIUM to its path.")
 
 
 @contextmanager
 def page(browser: Browser, address: str, ready: str, first: str = "") -> Iterator[Page]:
-    """A page once an expression in it holds; the script `first` runs before those of the page."""
+    """Open a page and wait until an expression in it is true. The script `first` runs before the page's
+    own."""
     shown = browser.new_page(viewport={"width": 1280, "height": 720})
     shown.add_init_script(first)
     shown.goto(address)
@@ -72,13 +73,13 @@ def page(browser: Browser, address: str, ready: str, first: str = "") -> Iterato
 
 
 def answer_lag(shown: Page) -> float:
-    """Milliseconds from a page's question to the server's answer, the median of some; see `KEEP_SOCKET`."""
+    """Median time from a request of a page to the server's answer, in ms. The page needs `KEEP_SOCKET`."""
     return statistics.median(float(shown.evaluate(ASK, f"question {i}.")) for i in range(QUESTIONS))
 
 
 @contextmanager
 def kbot(words: list[str]) -> Iterator[tuple[str, subprocess.Popen[str]]]:
-    """The address that a command of KBot serves at, and its process."""
+    """Start a KBot command that serves; yields its address and process."""
     command = [sys.executable, "-m", "kbot", *words, "--no-browser", "--port", "0"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as running:
         assert running.stdout is not None
@@ -95,7 +96,7 @@ def kbot(words: list[str]) -> Iterator[tuple[str, subprocess.Popen[str]]]:
 
 @contextmanager
 def bare_page(script: str) -> Iterator[str]:
-    """Address of a page that has this script and nothing else, bundled as the workbench's is."""
+    """The address of a page with only this script, bundled like the workbench."""
     with tempfile.TemporaryDirectory(dir=WEB / "node_modules", prefix="bare-") as folder:
         (Path(folder) / "main.js").write_text(script)
         tag = '<body style="margin:0"><script type="module" src="./main.js"></script>'
@@ -119,43 +120,44 @@ class Quiet(http.server.SimpleHTTPRequestHandler):
 
 
 def share_of_core(pid: int, seconds: float) -> float:
-    """How much of a core a process takes during the next seconds."""
+    """The share of a core that a process uses during the next seconds."""
     before = cpu_seconds(pid)
     time.sleep(seconds)
     return (cpu_seconds(pid) - before) / seconds
 
 
 def cpu_seconds(pid: int) -> float:
-    """Processor time of all threads that a process has now; those of one that is gone count as none."""
+    """Processor time of all threads of a process, in s. Threads that have ended do not count."""
     nanoseconds = 0
     for thread in Path(f"/proc/{pid}/task").glob("*/schedstat"):
         try:
             nanoseconds += int(thread.read_text().split()[0])
-        except OSError:  # it has just ended
+        except OSError:  # the thread or process has just ended
             continue
     return nanoseconds / 1e9
 
 
 def tree_seconds(pid: int) -> float:
-    """Processor time of a process and of all that it started, with those of them that have ended."""
+    """Processor time of a process and of all its descendants, including those that have ended, in s."""
     tick = os.sysconf("SC_CLK_TCK")
     ticks = 0
-    for one in (pid, *_descendants(pid)):
+    for process in (pid, *_descendants(pid)):
         try:
-            words = Path(f"/proc/{one}/stat").read_text().rpartition(")")[2].split()
-        except OSError:  # it has just ended
+            words = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+        except OSError:  # the thread or process has just ended
             continue
-        ticks += sum(map(int, words[11:15]))  # of itself and of children waited for: utime to cstime
+        ticks += sum(map(int, words[11:15]))  # utime to cstime: of the process and of children it waited for
     return ticks / tick
 
 
 def drawing_seconds() -> float:
-    """Processor time of the browser's drawing processes, which other work on the machine hardly changes."""
+    """Processor time of the browser's renderer and GPU processes. Other load on the machine hardly changes
+    it."""
     return sum(cpu_seconds(pid) for pid in _descendants(os.getpid()) if _draws(pid))
 
 
 def settle() -> None:
-    """Waits until the browser has nothing left to draw or to clear away, as of a page closed just before."""
+    """Wait until the browser is idle, for example after a page was closed."""
     before, now = -1.0, drawing_seconds()
     while now != before:
         time.sleep(0.2)

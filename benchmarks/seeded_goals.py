@@ -1,4 +1,4 @@
-"""Worlds with goals that KBot drives to: mazes and furnished rooms, drawn by seed."""
+"""Seeded worlds with navigation goals: mazes and furnished rooms."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ LIDAR = Lidar(link="base_link", pose=Transform.from_xyz_rpy((0, 0, 0.06), (0, 0,
 
 
 def maze(seed: int) -> tuple[World, PlanarPose]:
-    """A maze of 5 x 5 cells, and the middle of a cell drawn by seed."""
+    """A maze of 5 x 5 cells, with the centre of a random cell as goal."""
     random = np.random.default_rng(seed)
     x, y = (int(v) for v in random.integers(1, 5, 2))
     return load_world(f"maze:size=5,seed={seed}"), PlanarPose(0.6 * x, 0.6 * y, float(random.uniform(-3, 3)))
 
 
 def rooms(seed: int) -> tuple[World, PlanarPose]:
-    """Rooms whose number, size and doors are drawn by seed, boxes strewn about; a goal anywhere free."""
+    """Rooms of random number, size and door width with boxes at random places, and a random free goal."""
     random = np.random.default_rng(1000 + seed)
     columns, rows = (int(v) for v in random.integers(2, 4, 2))
     size, door = float(random.uniform(1.6, 2.4)), float(random.uniform(0.4, 0.7))
@@ -49,14 +49,14 @@ def rooms(seed: int) -> tuple[World, PlanarPose]:
 
 
 def standing_room(world: World) -> OccupancyGrid:
-    """Where KBot can stand with any heading, and 2 cm to spare."""
+    """The free cells where KBot fits with any heading and a margin of 2 cm."""
     grid = world_grid(world)
     taken = inflate(grid.cells == 100, (0.128 + 0.02) / grid.resolution + 0.5)
     return OccupancyGrid(np.where(taken, 100, 0).astype(np.int8), grid.resolution, grid.origin)
 
 
 def is_reachable(world: World, goal: PlanarPose) -> bool:
-    """Whether a flood over the map finds a way as wide as KBot. The planner is not used."""
+    """Whether a flood fill of the map, as wide as KBot, reaches the goal. It does not use the planner."""
     grid = world_grid(world)
     free = ~inflate(grid.cells == 100, 0.128 / grid.resolution)
     waiting, last = [grid.cell(0.0, 0.0)], grid.cell(goal.x, goal.y)
@@ -76,5 +76,5 @@ def drive(robot: RobotModel, world: World, goal: PlanarPose, with_lidar: bool) -
 
 
 def time_ratio(trip: Trip) -> float:
-    """The time of a trip, as a multiple of what its planned path takes at full speed."""
+    """The time of a trip as a multiple of the time of its planned path at full speed."""
     return trip.time / (trip.shortest / GENTLE.linear)

@@ -1,4 +1,4 @@
-"""What every diagnostic has: a code, a message and a place, in each form that KBot prints."""
+"""Checks that diagnostics have a code, a message and a place, and that KBot can print them."""
 
 from collections.abc import Sequence
 

@@ -1,6 +1,6 @@
-"""A few edits of a valid file: what a fuzzer changes reaches deeper than noise does."""
+"""Edits valid files for fuzzing: an edited valid file reaches deeper code than random bytes."""
 
-# ruff: noqa: E501 - seeds are files as others write them
+# ruff: noqa: E501 - seeds are files in the style of other programs
 
 import re
 
@@ -14,7 +14,7 @@ HOSTILE = [
 
 
 def edited(provider: atheris.FuzzedDataProvider, seed: bytes, words: list[bytes]) -> bytes:
-    """The seed after up to six edits; `words` are pieces of the format that may be put in anywhere."""
+    """The seed after up to six edits. `words` are pieces of the format that may be inserted anywhere."""
     data = seed
     for _ in range(provider.ConsumeIntInRange(0, 6)):
         at = provider.ConsumeIntInRange(0, len(data))

@@ -3,8 +3,8 @@
     pip install atheris
     python fuzz/fuzz_check.py CORPUS_FOLDER [-runs=1000000] [-timeout=10]
 
-Whatever the text, checking it must end within the timeout with findings that can be printed in every
-format. The fixes must give a text that has no more errors than before.
+For any text, a check must end within the timeout, with findings that can be printed in every format. The
+fixes must give a text that has no more errors than before.
 """
 
 import sys
@@ -41,7 +41,7 @@ FRAGMENTS = [
 
 
 def check(text: str, with_fixes: bool) -> None:
-    """Check a text, print what is found in every format, and apply the fixes."""
+    """Check a text, print the findings in every format, and apply the fixes."""
     found = check_text(text, PATH, config=CONFIG)
     for finding in found:
         assert finding.code, finding
@@ -59,7 +59,7 @@ def check(text: str, with_fixes: bool) -> None:
 
 
 def document(provider: atheris.FuzzedDataProvider) -> str:
-    """The text that an input stands for: itself, or some fragments filled in."""
+    """The text for an input: the input itself, or fragments that are filled with it."""
     if provider.ConsumeIntInRange(0, 3) == 0:
         return provider.ConsumeUnicodeNoSurrogates(4_000)
     parts = [HEAD]

@@ -3,9 +3,9 @@
     pip install atheris
     python fuzz/fuzz_definitions.py CORPUS_FOLDER [-runs=1000000]
 
-Whatever the text of a definition is, it is refused by a KbotError, or rosbags makes code of it that reads and
-converts any bytes without running what the text has. What was found is kept in
-tests/wire/test_foreign_types.py.
+A definition with any text is either refused with a KbotError, or rosbags generates code from it that reads
+and converts any bytes without running code from the text. tests/wire/test_foreign_types.py has the inputs
+that failed.
 """
 
 import builtins
@@ -36,11 +36,11 @@ SEEDS = [
 
 
 def trap(*_: object, **__: object) -> None:
-    raise AssertionError("a definition was run")
+    raise AssertionError("code from a definition was run")
 
 
 def check(text: str, data: bytes) -> None:
-    """Use a definition as a recording's is used."""
+    """Use a definition in the same way as one from a recording."""
     try:
         found = read_definition(text, NAME)
         shapes = ShapeCheck(ros2_types().fielddefs)
@@ -50,7 +50,7 @@ def check(text: str, data: bytes) -> None:
         shapes.accept(NAME)
     except KbotError as refusal:
         if "\n" in str(refusal):
-            raise AssertionError("its error has two lines") from refusal
+            raise AssertionError("the error has two lines") from refusal
         return
     for known in (ros1_types(), ros2_types()):
         store = safe_copy(known)
@@ -66,7 +66,7 @@ def check(text: str, data: bytes) -> None:
 
 
 def one_input(data: bytes) -> None:
-    """A message, a bar, and a definition."""
+    """The input is a message, a vertical bar and a definition."""
     message, _, text = data.partition(b"|")
     check(text.decode(errors="replace"), message)
 

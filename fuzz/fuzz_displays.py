@@ -3,10 +3,10 @@
     pip install atheris
     python fuzz/fuzz_displays.py [-max_total_time=300]
 
-Whatever a text holds, it is settings that can be written and read again, or one KbotError.
+Any text either gives settings that can be written and read again, or one KbotError.
 """
 
-# ruff: noqa: E501 - seeds are files as others write them
+# ruff: noqa: E501 - seeds are files in the style of other programs
 
 import sys
 

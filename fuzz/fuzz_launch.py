@@ -3,8 +3,8 @@
     pip install atheris
     python fuzz/fuzz_launch.py CORPUS_FOLDER [-runs=1000000]
 
-Reading must end within its bounds on every input, and report what is wrong in diagnostics that have a code,
-a message and a place. Everything else is a finding, and so is an input that takes more than 10 s of CPU time.
+For every input, reading must end within its limits and report errors as diagnostics with a code, a message
+and a place. Anything else is a finding, and so is an input that takes more than 10 s of CPU time.
 """
 
 import sys
@@ -46,7 +46,7 @@ WORDS = [
 
 
 def check(name: str, text: str) -> None:
-    """Read a launch file and look at what comes out."""
+    """Read a launch file and check the time and the diagnostics."""
     source = Source(name, text)
     start = time.process_time()
     read = read_launch if name.endswith(".launch") else read_launch_2

@@ -3,11 +3,11 @@
     pip install atheris
     python fuzz/fuzz_meshes.py [-max_total_time=300]
 
-Whatever a file holds, it is triangles whose indices are in range, or one KbotError. What was found is in
-tests/model/test_hostile_meshes.py.
+Any file either gives triangles whose indices are in range, or one KbotError. tests/model/test_hostile_meshes.py has
+the inputs that failed.
 """
 
-# ruff: noqa: E501 - seeds are files as others write them
+# ruff: noqa: E501 - seeds are files in the style of other programs
 
 import sys
 import tempfile

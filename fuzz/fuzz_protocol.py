@@ -1,12 +1,12 @@
-"""Coverage-guided fuzzing of what pages and peers may send: the decoders of the page, Foxglove and rosbridge.
+"""Coverage-guided fuzzing of messages from pages and peers: the decoders of the page, Foxglove and rosbridge.
 
     pip install atheris
     python fuzz/fuzz_protocol.py [-max_total_time=300]
 
-Whatever a message holds, it is done or refused by a KbotError: nothing else reaches the server's guard.
+Any message is either processed or refused with a KbotError. No other exception may reach the server.
 """
 
-# ruff: noqa: E501 - seeds are files as others write them
+# ruff: noqa: E501 - seeds are files in the style of other programs
 
 import json
 import sys

@@ -3,8 +3,8 @@
     pip install atheris
     python fuzz/fuzz_recordings.py mcap|bag|rosbag2|metadata CORPUS_FOLDER [-runs=1000000]
 
-Whatever the bytes of a file are, it is read or refused by a KbotError of one line. An empty corpus folder
-gets a small recording to begin with. What was found is kept in tests/record/test_hostile_recordings.py.
+A file with any bytes is either read or refused with a KbotError of one line. An empty corpus folder gets a
+small recording as seed. tests/record/test_hostile_recordings.py has the inputs that failed.
 """
 
 import sqlite3
@@ -33,7 +33,7 @@ TOPICS = {"/chatter": String("word"), "/tf": TFMessage()}
 
 
 def files(kind: str, folder: Path) -> tuple[Path, Path]:
-    """The recording, and the file in it whose bytes are tried."""
+    """The recording, and the file in it whose bytes are fuzzed."""
     if kind in ("rosbag2", "metadata"):
         run = folder / "run"
         return run, run / ("metadata.yaml" if kind == "metadata" else "run.db3")
@@ -42,7 +42,7 @@ def files(kind: str, folder: Path) -> tuple[Path, Path]:
 
 
 def write_seed(kind: str, folder: Path) -> None:
-    """A small recording, without compression and checksums, which would hide what is behind them."""
+    """Write a small recording without compression and checksums, which would reject most changed bytes."""
     recording, _ = files(kind, folder)
     if kind == "mcap":
         with recording.open("wb") as stream:
@@ -70,7 +70,7 @@ def write_seed(kind: str, folder: Path) -> None:
 
 
 def read(recording: Path) -> None:
-    """Everything that reads a recording. Raises KbotError."""
+    """Use everything that reads a recording. Raises KbotError."""
     found = Recording(str(recording)).summary()
     for entry in Recording(str(recording)).entries():
         with suppress(KbotError):
@@ -89,20 +89,20 @@ def read(recording: Path) -> None:
 def main() -> None:
     kind = sys.argv.pop(1)
     folder = Path(tempfile.mkdtemp(prefix="kbot-fuzz-"))
-    recording, tried = files(kind, folder)
+    recording, fuzzed = files(kind, folder)
     write_seed(kind, folder)
     corpus = Path(sys.argv[1])
     corpus.mkdir(exist_ok=True)
     if not any(corpus.iterdir()):
-        (corpus / "seed").write_bytes(tried.read_bytes())
+        (corpus / "seed").write_bytes(fuzzed.read_bytes())
 
     def one_input(data: bytes) -> None:
-        tried.write_bytes(data)
+        fuzzed.write_bytes(data)
         try:
             read(recording)
         except KbotError as refusal:
             if "\n" in str(refusal):
-                raise AssertionError("its error has two lines") from refusal
+                raise AssertionError("the error has two lines") from refusal
 
     atheris.Setup(sys.argv, one_input)
     atheris.Fuzz()

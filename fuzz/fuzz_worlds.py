@@ -3,10 +3,10 @@
     pip install atheris
     python fuzz/fuzz_worlds.py [-max_total_time=300]
 
-Whatever a file holds, it is a world or a KbotError; what was found is in tests/world/.
+Any file either gives a world or a KbotError. tests/world/ has the inputs that failed.
 """
 
-# ruff: noqa: E501 - seeds are files as others write them
+# ruff: noqa: E501 - seeds are files in the style of other programs
 
 import sys
 import tempfile

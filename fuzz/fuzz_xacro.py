@@ -3,9 +3,9 @@
     pip install atheris
     python fuzz/fuzz_xacro.py CORPUS_FOLDER [-runs=1000000]
 
-Expansion must end within its bounds on every input, and report what is wrong in diagnostics that have
-a code and a place. Everything else is a finding, and so is an input that takes more than a second of CPU
-time. Findings are kept in tests/xacro/fuzzed/, which the test suite replays.
+For every input, expansion must end within its limits and report errors as diagnostics with a code and a
+place. Anything else is a finding, and so is an input that takes more than a second of CPU time.
+tests/xacro/fuzzed/ has the inputs that failed; the test suite replays them.
 """
 
 import sys
@@ -25,7 +25,7 @@ LIMITS = Limits(
     includes=5, nesting=200, function_depth=30, errors=30,
 )  # fmt: skip
 MOST_CPU_S = 1.0
-"""Twenty times what the steps in LIMITS take where Python is not instrumented."""
+"""Twenty times the time of the steps in LIMITS without instrumentation."""
 HEAD = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro">'
 FRAGMENTS = [
     '<xacro:property name="a" value="{}"/>',
@@ -61,7 +61,7 @@ OPERATORS = ["+", "-", "*", "/", "//", "%", "**", "<<", ">>", "&", "|", "^", "in
 
 
 def hostile(provider: atheris.FuzzedDataProvider) -> str:
-    """An expression of large values, and of calls and operators that may take long on them."""
+    """An expression with large values, and with calls and operators that may take long on them."""
 
     def pick(some: list[str]) -> str:
         return some[provider.ConsumeIntInRange(0, len(some) - 1)]
@@ -89,7 +89,7 @@ def hostile(provider: atheris.FuzzedDataProvider) -> str:
 
 
 def check(text: str) -> None:
-    """Expand a text and look at everything that comes out."""
+    """Expand a text and check the time, the diagnostics and the result."""
     start = time.process_time()
     expansion = expand_text(text, "fuzz.xacro", {"x": "1"}, limits=LIMITS)
     assert time.process_time() - start < MOST_CPU_S, text
@@ -97,11 +97,11 @@ def check(text: str) -> None:
     if expansion.ok:
         assert expansion.text.startswith("<?xml")
     elif not expansion.diagnostics:
-        raise AssertionError("it failed and does not say why")
+        raise AssertionError("expansion failed without a diagnostic")
 
 
 def document(data: bytes) -> str:
-    """The text that an input stands for: itself, an expression, or some fragments filled in."""
+    """The text for an input: the input itself, an expression, or fragments that are filled with it."""
     provider = atheris.FuzzedDataProvider(data)
     kind = provider.ConsumeIntInRange(0, 5)
     if kind == 0:

@@ -1,11 +1,11 @@
-"""Coverage-guided fuzzing of the reader of XML-RPC, which reads whatever a ROS 1 peer sends.
+"""Coverage-guided fuzzing of the XML-RPC reader, which reads messages from ROS 1 peers.
 
     pip install atheris
     python fuzz/fuzz_xmlrpc.py CORPUS_FOLDER [-runs=1000000]
 
-Whatever the bytes, the reader returns values that are not nested too deeply, or raises ValueError or
-the fault that the bytes describe; anything else is a finding. What was found is kept in
-tests/bridges/test_ros1_access.py.
+For any bytes, the reader returns values that are not nested too deeply, or raises ValueError or the fault
+that the bytes describe. Anything else is a finding. tests/bridges/test_ros1_access.py has the inputs that
+failed.
 """
 
 import sys
@@ -29,7 +29,7 @@ def depth(value: object) -> int:
 
 
 def element(provider: atheris.FuzzedDataProvider, level: int) -> bytes:
-    """An element with others in it, or a text."""
+    """A random element with children, or text."""
     if level > 200 or provider.ConsumeIntInRange(0, 3) == 0:
         return provider.ConsumeBytes(12)
     tag = provider.PickValueInList(list(TAGS)).encode()
@@ -38,7 +38,7 @@ def element(provider: atheris.FuzzedDataProvider, level: int) -> bytes:
 
 
 def document(data: bytes) -> bytes:
-    """The bytes themselves, or an answer with some elements."""
+    """The input itself, or a response with random elements."""
     provider = atheris.FuzzedDataProvider(data)
     if provider.ConsumeBool():
         return provider.ConsumeBytes(4_000)

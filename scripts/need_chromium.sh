@@ -1,9 +1,9 @@
 #!/bin/sh
-# A Chromium for the browser tests: the one that is there, else the system's package.
+# Find Chromium for the browser tests, or install the system's package.
 set -eu
 for name in "${KBOT_CHROMIUM:-}" chromium chromium-browser google-chrome google-chrome-stable; do
     [ -n "$name" ] && command -v "$name" >/dev/null && exit 0
 done
 [ -x "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome" ] && exit 0
 sh scripts/system_packages.sh chromium && command -v chromium >/dev/null && exit 0
-echo "No Chromium here: the browser tests will be skipped (install one, or set KBOT_CHROMIUM to its path)."
+echo "Chromium is not found, so the browser tests are skipped. Install it, or set KBOT_CHROMIUM to its path."
