@@ -30,9 +30,9 @@ PARTS = {
     "stepping.": Stepping, "robots.": Robots, "robots.first.": SimulatedRobot,
 }  # fmt: skip
 BETWEEN_PARTS = {
-    "models.continue_from", "models.use", "disturbances.forget", "disturbances.set_back", "stepping.jump",
+    "models.continue_from", "models.use", "disturbances.forget", "disturbances.shift_time", "stepping.jump",
     "robots.add", "robots.publish", "robots.remove", "robots.tick", "robots.first.advance",
-    "robots.first.restore", "robots.first.set_back", "robots.first.stand_at", "robots.first.take_over",
+    "robots.first.restore", "robots.first.shift_time", "robots.first.stand_at", "robots.first.take_over",
     "robots.first.tick",
 }  # fmt: skip
 """What other parts call, not a user."""

@@ -1,7 +1,7 @@
 """Simulated sensors: lidar, IMU, encoders and others, with noise and rates.
 
-A sensor is declared by its spec and mounted: `lidar = sim.add_sensor(Lidar(link="base_link"))`. From then
-on it measures at its rate; `lidar.latest` is the newest reading.
+A spec declares a sensor, and `add_sensor` mounts it: `lidar = sim.add_sensor(Lidar(link="base_link"))`. From
+then on the sensor measures at its rate. `lidar.latest` is the newest reading.
 """
 
 from kbot.sensors.camera import Camera, CameraSensor

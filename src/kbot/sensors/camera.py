@@ -22,10 +22,13 @@ from kbot.text import KbotError
 
 @dataclass(frozen=True, kw_only=True)
 class Camera(Spec):
-    """Looks along x of `pose`, z up; `fov` is the horizontal field of view in rad; `near` and `far` in m
-    bound what is seen. `noise` is added to colours of 0 to 1. `topic` is that of the pictures; the intrinsics
-    are said on `info_topic`, else `camera_info` beside it, and with `depth` the distances on `depth_topic`,
-    else `depth/` beside it. `frame` should name an optical frame (REP 103)."""
+    """A camera that looks along x of `pose`, with z up.
+
+    `fov` is the horizontal field of view in rad. `near` and `far` (m) are the clipping planes. `noise` is
+    added to colours from 0 to 1. Pictures are published on `topic`, intrinsics on `info_topic` (by default
+    `camera_info` beside `topic`). With `depth`, depth images are published on `depth_topic` (by default in
+    `depth/` beside `topic`). `frame` should name an optical frame (REP 103).
+    """
 
     kind: ClassVar[str] = "camera"
     width: int = 640
@@ -41,17 +44,20 @@ class Camera(Spec):
     def __post_init__(self) -> None:
         super().__post_init__()
         if not (1 <= self.width <= 8192 and 1 <= self.height <= 8192):
-            raise KbotError(f"{self.label}: a picture has 1 to 8192 pixels a side")
+            raise KbotError(
+                f"{self.label}: width and height must be 1 to 8192 pixels, not {self.width} and {self.height}"
+            )
         if not 0.0 < self.fov < math.pi:
-            raise KbotError(f"{self.label}: a field of view is above 0 and below pi rad, not {self.fov}")
+            raise KbotError(f"{self.label}: fov must be above 0 and below pi rad, not {self.fov}")
         if not 0.0 < self.near < self.far < math.inf:
             raise KbotError(
-                f"{self.label}: the planes go up from above 0 m, unlike {self.near} to {self.far}"
+                f"{self.label}: the near plane must be above 0 m and nearer than the far plane,"
+                f" not {self.near} to {self.far} m"
             )
 
     @property
     def focal_length(self) -> float:
-        """In pixels, the same across and down."""
+        """The focal length in pixels, the same in both directions."""
         return self.width / 2.0 / math.tan(self.fov / 2.0)
 
     @property
@@ -63,13 +69,13 @@ class Camera(Spec):
 
 
 class CameraSensor(Sensor[Image]):
-    """Says an Image (rgb8), its CameraInfo, and with depth an Image of metres along the axis (32FC1)."""
+    """Publishes an Image (rgb8), its CameraInfo, and with `depth` an Image of depths in m (32FC1)."""
 
     message_type = Image
     spec: Camera
 
     def __init__(self, simulation: Simulation, spec: Camera) -> None:
-        """Raises KbotError where there is no OpenGL off screen; what to install is said; or as `Sensor`."""
+        """Raises KbotError: no offscreen OpenGL (the message says what to install), or as `Sensor`."""
         super().__init__(simulation, spec)
         beside, _, leaf = self.topic.rpartition("/")
         beside = f"{beside}/" if beside else ""
@@ -107,8 +113,10 @@ class CameraSensor(Sensor[Image]):
         return beside or super().has_subscribers
 
     def draw(self) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
-        """Colours (height, width, 3) and distances along the axis (height, width) in m now; +inf where
-        nothing is as near as `far`."""
+        """The current colours (height, width, 3) and depths (height, width) in m.
+
+        A depth is +inf if there is nothing nearer than `far`.
+        """
         _, _, place, axes = self._place()
         self._scene.place(place, axes)
         return self._canvas.draw(self._scene.data)
@@ -119,11 +127,11 @@ class CameraSensor(Sensor[Image]):
             if not self.spec.noise.is_none:
                 noisy = self._noise.apply(colours.reshape(-1) / 255.0, sample) * 255.0
                 colours = np.clip(np.rint(noisy), 0, 255).astype(np.uint8).reshape(colours.shape)
-            self._say_beside(depths)
+            self._publish_info_and_depth(depths)
         return self._image("rgb8", 3, colours.tobytes())
 
     def info(self) -> CameraInfo:
-        """The intrinsics of an ideal pinhole."""
+        """The intrinsics of an ideal pinhole camera."""
         spec, f = self.spec, self.spec.focal_length
         x, y = spec.width / 2.0, spec.height / 2.0
         return CameraInfo(
@@ -134,7 +142,7 @@ class CameraSensor(Sensor[Image]):
             p=(f, 0.0, x, 0.0, 0.0, f, y, 0.0, 0.0, 0.0, 1.0, 0.0),
         )
 
-    def _say_beside(self, depths: NDArray[np.float64]) -> None:
+    def _publish_info_and_depth(self, depths: NDArray[np.float64]) -> None:
         if self._infos.has_subscribers:
             self._infos.publish(self.info())
         if self._depths is not None:

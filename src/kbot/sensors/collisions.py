@@ -1,4 +1,4 @@
-"""Detects whether a robot touches anything but the ground, at every step of physics."""
+"""Detects whether a robot touches anything except the ground, at every physics step."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from kbot.sim.engine.placing import lowest_point
 from kbot.world.ground import STEP
 
 _UPRIGHT = math.cos(math.radians(45.0))
-"""Upward part of a normal from which a surface is ground: a tyre's friction coefficient is about 1, which
-holds a robot on slopes of up to 45 degrees."""
+"""Smallest z component of a ground surface's normal. With a friction coefficient of about 1, a tyre holds a
+robot on slopes of up to 45 degrees."""
 
 _SINKS = 0.001
-"""Metres at most by which a wheel sinks into what it stands on, in a stiff contact."""
+"""Most metres by which a wheel sinks into the ground in a stiff contact."""
 
 _OWN, _FLOOR, _OTHER = 1, 3, 8
-"""Kinds of shapes, so that the sum of two identifies the pair."""
+"""Kinds of shapes. The sum of two kinds identifies the pair."""
 _SUSPECT = _OWN + _OTHER
 
 
 class CollisionWatch:
-    """Watches a simulation's first robot until it is closed. `collided` is true once the robot touched
-    anything but the ground.
+    """Watches a simulation's first robot for collisions until it is closed.
 
-    Ground is a surface under the robot, within 45 degrees of level: a plane, a height field, or another shape
-    that the robot touches below its axles. So is a fixed shape whose top is at most 1.2 cm above the robot's
-    lowest point, an edge that maps call free. Contacts of the robot's links with each other do not count.
-    Contacts with other robots always count.
+    `collided` becomes true when the robot touches anything except the ground. Ground is a surface under the
+    robot, within 45 degrees of level: a plane, a height field, or another shape that the robot touches below
+    its axles. A fixed shape whose top is at most 1.2 cm above the robot's lowest point is ground too, because
+    maps mark such an edge as free. Contacts of the robot's links with each other do not count. Contacts with
+    other robots always count.
     """
 
     def __init__(self, simulation: Simulation) -> None:
@@ -44,7 +44,7 @@ class CollisionWatch:
         simulation.stepping.watchers.append(self._look)
 
     def close(self) -> None:
-        """Watch no more."""
+        """Stop watching."""
         if self._look in self._simulation.stepping.watchers:
             self._simulation.stepping.watchers.remove(self._look)
 
@@ -63,7 +63,7 @@ class CollisionWatch:
             self.close()
 
     def _bind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Look up the shapes in a model, which is another one once robots have come or gone."""
+        """Look up the shapes in a model. The model changes when robots are spawned or deleted."""
         robots = self._simulation.robots
         robot = self._simulation.robots.first
         self._model, self._harmless = model, b""
@@ -81,19 +81,19 @@ class CollisionWatch:
         tops = data.geom_xpos[:, 2] + (upward * middles + abs(upward) * halves).sum(axis=1)
         self._tops = np.where(is_fixed & ~self._is_endless, tops, math.inf)
         self._base = robot.body.index(robot.base)
-        # goals are refused for a robot without wheels: nothing is below its axle
+        # a robot without wheels cannot have goals: nothing counts as below its axle
         drive = robot.drive
         self._axle = drive.axle_in_base.translation[2] if isinstance(drive, DifferentialDrive) else -math.inf
 
     def _is_ground(self, data: mujoco.MjData, contact: mujoco.MjContact) -> bool:
-        """Whether the robot touches what it stands on, or an edge that it drives over."""
+        """Whether a contact is with the ground, or with an edge that the robot drives over."""
         other, up = int(contact.geom[0]), float(contact.frame[2])
         if self._kinds[other] == _OWN:
             other, up = int(contact.geom[1]), -up
         if self._is_robot[other]:
             return False
         if self._is_endless[other]:
-            # where a shape just touches a height field, the engine's normal may point down
+            # if a shape barely touches a height field, the engine's normal may point down
             return abs(up) >= _UPRIGHT
         if up >= _UPRIGHT and self._height(data, contact.pos) < self._axle:
             return True
@@ -101,5 +101,5 @@ class CollisionWatch:
         return lowest is not None and bool(self._tops[other] <= lowest + STEP + _SINKS)
 
     def _height(self, data: mujoco.MjData, point: NDArray[np.float64]) -> float:
-        """Metres of a point above the base's origin, along its z axis."""
+        """Height in m of a point above the base's origin, along the base's z axis."""
         return float(data.xmat[self._base].reshape(3, 3)[:, 2] @ (point - data.xpos[self._base]))

@@ -1,4 +1,4 @@
-"""Bumpers: whether, and how hard, a link touches something that is not its own robot."""
+"""Bumpers: whether a link touches something other than its own robot, and with which force."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from kbot.sim.engine.world_builder import PREFIX, owner
 
 @dataclass(frozen=True, kw_only=True)
 class Contact(Spec):
-    """`everywhere`: any link of the robot counts, not only `link`. What is driven on does not count."""
+    """A bumper on `link`, or with `everywhere` on all links of the robot. It does not detect the ground."""
 
     kind: ClassVar[str] = "bumper"
     rate: float = 50.0
@@ -28,14 +28,14 @@ class Contact(Spec):
 
 @dataclass(frozen=True, slots=True)
 class Touch:
-    """What is touched, by the name of its body in the world or `robot/link`, and with how many newtons."""
+    """A touched body (its name in the world, or `robot/link`) and the contact force in N."""
 
     body: str
     force: float
 
 
 class ContactSensor(Sensor[Bool]):
-    """Says whether something is touched (std_msgs/Bool) at the moment of a sample."""
+    """Publishes whether something is touched at the time of a sample (std_msgs/Bool)."""
 
     message_type = Bool
     spec: Contact
@@ -53,18 +53,18 @@ class ContactSensor(Sensor[Bool]):
         self._ground = np.array([owner(model, geom) in ground for geom in range(model.ngeom)])
 
     def touches(self) -> list[Touch]:
-        """Everything touched now."""
+        """Everything that is currently touched."""
         model, data = self._engine()
         if not data.ncon:
             return []
         pairs = data.contact.geom[: data.ncon]
         found, force = [], np.zeros(6)
-        for at, (one, other) in enumerate(pairs.tolist()):
-            if one < 0 or other < 0:
+        for at, (own, other) in enumerate(pairs.tolist()):
+            if own < 0 or other < 0:
                 continue
             if self._mine[other]:
-                one, other = other, one
-            if not self._mine[one] or self._own[other] or self._ground[other]:
+                own, other = other, own
+            if not self._mine[own] or self._own[other] or self._ground[other]:
                 continue
             if data.contact.exclude[at]:
                 continue

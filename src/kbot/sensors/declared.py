@@ -1,8 +1,8 @@
 """Finds and mounts the sensors that a description declares.
 
-They are `<gazebo reference><sensor>` of Gazebo Classic and gz, sensor interfaces of ros2_control, and plugins
-of Gazebo Classic. Codes: W140 something is left out (warning), W141 an invalid value or an unknown link
-(error).
+A description declares sensors by `<gazebo reference><sensor>` (Gazebo Classic and gz), by sensor interfaces
+of ros2_control, and by plugins of Gazebo Classic. Codes: W140 not simulated (warning), W141 an invalid value
+or an unknown link (error).
 """
 
 from __future__ import annotations
@@ -35,15 +35,17 @@ _OTHERS = "declared sensors of others"
 
 @dataclass(frozen=True, slots=True)
 class Declared:
-    """The sensors of a description in its order, and what there is to say about them."""
+    """The sensors of a description, in its order, and the findings about them."""
 
     specs: tuple[Spec, ...]
     diagnostics: tuple[Diagnostic, ...]
 
 
 def declared_sensors(robot: RobotModel, naming: Naming = ROOT_NAMING) -> Declared:
-    """What the description of a robot declares that the simulation calls `naming`. Never raises: what cannot
-    be used is in the diagnostics."""
+    """Read the sensors that a robot's description declares. Errors are in the result's `diagnostics`.
+
+    `naming` has the robot's names in the simulation.
+    """
     diagnostics: list[Diagnostic] = []
     specs: list[Spec] = []
     for link, element in _elements(robot):
@@ -52,7 +54,7 @@ def declared_sensors(robot: RobotModel, naming: Naming = ROOT_NAMING) -> Declare
         if link not in known:
             what = "joint" if known is robot.joints else "link"
             hint = did_you_mean(link, known)
-            values.error(f"there is no {what} '{link}'{': ' + hint if hint else ''}", element)
+            values.error(f"unknown {what} '{link}'{': ' + hint if hint else ''}", element)
             continue
         before = sum(d.is_error for d in diagnostics)
         spec = read_sensor(values, link, naming)
@@ -60,25 +62,25 @@ def declared_sensors(robot: RobotModel, naming: Naming = ROOT_NAMING) -> Declare
             specs.append(spec)
     specs += ros2_control_sensors(robot, diagnostics)
     specs += model_plugins(robot, naming, diagnostics)
-    heard = []
+    valid = []
     for spec in specs:
         try:
             for topic in spec.topics:
                 require_sensor_topic(naming.topic(topic))
-            heard.append(spec)
+            valid.append(spec)
         except KbotError as error:
             diagnostics.append(_left_out(spec, error))
-    return Declared(tuple(heard), tuple(diagnostics))
+    return Declared(tuple(valid), tuple(diagnostics))
 
 
 def mount_declared(simulation: Simulation, strict: bool = True) -> Mounted:
-    """Mount every sensor that the robot's description declares: by name, and what was left out.
+    """Mount every sensor that the first robot's description declares.
 
-    Asked again, it hands out the same sensors. Cameras draw only while someone listens. Unless `strict`,
-    sensors whose declarations have errors are left out too.
+    Returns the sensors by name, and the findings. A second call returns the same sensors. Cameras render only
+    while they have a subscriber. Without `strict`, declarations with errors are skipped.
 
     Raises:
-        DescriptionError: a declaration has errors; it carries all of them.
+        DescriptionError: a declaration has errors. It carries all of them.
     """
     if _KEY in simulation.mounted:
         found: Mounted = simulation.mounted[_KEY]
@@ -87,21 +89,23 @@ def mount_declared(simulation: Simulation, strict: bool = True) -> Mounted:
     if strict and any(d.is_error for d in declared.diagnostics):
         raise DescriptionError(declared.diagnostics)
     mounted: Sensors = {}
-    said = list(declared.diagnostics)
+    diagnostics = list(declared.diagnostics)
     for spec in declared.specs:
         try:
             sensor = spec.mount(simulation)
-            sensor.only_when_heard = isinstance(spec, Camera)
+            sensor.only_with_subscribers = isinstance(spec, Camera)
             mounted[spec.label] = sensor
         except KbotError as error:
-            said.append(_left_out(spec, error))
-    simulation.mounted[_KEY] = mounted, tuple(said)
-    return mounted, tuple(said)
+            diagnostics.append(_left_out(spec, error))
+    simulation.mounted[_KEY] = mounted, tuple(diagnostics)
+    return mounted, tuple(diagnostics)
 
 
 def mount_on_others(simulation: Simulation) -> None:
-    """Mount the sensors that the descriptions of all robots but the first declare, each in its robot's
-    namespace. A sensor that cannot be mounted is left out."""
+    """Mount the sensors that the descriptions of all robots except the first declare.
+
+    Each is in its robot's namespace. Sensors that cannot be mounted are skipped.
+    """
     done: dict[str, SimulatedRobot] = simulation.mounted.setdefault(_OTHERS, {})
     new = {n: r for n, r in list(simulation.robots.items())[1:] if done.get(n) is not r}
     done.update(new)
@@ -109,16 +113,16 @@ def mount_on_others(simulation: Simulation) -> None:
         for spec in declared_sensors(robot.robot, robot.naming).specs:
             with suppress(KbotError):
                 sensor = replace(spec, robot=name).mount(simulation)
-                sensor.only_when_heard = isinstance(spec, Camera)
+                sensor.only_with_subscribers = isinstance(spec, Camera)
 
 
 def _left_out(spec: Spec, error: KbotError) -> Diagnostic:
-    message = f"{spec.label}: {str(error).removeprefix(f'{spec.label}: ')}: it is left out"
+    message = f"{spec.label}: this sensor is ignored: {str(error).removeprefix(f'{spec.label}: ')}"
     return Diagnostic("W140", Severity.WARNING, message, spec.origin)
 
 
 def _elements(robot: RobotModel) -> Iterator[tuple[str, Element]]:
-    """Each `<sensor>`, and the link that it sits on."""
+    """Each `<sensor>`, with the link that it is mounted on."""
     for extension in extensions(robot, "gazebo"):
         for element in extension.elements("sensor"):
             yield extension.attributes.get("reference", robot.root), element

@@ -19,8 +19,11 @@ from kbot.text.suggest import did_you_mean
 
 @dataclass(frozen=True, kw_only=True)
 class Encoders(Spec):
-    """Of `joints`, by default the wheels that drive. `resolution`: counts a turn, 0 for any angle at all;
-    `noise` in rad is added before counting. `link` only names a frame."""
+    """Encoders of `joints`, by default of the driving wheels.
+
+    `resolution` is in counts per turn, 0 for continuous angles. `noise` (rad) is added before counting.
+    `link` only names a frame.
+    """
 
     kind: ClassVar[str] = "encoders"
     link: str = ""
@@ -32,27 +35,29 @@ class Encoders(Spec):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.resolution < 0:
-            raise KbotError(f"{self.label}: a resolution is a number of counts a turn, not {self.resolution}")
+            raise KbotError(
+                f"{self.label}: the resolution must be at least 0 counts per turn, not {self.resolution}"
+            )
 
     def mount(self, simulation: Simulation) -> EncoderSensor:
         return EncoderSensor(simulation, self)
 
 
 class EncoderSensor(Sensor[JointState]):
-    """Says a JointState: angles of whole counts in rad, and the speed that they changed by since the last."""
+    """Publishes a JointState: angles in rad, in whole counts, and their mean speeds since the last sample."""
 
     message_type = JointState
     spec: Encoders
 
     def __init__(self, simulation: Simulation, spec: Encoders) -> None:
-        """Raises KbotError: no such joint, or none is given and the robot does not drive."""
+        """Raises KbotError: a joint does not exist, or none is given and the robot cannot drive."""
         self._joints = spec.joints or _driving(simulation, spec)
         robot = simulation.robots.named(spec.robot or None)
         known = robot.body.joint_positions
         for joint in self._joints:
             if joint not in known:
                 hint = did_you_mean(joint, known)
-                raise KbotError(f"{spec.label}: there is no joint '{joint}'" + (f": {hint}" if hint else ""))
+                raise KbotError(f"{spec.label}: unknown joint '{joint}'" + (f": {hint}" if hint else ""))
         super().__init__(simulation, replace(spec, link=spec.link or robot.robot.root))
         self._noise = self._noise_of(spec.noise, "angle", len(self._joints))
         self._before: tuple[float, tuple[float, ...]] | None = None
@@ -78,5 +83,5 @@ class EncoderSensor(Sensor[JointState]):
 def _driving(simulation: Simulation, spec: Encoders) -> tuple[str, ...]:
     drive = simulation.robots.named(spec.robot or None).drive
     if isinstance(drive, NoDrive):
-        raise KbotError(f"{spec.label}: name its joints, for the robot does not drive: {drive.reason}")
+        raise KbotError(f"{spec.label}: name its joints, because the robot cannot drive: {drive.reason}")
     return drive.joints

@@ -20,9 +20,13 @@ from kbot.text.suggest import did_you_mean
 
 @dataclass(frozen=True, kw_only=True)
 class ForceTorque(Spec):
-    """Sits in `joint`, of any type; `link` only names a frame, by default that of `axes`. `axes` are those of
-    the joint's child, of its parent, or of the sensor (turned by `pose` in the child). `direction` says
-    who acts on whom. `force` noise in N and `torque` noise in N m, each on every axis."""
+    """A force-torque sensor in a `joint` of any type.
+
+    `axes` are those of the joint's child, of its parent, or of the sensor (rotated by `pose` in the child).
+    `child_to_parent` measures what the child exerts on the parent, `parent_to_child` the opposite. `link`
+    only names a frame, by default that of `axes`. The noises `force` (N) and `torque` (N m) apply to each
+    axis.
+    """
 
     kind: ClassVar[str] = "force_torque"
     link: str = ""
@@ -38,7 +42,7 @@ class ForceTorque(Spec):
 
 
 class ForceTorqueSensor(Sensor[WrenchStamped]):
-    """Says a WrenchStamped, the torque being that about the joint's origin."""
+    """Publishes a WrenchStamped, with the torque about the joint's origin."""
 
     message_type = WrenchStamped
     spec: ForceTorque
@@ -49,9 +53,9 @@ class ForceTorqueSensor(Sensor[WrenchStamped]):
         joint = robot.joints.get(spec.joint)
         if joint is None:
             hint = did_you_mean(spec.joint, robot.joints)
-            raise KbotError(f"{spec.label}: there is no joint '{spec.joint}'" + (f": {hint}" if hint else ""))
-        named = joint.parent if spec.axes == "parent" else joint.child
-        super().__init__(simulation, replace(spec, link=joint.child, frame=spec.frame or spec.link or named))
+            raise KbotError(f"{spec.label}: unknown joint '{spec.joint}'" + (f": {hint}" if hint else ""))
+        frame = spec.frame or spec.link or (joint.parent if spec.axes == "parent" else joint.child)
+        super().__init__(simulation, replace(spec, link=joint.child, frame=frame))
         self._parent = joint.parent
         self._force = self._noise_of(spec.force, "force", 3)
         self._torque = self._noise_of(spec.torque, "torque", 3)
@@ -63,16 +67,16 @@ class ForceTorqueSensor(Sensor[WrenchStamped]):
         return WrenchStamped(self._header(), Wrench(Vector3(*force.tolist()), Vector3(*torque.tolist())))
 
     def _through_joint(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Force (N) and torque (N m) in the axes wished for.
+        """Force (N) and torque (N m) in the axes of the spec.
 
-        The engine's inverse dynamics give what the parent exerts on the child, with the torque about the
-        centre of mass of the whole robot.
+        The engine's inverse dynamics compute what the parent exerts on the child. Their torque is about the
+        centre of mass of the whole robot, so it is shifted to the joint's origin.
         """
         model, data, _, axes = self._place()
         mujoco.mj_rnePostConstraint(model, data)
         felt = data.cfrc_int[self._body]
         force = felt[3:].copy()
-        # the joint's origin is the child link's
+        # the joint's origin is that of the child link
         origin = data.xpos[self._body]
         torque = felt[:3] + np.cross(data.subtree_com[model.body_rootid[self._body]] - origin, force)
         if self.spec.axes == "child":

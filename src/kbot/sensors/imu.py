@@ -22,7 +22,7 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True)
 class Imu(Spec):
-    """`gyroscope` noise in rad/s, `accelerometer` noise in m/s^2, each on every axis."""
+    """An IMU. The noises `gyroscope` (rad/s) and `accelerometer` (m/s^2) apply to each axis."""
 
     kind: ClassVar[str] = "imu"
     rate: float = 100.0
@@ -34,8 +34,11 @@ class Imu(Spec):
 
 
 class ImuSensor(Sensor[msg.Imu]):
-    """Says an Imu. The specific force is the mean over the time since the last sample, as chips that sum up
-    changes of velocity give it; at rest it is gravity upwards. The orientation is true, in the world."""
+    """Publishes an Imu message.
+
+    The specific force is the mean since the last sample, as in chips that integrate velocity changes. At rest
+    it is gravity upwards. The orientation is the true one in the world.
+    """
 
     message_type = msg.Imu
     spec: Imu
@@ -49,7 +52,7 @@ class ImuSensor(Sensor[msg.Imu]):
         self._before = self._motion()
 
     def _motion(self) -> tuple[float, Vector, Vector, Vector]:
-        """Time, and in the world: velocity of the sensor, its axes, its turning speed."""
+        """The time, and the sensor's velocity, axes and angular velocity in the world."""
         model, data, place, axes = self._place()
         velocity = np.zeros(6)
         mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_XBODY, self._body, velocity, 0)
@@ -63,7 +66,7 @@ class ImuSensor(Sensor[msg.Imu]):
             self._before = now, velocity, axes, spin
         passed = now - before
         gravity = np.array(self.simulation.world.gravity)
-        # after a reset there is no earlier velocity to compare with
+        # after a reset there is no earlier velocity
         gained = (velocity - velocity_before) / passed if passed > 1e-9 else np.zeros(3)
         half_way = (axes + axes_before) / 2.0 if passed > 1e-9 else axes
         force = half_way.T @ (gained - gravity)

@@ -1,4 +1,4 @@
-"""Lidars: one row of beams is a LaserScan, several rows are a PointCloud2."""
+"""Lidars: one row of beams gives a LaserScan, several rows give a PointCloud2."""
 
 from __future__ import annotations
 
@@ -17,13 +17,17 @@ from kbot.sim import Simulation
 from kbot.text import KbotError
 
 _MOST_BEAMS = 10_000_000
+"""Bounds the memory that a reading takes."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Lidar(Spec):
-    """Beams spread evenly from `angle_min` to `angle_max` (rad, about z, both ends included as in Gazebo;
-    downwards for a lidar on its head); `range_min` and `range_max` in m. With several `rows` they are also
-    spread over the elevations from `elevation_min` to `elevation_max`, and the readings are clouds."""
+    """A lidar with evenly spaced beams from `angle_min` to `angle_max` (rad, about z).
+
+    Both ends are included, as in Gazebo. `angle_max` may be below `angle_min`, for a lidar mounted upside
+    down. `range_min` and `range_max` are in m. With several `rows`, the beams are also spread from
+    `elevation_min` to `elevation_max`, and the readings are point clouds.
+    """
 
     kind: ClassVar[str] = "scan"
     samples: int = 360
@@ -39,28 +43,32 @@ class Lidar(Spec):
     def __post_init__(self) -> None:
         super().__post_init__()
         if not (1 <= self.samples <= 1_000_000 and 1 <= self.rows <= 10_000):
-            raise KbotError(f"{self.label}: a lidar has 1 to 1000000 beams a row and 1 to 10000 rows")
+            raise KbotError(f"{self.label}: a lidar must have 1 to 1000000 beams per row and 1 to 10000 rows")
         if self.samples * self.rows > _MOST_BEAMS:
-            raise KbotError(f"{self.label}: a lidar has at most {_MOST_BEAMS} beams in all")
+            raise KbotError(f"{self.label}: a lidar may have at most {_MOST_BEAMS} beams in all rows")
         if not (math.isfinite(self.angle_min) and math.isfinite(self.angle_max)):
             raise KbotError(
-                f"{self.label}: the angles are finite, unlike {self.angle_min} to {self.angle_max}"
+                f"{self.label}: the angles must be finite, not {self.angle_min} to {self.angle_max}"
             )
         if not -math.pi / 2 - 1e-6 <= self.elevation_min <= self.elevation_max <= math.pi / 2 + 1e-6:
-            raise KbotError(f"{self.label}: the elevations go up, within a quarter turn of the level")
+            raise KbotError(
+                f"{self.label}: the elevations must increase and be from -pi/2 to pi/2 rad,"
+                f" not {self.elevation_min} to {self.elevation_max}"
+            )
         if not 0.0 <= self.range_min < self.range_max < math.inf:
             raise KbotError(
-                f"{self.label}: the ranges go up from 0 m, unlike {self.range_min} to {self.range_max}"
+                f"{self.label}: the minimum range must be at least 0 m and below the maximum range,"
+                f" not {self.range_min} to {self.range_max} m"
             )
 
     @property
     def increment(self) -> float:
-        """rad between two beams of a row."""
+        """The angle between neighbouring beams of a row in rad."""
         return (self.angle_max - self.angle_min) / max(self.samples - 1, 1)
 
     @property
     def directions(self) -> NDArray[np.float64]:
-        """Of every beam (rows * samples, 3) in the sensor's frame, row by row from the lowest."""
+        """The directions (rows * samples, 3) of all beams in the sensor's frame, from the lowest row up."""
         angles = np.linspace(self.angle_min, self.angle_max, self.samples)
         elevations = np.linspace(self.elevation_min, self.elevation_max, self.rows)[:, None]
         level = np.cos(elevations)
@@ -72,7 +80,7 @@ class Lidar(Spec):
 
 
 class _Beams:
-    """Distances of a lidar's beams, with its noise."""
+    """Measures the distances of a lidar's beams, with noise."""
 
     def __init__(self, simulation: Simulation, spec: Lidar, owner: str) -> None:
         self.spec = spec
@@ -84,7 +92,7 @@ class _Beams:
         )
 
     def noisy(self, distances: NDArray[np.float64], sample: int | None) -> NDArray[np.float64]:
-        """What returned keeps within the range, as Gazebo has it."""
+        """The distances with noise. Returns stay within the range limits, as in Gazebo."""
         spec = self.spec
         ranges = within(distances, spec.range_min, spec.range_max)
         if sample is None or spec.noise.is_none:
@@ -94,7 +102,7 @@ class _Beams:
 
 
 class LidarSensor(Sensor[LaserScan]):
-    """Says a LaserScan, all of whose beams are of one moment."""
+    """Publishes a LaserScan. All beams are measured at the same time."""
 
     message_type = LaserScan
     spec: Lidar
@@ -105,7 +113,7 @@ class LidarSensor(Sensor[LaserScan]):
         self._intensities = np.empty(0, dtype=np.float32)
 
     def distances(self) -> NDArray[np.float64]:
-        """What the beams truly measure now, in m; inf where nothing is."""
+        """The current distances in m without noise. inf: nothing is in range."""
         return self._beams.rays.cast(*self._place(), self.spec.range_max)
 
     def measure(self, sample: int | None = None) -> LaserScan:
@@ -129,7 +137,7 @@ _FIELDS = tuple(PointField(name, 4 * at) for at, name in enumerate("xyz"))
 
 
 class CloudSensor(Sensor[PointCloud2]):
-    """Says a PointCloud2: a row of points for each row of beams, inf where nothing is, as gz has it."""
+    """Publishes a PointCloud2 with a row of points per row of beams. As in gz, no return is inf."""
 
     message_type = PointCloud2
     spec: Lidar
@@ -139,7 +147,7 @@ class CloudSensor(Sensor[PointCloud2]):
         self._beams = _Beams(simulation, spec, self.owner)
 
     def points(self, sample: int | None = None) -> NDArray[np.float64]:
-        """(rows, samples, 3) in the sensor's frame, in m; not finite where nothing returned."""
+        """Points (rows, samples, 3) in m in the sensor's frame. Points without a return are not finite."""
         spec = self.spec
         ranges = self._beams.noisy(self._beams.rays.cast(*self._place(), spec.range_max), sample)
         with np.errstate(invalid="ignore"):
@@ -157,7 +165,7 @@ class CloudSensor(Sensor[PointCloud2]):
 
 
 def scan_points(scan: LaserScan, base_from_sensor: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A scan's returns as points (n, 2) in m in the base's frame; `base_from_sensor` is its (4, 4) matrix."""
+    """A scan's returns as points (n, 2) in m in the base's frame. `base_from_sensor` is a (4, 4) matrix."""
     at = np.flatnonzero(np.isfinite(scan.ranges))
     angles = scan.angle_min + at * scan.angle_increment
     ranges = scan.ranges[at].astype(np.float64)

@@ -19,12 +19,15 @@ from kbot.world.footprints import footprint, top
 from kbot.world.world import FURTHEST
 
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
-"""Of red, green and blue (ITU-R BT.709)."""
+"""Luminance of red, green and blue (ITU-R BT.709)."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Line(Spec):
-    """`eyes` in a row along y, `spacing` m apart, the first on the left; each says 0 (black) to 1 (white)."""
+    """A row of `eyes` along y, `spacing` m apart, the first on the left.
+
+    Each reads 0 (black) to 1 (white).
+    """
 
     kind: ClassVar[str] = "line"
     rate: float = 50.0
@@ -35,7 +38,10 @@ class Line(Spec):
     def __post_init__(self) -> None:
         super().__post_init__()
         if not 1 <= self.eyes <= 1000 or not self.spacing >= 0.0:
-            raise KbotError(f"{self.label}: a line sensor has 1 to 1000 eyes, 0 m apart or more")
+            raise KbotError(
+                f"{self.label}: a line sensor must have 1 to 1000 eyes and a spacing of at least 0 m,"
+                f" not {self.eyes} eyes and {self.spacing} m"
+            )
 
     def mount(self, simulation: Simulation) -> LineSensor:
         return LineSensor(simulation, self)
@@ -49,7 +55,7 @@ class _Surface:
 
 
 class LineSensor(Sensor[Float32MultiArray]):
-    """Says a Float32MultiArray. It sees what stands still, seen from above, painted or solid."""
+    """Publishes a Float32MultiArray. It sees static bodies from above, painted or solid."""
 
     message_type = Float32MultiArray
     spec: Line
@@ -79,7 +85,7 @@ class LineSensor(Sensor[Float32MultiArray]):
 
 
 def _surfaces(world: World) -> tuple[list[_Surface], float]:
-    """What lies on the floor, the highest last, and the floor's own brightness."""
+    """The surfaces on the floor, the highest last, and the floor's brightness."""
     found, floor = [], 1.0
     for body in world.bodies:
         if not body.is_static:
@@ -97,7 +103,7 @@ def _surfaces(world: World) -> tuple[list[_Surface], float]:
 
 
 def _holds(corners: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which points (n, 2) are inside a convex outline, counter-clockwise."""
+    """Which points (n, 2) are inside a convex, counter-clockwise outline."""
     along = np.roll(corners, -1, axis=0) - corners
     off = points[:, None] - corners[None]
     left = along[None, :, 0] * off[..., 1] - along[None, :, 1] * off[..., 0]

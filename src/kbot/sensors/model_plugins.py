@@ -1,5 +1,4 @@
-"""Sensors that are plugins of a whole model in Gazebo Classic (p3d, IMU, GPS), and plugins that KBot does not
-run."""
+"""Reads sensors that are model plugins of Gazebo Classic (p3d, IMU, GPS), and reports unsupported plugins."""
 
 from __future__ import annotations
 
@@ -26,17 +25,17 @@ from kbot.text.suggest import did_you_mean
 
 Read = Callable[[SensorValues, Keywords], Spec]
 
-_UNLIKE: Mapping[str, str] = {
-    "gazebo_ros_planar_move": "no base goes sideways here: it stands, or drives as its wheels do",
-    "gazebo_ros_kobuki": "the base drives by its wheels, on cmd_vel and odom, and its sensors are heard one "
-    "by one: remap mobile_base/commands/velocity; there are no mobile_base/events",
-    "gazebo_ros_create": "the base drives by its wheels, on cmd_vel and odom, and its sensors are heard one "
-    "by one: there is no turtlebot_node/sensor_state",
-    "gazebo_ros_video": "nothing is shown on a robot's screen",
-    "warthog_suspension_plugin": "nothing springs its joints: fix them, or have a controller hold them",
-    "sawyer_gazebo_ros_control": "libgazebo_ros_control.so has its joints commanded",
+_WITHOUT: Mapping[str, str] = {
+    "gazebo_ros_planar_move": "KBot moves no base sideways: the robot drives by its wheels or not at all",
+    "gazebo_ros_kobuki": "the base drives by its wheels with cmd_vel and odom, and each sensor has its own "
+    "topic: remap mobile_base/commands/velocity; mobile_base/events is not published",
+    "gazebo_ros_create": "the base drives by its wheels with cmd_vel and odom, and each sensor has its own "
+    "topic: turtlebot_node/sensor_state is not published",
+    "gazebo_ros_video": "the robot's screen stays blank",
+    "warthog_suspension_plugin": "its joints have no springs: make them fixed or use a controller",
+    "sawyer_gazebo_ros_control": "use libgazebo_ros_control.so to command its joints",
 }
-"""What becomes of a robot whose plugin is not run, by its library."""
+"""What happens without a plugin that is not run, by its library."""
 
 _ELSEWHERE = (
     "ros_control",
@@ -46,11 +45,11 @@ _ELSEWHERE = (
     "gz-",
     "ignition-",
 )
-"""Words in the libraries of plugins whose work is done, or whose lack is said, elsewhere."""
+"""Words in the library names of plugins that another part of KBot simulates or reports."""
 
 
 def model_plugins(robot: RobotModel, naming: Naming, diagnostics: list[Diagnostic]) -> Iterator[Spec]:
-    """The sensors among a robot's plugins; what cannot be read, or is not run, is in the diagnostics."""
+    """The sensors among a robot's plugins. Errors, and plugins that are not run, go to `diagnostics`."""
     driving = [controller.plugin for controller in declared_drives(robot)]
     for plugin in _plugins(robot):
         values = SensorValues(plugin, diagnostics)
@@ -58,13 +57,14 @@ def model_plugins(robot: RobotModel, naming: Naming, diagnostics: list[Diagnosti
         read = _READERS.get(library)
         if read is not None:
             yield from _sensor(values, read, robot, naming)
-        elif not any(plugin is one for one in driving) and not _is_done_elsewhere(plugin):
-            hint = _UNLIKE.get(library, "the rest of the robot is simulated")
-            values.inform(f"the plugin {plugin.attributes.get('filename', '')} is not run", plugin, hint)
+        elif not any(plugin is drive for drive in driving) and not _is_handled_elsewhere(plugin):
+            hint = _WITHOUT.get(library, "the rest of the robot is simulated")
+            message = f"KBot does not run the plugin {plugin.attributes.get('filename', '')}"
+            values.inform(message, plugin, hint)
 
 
 def _plugins(robot: RobotModel) -> Iterator[Element]:
-    """Those of the model, of its links and of what is seen of them; a sensor's are read with the sensor."""
+    """The plugins of the model, of its links and of their visuals. Plugins of sensors are read elsewhere."""
     for extension in extensions(robot, "gazebo"):
         yield from extension.elements("plugin")
         for visual in extension.elements("visual"):
@@ -72,14 +72,14 @@ def _plugins(robot: RobotModel) -> Iterator[Element]:
 
 
 def _library(plugin: Element) -> str:
-    """`gazebo_ros_p3d` of `libgazebo_ros_p3d.so`."""
+    """The library of a plugin: `gazebo_ros_p3d` for `libgazebo_ros_p3d.so`."""
     return PurePosixPath(plugin.attributes.get("filename", "").strip()).stem.removeprefix("lib")
 
 
-def _is_done_elsewhere(plugin: Element) -> bool:
+def _is_handled_elsewhere(plugin: Element) -> bool:
     library, name = _library(plugin), plugin.attributes.get("name", "")
     is_of_gz = name.startswith(("gz::", "ignition::"))
-    return library not in _UNLIKE and (is_of_gz or any(word in library for word in _ELSEWHERE))
+    return library not in _WITHOUT and (is_of_gz or any(word in library for word in _ELSEWHERE))
 
 
 def _sensor(values: SensorValues, read: Read, robot: RobotModel, naming: Naming) -> Iterator[Spec]:
@@ -87,10 +87,10 @@ def _sensor(values: SensorValues, read: Read, robot: RobotModel, naming: Naming)
     link = values.text("bodyName", "body_name")
     if link not in robot.links:
         hint = did_you_mean(link, robot.links)
-        what = f"there is no link '{link}'" if link else "it has no <bodyName>"
+        what = f"unknown link '{link}'" if link else "the plugin has no <bodyName>"
         values.error(what + (f": {hint}" if hint else ""), values.find("bodyName", "body_name") or plugin)
         return
-    before = len([one for one in values.diagnostics if one.is_error])
+    before = sum(d.is_error for d in values.diagnostics)
     topic = values.text("topicName", "topic_name")
     common: Keywords = {
         "link": link,
@@ -106,7 +106,7 @@ def _sensor(values: SensorValues, read: Read, robot: RobotModel, naming: Naming)
         values.error(str(error).removeprefix(f"{common['name']}: "), plugin)
         return
     default = _TOPICS.get(_library(plugin), spec.label)
-    if len([one for one in values.diagnostics if one.is_error]) == before:
+    if sum(d.is_error for d in values.diagnostics) == before:
         yield replace(spec, topic=PluginNames(plugin, naming).topic(topic or default))
 
 
@@ -121,7 +121,7 @@ def _p3d(values: SensorValues, common: Keywords) -> Spec:
 
 
 def _imu(values: SensorValues, common: Keywords) -> Spec:
-    """The offsets turn and move what is said to be the sensor's place on its link."""
+    """Read gazebo_ros_imu. The offsets are the sensor's pose on its link."""
     spread = abs(values.number(0.0, "gaussianNoise", "gaussian_noise"))
     noise = Noise(stddev=spread)
     return Imu(gyroscope=noise, accelerometer=noise, **common, pose=_offset(values))
@@ -138,17 +138,21 @@ def _hector_imu(values: SensorValues, common: Keywords) -> Spec:
 
 
 def _hector_gps(values: SensorValues, common: Keywords) -> Spec:
-    """Its x points north at a heading of 0 and east at 90 degrees, which is how a world lies here."""
+    """Read hector_gazebo_ros_gps.
+
+    Its x axis points north at a reference heading of 0, and east at 90 degrees, as in KBot's worlds.
+    """
     heading = values.find("referenceHeading")
     turned = values.number(0.0, "referenceHeading")
     if turned != 90.0:
         values.warn(
-            f"a reference heading of {turned:g} degrees is left out: x points east and y north, which is 90",
+            f"a reference heading of {turned:g} degrees is not simulated: x points east and y north"
+            " (90 degrees)",
             heading or values.element,
         )
     velocity = values.find("velocityTopicName")
     if velocity is not None:
-        values.warn("a speed is not told: the place is, and the speed in the truth of a p3d plugin", velocity)
+        values.warn("the velocity is not published: use the odometry of a p3d plugin instead", velocity)
     spread = _numbers(values, "gaussianNoise")
     drift, time = _numbers(values, "drift"), _drift_time(values, "driftFrequency")
     return Gps(
@@ -163,25 +167,25 @@ def _hector_gps(values: SensorValues, common: Keywords) -> Spec:
 
 
 def _hector_noise(values: SensorValues, what: str) -> Noise:
-    """What is said of the x axis stands for all three."""
+    """The noise of the x axis, which is used for all three axes."""
     drift = _numbers(values, f"{what}Drift")[0]
     time = _drift_time(values, f"{what}DriftFrequency")
     return _drifting(_numbers(values, f"{what}GaussianNoise")[0], drift, time)
 
 
 def _drift_time(values: SensorValues, name: str) -> float:
-    """Seconds in which a drift comes back: an hour, where no frequency (Hz) is given."""
+    """The correlation time of a drift in s: an hour if no frequency (Hz) is given, as in hector_gazebo."""
     frequency = values.number(1.0 / 3600.0, name)
     return 1.0 / frequency if frequency > 0.0 else math.inf
 
 
 def _drifting(stddev: float, drift: float, time: float) -> Noise:
-    """White noise, and a bias that wanders with the deviation `drift` in the long run."""
+    """White noise, and a bias that drifts with the long-term standard deviation `drift`."""
     if not (stddev or drift):
         return NONE
     if math.isinf(time):
         return Noise(stddev=abs(stddev), bias_stddev=abs(drift))
-    # of an Ornstein-Uhlenbeck process: what it spreads by in the long run is walk sqrt(time / 2)
+    # the long-term standard deviation of an Ornstein-Uhlenbeck process is walk sqrt(time / 2)
     return Noise(stddev=abs(stddev), walk=abs(drift) * math.sqrt(2.0 / time), correlation_time=time)
 
 
@@ -193,7 +197,7 @@ def _offset(values: SensorValues) -> Transform:
 
 
 def _numbers(values: SensorValues, *names: str) -> tuple[float, float, float]:
-    """Three numbers, or one that counts three times; 0 where there is none."""
+    """Three numbers, or one number for all three. Zeros if none is given."""
     found = values.find(*names)
     if found is None:
         return 0.0, 0.0, 0.0
@@ -203,7 +207,7 @@ def _numbers(values: SensorValues, *names: str) -> tuple[float, float, float]:
         if not all(map(math.isfinite, (x, y, z))):
             raise ValueError
     except ValueError:
-        values.error(f"<{found.tag}> is one finite number or three, not '{found.text.strip()}'", found)
+        values.error(f"<{found.tag}> must be one or three finite numbers, not '{found.text.strip()}'", found)
         return 0.0, 0.0, 0.0
     return x, y, z
 
@@ -215,4 +219,4 @@ _READERS: Mapping[str, Read] = {
     "hector_gazebo_ros_gps": _hector_gps,
 }
 _TOPICS = {"gazebo_ros_p3d": "odom", "hector_gazebo_ros_imu": "imu", "hector_gazebo_ros_gps": "fix"}
-"""Where they speak unless they are told: else by their own name."""
+"""Default topics. Other plugins use their own name."""

@@ -1,7 +1,7 @@
 """Sensor noise: white noise, and a bias that is constant or drifts.
 
-The model is Gazebo's GaussianNoiseModel. A bias that walks follows the Ornstein-Uhlenbeck process; without
-a correlation time it is a random walk that spreads by `walk` times the square root of time.
+The model is Gazebo's GaussianNoiseModel. A drifting bias follows the Ornstein-Uhlenbeck process. Without a
+correlation time it is a random walk, whose standard deviation is `walk` times the square root of time.
 """
 
 from __future__ import annotations
@@ -18,14 +18,16 @@ from kbot.text import KbotError
 Values = NDArray[np.float64]
 
 LARGEST = 1e100
-"""Of a noise's numbers: their squares are numbers still."""
+"""Largest parameter of a noise: its square is still a finite number."""
 
 
 @dataclass(frozen=True, slots=True)
 class Noise:
-    """In the unit of what it is added to. `mean` and `stddev` are those of each value; a bias is drawn once
-    from `bias_mean` and `bias_stddev`, then walks by `walk` (unit per square root of a second), drawn back
-    to where it began within `correlation_time` seconds. `precision`: values are whole multiples of it.
+    """The noise of a measured value, in that value's unit.
+
+    `mean` and `stddev` describe the white noise of each value. The bias is drawn once, from `bias_mean` and
+    `bias_stddev`. Then it drifts by `walk` (unit per square root of a second) and returns to its first value
+    with the time constant `correlation_time` (s). With a `precision`, values are rounded to multiples of it.
     """
 
     stddev: float = 0.0
@@ -39,9 +41,11 @@ class Noise:
     def __post_init__(self) -> None:
         deviations = (self.stddev, self.bias_stddev, self.walk, self.precision)
         if not all(abs(v) <= LARGEST for v in (*deviations, self.mean, self.bias_mean)):
-            raise KbotError(f"a noise's numbers are finite, up to {LARGEST:g}")
+            raise KbotError(f"the parameters of a noise must be finite numbers up to {LARGEST:g}")
         if min(deviations) < 0.0 or not self.correlation_time > 0.0:
-            raise KbotError("a noise's deviations are 0 or more, its correlation time above 0")
+            raise KbotError(
+                "the deviations and the precision of a noise must be at least 0, its correlation time above 0"
+            )
 
     @property
     def is_none(self) -> bool:
@@ -49,7 +53,7 @@ class Noise:
 
     @property
     def variance(self) -> float:
-        """Of one value about its bias."""
+        """The variance of one value about its bias."""
         return self.stddev**2
 
 
@@ -57,10 +61,10 @@ NONE = Noise()
 
 
 class NoiseSource:
-    """The noise of one sensor's values: the same for the same seed, name and sample, whatever came before."""
+    """The noise of one sensor's values. It depends only on the seed, the sensor's name and the sample."""
 
     def __init__(self, noise: Noise, seed: int, name: str, count: int, period: float) -> None:
-        """`count` values a sample, one sample every `period` seconds."""
+        """Noise for `count` values per sample, with one sample every `period` seconds."""
         self.noise = noise
         self._count = count
         digest = hashlib.sha256(f"{seed}/{name}".encode()).digest()
@@ -70,12 +74,13 @@ class NoiseSource:
         self._bias, self._at = self._first, 0
         dt, tau = period, noise.correlation_time
         self._keep = math.exp(-dt / tau)
-        # the variance that a step adds; its limit for an endless correlation time is walk^2 dt
+        # a step adds the variance walk^2 tau/2 (1 - exp(-2 dt/tau)), which tends to walk^2 dt for infinite
+        # tau
         spread = dt if math.isinf(tau) else -tau / 2.0 * math.expm1(-2.0 * dt / tau)
         self._step = noise.walk * math.sqrt(spread)
 
     def apply(self, values: Values, sample: int) -> Values:
-        """Values (count,) of sample number `sample`, with their noise."""
+        """Add noise to the values (count,) of sample number `sample`."""
         noise = self.noise
         if noise.is_none:
             return values
@@ -86,7 +91,7 @@ class NoiseSource:
         return np.round(noisy / noise.precision) * noise.precision if noise.precision else noisy
 
     def bias(self, sample: int) -> Values:
-        """The bias (count,) at a sample, walked there from the last one asked for, or from the start."""
+        """The bias (count,) at a sample, computed step by step from the last requested sample."""
         if not self._step:
             return self._first
         if sample < self._at:

@@ -1,4 +1,4 @@
-"""Position sensors: GPS, and the true pose."""
+"""Position sensors: GPS and ground truth."""
 
 from __future__ import annotations
 
@@ -37,9 +37,12 @@ _DIAGONAL = 2
 
 @dataclass(frozen=True, kw_only=True)
 class Gps(Spec):
-    """The world's origin lies at `latitude` and `longitude` (degrees) and `altitude` (m over the ellipsoid),
-    its x pointing east and y north; where they are not given the world says so, else all are 0. `horizontal`
-    (east and north) and `vertical` noise in m."""
+    """A GPS receiver.
+
+    The world's origin is at `latitude` and `longitude` (degrees) and `altitude` (m above the ellipsoid), with
+    x pointing east and y north. If none of them is given, the world's own georeference applies, else all are
+    0. The noises `horizontal` (east and north) and `vertical` are in m.
+    """
 
     kind: ClassVar[str] = "gps"
     rate: float = 5.0
@@ -53,10 +56,13 @@ class Gps(Spec):
         super().__post_init__()
         given = self.georeference(None)
         if not (-90.0 <= given.latitude <= 90.0 and -180.0 <= given.longitude <= 180.0):
-            raise KbotError(f"{self.label}: ({given.latitude}, {given.longitude}) is no place on the earth")
+            raise KbotError(
+                f"{self.label}: the latitude must be from -90 to 90 and the longitude from -180 to 180"
+                f" degrees, not {given.latitude} and {given.longitude}"
+            )
 
     def georeference(self, of_world: Georeference | None) -> Georeference:
-        """Where the world lies: as is said here, or else by the world."""
+        """The position of the world's origin: as given in this spec, or else the world's own."""
         if self.latitude is None and self.longitude is None and self.altitude is None:
             return of_world or Georeference()
         return Georeference(self.latitude or 0.0, self.longitude or 0.0, self.altitude or 0.0)
@@ -66,7 +72,7 @@ class Gps(Spec):
 
 
 class GpsSensor(Sensor[NavSatFix]):
-    """Says a NavSatFix."""
+    """Publishes a NavSatFix."""
 
     message_type = NavSatFix
     spec: Gps
@@ -102,10 +108,10 @@ class GpsSensor(Sensor[NavSatFix]):
 def geodetic(
     east_north_up: list[float], latitude: float, longitude: float, altitude: float
 ) -> tuple[float, float, float]:
-    """Latitude, longitude (degrees) and altitude (m) of a place given in m about a point on the earth.
+    """Latitude, longitude (degrees) and altitude (m) of a point given in m east, north and up of another.
 
-    By way of earth-centred coordinates on WGS 84 (B. Hofmann-Wellenhof et al., GNSS, 2008, chapter 8); the
-    way back by Bowring's formula, good to far less than a millimetre near the ground.
+    The conversion uses earth-centred coordinates on WGS 84 (B. Hofmann-Wellenhof et al., GNSS, 2008, chapter
+    8) and Bowring's formula, whose error near the ground is far below a millimetre.
     """
     phi, lam = math.radians(latitude), math.radians(longitude)
     sin_phi, cos_phi, sin_lam, cos_lam = math.sin(phi), math.cos(phi), math.sin(lam), math.cos(lam)
@@ -130,7 +136,7 @@ def geodetic(
     other = (WGS84_A**2 - b**2) / b**2
     phi = math.atan2(z + other * b * math.sin(theta) ** 3, p - _E2 * WGS84_A * math.cos(theta) ** 3)
     n = WGS84_A / math.sqrt(1.0 - _E2 * math.sin(phi) ** 2)
-    # of the two forms each is exact where the other divides by next to nothing
+    # near the poles the first form divides by almost 0, near the equator the second
     height = p / math.cos(phi) - n if abs(phi) < 1.0 else z / math.sin(phi) - n * (1.0 - _E2)
     return math.degrees(phi), math.degrees(math.atan2(y, x)), height
 
@@ -139,8 +145,8 @@ def geodetic(
 class GroundTruth(Spec):
     """The true pose of a link in the world, and its twist in its own axes.
 
-    `fixed_frame` is what the world is called; `offset` moves the pose along the world's axes (m) and turns it
-    about them; `noise` is that of the twist, in m/s and rad/s.
+    `fixed_frame` is the name of the world's frame. `offset` moves the pose along the world's axes (m) and
+    rotates it about them. `noise` is that of the twist, in m/s and rad/s.
     """
 
     kind: ClassVar[str] = "ground_truth"
@@ -154,7 +160,7 @@ class GroundTruth(Spec):
 
 
 class GroundTruthSensor(Sensor[Odometry]):
-    """Says an Odometry in the frame of the world."""
+    """Publishes an Odometry in the world's frame."""
 
     message_type = Odometry
     spec: GroundTruth

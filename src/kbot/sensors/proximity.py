@@ -18,13 +18,15 @@ from kbot.sim import Simulation
 from kbot.text import KbotError
 
 _RINGS, _SPOKES = 4, 12
-"""Rays that stand for a cone: its axis, and so many rings of so many."""
+"""A cone is sampled by its axis and by 4 rings of 12 rays."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Range(Spec):
-    """The nearest thing within a cone of `field_of_view` rad about x, between `range_min` and `range_max` m;
-    `infrared` or ultrasound only changes what the message says."""
+    """The distance to the nearest object within a cone of `field_of_view` rad about x.
+
+    `range_min` and `range_max` are in m. `infrared` only sets the radiation type in the message.
+    """
 
     kind: ClassVar[str] = "range"
     field_of_view: float = 0.26
@@ -37,11 +39,12 @@ class Range(Spec):
         super().__post_init__()
         if not 0.0 <= self.field_of_view < math.pi:
             raise KbotError(
-                f"{self.label}: a field of view is 0 to less than pi rad, not {self.field_of_view}"
+                f"{self.label}: field_of_view must be at least 0 and below pi rad, not {self.field_of_view}"
             )
         if not 0.0 <= self.range_min < self.range_max < math.inf:
             raise KbotError(
-                f"{self.label}: the ranges go up from 0 m, unlike {self.range_min} to {self.range_max}"
+                f"{self.label}: the minimum range must be at least 0 m and below the maximum range,"
+                f" not {self.range_min} to {self.range_max} m"
             )
 
     def mount(self, simulation: Simulation) -> RangeSensor:
@@ -49,7 +52,7 @@ class Range(Spec):
 
 
 class RangeSensor(Sensor[msg.Range]):
-    """Says a Range."""
+    """Publishes a Range."""
 
     message_type = msg.Range
     spec: Range
@@ -73,7 +76,7 @@ class RangeSensor(Sensor[msg.Range]):
 
 
 def cone(angle: float) -> NDArray[np.float64]:
-    """Directions (n, 3) that fill a cone of this full angle (rad) about x, its edge included."""
+    """Directions (n, 3) that fill a cone of this full angle (rad) about x, including its edge."""
     off = np.linspace(0.0, angle / 2.0, _RINGS + 1)[1:, None]
     around = np.arange(_SPOKES) * (2.0 * math.pi / _SPOKES)
     parts = (np.cos(off) + 0.0 * around, np.sin(off) * np.cos(around), np.sin(off) * np.sin(around))

@@ -1,4 +1,4 @@
-"""Reads a `<sensor>` of Gazebo Classic or gz as a sensor's spec, by its type."""
+"""Reads a `<sensor>` of Gazebo Classic or gz as a spec."""
 
 from __future__ import annotations
 
@@ -26,8 +26,10 @@ _NAMED = ("topicName", "topic_name", "bumperTopicName")
 
 
 def sensor_topics(values: SensorValues, naming: Naming, *, has_pictures: bool) -> dict[str, str]:
-    """`topic`, and of a camera also `info_topic` and `depth_topic`, for its spec; what is not there is the
-    spec's own. Those of a plugin of gazebo_ros are full names."""
+    """The spec's `topic`, and for a camera `info_topic` and `depth_topic`. Missing ones keep their default.
+
+    The topics of gazebo_ros plugins are full names.
+    """
     plugin = values.find("plugin")
     if plugin is None or not (
         is_of_gazebo_ros(plugin) or any(plugin.find(tag) is not None for tag in (*_ROS1_CAMERA, *_NAMED))
@@ -44,8 +46,11 @@ def sensor_topics(values: SensorValues, naming: Naming, *, has_pictures: bool) -
 
 
 def _pictures(values: SensorValues, names: PluginNames) -> dict[str, str]:
-    """Of ROS 2 they stand beneath `<camera_name>`, else the sensor's name; of ROS 1 beneath `<cameraName>`,
-    else at the root of its namespace."""
+    """The topics of a camera plugin.
+
+    In ROS 2 they are below `<camera_name>`, or else below the sensor's name. In ROS 1 they are below
+    `<cameraName>`, or else in the plugin's namespace itself.
+    """
     if names.is_ros_2 or values.find(*(f"plugin/{tag}" for tag in _ROS1_CAMERA)) is None:
         name = values.text("plugin/camera_name") or values.element.attributes.get("name", "").strip()
         stem = name or "camera"
@@ -68,8 +73,11 @@ def _pictures(values: SensorValues, names: PluginNames) -> dict[str, str]:
 
 
 def _of_gz(values: SensorValues, *, has_pictures: bool) -> dict[str, str]:
-    """`<topic>`: of a camera its pictures, of one for depths the depths, of one for both what both are
-    beneath."""
+    """The topics of gz's `<topic>`.
+
+    For a camera it is that of the pictures, for a depth camera that of the depths. An RGBD camera publishes
+    both below it.
+    """
     topic = values.text("topic").strip("/")
     if not (topic and has_pictures):
         return {"topic": topic}
@@ -83,21 +91,24 @@ def _of_gz(values: SensorValues, *, has_pictures: bool) -> dict[str, str]:
     return {"topic": topic, "info_topic": info}
 
 
-Keywords = dict[str, Any]  # of the constructors of specs: each has fields of other types
+Keywords = dict[str, Any]  # arguments of the constructors of specs, which have fields of many types
 Read = Callable[[SensorValues, Keywords], Spec]
 
 _RATES = ("update_rate", "plugin/updateRate", "plugin/updateRateHZ", "plugin/update_rate")
 
 
 def read_sensor(values: SensorValues, link: str, naming: Naming = ROOT_NAMING) -> Spec | None:
-    """The sensor of an element that sits on a link (or, for force_torque, in a joint), of the robot that the
-    simulation calls `naming`; None, with a finding, where it is none that is simulated."""
+    """Read the sensor of an element on a link (for force_torque, in a joint).
+
+    `naming` has the robot's names in the simulation. Returns None, with a finding, if the sensor is not
+    simulated.
+    """
     element = values.element
     kind = element.attributes.get("type", "")
     read = READERS.get(kind)
     if read is None:
         hint = did_you_mean(kind, READERS)
-        values.warn(f"sensors of type '{kind}' are not simulated{': ' + hint if hint else ''}", element)
+        values.warn(f"the sensor type '{kind}' is not simulated{': ' + hint if hint else ''}", element)
         return None
     common: Keywords = {
         "link": link,
@@ -118,7 +129,8 @@ def read_sensor(values: SensorValues, link: str, naming: Naming = ROOT_NAMING) -
     endless = values.find(*_RATES)
     if endless is not None and not rate:
         values.warn(
-            f"a rate of 0 is that of the physics in Gazebo; here it measures at {spec.rate:g} Hz", endless
+            f"a rate of 0, in Gazebo every physics step, is not simulated: KBot uses {spec.rate:g} Hz",
+            endless,
         )
     return spec
 
@@ -131,7 +143,7 @@ def _frame(values: SensorValues) -> str:
 
 
 def _lidar(values: SensorValues, common: Keywords) -> Spec:
-    """`<ray>` of Classic, `<lidar>` of gz."""
+    """Read `<ray>` (Classic) or `<lidar>` (gz)."""
     plugin = values.find("plugin")
     file = plugin.attributes.get("filename", "") if plugin is not None else ""
     across, up = (
@@ -171,8 +183,10 @@ def _lidar(values: SensorValues, common: Keywords) -> Spec:
 
 
 def _imu(values: SensorValues, common: Keywords) -> Spec:
-    """SDFormat 1.5 and later, its older `<noise><rate>`, or the plugin's `<gaussianNoise>`; what is said of
-    the x axis stands for all three."""
+    """Read the noise of SDFormat 1.5 and later, the older `<noise><rate>`, or the plugin's `<gaussianNoise>`.
+
+    The noise of the x axis is used for all three axes.
+    """
     spread = values.number(0.0, "plugin/gaussianNoise", "plugin/gaussian_noise")
     gyroscope = values.noise("imu/angular_velocity/x/noise", "imu/noise/rate")
     accelerometer = values.noise("imu/linear_acceleration/x/noise", "imu/noise/accel")
@@ -194,7 +208,7 @@ def _gps(values: SensorValues, common: Keywords) -> Spec:
 
 
 def _sonar(values: SensorValues, common: Keywords) -> Spec:
-    """A cone as wide as `<radius>` at its far end."""
+    """Read a cone whose radius at its far end is `<radius>`."""
     most = values.number(1.0, "sonar/max")
     radius = values.number(0.5, "sonar/radius")
     field = 2.0 * math.atan2(radius, most)
@@ -205,7 +219,7 @@ def _sonar(values: SensorValues, common: Keywords) -> Spec:
 
 
 def _camera(values: SensorValues, common: Keywords) -> Spec:
-    """Depth is said by the types depth, depth_camera, rgbd and rgbd_camera."""
+    """Read a camera. The types depth, depth_camera, rgbd and rgbd_camera publish depth images."""
     kind = values.element.attributes["type"]
     frame = common.pop("frame") or values.text("camera/optical_frame_id").rsplit("/", 1)[-1]
     return Camera(
@@ -222,14 +236,14 @@ def _camera(values: SensorValues, common: Keywords) -> Spec:
 
 
 def _force_torque(values: SensorValues, common: Keywords) -> Spec:
-    """Of Gazebo: `<frame>` is child, parent or sensor."""
+    """Read a force-torque sensor. Gazebo's `<frame>` is child, parent or sensor."""
     axes = values.word("child", ("child", "parent", "sensor"), "force_torque/frame")
     directions = ("child_to_parent", "parent_to_child")
     direction = values.word("child_to_parent", directions, "force_torque/measure_direction")
     return ForceTorque(
         joint=common.pop("link"),
         axes=axes,  # type: ignore[arg-type]  # one of the three words
-        direction=direction,  # type: ignore[arg-type]  # the same
+        direction=direction,  # type: ignore[arg-type]  # one of the two words
         force=values.noise("force_torque/force/x/noise"),
         torque=values.noise("force_torque/torque/x/noise"),
         **common,

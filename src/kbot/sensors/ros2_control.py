@@ -1,4 +1,4 @@
-"""Finds the sensors of `<ros2_control>` by their state interfaces, as ROS 2's semantic components do."""
+"""Reads the sensors of `<ros2_control>` by their state interfaces, as ROS 2's semantic components do."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from kbot.text.suggest import did_you_mean
 
 
 def ros2_control_sensors(robot: RobotModel, diagnostics: list[Diagnostic]) -> Iterator[Spec]:
-    """Those that a description declares; faults are added to `diagnostics`."""
+    """The sensors that a description declares. Errors are added to `diagnostics`."""
     for extension in extensions(robot, "ros2_control"):
         for element in extension.elements("sensor"):
             spec = _read(robot, element, SensorValues(element, diagnostics))
@@ -28,14 +28,14 @@ def ros2_control_sensors(robot: RobotModel, diagnostics: list[Diagnostic]) -> It
 
 
 def _read(robot: RobotModel, element: Element, values: SensorValues) -> Spec | None:
-    """The link is that of `<param name="frame_id">`, by default the root; the rate is `update_rate`."""
+    """Read a sensor. Its link is the parameter `frame_id`, by default the root. Its rate is `update_rate`."""
     interfaces = {e.attributes.get("name", "") for e in element.elements("state_interface")}
     params = {e.attributes.get("name", ""): e for e in element.elements("param")}
     link = params["frame_id"].text.strip() if "frame_id" in params else robot.root
     if link not in robot.links:
         hint = did_you_mean(link, robot.links)
         values.warn(
-            f"there is no link '{link}'{': ' + hint if hint else ''}; it is left out", params["frame_id"]
+            f"this sensor is ignored: unknown link '{link}'{': ' + hint if hint else ''}", params["frame_id"]
         )
         return None
     common: Keywords = {
@@ -67,8 +67,8 @@ def _by_interfaces(
         joint = next((j.name for j in robot.joints.values() if j.child == link), None)
         if joint is None:
             values.warn(
-                f"no joint holds the link '{link}', in which force and torque could be felt: say which link"
-                " by <param name='frame_id'>; it is left out",
+                f"this sensor is ignored: link '{link}' has no parent joint to measure force and torque in."
+                " Name another link in <param name='frame_id'>",
                 values.element,
             )
             return None
@@ -87,14 +87,14 @@ def _by_interfaces(
     if "position" in stems:
         return GroundTruth(**common)
     names = ", ".join(sorted(interfaces)) or "none"
-    values.warn(f"sensors with these interfaces are not simulated: {names}", values.element)
+    values.warn(f"a sensor with these state interfaces is not simulated: {names}", values.element)
     return None
 
 
 def _number(element: Element) -> float:
-    """Raises KbotError where a parameter is none."""
+    """Read a parameter. Raises KbotError if it is not a number."""
     try:
         return to_float(element.text)
     except ValueError:
         name = element.attributes.get("name", "")
-        raise KbotError(f"{name} is a number, not '{element.text.strip()}'") from None
+        raise KbotError(f"{name} must be a number, not '{element.text.strip()}'") from None

@@ -1,4 +1,4 @@
-"""Reads values within a `<sensor>`: numbers, texts, poses and noise, with errors at their line."""
+"""Reads values within a `<sensor>`: numbers, texts, poses and noise. Errors are reported at their line."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from kbot.text.numbers import to_float
 
 
 class SensorValues:
-    """Reads beneath one element by paths such as `ray/scan/horizontal/samples`; faults are collected."""
+    """Reads values below one element by paths such as `ray/scan/horizontal/samples`, and collects errors."""
 
     def __init__(self, element: Element, diagnostics: list[Diagnostic]) -> None:
         self.element, self.diagnostics = element, diagnostics
 
     def find(self, *paths: str) -> Element | None:
-        """The first element that one of the paths leads to."""
+        """The element of the first path that exists."""
         for path in paths:
             at: Element | None = self.element
             for tag in path.split("/"):
@@ -27,7 +27,7 @@ class SensorValues:
         return None
 
     def text(self, *paths: str) -> str:
-        """The text there; empty where there is none."""
+        """The text of the first path that exists, else empty."""
         found = self.find(*paths)
         return found.text.strip() if found is not None else ""
 
@@ -39,13 +39,13 @@ class SensorValues:
         return round(self.number(default, *paths))
 
     def word(self, default: str, known: tuple[str, ...], *paths: str) -> str:
-        """One of some words."""
+        """One of the words `known`."""
         found = self.find(*paths)
         if found is None:
             return default
         word = found.text.strip()
         if word not in known:
-            self.error(f"<{found.tag}> is one of {', '.join(known)}, not '{word}'", found)
+            self.error(f"<{found.tag}> must be one of {', '.join(known)}, not '{word}'", found)
             return default
         return word
 
@@ -62,12 +62,12 @@ class SensorValues:
             return Transform.from_xyz_rpy((x, y, z), [math.radians(v) if degrees else v for v in rpy])
         except ValueError:
             self.error(
-                f"a pose is six finite numbers, x y z roll pitch yaw, not '{found.text.strip()}'", found
+                f"a pose must be six finite numbers x y z roll pitch yaw, not '{found.text.strip()}'", found
             )
             return Transform.identity()
 
     def noise(self, *paths: str) -> Noise:
-        """A `<noise>` as SDFormat has it; none where there is none, or its type is none."""
+        """An SDFormat `<noise>`. `NONE` if it is missing or of the type none."""
         found = self.find(*paths)
         if found is None:
             return NONE
@@ -76,9 +76,9 @@ class SensorValues:
         if kind == "none":
             return NONE
         if kind not in ("gaussian", "gaussian_quantized"):
-            self.warn(f"there is no noise of type '{kind}' here: it is left out", found)
+            self.warn(f"the noise type '{kind}' is not simulated: use gaussian or gaussian_quantized", found)
             return NONE
-        endless = inner.number(0.0, "dynamic_bias_correlation_time")
+        time = inner.number(0.0, "dynamic_bias_correlation_time")
         try:
             return Noise(
                 stddev=inner.number(0.0, "stddev"),
@@ -86,7 +86,7 @@ class SensorValues:
                 bias_mean=inner.number(0.0, "bias_mean"),
                 bias_stddev=inner.number(0.0, "bias_stddev"),
                 walk=inner.number(0.0, "dynamic_bias_stddev"),
-                correlation_time=endless if endless > 0.0 else math.inf,
+                correlation_time=time if time > 0.0 else math.inf,
                 precision=inner.number(0.0, "precision") if kind == "gaussian_quantized" else 0.0,
             )
         except KbotError as error:
@@ -94,13 +94,13 @@ class SensorValues:
             return NONE
 
     def error(self, message: str, where: Element | Origin) -> None:
-        self._say("W141", Severity.ERROR, message, where)
+        self._add("W141", Severity.ERROR, message, where)
 
     def warn(self, message: str, where: Element | Origin) -> None:
-        self._say("W140", Severity.WARNING, message, where)
+        self._add("W140", Severity.WARNING, message, where)
 
     def inform(self, message: str, where: Element, hint: str) -> None:
-        self._say("W140", Severity.INFO, message, where, hint)
+        self._add("W140", Severity.INFO, message, where, hint)
 
     def _number(self, element: Element, default: float) -> float:
         try:
@@ -108,13 +108,13 @@ class SensorValues:
         except ValueError:
             value = math.nan
         if value == math.inf and element.tag in ("max", "far"):
-            return 1e6
+            return 1e6  # far beyond any world; the ranges of a sensor must be finite
         if not math.isfinite(value):
-            self.error(f"<{element.tag}> is a finite number, not '{element.text.strip()}'", element)
+            self.error(f"<{element.tag}> must be a finite number, not '{element.text.strip()}'", element)
             return default
         return value
 
-    def _say(
+    def _add(
         self, code: str, severity: Severity, message: str, where: Element | Origin, hint: str = ""
     ) -> None:
         name = self.element.attributes.get("name") or self.element.tag

@@ -1,4 +1,4 @@
-"""What all sensors share: mounting on a link, rate, latency, topic and noise."""
+"""The base classes of all sensors: mounting on a link, rate, latency, topic and noise."""
 
 from __future__ import annotations
 
@@ -34,14 +34,15 @@ _OTHERS = frozenset(
     }
 )  # fmt: skip
 _KBOT = "/kbot/"
-"""Topics that no sensor speaks on, and beneath which none does: a run, its page and its recording do."""
+"""Reserved topics, and a reserved prefix: the run, its page and its recording publish on them."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Spec(ABC):
-    """A sensor as it is declared. `pose` is `link_from_sensor`; `rate` in Hz; `latency` in s is how long a
-    reading takes to be heard; `topic` and `frame` are the sensor's name and the link where not given, and
-    `robot` is the simulation's first.
+    """The declaration of a sensor.
+
+    `pose` is `link_from_sensor`. `rate` is in Hz. `latency` is the time from measuring to publishing in s.
+    `topic` defaults to the sensor's name, `frame` to the link, and `robot` to the simulation's first robot.
     """
 
     link: str
@@ -58,9 +59,9 @@ class Spec(ABC):
 
     def __post_init__(self) -> None:
         if not 1e-9 <= self.rate <= 1e5:
-            raise KbotError(f"{self.label}: a rate is above 0 Hz, from 1e-09 to 1e+05, not {self.rate}")
+            raise KbotError(f"{self.label}: the rate must be from 1e-09 to 1e+05 Hz, not {self.rate}")
         if not (math.isfinite(self.latency) and self.latency >= 0.0):
-            raise KbotError(f"{self.label}: a latency is 0 s or more, not {self.latency}")
+            raise KbotError(f"{self.label}: the latency must be at least 0 s and finite, not {self.latency}")
 
     @property
     def label(self) -> str:
@@ -68,22 +69,24 @@ class Spec(ABC):
 
     @property
     def topics(self) -> tuple[str, ...]:
-        """Those it is heard on, as they are written; its readings on the first."""
+        """The names of its topics as declared. The first is that of its readings."""
         return (self.topic or self.label,)
 
-    # Any: each sensor has its own type of message
+    # Any: each sensor has its own message type
     @abstractmethod
     def mount(self, simulation: Simulation) -> Sensor[Any]: ...
 
 
 class Sensor(ABC, Generic[M]):
-    """A sensor on a simulated robot. It measures at its rate as time passes, and what it says is heard on its
-    topic and read as `latest`."""
+    """A sensor on a simulated robot.
+
+    It measures at its rate and publishes the readings on its topic. `latest` is the newest reading.
+    """
 
     message_type: type[M]
 
     def __init__(self, simulation: Simulation, spec: Spec) -> None:
-        """Raises KbotError: the robot has no such link, the topic's name is none, or it is another's."""
+        """Raises KbotError: the link does not exist, or the topic's name is not valid or is in use."""
         self.simulation, self.spec = simulation, spec
         self.owner = simulation.robots.named(spec.robot or None).name
         robot = simulation.robots.named(self.owner).robot
@@ -98,26 +101,26 @@ class Sensor(ABC, Generic[M]):
         self._rotation, self._offset = spec.pose.rotation, spec.pose.translation
         self._period = 1.0 / spec.rate
         self._publisher: Publisher[M] = self._advertise(self.topic, self.message_type)
-        self.only_when_heard = False
-        """Whether it measures only while someone listens to its topics."""
+        self.only_with_subscribers = False
+        """Whether it measures only while one of its topics has a subscriber."""
         self._latest: tuple[int, M] | None = None
         self._pending: list[tuple[int, M]] = []
         self._timer = simulation.clock.every(spec.rate, self._sample)
-        simulation.robots.when_changed.append(self._go_with_robot)
+        simulation.robots.when_changed.append(self._close_with_robot)
 
     @property
     def topic(self) -> str:
-        """Where its readings are heard, in the namespace of its robot."""
+        """The topic of its readings, in its robot's namespace."""
         naming = self.simulation.robots.named(self.owner).naming
         return naming.topic(self.spec.topics[0])
 
     def _advertise(self, topic: str, message_type: type[A]) -> Publisher[A]:
-        """Raises KbotError: the topic's name is none in ROS, or it is another's."""
+        """Raises KbotError: the topic's name is not valid in ROS, or is in use."""
         require_sensor_topic(topic)
         return self.simulation.bus.advertise(topic, message_type, rate=self.spec.rate)
 
     def _noise_of(self, noise: Noise, what: str, count: int) -> NoiseSource:
-        """The noise of `count` values of a sample, called so."""
+        """The noise of `count` values per sample. `what` makes its random numbers independent of others."""
         name = f"{self.spec.label}/{what}"
         return NoiseSource(noise, self.simulation.seed, name, count, self._period)
 
@@ -127,38 +130,38 @@ class Sensor(ABC, Generic[M]):
 
     @property
     def latest(self) -> M | None:
-        """What was heard last; None before the first reading, also after a reset."""
+        """The newest reading. None before the first reading, also after a reset."""
         if self._latest is not None and self._latest[0] > self.simulation.clock.nanoseconds:
             self._latest = None
         return self._latest[1] if self._latest else None
 
     @abstractmethod
     def measure(self, sample: int | None = None) -> M:
-        """What it senses now: without its noise, or with that of a sample's number."""
+        """Measure now, with the noise of a sample number, or without noise for None."""
 
     def close(self) -> None:
-        """Measure no more."""
+        """Stop measuring."""
         self._timer.cancel()
         self._publisher.close()
-        if self._go_with_robot in self.simulation.robots.when_changed:
-            self.simulation.robots.when_changed.remove(self._go_with_robot)
+        if self._close_with_robot in self.simulation.robots.when_changed:
+            self.simulation.robots.when_changed.remove(self._close_with_robot)
 
-    def _go_with_robot(self) -> None:
+    def _close_with_robot(self) -> None:
         if self.owner not in self.simulation.robots:
             self.close()
 
     @property
     def has_subscribers(self) -> bool:
-        """Whether someone listens to it."""
+        """Whether one of its topics has a subscriber."""
         return self._publisher.has_subscribers
 
     def _sample(self) -> None:
-        if self.only_when_heard and not self.has_subscribers:
+        if self.only_with_subscribers and not self.has_subscribers:
             return
         now = self.simulation.clock.nanoseconds
         message = self.measure(round(now / NANOSECONDS * self.spec.rate))
         if not self.spec.latency:
-            self._hear(now, message)
+            self._publish(now, message)
             return
         self._pending = [p for p in self._pending if p[0] < now]
         self._pending.append((now, message))
@@ -172,9 +175,9 @@ class Sensor(ABC, Generic[M]):
     def _arrive(self) -> None:
         due = self.simulation.clock.nanoseconds - round(self.spec.latency * NANOSECONDS)
         while self._pending and self._pending[0][0] <= due:
-            self._hear(*self._pending.pop(0))
+            self._publish(*self._pending.pop(0))
 
-    def _hear(self, stamp: int, message: M) -> None:
+    def _publish(self, stamp: int, message: M) -> None:
         self._latest = stamp, message
         if self._publisher.has_subscribers:
             self._publisher.publish(message)
@@ -189,35 +192,35 @@ class Sensor(ABC, Generic[M]):
         )
 
     def _engine(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
-        """The engine's model and data; they are other ones once robots have come or gone."""
+        """The engine's model and data. They change when robots are spawned or deleted."""
         model, data = self.simulation.engine.current()
         if model is not self._model:
             self._model = model
             self._bind(model)
-            # what the engine writes to, seen without asking it each time
+            # views of the engine's arrays, which save looking them up for each reading
             self._body_place: NDArray[np.float64] = data.xpos[self._body]
             self._body_axes: NDArray[np.float64] = data.xmat[self._body].reshape(3, 3)
         return model, data
 
     def _bind(self, model: mujoco.MjModel) -> None:
-        """Look up what it needs in a model of the engine's."""
+        """Look up the sensor's body in the engine's model."""
         name = f"{self.owner}/{self.spec.link}"
         self._body: int = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name)
         if self._body < 0:
-            raise KbotError(f"{self.spec.label}: robot '{self.owner}' is no longer there")
+            raise KbotError(f"{self.spec.label}: robot '{self.owner}' was deleted")
 
     def _place(self) -> tuple[mujoco.MjModel, mujoco.MjData, NDArray[np.float64], NDArray[np.float64]]:
-        """The engine's model and data, and where the sensor is: place (3,) and axes (3, 3) in the world."""
+        """The engine's model and data, and the sensor's position (3,) and axes (3, 3) in the world."""
         model, data = self._engine()
         rotation = self._body_axes
         return model, data, self._body_place + rotation.dot(self._offset), rotation.dot(self._rotation)
 
 
 def require_sensor_topic(topic: str) -> None:
-    """Raises KbotError: no sensor speaks on a topic of this full name."""
+    """Raises KbotError: a topic's full name is not valid or is reserved."""
     require_topic_name(topic)
     if topic in _OTHERS or topic.startswith(_KBOT):
-        raise KbotError(f"topic {topic} is not for sensors: give it another")
+        raise KbotError(f"the topic {topic} is reserved: choose another for the sensor")
 
 
 def own_geometries(model: mujoco.MjModel, robot: str) -> NDArray[np.intp]:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from kbot.messages.bus import Bus
 from kbot.sim.command_delivery import CommandDelivery
 from kbot.sim.engine.engine import Engine
-from kbot.sim.engine.welds import STANDING
+from kbot.sim.engine.welds import STATIC
 from kbot.sim.injected_faults import FAULTS, End, Fault, Kick, Target, to_journal
 from kbot.sim.journal import Journal
 from kbot.sim.numbers import LONGEST, STRONGEST, Vector, is_within, positive, vector
@@ -22,7 +22,7 @@ FOREVER = 1 << 62
 
 
 class BodyWrench(NamedTuple):
-    """A force (N) and torque (N m) along the world's axes on a body's centre of mass, until a step."""
+    """A force (N) and torque (N m) in world axes at a body's centre of mass, until the step `until`."""
 
     body: str
     force: Vector
@@ -31,7 +31,7 @@ class BodyWrench(NamedTuple):
 
 
 class ScheduledFault(NamedTuple):
-    """A scheduled fault that acts from `start` to `stop`: s of simulated time, inf for good."""
+    """A scheduled fault, active from `start` to `stop` (simulated seconds; inf: it never ends)."""
 
     number: int
     fault: Fault
@@ -50,7 +50,7 @@ class _Entry:
 
 
 class Disturbances:
-    """The pushes and faults of one simulation. `due` is the next step at which one begins or ends."""
+    """The pushes and faults of one simulation. `due` is the next step at which one starts or ends."""
 
     def __init__(
         self, engine: Engine, bus: Bus, robots: Robots, commands: CommandDelivery, journal: Journal
@@ -59,10 +59,10 @@ class Disturbances:
         self._target = Target(engine, bus, commands, robots)
         self.pushes: tuple[BodyWrench, ...] = ()
         self._faults: list[_Entry] = []
-        """In the order in which they were scheduled."""
+        """In scheduling order."""
         self._scheduled = 0
         self._acting: list[_Entry] = []
-        """Those that have something to end, in the order in which they began."""
+        """The active faults that must be undone when they end, in the order in which they started."""
         self.due = FOREVER
 
     def apply_body_wrench(
@@ -73,18 +73,20 @@ class Disturbances:
         torque: Vector = (0.0, 0.0, 0.0),
         robot: str | None = None,
     ) -> None:
-        """Push a robot's link, or without `robot` a body of the world, for `duration` seconds.
+        """Push a robot's link for `duration` seconds. Without `robot`, `link` may be a body of the world.
 
-        The force (N) and the torque (N m) are along the world's axes and act at the centre of mass.
+        The force (N) and the torque (N m) are in world axes and act at the centre of mass.
 
         Raises:
-            KbotError: a number is not finite, no such robot, link or body, or the duration is not a time.
+            KbotError: a number is not finite, the robot, link or body does not exist, or the duration is
+                not positive.
         """
-        force, torque = vector("a force in N", force, STRONGEST), vector("a torque in N m", torque, STRONGEST)
-        duration = positive("the time of a push in seconds", duration, LONGEST)
+        force = vector("the force in N", force, STRONGEST)
+        torque = vector("the torque in N m", torque, STRONGEST)
+        duration = positive("the duration of a push in seconds", duration, LONGEST)
         body = self._robots.engine_name(link, robot)
-        if body == STANDING:
-            raise KbotError(f"'{link}' stands still for good: nothing pushes it")
+        if body == STATIC:
+            raise KbotError(f"'{link}' is static and cannot be pushed")
         until = self._engine.steps + max(1, round(duration / self._engine.timestep))
         self._use_pushes((*self.pushes, BodyWrench(body, force, torque, until)))
         self._find_due()
@@ -96,7 +98,7 @@ class Disturbances:
         """End all pushes of a link or body.
 
         Raises:
-            KbotError: no such robot, link or body.
+            KbotError: the robot, link or body does not exist.
         """
         body = self._robots.engine_name(link, robot)
         self._use_pushes(tuple(push for push in self.pushes if push.body != body))
@@ -104,38 +106,38 @@ class Disturbances:
         self._journal.note("clear_body_wrenches", link=link, robot=robot)
 
     def schedule(self, fault: Fault, at: float, duration: float | None = None) -> int:
-        """Let a fault begin `at` seconds of simulated time, for `duration` seconds (None is for good).
+        """Start a fault `at` seconds of simulated time, for `duration` seconds (None: it never ends).
 
-        A reset keeps the schedule, so that the fault begins again. It ends for good by `end_fault` with the
-        number that is returned, or when its robot is deleted.
+        A reset keeps the schedule, so the fault starts again. `end_fault`, with the number that this
+        function returns, removes it. So does deleting its robot.
 
         Raises:
-            KbotError: the time is not a time or is in the past, the fault names something that is not there,
-                or a kick in a run that has diverged.
+            KbotError: the time is not valid or is in the past, the fault names something that does not
+                exist, or it is a kick and the run has diverged.
         """
         if not isinstance(fault, Fault):
             known = ", ".join(FAULTS)
             raise KbotError(
-                f"a fault is one of kbot.sim.injected_faults ({known}), not {reprlib.repr(fault)}"
+                f"a fault must be one of kbot.sim.injected_faults ({known}), not {reprlib.repr(fault)}"
             )
         engine = self._engine
         start = round(at / engine.timestep) if is_within(at, LONGEST) else -1
         if start < engine.steps:
-            allowed = f"from now ({engine.time:g} s) to {LONGEST:g} s, not at {reprlib.repr(at)} s"
-            raise KbotError(f"a fault is placed at a time {allowed}")
+            allowed = f"from now ({engine.time:g} s) to {LONGEST:g} s, not {reprlib.repr(at)} s"
+            raise KbotError(f"the start time of a fault must be {allowed}")
         if duration is not None:
-            duration = positive("the time of a fault in seconds", duration, LONGEST)
+            duration = positive("the duration of a fault in seconds", duration, LONGEST)
         stop = FOREVER if duration is None else start + max(1, round(duration / engine.timestep))
         if isinstance(fault, Kick):
             self._robots.named(fault.robot).body.require_free()
             engine.require_sound()
             stop = start + 1
         elif (end := fault.begin(self._target)) is not None:
-            end()  # it began only to find out whether all that it names is there
+            end()  # started only to check that everything it names exists
         self._scheduled += 1
         number = self._scheduled
         self._faults.append(_Entry(number, fault, start, stop))
-        self.bring_up()
+        self.update()
         if self._journal.write is not None:
             self._journal.note("schedule", **to_journal(fault), at=float(at), duration=duration)
         return number
@@ -146,17 +148,17 @@ class Disturbances:
         Raises:
             KbotError: no fault has this number.
         """
-        gone = [entry for entry in self._faults if entry.number == number]
-        if not gone:
-            known = ", ".join(str(entry.number) for entry in self._faults) or "none at all"
-            raise KbotError(f"there is no fault {reprlib.repr(number)} (there are {known})")
-        self._remove(gone)
+        matches = [entry for entry in self._faults if entry.number == number]
+        if not matches:
+            known = ", ".join(str(entry.number) for entry in self._faults) or "none"
+            raise KbotError(f"no fault has the number {reprlib.repr(number)}; scheduled faults: {known}")
+        self._remove(matches)
         self._find_due()
         self._journal.note("end_fault", number=int(number))
 
     @property
     def faults(self) -> tuple[ScheduledFault, ...]:
-        """The faults that act now or will begin."""
+        """The faults that are active or will start."""
         timestep = self._engine.timestep
         return tuple(
             ScheduledFault(
@@ -170,13 +172,13 @@ class Disturbances:
         )
 
     def forget(self, name: str) -> None:
-        """Remove the faults and pushes of a robot, or of a body by its engine name, that is deleted."""
+        """Remove the faults and pushes of a deleted robot, or of a deleted body (by its engine name)."""
         self._remove([entry for entry in self._faults if getattr(entry.fault, "robot", None) == name])
         of_robot = f"{name}/"
         self.pushes = tuple(p for p in self.pushes if p.body != name and not p.body.startswith(of_robot))
 
-    def bring_up(self) -> None:
-        """End what is over at the current step, and begin what is due."""
+    def update(self) -> None:
+        """End the pushes and faults that are over at the current step, and start those that are due."""
         step = self._engine.steps
         lasting = tuple(push for push in self.pushes if push.until > step)
         if len(lasting) < len(self.pushes):
@@ -189,14 +191,14 @@ class Disturbances:
         self._find_due()
 
     def jump(self) -> None:
-        """After a jump in time, let exactly those faults act that do at the current step."""
+        """After a jump in time, activate exactly the faults that belong to the current step."""
         self._end(list(self._acting))
         for entry in self._faults:
             entry.done = False
-        self.bring_up()
+        self.update()
 
-    def begin_again(self) -> None:
-        """Let everything that acts do so in the engine's new model too."""
+    def reapply(self) -> None:
+        """Apply all active pushes and faults to the engine's new model."""
         self._use_pushes(self.pushes)
         acting, self._acting = self._acting, []
         for entry in reversed(acting):
@@ -206,8 +208,8 @@ class Disturbances:
         for entry in acting:
             self._begin(entry)
 
-    def set_back(self, steps: int) -> None:
-        """Shift the ends of pushes after time was set back by so many steps. Faults keep their times."""
+    def shift_time(self, steps: int) -> None:
+        """Shift the ends of pushes after the time was set back by `steps`. Faults keep their times."""
         self.pushes = tuple(push._replace(until=push.until - steps) for push in self.pushes)
 
     def _find_due(self) -> None:
@@ -217,7 +219,7 @@ class Disturbances:
         self.due = min((time for time in times if time > step), default=FOREVER)
 
     def _use_pushes(self, pushes: tuple[BodyWrench, ...]) -> None:
-        """Let these, and no others, act in the engine."""
+        """Apply exactly these pushes in the engine."""
         self.pushes = pushes
         model, data = self._engine.model, self._engine.data
         data.xfrc_applied[:] = 0.0
@@ -227,17 +229,21 @@ class Disturbances:
     def _begin(self, entry: _Entry) -> None:
         try:
             entry.end = entry.fault.begin(self._target)
-        except KbotError:  # what it names was there when it was scheduled, and was deleted since
+        except KbotError:  # what it names existed when it was scheduled, and was deleted since
             return
         if entry.end is not None:
             self._acting.append(entry)
 
-    def _remove(self, gone: list[_Entry]) -> None:
-        self._end(gone)
-        self._faults = [entry for entry in self._faults if entry not in gone]
+    def _remove(self, entries: list[_Entry]) -> None:
+        self._end(entries)
+        self._faults = [entry for entry in self._faults if entry not in entries]
 
     def _end(self, over: list[_Entry]) -> None:
-        """End some faults. Those that began later end first and begin again: each restores what it found."""
+        """End some faults.
+
+        Each fault restores the values that it found when it started. So the faults that started later are
+        undone first and started again afterwards.
+        """
         first = min((self._acting.index(entry) for entry in over if entry in self._acting), default=None)
         if first is None:
             return

@@ -1,4 +1,4 @@
-"""Detects a simulation that diverges, and reports the first link that did and the likely cause."""
+"""Reports a simulation that diverged: the time, the link that flew off and the likely cause."""
 
 from __future__ import annotations
 
@@ -11,25 +11,26 @@ from kbot.model import Link, RobotModel
 from kbot.sim.engine.engine import Engine
 from kbot.text import DescriptionError, Diagnostic, Severity
 
-ELSEWHERE = "let it start elsewhere: --pose X,Y,YAW, or start= in Python"
+ELSEWHERE = "start the robot somewhere else: --pose X,Y,YAW, or start= in Python"
 _PUSHED_OUT = 1.0
-"""Seconds within which a robot is pushed out of what it starts in."""
+"""Seconds after the start within which contacts push a robot out of an object that it overlaps."""
 _MASS_RATIO = 1000.0
+"""Ratio of two masses of one robot above which the lighter one is the likely cause."""
 _SMALL_RADIUS = 1e-3
 """Radius of gyration in m below which a moment of inertia is suspect."""
 
 
 class SimulationDiverged(DescriptionError):
-    """The run left the physical; it can go on only after a reset."""
+    """The simulation diverged. It can continue only after a reset."""
 
 
 def diverged(
     engine: Engine, robots: Mapping[str, RobotModel], last: float, inside: str
 ) -> SimulationDiverged:
-    """What went wrong since the time `last` (s), at the line of the link that flew off.
+    """The error for a run that diverged after the time `last` (s), at the line of the link that flew off.
 
-    `robots` are the descriptions by the names of the robots; `inside` is what the first robot started inside
-    of, or empty.
+    `robots` are the descriptions by robot name. `inside` names the body that the first robot overlapped at
+    the start, or is empty.
     """
     model, data = engine.model, engine.data
     speeds = np.where(np.isfinite(data.qvel), np.abs(data.qvel), np.inf)
@@ -49,10 +50,10 @@ def diverged(
 
 
 def engine_failed(error: Exception, time: float) -> SimulationDiverged:
-    """The engine could not take a step, as when too many contacts do not fit its memory."""
+    """The error for a step that the engine could not take, for example too many contacts for its memory."""
     reason = str(error).splitlines()[0]
     message = f"after {time:.3f} s the physics engine stopped: {reason}"
-    hint = "let fewer objects touch each other"
+    hint = "reduce the number of objects that touch each other"
     return SimulationDiverged([Diagnostic("W120", Severity.ERROR, message, None, hint)])
 
 
@@ -63,8 +64,8 @@ def _cause(robot: RobotModel, link: Link, timestep: float) -> tuple[str, str]:
     if own and heaviest and masses[heaviest] > _MASS_RATIO * own:
         ratio = masses[heaviest] / own
         return (
-            f"it weighs {own:g} kg, link '{heaviest}' {ratio:.0f} times as much",
-            "make masses more alike: within a factor of a thousand",
+            f"its mass is {own:g} kg, and that of link '{heaviest}' is {ratio:.0f} times larger",
+            "keep the masses within a factor of 1000 of each other",
         )
     if link.inertial is not None:
         moments = np.linalg.eigvalsh(link.inertial.tensor)

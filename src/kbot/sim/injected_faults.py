@@ -1,6 +1,7 @@
-"""Faults to inject into a run (slip, payload, blocked joint); `Disturbances.schedule` sets their times.
+"""Faults to inject into a run: slip, payload, blocked joint and others.
 
-`begin` lets a fault act and returns the function that ends it, None if there is nothing to end.
+`Disturbances.schedule` sets their times. `begin` starts a fault and returns the function that ends it, or
+None if the fault needs no end.
 """
 
 from __future__ import annotations
@@ -26,9 +27,9 @@ from kbot.world.world import HEAVIEST
 
 End = Callable[[], None]
 STUCK = 1e6
-"""N m or N of friction that nothing turns against."""
+"""Dry friction in N m or N that is too large for any motor to overcome."""
 ROUGHEST = 1e3
-"""Coefficient of friction: hundreds of times that of rubber."""
+"""Largest coefficient of friction: hundreds of times that of rubber."""
 
 
 @dataclass(frozen=True)
@@ -44,10 +45,10 @@ class Target:
 @runtime_checkable
 class Fault(Protocol):
     def begin(self, target: Target) -> End | None:
-        """Start to act. Returns the function that ends it, None if there is nothing to end.
+        """Start the fault. Returns the function that ends it, or None if it needs no end.
 
         Raises:
-            KbotError: the fault names something that is not there.
+            KbotError: the fault names something that does not exist.
         """
         ...
 
@@ -62,7 +63,7 @@ class BlockedJoint:
     def begin(self, target: Target) -> End:
         robot = target.robots.named(self.robot)
         dof = robot.body.dof(self.joint)
-        # friction that is as stiff as a contact; the engine's own lets a servo creep on
+        # friction as stiff as a contact: with MuJoCo's default softness a servo would still creep
         return _all(
             _changed(target, "dof_solref", [(dof, 0)], SOLREF[0]),
             _changed(target, "dof_solimp", [(dof, 0), (dof, 1)], SOLIMP[1]),
@@ -72,7 +73,7 @@ class BlockedJoint:
 
 @dataclass(frozen=True, slots=True)
 class Slip:
-    """A link, such as a wheel, whose coefficient of friction is another: oil, ice, a worn tyre."""
+    """A link, such as a wheel, with a different coefficient of friction: oil, ice, a worn tyre."""
 
     link: str
     friction: float
@@ -80,9 +81,9 @@ class Slip:
 
     def __post_init__(self) -> None:
         if not (is_within(self.friction, ROUGHEST) and self.friction >= 0.0):
-            told = reprlib.repr(self.friction)
-            raise KbotError(f"a coefficient of friction is a number from 0 to {ROUGHEST:g}, not {told}")
-        _keep(self, friction=float(self.friction))
+            given = reprlib.repr(self.friction)
+            raise KbotError(f"a coefficient of friction must be from 0 to {ROUGHEST:g}, not {given}")
+        _set_numbers(self, friction=float(self.friction))
 
     def begin(self, target: Target) -> End:
         model, _ = target.engine.current()
@@ -98,7 +99,7 @@ class Slip:
 
 @dataclass(frozen=True, slots=True)
 class Payload:
-    """A load of `mass` kg, as a point at a place (m) in a link's frame."""
+    """An extra point mass of `mass` kg at the point `at` (m) in a link's frame."""
 
     link: str
     mass: float
@@ -107,7 +108,7 @@ class Payload:
 
     def __post_init__(self) -> None:
         mass = positive("the mass of a payload in kg", self.mass, HEAVIEST)
-        _keep(self, mass=mass, at=vector("the place of a payload in m", self.at, FURTHEST))
+        _set_numbers(self, mass=mass, at=vector("the position of a payload in m", self.at, FURTHEST))
 
     def begin(self, target: Target) -> End:
         model, _ = target.engine.current()
@@ -126,26 +127,26 @@ class Payload:
         mujoco.mju_mat2Quat(quaternion, directions.ravel())
         for name, value in zip(names, (whole.mass, whole.center, quaternion, moments), strict=True):
             getattr(model, name)[body] = value
-        _reckon_anew(model)
+        _update_constants(model)
 
         def end() -> None:
             for name, value in zip(names, before, strict=True):
                 getattr(model, name)[body] = value
-            _reckon_anew(model)
+            _update_constants(model)
 
         return end
 
 
 @dataclass(frozen=True, slots=True)
 class LostCommands:
-    """Each command that comes from outside is lost with this probability, by the simulation's seed."""
+    """Each command from outside is lost with probability `share`. The simulation's seed decides which."""
 
     share: float = 1.0
 
     def __post_init__(self) -> None:
         if not (is_within(self.share, 1.0) and self.share >= 0.0):
-            raise KbotError(f"a share of commands is a number from 0 to 1, not {reprlib.repr(self.share)}")
-        _keep(self, share=float(self.share))
+            raise KbotError(f"the share of lost commands must be from 0 to 1, not {reprlib.repr(self.share)}")
+        _set_numbers(self, share=float(self.share))
 
     def begin(self, target: Target) -> End:
         before, target.commands.lost_share = target.commands.lost_share, self.share
@@ -158,13 +159,13 @@ class LostCommands:
 
 @dataclass(frozen=True, slots=True)
 class SilentTopic:
-    """Nothing is heard on a topic: a sensor's cable is out."""
+    """A topic without messages, as if a sensor's cable were unplugged."""
 
     topic: str
 
     def __post_init__(self) -> None:
         if not isinstance(self.topic, str):
-            raise KbotError(f"a topic is spoken of by its name, not {reprlib.repr(self.topic)}")
+            raise KbotError(f"a topic must be given by its name, not {reprlib.repr(self.topic)}")
 
     def begin(self, target: Target) -> End:
         target.bus.require(self.topic)
@@ -178,19 +179,20 @@ class SilentTopic:
 
 @dataclass(frozen=True, slots=True)
 class Kick:
-    """A speed that the robot's body has at once: m/s and rad/s along the world's axes."""
+    """An instant change of the robot's velocity: m/s and rad/s in world axes."""
 
     linear: Vector
     angular: Vector = (0.0, 0.0, 0.0)
     robot: str | None = None
 
     def __post_init__(self) -> None:
-        linear = vector("a speed in m/s", self.linear, FASTEST)
-        _keep(self, linear=linear, angular=vector("a turning speed in rad/s", self.angular, FASTEST))
+        linear = vector("the linear velocity in m/s", self.linear, FASTEST)
+        angular = vector("the angular velocity in rad/s", self.angular, FASTEST)
+        _set_numbers(self, linear=linear, angular=angular)
 
     def begin(self, target: Target) -> None:
         if target.engine.has_failed:
-            return  # the run reports that once this step is over
+            return  # the run reports the failure after this step
         target.robots.named(self.robot).body.set_twist(self.linear, self.angular)
         target.engine.mark_moved()
 
@@ -201,29 +203,29 @@ FAULTS: Mapping[str, type] = {
 
 
 def to_journal(fault: Fault) -> dict[str, object]:
-    """What `from_journal` makes it of again; one of a user's own making is known by its words alone."""
+    """The fault as JSON for `from_journal`. A user-defined fault is stored by its repr only."""
     values = asdict(fault) if is_dataclass(fault) and not isinstance(fault, type) else repr(fault)
     return {"fault": type(fault).__name__, "values": values}
 
 
 def from_journal(note: Mapping[str, Any]) -> Fault:  # Any: JSON
-    """A fault as it was written down. Raises KbotError for one that is not KBot's."""
+    """Restore a fault from the journal. Raises KbotError for a fault that does not ship with KBot."""
     kind = FAULTS.get(note["fault"])
     if kind is None:
-        raise KbotError(f"the fault '{note['fault']}' is not one of KBot's own")
+        raise KbotError(f"the fault '{note['fault']}' does not ship with KBot and cannot be restored")
     values = {name: tuple(v) if isinstance(v, list) else v for name, v in note["values"].items()}
     fault: Fault = kind(**values)
     return fault
 
 
-def _keep(fault: object, **values: float | Vector) -> None:
-    """Numbers as Python has them: a fault is frozen, may be given numpy's, and is written down as JSON."""
+def _set_numbers(fault: object, **values: float | Vector) -> None:
+    """Replace a fault's numbers, which may be numpy's, by Python floats: the journal writes them as JSON."""
     for name, value in values.items():
         object.__setattr__(fault, name, value)
 
 
 def _changed(target: Target, name: str, places: Sequence[object], value: float) -> End:
-    """Set entries of one of the model's arrays; how to set them back."""
+    """Set entries of one of the model's arrays. Returns the function that restores them."""
     model, _ = target.engine.current()
     array = getattr(model, name)
     before = [(place, array[place]) for place in places]
@@ -245,6 +247,6 @@ def _all(*ends: End) -> End:
     return end
 
 
-def _reckon_anew(model: mujoco.MjModel) -> None:
-    """Bring up to date what the engine keeps of masses; its own scratch, so that the run is untouched."""
+def _update_constants(model: mujoco.MjModel) -> None:
+    """Recompute the constants that MuJoCo derives from masses, with scratch data: the run is not touched."""
     mujoco.mj_setConst(model, mujoco.MjData(model))

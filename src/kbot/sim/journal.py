@@ -1,4 +1,4 @@
-"""The journal of a simulation: actions from outside, and sentences for the user."""
+"""The journal of a simulation: actions from outside, and reports to the user."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ _CHANGES_OF_THE_WORLD = frozenset({"delete_model", "spawn_model", "spawn_sdf", "
 
 
 class Journal:
-    """Counts and notes each action from outside, after it is done."""
+    """Counts each action from outside and passes it to a recorder, after the action."""
 
     def __init__(self) -> None:
         self.write: Callable[[str, dict[str, object]], None] | None = None
-        """Called with the name and the numbers of each action, as by a recorder."""
+        """Called with the name and the arguments of each action. A recorder sets it."""
         self.count = 0
-        """Actions until now, with or without a `write`."""
+        """The number of actions so far, with or without a `write`."""
         self.changes: list[tuple[str, dict[str, object]]] = []
-        """The notes of robots and objects that were spawned or deleted since the world was built."""
+        """The actions that spawned or deleted robots and objects since the world was built."""
         self.listeners: list[Callable[[str], None]] = []
-        """Called with each report to the user, such as a trajectory that a controller rejects."""
+        """Called with each report to the user, for example when a controller rejects a trajectory."""
 
     def note(self, what: str, **numbers: object) -> None:
-        """Note an action that is done."""
+        """Record a completed action."""
         if what in _CHANGES_OF_THE_WORLD:
             self.changes.append((what, numbers))
         if self.write is not None:
@@ -29,6 +29,6 @@ class Journal:
         self.count += 1
 
     def report(self, text: str) -> None:
-        """Report something to the user, if anybody listens."""
+        """Send a report to all listeners."""
         for listener in tuple(self.listeners):
             listener(text)

@@ -15,9 +15,12 @@ _NAMESPACE = re.compile(r"(?:[A-Za-z_]\w*(?:/\w+)*)?", re.ASCII)
 
 @dataclass(frozen=True, slots=True)
 class Naming:
-    """`name` is the model's, as Gazebo's services speak of it, empty for the description's own. `namespace`
-    holds its topics, `a/b` without slashes around it, empty for the root. `frame_prefix` stands before its
-    frames, as `tb3_0/` does."""
+    """How a simulation names a robot.
+
+    `name` is the model name that Gazebo's services use. If empty, it is the name in the description.
+    `namespace` contains the robot's topics: `a/b` without outer slashes, or empty for the root.
+    `frame_prefix` starts the names of its frames, for example `tb3_0/`.
+    """
 
     name: str = ""
     namespace: str = ""
@@ -25,22 +28,26 @@ class Naming:
 
     def __post_init__(self) -> None:
         if not (isinstance(self.namespace, str) and _NAMESPACE.fullmatch(self.namespace)):
-            raise KbotError(f"{reprlib.repr(self.namespace)} is no namespace, as tb3_0 and fleet/tb3_0 are")
+            raise KbotError(
+                f"{reprlib.repr(self.namespace)} is not a valid namespace: write it like tb3_0 or fleet/tb3_0"
+            )
         if not isinstance(self.frame_prefix, str):
             raise KbotError(
-                f"{reprlib.repr(self.frame_prefix)} is no text to stand before frames, as tb3_0/ is"
+                f"a frame prefix must be a string such as tb3_0/, not {reprlib.repr(self.frame_prefix)}"
             )
 
     def topic(self, name: str) -> str:
-        """The full name of a topic: `odom` and, where a description has the namespace in it already, also
-        `tb3_0/odom` are `/tb3_0/odom`."""
-        has_it = bool(self.namespace) and name.startswith(f"{self.namespace}/")
-        return absolute(name, "" if has_it else self.namespace)
+        """The full name of a topic: `/tb3_0/odom` for `odom`.
+
+        Some descriptions write the namespace themselves, so `tb3_0/odom` is `/tb3_0/odom` too.
+        """
+        is_full = bool(self.namespace) and name.startswith(f"{self.namespace}/")
+        return absolute(name, "" if is_full else self.namespace)
 
 
 ROOT_NAMING = Naming()
 
 
 def is_model_name(name: object) -> bool:
-    """Whether a robot or a thing may be called so: letters, digits and _ only, a letter first."""
+    """Whether a string is a valid name of a robot or object: letters, digits and _, a letter first."""
     return isinstance(name, str) and bool(_NAME.fullmatch(name))

@@ -1,4 +1,4 @@
-"""Names of topics of Gazebo Classic's plugins, as gazebo_ros of ROS 1 and ROS 2 makes them."""
+"""Resolves the topic names of Gazebo Classic's plugins as gazebo_ros does in ROS 1 and ROS 2."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from kbot.text import Element
 
 
 def is_of_gazebo_ros(plugin: Element) -> bool:
-    """Whether a `<plugin>` speaks ROS itself, unlike those of gz, whose topics a bridge carries."""
+    """Whether a `<plugin>` publishes to ROS itself. Plugins of gz need a bridge."""
     return "gazebo_ros" in plugin.attributes.get("filename", "")
 
 
 class PluginNames:
-    """The names of a `<plugin>`'s topics, in the simulation where its robot is called `naming`.
+    """The topic names of a `<plugin>` whose robot has the names in `naming`.
 
-    ROS 1: `<robotNamespace>`, by which spawn_model's own is not heeded; empty it is the model's name. ROS 2:
-    `<ros><namespace>`, where spawn_entity names none, and `<ros><remapping>`.
+    ROS 1: `<robotNamespace>` overrides the namespace of spawn_model. An empty one means the model's name.
+    ROS 2: `<ros><namespace>` applies if spawn_entity gives no namespace. `<ros><remapping>` always applies.
     """
 
     def __init__(self, plugin: Element, naming: Naming) -> None:
@@ -24,12 +24,12 @@ class PluginNames:
         own, ros = plugin.find("robotNamespace"), plugin.find("ros")
         self.is_ros_2 = ros is not None
         self._namespace: str | None = None
-        """Where its topics are, with slashes around it; None where they are in the robot's namespace."""
+        """The namespace of the topics with outer slashes. None: the robot's namespace."""
         if own is not None:
-            self._namespace = _around(own.text.strip() or naming.name)
+            self._namespace = _with_slashes(own.text.strip() or naming.name)
         elif ros is not None and not naming.namespace:
             namespace = ros.find("namespace")
-            self._namespace = _around(namespace.text) if namespace is not None else None
+            self._namespace = _with_slashes(namespace.text) if namespace is not None else None
         self._remappings: dict[str, str] = {}
         for tag in ("remapping", "argument"):
             for element in ros.elements(tag) if ros is not None else ():
@@ -38,7 +38,7 @@ class PluginNames:
                     self._remappings[self._full(inner)] = self._full(outer)
 
     def topic(self, name: str) -> str:
-        """The full name of what the plugin itself calls so: `odom`, `/odom` or `~/out`."""
+        """The full name of a topic that the plugin calls `odom`, `/odom` or `~/out`."""
         full = self._full(name)
         return self._remappings.get(full, full)
 
@@ -52,6 +52,6 @@ class PluginNames:
         return self._naming.topic(own) if self._namespace is None else f"{self._namespace}{own}"
 
 
-def _around(namespace: str) -> str:
+def _with_slashes(namespace: str) -> str:
     parts = "/".join(filter(None, namespace.strip().split("/")))
     return f"/{parts}/" if parts else "/"

@@ -28,9 +28,12 @@ from kbot.text import Diagnostic, DiagnosticCollector, KbotError
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Prepared:
-    """`settings`: how the robot's own controller drives, None for one that cannot drive; `control`: what
-    commands its other joints; `plan`: what the engine is given; `findings`: what is wrong with its drive and
-    controllers."""
+    """A robot that is ready to be added to a simulation.
+
+    `settings` are those of the robot's own drive controller, or None if it cannot drive. `control` has the
+    controllers of its other joints. The engine builds the robot from `plan`. `findings` are the problems
+    with its drive and controllers.
+    """
 
     robot: RobotModel
     naming: Naming
@@ -42,22 +45,24 @@ class Prepared:
 
     @property
     def base(self) -> str:
-        """The link whose motion on the plane is spoken of."""
+        """The link whose motion on the plane odometry and ground truth describe."""
         if isinstance(self.drive, DifferentialDrive):
             return self.drive.base
         return "base_footprint" if "base_footprint" in self.robot.links else self.robot.root
 
     @property
     def driving(self) -> tuple[str, ...]:
-        """The joints that the drive moves, those that steer too."""
+        """The joints that the drive moves, including steering joints."""
         return _driving_joints(self.drive)
 
 
 def prepare(
     robot: RobotModel, naming: Naming, pose: PlanarPose, limits: DriveLimits | None, contacts: Contacts
 ) -> Prepared:
-    """A robot that is called `naming` and begins at a pose in the world; `limits` stand in for those of its
-    own controller."""
+    """Prepare a robot with the names in `naming` that starts at `pose` in the world.
+
+    `limits` replace the limits of the robot's own controller.
+    """
     found = find_drive(robot)
     drive = drive_with_masses(robot, _unless_commanded(robot, found))
     findings = DiagnosticCollector()
@@ -68,7 +73,7 @@ def prepare(
         if limits is not None:
             settings = dataclasses.replace(settings, limits=limits)
     name = naming.name
-    # topics that gz names by the model bear its name in the world
+    # gz puts the model's name in the world into topic names
     control = joint_control(dataclasses.replace(robot, name=name), _driving_joints(drive), findings, naming)
     place = Transform.from_xyz_rpy((pose.x, pose.y, 0.0), (0.0, 0.0, pose.yaw))
     torque = settings.torque if settings is not None else None
@@ -77,38 +82,41 @@ def prepare(
 
 
 def controller_findings(robot: RobotModel) -> tuple[Diagnostic, ...]:
-    """What is wrong with the controllers of a robot, before it is simulated."""
+    """The problems with a robot's joint controllers. The robot need not be simulated."""
     findings = DiagnosticCollector()
     joint_control(robot, _driving_joints(_unless_commanded(robot, find_drive(robot))), findings)
     return tuple(findings.diagnostics)
 
 
 def check_settings(seed: int, timestep: float, limits: DriveLimits | None, start: PlanarPose) -> None:
-    """Raises KbotError: the seed, the timestep (s), the limits or the start of a simulation are not valid."""
+    """Raises KbotError: the seed, the timestep (s), the limits or the start of a simulation is not valid."""
     if not isinstance(start, PlanarPose):
-        raise KbotError(f"a start is a PlanarPose(x, y, yaw) in m and rad, not {reprlib.repr(start)}")
+        raise KbotError(f"start must be a PlanarPose(x, y, yaw) in m and rad, not {reprlib.repr(start)}")
     if not (limits is None or isinstance(limits, DriveLimits)):
-        raise KbotError(f"limits are DriveLimits(linear_velocity=...), not {reprlib.repr(limits)}")
-    vector("a start", (start.x, start.y, start.yaw), FURTHEST)
+        raise KbotError(f"limits must be DriveLimits(linear_velocity=...), not {reprlib.repr(limits)}")
+    vector("start", (start.x, start.y, start.yaw), FURTHEST)
     if not (is_finite(timestep) and 1e-5 <= timestep <= 0.02):
-        raise KbotError(f"a step is 0.00001 to 0.02 seconds long, not {timestep!r}")
+        raise KbotError(f"timestep must be from 0.00001 to 0.02 seconds, not {timestep!r}")
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
-        raise KbotError(f"a seed is a whole number from 0 on, not {seed!r}")
+        raise KbotError(f"seed must be a whole number of at least 0, not {seed!r}")
 
 
 def read_robot(robot: object) -> RobotModel:
-    """A robot, or that of a file. Raises KbotError, or DescriptionError with all that is wrong in it."""
+    """Return a robot model, or load it from a file.
+
+    Raises:
+        KbotError: `robot` is neither a model nor a file name.
+        DescriptionError: the description has errors. It carries all of them.
+    """
     if isinstance(robot, RobotModel):
         return robot
     if isinstance(robot, str | os.PathLike):
         return load_robot(robot).require()
-    raise KbotError(
-        f"a robot, or the file of one, is simulated, not {reprlib.repr(robot)}: kbot.load(FILE) reads one"
-    )
+    raise KbotError(f"robot must be a file name or the result of kbot.load(FILE), not {reprlib.repr(robot)}")
 
 
 def _unless_commanded(robot: RobotModel, drive: DifferentialDrive | NoDrive) -> DifferentialDrive | NoDrive:
-    """The drive, unless a launch has its wheels commanded one by one."""
+    """The drive, unless a launch file starts controllers that command the wheels one by one."""
     reason = spawned_for(robot, _driving_joints(drive))
     return NoDrive(reason) if reason else drive
 

@@ -1,4 +1,4 @@
-"""Runs a simulation at wall-clock speed, for peers."""
+"""Runs a simulation in real time, for connected peers."""
 
 from __future__ import annotations
 
@@ -8,15 +8,16 @@ from contextlib import suppress
 from kbot.sim import Simulation
 
 PERIOD = 0.02
+"""Seconds that are simulated at once: one control period."""
 BEHIND = 0.2
-"""Seconds of wall time that are caught up at most; a machine that is slower falls behind."""
+"""Most seconds of wall-clock time to catch up. On a machine that is too slow, the simulation falls behind."""
 
 
 def run_in_real_time(simulation: Simulation, seconds: float | None) -> None:
-    """Run for so many simulated seconds, at most until Ctrl-C; None is until then.
+    """Run for a number of simulated seconds, or with None without an end. Ctrl-C ends the run early.
 
     Raises:
-        SimulationDiverged: the run left the physical.
+        SimulationDiverged: the simulation diverged.
     """
     with suppress(KeyboardInterrupt):
         _run(simulation, seconds)

@@ -1,8 +1,14 @@
-"""The settings of physics with which wheels roll accurately, and the reasons for them.
+"""Physics settings with which wheels roll accurately, and the reasons for them.
 
-A wheel's rolling radius is its radius less half of what it sinks in, so contacts are stiff; a thin
-cylinder stands on two edges, so a drive wheel meets the ground as a sphere; friction about the
-contact's normal (condim 4 and 6) would hold back every turn.
+The reasons were measured on KBot: the error of odometry, computed from the true wheel angles, against ground
+truth. With these settings ten turns on the spot are off by 0.002 degrees, with MuJoCo's default contacts,
+cylinder wheels and a frictionless caster by 15.6 degrees.
+
+- Contacts are stiff, because a wheel's rolling radius is its radius minus half its penetration.
+- A drive wheel touches the ground as a sphere. A thin cylinder touches it with its two edges, so its track is
+  anything within its width.
+- Contacts have three dimensions (condim 3). Torsional and rolling friction (condim 4 and 6) resist turning:
+  they cost 13 to 23 degrees in ten turns.
 """
 
 from __future__ import annotations
@@ -10,46 +16,51 @@ from __future__ import annotations
 from enum import StrEnum
 
 TIMESTEP = 0.002
-"""Seconds; twice as much doubles the error of a step command."""
+"""Seconds. At 4 ms the error of a step command doubles."""
 
 IMPRATIO = 10.0
+"""Ratio of friction to normal impedance in an elliptic cone. MuJoCo's manual: values above 1 prevent slip."""
 SOLREF = (0.002, 1.0)
+"""Time constant in s and damping ratio of contacts: at MuJoCo's default of 0.02 s wheels sink in 0.2 mm."""
 SOLIMP = (0.999, 0.9999, 0.001, 0.5, 2.0)
-"""Stiffer ones (0.9999 throughout) creep: there is a cliff."""
+"""Impedance of contacts. With stiffer contacts (0.9999 at both ends) a standing robot creeps."""
 
 FRICTION = 1.0
-"""Sliding coefficient where nothing else is said, as in Gazebo."""
+"""Default coefficient of friction, as in Gazebo."""
 
 CASTER_FRICTION = 0.0
-"""A caster rolls or swivels freely in every direction: a sphere that slides does the same."""
+"""A caster rolls or swivels freely in every direction, and so does a sphere that slides without friction."""
 
 CONTROL_PERIOD = 0.02
-"""Seconds between two updates of odometry, joint states and the watchdog."""
+"""Seconds between updates of odometry, joint states and the watchdog: 50 Hz, as diff_drive_controller."""
 
 SLEW_PERIOD = 0.01
-"""Seconds between two updates of the twist while it follows a command."""
+"""Seconds between updates of the twist while it follows a command."""
 
 SERVO_TIME = 0.007
-"""Seconds in which the speed servo corrects an error: kv is the inertia it moves over this. Half of it
-chatters against the torque limit from 0.4 m/s on."""
+"""Time constant of the speed servo in s: kv is the moved inertia divided by it. At half of it, the servo
+chatters against its torque limit above 0.4 m/s."""
 
 SERVO_STIFFNESS = 30.0
-"""kp / kv in 1/s: holds a slope, and with the time above is just damped critically."""
+"""kp / kv in 1/s. It holds a robot on a slope. With SERVO_TIME, the servo is about critically damped."""
 
 SERVO_MARGIN = 1.3
-"""Torque limit as a multiple of what the tyre can hold; without a limit a robot climbs walls."""
+"""Torque limit as a multiple of the torque that the tyre can hold. Without a limit a robot climbs walls."""
 
 LINEAR_ACCELERATION = 1.0
 ANGULAR_ACCELERATION = 8.0
-"""m/s^2 and rad/s^2 by which commands are slewed; a step command would tip a small robot."""
+"""Default limits in m/s^2 and rad/s^2. Without them a step command tips KBot by 4 degrees."""
 
 WATCHDOG = 0.5
-"""Seconds after which a command that came from outside is taken for lost."""
+"""Seconds until a command from outside times out: the default cmd_vel_timeout of diff_drive_controller."""
 
 
 class Contacts(StrEnum):
-    """`recipe`: drive wheels touch the ground as spheres, casters slide freely. `as-written`: every
-    shape touches as the description has it."""
+    """How shapes touch.
+
+    `recipe`: drive wheels touch the ground as spheres, and casters slide freely. `as-written`: every shape
+    touches as the description defines it.
+    """
 
     RECIPE = "recipe"
     AS_WRITTEN = "as-written"

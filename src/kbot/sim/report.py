@@ -1,4 +1,4 @@
-"""The report at the end of a run without a page."""
+"""The report at the end of a headless run."""
 
 from __future__ import annotations
 
@@ -9,13 +9,16 @@ from kbot.kinematics.planar_pose import PlanarPose
 from kbot.sim.simulation import Simulation
 
 SAMPLE = 0.02
-"""Seconds between two places whose distance is added up."""
+"""Seconds between two positions whose distance is added up."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunReport:
-    """How a run ended: `pose` in the world, `odometry` from the `start`; `distance` is the way that the
-    base truly went, in m."""
+    """The final state of a run.
+
+    `pose` is in the world, `odometry` is relative to `start`, and `distance` is the base's true path length
+    in m.
+    """
 
     pose: PlanarPose
     odometry: PlanarPose
@@ -59,8 +62,7 @@ class RunReport:
 
 
 class Odometer:
-    """Adds up the way that a simulation's robot truly goes; keeps it, and what odometry has of it, where
-    `keeps` says so."""
+    """Measures the true path length of a simulation's robot. With `keeps`, it keeps the poses as well."""
 
     def __init__(self, simulation: Simulation, keeps: bool = False) -> None:
         self._simulation = simulation
@@ -72,7 +74,7 @@ class Odometer:
         self._timer = simulation.clock.every(1.0 / SAMPLE, self.sample)
 
     def sample(self) -> None:
-        """Add the way since the last place."""
+        """Add the distance since the last sample."""
         pose = self._simulation.ground_truth.pose
         self.distance += math.hypot(pose.x - self._last.x, pose.y - self._last.y)
         self._last = pose
@@ -86,7 +88,7 @@ class Odometer:
 
 
 def make_report(simulation: Simulation, distance: float, wall: float) -> RunReport:
-    """How the simulation stands now, after `wall` seconds of wall time."""
+    """The report of the current state, after `wall` seconds of wall-clock time."""
     return RunReport(
         simulation.ground_truth.pose,
         simulation.odometry.pose,
@@ -109,11 +111,11 @@ def _words(pose: PlanarPose) -> str:
 
 
 def heading(yaw: float, digits: int) -> float:
-    """A yaw in rad as people read it: degrees above -180 and up to 180."""
+    """A yaw in rad as degrees above -180 and up to 180."""
     degrees = _rounded(math.remainder(math.degrees(yaw), 360.0), digits)
     return degrees if degrees > -180.0 else 180.0
 
 
 def _rounded(value: float, digits: int) -> float:
-    """So that nothing is written as -0.0000."""
+    """Round a value, and print 0.0000 instead of -0.0000."""
     return round(value, digits) + 0.0

@@ -1,4 +1,4 @@
-"""One robot of a simulation: receives commands, reports motion and joint states."""
+"""One robot of a simulation: it receives commands and reports its motion and joint states."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ SavedRobot = tuple[SavedDrive | None, int, tuple[int, bool], SavedServos]
 
 
 class SimulatedRobot:
-    """A robot in a simulation: its `body`, its `joints`, and its `wheels` where it can drive."""
+    """A robot in a simulation: its `body`, its `joints`, and its `wheels` if it can drive."""
 
     def __init__(
         self, prepared: Prepared, engine: Engine, commands: CommandDelivery, journal: Journal
@@ -54,7 +54,7 @@ class SimulatedRobot:
             )
         self._next_advance = 0
         self.jumps = 0
-        """How often the robot was put elsewhere, by a reset too."""
+        """How often the robot was moved to another pose. Resets count too."""
 
     # commands
 
@@ -62,32 +62,31 @@ class SimulatedRobot:
         """Drive forward at `linear` m/s while turning at `angular` rad/s, until the next command.
 
         Raises:
-            KbotError: the robot cannot drive (the message says why), or a number is not finite.
+            KbotError: the robot cannot drive (the message gives the reason), or a number is not finite.
         """
         self.send_twist(linear, angular, None)
 
     def command(self, linear: float, angular: float, watchdog: float | None = None) -> None:
         """Drive as `cmd_vel` does, but stop `watchdog` seconds of simulated time after the last command.
 
-        Topics and the page command like this. The default is the timeout of the robot's own controller,
-        or half a second.
+        Topics and the page use this. The default is the timeout of the robot's own controller, or 0.5 s.
         """
         if watchdog is None:
             watchdog = self.settings.watchdog if self.settings is not None else WATCHDOG
         self.send_twist(linear, angular, watchdog)
 
     def send_twist(self, linear: float, angular: float, watchdog: float | None) -> None:
-        """Drive until the next command, or with a watchdog for so many seconds after this one.
+        """Drive until the next command, or with a watchdog for at most that many seconds.
 
-        A fault can lose commands that have a watchdog.
+        The fault LostCommands drops only commands that have a watchdog.
 
         Raises:
-            KbotError: the robot cannot drive (the message says why), or a number is not finite.
+            KbotError: the robot cannot drive (the message gives the reason), or a number is not finite.
         """
         if not (is_finite(linear) and is_finite(angular)):
             given = f"{reprlib.repr(linear)}, {reprlib.repr(angular)}"
-            raise KbotError(f"a speed command is two finite numbers, not {given}")
-        linear, angular = float(linear), float(angular)  # a journal is JSON: it has no numpy numbers
+            raise KbotError(f"a velocity command must be two finite numbers, not {given}")
+        linear, angular = float(linear), float(angular)  # the journal is JSON, which has no numpy numbers
         deadline = self._commands.deadline(watchdog)
         if watchdog is None or not self._commands.is_lost():
             wheels = self.wheels
@@ -100,10 +99,11 @@ class SimulatedRobot:
             self._journal.note("twist", robot=self.name, linear=linear, angular=angular, deadline=deadline)
 
     def set_joint(self, joint: str, position: float) -> None:
-        """Hold a joint that does not drive at a position (rad or m) by a servo, within its effort limit.
+        """Hold a joint at a position (rad or m) with a servo, within its effort limit.
 
         Raises:
-            KbotError: no such joint, one that drives or follows another, or a number that is not finite.
+            KbotError: the joint does not exist, drives the robot or mimics another joint, or the position is
+                not finite.
         """
         self.body.dof(joint)
         self.joints.command({joint: position}, Interface.POSITION)
@@ -111,18 +111,18 @@ class SimulatedRobot:
         self._journal.note("set_joint", joint=joint, position=float(position), robot=self.name)
 
     def release_joint(self, joint: str) -> None:
-        """Let a held joint move freely again. Raises KbotError for an unknown joint."""
+        """Let a commanded joint move freely again. Raises KbotError for an unknown joint."""
         self.joints.release(joint)
         self._journal.note("release_joint", joint=joint, robot=self.name)
 
     def command_joints(self, values: Mapping[str, float], interface: str = Interface.POSITION) -> None:
-        """Command joints that do not drive, within their limits, until the next command.
+        """Command joints within their limits, until the next command.
 
         `interface` is `position` (rad or m), `velocity` (rad/s or m/s) or `effort` (N m or N).
 
         Raises:
-            KbotError: no such joint or interface, a joint that drives or follows another, or a value that
-                is not a number.
+            KbotError: a joint or the interface does not exist, a joint drives the robot or mimics another
+                joint, or a value is not a number.
         """
         wanted, kind = joint_command(values, interface)
         self.joints.command(wanted, kind)
@@ -131,37 +131,40 @@ class SimulatedRobot:
         self._journal.note("command_joints", values=numbers, interface=str(kind), robot=self.name)
 
     def follow_trajectory(self, joints: Sequence[str], points: Sequence[Sequence[object]]) -> None:
-        """Let joints go through points, as joint_trajectory_controller does.
+        """Move joints along a trajectory, as joint_trajectory_controller does.
 
-        Each point is a time from now (s), then positions (rad or m) in the order of `joints`, then velocities
-        and accelerations if wanted. Without points the joints stay where they are.
+        Each point is a time from now (s), then positions (rad or m) in the order of `joints`, then optionally
+        velocities and accelerations. Without points the joints hold their current positions.
 
         Raises:
-            KbotError: no such joint, one that drives or follows another, points of the wrong shape, or
-                times that do not increase.
+            KbotError: a joint does not exist, drives the robot or mimics another joint, the points have the
+                wrong shape, or the times do not increase.
         """
-        names, way = trajectory_points(joints, points)
-        self.joints.follow(names, way, self._engine.steps)
+        names, checked = trajectory_points(joints, points)
+        self.joints.follow(names, checked, self._engine.steps)
         self._commands.follow(self)
         self._journal.note(
-            "follow_trajectory", joints=list(names), points=[list(point) for point in way], robot=self.name
+            "follow_trajectory",
+            joints=list(names),
+            points=[list(point) for point in checked],
+            robot=self.name,
         )
 
-    # what can be read
+    # state for readers
 
     @property
     def odometry(self) -> Motion:
-        """The base's pose in the odometry frame and its twist in its own, computed from the wheels."""
+        """The base's pose in the odometry frame and its twist in its own frame, computed from the wheels."""
         return Motion(PlanarPose(), PlanarTwist()) if self.wheels is None else self.wheels.odometry
 
     @property
     def ground_truth(self) -> Motion:
-        """The base's true pose in the world, with full turns in its yaw, and its twist in its own frame."""
+        """The base's true pose in the world and its twist in its own frame. The yaw counts full turns."""
         return self.body.ground_truth
 
     @property
     def odom_from_root(self) -> Transform:
-        """Pose of the root link by odometry: the base upright on the ground."""
+        """Pose of the root link by odometry, with the base upright on the ground."""
         pose = self.odometry.pose
         odom_from_base = Transform.from_xyz_rpy((pose.x, pose.y, 0.0), (0.0, 0.0, pose.yaw))
         return odom_from_base @ self.body.base_from_root
@@ -172,17 +175,17 @@ class SimulatedRobot:
 
     @property
     def commanded_twist(self) -> PlanarTwist:
-        """The last command as it was given, in the base's frame; zero for a robot that cannot drive."""
+        """The last command as given, in the base's frame. Zero for a robot that cannot drive."""
         linear, angular = (0.0, 0.0) if self.wheels is None else self.wheels.wanted
         return PlanarTwist(linear, 0.0, angular)
 
     @property
     def twist(self) -> PlanarTwist:
-        """The commanded twist within the limits of acceleration; zero for a robot that cannot drive."""
+        """The commanded twist after acceleration limits. Zero for a robot that cannot drive."""
         linear, angular = (0.0, 0.0) if self.wheels is None else self.wheels.twist
         return PlanarTwist(linear, 0.0, angular)
 
-    # as time passes
+    # control
 
     @property
     def is_following(self) -> bool:
@@ -192,7 +195,7 @@ class SimulatedRobot:
     def advance(self, step: int) -> int:
         """Send wheels and joints their next commands if these are due.
 
-        Returns the steps until the next ones are due, 0 when wheels and joints have what was commanded.
+        Returns the steps until the next ones are due, 0 when all have reached the command.
         """
         if step >= self._next_advance:
             wheels, servos = self.wheels, self.joints.servos
@@ -206,7 +209,7 @@ class SimulatedRobot:
         return self._next_advance - step
 
     def tick(self, step: int) -> bool:
-        """Do what is due every control period. Returns whether `advance` has to be called from now on."""
+        """Update what is due every control period. Returns whether `advance` has to be called from now on."""
         if self.body.root_qpos >= 0:
             self.body.count_turns()
         return self.wheels is not None and self.wheels.tick(step)
@@ -214,16 +217,16 @@ class SimulatedRobot:
     # state
 
     def bind(self) -> None:
-        """Go on in the engine's new model, with the same commands."""
+        """Continue in the engine's new model, with the same commands."""
         self.body.bind()
         self.joints.bind()
         if self.wheels is not None:
             self.wheels.bind()
 
     def restart(self) -> None:
-        """Forget commands and odometry, and set joints to their start positions.
+        """Clear commands and odometry, and set joints to their start positions.
 
-        A joint starts at 0, or at the nearest end of a range without 0, or where the description says.
+        A joint starts where the description says, else at 0, or at the limit nearest to 0.
         """
         for joint in self.robot.movable_joints:
             if joint.name not in self.body.held:
@@ -236,7 +239,7 @@ class SimulatedRobot:
         self.body.start_counting_turns()
 
     def stand_at(self, x: float, y: float, yaw: float, height: float) -> None:
-        """Put the base at x, y (m) and yaw (rad), the root at `height`; commands go on."""
+        """Place the base at x, y (m) and yaw (rad), and the root at `height`. Commands continue."""
         self.body.stand_at(x, y, yaw, height)
         self.jumps += 1
         if self.wheels is not None:
@@ -248,15 +251,15 @@ class SimulatedRobot:
             self.wheels.take_over(other.wheels)
         self.joints.servos.restore(other.joints.servos.save())
 
-    def set_back(self, steps: int) -> None:
-        """Shift what is due after time was set back by so many steps."""
+    def shift_time(self, steps: int) -> None:
+        """Shift what is due after the time was set back by `steps`."""
         self._next_advance -= steps
-        self.joints.servos.set_back(steps)
+        self.joints.servos.shift_time(steps)
         if self.wheels is not None:
-            self.wheels.set_back(steps)
+            self.wheels.shift_time(steps)
 
     def save(self) -> SavedRobot:
-        """What `restore` takes back, beside the engine's own state."""
+        """The state for `restore`, without the engine's own state."""
         wheels = None if self.wheels is None else self.wheels.save()
         return wheels, self._next_advance, self.body.save(), self.joints.servos.save()
 

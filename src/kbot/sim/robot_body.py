@@ -1,4 +1,4 @@
-"""A robot's links and joints in the engine: reads or sets their poses and speeds."""
+"""Reads and sets the poses and velocities of a robot's links and joints in the engine."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from kbot.text.suggest import did_you_mean
 
 
 class RobotBody:
-    """The links and joints of one robot, which is in the engine already."""
+    """The links and joints of one robot that is in the engine."""
 
     def __init__(self, prepared: Prepared, engine: Engine) -> None:
         robot = self.robot = prepared.robot
@@ -30,10 +30,10 @@ class RobotBody:
         self._base = prepared.base
         self._engine = engine
         self.base_from_root = FrameTree(robot).pose(robot.root, self._base)
-        """Fixed, for the base hangs rigidly on the root."""
+        """Constant, because the base is rigidly connected to the root."""
         held = held_joints(robot)
         self.held = {joint.name: rest(joint) for joint in robot.movable_joints if joint.name in held}
-        """Joints that cannot move since their links have no mass, and their positions (rad or m)."""
+        """Joints that cannot move because their links have no mass, with their positions (rad or m)."""
         self._no_speed = dict.fromkeys(self.held, 0.0)
         self._turns = 0
         self._is_left = True
@@ -60,14 +60,14 @@ class RobotBody:
 
     @property
     def prefix(self) -> str:
-        """What the engine's names of its bodies and joints start with."""
+        """The prefix of the names of its bodies and joints in the engine."""
         return f"{self._name}/"
 
-    # what can be read
+    # reading
 
     @property
     def ground_truth(self) -> Motion:
-        """The base's true pose in the world, with full turns in its yaw, and its twist in its own frame."""
+        """The base's true pose in the world and its twist in its own frame. The yaw counts full turns."""
         root, base = self.link_pose(self.robot.root), self.link_pose(self._base)
         x, y, _ = base.translation
         full = 2.0 * math.pi
@@ -78,7 +78,7 @@ class RobotBody:
 
     @property
     def joint_positions(self) -> dict[str, float]:
-        """rad or m, of every joint with a position."""
+        """Position in rad or m of every joint that has one."""
         return {name: self._qpos[at[0]] for name, at in self._joints.items()} | self.held
 
     @property
@@ -88,7 +88,7 @@ class RobotBody:
 
     @property
     def joint_efforts(self) -> dict[str, float]:
-        """What the servos exert, in N m or N."""
+        """Efforts of the servos, in N m or N."""
         return {name: self._force[at[1]] for name, at in self._joints.items()} | self._no_speed
 
     @property
@@ -101,7 +101,7 @@ class RobotBody:
         return tuple(self._joints)
 
     def link_pose(self, link: str) -> Transform:
-        """`world_from_link`. Raises KbotError for a link that the robot does not have."""
+        """`world_from_link`. Raises KbotError for an unknown link."""
         self._engine.refresh()
         return body_pose(self._engine.data, self.index(link))
 
@@ -110,7 +110,7 @@ class RobotBody:
         return {link: self.link_pose(link) for link in self._bodies}
 
     def link_velocity(self, link: str) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-        """Turning speeds in rad/s and speeds in m/s of a link's origin, along the link's axes."""
+        """Angular velocity in rad/s and linear velocity in m/s of a link's origin, in the link's axes."""
         self._engine.refresh()
         velocity = np.zeros(6)
         kind = mujoco.mjtObj.mjOBJ_XBODY
@@ -119,21 +119,21 @@ class RobotBody:
         return (wx, wy, wz), (x, y, z)
 
     def index(self, link: str) -> int:
-        """The engine's index of a link. Raises KbotError for a link that the robot does not have."""
+        """The engine's index of a link. Raises KbotError for an unknown link."""
         if not isinstance(link, str) or link not in self._bodies:
             hint = did_you_mean(str(link), self._bodies)
             raise KbotError(f"robot '{self._name}' has no link '{link}'" + (f": {hint}" if hint else ""))
         return self._bodies[link]
 
     def dof(self, joint: str) -> int:
-        """The engine's place of a joint's speed. Raises KbotError for an unknown joint."""
+        """The engine's index of a joint's velocity. Raises KbotError for an unknown joint."""
         self.require_joint(joint)
         return self._joints[joint][1]
 
-    # how it is moved; the journal does not note this
+    # writing (the callers write the journal)
 
     def stand_at(self, x: float, y: float, yaw: float, height: float) -> None:
-        """Put the base upright and at rest at x, y (m) and yaw (rad) in the world, the root at `height`."""
+        """Place the base upright and at rest at x, y (m) and yaw (rad), and the root at `height`."""
         self.require_free()
         root_from_base = self.base_from_root.inverse()
         upright = Transform.from_xyz_rpy((0.0, 0.0, 0.0), (0.0, 0.0, yaw - root_from_base.yaw))
@@ -146,12 +146,12 @@ class RobotBody:
         self._turns, self._is_left = math.floor((yaw + math.pi) / (2.0 * math.pi)), self._yaw() >= 0.0
 
     def set_position(self, joint: str, position: float) -> None:
-        """Set a joint's position and keep its speed. Raises KbotError for an unknown joint."""
+        """Set a joint's position and keep its velocity. Raises KbotError for an unknown joint."""
         self.require_joint(joint)
         self._qpos[self._joints[joint][0]] = position
 
     def set_twist(self, linear: tuple[float, float, float], angular: tuple[float, float, float]) -> None:
-        """Set the speed of the root link: m/s and rad/s along the world's axes.
+        """Set the velocity of the root link: m/s and rad/s in world axes.
 
         Raises:
             KbotError: the robot is fixed to the world.
@@ -165,7 +165,7 @@ class RobotBody:
         self._turns, self._is_left = 0, self._yaw() >= 0.0
 
     def count_turns(self) -> None:
-        """Notice when the heading passes from half a turn left to half a turn right, or back."""
+        """Count a turn when the heading passes from 180 degrees left to 180 degrees right, or back."""
         q, at = self._qpos, self.root_qpos
         is_left = q[at + 3] * q[at + 6] + q[at + 4] * q[at + 5] >= 0.0
         if is_left is not self._is_left:
@@ -174,14 +174,14 @@ class RobotBody:
                 self._turns += -1 if is_left else 1
 
     def save(self) -> tuple[int, bool]:
-        """What `restore` takes back: the engine does not know full turns."""
+        """The state for `restore`. The engine does not count full turns."""
         return self._turns, self._is_left
 
     def restore(self, saved: tuple[int, bool]) -> None:
         self._turns, self._is_left = saved
 
     def _yaw(self) -> float:
-        """Heading of the root in rad, within half a turn."""
+        """Heading of the root in rad, from -pi to pi."""
         if self.root_qpos < 0:
             return 0.0
         q, at = self._qpos, self.root_qpos
@@ -195,11 +195,12 @@ class RobotBody:
 
     def require_joint(self, joint: str) -> None:
         if not isinstance(joint, str):
-            raise KbotError(f"a joint is spoken of by its name, not {joint!r}")
+            raise KbotError(f"the name of a joint must be a string, not {joint!r}")
         if joint in self.held:
-            raise KbotError(f"joint '{joint}' is held still: what it moves weighs nothing")
+            raise KbotError(f"joint '{joint}' cannot move, because its child has no mass")
         if joint not in self._joints:
             hint = did_you_mean(joint, self._joints)
             raise KbotError(
-                f"robot '{self._name}' has no joint '{joint}' with a position" + (f": {hint}" if hint else "")
+                f"robot '{self._name}' has no revolute, continuous or prismatic joint '{joint}'"
+                + (f": {hint}" if hint else "")
             )

@@ -1,4 +1,4 @@
-"""The joints of a robot that do not drive: their commands and their servos."""
+"""Commands and servos of the joints that are not part of the drive."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from kbot.sim.robot_body import RobotBody
 from kbot.text import KbotError
 
 NOTICEABLE = 1e-3
-"""rad or m by which a command may exceed a joint's limit, as 3.1416 does, before that is reported."""
+"""rad or m by which a command may exceed a joint's limit without a report: pi is often written as 3.1416."""
 
 
 class RobotJoints:
@@ -27,17 +27,17 @@ class RobotJoints:
         period: float,
         report: Callable[[str], None],
     ) -> None:
-        """`period`: seconds between calls of `advance`; `report` receives sentences for the user."""
+        """`period`: seconds between calls of `advance`. `report` receives reports to the user."""
         self.control = prepared.control
         """The controllers of the joints."""
         self._body, self._engine, self._period, self._report = body, engine, period, report
         self._driving = prepared.driving
         self._beyond: set[str] = set()
-        """Joints of which a command beyond the limits was reported."""
+        """Joints for which a command beyond the limits was reported."""
         self.servos = self._find_servos()
 
     def bind(self) -> None:
-        """Find the joints in the engine's new model; they go on as commanded."""
+        """Find the joints in the engine's new model. Their commands continue."""
         saved = self.servos.save()
         self.servos = self._find_servos()
         self.servos.restore(saved)
@@ -53,7 +53,8 @@ class RobotJoints:
         """Command joints from now on.
 
         Raises:
-            KbotError: no such joint, one that drives or follows another, or a value that is not a number.
+            KbotError: a joint does not exist, drives the robot or mimics another joint, or a value is not a
+                number.
         """
         for joint in values:
             self._require_free(joint)
@@ -62,19 +63,19 @@ class RobotJoints:
             self._report_beyond(values.items())
 
     def follow(self, joints: tuple[str, ...], points: tuple[TrajectoryPoint, ...], step: int) -> None:
-        """Let joints follow points from a step on. Raises KbotError as `command` does."""
+        """Move joints along a trajectory that starts at `step`. Raises KbotError as `command` does."""
         for joint in joints:
             self._require_free(joint)
         self.servos.follow(joints, points, step)
         self._report_beyond(pair for point in points for pair in zip(joints, point.positions, strict=True))
 
     def _report_beyond(self, wanted: Iterable[tuple[str, float]]) -> None:
-        """Report once a joint that it stops at its limit before the commanded position."""
+        """Report, once per joint, that a commanded position is beyond its limit."""
         for joint, position in wanted:
             limit = self.servos.within(joint, position)
             if abs(limit - position) > NOTICEABLE and joint not in self._beyond:
                 self._beyond.add(joint)
-                self._report(f"'{joint}' was told {position:g}, beyond its limit: it goes to {limit:.6g}")
+                self._report(f"joint '{joint}': {position:g} is beyond its limit, it moves to {limit:.6g}")
 
     def release(self, joint: str) -> None:
         """Let a commanded joint move freely again. Raises KbotError for an unknown joint."""
@@ -84,12 +85,11 @@ class RobotJoints:
     def _require_free(self, joint: str) -> None:
         self._body.require_joint(joint)
         if joint not in self.servos.joints:
-            why = "drives the robot" if joint in self._driving else "follows another joint"
-            raise KbotError(f"joint '{joint}' {why} and cannot be held")
+            why = "drives the robot" if joint in self._driving else "mimics another joint"
+            raise KbotError(f"joint '{joint}' {why} and cannot be commanded")
 
     def start(self) -> None:
-        """Set joints to the positions where the description starts them, and hold those that its
-        controllers hold."""
+        """Set joints to the description's start positions, and hold those that a controller holds."""
         self.servos.release_all()
         for joint, position in self.control.starts.items():
             if joint in self.servos.joints:

@@ -9,7 +9,7 @@ from kbot.messages.bus import Bus
 from kbot.messages.clock import Clock
 from kbot.sim.command_delivery import CommandDelivery
 from kbot.sim.engine.engine import Engine
-from kbot.sim.engine.welds import STANDING
+from kbot.sim.engine.welds import STATIC
 from kbot.sim.engine.world_builder import PREFIX
 from kbot.sim.journal import Journal
 from kbot.sim.preparation import Prepared
@@ -20,7 +20,7 @@ from kbot.text.suggest import did_you_mean
 
 
 class Robots(Mapping[str, SimulatedRobot]):
-    """The robots by name, in the order in which they came. The `first` cannot be deleted."""
+    """The robots by name, in the order of spawning. The `first` cannot be deleted."""
 
     def __init__(
         self,
@@ -36,7 +36,7 @@ class Robots(Mapping[str, SimulatedRobot]):
         self._robots: dict[str, SimulatedRobot] = {}
         self._topics: dict[str, RobotTopics] = {}
         self._subscribed: list[RobotTopics] = []
-        """The topics of robots that have a subscriber, at the bus's change `_seen`."""
+        """The topics of the robots that have a subscriber, as of the bus's change number `_seen`."""
         self._seen = -1
         self.when_changed: list[Callable[[], None]] = []
         """Called after a robot was spawned or deleted."""
@@ -52,36 +52,36 @@ class Robots(Mapping[str, SimulatedRobot]):
         return len(self._robots)
 
     def named(self, name: str | None = None) -> SimulatedRobot:
-        """A robot by name, the first for None. Raises KbotError for a name that no robot has."""
+        """The robot of a name, or the first robot for None. Raises KbotError for an unknown name."""
         if name is None:
             return self.first
         if not isinstance(name, str) or name not in self._robots:
-            hint = did_you_mean(str(name), self._robots) or f"there are {', '.join(self._robots)}"
-            raise KbotError(f"there is no robot {reprlib.repr(name)}: {hint}")
+            hint = did_you_mean(str(name), self._robots) or f"choose from {', '.join(self._robots)}"
+            raise KbotError(f"unknown robot {reprlib.repr(name)}: {hint}")
         return self._robots[name]
 
     def engine_name(self, link: str, robot: str | None) -> str:
         """The engine's name of a robot's link. Without `robot`, `link` may also be a body of the world.
 
         Raises:
-            KbotError: no such robot, link or body.
+            KbotError: the robot, link or body does not exist.
         """
         if not isinstance(link, str):
-            raise KbotError(f"a link or a body is spoken of by its name, not {reprlib.repr(link)}")
+            raise KbotError(f"the name of a link or body must be a string, not {reprlib.repr(link)}")
         owner = self.named(robot)
         if robot is None and link not in owner.body.links:
             bodies = self._engine.world.bodies
             for body in bodies:
                 if body.name == link:
-                    return STANDING if body.is_static else PREFIX + body.name
+                    return STATIC if body.is_static else PREFIX + body.name
             hint = did_you_mean(link, (*owner.body.links, *(body.name for body in bodies)))
-            message = f"'{owner.name}' has no link, and the world no body, {reprlib.repr(link)}"
+            message = f"no link of '{owner.name}' and no body of the world is called {reprlib.repr(link)}"
             raise KbotError(message + (f": {hint}" if hint else ""))
         owner.body.index(link)
         return owner.body.prefix + link
 
     def add(self, prepared: Prepared) -> SimulatedRobot:
-        """Add a robot that is in the engine already."""
+        """Add a robot that is in the engine."""
         robot = SimulatedRobot(prepared, self._engine, self._commands, self._journal)
         self._robots[robot.name] = robot
         self._topics[robot.name] = RobotTopics(
@@ -91,15 +91,15 @@ class Robots(Mapping[str, SimulatedRobot]):
 
     def remove(self, name: str) -> None:
         """Remove a robot that is still in the engine. Raises KbotError for the first and unknown names."""
-        gone = self.named(name)
-        if gone is self.first:
-            raise KbotError(f"'{name}' is the robot that this simulation is of: it stays")
+        removed = self.named(name)
+        if removed is self.first:
+            raise KbotError(f"'{name}' is the first robot of this simulation and cannot be deleted")
         del self._robots[name]
         self._topics.pop(name).close()
-        self._commands.following = [robot for robot in self._commands.following if robot is not gone]
+        self._commands.following = [robot for robot in self._commands.following if robot is not removed]
 
     def bind(self) -> None:
-        """Let all robots go on in the engine's new model."""
+        """Let all robots continue in the engine's new model."""
         for robot in self._robots.values():
             robot.bind()
 
@@ -109,13 +109,13 @@ class Robots(Mapping[str, SimulatedRobot]):
             listener()
 
     def tick(self, step: int) -> None:
-        """Do what is due every control period, but for topics."""
+        """Update what is due every control period, without publishing."""
         for robot in self._robots.values():
             if robot.tick(step):
                 self._commands.follow(robot)
 
     def publish(self, nanoseconds: int) -> None:
-        """Publish on all topics with subscribers, at this simulated time."""
+        """Publish on all topics with subscribers. `nanoseconds` is the simulated time."""
         if self._bus.changes != self._seen:
             self._seen = self._bus.changes
             self._subscribed = [topics for topics in self._topics.values() if topics.find_subscribers()]

@@ -1,4 +1,4 @@
-"""Runs a user's function `drive(sim)`, and reports a failed assertion with time and values."""
+"""Runs a user's function `drive(sim)` and reports a failed assertion with its time and values."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from kbot.text.files import read_source
 
 
 class ScriptFailed(KbotError):
-    """An assertion of a script did not hold."""
+    """An assertion of a script failed."""
 
     def __init__(
         self, path: str, line: int, claim: str, message: str, time: float, values: dict[str, str]
     ) -> None:
         self.path, self.line, self.claim, self.message = path, line, claim, message
         self.time, self.values = time, values
-        told = f": {message}" if message else ""
-        lines = [f"{path}:{line}: at {time:.3f} s this did not hold: {claim}{told}"]
+        detail = f": {message}" if message else ""
+        lines = [f"{path}:{line}: assertion failed at {time:.3f} s: {claim}{detail}"]
         lines += [f"    {name} = {value}" for name, value in values.items()]
         super().__init__("\n".join(lines))
 
@@ -40,11 +40,11 @@ class ScriptFailed(KbotError):
 def run_script(path: str, simulation: Simulation) -> None:
     """Run the file and call its `drive(sim)`.
 
-    The file is the user's own program: it may do whatever Python may.
+    The file is the user's own program, so it runs without restrictions.
 
     Raises:
-        ScriptFailed: an assertion did not hold.
-        KbotError: the file is no Python, has no `drive`, or another error came up in it.
+        ScriptFailed: an assertion failed.
+        KbotError: the file is not valid Python, has no `drive`, or raised another error.
     """
     source = read_source(path)
     code = _compiled(source.text, path)
@@ -73,7 +73,7 @@ def _compiled(text: str, path: str) -> CodeType:
         return compile(text, path, "exec")
     except (SyntaxError, ValueError) as error:
         line = getattr(error, "lineno", None) or 1
-        raise KbotError(f"{path}:{line}: this is no Python: {error}") from None
+        raise KbotError(f"{path}:{line}: not valid Python: {error}") from None
 
 
 def _failed(path: str, text: str, error: AssertionError, simulation: Simulation) -> ScriptFailed:
@@ -85,7 +85,7 @@ def _failed(path: str, text: str, error: AssertionError, simulation: Simulation)
 
 
 def _assertion_at(text: str, line: int) -> tuple[str, list[str]]:
-    """The claim that stands at a line, and the names and attributes in it."""
+    """The condition of the assertion at a line, and the names and attributes in it."""
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Assert) and node.lineno <= line <= (node.end_lineno or node.lineno):
             parts = [n for n in ast.walk(node.test) if isinstance(n, ast.Name | ast.Attribute)]
@@ -97,7 +97,7 @@ def _assertion_at(text: str, line: int) -> tuple[str, list[str]]:
 
 
 def _value(name: str, frame: FrameType | None) -> str | None:
-    """What a dotted name stands for in a frame; None where it stands for nothing."""
+    """The repr of a dotted name's value in a frame, or None if the name is not defined there."""
     if frame is None:
         return None
     first, *rest = name.split(".")
@@ -115,7 +115,7 @@ def _frames(trace: TracebackType | None) -> list[tuple[FrameType, int]]:
 
 
 def _frame_in(path: str, trace: TracebackType | None) -> FrameType | None:
-    """The innermost frame that runs the file."""
+    """The innermost frame that runs the script."""
     own = [frame for frame, _ in _frames(trace) if frame.f_code.co_filename == path]
     return own[-1] if own else None
 

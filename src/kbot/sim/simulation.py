@@ -1,4 +1,4 @@
-"""The class Simulation: a robot in a world, in simulated time. It owns all parts of a simulation."""
+"""The class Simulation: a robot in a world, in simulated time."""
 
 from __future__ import annotations
 
@@ -49,14 +49,14 @@ class Mountable(Protocol[S_co]):
 
 
 class Simulation:
-    """A robot in a world, and others that may join it.
+    """A robot in a world. More robots can be spawned.
 
-    Time passes only in `step` and `run`; the same robot, world, seed and commands give the same bytes.
-    The world's frame is that of the odometry at the start: x forward, y left, z up, in metres.
+    Time advances only in `step` and `run`. The same robot, world, seed and commands give the same bytes. The
+    world's frame is the odometry frame at the start: x forward, y left, z up, in metres.
 
-    The methods here are about the first robot. Its parts do the rest: `robots` (each robot by name), `models`
-    (spawn, delete and move robots and objects), `disturbances` (pushes and faults), `snapshots` (other
-    resets), `stepping`, `commands`, `journal` and `engine` (MuJoCo's model and data).
+    The methods of this class command and read the first robot. Its parts do the rest: `robots` (each robot by
+    name), `models` (spawn, delete and move robots and objects), `disturbances` (pushes and faults),
+    `snapshots` (partial resets), `stepping`, `commands`, `journal` and `engine` (MuJoCo's model and data).
     """
 
     def __init__(
@@ -70,15 +70,15 @@ class Simulation:
         start: PlanarPose = ORIGIN,
         naming: Naming = ROOT_NAMING,
     ) -> None:
-        """Put a robot, or the one of a file (`kbot` ships with KBot), into a world.
+        """Simulate a robot in a world. `robot` is a model or a file name; `kbot` ships with KBot.
 
-        `timestep` is in seconds; `contacts` is `recipe` or `as-written`; `limits` replace those of the
-        robot's own plugin or controller; `naming` gives the robot's name, and the namespaces of its topics
-        and frames, by default the root.
+        `timestep` is in seconds. `contacts` is `recipe` or `as-written`. `limits` replace those of the
+        robot's own plugin or controller. `naming` sets the robot's name and the namespace of its topics and
+        frames, by default the root.
 
         Raises:
-            DescriptionError: the robot cannot be simulated; every reason with its line.
-            KbotError: no such world, or another argument is not valid.
+            DescriptionError: the robot cannot be simulated. It carries every reason with its line.
+            KbotError: the world does not exist, or another argument is not valid.
         """
         robot, place, contacts = read_robot(robot), load_world(world), _contacts(contacts)
         check_settings(seed, timestep, limits, start)
@@ -87,23 +87,22 @@ class Simulation:
         self.bus = Bus()
         self.clock = Clock()
         self.paused = False
-        """Whether the page and the bridges, which let time pass by the wall clock, wait. `step` does not."""
+        """Whether the page and the bridges, which run in real time, wait. `step` and `run` still work."""
         self.errands: list[Callable[[], bool]] = []
         """Called by `run_errands`. Each returns whether it did something."""
-        self.mounted: dict[str, Any] = {}  # each user keeps what it likes
+        self.mounted: dict[str, Any] = {}  # each key has a value of its own type
         """What was added once for all users of this simulation, such as the robot's declared sensors."""
         name = naming.name or robot.name
         prepared = prepare(robot, dataclasses.replace(naming, name=name), start, limits, contacts)
         assembly = Assembly.of(place, contacts, timestep, {name: prepared.plan})
-        inside = assembly.what_it_is_inside(prepared.plan)
+        inside = assembly.overlapped_by(prepared.plan)
         warnings = (
             *place.diagnostics,
             *prepared.findings,
             *assembly.diagnostics,
             *_starts_inside(place, name, inside),
         )
-        # topics are listed, and timers of one moment run, in the order in which they were made: the first
-        # robot's come first
+        # topics are listed, and timers of one time run, in order of creation: the first robot's come first
         self.engine = Engine(assembly)
         self.journal = Journal()
         self.commands = CommandDelivery(self.engine, seed)
@@ -133,8 +132,8 @@ class Simulation:
         """Advance by `n` steps.
 
         Raises:
-            KbotError: `n` is not a whole number from 0 on.
-            SimulationDiverged: a link flew off; the error names the time, the link and the likely cause.
+            KbotError: `n` is not a whole number of at least 0.
+            SimulationDiverged: a link flew off. The error names the time, the link and the likely cause.
         """
         self.stepping.step(n)
 
@@ -157,10 +156,10 @@ class Simulation:
         return self.engine.steps
 
     def run_errands(self) -> bool:
-        """Do what `errands` ask for. Returns whether any of them did something.
+        """Call all `errands`. Returns whether any of them did something.
 
-        Whoever lets time pass by the wall clock calls this between steps, also while the simulation is
-        `paused`: an errand may reset the run, or spawn and delete robots.
+        A loop that runs in real time calls this between steps, also while the simulation is `paused`. An
+        errand may reset the run, or spawn and delete robots.
         """
         return sum(errand() for errand in tuple(self.errands)) > 0
 
@@ -170,7 +169,7 @@ class Simulation:
         """Drive forward at `linear` m/s while turning at `angular` rad/s, until the next command.
 
         Raises:
-            KbotError: the robot cannot drive (the message says why), or a number is not finite.
+            KbotError: the robot cannot drive (the message gives the reason), or a number is not finite.
         """
         self._first.send_twist(linear, angular, None)
 
@@ -180,7 +179,7 @@ class Simulation:
 
     @property
     def odometry(self) -> Motion:
-        """The base's `pose` in the odometry frame and its `twist` in its own, computed from the wheels."""
+        """The base's `pose` in the odometry frame and `twist` in its own frame, computed from the wheels."""
         return self._first.odometry
 
     @property
@@ -190,7 +189,7 @@ class Simulation:
 
     @property
     def joint_positions(self) -> dict[str, float]:
-        """rad or m, by joint."""
+        """Position in rad or m by joint."""
         return self._first.body.joint_positions
 
     @property
@@ -200,7 +199,10 @@ class Simulation:
 
     @property
     def transforms(self) -> dict[str, Transform]:
-        """`odom_from_link` of every link by odometry and joints, as tf has it. See also `link_poses`."""
+        """`odom_from_link` of every link by odometry and joints, as on tf.
+
+        `link_poses` has the true poses.
+        """
         first = self._first
         odom_from_world = first.odom_from_root @ first.body.link_pose(first.robot.root).inverse()
         return {link: odom_from_world @ pose for link, pose in first.body.link_poses().items()}
@@ -217,53 +219,53 @@ class Simulation:
         """Mount a sensor of kbot.sensors. Returns the object that reads it.
 
         Raises:
-            KbotError: it cannot be mounted; the message says why.
+            KbotError: the sensor cannot be mounted. The message gives the reason.
         """
         if not hasattr(sensor, "mount"):
-            raise KbotError(f"a sensor is one of kbot.sensors, not {reprlib.repr(sensor)}")
+            raise KbotError(f"a sensor must be one of kbot.sensors, not {reprlib.repr(sensor)}")
         return sensor.mount(self)
 
-    # all of it
+    # the whole simulation
 
     @property
     def world(self) -> World:
-        """The current world, with the objects that were spawned and without those that were deleted."""
+        """The current world, with spawned and without deleted objects."""
         return self.engine.world
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """The warnings that building the world and its robots gave."""
+        """The warnings from building the world and its robots."""
         return self.models.diagnostics
 
     def reset(self) -> None:
-        """Go back to the start: the same robots and world at time 0, nothing attached, without commands."""
+        """Reset to time 0: the same robots and world, without commands and attachments."""
         self.snapshots.reset()
 
     def state(self) -> Snapshot:
-        """Save everything that the future of the run depends on."""
+        """Save everything that determines how the run continues."""
         return self.snapshots.take()
 
     def restore(self, state: Snapshot) -> None:
-        """Go back to a saved state, with the objects of that time. What follows is the same, bit for bit.
+        """Restore a saved state and its objects. The run continues from it bit for bit.
 
         Raises:
-            KbotError: the state is of another simulation, or robots were spawned or deleted since.
+            KbotError: the state is from another simulation, or robots were spawned or deleted since.
         """
         self.snapshots.restore(state)
 
     def state_sha256(self) -> str:
-        """Digest of the engine's state; equal runs have equal ones."""
+        """Digest of the engine's state. Equal runs have equal digests."""
         return self.snapshots.sha256()
 
     def with_robot(self, robot: RobotModel) -> Simulation:
-        """A simulation of a changed robot that goes on where this one is.
+        """A simulation of a changed robot that continues from the current state.
 
         It keeps the time, the robot's pose, joint positions, odometry and command, the other robots and
-        objects with theirs, and what is attached. A robot that would be inside something is put at its
-        start, if it is free there, and nothing stays attached to it.
+        objects, and attachments. A robot that would overlap something is moved to its start, if that is free,
+        and is detached from everything.
 
         Raises:
-            DescriptionError: the changed robot cannot be simulated; this simulation is not changed.
+            DescriptionError: the changed robot cannot be simulated. This simulation is not changed.
         """
         other = Simulation(
             robot,
@@ -281,9 +283,9 @@ class Simulation:
         return other
 
     def show(self, snapshots: Sequence[Snapshot] = (), *, height: int = 480) -> NotebookView:
-        """The robot in its world for a notebook; `height` in pixels.
+        """Show the robot in its world in a notebook. `height` is in pixels.
 
-        `snapshots` are results of `state()` in order of time: a slider goes through them.
+        `snapshots` are results of `state()` in order of time. A slider selects one of them.
 
             snapshots = []
             for _ in range(100):
@@ -292,7 +294,7 @@ class Simulation:
             sim.show(snapshots)
 
         Raises:
-            KbotError: a snapshot is of another simulation.
+            KbotError: a snapshot is from another simulation.
         """
         view: NotebookView = notebook().show_simulation(self, snapshots, height)
         return view
@@ -302,8 +304,8 @@ def _contacts(contacts: str | Contacts) -> Contacts:
     try:
         return Contacts(contacts)
     except ValueError:
-        hint = did_you_mean(str(contacts), list(Contacts)) or f"there are {', '.join(Contacts)}"
-        raise KbotError(f"there are no contacts '{contacts}': {hint}") from None
+        hint = did_you_mean(str(contacts), list(Contacts)) or f"choose from {', '.join(Contacts)}"
+        raise KbotError(f"unknown contacts '{contacts}': {hint}") from None
 
 
 def _starts_inside(world: World, robot: str, inside: str) -> tuple[Diagnostic, ...]:
@@ -311,7 +313,7 @@ def _starts_inside(world: World, robot: str, inside: str) -> tuple[Diagnostic, .
     if inside:
         findings.warning(
             "W111",
-            f"robot '{robot}' starts inside '{inside}' of the world",
+            f"robot '{robot}' overlaps '{inside}' of the world at the start",
             next((body.origin for body in world.bodies if body.name == inside), None),
             ELSEWHERE,
         )

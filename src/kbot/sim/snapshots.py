@@ -1,4 +1,4 @@
-"""Saves, restores and resets the whole state of a simulation. A run continues from it bit for bit."""
+"""Saves, restores and resets the state of a simulation. A run continues from a saved state bit for bit."""
 
 from __future__ import annotations
 
@@ -24,20 +24,23 @@ from kbot.text import KbotError
 from kbot.world import World
 
 _EVERYTHING = mujoco.mjtState.mjSTATE_INTEGRATION
-"""What the next step depends on; the smaller sets differ in the last bits after a restore."""
+"""All that the next step depends on. With MuJoCo's FULLPHYSICS a restored run differs by 2e-12."""
 
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
     """A saved state of a simulation.
 
-    `vector`: the engine's state; `engine`: a copy of all the engine holds, since the vector lacks sleeping
-    bodies; `robots`: what each robot's controllers hold, by name; `pushes` and `welds` that act; `built`: the
-    world as it was built, `world` and `changes`: the world at that time and what was spawned and deleted
-    until then; `noted`: how many actions the journal had counted.
+    - `vector`: the engine's state.
+    - `engine`: a copy of the engine's data, because the vector does not include which bodies sleep.
+    - `robots`: the state of each robot's controllers, by name.
+    - `pushes`, `welds`: those that were active.
+    - `built`: the world before anything was spawned or deleted.
+    - `world`, `changes`: the world at that time, and what was spawned and deleted until then.
+    - `noted`: the number of actions in the journal.
 
-    Not in it: scheduled faults, which act by time and so act again at a restored one; the subscribers of
-    topics, sensors and navigation.
+    A snapshot does not contain scheduled faults: they depend on time only, so they act again after a restore.
+    It does not contain the state of subscribers, sensors and navigation either.
     """
 
     steps: int
@@ -46,7 +49,7 @@ class Snapshot:
     robots: dict[str, SavedRobot]
     pushes: tuple[BodyWrench, ...]
     welds: tuple[Weld, ...]
-    random: dict[str, Any]  # the state of a generator, as numpy has it
+    random: dict[str, Any]  # the state of a numpy generator
     built: World
     world: World
     changes: tuple[tuple[str, dict[str, object]], ...]
@@ -76,7 +79,7 @@ class Snapshots:
         self._stepping, self._journal = stepping, journal
 
     def take(self) -> Snapshot:
-        """Save everything that the future of the run depends on."""
+        """Save everything that determines how the run continues."""
         model, data = self._engine.model, self._engine.data
         copy = mujoco.MjData(model)
         mujoco.mj_copyData(copy, model, data)
@@ -95,13 +98,13 @@ class Snapshots:
         )
 
     def restore(self, state: Snapshot) -> None:
-        """Go back to a saved state, with the objects of that time. What follows is the same, bit for bit.
+        """Restore a saved state and its objects. The run continues from it bit for bit.
 
         Raises:
-            KbotError: the state is of another simulation, or robots were spawned or deleted since.
+            KbotError: the state is from another simulation, or robots were spawned or deleted since.
         """
         if not isinstance(state, Snapshot):
-            raise KbotError(f"a state is what Simulation.state() gave, not {reprlib.repr(state)}")
+            raise KbotError(f"a state must be a result of Simulation.state(), not {reprlib.repr(state)}")
         engine = self._engine
         assembly, before = engine.assembly, engine.steps
         has_same_robots = set(state.robots) == set(self._robots)
@@ -110,30 +113,30 @@ class Snapshots:
         if state.welds != assembly.welds:
             assembly = assembly.with_welds(state.welds)
         if not has_same_robots or len(state.vector) != len(_read(assembly.model, assembly.data)):
-            raise KbotError("the state is that of another robot or world")
+            raise KbotError("the state is from a simulation with other robots or another world")
         if assembly is not engine.assembly:
             self._models.use(assembly)
         try:
             mujoco.mj_copyData(engine.data, engine.model, state.engine)
         except mujoco.FatalError:
-            raise KbotError("the state is that of another robot or world") from None
+            raise KbotError("the state is from a simulation with other robots or another world") from None
         for name, robot in self._robots.items():
             robot.restore(state.robots[name])
-        self._disturbances.pushes = state.pushes  # the copied data has their forces already
+        self._disturbances.pushes = state.pushes  # the copied data contains their forces
         self._commands.random.bit_generator.state = state.random
         self._journal.changes[:] = state.changes
         self._stepping.jump(state.steps)
         self._journal.note("restore", after=before, to=state.steps, noted=state.noted)
 
     def reset(self) -> None:
-        """Go back to the start: the same robots and world at time 0, nothing attached, without commands."""
+        """Reset to time 0: the same robots and world, without commands and attachments."""
         self._reset_models()
         self._commands.restart()
         self._stepping.jump(0)
         self._journal.note("reset")
 
     def reset_world(self) -> None:
-        """Reset all but the time and the random numbers."""
+        """Reset everything except the time and the random numbers."""
         time = self._engine.data.time
         self._reset_models()
         self._engine.data.time = time
@@ -141,17 +144,17 @@ class Snapshots:
         self._journal.note("reset_world")
 
     def reset_time(self) -> None:
-        """Set the time to 0 and nothing else; scheduled faults begin again at their times."""
+        """Set only the time to 0. Scheduled faults start again at their times."""
         steps = self._engine.steps
         self._engine.data.time = 0.0
-        self._disturbances.set_back(steps)
+        self._disturbances.shift_time(steps)
         for robot in self._robots.values():
-            robot.set_back(steps)
+            robot.shift_time(steps)
         self._stepping.jump(0)
         self._journal.note("reset_time", after=steps)
 
     def sha256(self) -> str:
-        """Digest of the engine's state; equal runs have equal ones."""
+        """Digest of the engine's state. Equal runs have equal digests."""
         return hashlib.sha256(
             _read(self._engine.model, self._engine.data).astype("<f8").tobytes()
         ).hexdigest()

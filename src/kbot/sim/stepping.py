@@ -1,4 +1,4 @@
-"""Advances time: steps of physics, control periods, timers, and disturbances that are due."""
+"""Advances time: physics steps, control periods, timers and disturbances."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ _MOST_STEPS = 10**14
 
 
 class Stepping:
-    """Advances the engine, and serves robots, topics and timers at their steps.
+    """Advances the engine, and updates robots, topics and timers at their steps.
 
-    The engine makes a chunk of steps at once. A chunk ends where a control period, a timer, a new wheel speed
-    or a disturbance is due, so that the result does not depend on how a run is cut into calls.
+    The engine makes many steps in one call. Such a chunk ends where a control period, a timer, a new wheel
+    speed or a disturbance is due. So the result does not depend on how a run is split into calls.
     """
 
     def __init__(
@@ -39,12 +39,14 @@ class Stepping:
         disturbances: Disturbances,
         inside: str,
     ) -> None:
-        """`inside`: what the first robot starts inside of, or empty."""
+        """`inside` names the body that the first robot overlaps at the start, or is empty."""
         self._engine, self._clock, self._commands = engine, clock, commands
         self._robots, self._disturbances, self._inside = robots, disturbances, inside
         self.watchers: list[Callable[[mujoco.MjModel, mujoco.MjData], None]] = []
-        """Called after every step with the engine's model and data, which they must not change. With any of
-        them, the engine makes single steps, each with a Python call."""
+        """Called after every step with the engine's model and data, which they must not change.
+
+        With watchers, the engine makes single steps, each with a Python call.
+        """
         self._period = max(1, round(recipe.CONTROL_PERIOD / engine.timestep))
         self._nanoseconds = engine.timestep * 1e9
 
@@ -52,11 +54,13 @@ class Stepping:
         """Advance by `n` steps.
 
         Raises:
-            KbotError: `n` is not a whole number from 0 on.
-            SimulationDiverged: a link flew off; the error names the time, the link and the likely cause.
+            KbotError: `n` is not a whole number of at least 0.
+            SimulationDiverged: a link flew off. The error names the time, the link and the likely cause.
         """
         if not isinstance(n, _WHOLE) or not 0 <= n <= _MOST_STEPS:
-            raise KbotError(f"steps are a whole number from 0 to {_MOST_STEPS:g}, not {reprlib.repr(n)}")
+            raise KbotError(
+                f"the number of steps must be a whole number from 0 to {_MOST_STEPS:g}, not {reprlib.repr(n)}"
+            )
         engine = self._engine
         if engine.failure is not None:
             raise engine.failure
@@ -78,13 +82,12 @@ class Stepping:
         """
         if not (is_within(seconds, LONGEST) and seconds >= 0.0):
             raise KbotError(
-                f"a time to run is a finite number of seconds from 0 to {LONGEST:g},"
-                f" not {reprlib.repr(seconds)}"
+                f"the time to run must be from 0 to {LONGEST:g} seconds, not {reprlib.repr(seconds)}"
             )
         self.step(round(seconds / self._engine.timestep))
 
     def jump(self, steps: int) -> None:
-        """Go on as if `steps` steps had been made."""
+        """Continue as if `steps` steps had been made."""
         engine = self._engine
         engine.steps = steps
         engine.failure = None
@@ -133,25 +136,25 @@ class Stepping:
             self._next_stop = max(self._planned_disturbance, steps + 1)
 
     def _stop(self) -> None:
-        """Do what is due at this step."""
+        """Update what is due at this step."""
         engine = self._engine
-        # false for NaN too; numpy's own dot warns where it overflows
+        # the comparison is false for NaN too; numpy's dot would print a warning on overflow
         if not mujoco.mju_norm(engine.qvel) < FASTEST:
             self._fail()
         if engine.steps == self._next_period:
-            # before anything that can raise: the step is made
+            # before anything that can raise, because the step was made
             self._next_period += self._period
             self._robots.tick(engine.steps)
             self._robots.publish(round(engine.steps * self._nanoseconds))
         if self._planned_timer < NEVER:
             self._clock.advance_to(round(engine.steps * self._nanoseconds))
         if engine.steps >= self._disturbances.due:
-            self._disturbances.bring_up()
+            self._disturbances.update()
         self._plan_stop()
 
     def _fail(self) -> None:
         engine = self._engine
-        # the speeds were still right at the end of the last control period
+        # the speeds were still plausible at the end of the last control period
         last = (engine.steps - 1) // self._period * self._period * engine.timestep
         descriptions = {name: robot.robot for name, robot in self._robots.items()}
         engine.failure = diverged(engine, descriptions, last, self._inside)

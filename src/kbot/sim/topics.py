@@ -1,4 +1,4 @@
-"""The topics of a robot: it publishes its state every control period, and receives commands."""
+"""The topics of a robot: its state, published every control period, and its commands."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from kbot.sim.wheel_odometry import Motion
 from kbot.text import KbotError
 
 POSE_VARIANCE = (0.001, 0.001, 0.001, 0.001, 0.001, 0.01)
-"""Diagonal over x, y, z and rotations, as diff_drive_controller has it."""
+"""Variances of x, y, z and the rotations, like diff_drive_controller's `pose_covariance_diagonal`."""
 
 _MESSAGES: Mapping[Input, type] = {
     Input.NUMBER: Float64,
@@ -33,12 +33,15 @@ _MESSAGES: Mapping[Input, type] = {
 
 
 def covariance(diagonal: tuple[float, ...]) -> tuple[float, ...]:
-    """6x6, row by row."""
+    """A diagonal 6x6 matrix, row by row."""
     return tuple(diagonal[row] if row == column else 0.0 for row in range(6) for column in range(6))
 
 
 class RobotTopics:
-    """`odom`, `tf` and `joint_states` out, `cmd_vel` in. Messages without a subscriber are not made."""
+    """Publishes `odom`, `tf` and `joint_states`, and subscribes to `cmd_vel`.
+
+    Messages are created only for topics with a subscriber.
+    """
 
     def __init__(
         self,
@@ -49,7 +52,7 @@ class RobotTopics:
         *,
         publishes_clock: bool,
     ) -> None:
-        """`report` receives sentences for the user; `publishes_clock`: whether `/clock` is one of them."""
+        """`report` receives reports to the user. `publishes_clock`: whether this robot publishes `/clock`."""
         self._robot = robot
         naming = robot.naming
         self._frame_prefix = naming.frame_prefix
@@ -92,13 +95,13 @@ class RobotTopics:
             ]
         self._subscribed = self._outputs
         self._motion: Motion | None = None
-        """The odometry of this period, computed for the first message that needs it."""
+        """The odometry of this period, computed once for all messages."""
         base_from_root = robot.body.base_from_root
         x, y, z = base_from_root.translation.tolist()
         self._base_from_root = (x, y, z), base_from_root.quaternion_xyzw
 
     def close(self) -> None:
-        """Receive no more commands and publish nothing more."""
+        """Unsubscribe from commands and stop publishing."""
         for commands in self._commands:
             commands.close()
         for publisher, _ in self._outputs:
@@ -111,21 +114,24 @@ class RobotTopics:
         self._robot.command(message.linear.x, message.angular.z)
 
     def _require_new(self, stamp: msg.Time) -> None:
-        """Raises KbotError: the command is older than what its controller waits for. One without a stamp, and
-        one of another clock that is ahead, are of now, as its namesake has it."""
+        """Raises KbotError: the command is older than its controller's timeout.
+
+        As in diff_drive_controller, a command without a stamp counts as new. So does one from a clock that
+        is ahead.
+        """
         settings = self._robot.settings
         age = (self._clock.nanoseconds - stamp.nanoseconds) / NANOSECONDS
         if settings is not None and stamp.nanoseconds and age > settings.watchdog:
-            what = f"its stamp is {age:.3f} s old, more than the cmd_vel_timeout of {settings.watchdog:g} s"
-            raise KbotError(f"{what}: stamp it with the time of /clock")
+            what = f"the stamp is {age:.3f} s old, more than the cmd_vel_timeout of {settings.watchdog:g} s"
+            raise KbotError(f"{what}: stamp the command with the time of /clock")
 
     def find_subscribers(self) -> bool:
-        """Find the topics with subscribers, whenever these may have changed; whether there are any."""
+        """Find the topics with subscribers. Returns whether there are any."""
         self._subscribed = [output for output in self._outputs if output[0].has_subscribers]
         return bool(self._subscribed)
 
     def publish(self, clock: Clock) -> None:
-        """Publish the time and the state of the robot as they are now, on topics with subscribers."""
+        """Publish the current time and state of the robot on the topics with subscribers."""
         stamp = clock.stamp
         self._motion = None
         for publisher, message in self._subscribed:
@@ -147,11 +153,11 @@ class RobotTopics:
         )
 
     def _transform(self, stamp: msg.Time) -> msg.TFMessage:
-        """odom -> the robot's root, so that every frame keeps one parent."""
+        """The transform from odom to the robot's root link, so that every frame has one parent."""
         motion = self._motion = self._motion or self._robot.odometry
         pose = motion.pose
         (x, y, z), turn = self._base_from_root
-        c, s = cos(pose.yaw), sin(pose.yaw)  # PlanarPose.apply takes ten times as long
+        c, s = cos(pose.yaw), sin(pose.yaw)  # ten times as fast as PlanarPose.apply
         half = pose.yaw / 2.0
         return msg.TFMessage(
             (
@@ -168,7 +174,7 @@ class RobotTopics:
 
 
 def joint_state(robot: SimulatedRobot, stamp: msg.Time) -> msg.JointState:
-    """Positions (rad or m), speeds and efforts of every joint with a position."""
+    """Positions (rad or m), velocities and efforts of every joint that has a position."""
     positions = robot.body.joint_positions
     return msg.JointState(
         msg.Header(stamp),
@@ -180,9 +186,9 @@ def joint_state(robot: SimulatedRobot, stamp: msg.Time) -> msg.JointState:
 
 
 def _subscribe_controller(bus: Bus, robot: SimulatedRobot, controller: JointController) -> Subscription:
-    """Let the messages of a controller's topic command its joints."""
+    """Subscribe to a controller's topic. Its messages command the controller's joints."""
 
-    def take(message: Any) -> None:  # noqa: ANN401 - of the type that the controller takes
+    def take(message: Any) -> None:  # noqa: ANN401 - of the controller's message type
         controller.require_active()
         if controller.input is Input.NUMBER:
             robot.command_joints({controller.joints[0]: message.data}, controller.interface)
@@ -197,7 +203,8 @@ def _subscribe_controller(bus: Bus, robot: SimulatedRobot, controller: JointCont
 def _command_array(robot: SimulatedRobot, controller: JointController, message: Float64MultiArray) -> None:
     if len(message.data) != len(controller.joints):
         raise KbotError(
-            f"{controller.name} commands {len(controller.joints)} joints and got {len(message.data)} numbers"
+            f"{controller.name} needs {len(controller.joints)} numbers, one per joint, but received"
+            f" {len(message.data)}"
         )
     robot.command_joints(dict(zip(controller.joints, message.data, strict=True)), controller.interface)
 

@@ -1,4 +1,4 @@
-"""The action follow_joint_trajectory of ROS 1's trajectory controllers, on actionlib's topics."""
+"""The action follow_joint_trajectory of ROS 1's trajectory controllers, on the topics of actionlib."""
 
 from __future__ import annotations
 
@@ -26,14 +26,16 @@ Result, Status = msg.FollowJointTrajectoryResult, msg.GoalStatus
 Numbers = tuple[float, ...]
 
 RATE = 20.0
-"""Hz of feedback, as the controller's action_monitor_rate."""
+"""Rate of the feedback in Hz: the default action_monitor_rate of joint_trajectory_controller."""
 STATUS_EVERY = 4
-"""Of those: how often all goals are told of, 5 Hz as actionlib does."""
+"""The status of all goals is published with every 4th feedback: 5 Hz, as actionlib does."""
 SETTLE = 0.5
-"""Seconds after a trajectory's end in which servos come to rest, whatever the tolerance of its time: straight
-ways between positions end at full speed, where Gazebo's joints are simply set to rest."""
+"""Seconds that servos have to come to rest after a trajectory's end, even if `goal_time` is shorter.
+
+A trajectory of positions without velocities ends at full speed. Gazebo stops its joints at once there.
+"""
 KEPT, MOST_KEPT = 5 * NANOSECONDS, 100
-"""How long, and how many, goals that are over are still told of."""
+"""How long, in ns, a finished goal stays in the status, and how many finished goals do."""
 
 _FAILURES = {Status.REJECTED: "rejected", Status.ABORTED: "aborted"}
 
@@ -51,7 +53,7 @@ class _Over(NamedTuple):
 
 
 class TrajectoryAction:
-    """Takes one goal at a time; a newer one, a cancel, and any other command of its joints end it."""
+    """Follows one goal at a time. A newer goal, a cancel, or another command of its joints ends it."""
 
     def __init__(
         self,
@@ -61,7 +63,7 @@ class TrajectoryAction:
         controller: JointController,
         report: Callable[[str], None],
     ) -> None:
-        """`report` receives sentences for the user, such as why a goal was rejected."""
+        """`report` receives reports to the user, such as why a goal was rejected."""
         self._clock, self._robot, self._controller, self._report = clock, robot, controller, report
         self._constraints = controller.constraints or Constraints()
         self._active: _Active | None = None
@@ -71,17 +73,17 @@ class TrajectoryAction:
         self._status = bus.advertise(f"{stem}/status", msg.GoalStatusArray)
         self._feedback = bus.advertise(f"{stem}/feedback", msg.FollowJointTrajectoryActionFeedback)
         self._result = bus.advertise(f"{stem}/result", msg.FollowJointTrajectoryActionResult)
-        self._heard = (
+        self._subscriptions = (
             bus.subscribe(f"{stem}/goal", msg.FollowJointTrajectoryActionGoal, self._take),
             bus.subscribe(f"{stem}/cancel", GoalID, self._cancel),
         )
         self._timer = clock.every(RATE, self._update)
 
     def close(self) -> None:
-        """Take no more goals; one that is followed ends."""
-        self._end(Status.PREEMPTED, "its controller is there no longer")
+        """Accept no more goals, and end the active one."""
+        self._end(Status.PREEMPTED, "the controller was removed")
         self._timer.cancel()
-        for topic in (self._status, self._feedback, self._result, *self._heard):
+        for topic in (self._status, self._feedback, self._result, *self._subscriptions):
             topic.close()
 
     def _take(self, message: msg.FollowJointTrajectoryActionGoal) -> None:
@@ -106,26 +108,26 @@ class TrajectoryAction:
             code = error.code if isinstance(error, GoalRefused) else Result.INVALID_GOAL
             self._close(goal_id, Status.REJECTED, code, str(error))
             return
-        self._end(Status.PREEMPTED, "a newer goal came")
+        self._end(Status.PREEMPTED, "a newer goal replaced it")
         self._active = _Active(goal_id, goal, now)
-        self._say_status()
+        self._publish_status()
 
     def _known(self) -> set[str]:
         active = {self._active.id.id} if self._active is not None else set()
         return active | {over.status.goal_id.id for over in self._over}
 
     def _cancel(self, wanted: GoalID) -> None:
-        """One goal by its name, all up to a time, or, where neither is said, all."""
+        """Cancel the goal with an ID, all goals up to a time stamp, or with neither all goals."""
         active = self._active
         if active is None:
             return
         stamp = wanted.stamp.nanoseconds
         is_old = 0 < active.id.stamp.nanoseconds <= stamp
         if wanted.id == active.id.id or is_old or (not wanted.id and not stamp):
-            self._stay(active.goal)
+            self._hold(active.goal)
             self._end(Status.PREEMPTED, "cancelled")
 
-    def _stay(self, goal: TrajectoryGoal) -> None:
+    def _hold(self, goal: TrajectoryGoal) -> None:
         self._robot.follow_trajectory(goal.joints, ())
 
     def _update(self) -> None:
@@ -134,7 +136,7 @@ class TrajectoryAction:
             self._follow(self._active, now)
         self._updates += 1
         if self._updates % STATUS_EVERY == 0 and self._status.has_subscribers:
-            self._say_status()
+            self._publish_status()
 
     def _follow(self, active: _Active, now: int) -> None:
         goal, servos = active.goal, self._robot.joints.servos
@@ -142,7 +144,7 @@ class TrajectoryAction:
         is_over = passed > goal.seconds - 1e-6
         desired = self._last(goal) if is_over else servos.desired(goal.joints, now / NANOSECONDS)
         if passed < 0.0 or desired is None:
-            self._end(Status.PREEMPTED, "its joints were told otherwise")
+            self._end(Status.PREEMPTED, "its joints received another command")
             return
         body = self._robot.body
         positions, velocities = body.joint_positions, body.joint_velocities
@@ -154,10 +156,10 @@ class TrajectoryAction:
         if is_over:
             self._arrive(active, error, passed)
         elif off := _too_far(goal.joints, error, goal.constraints.path):
-            self._stay(goal)
+            self._hold(goal)
             self._end(Status.ABORTED, off, Result.PATH_TOLERANCE_VIOLATED)
         elif self._feedback.has_subscribers:
-            self._say_feedback(active, desired, actual, error)
+            self._publish_feedback(active, desired, actual, error)
 
     def _arrive(self, active: _Active, error: tuple[Numbers, Numbers], passed: float) -> None:
         goal = active.goal
@@ -168,7 +170,7 @@ class TrajectoryAction:
             self._end(Status.ABORTED, off, Result.GOAL_TOLERANCE_VIOLATED)
 
     def _last(self, goal: TrajectoryGoal) -> tuple[Numbers, Numbers]:
-        """Where it ends, at rest."""
+        """The final positions, at rest."""
         now = self._robot.body.joint_positions
         end = goal.points[-1].positions if goal.points else tuple(now[joint] for joint in goal.joints)
         return end, (0.0,) * len(end)
@@ -179,16 +181,16 @@ class TrajectoryAction:
             self._close(ended.id, status, code, text)
 
     def _close(self, goal_id: GoalID, status: int, code: int, text: str) -> None:
-        """A goal is over."""
+        """Publish the result of a goal that ended."""
         if status in _FAILURES:
-            self._report(f"{self._controller.name}: a goal was {_FAILURES[status]}: {text}")
+            self._report(f"{self._controller.name}: goal {_FAILURES[status]}: {text}")
         over = Status(goal_id, status, text)
         self._over = [*self._over[1 - MOST_KEPT :], _Over(over, self._clock.nanoseconds)]
         header = Header(self._clock.stamp)
         self._result.publish(msg.FollowJointTrajectoryActionResult(header, over, Result(code, text)))
-        self._say_status()
+        self._publish_status()
 
-    def _say_status(self) -> None:
+    def _publish_status(self) -> None:
         now = self._clock.nanoseconds
         self._over = [over for over in self._over if 0 <= now - over.since <= KEPT]
         goals = [over.status for over in self._over]
@@ -196,7 +198,7 @@ class TrajectoryAction:
             goals.append(Status(self._active.id, Status.ACTIVE))
         self._status.publish(msg.GoalStatusArray(Header(self._clock.stamp), tuple(goals)))
 
-    def _say_feedback(
+    def _publish_feedback(
         self,
         active: _Active,
         desired: tuple[Numbers, Numbers],
@@ -215,15 +217,15 @@ class TrajectoryAction:
 
 
 def _minus(a: Sequence[float], b: Sequence[float]) -> Numbers:
-    return tuple(one - other for one, other in zip(a, b, strict=True))
+    return tuple(x - y for x, y in zip(a, b, strict=True))
 
 
 def _too_far(joints: tuple[str, ...], error: tuple[Numbers, Numbers], bounds: Bounds) -> str:
-    """Which joint is beyond what it may be off; empty where none is."""
+    """The first joint whose error exceeds its tolerance, as a message. Empty if none does."""
     for joint, position, velocity in zip(joints, *error, strict=True):
         bound = bounds[joint]
         if abs(position) > bound.position:
-            return f"'{joint}' is off by {abs(position):.4g}, more than {bound.position:g}"
+            return f"the position of '{joint}' is off by {abs(position):.4g}, more than {bound.position:g}"
         if abs(velocity) > bound.velocity:
-            return f"'{joint}' is off by {abs(velocity):.4g} in speed, more than {bound.velocity:g}"
+            return f"the velocity of '{joint}' is off by {abs(velocity):.4g}, more than {bound.velocity:g}"
     return ""

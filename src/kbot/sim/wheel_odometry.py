@@ -1,4 +1,4 @@
-"""Pose and twist of a robot on the plane, and odometry from its wheels."""
+"""Wheel odometry: a robot's pose and twist on the plane, computed from its wheels."""
 
 from __future__ import annotations
 
@@ -11,14 +11,17 @@ from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """`pose` in the fixed frame (its yaw counts full turns), `twist` in the moving one."""
+    """`pose` in the fixed frame (its yaw counts full turns) and `twist` in the moving frame."""
 
     pose: PlanarPose
     twist: PlanarTwist
 
 
 class WheelOdometry:
-    """Reckons the pose of the axle from wheel angles, by exact arcs, with no object made on the way."""
+    """Computes the pose of the axle from wheel angles, by exact arcs.
+
+    It works on plain numbers, because `update` runs every control period.
+    """
 
     def __init__(self, drive: DifferentialDrive) -> None:
         self._way = drive.radius / 2.0
@@ -28,32 +31,32 @@ class WheelOdometry:
         self.reset()
 
     def reset(self, left: float = 0.0, right: float = 0.0) -> None:
-        """Start anew: the base at the origin, the wheels at these angles in rad."""
+        """Restart with the base at the origin and the wheels at these angles in rad."""
         start = self._axle_in_base
         self.state = (start.x, start.y, start.yaw, left, right)
 
     def update(self, left: float, right: float) -> None:
-        """Go on to wheel angles in rad, forwards positive."""
+        """Advance to new wheel angles in rad, forwards positive."""
         self.state = self._rolled(left, right)
 
     def start_at(self, pose: PlanarPose, left: float, right: float) -> None:
-        """Go on from a pose of the base, at these wheel angles."""
+        """Continue from a pose of the base, at these wheel angles."""
         axle = pose @ self._axle_in_base
         self.state = (axle.x, axle.y, axle.yaw, left, right)
 
     def pose(self, left: float, right: float) -> PlanarPose:
-        """The base's pose at these wheel angles, which may be further on than the last update."""
+        """The base's pose at these wheel angles, which may be newer than the last update."""
         x, y, yaw, _, _ = self._rolled(left, right)
         return PlanarPose(x, y, yaw) @ self._base_in_axle
 
     def twist(self, linear: float, angular: float) -> PlanarTwist:
-        """The base's twist in its own frame, from the axle's forward and turning speed."""
+        """The base's twist in its own frame, from the axle's linear and angular velocity."""
         axle = self._axle_in_base
         c, s = cos(axle.yaw), sin(axle.yaw)
         return PlanarTwist(c * linear + angular * axle.y, s * linear - angular * axle.x, angular)
 
     def _rolled(self, left: float, right: float) -> tuple[float, float, float, float, float]:
-        """A step along an arc (see kinematics.odometry) from the last update to these wheel angles."""
+        """Advance along an arc from the last update to these wheel angles."""
         x, y, yaw, last_left, last_right = self.state
         to_left, to_right = left - last_left, right - last_right
         half = (to_right - to_left) * self._turn

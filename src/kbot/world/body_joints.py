@@ -19,9 +19,12 @@ class JointMotion(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Freedom:
-    """One way to move. `axis`: unit vector in the body's axes as it stands at the start (of no meaning for a
-    ball). Limits in rad or m from there; damping in N m s/rad or N s/m, friction in N m or N, stiffness of a
-    spring in N m/rad or N/m, which is at rest at `spring_reference`."""
+    """One degree of freedom of a joint, or a ball.
+
+    `axis` is a unit vector in the body's axes at the start, without meaning for a ball. Limits are in rad or
+    m from the start. Damping is in N m s/rad or N s/m, friction in N m or N. A spring has the stiffness in N
+    m/rad or N/m and is at rest at `spring_reference`.
+    """
 
     motion: JointMotion
     axis: Vector = (0.0, 0.0, 1.0)
@@ -35,9 +38,12 @@ class Freedom:
 
 @dataclass(frozen=True, slots=True)
 class BodyJoint:
-    """`parent`: the body it hangs on, empty for the world. `anchor` (m, in the body's frame): the point about
-    which it turns. The freedoms follow one another from the parent on; with a `lead` (m/rad) the second, a
-    slide, follows the first as a nut its screw."""
+    """The joint that connects a body to its `parent` (empty for the world).
+
+    `anchor` is the point about which the body turns (m, in the body's frame). The freedoms are ordered from
+    the parent to the body. With a `lead` (m/rad) the second freedom, a slide, follows the first as a nut
+    follows a screw.
+    """
 
     name: str
     parent: str
@@ -49,8 +55,10 @@ class BodyJoint:
 
 @dataclass(frozen=True, slots=True)
 class Loop:
-    """A joint between two bodies that already hang on something: it closes a ring. The bodies share the
-    `points` (m, in the world as it stands at the start): one for a ball, two along the axis of a hinge."""
+    """A joint that closes a kinematic loop: both bodies have a joint to a parent already.
+
+    The bodies share the `points` (m, in the world at the start): one for a ball, two along a hinge's axis.
+    """
 
     name: str
     first: str

@@ -1,4 +1,4 @@
-"""Building blocks of worlds: floors, walls, boxes, slopes."""
+"""Functions that build bodies of worlds: floors, walls, boxes, slopes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ BLACK: Rgba = (0.08, 0.08, 0.09, 1.0)
 
 
 def floor(size: float = 40.0, friction: float = 1.0) -> Body:
-    """The plane z = 0; a picture shows `size` metres of it each way."""
+    """The plane z = 0. A picture shows `size` x `size` metres of it."""
     return Body("ground_plane", (Part(Plane((size, size)), rgba=FLOOR, friction=friction, ground=True),))
 
 
@@ -35,13 +35,13 @@ def box(
     *,
     ground: bool = False,
 ) -> Body:
-    """A box at rest; it stands on z = 0 when its centre's `z` is not given."""
+    """A static box. Without the height `z` of its centre, it is on z = 0."""
     height = size[2] / 2 if z is None else z
     return Body(name, (Part(Box(size), rgba=rgba, ground=ground),), at(x, y, height, yaw))
 
 
 def cylinder(name: str, radius: float, height: float, x: float, y: float, rgba: Rgba = GREY) -> Body:
-    """An upright cylinder at rest on z = 0."""
+    """A static upright cylinder on z = 0."""
     return Body(name, (Part(Cylinder(radius, height), rgba=rgba),), at(x, y, height / 2))
 
 
@@ -52,7 +52,7 @@ def wall(
     height: float = 0.25,
     thickness: float = 0.02,
 ) -> Body:
-    """An upright wall on z = 0 between two points; its ends reach half its thickness beyond them."""
+    """A wall on z = 0 between two points. It extends beyond them by half its thickness."""
     along, across = end[0] - start[0], end[1] - start[1]
     length = hypot(along, across)
     yaw = atan2(across, along)
@@ -63,8 +63,10 @@ def wall(
 def slope(
     name: str, length: float, width: float, angle: float, x: float, y: float, z: float, rgba: Rgba = WOOD
 ) -> Body:
-    """A plate to drive up along +x: its upper face starts at (x, y, z) and rises by `angle` (rad)
-    over `length` metres of its own face."""
+    """A plate to drive up along +x.
+
+    Its upper face starts at (x, y, z), rises at `angle` (rad), and is `length` metres long.
+    """
     thickness = 0.04
     centre_x = x + cos(angle) * length / 2 + sin(angle) * thickness / 2
     centre_z = z + sin(angle) * length / 2 - cos(angle) * thickness / 2

@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 from kbot.world.world import TriangleMesh
 
 THICKNESS = 0.005
-"""Metres of a plate that stands for one triangle of a hollow surface, behind it."""
+"""Thickness in m of the plate that replaces a triangle of a hollow surface. It is behind the triangle."""
 
 MOST_PIECES = 4000
+"""A mesh of more pieces collides as its convex hull."""
 _FLAT = 1e-4
+"""Distance, as a share of the mesh's size, up to which a vertex counts as on a face."""
 _PRISM = np.array(
     [[0, 2, 1], [3, 4, 5], [0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [2, 0, 3], [2, 3, 5]], dtype=np.int32
 )
@@ -22,8 +24,11 @@ _PRISM = np.array(
 
 @lru_cache(maxsize=64)
 def convex_pieces(mesh: TriangleMesh) -> tuple[TriangleMesh, ...] | None:
-    """The mesh itself where it is convex; else its connected parts, and a part that is hollow as one thin
-    plate a triangle. None where that would be too many."""
+    """Split a mesh into convex pieces.
+
+    A convex mesh is returned as it is. Otherwise each connected part is a piece if it is convex. A part that
+    is not becomes one thin plate per triangle. None if there would be more than `MOST_PIECES`.
+    """
     vertices, indices = np.unique(np.round(mesh.vertices, 7), axis=0, return_inverse=True)
     faces = indices.reshape(-1)[mesh.faces]
     if _is_convex(vertices, faces):
@@ -42,7 +47,7 @@ def convex_pieces(mesh: TriangleMesh) -> tuple[TriangleMesh, ...] | None:
 
 
 def _is_convex(vertices: NDArray[np.float64], faces: NDArray[np.intp]) -> bool:
-    """Whether no vertex lies in front of a face; a flat piece is not, for it has no inside."""
+    """Whether no vertex is in front of a face. A flat piece does not count as convex: it has no volume."""
     size = float(np.ptp(vertices, axis=0).max())
     corner = vertices[faces[:, 0]]
     normal = np.cross(vertices[faces[:, 1]] - corner, vertices[faces[:, 2]] - corner)
@@ -60,7 +65,7 @@ def _is_convex(vertices: NDArray[np.float64], faces: NDArray[np.intp]) -> bool:
 
 
 def _connected(count: int, faces: NDArray[np.intp]) -> list[NDArray[np.intp]]:
-    """Faces by the parts that share vertices."""
+    """The faces of each connected part. Faces are connected if they share vertices."""
     label = np.arange(count)
     while True:
         lowest = label[faces].min(axis=1)

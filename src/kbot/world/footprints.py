@@ -1,4 +1,4 @@
-"""The outline of a solid shape between two heights, seen from above."""
+"""Computes the outline of a solid shape between two heights, seen from above."""
 
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ from kbot.world.world import Box, Capsule, Cylinder, Ellipsoid, Shape, Sphere, T
 Points = NDArray[np.float64]
 
 _ROUND = 32
-"""Corners of the polygons that stand for circles; they lie outside the circle, by half a percent."""
+"""Corners of the polygon that replaces a circle. It contains the circle and is half a percent larger."""
 _MOST_VERTICES = 96
+"""Meshes with more vertices are reduced to their extreme vertices in twice as many directions."""
 
 
 def footprint(shape: Shape, pose: Transform, low: float, high: float) -> Points | None:
-    """Corners (n, 2) in m, counter-clockwise, of the convex outline of what lies between the heights.
+    """Corners (n, 2) in m, counter-clockwise, of the convex outline of a shape between two heights.
 
-    None where nothing does, or the shape is without end (planes, height fields).
+    None if nothing of the shape is between them, or the shape is infinite (planes, height fields).
     """
     corners = _corners(shape)
     if corners is None:
@@ -38,7 +39,7 @@ def footprint(shape: Shape, pose: Transform, low: float, high: float) -> Points 
 
 
 def top(shape: Shape, pose: Transform) -> float:
-    """Height in m of a shape's highest point; that of its pose where it is without end."""
+    """Height in m of a shape's highest point. For an infinite shape it is that of its pose."""
     corners = _corners(shape)
     return float((pose.translation if corners is None else pose.apply(corners).max(axis=0))[2])
 
@@ -78,7 +79,7 @@ def _ring(radius: float, count: int = _ROUND) -> Points:
 
 
 def _ball() -> Points:
-    """Points whose hull holds the unit ball: rings at even latitudes."""
+    """Points whose hull contains the unit ball: rings at evenly spaced latitudes."""
     grown = 1.0 / np.cos(np.pi / 16)
     rings = [
         np.insert(_ring(np.cos(latitude) * grown), 2, np.sin(latitude) * grown, axis=1)
@@ -88,7 +89,7 @@ def _ball() -> Points:
 
 
 def _extreme(vertices: Points) -> Points:
-    """The vertices furthest out in many directions: all that matter for the hull of a fine mesh."""
+    """The extreme vertices in many directions, which determine the hull of a fine mesh."""
     if len(vertices) <= _MOST_VERTICES:
         return vertices
     index = np.arange(2 * _MOST_VERTICES) + 0.5

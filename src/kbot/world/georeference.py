@@ -1,4 +1,4 @@
-"""The place of a world on the earth."""
+"""The position of a world on the earth."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from kbot.kinematics.planar_pose import PlanarPose
 
 @dataclass(frozen=True, slots=True)
 class Georeference:
-    """The world's origin: `latitude` and `longitude` in degrees, `altitude` in m over the WGS 84 ellipsoid.
+    """The world's origin: `latitude` and `longitude` in degrees, `altitude` in m above the WGS 84 ellipsoid.
 
-    The world's x points east and its y north, both turned by `heading` (rad) towards the south and the east,
-    as Gazebo's `heading_deg` has it.
+    The world's x points east and its y north. `heading` (rad) rotates both clockwise, as Gazebo's
+    `heading_deg` does.
     """
 
     latitude: float = 0.0
@@ -21,5 +21,5 @@ class Georeference:
     heading: float = 0.0
 
     def east_north(self, x: float, y: float) -> tuple[float, float]:
-        """A place of the world in m to the east and the north of its origin."""
+        """A point of the world in m to the east and north of its origin."""
         return PlanarPose(yaw=self.heading).local(x, y)

@@ -1,4 +1,4 @@
-"""The height of a world's ground on a grid, and where it is not drivable."""
+"""Computes the height of a world's ground on a grid, and where the ground is not drivable."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ _LEVEL = 1e-9
 
 
 def is_the_ground(body: Body, part: Part) -> bool:
-    """Whether a part is a level plane at z = 0, which is drawn as the grid."""
+    """Whether a part is a level plane at z = 0. The page draws it as the grid."""
     pose = body.pose @ part.pose
     return bool(abs(pose.translation[2]) < _LEVEL and pose.rotation[2, 2] > 1.0 - _LEVEL)
 
 
 def height_field_triangles(field: HeightField) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Vertices (n, 3) in m and faces (m, 3) of a field of heights."""
+    """Vertices (n, 3) in m and faces (m, 3) of a height field."""
     rows, columns = field.heights.shape
     x = np.linspace(-field.size[0] / 2, field.size[0] / 2, columns)
     y = np.linspace(-field.size[1] / 2, field.size[1] / 2, rows)
@@ -39,14 +39,16 @@ def height_field_triangles(field: HeightField) -> tuple[NDArray[np.float64], NDA
 Heights = NDArray[np.float64]
 
 STEP = 0.012
-"""Metres; a higher edge is not driven over."""
+"""Highest edge in m that counts as drivable."""
 STEEPEST = math.radians(30.0)
-"""A steeper slope is not driven on."""
+"""Steepest slope that counts as drivable."""
 
 
 def ground_heights(world: World, grid: OccupancyGrid) -> Heights | None:
-    """Height in m of the highest ground at the middle of each cell, nan where there is none; None where all
-    of it is level at z = 0."""
+    """Height in m of the highest ground at the centre of each cell. nan: no ground.
+
+    None if all ground is level at z = 0.
+    """
     ground = list(_ground(world))
     if all(isinstance(part.shape, Plane) and _is_floor(pose) for part, pose in ground):
         return None
@@ -61,7 +63,10 @@ def ground_heights(world: World, grid: OccupancyGrid) -> Heights | None:
 
 
 def impassable(heights: Heights, resolution: float) -> NDArray[np.bool_]:
-    """Cells at an edge higher than a step or on too steep a slope; of where no ground is nothing is said."""
+    """Cells at an edge higher than `STEP` or on a slope steeper than `STEEPEST`.
+
+    Cells without ground are not marked.
+    """
     most = max(STEP, resolution * math.tan(STEEPEST)) + 1e-9
     blocked = np.zeros(heights.shape, dtype=bool)
     with np.errstate(invalid="ignore"):
@@ -73,7 +78,7 @@ def impassable(heights: Heights, resolution: float) -> NDArray[np.bool_]:
 
 
 def walls_of_planes(world: World, grid: OccupancyGrid, height: float) -> NDArray[np.bool_]:
-    """Cells behind planes that are too steep for ground, at a height in m."""
+    """Cells behind planes that are too steep to be ground, at a height in m."""
     blocked = np.zeros((grid.rows, grid.columns), dtype=bool)
     x, y = _middles(grid, slice(0, grid.rows), slice(0, grid.columns))
     for part, pose in _parts(world):
@@ -92,7 +97,7 @@ def _parts(world: World) -> Iterator[tuple[Part, Transform]]:
 
 
 def _ground(world: World) -> Iterator[tuple[Part, Transform]]:
-    """What is driven on: gentle planes, height fields, and parts that are said to be ground."""
+    """The parts to drive on: gentle planes, height fields, and parts marked as ground."""
     for part, pose in _parts(world):
         if isinstance(part.shape, Plane):
             if _is_gentle(pose):
@@ -110,14 +115,14 @@ def _is_floor(pose: Transform) -> bool:
 
 
 def _middles(grid: OccupancyGrid, rows: slice, columns: slice) -> tuple[Heights, Heights]:
-    """x (1, columns) and y (rows, 1) of cells' middles, in m; grids of worlds are not turned."""
+    """x (1, columns) and y (rows, 1) of the cells' centres in m. A world's grid is never rotated."""
     x = (np.arange(columns.start, columns.stop) + 0.5) * grid.resolution + grid.origin.x
     y = (np.arange(rows.start, rows.stop) + 0.5) * grid.resolution + grid.origin.y
     return x[None, :], y[:, None]
 
 
 def _extent(part: Part, pose: Transform, grid: OccupancyGrid) -> tuple[slice, slice]:
-    """Rows and columns that a part may lie over."""
+    """The rows and columns that a part may cover."""
     if isinstance(part.shape, HeightField):
         half = np.array(part.shape.size) / 2.0
         corners = np.array([(sx * half[0], sy * half[1], 0.0) for sx in (-1, 1) for sy in (-1, 1)])
@@ -136,7 +141,7 @@ def _extent(part: Part, pose: Transform, grid: OccupancyGrid) -> tuple[slice, sl
 
 
 def _surface(part: Part, pose: Transform, x: Heights, y: Heights) -> Heights:
-    """Height of a part's upper side at places, nan where it is not."""
+    """Height of a part's upper surface at points. nan: outside the part."""
     shape = part.shape
     if isinstance(shape, HeightField):
         return _height_field(shape, pose, x, y)
@@ -151,7 +156,7 @@ def _surface(part: Part, pose: Transform, x: Heights, y: Heights) -> Heights:
     highest = top(shape, pose)
     if not isinstance(shape, Box):
         return np.where(inside, highest, np.nan)
-    # the face that looks up most
+    # the face whose normal is closest to upwards
     axis = int(np.argmax(np.abs(pose.rotation[2])))
     normal = pose.rotation[:, axis] * math.copysign(1.0, pose.rotation[2, axis])
     face = _face(pose.translation + normal * shape.size[axis] / 2.0, normal, x, y)
@@ -166,7 +171,7 @@ def _face(point: Heights, normal: Heights, x: Heights, y: Heights) -> Heights:
 
 
 def _height_field(field: HeightField, pose: Transform, x: Heights, y: Heights) -> Heights:
-    """Between four heights evenly; the field is taken to stand upright."""
+    """Bilinear interpolation in a height field, which is assumed to be upright."""
     x0, y0, z0 = pose.translation.tolist()
     u, v = PlanarPose(x0, y0, pose.yaw).local(x, y)
     rows, columns = field.heights.shape

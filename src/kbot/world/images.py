@@ -1,4 +1,4 @@
-"""Reads pictures as grey values."""
+"""Reads images as grey values."""
 
 from __future__ import annotations
 
@@ -16,21 +16,25 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 MOST_PIXELS = 50_000_000
-"""Of a map: 350 m by 350 m at 5 cm. A few bytes may claim more, and one of so many takes 0.8 GB to read."""
+"""Most pixels of a map: 350 m by 350 m at 5 cm.
+
+Reading as many takes 0.8 GB, and a small file can claim more.
+"""
 FORMATS = ("PNG", "PPM", "BMP", "JPEG", "TIFF", "GIF", "WEBP", "TGA")
-"""PGM is a PPM. Others are not looked at: Pillow runs a program to read EPS."""
+"""Accepted formats (PPM includes PGM). Others are unsafe: Pillow runs a program to read EPS."""
 
 
 def read_picture(
     path: str | Path, most_pixels: int = MOST_PIXELS
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Greys from 0 black to 1 white, the mean of the colours (rows from the top, columns), and where the
-    picture is opaque.
+    """Grey values from 0 (black) to 1 (white), and where the image is opaque. Rows start at the top.
+
+    A grey value is the mean of the colours.
 
     Raises:
-        KbotError: the file is missing, not a picture, or far too large for one.
+        KbotError: the file is missing, is not an image, or has too many pixels.
     """
-    from PIL import Image, UnidentifiedImageError  # few worlds have pictures: start-up time
+    from PIL import Image, UnidentifiedImageError  # imported here for start-up time: few worlds have images
 
     file = Path(path)
     try:
@@ -38,21 +42,21 @@ def read_picture(
         with Image.open(file, formats=FORMATS) as image:
             if image.width * image.height > most_pixels:
                 size = f"{image.width} x {image.height} pixels"
-                raise KbotError(f"the picture {file} has {size}: more than {most_pixels}")
+                raise KbotError(f"the image {file} has {size}, more than {most_pixels} pixels")
             return _greys(image)
     except FileNotFoundError:
         siblings = [p.name for p in file.parent.iterdir()] if file.parent.is_dir() else []
         near = did_you_mean(file.name, siblings)
-        raise KbotError(f"the picture {file} does not exist" + (f": {near}" if near else "")) from None
+        raise KbotError(f"the image {file} does not exist" + (f": {near}" if near else "")) from None
     except UnidentifiedImageError:
-        raise KbotError(f"the picture {file} is of no kind that can be read: a PNG or a PGM is") from None
+        raise KbotError(f"the image {file} has an unknown format: convert it to PNG or PGM") from None
     except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
-        raise KbotError(f"the picture {file} cannot be read: {error}") from None
+        raise KbotError(f"the image {file} cannot be read: {error}") from None
 
 
 def _greys(image: Image) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """The work is done in place and in single precision, which holds 16 bits: pictures are large."""
-    if image.mode.startswith("I"):  # of 16 bits
+    """Convert in place and in single precision, because images are large. It represents 16 bits exactly."""
+    if image.mode.startswith("I"):  # 16 bits
         grey = np.array(image, dtype=np.float32)
         grey /= np.float32(65535)
         return grey, np.ones(grey.shape, dtype=bool)

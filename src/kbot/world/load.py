@@ -1,4 +1,4 @@
-"""Loads a world from a built-in world's name with parameters, or from a file."""
+"""Loads a world by the name of a built-in world, or from a file."""
 
 from __future__ import annotations
 
@@ -18,28 +18,30 @@ from kbot.world.occupancy_files import read_map
 from kbot.world.world import Body, Box, Part, World
 
 HEIGHT = 0.3
+"""Height of a map's walls in m."""
 MOST_WALLS = 20_000
+"""Most wall boxes of a map."""
 MOST_RUNS = 2_000_000
-"""Pieces of wall in the single rows of a picture, which take 1 µs each to put together."""
+"""Most runs of occupied cells in the rows of a map. Joining them to boxes takes 1 µs per run."""
 OCCUPIED_FROM = 65
-"""Percent; where a map's mode keeps shades, what is likelier than this is a wall."""
+"""Occupancy in percent from which a cell is a wall. Only the modes scale and raw have values in between."""
 
 
 def map_world(path: str) -> World:
-    """The world of a map: walls of 0.3 m where a cell counts as occupied; its origin is the map's.
+    """The world of a map, with walls of 0.3 m at occupied cells. Its origin is the map's.
 
     Raises:
-        KbotError: it is no map, or its picture cannot be used; see `occupancy_files.read_map`.
+        KbotError: the file is not a map, or its image cannot be used. See `occupancy_files.read_map`.
     """
     grid = read_map(path)
     step = grid.resolution
     occupied = grid.cells >= OCCUPIED_FROM
     runs = np.count_nonzero(occupied[:, 1:] & ~occupied[:, :-1])
     if runs > MOST_RUNS:
-        raise KbotError(f"{path} has {runs} pieces of wall in its rows, more than {MOST_RUNS}")
+        raise KbotError(f"{path} has {runs} runs of occupied cells in its rows, more than {MOST_RUNS}")
     boxes = rectangles(occupied)
     if len(boxes) > MOST_WALLS:
-        raise KbotError(f"{path} has {len(boxes)} pieces of wall, more than {MOST_WALLS}")
+        raise KbotError(f"{path} needs {len(boxes)} boxes for its walls, more than {MOST_WALLS}")
     parts = tuple(
         Part(
             Box(((c1 - c0) * step, (r1 - r0) * step, HEIGHT)),
@@ -54,8 +56,10 @@ def map_world(path: str) -> World:
 
 
 def rectangles(cells: NDArray[np.bool_]) -> list[tuple[int, int, int, int]]:
-    """Rectangles (row, column, row beyond, column beyond) that cover the true cells once: runs along a
-    row, joined with the same run of the rows that follow."""
+    """Rectangles (first row, first column, end row, end column) that cover each true cell once.
+
+    A rectangle is a run of cells in a row, joined with equal runs in the following rows.
+    """
     found: list[tuple[int, int, int, int]] = []
     growing: dict[tuple[int, int], int] = {}
     rows = cells.shape[0]
@@ -78,23 +82,25 @@ MAP_SUFFIXES = (".yaml", ".yml")
 
 
 def load_world(world: str | os.PathLike[str] | World = "empty") -> World:
-    """The world a text names: a built-in one (`boxes`, `maze:size=8,seed=3`), an SDF file (`.world`,
-    `.sdf`), or a map (`.yaml` beside its picture). A World is handed through.
+    """Load a world. A World is returned unchanged.
+
+    `world` names a built-in world (`boxes`, `maze:size=8,seed=3`), an SDF file (`.world`, `.sdf`) or a map
+    (`.yaml`).
 
     Raises:
-        DescriptionError: a file that cannot be used; everything that is wrong with it.
-        KbotError: there is no such world, parameter or value.
+        DescriptionError: a file cannot be used. It carries all errors.
+        KbotError: the world or a parameter does not exist, or a value is not valid.
     """
     if isinstance(world, World):
         return world
     if not isinstance(world, str | os.PathLike):
         raise KbotError(
-            f"a world is a World, a name such as 'empty' or 'maze:size=8', or a file, not {world!r}"
+            f"world must be a World, a name such as 'empty' or 'maze:size=8', or a file name, not {world!r}"
         )
     text = os.fspath(world)
     suffix = Path(text).suffix.lower()
     if suffix in SDF_SUFFIXES:
-        from kbot.world.sdf import read_sdf  # built-in worlds need no reader: start-up time
+        from kbot.world.sdf import read_sdf  # imported here for start-up time: built-in worlds do not need it
 
         with reading(text):
             return read_sdf(text)
@@ -104,5 +110,6 @@ def load_world(world: str | os.PathLike[str] | World = "empty") -> World:
     if "/" in text or os.sep in text or Path(text).is_file():
         known = ", ".join((*SDF_SUFFIXES, *MAP_SUFFIXES))
         near = did_you_mean(text, BUILDERS)
-        raise KbotError(f"{text} is no world: a file of one ends in {known}" + (f"; {near}" if near else ""))
+        what = f"{text} is not a world: the name of a world file ends in {known}"
+        raise KbotError(what + (f"; {near}" if near else ""))
     return build_world(text)

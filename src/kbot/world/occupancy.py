@@ -1,4 +1,4 @@
-"""An occupancy grid: which cells of the plane are free, occupied or unknown (nav_msgs/OccupancyGrid)."""
+"""Occupancy grids: which cells of the plane are free, occupied or unknown (nav_msgs/OccupancyGrid)."""
 
 from __future__ import annotations
 
@@ -15,21 +15,22 @@ from kbot.text import KbotError
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 FREE_BELOW = 50
-"""What is likelier taken than free is not driven on."""
+"""Occupancy in percent below which a cell is drivable: it is more likely free than occupied."""
 
 START = msg.Time()
 
 _FARTHEST = 2.0**53
-"""Cells; further away, floating point tells no neighbours apart."""
+"""Largest cell index: beyond it, floating point does not distinguish neighbouring cells."""
 MOST_CELLS = 100_000_000
-"""A grid larger than this is taken for a mistake in its resolution."""
+"""Most cells of a grid. More are likely an error in the resolution."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OccupancyGrid:
-    """`cells` (rows along y, columns along x) of 0 free to 100 occupied, -1 unknown, as int8.
+    """An occupancy grid.
 
-    `resolution` is a cell's edge in m; `origin` the pose of the first cell's lower left corner in `frame`.
+    `cells` (rows along y, columns along x; int8) are from 0 (free) to 100 (occupied), or -1 (unknown).
+    `resolution` is a cell's edge in m. `origin` is the pose of the first cell's lower left corner in `frame`.
     """
 
     cells: NDArray[np.int8]
@@ -39,9 +40,11 @@ class OccupancyGrid:
 
     def __post_init__(self) -> None:
         if self.cells.ndim != 2 or not self.cells.size:
-            raise KbotError(f"an occupancy grid has rows and columns, not the shape {self.cells.shape}")
+            raise KbotError(
+                f"the cells of a grid must have rows and columns, not the shape {self.cells.shape}"
+            )
         if not (math.isfinite(self.resolution) and self.resolution > 0.0):
-            raise KbotError(f"a grid's resolution is a length above 0 m, not {self.resolution}")
+            raise KbotError(f"the resolution of a grid must be above 0 m, not {self.resolution}")
 
     @property
     def rows(self) -> int:
@@ -53,12 +56,14 @@ class OccupancyGrid:
 
     @property
     def size(self) -> tuple[float, float]:
-        """Metres along the grid's own x and y."""
+        """Size in m along the grid's own x and y."""
         return self.columns * self.resolution, self.rows * self.resolution
 
     def cell(self, x: float, y: float) -> tuple[int, int]:
-        """Row and column that a point in m lies in; they may be outside the grid, and are (-1, -1) for one
-        that is nowhere or too far off to tell."""
+        """Row and column of a point in m, which may be outside the grid.
+
+        (-1, -1) if the point is not finite or too far away.
+        """
         along, across = self.origin.local(x, y)
         row, column = across / self.resolution, along / self.resolution
         if not (abs(row) < _FARTHEST and abs(column) < _FARTHEST):
@@ -66,12 +71,12 @@ class OccupancyGrid:
         return math.floor(row), math.floor(column)
 
     def center(self, row: int, column: int) -> tuple[float, float]:
-        """The middle of a cell in m."""
+        """The centre of a cell in m."""
         ((x, y),) = self.centers(np.array([[row, column]])).tolist()
         return x, y
 
     def centers(self, cells: ArrayLike) -> NDArray[np.float64]:
-        """The middles (n, 2) in m of cells (n, 2) given as row and column."""
+        """The centres (n, 2) in m of cells (n, 2) given as row and column."""
         along = (np.asarray(cells, dtype=np.float64)[:, ::-1] + 0.5) * self.resolution
         return self.origin.apply(along)
 
@@ -79,22 +84,22 @@ class OccupancyGrid:
         return 0 <= row < self.rows and 0 <= column < self.columns
 
     def to_message(self, stamp: msg.Time = START) -> nav.OccupancyGrid:
-        """nav_msgs/OccupancyGrid."""
+        """The grid as nav_msgs/OccupancyGrid."""
         position, turn = msg.Point(self.origin.x, self.origin.y, 0.0), msg.Quaternion.about_z(self.origin.yaw)
         info = nav.MapMetaData(stamp, self.resolution, self.columns, self.rows, msg.Pose(position, turn))
         return nav.OccupancyGrid(msg.Header(stamp, self.frame), info, self.cells.reshape(-1))
 
     @classmethod
     def from_message(cls, message: nav.OccupancyGrid) -> OccupancyGrid:
-        """A grid as SLAM or map_server publish it. Raises KbotError where its size and data do not fit."""
+        """A grid from a message of SLAM or map_server. Raises KbotError if its size and data do not match."""
         info, data = message.info, np.asarray(message.data, dtype=np.int8)
         if data.size != info.width * info.height:
-            raise KbotError(f"a map of {info.width} x {info.height} cells comes with {data.size}")
+            raise KbotError(f"a map of {info.width} x {info.height} cells has {data.size} values")
         position, yaw = info.origin.position, info.origin.orientation.yaw
         cells = data.reshape(info.height, info.width)
         return cls(cells, info.resolution, PlanarPose(position.x, position.y, yaw), message.header.frame_id)
 
     def value(self, x: float, y: float) -> int:
-        """What stands at a point in m; outside the grid it is unknown."""
+        """The value at a point in m. Outside the grid it is unknown."""
         row, column = self.cell(x, y)
         return int(self.cells[row, column]) if self.contains(row, column) else UNKNOWN

@@ -23,10 +23,10 @@ from kbot.world.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from kbot.world.world import FURTHEST
 
 OCCUPIED_THRESHOLD, FREE_THRESHOLD = 0.65, 0.196
-"""As map_saver of ROS 1 writes them; with 0.25 its grey for unknown (205) would read as free."""
+"""The thresholds of ROS 1's map_saver. With 0.25, its grey for unknown (205) would be read as free."""
 
 SMALLEST, LARGEST = 1e-4, 1e3
-"""Metres of a cell: smaller ones than those of any sensor, and larger ones than a world, are mistakes."""
+"""Bounds of a cell's edge in m: finer than any sensor or larger than any world is an error."""
 
 _BLACK, _GREY, _WHITE = 0, 205, 254
 _KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode")
@@ -34,18 +34,18 @@ _MODES = ("trinary", "scale", "raw")
 
 
 def write_map(grid: OccupancyGrid, path: str | os.PathLike[str], picture: str = "png") -> Path:
-    """Write `path` (a .yaml) and a picture of the same name beside it; the picture's path is returned.
+    """Write `path` (a .yaml file) and an image of the same name beside it. Returns the image's path.
 
-    What is neither free nor occupied for certain is written as unknown, as map_saver does.
+    Cells between the thresholds are written as unknown, as map_saver does.
 
     Raises:
-        KbotError: a name that does not end in .yaml, another picture than png or pgm, or no place to write.
+        KbotError: the name does not end in .yaml, the image is not png or pgm, or a file cannot be written.
     """
     target = Path(path)
     if target.suffix not in (".yaml", ".yml"):
-        raise KbotError(f"a map is named by its .yaml file, not '{target.name}'")
+        raise KbotError(f"the file name of a map must end in .yaml, not '{target.name}'")
     if picture not in ("png", "pgm"):
-        raise KbotError(f"a map's picture is a png or a pgm, not '{picture}'")
+        raise KbotError(f"the image of a map must be png or pgm, not '{picture}'")
     probability = grid.cells.astype(np.int16) / 100.0
     grey = np.full(grid.cells.shape, _GREY, dtype=np.uint8)
     grey[(grid.cells >= 0) & (probability <= FREE_THRESHOLD)] = _WHITE
@@ -62,21 +62,24 @@ def write_map(grid: OccupancyGrid, path: str | os.PathLike[str], picture: str = 
 
 
 def read_map(path: str | os.PathLike[str]) -> OccupancyGrid:
-    """Read map.yaml and its picture, in the modes trinary, scale and raw. Thresholds that are not given are
-    those of map_saver.
+    """Read map.yaml and its image, in the modes trinary, scale and raw.
+
+    Thresholds default to those of map_saver.
 
     Raises:
-        KbotError: a file is missing or not readable, a key is missing, or of no use.
+        KbotError: a file is missing or cannot be read, or a key is missing or not valid.
     """
     name = os.fspath(path)
     settings, places = _settings(name)
     if not isinstance(settings["image"], str):
-        raise KbotError(f"{places['image']}: image is a file's name, not {reprlib.repr(settings['image'])}")
+        raise KbotError(
+            f"{places['image']}: image must be a file name, not {reprlib.repr(settings['image'])}"
+        )
     image = Path(name).parent / settings["image"]
     resolution = _number(places, settings, "resolution")
     if not SMALLEST <= resolution < LARGEST:
         where = places["resolution"]
-        raise KbotError(f"{where}: resolution is a length from {SMALLEST} to {LARGEST:g} m, not {resolution}")
+        raise KbotError(f"{where}: resolution must be from {SMALLEST} to {LARGEST:g} m, not {resolution}")
     origin = settings["origin"]
     if (
         not isinstance(origin, list)
@@ -84,13 +87,13 @@ def read_map(path: str | os.PathLike[str]) -> OccupancyGrid:
         or not all(_is_number(v) and abs(v) <= FURTHEST for v in origin)
     ):
         raise KbotError(
-            f"{places['origin']}: origin is [x, y, yaw] in m and rad, up to {FURTHEST:g},"
+            f"{places['origin']}: origin must be [x, y, yaw] in m and rad, up to {FURTHEST:g},"
             f" not {reprlib.repr(origin)}"
         )
     mode = settings.get("mode", "trinary")
     if mode not in _MODES:
-        hint = did_you_mean(reprlib.repr(mode), _MODES) or f"there are {', '.join(_MODES)}"
-        raise KbotError(f"{places['mode']}: there is no mode {reprlib.repr(mode)}: {hint}")
+        hint = did_you_mean(reprlib.repr(mode), _MODES) or f"choose from {', '.join(_MODES)}"
+        raise KbotError(f"{places['mode']}: unknown mode {reprlib.repr(mode)}: {hint}")
     grey, opaque = read_picture(image)
     cells = _interpret(
         grey,
@@ -112,8 +115,10 @@ def _interpret(
     occupied: float,
     free: float,
 ) -> NDArray[np.int8]:
-    """Cells of a picture's greys (0..1), as map_server's documentation has it. The greys are overwritten: a
-    picture may have millions."""
+    """Convert an image's grey values (0..1) to cells, as map_server documents.
+
+    It overwrites the grey values, because an image may have millions.
+    """
     cells = np.full(grey.shape, UNKNOWN, dtype=np.int8)
     if mode == "raw":
         np.rint(np.multiply(grey, 255, out=grey), out=grey)
@@ -132,14 +137,14 @@ def _interpret(
 
 
 def _settings(name: str) -> tuple[dict[str, Any], dict[str, str]]:  # Any: what YAML holds
-    """What a map says, and the `file:line:column` of each value."""
+    """The settings of a map file, and the `file:line:column` of each value."""
     try:
         document = read_yaml(read_source(name))
     except YamlError as error:
         raise KbotError(f"{error.span}: not YAML: {error.problem}") from None
     settings = document.data
     if not isinstance(settings, dict):
-        raise KbotError(f"{name} is no map: it has no keys such as image and resolution")
+        raise KbotError(f"{name} is not a map: it has no keys such as image and resolution")
     others = [key for key in settings if isinstance(key, str) and key not in _KEYS]
     for key in ("image", "resolution", "origin"):
         if key not in settings:
@@ -155,14 +160,14 @@ def _settings(name: str) -> tuple[dict[str, Any], dict[str, str]]:  # Any: what 
 def _number(places: dict[str, str], settings: dict[str, Any], key: str, default: float = math.nan) -> float:
     value = settings.get(key, default)
     if not _is_number(value):
-        raise KbotError(f"{places[key]}: {key} is a finite number, not {reprlib.repr(value)}")
+        raise KbotError(f"{places[key]}: {key} must be a finite number, not {reprlib.repr(value)}")
     return float(value)
 
 
 def _threshold(places: dict[str, str], settings: dict[str, Any], key: str, default: float) -> float:
     value = _number(places, settings, key, default)
     if not 0.0 <= value <= 1.0:
-        raise KbotError(f"{places[key]}: {key} is a probability from 0 to 1, not {value}")
+        raise KbotError(f"{places[key]}: {key} must be from 0 to 1, not {value}")
     return value
 
 
@@ -173,7 +178,7 @@ def _is_number(value: object) -> bool:
 def _encode(grey: NDArray[np.uint8], kind: str) -> bytes:
     if kind == "pgm":
         return b"P5\n%d %d\n255\n" % (grey.shape[1], grey.shape[0]) + grey.tobytes()
-    from PIL import Image  # only to write a PNG
+    from PIL import Image  # imported here for start-up time
 
     stream = io.BytesIO()
     Image.fromarray(np.ascontiguousarray(grey)).save(stream, "PNG")

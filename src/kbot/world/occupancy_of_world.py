@@ -1,4 +1,4 @@
-"""Converts a world to an occupancy grid: the obstacles of a robot of a given height."""
+"""Converts a world to an occupancy grid of the obstacles for a robot of a given height."""
 
 from __future__ import annotations
 
@@ -18,10 +18,11 @@ from kbot.world.occupancy import FREE, MOST_CELLS, OCCUPIED, OccupancyGrid
 from kbot.world.world import FURTHEST, HeightField, Plane, World
 
 RESOLUTION = 0.02
+"""Metres of a cell's edge."""
 HEIGHTS = (0.01, 0.25)
-"""What is lower is driven over, what is higher is driven under; metres."""
+"""Metres. A robot drives over lower objects and under higher ones."""
 MARGIN = 0.5
-"""Free ground around all that stands in a world."""
+"""Metres of free ground around all objects of a world."""
 _CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 
 
@@ -33,22 +34,24 @@ def world_grid(
     margin: float = MARGIN,
     most_cells: int | None = None,
 ) -> OccupancyGrid:
-    """The world's solid things between two heights (m) as a grid; nothing in it is unknown.
+    """The world's solid objects between two heights (m) as a grid. No cell is unknown.
 
-    A cell is occupied as soon as something reaches into it, so a wall thinner than a cell is not lost. The
-    heights count from the ground beneath a thing. What is driven on (ground, ramps, stairs, height fields) is
-    free, but for slopes too steep and edges too high for wheels. The grid reaches `margin` m beyond every
-    thing and beyond the points `around`; things that can move stand where they start. With `most_cells` the
-    cells of a large world are wider than `resolution`, so that there are no more of them.
+    A cell is occupied if any part of an object is in it, so walls thinner than a cell are kept. The heights
+    count from the ground below an object. Ground (including ramps, stairs and height fields) is free, except
+    for slopes that are too steep and edges that are too high for wheels. Movable objects are at their start
+    poses.
+
+    The grid extends `margin` m beyond all objects and beyond the points `around`. With `most_cells`, the
+    cells of a large world become wider than `resolution`, so that the grid has at most that many.
 
     Raises:
-        KbotError: a resolution that is none, heights out of order, or a world too large for it.
+        KbotError: the resolution or the heights are not valid, or the world is too large for the resolution.
     """
     low, high = heights
     if not (math.isfinite(resolution) and resolution > 0.0):
-        raise KbotError(f"a grid's resolution is a length above 0 m, not {resolution}")
+        raise KbotError(f"the resolution of a grid must be above 0 m, not {resolution}")
     if not low < high:
-        raise KbotError(f"the heights to map go up, unlike {low} to {high} m")
+        raise KbotError(f"the lower of the two heights must come first, not {low} to {high} m")
     near = [body for body in world.bodies if np.abs(body.pose.translation).max() <= FURTHEST]
     world = dataclasses.replace(world, bodies=tuple(near))
     things = [
@@ -77,30 +80,30 @@ def world_grid(
 def _free_grid(
     corners: Points, resolution: float, margin: float, most_cells: int | None, name: str
 ) -> OccupancyGrid:
-    """A grid that reaches `margin` m beyond all corners (n, 2), each of its cells free.
+    """A grid of free cells that extends `margin` m beyond all corners (n, 2).
 
     Raises:
-        KbotError: there would be too many cells.
+        KbotError: the grid would have too many cells.
     """
     if not len(corners):
         corners = np.zeros((1, 2))
     if most_cells is not None:
         area = float(np.prod(np.ptp(corners, axis=0) + 2.0 * margin))
         resolution *= max(1.0, math.ceil(math.sqrt(area / most_cells) / resolution))
-    # cells lie on whole multiples of the resolution, so that maps of one world lie on each other
+    # cells start at whole multiples of the resolution, so that the cells of all maps of a world coincide
     first = np.floor((corners.min(axis=0) - margin) / resolution + 1e-9)
     last = np.ceil((corners.max(axis=0) + margin) / resolution - 1e-9)
     across, along = np.maximum(last - first, 1).tolist()
     if not across * along <= MOST_CELLS:
         wide = f"{across * resolution:.4g} x {along * resolution:.4g} m"
-        raise KbotError(f"world '{name}' spreads over {wide}: too much for cells of {resolution} m")
+        raise KbotError(f"world '{name}' covers {wide}, too much for cells of {resolution} m")
     x, y = (first * resolution).tolist()
     cells = np.full((int(along), int(across)), FREE, dtype=np.int8)
     return OccupancyGrid(cells, resolution, PlanarPose(x, y))
 
 
 def _extents_of_ground(world: World) -> list[Points]:
-    """Corners of ground that has an end and is not of one height: height fields, ramps, stairs."""
+    """Corners of ground that is finite: height fields, ramps, stairs."""
     found = []
     for body in world.bodies:
         for part in body.parts:
@@ -118,15 +121,18 @@ def _extents_of_ground(world: World) -> list[Points]:
 
 
 def _ground_beneath(grid: OccupancyGrid, ground: NDArray[np.float64], pose: Transform) -> float:
-    """Height of the ground where a thing stands; 0 where there is none."""
+    """Height of the ground below an object. 0 without ground."""
     row, column = grid.cell(*pose.translation[:2].tolist())
     height = float(ground[row, column]) if grid.contains(row, column) else math.nan
     return height if math.isfinite(height) else 0.0
 
 
 def _fill(grid: OccupancyGrid, outline: Points) -> None:
-    """Mark every cell that a convex outline reaches into: no edge of it parts the two (the separating
-    axis theorem; the axes of the cells are seen to by the range of cells looked at)."""
+    """Mark every cell that a convex outline overlaps.
+
+    By the separating axis theorem, a cell overlaps if no edge of the outline separates the two. The range of
+    cells that are tested takes care of the cells' own axes.
+    """
     step = grid.resolution
     local = (outline - (grid.origin.x, grid.origin.y)) / step
     low = np.maximum(np.floor(local.min(axis=0) + 1e-6), 0).astype(int)

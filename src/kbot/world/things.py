@@ -1,4 +1,4 @@
-"""Objects to spawn into a running world: boxes, and the models of KBot."""
+"""Objects to spawn into a running world: boxes, and the models that ship with KBot."""
 
 from __future__ import annotations
 
@@ -21,27 +21,28 @@ BOX = "box"
 MODELS = tuple(sorted(f.parent.name for f in LIBRARY.glob("*/model.sdf") if f.parent.name != "ground_plane"))
 THINGS = (BOX, *MODELS)
 DENSITY = 100.0
-"""kg/m^3 of a box: a carton with something in it."""
+"""Density of a box in kg/m^3: that of a filled carton."""
 EDGE = 0.1
+"""Default edge of a box in m."""
 LEFT_OUT = frozenset({"W202", "W206"})
-"""Of a shape: its file is not found, or cannot be used."""
+"""The codes of ignored shapes: a shape's file is not found, or cannot be used."""
 
 
 def thing(kind: str, name: str, pose: Transform, size: tuple[float, float, float] | None = None) -> Body:
-    """One of `THINGS`, that stands with its foot at `pose` in the world; `size` (m) is that of a box.
+    """The body of one of `THINGS`, with its foot at `pose` in the world. `size` (m) is that of a box.
 
     Raises:
-        KbotError: there is no such thing, or it has a size of its own.
+        KbotError: the object does not exist, or a size is given for an object other than a box.
     """
     if kind == BOX:
         x, y, z = size or (EDGE, EDGE, EDGE)
         part = Part(Box((x, y, z)), Transform.from_xyz_rpy((0.0, 0.0, z / 2), (0.0, 0.0, 0.0)), WOOD)
         return Body(name, (part,), pose, mass=DENSITY * x * y * z)
     if kind not in MODELS:
-        hint = did_you_mean(str(kind), THINGS) or f"there are {', '.join(THINGS)}"
-        raise KbotError(f"there is no thing '{kind}': {hint}")
+        hint = did_you_mean(str(kind), THINGS) or f"choose from {', '.join(THINGS)}"
+        raise KbotError(f"unknown object '{kind}': {hint}")
     if size is not None:
-        raise KbotError(f"a {kind} has a size of its own: only a box is given one")
+        raise KbotError(f"the size of a {kind} cannot be set: only a box takes a size")
     body = read_sdf(str(LIBRARY / kind / "model.sdf")).bodies[-1]
     return replace(body, name=name, model=name, pose=pose @ body.pose)
 
@@ -49,13 +50,14 @@ def thing(kind: str, name: str, pose: Transform, size: tuple[float, float, float
 def model_of_sdf(
     sdf: str, name: str | None, pose: Transform, reach: Reach | None = None
 ) -> tuple[tuple[Body, ...], tuple[Loop, ...]]:
-    """The bodies of a model of SDF, given as text or as the name of its file, and what closes its rings.
-    `name` takes the place of its own; `pose` is set before its own. Where there is a `reach`, as for what a
-    peer sends, it names only files within, and none of its shapes may be left out.
+    """The bodies and loops of an SDF model, given as its text or the name of its file.
+
+    `name` replaces the model's own name. `pose` is applied before its own pose. With a `reach`, for models
+    that a peer sends, the model may name only files within it, and an ignored shape is an error.
 
     Raises:
-        DescriptionError: it cannot be used; carries every finding.
-        KbotError: it holds no model, or several.
+        DescriptionError: the model cannot be used. It carries every finding.
+        KbotError: the file contains no model, or several.
     """
     texts: dict[str, str] = {}
     if sdf.lstrip().startswith("<"):
@@ -106,4 +108,4 @@ def _not_one_model(path: str, with_links: int) -> str:
     count = max(with_links, len(list((root.find("world") or root).elements("model"))))
     if count == 1:
         return f"the model in {path} has no link"
-    return f"{path} holds {count or 'no'} models: just one can be spawned"
+    return f"{path} contains {count or 'no'} models: a file to spawn must contain exactly one"

@@ -20,30 +20,30 @@ from kbot.world.georeference import Georeference
 Rgba = tuple[float, float, float, float]
 
 FURTHEST = 1e6
-"""m from a world's origin, or rad; beyond, the engine's numbers mean nothing."""
+"""Largest coordinate in m, or angle in rad. Beyond it, the engine's results are meaningless."""
 HEAVIEST = 1e12
-"""kg, or kg m^2, of one link."""
+"""Largest mass in kg, or moment of inertia in kg m^2, of one link."""
 GREY: Rgba = (0.72, 0.72, 0.74, 1.0)
 IDENTITY = Transform.identity()
 
 
 @dataclass(frozen=True, slots=True)
 class Plane:
-    """z = 0 of its pose, solid below; without end. `size` (x, y in m) is what a picture shows of it."""
+    """The infinite plane z = 0 of its pose, solid below. Pictures show `size` (x, y in m) of it."""
 
     size: tuple[float, float] = (40.0, 40.0)
 
 
 @dataclass(frozen=True, slots=True)
 class Ellipsoid:
-    """Half axes along x, y, z in metres."""
+    """An ellipsoid with half axes along x, y, z in metres."""
 
     radii: tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TriangleMesh:
-    """Triangles: `vertices` (n, 3) in metres, `faces` (m, 3) indices. Touched as its convex hull."""
+    """Triangles: `vertices` (n, 3) in metres, `faces` (m, 3) indices. It collides as its convex hull."""
 
     vertices: NDArray[np.float64]
     faces: NDArray[np.int32]
@@ -62,11 +62,11 @@ Shape = Plane | Box | Cylinder | Sphere | Capsule | Ellipsoid | TriangleMesh | H
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """One shape of a body: where it is in the body, its colour, and how it is touched.
+    """One shape of a body, with its pose in the body, its colour and its contact properties.
 
-    `ground` parts are driven on, the others run into: a drive wheel meets them differently.
-    `friction` is the sliding coefficient; of two surfaces that touch the smaller one counts.
-    A part that is not `solid` is only seen, one that is not `visible` only touched.
+    Robots drive on `ground` parts. Others are obstacles, which a drive wheel touches with its own shape
+    instead of a sphere. `friction` is the sliding coefficient. If two surfaces touch, the smaller coefficient
+    applies. A part that is not `solid` does not collide. A part that is not `visible` is not drawn.
     """
 
     shape: Shape
@@ -81,13 +81,13 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Body:
-    """Parts that move together. `mass` in kg is None for what stands still.
+    """Parts that move together. `mass` is in kg, and None for a static body.
 
-    A body that moves does so freely, or as its `joint` lets it. Bodies of one `model` do not touch each
-    other. `weightless`: the share of its weight that does not pull it down.
+    A body moves freely, or as its `joint` allows. Bodies of one `model` do not collide with each other.
+    `weightless` is the share of its weight that gravity does not act on.
 
-    The mass is spread over the solid parts evenly by volume, unless `inertia` (xx, yy, zz, xy, xz,
-    yz in kg m^2 about `centre_of_mass` in the body's axes) says otherwise.
+    The mass is distributed over the solid parts by volume, unless `inertia` is given (xx, yy, zz, xy, xz, yz
+    in kg m^2 about `centre_of_mass`, in the body's axes).
     """
 
     name: str
@@ -107,14 +107,16 @@ class Body:
 
     @property
     def belongs_to(self) -> str:
-        """The name of the model that it is a link of; its own where it is one by itself."""
+        """The name of its model. A body that is not part of a model is its own model."""
         return self.name.partition("::")[0]
 
 
 @dataclass(frozen=True, slots=True)
 class World:
-    """Bodies, those that hang on another after that one, and gravity in m/s^2; a robot starts at the origin.
-    `diagnostics` are what was said while it was read."""
+    """A world. Each of its bodies comes after its parent. Gravity is in m/s^2.
+
+    `diagnostics` are the findings from reading it.
+    """
 
     name: str
     bodies: tuple[Body, ...]

@@ -1,1 +1,1 @@
-"""The drive of a simulated robot: from twist commands to wheel speeds, as its own controller drives."""
+"""The drive of a simulated robot: converts twist commands to wheel speeds as its own controller does."""

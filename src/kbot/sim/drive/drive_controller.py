@@ -17,7 +17,7 @@ SavedDrive = tuple[SavedTwist, tuple[float, float, float, float, float], ServoSt
 
 
 class DriveController:
-    """Turns the wheels of a robot as its commanded twist says, and computes odometry from them."""
+    """Turns the wheels of a robot by its commanded twist, and computes odometry from them."""
 
     def __init__(
         self,
@@ -28,19 +28,19 @@ class DriveController:
         prefix: str,
         period: float,
     ) -> None:
-        """`prefix` starts the engine's names of the joints; `period`: seconds between calls of `advance`."""
+        """`prefix` starts the engine's names of the joints. `period`: seconds between calls of `advance`."""
         self._engine, self._drive, self._prefix = engine, drive, prefix
-        self._believed = settings.reckoned(drive)
+        self._believed = settings.with_controller_sizes(drive)
         """The drive with the sizes that the robot's own controller uses, right or wrong."""
         fastest = min(speed_limit(robot, joint) for joint in drive.joints)
         self._controller = TwistController(self._believed, settings.limits, fastest, period)
         self._odometry = WheelOdometry(self._believed)
         self._servos = self._find_servos()
         self.is_driving = False
-        """Whether `advance` has to be called: the wheels do not yet have the commanded twist."""
+        """Whether `advance` has to be called, because the wheels have not reached the commanded twist."""
 
     def bind(self) -> None:
-        """Find the wheels in the engine's new model; they go on as commanded."""
+        """Find the wheels in the engine's new model. Their commands continue."""
         state = self._servos.state
         self._servos = self._find_servos()
         self._servos.state = state
@@ -52,14 +52,14 @@ class DriveController:
         return WheelServos(model, data, self._drive, self._prefix)
 
     def reset(self) -> None:
-        """Forget the command and the odometry, after the engine's state was reset."""
+        """Clear the command and the odometry, after the engine's state was reset."""
         self._controller.reset()
         self._odometry.reset()
-        self._servos = self._find_servos()  # steered ones measure from the angles of now
+        self._servos = self._find_servos()  # steered servos measure from the current angles
         self.is_driving = False
 
     def drive_at(self, linear: float, angular: float, deadline: int | None) -> bool:
-        """Follow a twist (m/s, rad/s) until the step `deadline`, for good if that is None.
+        """Follow a twist (m/s, rad/s) until the step `deadline`, or without an end if it is None.
 
         Returns whether `advance` has to be called.
         """
@@ -77,15 +77,15 @@ class DriveController:
         self.is_driving = not is_settled
 
     def tick(self, step: int) -> bool:
-        """Update odometry, keep the servos from winding up, and stop when a command has timed out.
+        """Update odometry, limit the servos' wind-up, and stop if the command has timed out.
 
-        Call this every control period. Returns whether `advance` has to be called for a timed-out command.
+        Call this every control period. Returns whether `advance` has to be called to stop the robot.
         """
         self._odometry.update(*self._servos.roll())
         return self._stop_if_timed_out(step)
 
     def _stop_if_timed_out(self, step: int) -> bool:
-        """The watchdog: stop when no command has come in time."""
+        """The watchdog: stop if no command was received in time."""
         deadline = self._controller.deadline
         if deadline is not None and step >= deadline:
             return self.drive_at(0.0, 0.0, None)
@@ -93,43 +93,43 @@ class DriveController:
 
     @property
     def wanted(self) -> Twist2:
-        """The last command as it was given, in m/s and rad/s."""
+        """The last command as given, in m/s and rad/s."""
         return self._controller.wanted
 
     @property
     def twist(self) -> Twist2:
-        """The commanded twist within the limits of acceleration, in m/s and rad/s."""
+        """The commanded twist after acceleration limits, in m/s and rad/s."""
         return self._controller.twist
 
     @property
     def odometry(self) -> Motion:
-        """The pose of the base in the odometry frame and its twist in its own, computed from the wheels."""
+        """The base's pose in the odometry frame and its twist in its own frame, computed from the wheels."""
         linear, angular = self._believed.twist(*self._servos.speeds())
         return Motion(self._odometry.pose(*self._servos.angles()), self._odometry.twist(linear, angular))
 
     def restart_odometry(self) -> None:
-        """Start odometry at zero, at the current place of the robot and angles of its wheels."""
+        """Restart odometry at zero, at the current pose and wheel angles."""
         self._odometry.reset(*self._servos.angles())
 
     def settle(self) -> None:
-        """Let the wheels stand still at their angles, as if they had never been commanded."""
+        """Stop the wheels at their current angles and clear their servos' state."""
         self._servos.settle()
 
     def take_over(self, other: DriveController | None) -> None:
-        """Continue the odometry and the command of another drive, where there is one."""
+        """Continue the odometry and the command of another drive, if there is one."""
         self.settle()
         pose = PlanarPose() if other is None else other.odometry.pose
         self._odometry.start_at(pose, *self._servos.angles())
         if other is not None:
             self.drive_at(*other._controller.target, other._controller.deadline)
 
-    def set_back(self, steps: int) -> None:
-        """Shift the deadline after time was set back by so many steps."""
+    def shift_time(self, steps: int) -> None:
+        """Shift the deadline after the time was set back by `steps`."""
         if self._controller.deadline is not None:
             self._controller.deadline -= steps
 
     def save(self) -> SavedDrive:
-        """What `restore` takes back."""
+        """The state for `restore`."""
         return self._controller.save(), self._odometry.state, self._servos.state, self.is_driving
 
     def restore(self, saved: SavedDrive) -> None:

@@ -1,4 +1,4 @@
-"""The settings of a robot's own drive plugin or controller: sizes, limits, topics and frames."""
+"""Reads the settings of a robot's own drive plugin or controller: sizes, limits, topics and frames."""
 
 from __future__ import annotations
 
@@ -27,14 +27,18 @@ from kbot.text import DiagnosticCollector
 
 DEFAULT_LIMITS = DriveLimits()
 ABSURD = 1000.0
-"""A size that is this many times too large or too small is replaced by the robot's own."""
+"""A size that is this many times too large or too small is replaced by the one measured on the robot.
+
+Smaller errors are simulated as written.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class DriveSettings:
-    """`radius` and `separation` (m) are those that the controller reckons with, right or wrong.
+    """The settings of a drive controller.
 
-    `torque` (N m) and `watchdog` (s) are None where nothing is said.
+    `radius` and `separation` (m) are the sizes that the controller computes with, right or wrong. `torque` is
+    the limit of a wheel in N m, or None. `watchdog` is in s.
     """
 
     radius: float
@@ -46,16 +50,21 @@ class DriveSettings:
     odometry_topic: str = "odom"
     odometry_frame: str = "odom"
     controller: str = ""
-    """The full name of the controller that drives: it hears and tells on its own topics too."""
+    """The full name of the controller that drives. It has topics under this name too."""
     ros: int = 2
-    """Whose controller it is, ROS 1's or ROS 2's."""
+    """1 for a controller of ROS 1, 2 for one of ROS 2."""
     is_stamped: bool = False
-    """Whether that hears TwistStamped, as ROS 2's does unless Humble's `use_stamped_vel` is false."""
+    """Whether the controller subscribes to TwistStamped.
+
+    ROS 2's does, unless `use_stamped_vel` (Humble) is false.
+    """
 
     @property
     def command_topics(self) -> Mapping[str, type[Twist] | type[TwistStamped]]:
-        """All on which twists are heard, and how: the controller's own besides `command_topic`, where a page
-        and a twist_mux speak."""
+        """The command topics with their message types.
+
+        The page and a twist_mux publish on `command_topic`. The controller has its own topic besides.
+        """
         topics: dict[str, type[Twist] | type[TwistStamped]] = {self.command_topic: Twist}
         if self.controller:
             own = "cmd_vel" if self.ros == 1 or self.is_stamped else "cmd_vel_unstamped"
@@ -64,19 +73,22 @@ class DriveSettings:
 
     @property
     def odometry_topics(self) -> tuple[str, ...]:
-        """All on which odometry is told."""
+        """The topics on which odometry is published."""
         return (self.odometry_topic, *([f"{self.controller}/odom"] if self.controller else []))
 
-    def reckoned(self, drive: DifferentialDrive) -> DifferentialDrive:
-        """The drive as the controller takes it to be."""
+    def with_controller_sizes(self, drive: DifferentialDrive) -> DifferentialDrive:
+        """The drive with the sizes that the controller computes with."""
         return dataclasses.replace(drive, radius=self.radius, separation=self.separation)
 
 
 def drive_settings(
     robot: RobotModel, drive: DifferentialDrive, findings: DiagnosticCollector, naming: Naming = ROOT_NAMING
 ) -> DriveSettings:
-    """Read the robot's own settings. What it does not give comes from its shapes and the defaults. `naming`
-    is what the simulation calls it."""
+    """Read the settings of the robot's own controller.
+
+    Missing values come from the robot's shapes and the defaults. `naming` has the robot's names in the
+    simulation.
+    """
     controller = drive_controller(declared_drives(robot))
     if controller is None:
         return DriveSettings(drive.radius, drive.separation)
@@ -96,7 +108,7 @@ def drive_settings(
 
 
 class _Values:
-    """Numbers and words that a plugin or controller is given, by whichever of several names is there."""
+    """Reads values of a plugin or controller. Each value may have one of several names."""
 
     def __init__(self, controller: DeclaredDrive, findings: DiagnosticCollector) -> None:
         self.controller, self.findings = controller, findings
@@ -110,29 +122,31 @@ class _Values:
         return given is not None and given.value is False
 
     def number(self, *names: str) -> float | None:
-        """A finite number; None where it is not given or, with a finding, is not one."""
+        """A finite number. None if it is not given, or is not a number (reported as W130)."""
         given = self.controller.first(*names)
         if given is None or given.value != given.value:  # NaN in YAML: no limit
             return None
         if given.number is None:
-            self._leave_out("W130", given, f"is not a number: '{given.text}'", "it is left out")
+            self._warn("W130", given, f"must be a number, not '{given.text}'", "KBot ignores the value")
         return given.number
 
     def positive(self, *names: str) -> float | None:
-        """A number above zero; None where it is not given, is 0 or, with a finding, is below."""
+        """A number above 0. None if it is not given, is 0, or is negative (reported as W130)."""
         given, value = self.controller.first(*names), self.number(*names)
         if given is not None and value is not None and value < 0.0:
-            self._leave_out("W130", given, f"is above zero, not {value:g}", "it is left out")
+            self._warn("W130", given, f"must be above 0, not {value:g}", "KBot ignores the value")
         return value if value is not None and value > 0.0 else None
 
     def size(self, true: float, *names: str) -> float | None:
-        """A size in m, above zero; None where it is not given or, with a finding, is absurd. `true` is the
-        robot's own."""
+        """A size in m above 0. None if it is not given, or is absurd (reported as W131).
+
+        `true` is the size measured on the robot.
+        """
         given, value = self.controller.first(*names), self.positive(*names)
         if given is None or value is None or true / ABSURD <= value <= true * ABSURD:
             return value
-        what = f"is {value:g} m, and {true:g} m on the robot: KBot uses {true:g} m"
-        self._leave_out("W131", given, what, f"write {true:g}")
+        what = f"is {value:g} m, but the robot has {true:g} m: KBot uses {true:g} m"
+        self._warn("W131", given, what, f"write {true:g}")
         return None
 
     def multiplier(self, name: str, default: float = 1.0) -> float:
@@ -141,12 +155,11 @@ class _Values:
             return default
         if 1.0 / ABSURD <= value <= ABSURD:
             return value
-        self._leave_out(
-            "W130", given, f"is {value:g}: it is left out", "a multiplier is above zero and near 1"
-        )
+        what = f"must be above 0 and near 1, not {value:g}"
+        self._warn("W130", given, what, f"KBot ignores the value and uses {default:g}")
         return default
 
-    def _leave_out(self, code: str, given: Parameter, what: str, hint: str) -> None:
+    def _warn(self, code: str, given: Parameter, what: str, hint: str) -> None:
         name = given.name if self.controller.plugin is None else f"<{given.name}>"
         self.findings.warning(code, f"{name} {what}", given.origin, hint)
 
@@ -172,7 +185,7 @@ def _of_plugin(values: _Values, radius: float, separation: float) -> DriveSettin
     linear = values.positive("max_linear_acceleration", "max_acceleration")
     angular = values.positive("max_angular_acceleration")
     if rim is not None:
-        # the rim's acceleration in m/s^2 bounds both ways of moving
+        # the acceleration of the wheel's rim in m/s^2 limits both driving and turning
         linear, angular = linear or rim, angular or min(rim / (separation / 2.0), ANGULAR_ACCELERATION)
     limits = DriveLimits(
         linear_velocity=values.positive("max_linear_velocity", "max_velocity") or inf,
@@ -197,20 +210,23 @@ def _of_plugin(values: _Values, radius: float, separation: float) -> DriveSettin
 
 
 def _note_source(values: _Values) -> None:
-    """Gazebo Classic's drive can publish the model's own pose as odometry: `world`, in ROS 2 the number 1."""
+    """Report a drive that publishes its true pose as odometry.
+
+    Gazebo Classic does so for the source `world`, in ROS 2 the number 1.
+    """
     source = values.controller.first("odometrySource", "odometry_source")
     if source is not None and source.text in ("world", "1"):
         values.findings.info(
             "W139",
-            f"<{source.name}> asks for the robot's own pose in the world as odometry: here it is computed"
-            " from the wheels, and drifts as theirs does",
+            f"<{source.name}> requests the robot's true pose as odometry. KBot always computes odometry from"
+            " the wheels, so it drifts",
             source.origin,
-            "write encoder, or in ROS 2 the number 0: a real robot has no other",
+            "write encoder, or in ROS 2 the number 0: a real robot does not know its true pose",
         )
 
 
 def _below_zero(value: float | None) -> float | None:
-    """How far below zero a least value lies; None where there is none, or it is not below."""
+    """The magnitude of a negative value. None for other values."""
     return -value if value is not None and value < 0.0 else None
 
 
@@ -219,7 +235,7 @@ def _of_controller(values: _Values, radius: float, separation: float) -> DriveSe
     return DriveSettings(
         radius,
         separation,
-        # limits hold where no `has_…_limits` is given, which ROS 1 always requires
+        # ROS 2: limits apply unless a `has_…_limits` is false. ROS 1: only if it is true.
         _controller_limits(values, switched_on=controller.ros == 2),
         watchdog=values.number("cmd_vel_timeout") or WATCHDOG,
         odometry_frame=values.word("odom", "odom_frame_id"),
@@ -231,7 +247,7 @@ def _of_controller(values: _Values, radius: float, separation: float) -> DriveSe
 
 def _controller_limits(values: _Values, *, switched_on: bool) -> DriveLimits:
     def limit(axis: str, kind: str, end: str = "max") -> float | None:
-        """A limit that is given and, in versions with `has_…_limits`, switched on."""
+        """A limit that is given and, if there are `has_…_limits`, switched on."""
         switch = values.controller.first(f"{axis}.has_{kind}_limits")
         if (switch.value if switch is not None else switched_on) is False:
             return None

@@ -1,7 +1,8 @@
 """Commands the wheels of a tricycle or a car like those of an equivalent differential drive.
 
-Wheel speeds of the differential drive are a twist of the fixed axle's middle, which every wheel follows in
-its own way; back from the driven wheels' angles and the steering angles the twist is that of least squares.
+The wheel speeds of the differential drive give a twist of the fixed axle's middle. Every driven or steered
+wheel follows that twist. In the other direction, the twist is the least-squares solution from the driven
+wheels' speeds and the steering angles.
 """
 
 from __future__ import annotations
@@ -16,10 +17,10 @@ from kbot.sim.drive.wheel_servos import ServoState, slack
 from kbot.sim.engine.arrays import numbers
 
 FREQUENCY = 40.0
-"""rad/s: how fast a wheel is turned aside."""
+"""Natural frequency of the steering servos in rad/s."""
 
 _NEARLY = 1e-3
-"""rad by which a wheel may miss its angle: many an end of a quarter turn is written 1.57."""
+"""rad by which a steering limit may miss the wanted angle: a limit of 90 degrees is often written as 1.57."""
 
 
 class _Steering(NamedTuple):
@@ -33,7 +34,7 @@ class _Steering(NamedTuple):
 
 
 class _Driven(NamedTuple):
-    """`steering`: which steering wheel it is, -1 for none."""
+    """`steering`: the index of its steering joint, -1 for a wheel that does not steer."""
 
     position: int
     speed: int
@@ -49,7 +50,7 @@ class _Driven(NamedTuple):
 
 
 class SteeredServos:
-    """As `WheelServos`, for wheels that steer."""
+    """The interface of `WheelServos` for a drive with steered wheels."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, drive: SteeredDrive, prefix: str) -> None:
         self._qpos, self._qvel = numbers(data.qpos), numbers(data.qvel)
@@ -78,7 +79,7 @@ class SteeredServos:
         self.state: ServoState = (0.0, 0.0, self._places(), self._angles())
 
     def turn_wheels(self, left: float, right: float) -> None:
-        """Speeds of the wheels of the differential drive, in rad/s."""
+        """Set the wheel speeds of the differential drive, in rad/s."""
         v = (left + right) / 2.0 * self._radius
         w = (right - left) / 2.0 * self._radius / self._half
         wanted = self._steer(v, w)
@@ -86,7 +87,7 @@ class SteeredServos:
         ends = (i for i, angle in enumerate(angles) if abs(angle - wanted[i]) > _NEARLY)
         turn = min((self._curvature(i, angles[i]) * v for i in ends), key=abs, default=w)
         if abs(turn) < abs(w):
-            # a wheel that is at its end bounds the curve of all
+            # the wheel at its steering limit limits the curvature of the whole robot
             w = turn
             angles = self._within(self._steer(v, w))
         for wheel, angle in zip(self._steering, angles, strict=True):
@@ -97,7 +98,7 @@ class SteeredServos:
             self._ctrl[driven.actuator] = speed / driven.radius * driven.forward
 
     def _steer(self, v: float, w: float) -> list[float]:
-        """The angle to the left at which each wheel that steers rolls along."""
+        """The angle to the left at which each steered wheel rolls without slipping."""
         angles = []
         for wheel in self._steering:
             ahead, across = v - w * wheel.y, w * wheel.x
@@ -118,26 +119,26 @@ class SteeredServos:
         ]
 
     def _curvature(self, index: int, angle: float) -> float:
-        """1/m of the axle's middle when a wheel is turned to an angle."""
+        """Curvature (1/m) of the path of the axle's middle when a wheel is steered to an angle."""
         wheel = self._steering[index]
         return sin(angle) / (wheel.x * cos(angle) + wheel.y * sin(angle))
 
     def settle(self) -> None:
-        """Stand still where the wheels are now, as if they had never been told to turn."""
+        """Stop the wheels at their current angles and clear their servos' state."""
         for wheel in self._driven:
             self._qvel[wheel.speed] = 0.0
             self._act[wheel.state] = self._qpos[wheel.position]
 
     def angles(self) -> tuple[float, float]:
-        """Angles in rad that the wheels of the differential drive have come to."""
+        """The wheel angles of the differential drive in rad."""
         left, right, places, before = self.state
-        gone = [now - then for now, then in zip(self._places(), places, strict=True)]
+        rolled = [now - then for now, then in zip(self._places(), places, strict=True)]
         aside = [(now + then) / 2.0 for now, then in zip(self._angles(), before, strict=True)]
-        to_left, to_right = self._as_differential(gone, aside)
+        to_left, to_right = self._as_differential(rolled, aside)
         return left + to_left, right + to_right
 
     def roll(self) -> tuple[float, float]:
-        """The angles; and a blocked wheel's servo no longer stores up the way it did not go."""
+        """The angles. Also limits the wind-up of a blocked wheel's servo."""
         left, right = self.angles()
         self.state = (left, right, self._places(), self._angles())
         for wheel in self._driven:
@@ -147,20 +148,20 @@ class SteeredServos:
         return left, right
 
     def speeds(self) -> tuple[float, float]:
-        """Of the wheels of the differential drive, in rad/s."""
+        """The wheel speeds of the differential drive, in rad/s."""
         rates = [self._qvel[w.speed] * w.forward * w.radius for w in self._driven]
         return self._as_differential(rates, self._angles())
 
     def _places(self) -> list[float]:
-        """Metres that each driven wheel has rolled."""
+        """Distance in m that each driven wheel has rolled."""
         return [self._qpos[w.position] * w.forward * w.radius for w in self._driven]
 
     def _angles(self) -> list[float]:
-        """rad to the left that each wheel is turned aside."""
+        """The steering angle of each wheel in rad, positive to the left."""
         return [self._qpos[w.position] * w.upward for w in self._steering]
 
     def _as_differential(self, ways: list[float], aside: list[float]) -> tuple[float, float]:
-        """From what each driven wheel rolled, or its speed at the rim (m or m/s)."""
+        """Wheel angles or speeds from what each driven wheel rolled (m), or its rim speed (m/s)."""
         vv = vw = ww = v_way = w_way = 0.0
         for wheel, way in zip(self._driven, ways, strict=True):
             angle = aside[wheel.steering] if wheel.steering >= 0 else 0.0
@@ -168,10 +169,11 @@ class SteeredServos:
             vv, vw, ww = vv + by_v * by_v, vw + by_v * by_w, ww + by_w * by_w
             v_way, w_way = v_way + by_v * way, w_way + by_w * way
         for steering, angle in zip(self._steering, aside, strict=True):
-            # it does not slip across
+            # a steered wheel does not slip sideways
             by_v, by_w = -sin(angle), steering.x * cos(angle) + steering.y * sin(angle)
             vv, vw, ww = vv + by_v * by_v, vw + by_v * by_w, ww + by_w * by_w
-        # the normal equations of two unknowns; their determinant is above zero, for no wheel is on the axle
+        # normal equations of two unknowns: the determinant is above 0, because no steered wheel is on the
+        # axle
         determinant = vv * ww - vw * vw
         ahead = (ww * v_way - vw * w_way) / determinant
         turned = (vv * w_way - vw * v_way) / determinant
@@ -180,7 +182,7 @@ class SteeredServos:
 
 
 def _aside(model: mujoco.MjModel, joint: str) -> tuple[int, int]:
-    """A steering joint's place and its actuator, which is made to hold its angle."""
+    """A steering joint's position index and its actuator, tuned as a critically damped position servo."""
     index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, joint)
     actuator = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, joint)
     inertia = max(float(model.dof_M0[model.jnt_dofadr[index]]), 1e-6)

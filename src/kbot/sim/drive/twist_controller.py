@@ -1,4 +1,4 @@
-"""From twist commands to wheel speeds: the limits of speed, acceleration and jerk."""
+"""Converts twist commands to wheel speeds within the limits of speed, acceleration and jerk."""
 
 from __future__ import annotations
 
@@ -11,8 +11,10 @@ from kbot.text import KbotError
 
 
 class RateLimiter:
-    """One speed's way, a period at a time. `acceleration` is what the last period ended with, where the
-    jerk is limited."""
+    """Moves a speed towards its target, one period at a time.
+
+    With a jerk limit, `acceleration` is the acceleration at the end of the last period.
+    """
 
     def __init__(
         self, period: float, acceleration: float, deceleration: float | None = None, jerk: float = inf
@@ -36,7 +38,10 @@ class RateLimiter:
         return target, value + change - change * abs(change) / (2.0 * step)
 
     def _smoothly(self, value: float, target: float, limit: float) -> tuple[float, float]:
-        """With the acceleration itself on a slope: as steep as still lets it come down to zero in time."""
+        """One period with limited jerk.
+
+        The acceleration is at most the one that can still fall to 0 before the speed reaches its target.
+        """
         period, before, change = self._period, self.acceleration, target - value
         wanted = copysign(min(limit, sqrt(2.0 * self._jerk * abs(change))), change)
         step = self._jerk * period
@@ -50,15 +55,15 @@ class RateLimiter:
 
 
 Twist2 = tuple[float, float]
-"""Forward speed in m/s and turning speed in rad/s of the axle's middle."""
+"""Linear velocity in m/s and angular velocity in rad/s of the axle's middle."""
 SavedTwist = tuple[Twist2, Twist2, Twist2, int | None, float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class DriveLimits:
-    """What a twist may be and how fast it may change; m/s, rad/s, m/s^2, rad/s^2, m/s^3, rad/s^3.
+    """Limits of a twist: velocity, acceleration and jerk (m/s, rad/s, m/s^2, rad/s^2, m/s^3, rad/s^3).
 
-    Backwards and slowing down have the same limits as forwards and speeding up, unless they are given.
+    `reverse_velocity` and the decelerations default to the limits of driving forward and accelerating.
     """
 
     linear_velocity: float = inf
@@ -75,14 +80,14 @@ class DriveLimits:
         for name in self.__slots__:
             value = getattr(self, name)
             if value is not None and not (value > 0.0 or (name == "reverse_velocity" and value == 0.0)):
-                raise KbotError(f"a limit of {name.replace('_', ' ')} is above zero, not {value}")
+                raise KbotError(f"the limit {name} must be above 0, not {value}")
 
 
 class TwistController:
-    """Follows a commanded twist under limits, one period at a time.
+    """Follows a commanded twist within limits, one period at a time.
 
-    `wheel_speed` is the greatest speed of a wheel in rad/s: a command beyond it is scaled down as a
-    whole, so that the curve stays the same.
+    `wheel_speed` is the highest speed of a wheel in rad/s. A command beyond it is scaled down as a whole, so
+    that the curve stays the same.
     """
 
     def __init__(
@@ -103,15 +108,15 @@ class TwistController:
 
     def reset(self) -> None:
         self.wanted: Twist2 = (0.0, 0.0)
-        """The last command as it came."""
+        """The last command as given."""
         self.target: Twist2 = (0.0, 0.0)
         self.twist: Twist2 = (0.0, 0.0)
         self._linear.acceleration = self._angular.acceleration = 0.0
         self.deadline: int | None = None
-        """The step at which the command is taken for lost; None when it holds."""
+        """The step at which the command times out. None: never."""
 
     def save(self) -> SavedTwist:
-        """What `restore` takes back."""
+        """The state for `restore`."""
         return (
             self.wanted, self.target, self.twist, self.deadline,
             self._linear.acceleration, self._angular.acceleration,
@@ -124,7 +129,10 @@ class TwistController:
         ) = saved  # fmt: skip
 
     def set_target(self, linear: float, angular: float, deadline: int | None) -> bool:
-        """Take a command of finite numbers, within the limits; whether there is something to slew to."""
+        """Set the target to a command of finite numbers, within the limits.
+
+        Returns whether the twist differs from it.
+        """
         v = min(max(linear, -self._back), self.limits.linear_velocity)
         w = min(max(angular, -self.limits.angular_velocity), self.limits.angular_velocity)
         fastest = (abs(v) + abs(w) * self._half_track) / self._radius
@@ -136,18 +144,17 @@ class TwistController:
         return self.twist != self.target
 
     def _slowed(self, v: float, w: float) -> Twist2:
-        """The same curve at the wheels' greatest speed; also for numbers near the largest there are."""
+        """The same curve at the wheels' highest speed. Dividing by `size` first avoids an overflow."""
         size = max(abs(v), abs(w))
         v, w = v / size, w / size
         share = self.wheel_speed * self._radius / (abs(v) + abs(w) * self._half_track)
         return v * share, w * share
 
     def advance(self) -> tuple[float, float, bool]:
-        """The left and right wheel speeds (rad/s, forwards positive) for the next period, and whether they
-        hold from then on.
+        """The left and right wheel speeds (rad/s, forwards positive) for the next period.
 
-        They are those of the mean twist: what is driven at the end of a period is what the ramp of the
-        limits gives, however long the period is.
+        The third value is whether they stay constant afterwards. They are the speeds of the period's mean
+        twist, so that the distance driven is exactly that of the ramp, for any length of a period.
         """
         v, w = self.twist
         target_v, target_w = self.target

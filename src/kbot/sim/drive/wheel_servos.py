@@ -9,14 +9,14 @@ import mujoco
 from kbot.kinematics.drive.drive import DifferentialDrive
 from kbot.sim.engine.arrays import numbers
 
-ServoState = tuple[Any, ...]  # steered wheels have another state than those of a differential drive
+ServoState = tuple[Any, ...]  # steered wheels and those of a differential drive have different states
 
 
 class WheelServos:
-    """Commands to and angles of both sides' wheels, forwards positive.
+    """Commands and angles of both sides' wheels, forwards positive.
 
-    What is done every control period is one loop over plain tuples, for it is a good part of what the
-    simulation takes beside the engine.
+    The methods that run every control period loop over plain tuples, because they take a considerable part
+    of the time that a simulation spends outside the engine.
     """
 
     def __init__(
@@ -37,15 +37,14 @@ class WheelServos:
                 places.append((position, speed, state, *shares, *slack(model, actuator)))
                 commands.append((actuator, forward, side == 0))
         self._places = tuple(places)
-        """Per wheel: where its position, its speed and its servo's state are, what it adds to the left and to
-        the right angle, how far its servo's state may be from where its speed would have it (rad), and how
-        far behind that state it runs (s of its speed)."""
+        """For each wheel: the indices of its position, velocity and servo state, its share in the left and in
+        the right angle, and the `reach` (rad) and `lag` (s) that `slack` returns."""
         self._commands = tuple(commands)
         self.state: ServoState = ()
-        """Nothing: the wheels' angles are the engine's own state. Steered wheels keep more."""
+        """Empty, because the engine holds the wheel angles. Steered wheels have a state of their own."""
 
     def turn_wheels(self, left: float, right: float) -> None:
-        """Wheel speeds in rad/s."""
+        """Set the wheel speeds in rad/s."""
         ctrl = self._ctrl
         for actuator, forward, is_left in self._commands:
             ctrl[actuator] = (left if is_left else right) * forward
@@ -59,7 +58,7 @@ class WheelServos:
         return left, right
 
     def settle(self) -> None:
-        """Stand still where the wheels are now, as if they had never been told to turn."""
+        """Stop the wheels at their current angles and clear their servos' state."""
         for position, speed, state, _, _, _, _ in self._places:
             self._qvel[speed] = 0.0
             self._act[state] = self._qpos[position]
@@ -74,7 +73,7 @@ class WheelServos:
         return left, right
 
     def roll(self) -> tuple[float, float]:
-        """The angles; and a blocked wheel's servo no longer stores up the way it did not go."""
+        """The angles. Also limits the wind-up of a blocked wheel's servo."""
         qpos, qvel, act = self._qpos, self._qvel, self._act
         left = right = 0.0
         for position, speed, state, to_left, to_right, reach, lag in self._places:
@@ -91,7 +90,11 @@ class WheelServos:
 
 
 def slack(model: mujoco.MjModel, actuator: int) -> tuple[float, float]:
-    """How far a servo's state may be ahead (rad), and how far behind it the wheel runs (s of its speed)."""
+    """`reach` and `lag` of a servo, which limit its wind-up.
+
+    In steady motion a wheel runs behind the servo's state by its speed times `lag` (s). From there, the state
+    may be `reach` (rad) off: twice what saturates the torque.
+    """
     stiffness = float(model.actuator_gainprm[actuator, 0])
     damping = -float(model.actuator_biasprm[actuator, 2])
     torque = float(model.actuator_forcerange[actuator, 1])

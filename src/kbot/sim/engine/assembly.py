@@ -1,4 +1,4 @@
-"""Compiles world and robots to one MuJoCo model, and again when a robot is spawned or deleted."""
+"""Compiles the world and the robots to one MuJoCo model, and recompiles it after a spawn or delete."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from kbot.world import World
 _NAMED = re.compile(r"[Ee]lement(?: name)? '([^']+)'")
 _DEGREE = re.compile(r"at DOF (\d+)")
 _PART = re.compile(r"[#~]")
-"""Between a body's name and the number of a shape or a joint of it."""
+"""The separator between a body's name and the number of its shape or joint."""
 
 
 def compile_model(
     world: World, plans: Sequence[RobotPlan], timestep: float, welds: Sequence[Weld] = ()
 ) -> tuple[mujoco.MjModel, tuple[Diagnostic, ...]]:
-    """The engine's model (MjModel) and what there is to warn of.
+    """The engine's model, and warnings.
 
     Raises:
-        DescriptionError: the world or a robot cannot be simulated; every reason at its line.
+        DescriptionError: the world or a robot cannot be simulated. It carries every reason with its line.
     """
-    _keep_quiet()
+    _disable_engine_log()
     findings = DiagnosticCollector()
     spec = mujoco.MjSpec()
     _set_options(spec, timestep, sleeps=any(not body.is_static for body in world.bodies))
@@ -48,13 +48,13 @@ def compile_model(
         try:
             model = spec.compile()
         except ValueError as error:
-            raise DescriptionError([_refused(str(error), plans, world)]) from None
-    told = (_warned_of(str(one.message), model, plans, world) for one in warned)
-    return model, (*findings.diagnostics, *told)
+            raise DescriptionError([_error(str(error), plans, world)]) from None
+    engine_warnings = (_warning(str(entry.message), model, plans, world) for entry in warned)
+    return model, (*findings.diagnostics, *engine_warnings)
 
 
-def _keep_quiet() -> None:
-    """The engine would write a log file into the working directory; the simulation speaks for itself."""
+def _disable_engine_log() -> None:
+    """MuJoCo would write a log file to the working directory. KBot reports its errors and warnings itself."""
     config = mujoco.MjLogConfig.get()
     config.logto_file = config.logto_console = False
     config.set()
@@ -67,23 +67,23 @@ def _set_options(spec: mujoco.MjSpec, timestep: float, sleeps: bool) -> None:
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.impratio = IMPRATIO
-    # a run that diverges is to be noticed, not begun anew in silence
+    # by default MuJoCo resets a diverged simulation silently; KBot reports it instead
     option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     if sleeps:
         option.enableflags |= int(mujoco.mjtEnableBit.mjENBL_SLEEP)
     spec.compiler.degree = False
 
 
-def _refused(text: str, plans: Sequence[RobotPlan], world: World) -> Diagnostic:
-    """The engine's words at the line of the element they speak of."""
+def _error(text: str, plans: Sequence[RobotPlan], world: World) -> Diagnostic:
+    """An error of the engine at the line of the element that it names."""
     reason = text.removeprefix("Error: ").splitlines()[0]
     named = _NAMED.search(text)
     what, where = _element(named[1], plans, world) if named else ("", None)
-    return Diagnostic("W110", Severity.ERROR, f"{what}the physics engine refuses it: {reason}", where)
+    return Diagnostic("W110", Severity.ERROR, f"{what}the physics engine rejects it: {reason}", where)
 
 
-def _warned_of(text: str, model: mujoco.MjModel, plans: Sequence[RobotPlan], world: World) -> Diagnostic:
-    """A warning of the engine at the line of the joint it speaks of."""
+def _warning(text: str, model: mujoco.MjModel, plans: Sequence[RobotPlan], world: World) -> Diagnostic:
+    """A warning of the engine at the line of the joint that it names."""
     reason = text.partition(" Time = ")[0]
     degree = _DEGREE.search(text)
     joint = model.joint(int(model.dof_jntid[int(degree[1])])).name if degree else ""
@@ -92,7 +92,7 @@ def _warned_of(text: str, model: mujoco.MjModel, plans: Sequence[RobotPlan], wor
 
 
 def _element(named: str, plans: Sequence[RobotPlan], world: World) -> tuple[str, Origin | None]:
-    """What the engine's name of an element stands for, as the beginning of a sentence, and its line."""
+    """The start of a message about an element with this engine name, and the element's line."""
     owner, _, name = named.partition("/")
     plan = next((p for p in plans if p.name == owner), None)
     if plan is not None:
@@ -103,12 +103,12 @@ def _element(named: str, plans: Sequence[RobotPlan], world: World) -> tuple[str,
 
 
 DEEP = 0.002
-"""Metres by which a new robot may reach into something and be pushed out by the contact."""
+"""Metres by which a new robot may overlap something: the contact then pushes it out."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Assembly:
-    """A world and the robots in it by name, compiled; `welds` are what is attached to what."""
+    """A compiled world with its robots by name. `welds` are the attachments."""
 
     world: World
     contacts: Contacts
@@ -128,10 +128,10 @@ class Assembly:
         plans: Mapping[str, RobotPlan],
         welds: tuple[Weld, ...] = (),
     ) -> Assembly:
-        """Build it, every robot with its lowest point on the ground at its place.
+        """Compile an assembly, with every robot's lowest point on the ground at its start pose.
 
         Raises:
-            DescriptionError: the world or a robot cannot be simulated; every reason at its line.
+            DescriptionError: the world or a robot cannot be simulated. It carries every reason with its line.
         """
         met = {name: dataclasses.replace(plan, others=len(plans) > 1) for name, plan in plans.items()}
         model, diagnostics = compile_model(world, tuple(met.values()), timestep, welds)
@@ -146,27 +146,27 @@ class Assembly:
         return cls(world, contacts, timestep, met, model, data, diagnostics, welds)
 
     def with_robot(self, plan: RobotPlan) -> Assembly:
-        """The same with one more robot, everything else as it stands now.
+        """A copy of the current state with one more robot.
 
         Raises:
             DescriptionError: the robot cannot be simulated.
-            KbotError: it would stand inside something; this assembly is left as it is.
+            KbotError: the robot would overlap something.
         """
         other = self._with({**self.plans, plan.name: plan}, self.welds)
-        inside = other.what_it_is_inside(plan)
+        inside = other.overlapped_by(plan)
         if inside:
-            raise KbotError(f"'{plan.name}' cannot stand there: it would be inside '{inside}'")
+            raise KbotError(f"'{plan.name}' cannot be placed there: it would overlap '{inside}'")
         return other
 
     def without_robot(self, name: str) -> Assembly:
-        """The same without a robot, everything else as it stands now."""
+        """A copy of the current state without a robot."""
         plans = {key: plan for key, plan in self.plans.items() if key != name}
-        gone = f"{name}/"
-        welds = (w for w in self.welds if not (w.first.startswith(gone) or w.second.startswith(gone)))
+        prefix = f"{name}/"
+        welds = (w for w in self.welds if not (w.first.startswith(prefix) or w.second.startswith(prefix)))
         return self._with(plans, tuple(welds))
 
     def with_world(self, world: World) -> Assembly:
-        """The same in a world with other bodies; what is in both stands as it does now.
+        """A copy with another world. Bodies that are in both worlds keep their state.
 
         Raises:
             DescriptionError: the world cannot be simulated.
@@ -176,7 +176,7 @@ class Assembly:
         return dataclasses.replace(self, world=world)._with(self.plans, welds)
 
     def with_welds(self, welds: tuple[Weld, ...]) -> Assembly:
-        """The same with just these attached to each other, everything else as it stands now."""
+        """A copy of the current state with exactly these attachments."""
         return self._with(self.plans, welds)
 
     def _with(self, plans: Mapping[str, RobotPlan], welds: tuple[Weld, ...]) -> Assembly:
@@ -184,16 +184,16 @@ class Assembly:
         _carry_over(self.model, self.data, other.model, other.data)
         return other
 
-    def let_things_be_as_in(self, other: Assembly) -> None:
-        """Let the world's bodies stand and move as they do in another assembly; robots stay as they are."""
+    def copy_bodies_from(self, other: Assembly) -> None:
+        """Copy the state of the world's bodies from another assembly. Robots keep their state."""
         _carry_over(other.model, other.data, self.model, self.data, PREFIX)
 
     def height(self, root_qpos: int) -> float:
-        """Metres at which a robot's root stands at the start."""
+        """Height in m of a robot's root at the start."""
         return float(self.model.qpos0[root_qpos + 2])
 
-    def what_it_is_inside(self, plan: RobotPlan) -> str:
-        """What a robot reaches deep into as it stands now, the ground left out; empty for nothing.
+    def overlapped_by(self, plan: RobotPlan) -> str:
+        """The name of a body that a robot overlaps by more than `DEEP`, not the ground. Empty for none.
 
         Raises:
             DescriptionError: the engine cannot compute the contacts.
@@ -204,8 +204,8 @@ class Assembly:
             mujoco.mj_forward(self.model, trial)
         except mujoco.FatalError as error:  # more contacts than its memory holds
             reason = str(error).splitlines()[0]
-            message = f"the physics engine refuses the world with '{plan.name}' in it: {reason}"
-            hint = "let fewer objects stand in one place"
+            message = f"the physics engine rejects the world with '{plan.name}': {reason}"
+            hint = "reduce the number of objects in one place"
             raise DescriptionError([Diagnostic("W110", Severity.ERROR, message, None, hint)]) from None
         for contact in trial.contact:
             ground = any(self.model.geom_contype[g] == GROUND for g in contact.geom)
@@ -229,12 +229,16 @@ def _put_on_ground(model: mujoco.MjModel, data: mujoco.MjData, plan: RobotPlan, 
 
 _POSITIONS = {0: 7, 1: 4, 2: 1, 3: 1}
 _SPEEDS = {0: 6, 1: 3, 2: 1, 3: 1}
+"""How many positions and velocities a joint has, by MuJoCo's mjtJoint: free, ball, slide, hinge."""
 
 
 def _carry_over(
     old: mujoco.MjModel, before: mujoco.MjData, new: mujoco.MjModel, after: mujoco.MjData, prefix: str = ""
 ) -> None:
-    """Positions, speeds and servo states of everything that is in both models, by names that begin so."""
+    """Copy positions, velocities and servo states of everything that both models have.
+
+    Only names that start with `prefix` are copied.
+    """
     after.time = before.time
     for index in range(old.njnt):
         name = old.joint(index).name

@@ -7,29 +7,29 @@ from kbot.text import DiagnosticCollector
 from kbot.world.world import FURTHEST, HEAVIEST
 
 DEEPEST = 500
-"""Movable joints one above another. A step takes time with the cube of it: 0.05 s for 500 of them."""
+"""Movable joints in one chain. The time of a step grows with the cube of it: 0.05 s for 500 joints."""
 
 
 def check_bounds(robot: RobotModel, findings: DiagnosticCollector) -> None:
-    """Report what is beyond the bounds: W112 too many joints in a row, W113 an absurd number."""
+    """Report what exceeds the limits: W112 too many joints in a chain, W113 a number out of range."""
     for link in robot.links.values():
         inertial = link.inertial
         if inertial is not None:
             values = (inertial.mass, inertial.ixx, inertial.iyy, inertial.izz)
             if max(map(abs, values)) > HEAVIEST:
-                message = f"link '{link.name}' has a mass or an inertia above {HEAVIEST:g}"
-                findings.error("W113", message, inertial.origin, "masses are in kilograms")
+                message = f"link '{link.name}' has a mass or moment of inertia above {HEAVIEST:g}"
+                findings.error("W113", message, inertial.origin, "give masses in kg and inertias in kg m^2")
         for collision in link.collisions:
             if max((*_sizes(collision.geometry), *map(abs, collision.pose.xyz))) > FURTHEST:
                 findings.error(
-                    "W113", f"link '{link.name}' has a shape beyond {FURTHEST:g} m",
-                    collision.geometry.origin, "sizes are in metres",
+                    "W113", f"link '{link.name}' has a shape larger or further away than {FURTHEST:g} m",
+                    collision.geometry.origin, "give sizes and positions in metres",
                 )  # fmt: skip
     for joint in robot.joints.values():
         if max(map(abs, joint.pose.xyz)) > FURTHEST:
             findings.error(
-                "W113", f"joint '{joint.name}' stands beyond {FURTHEST:g} m from its parent", joint.origin,
-                "lengths are in metres",
+                "W113", f"joint '{joint.name}' is more than {FURTHEST:g} m from its parent", joint.origin,
+                "give positions in metres",
             )  # fmt: skip
     _check_depth(robot, findings)
 
@@ -50,8 +50,8 @@ def _check_depth(robot: RobotModel, findings: DiagnosticCollector) -> None:
             below = depth + joint.is_movable
             if below > DEEPEST:
                 findings.error(
-                    "W112", f"joint '{joint.name}' hangs on {DEEPEST} others that move, one above another",
-                    joint.origin, "that is more than can be simulated: fix some of them",
+                    "W112", f"joint '{joint.name}' is in a chain of more than {DEEPEST} movable joints",
+                    joint.origin, "a step would take too long: make some of the joints fixed",
                 )  # fmt: skip
                 return
             waiting.append((joint.child, below))

@@ -1,7 +1,8 @@
 """Contacts: which shapes touch each other, with which friction and stiffness.
 
-Two geometries touch when one's `contype` meets the other's `conaffinity`. Of two surfaces the one
-with less friction decides (as Gazebo's ODE has it): friction sets the priority.
+In MuJoCo two geometries touch if the `contype` of one and the `conaffinity` of the other have a bit in
+common. A contact takes its parameters from the geometry with the higher priority. Here lower friction gives a
+higher priority, so that the surface with less friction decides, as in Gazebo's ODE.
 """
 
 from __future__ import annotations
@@ -16,23 +17,23 @@ GROUND = 1
 OBSTACLE = 2
 ROBOT = 4
 SELF = 8
-"""Links of one robot that are to touch each other."""
+"""Links of one robot with self-collision."""
 
 SPRING = 0.9
-"""Impedance of a contact that is a spring: less creeps along slopes."""
+"""Impedance of a contact that acts as a spring. With less, robots creep down slopes."""
 
 MODELS = tuple(1 << bit for bit in range(4, 31))
-"""One for each of some models of several bodies, which do not touch each other."""
+"""The other bits: one per model, so that the bodies of a model do not touch each other."""
 
 STIFFEST = 2e5
-"""1/s^2, of a spring per mass that the step bears."""
+"""Highest stiffness per mass in 1/s^2 that is stable at the default time step."""
 
 FRICTIONLESS = 1e-4
-"""Below this coefficient a contact has no friction at all."""
+"""Below this coefficient a contact has no friction (condim 1)."""
 
 
 def set_surface(geom: mujoco.MjsGeom, friction: float) -> None:
-    """Stiff contact with a sliding coefficient; no friction about the normal or in rolling."""
+    """Make a stiff contact with sliding friction, without torsional or rolling friction."""
     geom.solref = SOLREF
     geom.solimp = SOLIMP
     geom.friction = (max(friction, 0.0), 0.0, 0.0)
@@ -40,56 +41,57 @@ def set_surface(geom: mujoco.MjsGeom, friction: float) -> None:
 
 
 def set_spring(geom: mujoco.MjsGeom, stiffness: float, damping: float, mass: float) -> None:
-    """Let a shape of a robot of `mass` (kg) sink in as a spring of `stiffness` (N/m) has it, each contact by
-    its share of the weight; `damping` in N s/m, but no less than lets it not bounce. A stiff one is as stiff
-    as the step allows.
+    """Make a contact that acts as a spring of `stiffness` (N/m) and `damping` (N s/m).
 
-    The engine's stiffness is in 1/s^2: at rest it sinks by (1 - d) g / k at an impedance of d.
+    Each contact of the robot of `mass` (kg) sinks in by its share of the weight. The damping is at least
+    critical, so that it does not bounce. The stiffness is at most what the time step allows.
+
+    MuJoCo's stiffness is in 1/s^2: at an impedance of d, a contact at rest sinks in by (1 - d) g / k.
     """
     per_mass = min(stiffness * (1.0 - SPRING) / mass, STIFFEST)
     least = 2.0 * sqrt(per_mass)
     geom.solref = (-per_mass, -min(max(damping * (1.0 - SPRING) / mass, least), 2.0 * sqrt(STIFFEST)))
     geom.solimp = (SPRING, SPRING, 0.001, 0.5, 2.0)
-    # of two surfaces the spring decides
+    # solmix is the weight of a geometry in the mean of both: the spring decides
     geom.solmix = 1e6
 
 
 def rank(friction: float) -> tuple[int, int]:
-    """Priority and number of contact dimensions that go with a coefficient."""
+    """The priority and the number of contact dimensions (condim) for a coefficient of friction."""
     return round(1e6 / (1.0 + max(friction, 0.0))), 3 if friction >= FRICTIONLESS else 1
 
 
 def as_ground(geom: mujoco.MjsGeom) -> None:
-    """Driven on: touches robots and what moves."""
+    """Make a shape to drive on. It touches robots and moving bodies."""
     geom.contype, geom.conaffinity = GROUND, 0
 
 
 def as_obstacle(geom: mujoco.MjsGeom, moving: bool) -> None:
-    """Run into: touches robots, and what moves touches everything."""
+    """Make an obstacle. It touches robots and moving bodies. If it moves itself, it touches everything."""
     geom.contype, geom.conaffinity = OBSTACLE, GROUND | OBSTACLE if moving else 0
 
 
 def as_part_of(geom: mujoco.MjsGeom, model: int) -> None:
-    """Of a model, one of `MODELS`: run into as what moves is, but by no other part of it."""
+    """Make a shape of a model (one of `MODELS`): a moving obstacle that does not touch its own model."""
     geom.contype, geom.conaffinity = model, GROUND | OBSTACLE | ROBOT | (sum(MODELS) & ~model)
 
 
 def as_robot(geom: mujoco.MjsGeom, others: bool) -> None:
-    """A robot's shape: touches ground and obstacles, and robots too where there are `others`."""
+    """Make a robot's shape. It touches ground and obstacles, and if there are `others`, robots too."""
     geom.contype, geom.conaffinity = ROBOT, GROUND | OBSTACLE | (ROBOT if others else 0)
 
 
 def as_tyre(geom: mujoco.MjsGeom) -> None:
-    """The sphere with which a drive wheel meets the ground, and nothing else."""
+    """Make the sphere of a drive wheel. It touches only the ground."""
     geom.contype, geom.conaffinity = 0, GROUND
 
 
 def as_rim(geom: mujoco.MjsGeom, others: bool) -> None:
-    """A drive wheel's own shape: touches all but the ground."""
+    """Make a drive wheel's own shape. It touches everything except the ground."""
     geom.contype, geom.conaffinity = ROBOT, OBSTACLE | (ROBOT if others else 0)
 
 
-def with_own_kind(geom: mujoco.MjsGeom) -> None:
-    """Touches those links of its own robot that are marked so too."""
+def with_self_collision(geom: mujoco.MjsGeom) -> None:
+    """Let a shape also touch the links of its own robot that have self-collision."""
     geom.contype |= SELF
     geom.conaffinity |= SELF

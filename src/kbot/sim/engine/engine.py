@@ -20,11 +20,11 @@ class Engine:
         self.timestep = assembly.timestep
         self.steps = 0
         self.failure: DescriptionError | None = None
-        """Why the last step failed; None while the run goes on."""
+        """Why the last step failed. None while the run continues."""
         self.use(assembly)
 
     def use(self, assembly: Assembly) -> None:
-        """Replace the assembly. Indices that were looked up in the last one are invalid afterwards."""
+        """Replace the assembly. Indices into the previous model become invalid."""
         self.assembly = assembly
         self.model = assembly.model
         self.data = assembly.data
@@ -32,7 +32,7 @@ class Engine:
         self.moving = moving_bodies(assembly.model, assembly.world)
         """The engine's indices of the bodies of the world that can move, by name."""
         self.is_fresh = False
-        """Whether the frames belong to the current positions; a step leaves them one behind."""
+        """Whether the frames belong to the current positions. After a step they are one step behind."""
 
     def refresh(self) -> None:
         """Compute the frames of the current positions."""
@@ -43,17 +43,17 @@ class Engine:
             self.is_fresh = True
 
     def current(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
-        """The model and the data with current frames, for sensors and other readers. Do not change them."""
+        """The model and the data with current frames, to read from. Do not change them."""
         self.refresh()
         return self.model, self.data
 
     def mark_moved(self) -> None:
-        """Call this after something was moved other than by a step."""
+        """Call this after something was moved by other means than a step."""
         self.is_fresh = False
 
     @property
     def world(self) -> World:
-        """The current world, with the objects that were spawned and without those that were deleted."""
+        """The current world, with spawned and without deleted objects."""
         return self.assembly.world
 
     @property
@@ -63,7 +63,7 @@ class Engine:
 
     @property
     def has_failed(self) -> bool:
-        """Whether a step failed or a position or speed is not finite. Only a reset continues the run."""
+        """Whether a step failed, or a position or velocity is not finite. Then the run needs a reset."""
         if self.failure is not None:
             return True
         data = self.data
@@ -75,6 +75,6 @@ class Engine:
         return self.has_failed or not np.abs(self.current()[1].xpos).max() <= FURTHEST
 
     def require_sound(self) -> None:
-        """Raises KbotError: the run has failed; only a reset continues it."""
+        """Raises KbotError: the run has failed and needs a reset."""
         if self.has_failed:
             raise KbotError("the run has diverged: reset it first")

@@ -17,10 +17,11 @@ from kbot.world import world as w
 
 _TYPE = mujoco.mjtGeom
 _HULL_VERTICES = 64
+"""Most vertices of a mesh's convex hull in the engine."""
 
 
 def wxyz(pose: Transform) -> tuple[float, float, float, float]:
-    """The pose's rotation as the engine writes quaternions."""
+    """The pose's rotation as a quaternion in the engine's order."""
     x, y, z, real = pose.quaternion_xyzw
     return real, x, y, z
 
@@ -28,14 +29,14 @@ def wxyz(pose: Transform) -> tuple[float, float, float, float]:
 def add_shape(
     spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Geometry | w.Shape, pose: Transform
 ) -> mujoco.MjsGeom:
-    """Add a shape to a body at `body_from_shape`; the geometry weighs nothing.
+    """Add a shape without mass to a body at `body_from_shape`.
 
     Raises:
-        KbotError: a mesh cannot be read or is flat, or a size is not above zero.
+        KbotError: a mesh cannot be read or is flat, or a size is not above 0.
     """
     kind, size = _kind_and_size(shape)
     if not all(0.0 < value < np.inf for value in size):
-        raise KbotError(f"a {type(shape).__name__.lower()} needs sizes above zero, not {size}")
+        raise KbotError(f"the sizes of a {type(shape).__name__.lower()} must be above 0, not {size}")
     named: dict[str, str] = {}
     match shape:
         case w.Plane():
@@ -75,7 +76,7 @@ def _kind_and_size(shape: Geometry | w.Shape) -> tuple[mujoco.mjtGeom, tuple[flo
 
 def _mesh_of_file(spec: mujoco.MjSpec, mesh: Mesh) -> str:
     if mesh.path is None:
-        raise KbotError(f"the mesh {mesh.uri} is not found")
+        raise KbotError(f"mesh {mesh.uri} not found")
     name = f"{mesh.path} {mesh.scale}"
     if spec.mesh(name) is None:
         _add_mesh(spec, name, load_mesh(mesh.path).vertices * np.array(mesh.scale))
@@ -90,18 +91,18 @@ def _mesh_of_points(spec: mujoco.MjSpec, mesh: w.TriangleMesh) -> str:
 
 
 def mesh_name(*arrays: NDArray[np.float64] | NDArray[np.int_]) -> str:
-    """A name that is the same for meshes made of the same numbers, so that the engine has each once."""
-    made_of = hashlib.blake2b(digest_size=16)
+    """A name that depends only on a mesh's numbers, so that the engine stores equal meshes once."""
+    digest = hashlib.blake2b(digest_size=16)
     for array in arrays:
-        made_of.update(array.tobytes())
-    return f"mesh {made_of.hexdigest()}"
+        digest.update(array.tobytes())
+    return f"mesh {digest.hexdigest()}"
 
 
 def _add_mesh(spec: mujoco.MjSpec, name: str, vertices: ArrayLike) -> None:
-    """Points whose convex hull is touched."""
+    """Add a mesh that collides as the convex hull of its vertices."""
     points = np.unique(np.asarray(vertices, dtype=np.float64), axis=0)
     if len(points) < 4 or _is_flat(points):
-        raise KbotError("the mesh is flat: it has no inside to touch")
+        raise KbotError("the mesh is flat: a collision shape needs a volume")
     spec.add_mesh(
         name=name,
         uservert=points.ravel(),
@@ -119,7 +120,7 @@ def _add_height_field(spec: mujoco.MjSpec, field: w.HeightField) -> str:
     heights = np.asarray(field.heights, dtype=np.float64)
     low, high = float(heights.min()), float(heights.max())
     if low < -1e-9:
-        raise KbotError("a height field's heights are counted from its own zero: none is below it")
+        raise KbotError("the heights of a height field must not be negative")
     rise = max(high, 1e-6)
     name = f"field{len(spec.hfields)}"
     spec.add_hfield(

@@ -1,4 +1,4 @@
-"""Converts URDF joints to the engine's: range, damping, friction and mimics."""
+"""Converts URDF joints to joints of the engine: range, damping, friction and mimics."""
 
 from __future__ import annotations
 
@@ -17,8 +17,11 @@ _BALL = mujoco.mjtJoint.mjJNT_BALL
 
 
 def add_joint(body: mujoco.MjsBody, joint: Joint, prefix: str, findings: DiagnosticCollector) -> None:
-    """Let a body move as its joint says. A planar joint slides in the plane across its axis and turns
-    about it; the engine's joints of planar and floating ones are named `joint:x` and so on."""
+    """Add a body's joint.
+
+    A planar joint becomes two slides across its axis and a hinge about it, a floating joint three slides and
+    a ball. The engine's names of these are `joint:x`, `joint:y` and so on.
+    """
     name = prefix + joint.name
     if joint.type is JointType.FIXED:
         return
@@ -30,8 +33,8 @@ def add_joint(body: mujoco.MjsBody, joint: Joint, prefix: str, findings: Diagnos
     axis = unit_axis(joint)
     if not axis.any():
         findings.error(
-            "W105", f"joint '{joint.name}' moves along no axis", joint.axis_origin or joint.origin,
-            "give <axis> a direction",
+            "W105", f"the axis of joint '{joint.name}' is zero", joint.axis_origin or joint.origin,
+            "give <axis> a direction, for example xyz=\"0 0 1\"",
         )  # fmt: skip
         return
     if joint.type is JointType.PLANAR:
@@ -55,23 +58,23 @@ def _limit(added: mujoco.MjsJoint, joint: Joint, findings: DiagnosticCollector) 
     lower, upper = joint.range
     if lower > upper:
         findings.error(
-            "W109", f"joint '{joint.name}' has its lower limit {lower:g} above its upper {upper:g}",
-            joint.limit.origin, "exchange them",
+            "W109", f"joint '{joint.name}' has its lower limit {lower:g} above its upper limit {upper:g}",
+            joint.limit.origin, "swap the limits",
         )  # fmt: skip
         return
     added.limited = True
-    # a joint whose limits are equal (often both left at 0) cannot move
+    # the engine needs a range: a joint with equal limits (often both left at 0) moves by 1e-6
     added.range = (lower, upper) if lower < upper else (lower - 1e-6, upper + 1e-6)
 
 
 def rest(joint: Joint) -> float:
-    """Where a joint starts, in rad or m: at 0, or at the nearest end of a range that leaves it out."""
+    """The start position of a joint in rad or m: 0, or the limit that is nearest to 0."""
     lower, upper = joint.range
     return min(max(0.0, lower), upper) if lower <= upper else 0.0
 
 
 def held_pose(joint: Joint) -> Transform:
-    """`parent_from_child` of a joint that is held where it starts."""
+    """`parent_from_child` of a joint that is held at its start position."""
     if not joint.has_position:
         return Transform.of(joint.pose)
     return joint_transform(joint, rest(joint))
@@ -84,7 +87,7 @@ def add_mimics(
     prefix: str,
     findings: DiagnosticCollector,
 ) -> None:
-    """Couple each mimic joint to the one it follows; joints that are `held` follow none."""
+    """Couple each mimic joint to the joint that it follows. Joints that are `held` do not follow."""
     for joint in robot.joints.values():
         if joint.mimic is None or not joint.has_position:
             continue
@@ -92,7 +95,7 @@ def add_mimics(
         if leader is None or not leader.has_position or leader is joint:
             findings.error(
                 "W108",
-                f"joint '{joint.name}' mimics '{joint.mimic.joint}', which has no position to follow",
+                f"joint '{joint.name}' mimics '{joint.mimic.joint}', which is not a movable joint",
                 joint.mimic.origin,
             )
             continue

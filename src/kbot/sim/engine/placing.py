@@ -1,4 +1,4 @@
-"""Puts a robot on the ground, by the height of its lowest point."""
+"""Measures how high a robot must be placed: the lowest point of its shapes and the terrain below it."""
 
 from __future__ import annotations
 
@@ -9,16 +9,18 @@ import numpy as np
 
 _TYPE = mujoco.mjtGeom
 TERRAIN_GROUP = 5
-"""The engine's group of height fields, which a robot is put upon."""
+"""The engine's group of height fields."""
 
 _AROUND = (-0.3, -0.15, 0.0, 0.15, 0.3)
+"""Offsets in m at which terrain is sampled around a robot's centre."""
 _SKY = 1e4
+"""Height in m from which rays are cast down: above any terrain."""
 
 
 def lowest_point(model: mujoco.MjModel, data: mujoco.MjData, geoms: Iterable[int]) -> float | None:
-    """Height in m of the lowest touching point of some geometries.
+    """Height in m of the lowest point of the geometries that can collide.
 
-    None when none of them touches. The engine's frames must be up to date.
+    None if none of them can. The engine's frames must be up to date.
     """
     heights = [
         float(data.geom_xpos[geom][2]) - _reach_down(model, data, geom)
@@ -29,7 +31,7 @@ def lowest_point(model: mujoco.MjModel, data: mujoco.MjData, geoms: Iterable[int
 
 
 def terrain_height(model: mujoco.MjModel, data: mujoco.MjData, x: float, y: float) -> float | None:
-    """Metres at which the highest piece of a height field lies within 0.3 m of a place; None without one."""
+    """Height in m of the highest point of a height field within 0.3 m of x, y. None without one."""
     groups = np.zeros(6, dtype=np.uint8)
     groups[TERRAIN_GROUP] = 1
     hit, heights = np.zeros(1, dtype=np.int32), []
@@ -43,7 +45,7 @@ def terrain_height(model: mujoco.MjModel, data: mujoco.MjData, x: float, y: floa
 
 
 def _reach_down(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> float:
-    """How far below its own origin a geometry reaches."""
+    """How far a geometry reaches below its own origin, in m."""
     rotation = data.geom_xmat[geom].reshape(3, 3)
     down = np.abs(rotation[2])
     size, kind = model.geom_size[geom], model.geom_type[geom]

@@ -24,9 +24,9 @@ from kbot.text import DiagnosticCollector, KbotError
 
 @dataclass(frozen=True)
 class RobotPlan:
-    """What is to be built: a robot under a name, where it starts, and how it touches.
+    """All that the engine needs to build a robot: its name, description, drive, contacts and start pose.
 
-    `others` says whether it can meet other robots; `torque` (N m) is what its own drive allows a wheel.
+    `others`: whether there are other robots. `torque`: its own drive's torque limit of a wheel in N m.
     """
 
     name: str
@@ -39,12 +39,12 @@ class RobotPlan:
 
     @property
     def prefix(self) -> str:
-        """What the engine's names of its bodies and joints start with."""
+        """The prefix of the names of its bodies and joints in the engine."""
         return f"{self.name}/"
 
 
 def add_robot(spec: mujoco.MjSpec, plan: RobotPlan, findings: DiagnosticCollector) -> None:
-    """Add a robot's bodies to the engine's model. Faults of the description go to `findings`."""
+    """Add a robot to the engine's model. Errors of the description go to `findings`."""
     robot, prefix = plan.robot, plan.prefix
     check_bounds(robot, findings)
     findings.require()
@@ -73,7 +73,7 @@ def add_robot(spec: mujoco.MjSpec, plan: RobotPlan, findings: DiagnosticCollecto
         grip = min(shapes.surfaces.get(w.link, DEFAULT_SURFACE).friction for w in plan.drive.wheels.values())
         add_drive_servos(spec, robot, plan.drive, prefix, plan.contacts, grip, plan.torque)
     add_joint_servos(spec, robot, (*driven, *held), prefix)
-    shapes.keep_from_each_other()
+    shapes.exclude_self_collisions()
 
 
 class _Shapes:
@@ -119,7 +119,7 @@ class _Shapes:
             else:
                 touch.as_robot(geom, self.plan.others)
             if surface.self_collide:
-                touch.with_own_kind(geom)
+                touch.with_self_collision(geom)
             if link.name not in self.touching:
                 self.touching.append(link.name)
 
@@ -130,17 +130,20 @@ class _Shapes:
         except KbotError as error:
             self.findings.warning(
                 "W106",
-                f"link '{link.name}' touches nothing with this shape: {error}",
+                f"link '{link.name}': this collision shape is ignored: {error}",
                 collision.geometry.origin,
             )
             return None
 
-    def keep_from_each_other(self) -> None:
-        """A robot's own links do not collide, as in Gazebo; where robots meet, that needs saying."""
+    def exclude_self_collisions(self) -> None:
+        """Disable collisions between a robot's own links, as in Gazebo.
+
+        With one robot the contact bits do that already. With several, the engine needs a list of pairs.
+        """
         if not self.touching and not is_fixed(self.plan.robot):
             self.findings.warning(
                 "W107",
-                f"robot '{self.plan.robot.name}' has no <collision> and falls through the ground",
+                f"robot '{self.plan.robot.name}' has no <collision> and will fall through the ground",
                 self.plan.robot.origin,
                 "give at least the wheels a <collision>",
             )
@@ -148,16 +151,16 @@ class _Shapes:
             return
         for index, name in enumerate(self.touching):
             for other in self.touching[index + 1 :]:
-                if not (self._meets_its_own(name) and self._meets_its_own(other)):
+                if not (self._has_self_collision(name) and self._has_self_collision(other)):
                     prefix = self.plan.prefix
                     self.spec.add_exclude(bodyname1=prefix + name, bodyname2=prefix + other)
 
-    def _meets_its_own(self, link: str) -> bool:
+    def _has_self_collision(self, link: str) -> bool:
         return self.surfaces.get(link, DEFAULT_SURFACE).self_collide
 
 
 def _tyres(robot: RobotModel, drive: DifferentialDrive) -> dict[str, tuple[float, Transform]]:
-    """Radius and place (in its link) of the sphere that stands for each drive wheel on the ground."""
+    """Radius and `link_from_sphere` of the sphere with which each drive wheel touches the ground."""
     tree = FrameTree(robot)
     tyres = {}
     for wheel in drive.wheels.values():

@@ -1,4 +1,4 @@
-"""What a description says of the surfaces of its links: friction, stiffness, self-collision, gravity."""
+"""Reads the surfaces of links from `<gazebo>` tags: friction, stiffness, self-collision, gravity."""
 
 from __future__ import annotations
 
@@ -15,9 +15,12 @@ from kbot.text.suggest import did_you_mean
 
 @dataclass(frozen=True, slots=True)
 class ContactSurface:
-    """`friction`: sliding coefficient (mu1). `self_collide`: touches other such links of its own robot.
-    `gravity`: whether the link falls. `stiffness` (kp, N/m) and `damping` (kd, N s/m) of its contacts, None
-    where nothing is said."""
+    """The contact properties of a link.
+
+    `friction` is the sliding coefficient (mu1). Links with `self_collide` collide with each other. `gravity`:
+    whether gravity acts on the link. `stiffness` (kp, N/m; None if not given) and `damping` (kd, N s/m) are
+    those of its contacts.
+    """
 
     friction: float = FRICTION
     self_collide: bool = False
@@ -30,7 +33,7 @@ DEFAULT_SURFACE = ContactSurface()
 
 
 def link_surfaces(robot: RobotModel, findings: DiagnosticCollector) -> Mapping[str, ContactSurface]:
-    """The surfaces of the links that something is said of."""
+    """The surfaces of the links that have `<gazebo>` tags."""
     surfaces: dict[str, ContactSurface] = {}
     everywhere = DEFAULT_SURFACE
     for extension in robot.extensions:
@@ -44,7 +47,7 @@ def link_surfaces(robot: RobotModel, findings: DiagnosticCollector) -> Mapping[s
         elif link not in robot.joints:
             findings.warning(
                 "W133",
-                f"<gazebo> speaks of '{link}', which is no link",
+                f"<gazebo> refers to '{link}', which is neither a link nor a joint",
                 extension.attribute_origin("reference"),
                 did_you_mean(link, robot.links),
             )
@@ -63,7 +66,9 @@ def _read(
     across = _number(element, ("mu2",), "coefficient of friction", findings)
     if friction is not None and across is not None and across != friction:
         findings.info(
-            "W136", f"friction differs by direction: mu1, {friction:g}, counts in all of them", element.origin
+            "W136",
+            f"friction by direction is not simulated: mu1 = {friction:g} applies in all directions",
+            element.origin,
         )
     stiffness = _number(element, ("kp",), "stiffness", findings)
     damping = _number(element, ("kd",), "damping", findings)
@@ -82,25 +87,26 @@ def _read(
 def _number(
     element: Element, tags: tuple[str, ...], what: str, findings: DiagnosticCollector
 ) -> float | None:
-    """A number from 0 on; None where it is not there or, with a finding, is none."""
-    said = next((found for tag in tags if (found := element.find(tag)) is not None), None)
-    if said is None:
+    """A number of at least 0. None if it is not given, or is not such a number (reported as W130)."""
+    child = next((found for tag in tags if (found := element.find(tag)) is not None), None)
+    if child is None:
         return None
-    # as a text or as an attribute: the reader of Gazebo takes both
-    written = said.attributes.get("value", said.text).strip()
+    # Gazebo accepts the value as text and as an attribute
+    written = child.attributes.get("value", child.text).strip()
     try:
         value = to_float(written)
     except ValueError:
         value = -1.0
     if isfinite(value) and value >= 0.0:
         return value
-    findings.warning("W130", f"<{said.tag}> is no {what}: '{written}'", said.origin, "it is left out")
+    message = f"<{child.tag}> must be a {what}, not '{written}'"
+    findings.warning("W130", message, child.origin, "KBot ignores the value")
     return None
 
 
 def _truth(element: Element, names: tuple[str, ...], default: bool) -> bool:
     for name in names:
-        said = element.find(name)
-        if said is not None:
-            return said.attributes.get("value", said.text).strip().lower() in ("1", "true")
+        child = element.find(name)
+        if child is not None:
+            return child.attributes.get("value", child.text).strip().lower() in ("1", "true")
     return default

@@ -18,11 +18,11 @@ from kbot.world import world as w
 from kbot.world.body_joints import Loop
 
 PREFIX = "/"
-"""A robot has a name before the slash, the world has none."""
+"""Starts the engine's names of the world's bodies. Those of a robot start with its name and a slash."""
 
 
 def add_world(spec: mujoco.MjSpec, world: w.World, findings: DiagnosticCollector) -> None:
-    """Add what the robot stands on and runs into. Shapes that cannot be built go to `findings`."""
+    """Add a world's bodies and joints to the engine's model. Shapes that cannot be built go to `findings`."""
     spec.option.gravity = world.gravity
     moving_models = {body.model for body in world.bodies if not body.is_static}
     bits = _bits_of_models(world, moving_models)
@@ -42,8 +42,8 @@ def add_world(spec: mujoco.MjSpec, world: w.World, findings: DiagnosticCollector
                     geom.name = f"{PREFIX}{body.name}#{index}"
                     geoms.append((part, geom))
         if body.mass is not None:
-            _weigh(own, body, body.mass, geoms)
-    _keep_apart(spec, [body for _, body in added.values() if body.model not in bits])
+            _set_mass(own, body, body.mass, geoms)
+    _exclude_within_models(spec, [body for _, body in added.values() if body.model not in bits])
     for loop in world.loops:
         _close(spec, loop, added)
 
@@ -54,8 +54,11 @@ def _own_body(
     moving_models: set[str],
     added: Mapping[str, tuple[mujoco.MjsBody, w.Body]],
 ) -> mujoco.MjsBody | None:
-    """The engine's body for one of the world; None for what stands still among itself, which is part of one
-    body: a thousand bodies would be looked at every step."""
+    """Add the engine's body for a body of the world. None for a static body.
+
+    Static bodies become shapes of one body, because the engine visits every body in every step. A static body
+    of a model with moving bodies keeps its own.
+    """
     if body.is_static and (not body.model or body.model not in moving_models):
         return None
     parent, place = spec.worldbody, body.pose
@@ -72,28 +75,30 @@ def _own_body(
 
 
 def _bits_of_models(world: w.World, moving_models: set[str]) -> dict[str, int]:
-    """The models of most bodies, each with a bit of its own by which they do not touch each other."""
+    """A contact bit for each of the largest models, so that the bodies of a model do not collide."""
     grounds = {b.model for b in world.bodies if b.is_static and any(part.ground for part in b.parts)}
     sizes = Counter(body.model for body in world.bodies if body.model in moving_models - grounds - {""})
     largest = (model for model, count in sizes.most_common() if count > 1)
     return dict(zip(largest, touch.MODELS, strict=False))
 
 
-def _keep_apart(spec: mujoco.MjSpec, bodies: list[w.Body]) -> None:
-    """The bodies of one model that has no bit do not touch each other either, as in Gazebo. Their pairs grow
-    by the square, so the largest models have bits."""
+def _exclude_within_models(spec: mujoco.MjSpec, bodies: list[w.Body]) -> None:
+    """Disable collisions within models that have no contact bit, as in Gazebo.
+
+    The number of pairs grows with the square of the bodies, so the largest models have bits.
+    """
     mates: dict[str, list[w.Body]] = {}
     for body in bodies:
         if body.model and any(part.solid for part in body.parts):
             mates.setdefault(body.model, []).append(body)
     for model in mates.values():
-        for index, one in enumerate(model):
-            for other in model[index + 1 :]:
-                spec.add_exclude(bodyname1=PREFIX + one.name, bodyname2=PREFIX + other.name)
+        for index, first in enumerate(model):
+            for second in model[index + 1 :]:
+                spec.add_exclude(bodyname1=PREFIX + first.name, bodyname2=PREFIX + second.name)
 
 
 def _close(spec: mujoco.MjSpec, loop: Loop, added: Mapping[str, tuple[mujoco.MjsBody, w.Body]]) -> None:
-    """Hold two bodies together at each of a loop's points; what has no body of its own is the world."""
+    """Connect two bodies at each of a loop's points. A body that is not in `added` is the world."""
     poses = {name: body.pose for name, (_, body) in added.items()}
     first, second = (name if name in added else "" for name in (loop.first, loop.second))
     if not first:
@@ -107,7 +112,7 @@ def _close(spec: mujoco.MjSpec, loop: Loop, added: Mapping[str, tuple[mujoco.Mjs
 
 
 def owner(model: mujoco.MjModel, geom: int) -> str:
-    """Whose shape it is: `/body` of the world, or `robot/link`."""
+    """The owner of a shape: `/body` of the world, or `robot/link`."""
     name: str = model.geom(geom).name
     if name.startswith(PREFIX):
         return name.rpartition("#")[0]
@@ -123,13 +128,15 @@ def _add_part(
     findings: DiagnosticCollector,
 ) -> mujoco.MjsGeom | None:
     if not body.is_static and isinstance(part.shape, w.Plane | w.HeightField):
-        why = "a plane or a height field cannot move; make its model static"
-        findings.warning("W106", f"'{body.name}' cannot be touched: {why}", part.origin or body.origin)
+        why = "a plane or a height field cannot move: make its model static"
+        message = f"'{body.name}': this collision shape is ignored: {why}"
+        findings.warning("W106", message, part.origin or body.origin)
         return None
     try:
         geom = add_shape(spec, added, part.shape, pose)
     except KbotError as error:
-        findings.warning("W106", f"'{body.name}' cannot be touched: {error}", part.origin or body.origin)
+        message = f"'{body.name}': this collision shape is ignored: {error}"
+        findings.warning("W106", message, part.origin or body.origin)
         return None
     touch.set_surface(geom, part.friction)
     if part.ground and body.is_static:
@@ -139,7 +146,7 @@ def _add_part(
     return geom
 
 
-def _weigh(
+def _set_mass(
     added: mujoco.MjsBody, body: w.Body, mass: float, geoms: list[tuple[w.Part, mujoco.MjsGeom]]
 ) -> None:
     if body.inertia is not None:
@@ -154,7 +161,7 @@ def _weigh(
 
 
 def volume(shape: w.Shape) -> float:
-    """Cubic metres; nothing for planes and height fields, which are without end."""
+    """Volume in m^3. 0 for planes and height fields, which are infinite."""
     match shape:
         case w.Box(size=(x, y, z)):
             return x * y * z
@@ -167,8 +174,8 @@ def volume(shape: w.Shape) -> float:
         case w.Ellipsoid(radii=(a, b, c)):
             return 4 / 3 * pi * a * b * c
         case w.TriangleMesh(vertices=vertices, faces=faces):
-            one, two, three = (vertices[faces[:, i]] for i in range(3))
-            return abs(float(np.einsum("ij,ij->", one, np.cross(two, three)))) / 6
+            first, second, third = (vertices[faces[:, i]] for i in range(3))
+            return abs(float(np.einsum("ij,ij->", first, np.cross(second, third)))) / 6
     return 0.0
 
 

@@ -15,11 +15,11 @@ _TYPES = {
     JointMotion.BALL: mujoco.mjtJoint.mjJNT_BALL,
 }
 _SHUT = 1e-6
-"""Rad or m that a joint moves whose limits are one number."""
+"""rad or m by which a joint with equal limits can move: the engine needs a range."""
 
 
 def add_world_joint(spec: mujoco.MjSpec, body: mujoco.MjsBody, owner: str, joint: BodyJoint) -> None:
-    """Let an engine's body move as the joint says; `owner` is the name of the world's body."""
+    """Add a joint to an engine's body. `owner` is the name of the world's body."""
     names = [f"/{owner}~{index}" for index in range(len(joint.freedoms))]
     for name, freedom in zip(names, joint.freedoms, strict=True):
         _add(body, name, freedom, joint.anchor)
@@ -31,13 +31,19 @@ def add_world_joint(spec: mujoco.MjSpec, body: mujoco.MjsBody, owner: str, joint
 
 
 def stiffen(equality: mujoco.MjsEquality) -> None:
-    """Let an equality hold as stiffly as the step allows."""
+    """Make an equality constraint as stiff as the default time step allows.
+
+    MuJoCo recommends a time constant of at least two steps.
+    """
     equality.solref = (0.004, 1.0)
     equality.solimp = (0.99, 0.999, 0.001, 0.5, 2.0)
 
 
 def set_friction(joint: mujoco.MjsJoint, friction: float) -> None:
-    """Dry friction in N m or N that creeps by micrometres, as contacts do; the engine's own creeps by cm."""
+    """Set dry friction in N m or N, as stiff as contacts.
+
+    It creeps by micrometres. With MuJoCo's default softness it would creep by centimetres.
+    """
     joint.frictionloss = friction
     joint.solref_friction = SOLREF
     joint.solimp_friction = SOLIMP

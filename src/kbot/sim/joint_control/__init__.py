@@ -1,1 +1,1 @@
-"""Joints that do not drive: their controllers (ros_control, ros2_control), commands and servos."""
+"""The joints that are not part of the drive: controllers (ros_control, ros2_control), commands, servos."""

@@ -1,4 +1,4 @@
-"""What commands a robot's joints: its controllers, and the joints that are held without one."""
+"""The joint controllers of a robot, and the joints that are held without one."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from kbot.text import KbotError
 
 @dataclass(frozen=True, slots=True)
 class JointController:
-    """`joints` in the order in which an array has their numbers."""
+    """A controller that commands joints. `joints` are in the order of the numbers in an array message."""
 
     name: str
     topic: str
@@ -20,24 +20,27 @@ class JointController:
     joints: tuple[str, ...]
     interface: Interface
     is_active: bool = True
-    """Whether it was started; one that was only loaded commands nothing."""
+    """Whether it was started. A controller that was only loaded ignores commands."""
     allows_partial: bool = True
-    """Whether a trajectory may leave out joints: in ROS where allow_partial_joints_goal says so."""
+    """Whether a trajectory may omit joints: the parameter allow_partial_joints_goal of ROS's controllers."""
     constraints: Constraints | None = None
-    """Those of a controller that has the action follow_joint_trajectory, as ROS 1 has it on topics."""
+    """The tolerances of the action follow_joint_trajectory.
+
+    None: the controller has no such action on topics.
+    """
 
     def require_active(self) -> None:
-        """Raises KbotError: the controller was loaded and not started."""
+        """Raises KbotError: the controller was loaded but not started."""
         if not self.is_active:
-            raise KbotError(f"{self.name} is loaded and not started: it commands nothing")
+            raise KbotError(f"the controller {self.name} was loaded but not started: start it first")
 
 
 @dataclass(frozen=True, slots=True)
 class JointControl:
-    """What commands the joints of one robot.
+    """The joint controllers of one robot.
 
-    `holds` are the joints that a controller or the hardware holds from the start, `starts` the positions
-    (rad or m) of joints that do not start at 0, `state_topics` further topics for joint states.
+    `holds` are the joints that a controller or the hardware holds from the start. `starts` are the positions
+    (rad or m) of joints that do not start at 0. `state_topics` are additional topics for joint states.
     """
 
     controllers: tuple[JointController, ...] = ()

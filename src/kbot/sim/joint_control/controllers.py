@@ -1,4 +1,4 @@
-"""Finds the joint controllers of a robot: of ros_control, ros2_control and Gazebo's plugins."""
+"""Finds the joint controllers of a robot in ros_control, ros2_control and Gazebo's plugins."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from kbot.sim.joint_control.kinds import (
     Input,
     Interface,
     Kind,
-    is_done_elsewhere,
+    is_handled_elsewhere,
 )
 from kbot.sim.joint_control.plugins import commanded_by
 from kbot.sim.joint_control.trajectory_goal import Constraints
@@ -35,11 +35,11 @@ _INTERFACES = {f"{interface.capitalize()}JointInterface": interface for interfac
 
 
 def joint_interfaces(robot: RobotModel, findings: DiagnosticCollector) -> Mapping[str, frozenset[Interface]]:
-    """By joint, what a controller may command of it.
+    """The command interfaces of each joint, from its transmissions.
 
-    Commands, states and limits are the joint's, on the far side of the gear, as in ROS: whatever
-    `<mechanicalReduction>` a transmission has, the joint goes where it is told. One that is no number, or
-    0, is none, and its joints cannot be commanded (transmission_interface::SimpleTransmission).
+    As in ROS, commands, states and limits are those of the joint, not of the motor: `<mechanicalReduction>`
+    does not change where a joint moves. A reduction that is 0 or not a number is an error, and its joints
+    cannot be commanded (transmission_interface::SimpleTransmission).
     """
     found: dict[str, frozenset[Interface]] = {}
     for transmission in robot.extensions:
@@ -52,7 +52,7 @@ def joint_interfaces(robot: RobotModel, findings: DiagnosticCollector) -> Mappin
 
 
 def _interfaces(joint: Element, transmission: Element) -> Iterator[Interface]:
-    """Those of the joint; of its actuators in descriptions from before Indigo."""
+    """The interfaces of the joint. In descriptions from before ROS Indigo its actuators have them."""
     for holder in (joint, *transmission.elements("actuator")):
         written = [element.text.strip() for element in holder.elements("hardwareInterface")]
         known = [i for word in written if (i := _INTERFACES.get(word.rpartition("/")[2]))]
@@ -70,8 +70,8 @@ def _has_gear(transmission: Element, findings: DiagnosticCollector) -> bool:
         except ValueError:
             reduction = 0.0
         if not isfinite(reduction) or reduction == 0.0:
-            what = f"a reduction is a number other than 0, not '{element.text.strip()}'"
-            findings.warning("W130", what, element.origin, "the transmission is left out")
+            what = f"<mechanicalReduction> must be a number other than 0, not '{element.text.strip()}'"
+            findings.warning("W130", what, element.origin, "KBot ignores the transmission")
             return False
     return True
 
@@ -79,9 +79,8 @@ def _has_gear(transmission: Element, findings: DiagnosticCollector) -> bool:
 def joint_starts(
     robot: RobotModel, free: set[str], findings: DiagnosticCollector
 ) -> Iterator[tuple[str, float]]:
-    """Joints that are `free` to be commanded, and their first positions in rad or m; what is no number is
-    said at its line."""
-    for joint, element in _said(robot):
+    """The start positions (rad or m) of the joints in `free`. Invalid values are reported at their line."""
+    for joint, element in _start_elements(robot):
         if joint not in free:
             continue
         try:
@@ -91,25 +90,28 @@ def joint_starts(
         if isfinite(value):
             yield joint, value
         else:
-            message = f"the joint '{joint}' starts at no number: '{element.text.strip()}'"
-            findings.warning("W130", message, element.origin, "it starts at 0")
+            message = f"the start position of joint '{joint}' must be a number, not '{element.text.strip()}'"
+            findings.warning("W130", message, element.origin, "the joint starts at 0")
 
 
-def _said(robot: RobotModel) -> Iterator[tuple[str, Element]]:
-    """The names of joints, and what says where each starts."""
+def _start_elements(robot: RobotModel) -> Iterator[tuple[str, Element]]:
+    """The names of joints, each with the element that gives its start position."""
     yield from initial_values(robot)
     for plugin in gazebo_plugins(robot):
         first = plugin.find("initial_position")
-        said = plugin.find("joint_name")
-        if commanded_by(plugin) is not None and first is not None and said is not None:
-            yield said.text.strip(), first
+        joint_name = plugin.find("joint_name")
+        if commanded_by(plugin) is not None and first is not None and joint_name is not None:
+            yield joint_name.text.strip(), first
 
 
 def joint_control(
     robot: RobotModel, driven: tuple[str, ...], findings: DiagnosticCollector, naming: Naming = ROOT_NAMING
 ) -> JointControl:
-    """How the description has its joints commanded, those that are `driven` left out, of a robot that the
-    simulation calls `naming`. What it names and the robot does not have is said at its line."""
+    """Find the joint controllers of a description.
+
+    Joints in `driven` belong to the drive and are not commanded. `naming` has the robot's names in the
+    simulation. Names that the robot does not have are reported at their line.
+    """
     reader = _Reader(robot, driven, findings, naming)
     controllers = (*reader.of_parameters(), *reader.of_plugins())
     known = tuple(controller for controller in controllers if controller.joints)
@@ -119,19 +121,19 @@ def joint_control(
 
 
 def joints_of(kind: Kind, found: Parameters) -> list[str]:
-    """The names of the joints that a controller commands, whether there are such or not."""
-    said = found.values.get(kind.joints)
-    return [said] if isinstance(said, str) and said else _words(said)
+    """The names of the joints that a controller commands. The joints need not exist."""
+    value = found.values.get(kind.joints)
+    return [value] if isinstance(value, str) and value else _words(value)
 
 
 def spawned_for(robot: RobotModel, joints: Iterable[str]) -> str:
-    """Why joints that would drive do not: a controller was spawned to command one of them; else empty."""
+    """The reason why the joints do not drive: a controller was spawned to command one of them. Else empty."""
     for found in controller_parameters(robot, DiagnosticCollector()):
         kind = KINDS[found.ros].get(found.kind)
         if kind is not None and found.is_spawned and found.is_active:
             taken = set(joints_of(kind, found)).intersection(joints)
             if taken:
-                return f"the controller {found.controller} was spawned to command '{min(taken)}'"
+                return f"the controller {found.controller}, which was spawned, commands '{min(taken)}'"
     return ""
 
 
@@ -144,44 +146,44 @@ class _Reader:
         """The joints that controllers may command."""
         self._offered = joint_interfaces(robot, findings)
         self._has_manager = any("gazeboroscontrol" in words_of(plugin) for plugin in gazebo_plugins(robot))
-        """Whether gazebo_ros_control runs ROS 1's controller manager."""
+        """Whether the description loads gazebo_ros_control, which runs ROS 1's controller manager."""
         self.state_topics: list[str] = []
 
     def of_parameters(self) -> Iterator[JointController]:
-        """Those of ros_control and ros2_control."""
+        """The controllers of ros_control and ros2_control."""
         for found in controller_parameters(self.robot, self.findings):
             yield from self._of(found)
 
     def _of(self, found: Parameters) -> Iterator[JointController]:
-        """What one controller commands of joints."""
+        """The joint controller for the parameters of one controller, if KBot runs it."""
         kind = KINDS[found.ros].get(found.kind)
         if found.ros == 1 and not self._has_manager:
-            what = f"nothing loads the controller '{found.controller}': there is no controller manager"
-            hint = "the description needs the plugin libgazebo_ros_control.so"
+            what = f"the controller '{found.controller}' is not loaded: there is no controller manager"
+            hint = "add the plugin libgazebo_ros_control.so to the description"
             self.findings.warning("W137", what, found.origin, hint)
         elif kind is not None:
             yield from self._of_kind(kind, found)
         elif found.ros == 2 and (meant := unknown_type(found.kind)) is not None:
-            what = f"the controller '{found.controller}' is not loaded: there is no type '{found.kind}'"
+            what = f"the controller '{found.controller}' is not loaded: unknown type '{found.kind}'"
             self.findings.error("W143", what, found.place(), meant)
-        elif is_done_elsewhere(found.kind):
+        elif is_handled_elsewhere(found.kind):
             self._of_others(found)
         else:
-            said = f"the controller '{found.controller}' of type {found.kind} is not run"
+            what = f"KBot does not run the controller '{found.controller}' of type {found.kind}"
             hint = did_you_mean(found.kind, KINDS[found.ros])
-            self.findings.info("W135", said, found.place(), hint)
+            self.findings.info("W135", what, found.place(), hint)
 
     def _of_others(self, found: Parameters) -> None:
-        """Controllers that do not command single joints: of these, one publishes joint states."""
+        """Check a controller that does not command single joints. A JointStateController adds a topic."""
         if self._has(found) and found.kind == JOINT_STATE and found.is_active:
             self.state_topics.append(f"{found.controller.rpartition('/')[0]}/joint_states")
 
     def _of_kind(self, kind: Kind, found: Parameters) -> Iterator[JointController]:
         words = joints_of(kind, found)
-        needed = {
+        required = {
             name.replace("JOINT", joint): None for name in kind.required for joint in words or ("JOINT",)
         }
-        if not self._has(found, *needed, *([] if words else [kind.joints])):
+        if not self._has(found, *required, *([] if words else [kind.joints])):
             return
         interface = self._interface(kind, found)
         place = found.place(kind.joints)
@@ -198,7 +200,7 @@ class _Reader:
         for word in words if found.is_spawned else ():
             if word in self.robot.joints and word not in joints:
                 mimic = self.robot.joints[word].mimic
-                why = f"follows '{mimic.joint}'" if mimic else "drives the robot or cannot move"
+                why = f"mimics '{mimic.joint}'" if mimic else "drives the robot or cannot move"
                 what = f"the controller '{found.controller}' does not command '{word}', which {why}"
                 self.findings.info("W135", what, found.place(kind.joints))
         topic = f"{found.controller}/{kind.topic}"
@@ -214,26 +216,27 @@ class _Reader:
             Constraints.of(found.values, joints) if has_action else None,
         )
 
-    def _has(self, found: Parameters, *needed: str) -> bool:
-        """Whether a controller has what its namesake does not start without."""
-        lacking = found.lacking(*needed)
+    def _has(self, found: Parameters, *required: str) -> bool:
+        """Whether a controller has the parameters without which ROS's controller does not start."""
+        lacking = found.lacking(*required)
         if lacking:
-            what = f"the controller '{found.controller}' lacks {', '.join(lacking)}: it is not loaded"
-            self.findings.warning("W137", what, found.place(), f"without that no {found.kind} starts")
+            what = f"the controller '{found.controller}' is not loaded: it lacks {', '.join(lacking)}"
+            self.findings.warning("W137", what, found.place(), f"{found.kind} does not start without it")
         return not lacking
 
     def _is_offered(self, kind: Kind, found: Parameters, joints: tuple[str, ...]) -> bool:
-        """Whether a transmission gives the controller what it commands of each of its joints."""
+        """Whether transmissions offer the interface that the controller needs for each of its joints."""
         wanted = kind.hardware
         for joint in joints if wanted is not None else ():
             offered = self._offered.get(joint)
             if offered is None or wanted not in offered:
-                has = "no transmission" if offered is None else f"none but {', '.join(sorted(offered))}"
-                what = f"the controller '{found.controller}' commands the {wanted} of '{joint}'"
+                only = f"only {', '.join(sorted(offered))}" if offered else "no known interface"
+                has = "has no transmission" if offered is None else f"has a transmission for {only}"
+                what = f"the controller '{found.controller}' is not loaded: it commands the {wanted} of"
                 hint = f"<hardwareInterface>hardware_interface/{str(wanted).capitalize()}JointInterface"
                 hint = f"write {hint}</hardwareInterface> in the joint's <transmission>"
                 self.findings.warning(
-                    "W138", f"{what}, which has {has}: it is not loaded", found.place(kind.joints), hint
+                    "W138", f"{what} '{joint}', which {has}", found.place(kind.joints), hint
                 )
                 return False
         return True
@@ -241,18 +244,19 @@ class _Reader:
     def _interface(self, kind: Kind, found: Parameters) -> Interface | None:
         if kind.interface is not None:
             return kind.interface
-        said: object = found.values.get("interface_name")
+        name: object = found.values.get("interface_name")
         if kind.input is Input.TRAJECTORY:
-            said = (_words(found.values.get("command_interfaces")) or ["position"])[0]
+            name = (_words(found.values.get("command_interfaces")) or ["position"])[0]
         try:
-            return Interface(str(said))
+            return Interface(str(name))
         except ValueError:
-            what = f"the controller '{found.controller}' commands '{said}': it is left out"
+            what = f"KBot does not run the controller '{found.controller}': unknown interface '{name}'"
             where = found.place("interface_name", "command_interfaces")
-            self.findings.warning("W130", what, where, f"there are {', '.join(Interface)}")
+            self.findings.warning("W130", what, where, f"choose from {', '.join(Interface)}")
             return None
 
     def of_plugins(self) -> Iterator[JointController]:
+        """The controllers that are plugins of Gazebo."""
         self.findings.diagnostics += plugin_findings(self.robot)
         for plugin in gazebo_plugins(self.robot):
             kind = commanded_by(plugin)
@@ -265,8 +269,8 @@ class _Reader:
             joints = tuple(name for name in names if name in self.free)
             if input_ is Input.TRAJECTORY and not names:
                 joints = tuple(j.name for j in self.robot.movable_joints if j.name in self.free)
-            said = plugin.find("topic") or plugin.find("topicName")
-            topic = said.text.strip() if said is not None else ""
+            element = plugin.find("topic") or plugin.find("topicName")
+            topic = element.text.strip() if element is not None else ""
             if input_ is Input.TRAJECTORY and is_of_gazebo_ros(plugin):
                 topic = PluginNames(plugin, self._naming).topic(topic or ending)
             if input_ is Input.TRAJECTORY:
@@ -278,8 +282,11 @@ class _Reader:
                 yield JointController(joint, own, input_, (joint,), interface)
 
     def hardware_holds(self) -> set[str]:
-        """Joints that the hardware holds before any controller speaks, as gz_ros2_control (`hold_joints`) and
-        gazebo_ros_control do: all whose position or speed can be commanded."""
+        """Joints that the hardware holds until a controller commands them.
+
+        gz_ros2_control (`hold_joints`) and gazebo_ros_control hold all joints whose position or velocity can
+        be commanded.
+        """
         held = {
             joint.attributes.get("name", "")
             for joint in hardware_joints(self.robot)

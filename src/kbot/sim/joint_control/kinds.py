@@ -8,7 +8,7 @@ from enum import StrEnum
 
 
 class Interface(StrEnum):
-    """What of a joint is commanded: rad or m, rad/s or m/s, N m or N."""
+    """The commanded quantity of a joint: rad or m, rad/s or m/s, N m or N."""
 
     POSITION = "position"
     VELOCITY = "velocity"
@@ -16,7 +16,7 @@ class Interface(StrEnum):
 
 
 class Input(StrEnum):
-    """The message that a controller hears."""
+    """The message type of a controller's command topic."""
 
     NUMBER = "Float64"
     ARRAY = "Float64MultiArray"
@@ -27,11 +27,11 @@ class Input(StrEnum):
 class Kind:
     """A type of controller.
 
-    interface  what its commands are, None where its parameters say so
-    hardware   the interface of the hardware that it works by
-    joints     the parameter that names its joints, or its one joint
-    topic      where it hears, beneath its name
-    required   further parameters without which it does not start; JOINT stands for each joint
+    interface  the quantity that it commands. None: its parameters set it
+    hardware   the hardware interface that it needs. None: any
+    joints     the parameter that names its joints or its single joint
+    topic      the command topic, below the controller's name
+    required   other parameters that it does not start without. JOINT is replaced by each joint's name
     """
 
     input: Input
@@ -45,7 +45,7 @@ class Kind:
 _POSITION, _VELOCITY, _EFFORT = Interface.POSITION, Interface.VELOCITY, Interface.EFFORT
 
 
-def _one(interface: Interface, hardware: Interface) -> Kind:
+def _single(interface: Interface, hardware: Interface) -> Kind:
     gains = () if interface is hardware else ("pid.p",)
     return Kind(Input.NUMBER, interface, hardware, "joint", "command", gains)
 
@@ -60,12 +60,12 @@ def _trajectory(hardware: Interface, *required: str) -> Kind:
 
 
 _ROS_1: Mapping[str, Kind] = {
-    "effort_controllers/JointPositionController": _one(_POSITION, _EFFORT),
-    "effort_controllers/JointVelocityController": _one(_VELOCITY, _EFFORT),
-    "effort_controllers/JointEffortController": _one(_EFFORT, _EFFORT),
-    "velocity_controllers/JointPositionController": _one(_POSITION, _VELOCITY),
-    "velocity_controllers/JointVelocityController": _one(_VELOCITY, _VELOCITY),
-    "position_controllers/JointPositionController": _one(_POSITION, _POSITION),
+    "effort_controllers/JointPositionController": _single(_POSITION, _EFFORT),
+    "effort_controllers/JointVelocityController": _single(_VELOCITY, _EFFORT),
+    "effort_controllers/JointEffortController": _single(_EFFORT, _EFFORT),
+    "velocity_controllers/JointPositionController": _single(_POSITION, _VELOCITY),
+    "velocity_controllers/JointVelocityController": _single(_VELOCITY, _VELOCITY),
+    "position_controllers/JointPositionController": _single(_POSITION, _POSITION),
     "effort_controllers/JointGroupPositionController": _group(_POSITION, _EFFORT),
     "effort_controllers/JointGroupEffortController": _group(_EFFORT, _EFFORT),
     "velocity_controllers/JointGroupVelocityController": _group(_VELOCITY, _VELOCITY),
@@ -94,7 +94,7 @@ _ROS_2: Mapping[str, Kind] = {
 }
 
 KINDS: Mapping[int, Mapping[str, Kind]] = {1: _ROS_1, 2: _ROS_2}
-"""By ROS 1 or 2, then by type."""
+"""By ROS version, 1 or 2, then by type."""
 
 _ELSEWHERE = (
     "diff_drive_controller",
@@ -106,6 +106,6 @@ _ELSEWHERE = (
 )
 
 
-def is_done_elsewhere(kind: str) -> bool:
-    """Whether the simulation does by itself, or reads elsewhere, what such a controller does."""
+def is_handled_elsewhere(kind: str) -> bool:
+    """Whether another part of KBot does what a controller of this type does."""
     return kind.partition("/")[0].endswith(("_broadcaster", *_ELSEWHERE))

@@ -8,8 +8,10 @@ from kbot.text import Element
 
 
 def commanded_by(plugin: Element) -> tuple[Input, Interface, str] | None:
-    """What a plugin hears and commands, and the end of its topic where none is given; None for one that
-    commands no joint."""
+    """A plugin's message type, what it commands, and the end of its default topic.
+
+    None for a plugin that does not command joints.
+    """
     words = words_of(plugin)
     if "jointposetrajectory" in words:
         return Input.TRAJECTORY, Interface.POSITION, "set_joint_trajectory"

@@ -1,15 +1,15 @@
-"""Servos of the joints that do not drive: hold a position, turn at a speed, or apply an effort.
+"""Servos of the joints that are not part of the drive: hold a position, move at a speed, or apply an effort.
 
-A position servo is a critically damped spring about the joint's inertia in the current pose. It receives the
-wanted position and speed, and the load on the joint (computed torque: Spong, Robot Modeling and Control,
-8.3), so that a joint follows its trajectory without lag and does not sag.
+A position servo is a critically damped spring, tuned to the joint's inertia in the current pose. It receives
+the wanted position and velocity, and the load on the joint (computed torque: Spong, Robot Modeling and
+Control, 8.3). So a joint follows its trajectory without lag and does not sag.
 """
 
 from __future__ import annotations
 
 import reprlib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 
 import mujoco
@@ -24,7 +24,10 @@ from kbot.text import KbotError
 
 @dataclass(frozen=True, slots=True)
 class JointBounds:
-    """`lower` and `upper` in rad or m; `speed` in rad/s or m/s, `effort` in N m or N: else endless."""
+    """The limits of a joint: `lower` and `upper` in rad or m, `speed` in rad/s or m/s, `effort` in N m or N.
+
+    A missing limit is infinite.
+    """
 
     lower: float
     upper: float
@@ -37,7 +40,7 @@ class JointBounds:
         lower, upper = joint.range
         limit, safety = joint.limit, joint.safety
         if joint.type is JointType.CONTINUOUS:
-            # without an end, a safety controller bounds no position
+            # a continuous joint has no position limits, so its safety controller has no effect
             safety = None
         elif safety is not None and safety.soft_lower_limit < safety.soft_upper_limit:
             lower, upper = max(lower, safety.soft_lower_limit), min(upper, safety.soft_upper_limit)
@@ -49,12 +52,12 @@ class JointBounds:
         return min(max(wanted, self.lower), self.upper)
 
     def velocity(self, wanted: float, position: float) -> float:
-        """A speed that may be commanded where the joint stands."""
+        """The wanted velocity, limited for the joint's position."""
         lowest, highest = self._speeds(position)
         return min(max(wanted, lowest), highest)
 
     def force(self, wanted: float, position: float, velocity: float) -> float:
-        """An effort that may be commanded where the joint stands and as it moves."""
+        """The wanted effort, limited for the joint's position and velocity."""
         lowest, highest = -self.effort, self.effort
         if self.safety is not None and self.safety.k_velocity:
             slowest, fastest = self._speeds(position)
@@ -73,14 +76,18 @@ class JointBounds:
 
 
 FREQUENCY = 50.0
-"""rad/s: how fast a servo mends an error."""
+"""Natural frequency of the servos in rad/s."""
 LEAST_INERTIA = 1e-6
+"""Smallest inertia that a servo is tuned to, in kg m^2 or kg, so that its gains are never 0."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """Of a joint in the engine; `inertia` is where the mass matrix has its own, `first` what that is with all
-    joints at zero, kg m^2 or kg."""
+    """A joint's indices in the engine.
+
+    `inertia` is the index of its diagonal element in the mass matrix. `first` is the value of that element
+    with all joints at zero, in kg m^2 or kg.
+    """
 
     actuator: int
     position: int
@@ -90,8 +97,8 @@ class _Place:
 
 
 @dataclass(frozen=True, slots=True)
-class _Order:
-    """What a joint was told; for a position also where it is told to be by now."""
+class _Command:
+    """A joint's command. For a position command, `now` is the intermediate position at the current time."""
 
     interface: Interface
     wanted: float
@@ -99,19 +106,19 @@ class _Order:
 
 
 @dataclass(frozen=True, slots=True)
-class _Way:
-    """A trajectory that is followed, from a step on."""
+class _ActiveTrajectory:
+    """A trajectory that is being followed since the step `start`."""
 
     joints: tuple[str, ...]
     trajectory: Trajectory
     start: int
 
 
-SavedServos = tuple[dict[str, _Order], tuple[_Way, ...], dict[str, float]]
+SavedServos = tuple[dict[str, _Command], tuple[_ActiveTrajectory, ...], dict[str, float]]
 
 
 class JointServos:
-    """The servos of a robot's joints that do not drive."""
+    """The servos of the joints that are not part of a robot's drive."""
 
     def __init__(
         self,
@@ -134,7 +141,7 @@ class JointServos:
         self._places: dict[str, _Place] = {}
         self._bounds: dict[str, JointBounds] = {}
         self._inertias: dict[str, float] = {}
-        """What each servo reckons with, kg m^2 or kg; far more where an arm is stretched out than folded."""
+        """The inertia that each servo is tuned to, in kg m^2 or kg. It depends on the pose of an arm."""
         for name in joints:
             actuator = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, prefix + name)
             if actuator >= 0:
@@ -145,148 +152,160 @@ class JointServos:
                 self._places[name] = _Place(actuator, int(model.jnt_qposadr[index]), dof, diagonal, first)
                 self._inertias[name] = first
                 self._bounds[name] = JointBounds.of(robot.joints[name])
-        self._orders: dict[str, _Order] = {}
-        self._ways: tuple[_Way, ...] = ()
+        self._commands: dict[str, _Command] = {}
+        self._trajectories: tuple[_ActiveTrajectory, ...] = ()
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Those that can be commanded."""
+        """The joints that can be commanded."""
         return tuple(self._places)
 
     @property
     def is_active(self) -> bool:
-        """Whether any is commanded, and `advance` has to be called."""
-        return bool(self._orders)
+        """Whether a joint is commanded, so that `advance` has to be called."""
+        return bool(self._commands)
 
     def command(self, values: Mapping[str, float], interface: Interface) -> None:
-        """Tell joints where to be, how fast to go, or what to exert. Raises KbotError for no number."""
-        for value in values.values():
-            if not is_within(value, FURTHEST):
-                raise KbotError(
-                    f"a joint's {interface} is a finite number up to {FURTHEST:g}, not {reprlib.repr(value)}"
-                )
+        """Command positions, velocities or efforts. Raises KbotError for a value that is not a number."""
         for joint, value in values.items():
-            self._leave_ways(joint)
-            self._take(joint, _Order(interface, float(value), self.told(joint)))
+            if not is_within(value, FURTHEST):
+                allowed = f"a finite number up to {FURTHEST:g}, not {reprlib.repr(value)}"
+                raise KbotError(f"the {interface} of joint '{joint}' must be {allowed}")
+        for joint, value in values.items():
+            self._end_trajectory(joint)
+            self._set_command(joint, _Command(interface, float(value), self.commanded_position(joint)))
 
     def follow(self, joints: tuple[str, ...], points: Iterable[TrajectoryPoint], step: int) -> None:
-        """Go through points from this step on, from where the joints are told to be now."""
+        """Follow points from this step on, starting at the joints' commanded positions."""
         for joint in joints:
-            self._leave_ways(joint)
-            self._take(joint, _Order(Interface.POSITION, self.told(joint), self.told(joint)))
-        here = tuple(self._orders[joint].now for joint in joints)
+            self._end_trajectory(joint)
+            position = self.commanded_position(joint)
+            self._set_command(joint, _Command(Interface.POSITION, position, position))
+        here = tuple(self._commands[joint].now for joint in joints)
         still = (0.0,) * len(joints)
-        way = _Way(joints, Trajectory(TrajectoryPoint(0.0, here, still, still), tuple(points)), step)
-        self._ways = (*self._ways, way)
+        trajectory = Trajectory(TrajectoryPoint(0.0, here, still, still), tuple(points))
+        self._trajectories = (*self._trajectories, _ActiveTrajectory(joints, trajectory, step))
 
     def desired(
         self, joints: tuple[str, ...], time: float
     ) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
-        """Where the trajectory that these joints follow has them at a time (s), and how fast; None where they
-        follow none together."""
-        for way in self._ways:
-            if way.joints == joints:
-                sample = way.trajectory.at(max(0.0, time - way.start * self._timestep))
+        """The positions and velocities of these joints' trajectory at a time (s).
+
+        None if the joints do not follow a trajectory together.
+        """
+        for active in self._trajectories:
+            if active.joints == joints:
+                sample = active.trajectory.at(max(0.0, time - active.start * self._timestep))
                 return tuple(sample.positions.tolist()), tuple(sample.velocities.tolist())
         return None
 
     def release(self, joint: str) -> None:
-        if joint in self._orders:
-            self._leave_ways(joint)
-            del self._orders[joint]
+        if joint in self._commands:
+            self._end_trajectory(joint)
+            del self._commands[joint]
             self._inertias[joint] = self._places[joint].first
             self._set_gains(joint, 0.0, 0.0, 0.0)
 
     def release_all(self) -> None:
-        for joint in tuple(self._orders):
+        for joint in tuple(self._commands):
             self.release(joint)
 
     def save(self) -> SavedServos:
-        """What `restore` takes back."""
-        inertias = {joint: self._inertias[joint] for joint in self._orders}
-        return dict(self._orders), self._ways, inertias
+        """The state for `restore`."""
+        inertias = {joint: self._inertias[joint] for joint in self._commands}
+        return dict(self._commands), self._trajectories, inertias
 
     def restore(self, saved: SavedServos) -> None:
         self.release_all()
-        orders, self._ways, inertias = saved
-        for joint, order in orders.items():
+        commands, self._trajectories, inertias = saved
+        for joint, current in commands.items():
             if joint in self._places:
                 self._inertias[joint] = inertias[joint]
-                self._take(joint, order)
-        self._ways = tuple(way for way in self._ways if all(joint in self._places for joint in way.joints))
+                self._set_command(joint, current)
+        self._trajectories = tuple(
+            active for active in self._trajectories if all(joint in self._places for joint in active.joints)
+        )
 
-    def set_back(self, steps: int) -> None:
-        """Time was set back by so many steps."""
-        self._ways = tuple(_Way(way.joints, way.trajectory, way.start - steps) for way in self._ways)
+    def shift_time(self, steps: int) -> None:
+        """Shift the starts of trajectories after the time was set back by `steps`."""
+        self._trajectories = tuple(
+            replace(active, start=active.start - steps) for active in self._trajectories
+        )
 
     def advance(self, step: int) -> None:
-        """Give the servos their next commands."""
-        # what a command holds for is a period: it is right in the middle of it
+        """Send the servos their next commands."""
+        # a command holds for one period, so it is sampled in the middle of that period
         late = self._period / 2.0
         samples = [
-            (way.joints, way.trajectory.at((step - way.start) * self._timestep + late)) for way in self._ways
+            (active.joints, active.trajectory.at((step - active.start) * self._timestep + late))
+            for active in self._trajectories
         ]
         followed = {
             joint: (float(s.positions[i]), float(s.velocities[i]), float(s.accelerations[i]))
             for joints, s in samples
             for i, joint in enumerate(joints)
         }
-        for joint, order in self._orders.items():
+        for joint, current in self._commands.items():
             place, bounds = self._places[joint], self._bounds[joint]
             position, velocity = self._qpos[place.position], self._qvel[place.dof]
             load = self._bias[place.dof] - self._passive[place.dof]
-            # before a first step the engine has none
+            # before the first step the engine's mass matrix is empty
             inertia = max(self._mass_matrix[place.inertia] or place.first, LEAST_INERTIA)
             if inertia != self._inertias[joint]:
                 self._inertias[joint] = inertia
-                self._tune(joint, order.interface)
+                self._tune(joint, current.interface)
             damping = 2.0 * inertia * FREQUENCY
-            if order.interface is Interface.EFFORT:
-                command = bounds.force(order.wanted, position, velocity)
-            elif order.interface is Interface.VELOCITY:
-                command = bounds.velocity(order.wanted, position) + load / damping
+            if current.interface is Interface.EFFORT:
+                command = bounds.force(current.wanted, position, velocity)
+            elif current.interface is Interface.VELOCITY:
+                command = bounds.velocity(current.wanted, position) + load / damping
             else:
-                target, speed, acceleration = followed.get(joint) or self._towards(order, bounds)
+                target, speed, acceleration = followed.get(joint) or self._towards(current, bounds)
                 target = bounds.position(target)
-                wanted = target if joint in followed else order.wanted
-                self._orders[joint] = _Order(order.interface, wanted, target)
+                wanted = target if joint in followed else current.wanted
+                self._commands[joint] = _Command(current.interface, wanted, target)
                 pushed = inertia * acceleration + damping * speed + load
                 command = target + pushed / (inertia * FREQUENCY**2)
             self._ctrl[place.actuator] = command
-        self._ways = tuple(
-            way for way in self._ways if (step - way.start) * self._timestep < way.trajectory.end
+        self._trajectories = tuple(
+            active
+            for active in self._trajectories
+            if (step - active.start) * self._timestep < active.trajectory.end
         )
 
-    def _towards(self, order: _Order, bounds: JointBounds) -> tuple[float, float, float]:
-        """The next place on the way to the one that is wanted, within the joint's speed."""
-        aim = bounds.position(order.wanted)
+    def _towards(self, current: _Command, bounds: JointBounds) -> tuple[float, float, float]:
+        """The next intermediate position (with its velocity and acceleration), within the speed limit."""
+        aim = bounds.position(current.wanted)
         if bounds.speed == inf:
             return aim, 0.0, 0.0
         most = bounds.speed * self._period
-        move = min(max(aim - order.now, -most), most)
-        return order.now + move, move / self._period, 0.0
+        move = min(max(aim - current.now, -most), most)
+        return current.now + move, move / self._period, 0.0
 
     def within(self, joint: str, position: float) -> float:
-        """Where a joint goes that is told a position (rad or m)."""
+        """The position (rad or m) within the joint's limits."""
         return self._bounds[joint].position(position)
 
-    def told(self, joint: str) -> float:
-        """Where a joint is told to be (rad or m), or else where it is."""
-        order = self._orders.get(joint)
-        if order is not None and order.interface is Interface.POSITION:
-            return order.now
+    def commanded_position(self, joint: str) -> float:
+        """A joint's commanded position (rad or m). Without a position command, its actual position."""
+        current = self._commands.get(joint)
+        if current is not None and current.interface is Interface.POSITION:
+            return current.now
         return self._qpos[self._places[joint].position]
 
-    def _leave_ways(self, joint: str) -> None:
-        """A new command ends the trajectory that the joint is on, for all of its joints: they stay."""
-        self._ways = tuple(way for way in self._ways if joint not in way.joints)
+    def _end_trajectory(self, joint: str) -> None:
+        """End the trajectory of a joint that receives a new command.
 
-    def _take(self, joint: str, order: _Order) -> None:
-        self._tune(joint, order.interface)
-        self._orders[joint] = order
+        Its other joints hold their positions.
+        """
+        self._trajectories = tuple(active for active in self._trajectories if joint not in active.joints)
+
+    def _set_command(self, joint: str, current: _Command) -> None:
+        self._tune(joint, current.interface)
+        self._commands[joint] = current
 
     def _tune(self, joint: str, interface: Interface) -> None:
-        """Give a servo the gains of the joint's inertia."""
+        """Set a servo's gains for the joint's inertia."""
         inertia = self._inertias[joint]
         damping = 2.0 * inertia * FREQUENCY
         if interface is Interface.POSITION:

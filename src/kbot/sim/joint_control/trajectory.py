@@ -1,7 +1,7 @@
 """Interpolates joint trajectories as joint_trajectory_controller does, and checks joint commands.
 
-With positions alone it goes straight, with velocities along cubics, with accelerations along quintics
-(its own `Trajectory::interpolate_between_points`).
+Interpolation is linear for positions alone, cubic with velocities, and quintic with accelerations, as in that
+controller's `Trajectory::interpolate_between_points`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,10 @@ Array = NDArray[np.float64]
 
 
 class TrajectoryPoint(NamedTuple):
-    """Seconds from the start, and a number a joint: rad or m, and their derivatives where they are given."""
+    """A point of a trajectory: `time` in s from the start, and one number per joint (rad or m).
+
+    Velocities and accelerations may be empty.
+    """
 
     time: float
     positions: tuple[float, ...]
@@ -41,18 +44,18 @@ class Sample(NamedTuple):
 
 
 class Trajectory:
-    """Goes from `start`, which is where the joints are at time 0, through `points` in the order of time."""
+    """A trajectory from `start`, the joints' state at time 0, through `points` in order of time."""
 
     def __init__(self, start: TrajectoryPoint, points: Sequence[TrajectoryPoint]) -> None:
         self._points = [start, *points]
 
     @property
     def end(self) -> float:
-        """Seconds."""
+        """The time of the last point in s."""
         return self._points[-1].time
 
     def at(self, time: float) -> Sample:
-        """Where the joints are to be at a time (s); at rest at the last point from the end on."""
+        """The wanted state of the joints at a time (s). After the end they rest at the last point."""
         last = self._points[-1]
         if time >= last.time:
             still = np.zeros(len(last.positions))
@@ -62,7 +65,7 @@ class Trajectory:
 
 
 def _between(a: TrajectoryPoint, b: TrajectoryPoint, time: float) -> Sample:
-    """On the polynomial of the least degree that has what both points give."""
+    """The polynomial of the lowest degree that satisfies both points."""
     length, t = b.time - a.time, time - a.time
     p, q = np.array(a.positions), np.array(b.positions)
     if not b.velocities:
@@ -85,7 +88,7 @@ def _between(a: TrajectoryPoint, b: TrajectoryPoint, time: float) -> Sample:
 
 
 def _sample(coefficients: tuple[Array, ...], t: float) -> Sample:
-    """A polynomial and its derivatives."""
+    """The value and the derivatives of a polynomial."""
     zero = np.zeros_like(coefficients[0])
     position = sum((k * t**n for n, k in enumerate(coefficients)), zero)
     velocity = sum((n * k * t ** (n - 1) for n, k in enumerate(coefficients) if n), zero)
@@ -94,61 +97,65 @@ def _sample(coefficients: tuple[Array, ...], t: float) -> Sample:
 
 
 MOST_POINTS = 100_000
-"""A quarter of an hour at 100 Hz: a second of work, for which the run stands."""
+"""A quarter of an hour at 100 Hz. Reading as many points takes a second, in which the simulation waits."""
 
 
 def joint_command(values: object, interface: str) -> tuple[dict[str, float], Interface]:
-    """Raises KbotError for what is no mapping of joints, or an interface that joints do not have."""
+    """Check a command. Raises KbotError: `values` does not map joints to numbers, or an unknown interface."""
     if not isinstance(values, Mapping):
-        raise KbotError(f"joints are commanded by name, as in {{'arm': 0.5}}, not {reprlib.repr(values)}")
+        raise KbotError(
+            f"a joint command must map joint names to numbers, as {{'arm': 0.5}}, not {reprlib.repr(values)}"
+        )
     for name, value in values.items():
         if isinstance(value, bool):
-            raise KbotError(f"joint '{name}' is told a number, not {value}")
+            raise KbotError(f"the command of joint '{name}' must be a number, not {value}")
     try:
         return dict(values), Interface(interface)
     except ValueError:
-        hint = did_you_mean(str(interface), list(Interface)) or f"there are {', '.join(Interface)}"
-        raise KbotError(f"joints have no interface {reprlib.repr(interface)}: {hint}") from None
+        hint = did_you_mean(str(interface), list(Interface)) or f"choose from {', '.join(Interface)}"
+        raise KbotError(f"unknown joint interface {reprlib.repr(interface)}: {hint}") from None
 
 
 def trajectory_points(joints: object, points: object) -> tuple[tuple[str, ...], tuple[TrajectoryPoint, ...]]:
-    """Raises KbotError for points that are none, or whose times do not grow."""
+    """Check a trajectory. Raises KbotError: a point is not valid, or the times do not increase."""
     if isinstance(joints, str) or not isinstance(joints, Sequence) or not isinstance(points, Sequence):
-        raise KbotError("a trajectory is a list of joints and a list of points")
+        raise KbotError("a trajectory must be a list of joints and a list of points")
     if len(points) > MOST_POINTS:
         raise KbotError(
-            f"a trajectory has at most {MOST_POINTS:,} points, not {len(points):,}: give it in parts"
+            f"a trajectory may have at most {MOST_POINTS:,} points, not {len(points):,}: split it"
         )
     names = tuple(joints)
     if not names or not all(isinstance(name, str) for name in names) or len(set(names)) < len(names):
-        raise KbotError(f"the joints of a trajectory are names, each once, not {reprlib.repr(joints)}")
-    made = tuple(_point(point, len(names)) for point in points)
-    for before, after in pairwise(made):
+        raise KbotError(f"the joints of a trajectory must be distinct names, not {reprlib.repr(joints)}")
+    checked = tuple(_point(point, len(names)) for point in points)
+    for before, after in pairwise(checked):
         if not after.time > before.time:
             raise KbotError(
-                f"the times of a trajectory grow: {after.time:g} s does not follow {before.time:g} s"
+                f"the times of a trajectory must increase: {after.time:g} s comes after {before.time:g} s"
             )
-    return names, made
+    return names, checked
 
 
 def _point(point: object, count: int) -> TrajectoryPoint:
     if not _is_list(point) or not 2 <= len(point) <= 4:
-        raise KbotError(f"a point is a time, positions, and if wanted velocities, not {reprlib.repr(point)}")
+        raise KbotError(
+            f"a point must be (time, positions[, velocities[, accelerations]]), not {reprlib.repr(point)}"
+        )
     time, *lists = point
     if not _is_sound(time) or time < 0.0:
-        raise KbotError(f"the time of a point is a number of seconds from 0 on, not {reprlib.repr(time)}")
+        raise KbotError(f"the time of a point must be at least 0 seconds, not {reprlib.repr(time)}")
     for index, values in enumerate(lists):
         if not _is_list(values):
-            raise KbotError(f"a point has lists of numbers, not {reprlib.repr(values)}")
+            raise KbotError(f"a point needs lists of numbers, not {reprlib.repr(values)}")
         if len(values) != count and (index == 0 or len(values)):
-            raise KbotError(f"a point has {count} numbers, one a joint, not {len(values)}")
+            raise KbotError(f"a point needs {count} numbers, one per joint, not {len(values)}")
         if not all(map(_is_sound, values)):
-            raise KbotError(f"a point is made of finite numbers, not {reprlib.repr(values)}")
+            raise KbotError(f"the numbers of a point must be finite, not {reprlib.repr(values)}")
     return TrajectoryPoint(float(time), *(tuple(map(float, values)) for values in lists))
 
 
 def _is_list(value: object) -> TypeGuard[Sequence[Any]]:  # Any: its values are checked one by one
-    # what nearly all are first: an abstract class is asked a hundred times as slowly
+    # the common types first: a check against an abstract class takes a hundred times as long
     return isinstance(value, tuple | list) or (isinstance(value, Sequence) and not isinstance(value, str))
 
 

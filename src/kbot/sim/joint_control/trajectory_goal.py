@@ -14,13 +14,13 @@ from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 
 AT_REST = 0.01
-"""rad/s or m/s: `constraints.stopped_velocity_tolerance` where it is not given."""
+"""rad/s or m/s: ROS's default of `constraints.stopped_velocity_tolerance`."""
 
 Bounds = Mapping[str, "Tolerance"]
 
 
 class GoalRefused(KbotError):
-    """A goal that is not followed; `code` is one of FollowJointTrajectoryResult."""
+    """A goal that the controller rejects. `code` is one of FollowJointTrajectoryResult."""
 
     def __init__(self, code: int, message: str) -> None:
         super().__init__(message)
@@ -28,7 +28,7 @@ class GoalRefused(KbotError):
 
 
 class Tolerance(NamedTuple):
-    """How far off a joint may be: rad or m, rad/s or m/s."""
+    """The largest error of a joint: rad or m, rad/s or m/s."""
 
     position: float = inf
     velocity: float = inf
@@ -36,7 +36,10 @@ class Tolerance(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Constraints:
-    """By joint, on the way and at its end; `goal_time` in s is how late the end may be reached."""
+    """The tolerances of each joint, along the path and at the goal.
+
+    The goal may be reached `goal_time` seconds late.
+    """
 
     path: Bounds = field(default_factory=dict)
     goal: Bounds = field(default_factory=dict)
@@ -44,7 +47,7 @@ class Constraints:
 
     @classmethod
     def of(cls, values: Mapping[str, object], joints: Iterable[str]) -> Constraints:
-        """Those among a controller's parameters; what is no number above 0 bounds nothing."""
+        """Read a controller's parameters. A value that is not a number above 0 sets no tolerance."""
 
         def number(name: str, default: float) -> float:
             value = values.get(f"constraints.{name}", default)
@@ -65,7 +68,7 @@ class TrajectoryGoal:
 
     @property
     def seconds(self) -> float:
-        """How long it takes."""
+        """The duration in s."""
         return self.points[-1].time if self.points else 0.0
 
 
@@ -77,11 +80,13 @@ def read_goal(
     *,
     allows_partial: bool = False,
 ) -> TrajectoryGoal:
-    """A goal for a controller of the joints that are `known`, its points in seconds from `now` (s) on. It may
-    leave some of them out where the controller `allows_partial` ones.
+    """Check a goal for a controller of the joints `known`. The times of its points start at `now` (s).
+
+    With `allows_partial` the goal may omit joints.
 
     Raises:
-        GoalRefused: it names other joints than the controller's, is over already, or is none.
+        GoalRefused: the joints are not those of the controller, the trajectory is over already, or the goal
+            is not valid.
     """
     way = goal.trajectory
     require_joints(way.joint_names, known, allows_partial=allows_partial)
@@ -103,22 +108,22 @@ def read_goal(
         late = start - now
         points = tuple(p._replace(time=p.time + late) for p in points if p.time + late >= 0.0)
         if written and not points:
-            message = f"the trajectory began at {start:.3f} s and was over before {now:.3f} s"
+            message = f"the trajectory started at {start:.3f} s and ended before now ({now:.3f} s)"
             raise GoalRefused(FollowJointTrajectoryResult.OLD_HEADER_TIMESTAMP, message)
     return TrajectoryGoal(joints, points, bounds)
 
 
 def require_joints(named: tuple[str, ...], known: tuple[str, ...], *, allows_partial: bool) -> None:
-    """Raises GoalRefused: a trajectory of these joints is none of a controller's that are `known`."""
-    strangers = [joint for joint in named if joint not in known]
+    """Raises GoalRefused: a trajectory's joints (`named`) do not fit the controller's joints (`known`)."""
+    unknown = [joint for joint in named if joint not in known]
     lacking = [joint for joint in known if joint not in named]
-    if strangers:
-        hint = did_you_mean(strangers[0], known) or f"its joints are {', '.join(known)}"
-        what = f"the controller does not command '{strangers[0]}': {hint}"
+    if unknown:
+        hint = did_you_mean(unknown[0], known) or f"its joints are {', '.join(known)}"
+        what = f"the controller does not command '{unknown[0]}': {hint}"
     elif lacking and not (allows_partial and named):
         what = (
-            f"the trajectory leaves out '{lacking[0]}', which the controller commands: name them all,"
-            " or set its allow_partial_joints_goal to true"
+            f"the trajectory lacks '{lacking[0]}': name all joints of the controller, or set its"
+            " allow_partial_joints_goal to true"
         )
     elif len(named) > len(set(named)):
         what = f"the trajectory names a joint twice: {', '.join(named)}"
@@ -128,15 +133,15 @@ def require_joints(named: tuple[str, ...], known: tuple[str, ...], *, allows_par
 
 
 def _bounds(defaults: Bounds, wanted: Iterable[JointTolerance]) -> Bounds:
-    """Above 0 it bounds, 0 leaves the controller's own, below 0 bounds nothing."""
+    """A goal's tolerances: 0 means the controller's default, a negative number means no limit."""
     found = dict(defaults)
-    for one in wanted:
-        if not (is_within(one.position, FURTHEST) and is_within(one.velocity, FURTHEST)):
-            raise KbotError(f"the tolerances of '{one.name}' are finite numbers")
-        if one.name in found:
-            own = found[one.name]
-            found[one.name] = Tolerance(
-                _bound(own.position, one.position), _bound(own.velocity, one.velocity)
+    for tolerance in wanted:
+        if not (is_within(tolerance.position, FURTHEST) and is_within(tolerance.velocity, FURTHEST)):
+            raise KbotError(f"the tolerances of '{tolerance.name}' must be finite numbers")
+        if tolerance.name in found:
+            own = found[tolerance.name]
+            found[tolerance.name] = Tolerance(
+                _bound(own.position, tolerance.position), _bound(own.velocity, tolerance.velocity)
             )
     return found
 

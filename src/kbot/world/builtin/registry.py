@@ -1,4 +1,4 @@
-"""The built-in worlds by name, with their parameters: `maze:size=8,seed=3`."""
+"""The built-in worlds by name, with parameters: `maze:size=8,seed=3`."""
 
 from __future__ import annotations
 
@@ -17,16 +17,19 @@ from kbot.world.builders import BLACK, GREEN, ORANGE, WOOD, at, box, cylinder, f
 from kbot.world.world import Body, Box, Part, World
 
 THICKNESS = 0.0004
+"""Thickness of a painted line in m."""
 
 
 def track(straight: float = 2.0, radius: float = 0.75, line: float = 0.03, segments: int = 48) -> World:
-    """A black line in the shape of a stadium: two straights of `straight` metres joined by half circles
-    of `radius`; the start is on the line, along it, and the way round is to the left. It is paint:
-    seen and not touched."""
+    """A black line on the floor in the shape of a stadium, to follow counter-clockwise.
+
+    Two straights of `straight` metres are joined by half circles of `radius`. The start is on the line and
+    points along it. The line is painted: it does not collide.
+    """
     if not (straight >= 0.0 and radius > 0.1 and 0.0 < line < radius and 4 <= segments <= 1000):
         raise KbotError(
-            "world 'track' needs a straight of 0 or more, a radius above 0.1 m, a line narrower than it"
-            " and 4 to 1000 segments"
+            "world 'track': straight must be at least 0, radius above 0.1 m, line above 0 and below radius,"
+            " and segments from 4 to 1000"
         )
     half = straight / 2
     parts = [_piece(straight, line, at(0.0, 0.0)), _piece(straight, line, at(0.0, 2 * radius))]
@@ -45,10 +48,10 @@ def _piece(length: float, width: float, pose: Transform) -> Part:
 
 
 def ramp(angle: float = 10.0, length: float = 2.0, width: float = 1.5) -> World:
-    """A slope of `angle` degrees half a metre ahead of the start, a level top, and the way down."""
+    """A slope of `angle` degrees half a metre ahead of the start, a level top, and a slope down."""
     if not (0.0 < angle <= 45.0 and length > 0.1 and width > 0.1):
         raise KbotError(
-            "world 'ramp' needs an angle above 0 and up to 45 degrees, and a length and width above 0.1 m"
+            "world 'ramp': angle must be above 0 and at most 45 degrees, length and width above 0.1 m"
         )
     rise, run = length * sin(radians(angle)), length * cos(radians(angle))
     top = 1.0
@@ -61,9 +64,9 @@ def ramp(angle: float = 10.0, length: float = 2.0, width: float = 1.5) -> World:
 
 
 def stairs(steps: int = 5, height: float = 0.01, depth: float = 0.4, width: float = 1.5) -> World:
-    """Steps up along x, the first half a metre ahead of the start, and a landing behind the last."""
+    """Steps up along x and a landing. The first step is half a metre ahead of the start."""
     if not (1 <= steps <= 200 and height > 0.0 and depth > 0.0 and width > 0.0):
-        raise KbotError("world 'stairs' needs 1 to 200 steps, and a height, depth and width above 0")
+        raise KbotError("world 'stairs': steps must be from 1 to 200, and height, depth and width above 0")
     bodies: list[Body] = [floor()]
     end = 0.5 + steps * depth + 1.0
     for step in range(steps):
@@ -110,14 +113,14 @@ MOST_BOXES = 10_000
 
 
 def empty(friction: float = 1.0) -> World:
-    """A flat floor without end."""
+    """An infinite flat floor."""
     return World("empty", (floor(friction=friction),))
 
 
 def boxes(count: int = 12, spread: float = 1.6, seed: int = 1) -> World:
-    """Boxes and pillars strewn around a free place of 0.45 m about the start."""
+    """Boxes and pillars at random positions, outside a radius of 0.45 m around the start."""
     if not 0 <= count <= MOST_BOXES or spread < 0.6:
-        raise KbotError(f"world 'boxes' needs a count of 0 to {MOST_BOXES} and a spread of 0.6 m or more")
+        raise KbotError(f"world 'boxes': count must be from 0 to {MOST_BOXES}, and spread at least 0.6 m")
     random = np.random.default_rng(seed)
     bodies = [floor()]
     for index in range(count):
@@ -138,10 +141,12 @@ Cell = tuple[int, int]
 
 
 def maze(size: int = 8, seed: int = 1, cell: float = 0.6, height: float = 0.25) -> World:
-    """A perfect maze of `size` x `size` cells of `cell` metres; the start is the middle of a corner
-    cell, whose open side lies ahead or to the left."""
+    """A perfect maze of `size` x `size` cells of `cell` metres.
+
+    The start is the middle of a corner cell. The cell is open ahead or to the left.
+    """
     if not 1 <= size <= 100 or not cell > 0.05 or not height > 0.0:
-        raise KbotError("world 'maze' needs a size of 1 to 100, cells wider than 0.05 m and a height above 0")
+        raise KbotError("world 'maze': size must be from 1 to 100, cell above 0.05 m and height above 0")
     bodies: list[Body] = [floor(max(40.0, 2.5 * size * cell))]
     for index, (start, end) in enumerate(_walls(size, _passages(size, seed))):
         low = tuple((v - 0.5) * cell for v in start)
@@ -151,8 +156,10 @@ def maze(size: int = 8, seed: int = 1, cell: float = 0.6, height: float = 0.25) 
 
 
 def _passages(size: int, seed: int) -> set[frozenset[Cell]]:
-    """Pairs of neighbouring cells without a wall between them: a random walk that backs out of dead
-    ends (depth first), so every cell is reached once."""
+    """Pairs of neighbouring cells without a wall between them.
+
+    A random depth-first search visits every cell once.
+    """
     random = np.random.default_rng(seed)
     passages: set[frozenset[Cell]] = set()
     path: list[Cell] = [(0, 0)]
@@ -172,7 +179,7 @@ def _passages(size: int, seed: int) -> set[frozenset[Cell]]:
 
 
 def _walls(size: int, passages: set[frozenset[Cell]]) -> list[tuple[Cell, Cell]]:
-    """Straight walls as pairs of corner points, neighbouring pieces joined to one."""
+    """Straight walls as pairs of corner points. Neighbouring pieces are joined."""
     walls: list[tuple[Cell, Cell]] = []
     for line in range(size + 1):
         across = [_is_open((at, line - 1), (at, line), passages) for at in range(size)]
@@ -182,12 +189,12 @@ def _walls(size: int, passages: set[frozenset[Cell]]) -> list[tuple[Cell, Cell]]
     return walls
 
 
-def _is_open(one: Cell, other: Cell, passages: set[frozenset[Cell]]) -> bool:
-    return frozenset((one, other)) in passages
+def _is_open(a: Cell, b: Cell, passages: set[frozenset[Cell]]) -> bool:
+    return frozenset((a, b)) in passages
 
 
 def _closed_runs(is_open: list[bool]) -> list[tuple[int, int]]:
-    """Start and end of every run of places that are not open."""
+    """Start and end of every run of entries that are not open."""
     runs: list[tuple[int, int]] = []
     start: int | None = None
     for index, gap in enumerate([*is_open, True]):
@@ -200,9 +207,9 @@ def _closed_runs(is_open: list[bool]) -> list[tuple[int, int]]:
 
 
 def corridor(length: float = 6.0, width: float = 0.8, height: float = 0.3) -> World:
-    """Two walls along x, from 0.5 m behind the start on, closed at the far end."""
+    """Two walls along x, from 0.5 m behind the start, closed at the far end."""
     if not (length > 0.5 and width > 0.2 and height > 0.0):
-        raise KbotError("world 'corridor' needs a length above 0.5 m, a width above 0.2 m, a height above 0")
+        raise KbotError("world 'corridor': length must be above 0.5 m, width above 0.2 m and height above 0")
     back, front, side = -0.5, length - 0.5, width / 2
     return World(
         "corridor",
@@ -216,10 +223,14 @@ def corridor(length: float = 6.0, width: float = 0.8, height: float = 0.3) -> Wo
 
 
 def rooms(columns: int = 3, rows: int = 2, size: float = 2.0, door: float = 0.6) -> World:
-    """Rooms of `size` metres in a grid, a door in the middle of every inner wall, a table in every
-    other room; the start is the middle of the first room."""
+    """A grid of rooms of `size` metres, with a door in the middle of every inner wall.
+
+    Every other room has a table. The start is the middle of the first room.
+    """
     if not (1 <= columns <= 20 and 1 <= rows <= 20 and size > door > 0.0):
-        raise KbotError("world 'rooms' needs 1 to 20 columns and rows, and a size above that of the doors")
+        raise KbotError(
+            "world 'rooms': columns and rows must be from 1 to 20, and door above 0 and below size"
+        )
     bodies: list[Body] = [floor(max(40.0, 2.5 * size * max(columns, rows)))]
     for column in range(columns + 1):
         for row in range(rows):
@@ -240,7 +251,7 @@ def rooms(columns: int = 3, rows: int = 2, size: float = 2.0, door: float = 0.6)
 
 
 def _side(name: str, start: tuple[float, float], end: tuple[float, float], door: float) -> list[Body]:
-    """A wall, in two pieces when there is a door in its middle."""
+    """A wall. With a door in its middle it has two pieces."""
     if not door:
         return [wall(name, start, end)]
     length = abs(end[0] - start[0]) + abs(end[1] - start[1])
@@ -259,17 +270,18 @@ BUILDERS: dict[str, Callable[..., World]] = {
 
 
 def build_world(text: str) -> World:
-    """The built-in world `name` or `name:parameter=value,parameter=value`.
+    """Build the world `name` or `name:parameter=value,parameter=value`.
 
     Raises:
-        KbotError: no such world or parameter (the nearest names are said), or no such value.
+        KbotError: the world or a parameter does not exist (the message suggests names), or a value is not
+            valid.
     """
     builder, values = _read(text)
     return builder(**values)
 
 
 def parameters(text: str) -> dict[str, int | float]:
-    """A world's parameters: as `text` gives them, as for `build_world`, or what they are when not given.
+    """All parameters of a world with the values in `text` (see `build_world`) or their defaults.
 
     Raises:
         KbotError: as `build_world`.
@@ -279,24 +291,24 @@ def parameters(text: str) -> dict[str, int | float]:
 
 
 def built_in(text: str) -> str:
-    """The built-in world that a text names, empty for none."""
+    """The name of the built-in world in a text such as `maze:size=8`. Empty if it is not built in."""
     name = text.partition(":")[0].replace("-", "_")
     return name if name in BUILDERS else ""
 
 
 def _read(text: str) -> tuple[Callable[..., World], dict[str, int | float]]:
-    """A world's builder and the parameters that are given."""
+    """A world's builder and its given parameters."""
     name, _, written = text.partition(":")
     builder = BUILDERS.get(name.replace("-", "_"))
     if builder is None:
-        raise KbotError(_unknown(f"there is no world '{name}'", name, list(BUILDERS)))
+        raise KbotError(_unknown(f"unknown world '{name}'", name, list(BUILDERS)))
     types = {key: kind for key, kind in get_type_hints(builder).items() if key != "return"}
     values: dict[str, int | float] = {}
     for word in written.split(",") if written else ():
         key, equals, value = word.partition("=")
         key = key.strip()
         if not equals:
-            raise KbotError(f"world '{name}': '{word}' should read parameter=value")
+            raise KbotError(f"world '{name}': write '{word}' as parameter=value")
         if key not in types:
             raise KbotError(_unknown(f"world '{name}' has no parameter '{key}'", key, list(types)))
         if key in values:
@@ -312,9 +324,10 @@ def _number(world: str, key: str, value: str, kind: type) -> int | float:
         number = math.nan
     if not math.isfinite(number) or abs(number) > 1e6 or (key == "seed" and number < 0):
         what = "a whole number" if kind is int else "a number"
-        raise KbotError(f"world '{world}': {key} is {what} of sensible size, not '{value}'")
+        least = "0" if key == "seed" else "-1e6"
+        raise KbotError(f"world '{world}': {key} must be {what} from {least} to 1e6, not '{value}'")
     return number
 
 
 def _unknown(what: str, name: str, known: list[str]) -> str:
-    return f"{what}: {did_you_mean(name, known) or 'there are ' + ', '.join(known)}"
+    return f"{what}: {did_you_mean(name, known) or 'choose from ' + ', '.join(known)}"

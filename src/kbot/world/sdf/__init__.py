@@ -1,4 +1,4 @@
-"""Reads worlds and models of Gazebo: SDF 1.4 to 1.11 (sdformat.org/spec)."""
+"""Reads Gazebo's worlds and models: SDF 1.4 to 1.11 (sdformat.org/spec)."""
 
 from kbot.world.sdf.reader import read_sdf
 

@@ -1,4 +1,4 @@
-"""Splits models into bodies that move as one, and the joints between them."""
+"""Splits models into rigid bodies and the joints between them."""
 
 from __future__ import annotations
 
@@ -36,57 +36,57 @@ FREEDOMS = {
     "fixed": (),
 }
 ENDLESS = 1e15
-"""Rad or m from which on a limit is none, as SDF's own default of 1e16 is."""
+"""rad or m from which a limit counts as none. SDF's default limit is 1e16."""
 
 
 class Joints:
-    """Reads the freedoms of joints. Directions are along the model's axes."""
+    """Reads the degrees of freedom of joints. Directions are in the model's axes."""
 
     def __init__(self, values: SdfValues) -> None:
         self._values = values
 
     def kind(self, joint: Element) -> str:
-        """The joint's type; `fixed`, with a finding, where it is none that SDF knows."""
+        """The joint's type. An unknown type is reported and becomes `fixed`."""
         kind = joint.attributes.get("type", "")
         if kind in FREEDOMS:
             return kind
-        hint = did_you_mean(kind, FREEDOMS) or f"one of {', '.join(FREEDOMS)}"
-        what = f"the type '{kind}'" if kind else "no type"
+        hint = did_you_mean(kind, FREEDOMS) or f"choose from {', '.join(FREEDOMS)}"
+        what = f"the unknown type '{kind}'" if kind else "no type"
         name = joint.attributes.get("name", "")
         self._values.findings.error("W205", f"joint '{name}' has {what}", joint.origin, hint)
         return "fixed"
 
     def freedoms(self, joint: Element, frames: Frames, context: SdfContext) -> tuple[Freedom, ...]:
-        """How the child moves, the first way nearest to the parent."""
+        """The child's degrees of freedom, in order from the parent."""
         kind = self.kind(joint)
         if kind == "gearbox":
-            self._values.unsupported(joint, "a gearbox joint turns freely: its ratio is not simulated")
+            self._values.unsupported(joint, "gearbox ratios are not simulated: the joint turns freely")
         motions = FREEDOMS[kind]
         tags = ("axis", "axis2") if kind in ("universal", "revolute2") else ("axis",) * len(motions)
-        made = []
+        freedoms = []
         for motion, tag in zip(motions, tags, strict=True):
             if motion is JointMotion.BALL:
-                made.append(Freedom(motion, damping=self._damping(joint.find("axis"))))
+                freedoms.append(Freedom(motion, damping=self._damping(joint.find("axis"))))
             else:
                 axis = self._axis(joint, tag)
                 bounded = kind != "continuous" and not (kind == "screw" and motion is JointMotion.SLIDE)
-                made.append(self._about(axis, motion, bounded, joint, frames, context))
-        return tuple(made)
+                freedoms.append(self._about(axis, motion, bounded, joint, frames, context))
+        return tuple(freedoms)
 
     def _axis(self, joint: Element, tag: str) -> Element | None:
         axis = joint.find(tag)
         if axis is None:
             message = f"joint '{joint.attributes.get('name', '')}' has no <{tag}>"
-            self._values.findings.warning("W205", message, joint.origin, "z is taken")
+            self._values.findings.warning("W205", message, joint.origin, "KBot uses the z axis")
         return axis
 
     def lead(self, joint: Element) -> float | None:
-        """m/rad that a screw goes forward; None for other joints."""
+        """The lead of a screw in m/rad. None for other joints."""
         if joint.attributes.get("type") != "screw":
             return None
         if joint.find("screw_thread_pitch") is not None:
             return self._values.number(joint, "screw_thread_pitch", 1.0) / (2.0 * pi)
-        # of old Gazebo, in rad/m and of the other sense
+        # Gazebo Classic's tag is in rad/m and has the opposite sign
         pitch = self._values.number(joint, "thread_pitch", 1.0)
         return -1.0 / pitch if pitch else 0.0
 
@@ -122,8 +122,8 @@ class Joints:
         lower = self._limit(limit, "lower", -inf)
         upper = self._limit(limit, "upper", inf)
         if limit is not None and lower > upper:
-            message = f"a joint's lower limit {lower:g} is above its upper {upper:g}"
-            self._values.findings.error("W204", message, limit.origin, "exchange them")
+            message = f"the lower limit {lower:g} of a joint is above its upper limit {upper:g}"
+            self._values.findings.error("W204", message, limit.origin, "swap the limits")
             return -inf, inf
         return (-inf if lower < -ENDLESS else lower), (inf if upper > ENDLESS else upper)
 
@@ -134,17 +134,17 @@ class Joints:
         return self._values.number(limit, tag, default)
 
     def _direction(self, axis: Element | None, joint: Element, frames: Frames, context: SdfContext) -> Array:
-        """Unit vector (3,) along the model's axes."""
+        """The axis as a unit vector (3,) in the model's axes."""
         written = axis.find("xyz") if axis is not None else None
         values = self._values.numbers(written, 3, FURTHEST) if written is not None else (0.0, 0.0, 1.0)
         vector = np.array(values or (0.0, 0.0, 1.0))
         length = float(np.linalg.norm(vector))
         if not length > 0.0:
             place = written or joint
-            self._values.findings.error("W204", "a joint's axis is no direction: 0 0 0", place.origin)
+            self._values.findings.error("W204", "the axis of a joint must not be 0 0 0", place.origin)
             return np.array([0.0, 0.0, 1.0])
         frame = written.attributes.get("expressed_in", "") if written is not None else ""
-        # before SDF 1.5 an axis was the model's; 1.5 and 1.6 have a flag for it
+        # before SDF 1.5 an axis was in the model's frame; 1.5 and 1.6 have a flag for that
         old = axis is not None and self._values.truth(
             axis, "use_parent_model_frame", context.version < (1, 5)
         )
@@ -155,7 +155,7 @@ class Joints:
 
 
 WORLD = ""
-"""Stands for the world among links."""
+"""The name of the world among the names of links."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,12 +165,12 @@ class _Link:
     context: SdfContext
     world_from_link: Transform
     model: str
-    """The outermost model it is of."""
+    """The outermost model that contains it."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Hinge:
-    """A joint that moves, between links by full name; directions in the world."""
+    """A movable joint between links (by full name). Directions are in the world's axes."""
 
     name: str
     parent: str
@@ -180,14 +180,14 @@ class _Hinge:
     lead: float | None
     element: Element
 
-    def turned_round(self) -> _Hinge:
+    def flipped(self) -> _Hinge:
+        """The same joint with parent and child exchanged."""
         freedoms = tuple(_reversed(freedom) for freedom in reversed(self.freedoms))
         return replace(self, parent=self.child, child=self.parent, freedoms=freedoms)
 
 
 class Articulation:
-    """The `bodies` of a world's models, those that hang on another after that one, and the `loops` that their
-    joints close."""
+    """The `bodies` of a world's models, each after its parent, and the `loops` that their joints close."""
 
     def __init__(
         self,
@@ -203,7 +203,7 @@ class Articulation:
         self._joints = Joints(values)
         self._links: dict[str, _Link] = {}
         self._head: dict[str, str] = {WORLD: WORLD}
-        """A link among those that move as one with each."""
+        """For each link, another link of the same rigid body (a union-find structure)."""
         self._hinges: list[_Hinge] = []
         for entry in entries:
             self._collect(entry, frames.pose(entry.name, entry.placed_by), entry.name)
@@ -213,7 +213,7 @@ class Articulation:
         self.bodies = self._in_order(list(self._bodies()))
 
     def _collect(self, entry: ModelEntry, world_from_model: Transform, outermost: str) -> None:
-        """Note the links and joints of a model and of those within it."""
+        """Collect the links and joints of a model and its nested models."""
         prefix, frames = entry.context.prefix, entry.frames
         for element, context in entry.elements("link"):
             name = element.attributes.get("name", "")
@@ -234,13 +234,13 @@ class Articulation:
         if parent is None or child is None:
             return
         if parent == child:
-            message = f"joint '{joint.attributes.get('name', '')}' holds a link to itself"
+            message = f"joint '{joint.attributes.get('name', '')}' connects a link to itself"
             self.values.findings.error("W205", message, joint.origin)
             return
         if not freedoms:
-            one, other = self._top(parent), self._top(child)
-            # the world stays the head of what is fixed to it
-            self._head[other if one == WORLD else one] = one if one == WORLD else other
+            first, second = self._top(parent), self._top(child)
+            # the world remains the head of what is fixed to it
+            self._head[second if first == WORLD else first] = first if first == WORLD else second
             return
         turn = world_from_model.rotation
         turned = tuple(replace(f, axis=_vector(turn @ np.array(f.axis))) for f in freedoms)
@@ -250,7 +250,7 @@ class Articulation:
         self._hinges.append(_Hinge(prefix + name, parent, child, place, turned, lead, joint))
 
     def _end(self, joint: Element, tag: str, frames: Frames, prefix: str) -> str | None:
-        """Full name of the link at an end of a joint, None with a finding where there is none."""
+        """The full name of the link at an end of a joint. None, with a finding, if there is no such link."""
         element = joint.find(tag)
         name = element.text.strip() if element is not None else ""
         if element is None or not name:
@@ -261,7 +261,7 @@ class Articulation:
             return WORLD
         found = frames.link(name)
         if found is None or prefix + found not in self._links:
-            message = f"joint '{joint.attributes.get('name', '')}' has the {tag} '{name}', which is no link"
+            message = f"joint '{joint.attributes.get('name', '')}' has the unknown {tag} link '{name}'"
             hint = did_you_mean(name, frames.names())
             self.values.findings.error("W207", message, element.origin, hint)
             return None
@@ -269,7 +269,7 @@ class Articulation:
 
     def _top(self, link: str) -> str:
         while self._head[link] != link:
-            self._head[link] = self._head[self._head[link]]  # halves the way for the next
+            self._head[link] = self._head[self._head[link]]  # path halving: the next search is shorter
             link = self._head[link]
         return link
 
@@ -277,7 +277,7 @@ class Articulation:
         groups: dict[tuple[str, str], list[str]] = {}
         for link in self._links:
             top = self._top(link)
-            # what stands still is one body a model
+            # the static links of a model are one body
             key = (self._links[link].entry.context.prefix, WORLD) if top == WORLD else (WORLD, top)
             groups.setdefault(key, []).append(link)
         names: dict[str, str] = {WORLD: WORLD}
@@ -292,7 +292,7 @@ class Articulation:
             yield self._body(name, group, hung.get(name))
 
     def _hang(self, names: dict[str, str]) -> dict[str, tuple[str, _Hinge]]:
-        """What each body hangs on, and by which joint; joints that are left over close loops."""
+        """The parent and the joint of each body. The remaining joints close loops."""
         hung: dict[str, tuple[str, _Hinge]] = {}
 
         def is_fixed(body: str, link: str) -> bool:
@@ -312,7 +312,7 @@ class Articulation:
             if can_hang(child, parent, hinge.child):
                 hung[child] = (parent, hinge)
             elif can_hang(parent, child, hinge.parent):
-                hung[parent] = (child, hinge.turned_round())
+                hung[parent] = (child, hinge.flipped())
             else:
                 self._close(hinge, parent, child)
         return hung
@@ -325,14 +325,16 @@ class Articulation:
             axis = np.array(hinge.freedoms[0].axis)
             points = [anchor - 0.1 * axis, anchor + 0.1 * axis]
         elif motions != [JointMotion.BALL]:
-            what = f"joint '{hinge.name}' closes a ring of joints and is not revolute or ball: it is left out"
+            what = (
+                f"joint '{hinge.name}' is ignored: only revolute and ball joints can close a loop of joints"
+            )
             self.values.unsupported(hinge.element, what)
             return
         where = tuple(_vector(point) for point in points)
         self.loops.append(Loop(hinge.name, parent, child, where, hinge.element.origin))
 
     def _body(self, name: str, group: list[str], hung: tuple[str, _Hinge] | None) -> Body:
-        """Links that move as one, in the frame of the first."""
+        """The body of links that are rigidly connected, in the frame of the first link."""
         first = self._links[group[0]]
         pose = first.world_from_link
         is_static = self._top(group[0]) == WORLD
@@ -373,10 +375,10 @@ class Articulation:
 
     @staticmethod
     def _model(link: _Link) -> str:
-        """What its links keep off each other by: nothing where the model says that they touch."""
-        said = (element.find("self_collide") for element in (link.entry.model, link.element))
-        touches = any(word is not None and word.text.strip().lower() in ("1", "true") for word in said)
-        return "" if touches else link.model
+        """The model whose bodies do not collide with this link. Empty with `<self_collide>`."""
+        tags = (element.find("self_collide") for element in (link.entry.model, link.element))
+        collides = any(tag is not None and tag.text.strip().lower() in ("1", "true") for tag in tags)
+        return "" if collides else link.model
 
     @staticmethod
     def _joint(world_from_body: Transform, parent: str, hinge: _Hinge) -> BodyJoint:
@@ -389,7 +391,7 @@ class Articulation:
 
     @staticmethod
     def _in_order(bodies: list[Body]) -> list[Body]:
-        """Those that hang on another after it, else as they were written."""
+        """The bodies in their order in the file, but each after its parent."""
         waiting = {body.name: body for body in bodies}
         ordered: list[Body] = []
         for body in bodies:
@@ -403,7 +405,7 @@ class Articulation:
 
 
 def _reversed(freedom: Freedom) -> Freedom:
-    """As it is seen from the other end: the same angle about the opposite axis."""
+    """The freedom seen from the other end of the joint: the same angle about the opposite axis."""
     return replace(freedom, axis=_vector(-np.array(freedom.axis)))
 
 

@@ -12,7 +12,7 @@ from kbot.world.sdf.frames import Frames
 
 @dataclass(frozen=True, slots=True)
 class SdfContext:
-    """The file that is read and its SDF version, the files that include it, and the models around."""
+    """Where an element is: its file and SDF version, the files that include it, and the models around it."""
 
     file: str
     files: tuple[str, ...]
@@ -23,7 +23,7 @@ class SdfContext:
 
 @dataclass(frozen=True, slots=True)
 class ModelEntry:
-    """A model. `merged` are the models that an include made part of it, each with the file it is in."""
+    """A model. `merged` are the models that a merging `<include>` made part of it, each with its context."""
 
     name: str
     model: Element
@@ -36,7 +36,7 @@ class ModelEntry:
     merged: list[tuple[Element, SdfContext]] = field(default_factory=list)
 
     def elements(self, tag: str) -> Iterator[tuple[Element, SdfContext]]:
-        """Its own children of a tag and those of the models merged into it."""
+        """The children of a tag, including those of merged models."""
         for model, context in ((self.model, self.context), *self.merged):
             for element in model.elements(tag):
                 yield element, context

@@ -1,4 +1,4 @@
-"""Poses of the named frames of a model or world, through `relative_to` and `attached_to`."""
+"""Computes the poses of the named frames of a model or world from `relative_to` and `attached_to`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class _Frame:
     relative_to: str
     element: Element
     attached_to: str
-    """What it moves with; empty for a link."""
+    """The link or frame that it moves with. Empty for a link."""
 
 
 @dataclass
@@ -26,14 +26,14 @@ class Frames:
     root: str
     values: SdfValues
     renames: bool = False
-    """Whether a joint or frame may have the name of something else, as until SDF 1.6."""
+    """Whether a joint or frame may share a name with another element, as until SDF 1.6."""
     nested: dict[str, Frames] = field(default_factory=dict)
     canonical: str = ""
     """The link that the model's own frame moves with."""
     _frames: dict[str, _Frame] = field(default_factory=dict)
     _keys: dict[int, str] = field(default_factory=dict)
     _found: dict[str, Transform] = field(default_factory=dict)
-    """`root_from_frame` of those that were asked for."""
+    """Computed values of `root_from_frame`."""
 
     def add(
         self,
@@ -44,13 +44,15 @@ class Frames:
         offset: Transform | None = None,
         attached_to: str = "",
     ) -> None:
-        """Add a frame: the element's own `<pose>` (or `pose`), relative to what it says or to `default`;
-        where another frame is what the pose places, `offset` leads from that one to this. What is no link
-        moves with what it is `attached_to`."""
+        """Add a frame with the element's `<pose>` (or `pose`), relative to its `relative_to` or to `default`.
+
+        If the pose is that of another frame (a `placement_frame`), `offset` is the transform from that frame
+        to this one. A frame that is not a link moves with what it is `attached_to`.
+        """
         if name in self._frames and attached_to and self.renames:
             name = f"{name}_{element.tag}"
         if name in self._frames:
-            self.values.findings.error("W208", f"'{name}' comes twice", element.origin)
+            self.values.findings.error("W208", f"duplicate name '{name}'", element.origin)
             return
         self._keys[id(element)] = name
         written = pose if pose is not None else element.find("pose")
@@ -59,16 +61,19 @@ class Frames:
         self._frames[name] = _Frame(place @ offset if offset else place, relative, element, attached_to)
 
     def add_joint(self, joint: Element) -> None:
-        """Add the frame of a joint, which stands in its child's."""
+        """Add the frame of a joint. Its pose is relative to the child by default."""
         child = joint.find("child")
         name = child.text.strip() if child is not None else ""
         self.add(joint.attributes.get("name", ""), joint, name, attached_to=name or self.root)
 
     def merge(self, inner: Frames, proxy: str) -> None:
-        """Take in the frames of a model that becomes part of this one, standing where `proxy` does."""
+        """Add the frames of a model that is merged into this one.
+
+        `proxy` is the frame that replaces its root.
+        """
         for name, frame in inner._frames.items():
             if name in self._frames:
-                self.values.findings.error("W208", f"'{name}' comes twice", frame.element.origin)
+                self.values.findings.error("W208", f"duplicate name '{name}'", frame.element.origin)
                 continue
             is_direct = frame.relative_to in (inner.root, "")
             self._frames[name] = replace(frame, relative_to=proxy if is_direct else frame.relative_to)
@@ -77,15 +82,14 @@ class Frames:
         self.canonical = self.canonical or inner.canonical
 
     def key(self, element: Element) -> str:
-        """The name under which an element that was added stands."""
+        """The name under which an element was added."""
         return self._keys.get(id(element), element.attributes.get("name", ""))
 
     def names(self) -> list[str]:
         return [*self._frames]
 
     def link(self, name: str) -> str | None:
-        """The link, `model::link` for one of a nested model, that a frame moves with; None where there is
-        none of that name."""
+        """The link that a frame moves with (`model::link` for a nested model). None for an unknown name."""
         seen: set[str] = set()
         while name not in seen:
             seen.add(name)
@@ -104,13 +108,13 @@ class Frames:
         return None
 
     def pose(self, name: str, element: Element) -> Transform:
-        """`root_from_name`; a frame that is not there, or a ring of them, is a finding at `element`."""
+        """`root_from_name`. An unknown frame, or a cycle of frames, is reported at `element`."""
         way: dict[str, Transform] = {}
-        """The frames from `name` towards the root, each as it stands in the next."""
+        """The frames from `name` towards the root, each with its pose in the next."""
         while name not in (self.root, "", "world") and name not in self._found:
             if name in way:
                 ring = " -> ".join((*way, name))
-                message = f"frames are relative to each other in a ring: {ring}"
+                message = f"frames are relative to each other in a cycle: {ring}"
                 self.values.findings.error("W207", message, element.origin)
                 self._found |= dict.fromkeys(way, Transform.identity())
                 return Transform.identity()
@@ -124,7 +128,7 @@ class Frames:
                 name, element = frame.relative_to, frame.element
             else:
                 hint = did_you_mean(name, self._frames)
-                self.values.findings.error("W207", f"there is no frame '{name}'", element.origin, hint)
+                self.values.findings.error("W207", f"unknown frame '{name}'", element.origin, hint)
                 break
         root_from_frame = self._found.get(name, Transform.identity())
         for step, next_from_step in reversed(way.items()):

@@ -29,37 +29,40 @@ from kbot.world.world import (
 Placed = tuple[Shape, Transform]
 FindFile = Callable[[Element], str | None]
 CONE_SIDES = 32
+"""Faces of the side of a cone's mesh."""
 MOST_HEIGHTS = 17_000_000
-"""Of a height map: 4097 by 4097, which takes 0.8 GB to simulate."""
+"""Most samples of a height map: 4097 by 4097, which needs 0.8 GB in a simulation."""
 SHAPES = ("box", "sphere", "cylinder", "capsule", "ellipsoid", "cone", "plane", "mesh", "heightmap")
 
 
 class Shapes:
-    """Makes shapes of `<geometry>`; `find_file` leads a `<uri>` to a file."""
+    """Converts `<geometry>` to shapes. `find_file` returns the file of a `<uri>`."""
 
     def __init__(self, values: SdfValues, find_file: FindFile) -> None:
         self._values, self._find_file = values, find_file
 
     def read(self, geometry: Element | None, parent: Element) -> list[Placed]:
-        """The shapes of a `<geometry>`, each with its place in the visual or collision; none, with a
-        finding, where there is none to build."""
+        """The shapes of a `<geometry>`, each with its pose in the visual or collision.
+
+        If it cannot be built, the list is empty and a finding is reported.
+        """
         shape = next(geometry.elements(), None) if geometry is not None else None
         if shape is None:
             self._values.findings.warning(
-                "W205", f"<{parent.tag}> has no <geometry>", parent.origin, "it is left out"
+                "W205", f"<{parent.tag}> has no <geometry>", parent.origin, "KBot ignores it"
             )
             return []
         if shape.tag == "empty":
             return []
         make = getattr(self, f"_{shape.tag}", None) if shape.tag in SHAPES else None
         if make is None:
-            self._values.unsupported(shape, f"a shape of the kind <{shape.tag}> is left out")
+            self._values.unsupported(shape, f"the shape <{shape.tag}> is not simulated")
             return []
         try:
             placed: list[Placed] = make(shape)
         except KbotError as error:
             if shape.tag == "mesh":
-                self._values.findings.warning("W206", str(error), shape.origin, "it is left out")
+                self._values.findings.warning("W206", str(error), shape.origin, "KBot ignores the mesh")
             else:
                 self._values.findings.error("W206", str(error), shape.origin)
             return []
@@ -125,7 +128,7 @@ class Shapes:
         written = shape.find("scale")
         scale = (self._values.numbers(written, 3) if written is not None else None) or (1.0, 1.0, 1.0)
         if shape.find("submesh") is not None:
-            self._values.unsupported(shape, "a <submesh> is not picked out: the whole mesh stands for it")
+            self._values.unsupported(shape, "<submesh> is not supported: KBot uses the whole mesh")
         return [(_scaled(load_mesh(path), scale), Transform.identity())]
 
     def _heightmap(self, shape: Element) -> list[Placed]:
@@ -135,19 +138,19 @@ class Shapes:
         grey, _ = read_picture(path, MOST_HEIGHTS)
         where = shape.find("pos")
         place = (self._values.numbers(where, 3) if where is not None else None) or (0.0, 0.0, 0.0)
-        # the picture's first row is the far side, +y
+        # the image's first row is the far side, +y
         field = HeightField(np.flipud(grey).astype(np.float64) * size[2], (size[0], size[1]))
         return [(field, Transform.from_xyz_rpy(place, (0.0, 0.0, 0.0)))]
 
 
 @lru_cache(maxsize=64)
 def _scaled(data: MeshData, scale: tuple[float, ...]) -> TriangleMesh:
-    """One for all who use it, so that it is taken into convex pieces once."""
+    """Scale a mesh. Equal arguments return the same object, so that it is split into convex pieces once."""
     return TriangleMesh(data.vertices * np.array(scale), data.faces.astype(np.int32))
 
 
 def _turned_to(normal: np.ndarray) -> Transform:
-    """The least turn that takes z to a direction."""
+    """The smallest rotation that turns z to a direction."""
     z = normal / np.linalg.norm(normal)
     if z[2] < -1.0 + 1e-12:
         return Transform.from_xyz_rpy((0.0, 0.0, 0.0), (np.pi, 0.0, 0.0))

@@ -1,4 +1,4 @@
-"""Reads an SDF link: visuals, collisions and mass."""
+"""Reads SDF links: visuals, collisions and masses."""
 
 from __future__ import annotations
 
@@ -17,17 +17,19 @@ from kbot.world.world import HEAVIEST, Box, HeightField, Part, Plane, Shape, Tri
 
 Array = NDArray[np.float64]
 FLATNESS = 0.25
+"""A box counts as ground if its height is below this share of its shorter side."""
 MOST_FRICTION = 1e3
+"""Largest coefficient of friction. Larger ones are reduced to it."""
 
 
 class Links:
-    """Reads links; `shapes` knows the file they stand in."""
+    """Reads links. `shapes` resolves the files that their meshes name."""
 
     def __init__(self, values: SdfValues, shapes: Shapes) -> None:
         self._values, self._shapes = values, shapes
 
     def parts(self, link: Element, frames: Frames, world_from_link: Transform) -> list[Part]:
-        """Visuals and collisions in the link's frame; one that is both is one part."""
+        """Visuals and collisions in the link's frame. A visual and an equal collision become one part."""
         name = link.attributes.get("name", "")
         seen = [p for e in link.elements("visual") for p in self._visual(e, frames, name)]
         touched = [
@@ -46,23 +48,23 @@ class Links:
         return parts + [part for rest in at.values() for part in rest]
 
     def mass(self, link: Element) -> MassProperties:
-        """Mass properties in the link's frame; without `<inertial>` those of SDF, 1 kg and 1 kg m^2."""
+        """Mass properties in the link's frame. Without `<inertial>`, SDF's defaults: 1 kg and 1 kg m^2."""
         inertial = link.find("inertial")
         if inertial is None:
             return MassProperties(1.0, np.zeros(3), np.eye(3))
         pose = self._values.pose(inertial.find("pose"))
         mass = self._values.number(inertial, "mass", 1.0, HEAVIEST)
         if mass <= 0.0:
-            self._values.findings.error("W204", f"a mass of {mass:g} kg is not above zero", inertial.origin)
+            self._values.findings.error("W204", f"<mass> must be above 0, not {mass:g} kg", inertial.origin)
             mass = 1.0
         inertia = inertial.find("inertia")
         xx, yy, zz = (self._values.number(inertia, f"i{a}{a}", 1.0, HEAVIEST) for a in "xyz")
         xy, xz, yz = (self._values.number(inertia, tag, 0.0, HEAVIEST) for tag in ("ixy", "ixz", "iyz"))
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        if inertia is not None and not _is_a_bodys(tensor):
+        if inertia is not None and not _is_physical(tensor):
             self._values.findings.error(
-                "W204", "no body has this <inertia>: each principal moment is above zero and at most the sum "
-                "of the other two", inertia.origin,
+                "W204", "this <inertia> is impossible: each principal moment must be above 0 and at most the"
+                " sum of the other two", inertia.origin,
             )  # fmt: skip
             tensor = np.eye(3)
         return MassProperties(mass, np.zeros(3), tensor).in_frame(pose)
@@ -92,12 +94,12 @@ class Links:
         ]
 
     def _touched(self, shape: Shape, collision: Element) -> list[Shape]:
-        """A mesh in convex pieces, other shapes as they are."""
+        """Split a mesh into convex pieces. Other shapes are returned unchanged."""
         if not isinstance(shape, TriangleMesh):
             return [shape]
         pieces = convex_pieces(shape)
         if pieces is None:
-            self._values.unsupported(collision, "a mesh of too many pieces is touched as its convex hull")
+            self._values.unsupported(collision, "a mesh of too many pieces collides as its convex hull")
             return [shape]
         return list(pieces)
 
@@ -116,21 +118,23 @@ class Links:
         friction = self._values.number(at, "mu", 1.0)
         written = at.find("mu") if at is not None else None
         if friction < 0.0 and written is not None:
-            message = f"<mu> is a friction from 0 on, not {friction:g}"
-            self._values.findings.warning("W204", message, written.origin, "0 is taken")
+            message = f"<mu> must be at least 0, not {friction:g}"
+            self._values.findings.warning("W204", message, written.origin, "KBot uses 0")
         if self._values.number(at, "mu2", friction) != friction:
-            self._values.unsupported(collision, "friction differs by direction: mu counts in all of them")
+            self._values.unsupported(
+                collision, "friction by direction is not simulated: mu applies in all directions"
+            )
         return min(max(friction, 0.0), MOST_FRICTION)
 
 
-def _is_a_bodys(tensor: Array) -> bool:
-    """Whether principal moments are positive and keep the triangle inequality, as libsdformat asks."""
+def _is_physical(tensor: Array) -> bool:
+    """Whether principal moments are positive and satisfy the triangle inequality, as libsdformat requires."""
     a, b, c = np.linalg.eigvalsh(tensor)
     return bool(a > 0.0 and c <= (a + b) * (1.0 + 1e-6))
 
 
 def is_ground(shape: Shape, world_from_shape: Transform) -> bool:
-    """Whether a shape is driven on: a plane, a height field, or a box that lies flat."""
+    """Whether a shape is ground to drive on: a plane, a height field, or a flat box."""
     if isinstance(shape, Plane | HeightField):
         return True
     if not isinstance(shape, Box):

@@ -1,4 +1,4 @@
-"""Colours of SDF materials, and of Gazebo Classic's named materials, in SDF and URDF."""
+"""Reads the colours of SDF materials, and of Gazebo Classic's named materials in SDF and URDF."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ NAMED: dict[str, Rgba] = {
 
 
 def colour(visual: Element, values: SdfValues) -> Rgba:
-    """A visual's colour: its diffuse one, else its ambient one, else by the script's name, else grey."""
+    """A visual's colour: `<diffuse>`, else `<ambient>`, else by the script's name, else grey."""
     material = visual.find("material")
     opacity = 1.0 - min(max(values.number(visual, "transparency", 0.0), 0.0), 1.0)
     if material is None:
@@ -60,8 +60,10 @@ def colour(visual: Element, values: SdfValues) -> Rgba:
 
 
 def link_colours(robot: RobotModel) -> dict[str, Rgba]:
-    """Colours of links that `<material>` names as Gazebo Classic does, which there count instead of the
-    description's own; names that it does not know say nothing."""
+    """Colours of links whose `<gazebo>` tag has a `<material>` of Gazebo Classic.
+
+    As in Gazebo Classic, they override the colours of the URDF. Unknown names are ignored.
+    """
     colours = {}
     for extension in robot.extensions:
         link, material = extension.attributes.get("reference", ""), extension.find("material")

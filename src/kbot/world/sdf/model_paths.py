@@ -1,4 +1,4 @@
-"""The folders of models: those of KBot, of Gazebo, and downloads from Fuel."""
+"""The folders of models: KBot's, Gazebo's, and downloads from Fuel."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ FUEL_STORES = (".gz/fuel/fuel.gazebosim.org", ".ignition/fuel/fuel.ignitionrobot
 
 
 def model_paths() -> Iterator[Path]:
-    """The folders that Gazebo's variables name."""
+    """The folders in Gazebo's environment variables."""
     for variable in PATH_VARIABLES:
         yield from (Path(entry) for entry in os.environ.get(variable, "").split(os.pathsep) if entry)
 
 
 def fuel_stores() -> Iterator[Path]:
-    """Where Gazebo keeps what it fetched from Fuel."""
+    """The folders in which Gazebo keeps downloads from Fuel."""
     return (Path.home() / store for store in FUEL_STORES)

@@ -1,4 +1,4 @@
-"""Which files a description from a peer may name."""
+"""Decides which files a description from a peer may name."""
 
 from __future__ import annotations
 
@@ -11,25 +11,28 @@ from kbot.xacro.packages import Packages, lies_in_package
 
 
 class Reach:
-    """Files of the models that ship with KBot, of Gazebo's model paths, of what it keeps of Fuel, and of the
-    packages found. Symbolic links are followed before it is decided."""
+    """The files that a peer may name.
+
+    They are those of the models that ship with KBot, of Gazebo's model paths, of its downloads from Fuel, and
+    of the packages found. Symbolic links are resolved first.
+    """
 
     def __init__(self) -> None:
         self._packages = Packages()
         self._roots = [Path(os.path.realpath(root)) for root in (*model_paths(), *fuel_stores(), LIBRARY)]
 
     def holds(self, file: str, uri: str = "") -> bool:
-        """Whether a file, that a URI led to, is one of them."""
+        """Whether a file, which `uri` was resolved to, is one of them."""
         try:
             real = Path(os.path.realpath(file))
             if any(real.is_relative_to(root) for root in self._roots):
                 return True
             return lies_in_package(real, uri, self._packages)
-        except (OSError, ValueError):  # no name of a file, or in a folder that may not be read
+        except (OSError, ValueError):  # not a valid file name, or in an unreadable folder
             return False
 
     def resolve(self, uri: str) -> str | None:
-        """The file or folder that a URI names; None for one that is elsewhere, or nowhere."""
+        """The file or folder of a URI. None if it is not allowed or does not exist."""
         try:
             return next((path for path in self._paths(uri) if self.holds(path, uri)), None)
         except (OSError, ValueError):

@@ -1,4 +1,4 @@
-"""Reads an SDF file as a World: models, includes, frames, with every error at its line."""
+"""Reads an SDF file as a World: models, includes and frames. Errors are reported at their line."""
 
 from __future__ import annotations
 
@@ -22,19 +22,22 @@ from kbot.world.world import World
 
 
 def georeference(world: Element, values: SdfValues) -> Georeference | None:
-    """What a `<world>` says of it; None where it says nothing, or nothing that is a place on the earth."""
+    """Read `<spherical_coordinates>`. None if it is missing or not valid."""
     element = world.find("spherical_coordinates")
     if element is None:
         return None
     for tag, usual in (("surface_model", "EARTH_WGS84"), ("world_frame_orientation", "ENU")):
-        said = element.find(tag)
-        if said is not None and said.text.strip() != usual:
-            values.unsupported(said, f"<{tag}> is taken for {usual}")
+        child = element.find(tag)
+        if child is not None and child.text.strip() != usual:
+            values.unsupported(child, f"KBot uses {usual} for <{tag}>")
     latitude = values.number(element, "latitude_deg", 0.0)
     longitude = values.number(element, "longitude_deg", 0.0)
     if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0):
         values.findings.error(
-            "W204", f"({latitude:g}, {longitude:g}) degrees is no place on the earth", element.origin
+            "W204",
+            "the latitude must be from -90 to 90 and the longitude from -180 to 180 degrees,"
+            f" not {latitude:g} and {longitude:g}",
+            element.origin,
         )
         return None
     heading = math.radians(values.number(element, "heading_deg", 0.0))
@@ -42,26 +45,28 @@ def georeference(world: Element, values: SdfValues) -> Georeference | None:
 
 
 DEEPEST = 20
+"""Most files that include each other."""
 MOST_LINKS = 10_000
-"""Of all models: a few includes within each other can place millions. The engine takes 1 s for so many that
-do not move, and its memory holds about 4000 that do."""
+"""Most links of a world: a few nested includes can place millions. The engine needs 1 s for as many static
+links, and its memory holds about 4000 moving ones."""
 OUR_OWN = frozenset(
     f"{maker}-{name}-system{ending}"
     for maker in ("gz-sim", "ignition-gazebo")
     for name in ("physics", "user-commands", "scene-broadcaster", "sensors", "contact", "imu")
     for ending in ("", ".so")
 )
-"""Plugins that are Gazebo itself: what they do, the simulation does."""
+"""Plugins that implement Gazebo itself. KBot simulates what they do."""
 
 NOT_SIMULATED = ("actor", "road", "population", "plugin", "light", "gripper", "wind", "audio")
 
 
 def read_sdf(path: str, with_floor: bool = True, reach: Reach | None = None) -> World:
-    """The world of an SDF file; a file of one model becomes that model, with a floor beneath it first. Where
-    there is a `reach`, it names only files within.
+    """Read the world of an SDF file. A file of one model becomes a world with a floor and that model.
+
+    With a `reach`, the file may name only files within it.
 
     Raises:
-        DescriptionError: the file cannot be used; it carries every finding.
+        DescriptionError: the file cannot be used. It carries every finding.
         KbotError: the world is too large.
     """
     findings = DiagnosticCollector()
@@ -81,19 +86,19 @@ class _Reader:
     def world(self, path: str, with_floor: bool) -> World:
         root = read_xml(path)
         if root.tag not in ("sdf", "gazebo"):
-            raise DescriptionError(self._no_sdf(root))
+            raise DescriptionError(self._not_sdf(root))
         context = SdfContext(path, (str(Path(path).absolute()),), _version(root))
         element = root.find("world")
         if element is None:
             first = next((e for e in root.elements() if e.tag in ("model", "actor", "light")), None)
             if first is None:
-                raise DescriptionError(self._no_sdf(root))
+                raise DescriptionError(self._not_sdf(root))
             built = self._models(root, context)
             name = first.attributes.get("name", "model")
             ground = (floor(),) if with_floor else ()
             return World(name, (*ground, *built.bodies), loops=tuple(built.loops))
         for other in list(root.elements("world"))[1:]:
-            self.values.unsupported(other, "of several worlds in a file the first is taken")
+            self.values.unsupported(other, "only the first world of a file is used")
         gravity = element.find("gravity")
         pull = self.values.numbers(gravity, 3, STRONGEST_PULL) if gravity is not None else None
         for physics in element.elements("physics"):
@@ -104,15 +109,15 @@ class _Reader:
         place = georeference(element, self.values)
         return World(name, tuple(built.bodies), falling, loops=tuple(built.loops), georeference=place)
 
-    def _no_sdf(self, root: Element) -> tuple[Diagnostic, ...]:
+    def _not_sdf(self, root: Element) -> tuple[Diagnostic, ...]:
         self.findings.error(
-            "W201", f"<{root.tag}> holds no SDF world or model", root.origin,
-            "an SDF file is <sdf version='1.7'> with a <world> or a <model> in it",
+            "W201", f"<{root.tag}> contains no SDF world or model", root.origin,
+            "an SDF file must be <sdf version='1.7'> with a <world> or a <model>",
         )  # fmt: skip
         return tuple(self.findings.diagnostics)
 
     def _models(self, parent: Element, context: SdfContext) -> Articulation:
-        """The bodies of the models and includes directly within a world, in the world's frame."""
+        """The bodies of the models and includes of a world, in the world's frame."""
         frames = Frames("world", self.values, renames=True)
         entries = list(self._entries(parent, context))
         for entry in entries:
@@ -123,11 +128,11 @@ class _Reader:
             frames.add(element.attributes.get("name", ""), element, attached, attached_to=attached)
         for joint in parent.elements("joint"):
             frames.add_joint(joint)
-        self._say_what_is_left_out(parent)
+        self._report_unsupported(parent)
         return Articulation(self.values, self.files, entries, frames, parent, context)
 
     def _entries(self, parent: Element, context: SdfContext) -> Iterator[ModelEntry]:
-        """The models and includes within a world or model."""
+        """The models and includes of a world or model."""
         for element in parent.elements():
             if element.tag == "model":
                 yield self._entry(element, element, None, context)
@@ -157,12 +162,12 @@ class _Reader:
         absolute = str(Path(file).absolute())
         if absolute in context.files or len(context.files) > DEEPEST:
             ring = " -> ".join(Path(f).parent.name + "/" + Path(f).name for f in (*context.files, absolute))
-            self.findings.error("W203", f"includes go round in a ring: {ring}", include.origin)
+            self.findings.error("W203", f"files include each other in a cycle: {ring}", include.origin)
             return None
         model = root.find("model")
         if model is None:
             if root.find("actor") is not None:
-                self.values.unsupported(include, "<actor> is left out")
+                self.values.unsupported(include, "<actor> is not simulated")
             elif root.find("light") is None:
                 self.findings.error("W201", f"{file} has no <model>", include.origin)
             return None
@@ -180,8 +185,8 @@ class _Reader:
         pose = model.find("pose")
         placement = model.attributes.get("placement_frame", "")
         if include is not None:
-            said = include.find("name")
-            name = said.text.strip() if said is not None else name
+            own_name = include.find("name")
+            name = own_name.text.strip() if own_name is not None else name
             static = self.values.truth(include, "static", static) or context.static
             pose = include.find("pose") or pose
             frame = include.find("placement_frame")
@@ -195,21 +200,21 @@ class _Reader:
         inner = replace(context, static=static, prefix=prefix)
         frames = Frames("__model__", self.values, renames=context.version < (1, 7))
         nested: list[ModelEntry] = []
-        becoming_part: list[ModelEntry] = []
+        to_merge: list[ModelEntry] = []
         for entry in self._entries(model, inner):
-            (becoming_part if entry.context.prefix == prefix else nested).append(entry)
+            (to_merge if entry.context.prefix == prefix else nested).append(entry)
         self._add_frames(model, frames, nested)
         merged: list[tuple[Element, SdfContext]] = []
-        for entry in becoming_part:
+        for entry in to_merge:
             merged += self._merge(entry, frames)
             nested += entry.nested
         offset = frames.pose(placement, placed_by).inverse() if placement else Transform.identity()
-        self._say_what_is_left_out(model)
+        self._report_unsupported(model)
         return ModelEntry(name, model, placed_by, pose, offset, frames, nested, inner, merged)
 
     @staticmethod
     def _merge(entry: ModelEntry, frames: Frames) -> list[tuple[Element, SdfContext]]:
-        """Make a model part of the one around it; what has become part of that, with the files it is in."""
+        """Merge a model into the model around it. Returns the merged models with their contexts."""
         proxy = f"_merged__{entry.name}__model__"
         frames.add(proxy, entry.placed_by, "__model__", entry.pose, entry.offset, entry.frames.canonical)
         frames.merge(entry.frames, proxy)
@@ -230,24 +235,24 @@ class _Reader:
             attached = frame.attributes.get("attached_to") or "__model__"
             frames.add(frame.attributes.get("name", ""), frame, attached, attached_to=attached)
 
-    def _say_what_is_left_out(self, parent: Element) -> None:
+    def _report_unsupported(self, parent: Element) -> None:
         for element in parent.elements():
             if element.tag == "plugin":
                 if element.attributes.get("filename", "").removeprefix("lib") in OUR_OWN:
                     continue
                 name = element.attributes.get("filename") or element.attributes.get("name", "")
-                self.values.unsupported(element, f"the plugin {name} is not run")
+                self.values.unsupported(element, f"KBot does not run the plugin {name}")
             elif element.tag in NOT_SIMULATED and element.tag != "light":
-                self.values.unsupported(element, f"<{element.tag}> is left out")
+                self.values.unsupported(element, f"<{element.tag}> is not simulated")
 
 
 def _is_light(uri: str) -> bool:
-    """Whether an include is only of light: the page has its own."""
+    """Whether an include is only a light: the page has its own lights."""
     model = fuel_model(uri)
     return uri in ("model://sun", "model://sky") or (model is not None and model[1].lower() in ("sun", "sky"))
 
 
 def _version(root: Element) -> tuple[int, ...]:
-    """Of an <sdf>; the newest where none can be read."""
+    """The version of an `<sdf>`. If it cannot be read, the newest."""
     words = root.attributes.get("version", "").split(".")
     return tuple(map(int, words)) if all(map(WHOLE.fullmatch, words)) else (1, 11)

@@ -1,4 +1,4 @@
-"""Finds files that a world names: `model://`, `package://`, `file://` and relative paths."""
+"""Finds the files that a world names by `model://`, `package://`, `file://` or a relative path."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from kbot.world.sdf.reach import Reach
 from kbot.world.sdf.values import SdfValues
 from kbot.xacro import Packages
 
-NOT_IN_REACH = "{} is not found among the models and packages here"
-"""What is said of a file that a peer names: the same whether it is elsewhere or nowhere."""
+NOT_IN_REACH = "{} not found in the models and packages of this machine"
+"""The message for a file that a peer names. It does not reveal whether the file exists elsewhere."""
 
 WHOLE = re.compile("[0-9]{1,9}")
-"""A part of a version; `str.isdigit` takes what `int` does not, such as '²' and 5000 digits."""
+"""A part of a version. `str.isdigit` also accepts what `int` rejects, such as '²' and 5000 digits."""
 
 _FUEL = re.compile(
     r"https?://(?:app|fuel|staging-fuel)\.(?:gazebosim|ignitionrobotics)\.org/1\.0/([^/]+)/models/([^/]+)"
@@ -29,10 +29,10 @@ _FUEL = re.compile(
 
 
 def read_xml(path: str | Path) -> Element:
-    """The root of an SDF file; name prefixes need not be declared, for its own reader knows no namespaces.
+    """The root element of an SDF file. Undeclared XML prefixes are allowed, because libsdformat allows them.
 
     Raises:
-        DescriptionError: it cannot be read.
+        DescriptionError: the file cannot be read.
     """
     document = parse_document(read_source(path), MAX_READ_NESTING)
     faults = [fault for fault in document.diagnostics if fault.code != "P004"]
@@ -42,9 +42,12 @@ def read_xml(path: str | Path) -> Element:
 
 
 class ResourceFinder:
-    """Finds files as Gazebo does: in the folders of its variables, then around the file that names them,
-    then among the models that ship with KBot. What was found once is kept: a world may name it a thousand
-    times. Within a `reach`, no others than its files are found."""
+    """Finds files as Gazebo does.
+
+    It searches the folders in Gazebo's environment variables, then around the file that names them, then in
+    the models that ship with KBot. Results are cached, because a world may name a file a thousand times. With
+    a `reach`, only files within it are found.
+    """
 
     def __init__(self, values: SdfValues, reach: Reach | None = None) -> None:
         self._values, self._reach = values, reach
@@ -53,18 +56,20 @@ class ResourceFinder:
         self._packages: dict[str, Packages] = {}
 
     def find(self, uri: Element, beside: str, *, needed: bool = True) -> str | None:
-        """The file or folder that a `<uri>` in the file `beside` names; None, with a finding, if none: an
-        error where it is `needed`, else a warning."""
+        """The file or folder of a `<uri>` in the file `beside`.
+
+        If it is not found, the result is None and the finding an error, or a warning unless it is `needed`.
+        """
         text = uri.text.strip()
         known = self._found.get((text, beside))
         if known is not None:
             return known
-        tell = self._values.findings.error if needed else self._values.findings.warning
+        report = self._values.findings.error if needed else self._values.findings.warning
         if text.startswith(("http://", "https://")):
-            known = self._usable(text, _fetched_before(text))
+            known = self._usable(text, _local_copies(text))
             if known is None:
-                hint = "download the model and put its folder into GZ_SIM_RESOURCE_PATH"
-                tell("W202", f"nothing is fetched from the network: {text}", uri.origin, hint)
+                hint = "download the model and add its parent folder to GZ_SIM_RESOURCE_PATH"
+                report("W202", f"KBot does not download models: {text}", uri.origin, hint)
                 return None
             self._found[text, beside] = known
             return known
@@ -73,26 +78,26 @@ class ResourceFinder:
             self._found[text, beside] = path
             return path
         if self._reach is not None:
-            tell("W202", NOT_IN_REACH.format(text or "an empty <uri>"), uri.origin)
+            report("W202", NOT_IN_REACH.format(text or "an empty <uri>"), uri.origin)
             return None
         hint = did_you_mean(text.removeprefix("model://"), self._names(beside)) if "model://" in text else ""
-        tell("W202", f"{text or 'an empty <uri>'} is not found", uri.origin, hint)
+        report("W202", f"{text or 'an empty <uri>'} not found", uri.origin, hint)
         return None
 
     def _usable(self, uri: str, paths: Iterable[Path]) -> str | None:
-        """The first of them that is there and in reach."""
+        """The first path that exists and is in reach."""
         try:
-            there = (str(path) for path in paths if path.exists())
-            return next((p for p in there if self._reach is None or self._reach.holds(p, uri)), None)
-        except (OSError, ValueError):  # no name of a file, or in a folder that may not be read
+            existing = (str(path) for path in paths if path.exists())
+            return next((p for p in existing if self._reach is None or self._reach.holds(p, uri)), None)
+        except (OSError, ValueError):  # not a valid file name, or in an unreadable folder
             return None
 
     def model(self, path: str) -> tuple[str, Element]:
-        """The SDF file of a model's folder, or a file of one, and its root.
+        """The SDF file of a model (a folder or a file) and its root element.
 
         Raises:
-            DescriptionError: it cannot be read.
-            KbotError: the folder has no SDF file, or one that is out of reach.
+            DescriptionError: the file cannot be read.
+            KbotError: the folder has no SDF file, or the file is not in reach.
         """
         if path not in self._models:
             file = model_file(path)
@@ -102,7 +107,7 @@ class ResourceFinder:
         return self._models[path]
 
     def _paths(self, text: str, folder: Path) -> Iterator[Path]:
-        """Where a URI may lead, in the order in which it is looked for."""
+        """The candidate paths of a URI, in search order."""
         scheme, mark, rest = text.partition("://")
         if not text:
             return
@@ -123,7 +128,7 @@ class ResourceFinder:
             yield from (root / text for root in self._roots(folder))
 
     def _roots(self, folder: Path) -> Iterator[Path]:
-        """Folders that may hold model folders."""
+        """The folders that may contain model folders."""
         yield from model_paths()
         for parent in (folder, *folder.parents[:3]):
             yield parent
@@ -138,13 +143,13 @@ class ResourceFinder:
 
 
 def fuel_model(text: str) -> tuple[str, str] | None:
-    """Owner and name of a model of Gazebo Fuel, None for another address."""
+    """Owner and name of a model on Gazebo Fuel. None for another URL."""
     found = _FUEL.match(text)
     return (found[1], unquote(found[2])) if found else None
 
 
-def _fetched_before(text: str) -> Iterator[Path]:
-    """A model of Fuel that Gazebo keeps on this machine, or that ships with KBot under that name."""
+def _local_copies(text: str) -> Iterator[Path]:
+    """The local copies of a model on Fuel: Gazebo's download, and KBot's model of that name."""
     model = fuel_model(text)
     if model is None:
         return
@@ -160,7 +165,9 @@ def _fetched_before(text: str) -> Iterator[Path]:
 
 
 def model_file(path: str) -> str:
-    """The SDF file of a model's folder, by its model.config: that of the newest version; a file is its own.
+    """The SDF file of a model's folder: the one of the newest version in its model.config.
+
+    If `path` is a file, it is returned unchanged.
 
     Raises:
         KbotError: the folder has no SDF file.
@@ -173,14 +180,14 @@ def model_file(path: str) -> str:
         fallback = folder / "model.sdf"
         if fallback.is_file():
             return str(fallback)
-        raise KbotError(f"{path} has no model.config")
+        raise KbotError(f"the folder {path} has no model.config")
     try:
         entries = list(read_xml(config).elements("sdf"))
     except DescriptionError as error:
         raise KbotError(str(error)) from None
     named = sorted(entries, key=lambda e: _version(e.attributes.get("version", "0")))
     if not named:
-        raise KbotError(f"{config} names no <sdf>")
+        raise KbotError(f"{config} has no <sdf> element")
     return str(folder / named[-1].text.strip())
 
 

@@ -1,4 +1,4 @@
-"""Reads numbers, poses and booleans of SDF elements; an invalid one is a finding at its line."""
+"""Reads numbers, poses and booleans of SDF elements. Invalid ones are reported at their line."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from kbot.text.numbers import to_float
 from kbot.world.world import FURTHEST
 
 STRONGEST_PULL = 1e4
-"""m/s^2: a thousand times the earth's."""
+"""Strongest gravity in m/s^2: about 1000 times the earth's."""
 
 
 class SdfValues:
-    """Reads values and keeps what was wrong with them."""
+    """Reads values and collects findings about them."""
 
     def __init__(self, findings: DiagnosticCollector) -> None:
         self.findings = findings
-        self._told: set[str] = set()
+        self._reported: set[str] = set()
 
     def numbers(self, element: Element, count: int, most: float = inf) -> tuple[float, ...] | None:
-        """`count` finite numbers from `-most` to `most`, None with a finding where they are not."""
+        """`count` finite numbers from `-most` to `most`. Other values are reported and give None."""
         words = element.text.split()
         try:
             values = tuple(to_float(word) for word in words)
@@ -34,7 +34,7 @@ class SdfValues:
         if finite:
             what += f" up to {most:g}"
         text = element.text.strip()
-        self.findings.error("W204", f"<{element.tag}> is {what}, not '{text}'", element.origin)
+        self.findings.error("W204", f"<{element.tag}> must be {what}, not '{text}'", element.origin)
         return None
 
     def number(self, parent: Element | None, tag: str, default: float, most: float = inf) -> float:
@@ -45,11 +45,11 @@ class SdfValues:
         return values[0] if values else default
 
     def require_positive(self, element: Element | None) -> None:
-        """Warn of a number that is not above zero, where it is not used but should be one."""
+        """Warn if a number that KBot does not use is not above 0."""
         values = self.numbers(element, 1) if element is not None else None
         if element is not None and values is not None and values[0] <= 0.0:
-            message = f"<{element.tag}> is above zero, not {values[0]:g}"
-            self.findings.warning("W204", message, element.origin, "it is left out")
+            message = f"<{element.tag}> must be above 0, not {values[0]:g}"
+            self.findings.warning("W204", message, element.origin, "KBot ignores the value")
 
     def truth(self, parent: Element, tag: str, default: bool) -> bool:
         element = parent.find(tag)
@@ -58,13 +58,13 @@ class SdfValues:
         word = element.text.strip().lower()
         if word in ("1", "true", "0", "false"):
             return word in ("1", "true")
-        self.findings.error("W204", f"<{tag}> is true or false, not '{word}'", element.origin)
+        self.findings.error("W204", f"<{tag}> must be true or false, not '{word}'", element.origin)
         return default
 
     def sizes(
         self, element: Element | None, shape: Element, tag: str, count: int, most: float = FURTHEST
     ) -> tuple[float, ...] | None:
-        """`count` numbers above zero, in m, of a shape's child, None with a finding where they are not."""
+        """`count` numbers above 0, in m, of a shape's child. Other values are reported and give None."""
         if element is None:
             self.findings.error("W205", f"<{shape.tag}> has no <{tag}>", shape.origin)
             return None
@@ -72,13 +72,13 @@ class SdfValues:
         if values is not None and any(value <= 0.0 for value in values):
             text = element.text.strip()
             self.findings.error(
-                "W204", f"<{tag}> of a <{shape.tag}> is above zero, not '{text}'", element.origin
+                "W204", f"<{tag}> of a <{shape.tag}> must be above 0, not '{text}'", element.origin
             )
             return None
         return values
 
     def pose(self, element: Element | None) -> Transform:
-        """x y z roll pitch yaw (or, as its `rotation_format` says, a quaternion); nothing is no motion."""
+        """A pose `x y z roll pitch yaw`, or with `rotation_format` a quaternion. Empty is the identity."""
         if element is None or not element.text.strip():
             return Transform.identity()
         if element.attributes.get("rotation_format") == "quat_xyzw":
@@ -95,8 +95,8 @@ class SdfValues:
         return Transform.from_xyz_rpy(values[:3], turn)
 
     def unsupported(self, element: Element, what: str, once: bool = True) -> None:
-        """Say, once a run for each kind, that something is not simulated."""
-        if once and what in self._told:
+        """Report that something is not simulated. With `once`, equal messages are reported once."""
+        if once and what in self._reported:
             return
-        self._told.add(what)
+        self._reported.add(what)
         self.findings.info("W210", what, element.origin)
