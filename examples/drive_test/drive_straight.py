@@ -2,7 +2,7 @@
 
     kbot sim robot.xacro --headless --script drive_straight.py --plot drive.png
 
-Every `assert` that does not hold ends the run with exit status 1, the time, and the values.
+A failed `assert` ends the run with exit status 1, and prints the time and the values.
 """
 
 from math import degrees, hypot, pi

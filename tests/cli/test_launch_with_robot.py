@@ -327,7 +327,7 @@ def test_robots_that_would_stand_in_each_other_are_told_of_with_the_line(package
     )
     done = launched(package, GAZEBO.format("") + robots)
     assert done.returncode == 2
-    assert "a.launch:3:1: 'q' cannot stand there: it would be inside 'r" in done.stderr
+    assert "a.launch:3:1: 'q' cannot be placed there: it would overlap 'r" in done.stderr
 
 
 @pytest.fixture(scope="module")

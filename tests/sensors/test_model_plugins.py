@@ -135,13 +135,16 @@ def test_satellite_navigation_of_hector_lies_where_it_is_told():
     ("inside", "words"),
     [
         ("<bodyName>mst</bodyName>", "did you mean 'mast'"),
-        ("", "it has no <bodyName>"),
-        ("<bodyName>mast</bodyName><xyzOffsets>1 2</xyzOffsets>", "one finite number or three, not '1 2'"),
+        ("", "the plugin has no <bodyName>"),
+        ("<bodyName>mast</bodyName><xyzOffsets>1 2</xyzOffsets>", "one or three finite numbers, not '1 2'"),
         ("<bodyName>mast</bodyName><rpyOffsets>0 nan 0</rpyOffsets>", "finite"),
         ("<bodyName>mast</bodyName><updateRate>fast</updateRate>", "finite number, not 'fast'"),
-        ("<bodyName>mast</bodyName><updateRate>-3</updateRate>", "a rate is above 0 Hz"),
-        ("<bodyName>mast</bodyName><updateRate>1e-308</updateRate>", "a rate is above 0 Hz"),
-        ("<bodyName>mast</bodyName><gaussianNoise>1e308</gaussianNoise>", "finite, up to 1e+100"),
+        ("<bodyName>mast</bodyName><updateRate>-3</updateRate>", "the rate must be from 1e-09 to 1e+05 Hz"),
+        (
+            "<bodyName>mast</bodyName><updateRate>1e-308</updateRate>",
+            "the rate must be from 1e-09 to 1e+05 Hz",
+        ),
+        ("<bodyName>mast</bodyName><gaussianNoise>1e308</gaussianNoise>", "finite numbers up to 1e+100"),
     ],
 )
 def test_what_is_wrong_is_said_at_its_line_and_the_sensor_left_out(inside, words):

@@ -127,7 +127,7 @@ def test_limits_can_be_given(kbot_robot):
 
 
 def test_a_limit_above_zero_is_wanted():
-    with pytest.raises(KbotError, match="linear acceleration"):
+    with pytest.raises(KbotError, match="linear_acceleration must be above 0"):
         DriveLimits(linear_acceleration=0.0)
 
 

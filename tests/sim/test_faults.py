@@ -176,10 +176,10 @@ def test_a_fault_outlives_a_robot_that_comes(sim, kbot_robot):
         (lambda: Payload("base_link", float("nan")), 1.0, None, "mass of a payload"),
         (lambda: LostCommands(2.0), 1.0, None, "from 0 to 1"),
         (lambda: SilentTopic("/odon"), 1.0, None, "did you mean '/odom'"),
-        (lambda: BlockedJoint("left_wheel_joint", "b"), 1.0, None, "no robot 'b'"),
+        (lambda: BlockedJoint("left_wheel_joint", "b"), 1.0, None, "unknown robot 'b'"),
         (lambda: LostCommands(), -1.0, None, "from now"),
         (lambda: LostCommands(), float("nan"), None, "from now"),
-        (lambda: LostCommands(), 1.0, 0.0, "above zero"),
+        (lambda: LostCommands(), 1.0, 0.0, "above 0"),
     ],
 )
 def test_a_fault_that_cannot_be_is_refused(sim, make, at, duration, message):

@@ -70,7 +70,7 @@ def test_a_fault_that_is_ended_is_over_and_does_not_come_again(sim):
         assert sim.joint_positions["left_wheel_joint"] - start > 1.0
         sim.reset()
         sim.cmd_vel(0.1, 0.0)
-    with pytest.raises(KbotError, match=f"no fault {number} .there are none at all"):
+    with pytest.raises(KbotError, match=f"no fault has the number {number}; scheduled faults: none"):
         sim.disturbances.end_fault(number)
 
 

@@ -114,11 +114,11 @@ def test_a_changed_robot_keeps_its_company(sim, kbot_robot):
 @pytest.mark.parametrize(
     ("name", "x", "message"),
     [
-        ("kbot", 1.0, "there is a robot 'kbot' already"),
-        ("a/b", 1.0, "is no robot's name"),
+        ("kbot", 1.0, "the robot name 'kbot' is taken"),
+        ("a/b", 1.0, "is not a valid robot name"),
         ("b", float("nan"), "finite"),
         ("b", 1e400, "finite"),
-        ("b", 0.0, "it would be inside 'kbot/"),
+        ("b", 0.0, "it would overlap 'kbot/"),
     ],
 )
 def test_a_robot_that_cannot_come_leaves_the_world_untouched(sim, kbot_robot, name, x, message):
@@ -134,12 +134,12 @@ def test_a_robot_that_cannot_come_leaves_the_world_untouched(sim, kbot_robot, na
 
 def test_a_robot_is_not_put_into_a_wall(kbot_robot):
     sim = Simulation(kbot_robot, world="corridor:width=0.8")
-    with pytest.raises(KbotError, match="inside 'left_wall'"):
+    with pytest.raises(KbotError, match="overlap 'left_wall'"):
         sim.models.spawn_model(kbot_robot, "b", x=1.0, y=0.4)
 
 
 def test_the_first_robot_stays_and_unknown_ones_are_named(sim):
-    with pytest.raises(KbotError, match="it stays"):
+    with pytest.raises(KbotError, match="cannot be deleted"):
         sim.models.delete_model("kbot")
     with pytest.raises(KbotError, match="did you mean 'kbot'"):
         sim.models.delete_model("kbt")
@@ -182,7 +182,7 @@ def test_a_kick_tips_nothing_but_moves_it(sim):
     [
         (("base_lnk", (1.0, 0.0, 0.0), 1.0), "did you mean 'base_link'"),
         (("base_link", (float("nan"), 0.0, 0.0), 1.0), "finite"),
-        (("base_link", (1.0, 0.0, 0.0), 0.0), "above zero"),
+        (("base_link", (1.0, 0.0, 0.0), 0.0), "above 0"),
         (("base_link", (1.0, 0.0, 0.0), float("inf")), "finite"),
     ],
 )

@@ -127,7 +127,7 @@ def test_a_mimic_joint_follows(urdf):
     sim.run(2.0)
     angle = sim.joint_positions["hinge"]
     assert sim.joint_positions["follower"] == pytest.approx(-2 * angle + 0.1, abs=2e-3)
-    with pytest.raises(KbotError, match="follows another"):
+    with pytest.raises(KbotError, match="mimics another"):
         sim.robots.first.set_joint("follower", 0.0)
 
 
@@ -201,7 +201,7 @@ def test_an_inertia_that_no_body_has_is_simulated_as_the_nearest_and_said(urdf):
     collision = '<collision><geometry><sphere radius="0.1"/></geometry></collision>'
     sim = Simulation(urdf(f'<robot name="r"><link name="base">{body}{collision}</link></robot>'))
     assert [d.code for d in sim.diagnostics] == ["W104"]
-    assert "0.015 larger" in sim.diagnostics[0].message
+    assert "KBot adds 0.015" in sim.diagnostics[0].message
 
 
 def test_a_missing_mesh_is_said_and_the_rest_simulated(urdf):
@@ -343,4 +343,4 @@ def test_a_start_inside_something_is_said(kbot_robot):
     world = World("full", (floor(), box("rock", (0.3, 0.3, 0.3), 0.0, 0.0)))
     sim = Simulation(kbot_robot, world=world)
     assert [d.code for d in sim.diagnostics] == ["W111"]
-    assert "inside 'rock'" in sim.diagnostics[0].message
+    assert "overlaps 'rock'" in sim.diagnostics[0].message

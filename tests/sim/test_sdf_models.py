@@ -82,15 +82,15 @@ def test_a_file_and_a_folder_of_a_model_are_read(sim: Simulation, tmp_path: Path
 @pytest.mark.parametrize(
     ("sdf", "name", "place", "said"),
     [
-        (CRATE, "kbot", at(1.0), "there is a 'kbot' already"),
-        (CRATE, "a b", at(1.0), "no thing's name"),
+        (CRATE, "kbot", at(1.0), "the name 'kbot' is taken"),
+        (CRATE, "a b", at(1.0), "not a valid object name"),
         (CRATE, "a", at(0.0), "'kbot' is in the way"),
-        ('<sdf version="1.7"/>', "a", at(1.0), "holds no SDF world or model"),
+        ('<sdf version="1.7"/>', "a", at(1.0), "contains no SDF world or model"),
         (TWO, "a", at(1.0), "2 models"),
         (TWO_IN_A_WORLD, "a", at(1.0), "2 models"),
         (BARE, "a", at(1.0), "the model in a.sdf has no link"),
         (BARE.replace("</sdf>", '<model name="b"/></sdf>'), "a", at(1.0), "2 models"),
-        ('<sdf version="1.7"><world name="w"/></sdf>', "a", at(1.0), "holds no model"),
+        ('<sdf version="1.7"><world name="w"/></sdf>', "a", at(1.0), "contains no models"),
     ],
 )
 def test_what_cannot_be_spawned_changes_nothing(

@@ -208,5 +208,5 @@ def test_a_joint_that_follows_another_is_left_to_it_and_said(launched):
     yaml = one("effort_controllers/JointEffortController", "joint: elbow")
     sim = Simulation(launched(robot, yaml, "c"))
     (found,) = [d for d in sim.diagnostics if d.code == "W135"]
-    assert "follows 'shoulder'" in found.message
+    assert "mimics 'shoulder'" in found.message
     assert not sim.robots.first.joints.control.controllers

@@ -114,7 +114,7 @@ def test_wheels_that_are_commanded_one_by_one_are_left_to_their_controllers(laun
     sim.run(1.0)
     # 1 rad/s of wheels of 0.1 m
     assert sim.ground_truth.pose.x - before == pytest.approx(0.1, abs=5e-3)
-    with pytest.raises(KbotError, match="/left was spawned to command 'left_joint'"):
+    with pytest.raises(KbotError, match="/left, which was spawned, commands 'left_joint'"):
         sim.cmd_vel(0.1, 0.0)
 
 

@@ -85,7 +85,7 @@ def test_a_restored_state_goes_on_bit_for_bit(sim, steps):
 
 
 def test_a_state_of_another_robot_is_refused(sim, ball):
-    with pytest.raises(KbotError, match="another robot"):
+    with pytest.raises(KbotError, match="other robots or another world"):
         sim.restore(Simulation(ball).state())
 
 

@@ -75,10 +75,10 @@ def test_what_is_taken_away_is_gone_and_all_else_goes_on(sim: Simulation) -> Non
     ("wrong", "said"),
     [
         ({"kind": "crat"}, "did you mean 'crate'"),
-        ({"kind": "crate", "name": "box_0"}, "there is a 'box_0' already"),
-        ({"kind": "crate", "name": "a/b"}, "no thing's name"),
+        ({"kind": "crate", "name": "box_0"}, "the name 'box_0' is taken"),
+        ({"kind": "crate", "name": "a/b"}, "not a valid object name"),
         ({"kind": "crate", "x": float("nan")}, "three finite numbers"),
-        ({"kind": "crate", "size": (1, 1, 1)}, "a size of its own"),
+        ({"kind": "crate", "size": (1, 1, 1)}, "size of a crate cannot be set"),
         ({"kind": "box", "size": (1, 1, 0)}, "edges of a box"),
         ({"kind": "crate"}, "'kbot' is in the way"),
     ],
@@ -94,7 +94,8 @@ def test_what_cannot_be_put_there_is_said_and_the_world_is_as_it_was(
 
 
 @pytest.mark.parametrize(
-    ("name", "said"), [("ground_plane", "it stays"), ("kbot", "it stays"), ("x", "no model")]
+    ("name", "said"),
+    [("ground_plane", "cannot be deleted"), ("kbot", "cannot be deleted"), ("x", "unknown model")],
 )
 def test_what_has_to_stay_stays(sim: Simulation, name: str, said: str) -> None:
     with pytest.raises(KbotError, match=said):

@@ -178,7 +178,7 @@ def test_a_plane_that_would_move_is_left_out_at_its_line(sim):
     shape = "<collision name='c'><geometry><plane/></geometry></collision>"
     found = sim(f"<link name='l'>\n{shape}</link>")
     (warning,) = [d for d in found.diagnostics if d.code == "W106"]
-    assert "'m' cannot be touched: a plane or a height field cannot move" in warning.message
+    assert "'m': this collision shape is ignored: a plane or a height field cannot move" in warning.message
     assert warning.origin.span.line == 2
     found.run(0.1)
 

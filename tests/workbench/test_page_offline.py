@@ -199,7 +199,7 @@ def test_a_simulation_is_shown_through_its_moments_and_left_as_it_was(
 
 def test_a_moment_of_another_simulation_is_refused() -> None:
     other = kbot.Simulation(kbot.load("kbot"), "boxes")
-    with pytest.raises(KbotError, match="another robot or world"):
+    with pytest.raises(KbotError, match="other robots or another world"):
         kbot.Simulation(kbot.load("kbot"), "empty").show([other.state()])
 
 

@@ -107,7 +107,7 @@ def test_what_is_refused_and_what_became_of_a_goal_is_in_the_log(
     page.locator(".picture canvas").focus()
     page.keyboard.press("Enter")  # at the middle of the picture, where the robot stands
     page.keyboard.press("Enter")  # and lets go
-    until(lambda: "no crate can be put there: 'kbot' is in the way" in log.inner_text())
+    until(lambda: "'crate' cannot be placed there: robot 'kbot' is in the way" in log.inner_text())
     page.keyboard.press("g")
     page.locator(".picture canvas").focus()
     page.keyboard.press("Enter")

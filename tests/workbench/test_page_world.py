@@ -149,7 +149,7 @@ def test_a_world_of_a_file_is_left_and_entered_again_and_no_other_file(
     until(lambda: state_of(session).time < 1.0)
     other = tmp_path / "other.sdf"
     other.write_text(ISLAND)
-    with pytest.raises(KbotError, match="no world"):
+    with pytest.raises(KbotError, match="unknown world"):
         session._motion.enter(str(other), 0)
 
 

@@ -228,7 +228,7 @@ def test_robots_that_came_since_are_a_reason_said(desk: Desk) -> None:
     desk.run(0.5)
     desk.past.seek(desk.client, 1.0)
     before = desk.session.state()
-    with pytest.raises(KbotError, match="another robot or world"):
+    with pytest.raises(KbotError, match="other robots or another world"):
         desk.past.resume(desk.client)
     assert desk.session.state() == before
 

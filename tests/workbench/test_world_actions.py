@@ -116,11 +116,11 @@ def test_time_and_the_world_start_again_apart(session: Session) -> None:
 @pytest.mark.parametrize(
     ("message", "said"),
     [
-        (spawn("castle", 1.0), "no thing 'castle'"),
+        (spawn("castle", 1.0), "unknown object 'castle'"),
         (spawn("crate", 0.0), "in the way"),
-        (Delete("nothing"), "no model 'nothing'"),
-        (Delete("kbot"), "it stays"),
-        (MoveModel("nothing", 0.0, 0.0, 0.0, 0.0), "no model 'nothing'"),
+        (Delete("nothing"), "unknown model 'nothing'"),
+        (Delete("kbot"), "cannot be deleted"),
+        (MoveModel("nothing", 0.0, 0.0, 0.0, 0.0), "unknown model 'nothing'"),
         (Disturb("slip", "nothing", 0.1, 1.0), "nothing"),
         (Disturb("slip", "left_wheel", -1.0, 1.0), "coefficient of friction"),
         (Disturb("silent", "/nothing", 0.0, 1.0), "no topic /nothing"),

@@ -37,7 +37,7 @@ def test_more_contacts_than_the_engine_holds_are_an_error(world: Write) -> None:
     box = "<geometry><box><size>1 1 1</size></box></geometry>"
     boxes = "".join(f'<collision name="c{i}">{box}</collision>' for i in range(20_000))
     text = f'<model name="m"><static>1</static><link name="l">{boxes}</link></model>'
-    with pytest.raises(DescriptionError, match="the physics engine refuses the world with 'kbot' in it"):
+    with pytest.raises(DescriptionError, match="the physics engine rejects the world with 'kbot'"):
         kbot.Simulation(kbot.load("kbot"), world=load_world(world(text)))
 
 
@@ -50,8 +50,8 @@ def test_directions_are_bounded(world: Write) -> None:
         load_world(world(f'<model name="m"><link name="l">{plane}</link>{joint}</joint></model>'))
     messages = [d.message for d in caught.value.diagnostics if d.is_error]
     assert messages == [
-        "<xyz> is 3 finite numbers up to 1e+06, not '0 0 -1e308'",
-        "<normal> is 3 finite numbers up to 1e+06, not '0 0 1e308'",
+        "<xyz> must be 3 finite numbers up to 1e+06, not '0 0 -1e308'",
+        "<normal> must be 3 finite numbers up to 1e+06, not '0 0 1e308'",
     ]
 
 

@@ -102,10 +102,10 @@ def test_filtered_rows_are_taken_back(tmp_path, kind):
         ({"m.yaml": "a: " + "[" * 5000}, "not YAML: it is nested more than 100 levels deep"),
         (
             {"m.yaml": YAML.format(image="p").replace("0.5", "-1"), "p": "P5\n1 1\n255\nx"},
-            "a length from 0.0001 to 1000 m, not -1",
+            "resolution must be from 0.0001 to 1000 m, not -1",
         ),
         ({"m.yaml": YAML.format(image="p"), "p": "P5\n4 4\n255\nshort"}, "cannot be read: .*truncated"),
-        ({"m.yaml": YAML.format(image="p"), "p": "GIF89a"}, "no kind that can be read"),
+        ({"m.yaml": YAML.format(image="p"), "p": "GIF89a"}, "has an unknown format"),
         ({"m.yaml": YAML.format(image="p").replace("0.5", ".nan"), "p": "x"}, "finite"),
     ],
 )
@@ -129,18 +129,18 @@ MERGES = "m0: &m0 {x: 1}\n" + "".join(
         ({"resolution": "1" + "0" * 5000}, "not YAML: a number is too large"),
         ({"resolution": "0x" + "f" * 20_000}, "not YAML: a number is too large"),
         ({"resolution": "1" + ":1" * 200_000}, "not YAML: a number is too large"),  # to the base of 60
-        ({"resolution": "1.0e-300"}, r"m\.yaml:2:13: resolution is a length from 0.0001 to 1000 m"),
-        ({"origin": "[1.0e+308, 0, 0]"}, r"m\.yaml:3:9: origin is .* up to 1e\+06"),
+        ({"resolution": "1.0e-300"}, r"m\.yaml:2:13: resolution must be from 0.0001 to 1000 m"),
+        ({"origin": "[1.0e+308, 0, 0]"}, r"m\.yaml:3:9: origin must be .* up to 1e\+06"),
         ({"origin": "[1" + "0" * 400 + ", 0, 0]"}, "not YAML: a number is too large"),
         ({"origin": "&a [*a, *a, *a]"}, "not YAML: its aliases stand for too many values"),
-        ({"occupied_thresh": "1.0e+308"}, "occupied_thresh is a probability from 0 to 1"),
+        ({"occupied_thresh": "1.0e+308"}, "occupied_thresh must be from 0 to 1"),
         ({"negate": "1" + "0" * 400}, "not YAML: a number is too large"),
-        ({"image": "[a, b]"}, r"m\.yaml:1:8: image is a file's name, not \['a', 'b'\]"),
+        ({"image": "[a, b]"}, r"m\.yaml:1:8: image must be a file name, not \['a', 'b'\]"),
         ({"": LAUGHS, "mode": "*a11"}, "not YAML: its aliases stand for too many values"),
         ({"": MERGES}, "not YAML: its aliases stand for too many values"),
         (
             {"": "<<: {resolution: x}\n", "resolution": None},
-            r"m\.yaml:1:18: resolution is a finite number, not 'x'",
+            r"m\.yaml:1:18: resolution must be a finite number, not 'x'",
         ),
     ],
 )
@@ -164,14 +164,14 @@ def claim(width: int, height: int) -> bytes:
     ("data", "message"),
     [
         (claim(50_000, 50_000), "exceeds limit of"),
-        (claim(9_000, 9_000), "9000 x 9000 pixels: more than 50000000"),
-        (b"P5\n9000 9000\n255\n", "9000 x 9000 pixels: more than 50000000"),
+        (claim(9_000, 9_000), "9000 x 9000 pixels, more than 50000000"),
+        (b"P5\n9000 9000\n255\n", "9000 x 9000 pixels, more than 50000000"),
         (b"P5\n7000 7000\n255\n", "truncated"),
-        (b"P5\n-4 -4\n255\n", "no kind that can be read"),
+        (b"P5\n-4 -4\n255\n", "has an unknown format"),
         (b"P5\n99999999999999999999 1\n255\n", "Token too long"),
         (b"P2\n4 4\n255\n" + b"9" * 100_000, "Token too long"),
         (b"P5\n4 4\n0\n" + bytes(16), "maxval"),
-        (b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n%%EndComments\n", "no kind that can be read"),
+        (b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n%%EndComments\n", "has an unknown format"),
     ],
 )
 def test_pictures_that_claim_too_much_are_one_error(tmp_path, data, message):
@@ -185,11 +185,11 @@ def test_walls_that_take_minutes_to_join_are_one_error(tmp_path):
     cells = np.tile(np.array([0, 255], dtype=np.uint8), (2000, 2050))
     (tmp_path / "room.pgm").write_bytes(b"P5\n4100 2000\n255\n" + cells.tobytes())
     (tmp_path / "room.yaml").write_text(YAML.format(image="room.pgm"))
-    with pytest.raises(KbotError, match="pieces of wall in its rows, more than 2000000"):
+    with pytest.raises(KbotError, match="runs of occupied cells in its rows, more than 2000000"):
         load_world(tmp_path / "room.yaml")
 
 
 def test_a_broken_png_is_said(tmp_path):
     (tmp_path / "p.png").write_bytes(png(GREY)[:40])
-    with pytest.raises(KbotError, match="no kind that can be read"):
+    with pytest.raises(KbotError, match="has an unknown format"):
         read_picture(tmp_path / "p.png")

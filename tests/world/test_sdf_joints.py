@@ -148,10 +148,10 @@ def test_a_merged_include_becomes_part_of_the_model(world, tmp_path):
 @pytest.mark.parametrize(
     ("inner", "code", "message"),
     [
-        (joint("revolute", "a", "c"), "W207", "has the child 'c', which is no link"),
-        (joint("revolute", "a", "a"), "W205", "holds a link to itself"),
-        (joint("hinge", "a", "b"), "W205", "has the type 'hinge'"),
-        (joint("revolute", "a", "b", axis("0 0 0")), "W204", "no direction"),
+        (joint("revolute", "a", "c"), "W207", "has the unknown child link 'c'"),
+        (joint("revolute", "a", "a"), "W205", "connects a link to itself"),
+        (joint("hinge", "a", "b"), "W205", "has the unknown type 'hinge'"),
+        (joint("revolute", "a", "b", axis("0 0 0")), "W204", "must not be 0 0 0"),
         ("<joint name='j' type='revolute'><child>b</child></joint>", "W205", "has no <parent>"),
         (
             joint("revolute", "a", "b", axis("0 0 1", "<limit><lower>1</lower><upper>0</upper></limit>")),
