@@ -1,4 +1,4 @@
-"""What peers send to be spawned: nothing in it is evaluated, and it names only files within reach."""
+"""Models that peers spawn: nothing in them is evaluated, and only allowed files are read."""
 
 import os
 from pathlib import Path
@@ -44,7 +44,7 @@ def secret(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder of models, with a link that leads out of it."""
+    """A folder of models, with a symbolic link to a file outside of it."""
     folder = tmp_path / "models"
     (folder / "tetra").mkdir(parents=True)
     (folder / "tetra" / "tetra.obj").write_text(TETRAHEDRON)
@@ -67,7 +67,9 @@ def models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     ],
 )
 @pytest.mark.parametrize("declared", [True, False])
-def test_a_peer_s_text_is_never_expanded(running: Running, secret: Path, inside: str, declared: bool) -> None:
+def test_xacro_of_a_peer_is_never_expanded(
+    running: Running, secret: Path, inside: str, declared: bool
+) -> None:
     xml = XACRO.format(inside.replace("SECRET", str(secret / "secret.yaml")))
     xml = xml if declared else xml.replace(' xmlns:xacro="http://www.ros.org/wiki/xacro"', "")
     answer = spawn(running, xml)
@@ -77,8 +79,8 @@ def test_a_peer_s_text_is_never_expanded(running: Running, secret: Path, inside:
         assert "hunter2" not in spawn(running, xml, kind).status_message
 
 
-def test_what_xacro_left_behind_in_urdf_is_no_xacro(running: Running) -> None:
-    """Its namespace, and comments of the source."""
+def test_expanded_urdf_is_accepted(running: Running) -> None:
+    """xacro leaves its namespace and the comments of the source."""
     xml = MESHED.format("x").replace('<mesh filename="x"/>', '<sphere radius="0.1"/>')
     xml = xml.replace('name="r">', 'name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><!-- ${width} -->')
     assert spawn(running, xml).success
@@ -92,23 +94,24 @@ OUTSIDE = ["SECRET/secret.obj", "file://SECRET/secret.obj", "file:///dev/zero", 
 
 @pytest.mark.parametrize("uri", OUTSIDE)
 @pytest.mark.parametrize("text", [MESHED, SDF_MESHED, INCLUDING])
-def test_files_elsewhere_are_refused_as_if_there_were_none(
+def test_other_files_are_refused_as_if_they_did_not_exist(
     running: Running, secret: Path, models: Path, text: str, uri: str
 ) -> None:
-    there = uri.replace("SECRET", str(secret))
-    gone = there[:-1] + "~"
-    answers = [spawn(running, text.format(name)) for name in (there, gone)]
+    existing = uri.replace("SECRET", str(secret))
+    missing = existing[:-1] + "~"
+    answers = [spawn(running, text.format(name)) for name in (existing, missing)]
     assert not any(answer.success for answer in answers)
-    said = [
-        answer.status_message.replace(name, "") for answer, name in zip(answers, (there, gone), strict=True)
+    messages = [
+        answer.status_message.replace(name, "")
+        for answer, name in zip(answers, (existing, missing), strict=True)
     ]
-    assert said[0] == said[1]
-    assert "hunter2" not in said[0]
+    assert messages[0] == messages[1]
+    assert "hunter2" not in messages[0]
     assert "x1" not in running.simulation.robots
     assert "x1" not in running.simulation.models.body_poses()
 
 
-def test_parameters_of_a_plugin_elsewhere_are_not_read(running: Running, secret: Path) -> None:
+def test_parameter_files_of_plugins_are_not_read_from_elsewhere(running: Running, secret: Path) -> None:
     plugin = f"<gazebo><plugin><parameters>{secret}/secret.yaml</parameters></plugin></gazebo></robot>"
     xml = (
         MESHED.format("x")
@@ -120,7 +123,7 @@ def test_parameters_of_a_plugin_elsewhere_are_not_read(running: Running, secret:
     assert "is not found among the models and packages here" in answer.status_message
 
 
-def test_a_model_s_file_that_is_a_link_out_of_the_folder_is_not_read(
+def test_a_symbolic_link_out_of_the_folder_is_not_followed(
     running: Running, secret: Path, models: Path
 ) -> None:
     (models / "linked").mkdir()
@@ -129,14 +132,14 @@ def test_a_model_s_file_that_is_a_link_out_of_the_folder_is_not_read(
     assert (answer.success, "is not found among" in answer.status_message) == (False, True)
 
 
-def test_files_of_the_library_of_model_paths_and_of_packages_are_used(running: Running, models: Path) -> None:
+def test_shipped_models_and_model_paths_are_used(running: Running, models: Path) -> None:
     for uri in ("model://crate", "model://tetra", f"file://{models}/tetra/model.sdf"):
         assert spawn(running, INCLUDING.format(uri), name="a").success
         running.simulation.models.delete_model("a")
 
 
 @pytest.mark.parametrize("text", [MESHED, SDF_MESHED])
-def test_a_mesh_of_a_model_path_is_used_and_a_broken_one_is_told(
+def test_a_mesh_of_a_model_path_is_used_and_a_broken_one_is_refused(
     running: Running, models: Path, text: str
 ) -> None:
     assert spawn(running, text.format(f"file://{models}/tetra/tetra.obj"), name="good").success
@@ -144,28 +147,28 @@ def test_a_mesh_of_a_model_path_is_used_and_a_broken_one_is_told(
     assert (broken.success, "broken.obj" in broken.status_message) == (False, True)
 
 
-def test_a_name_leads_into_no_folder(running: Running, secret: Path) -> None:
+def test_a_model_name_does_not_select_a_folder(running: Running, secret: Path) -> None:
     for text in (MESHED.format("secret.obj"), SDF_MESHED.format("secret.obj")):
         assert not spawn(running, text, name=str(secret / "x")).success
 
 
 @pytest.mark.parametrize("xml", ["", " \n", "hello", "/etc/passwd", "<", "<sdf", "<foo/>", "<sdf/>"])
-def test_errors_of_sdf_speak_of_sdf(running: Running, xml: str) -> None:
+def test_errors_of_the_sdf_service_mention_sdf(running: Running, xml: str) -> None:
     answer = spawn(running, xml, "/gazebo/spawn_sdf_model")
     assert not answer.success
     assert "urdf" not in answer.status_message.lower()
     assert "SDF" in answer.status_message or "x1.sdf:1:" in answer.status_message
 
 
-def test_of_two_models_it_is_said_how_many(running: Running) -> None:
+def test_error_for_two_models_states_the_number(running: Running) -> None:
     two = CRATE.format("a").replace("</sdf>", '<model name="b"><link name="l"/></model></sdf>')
     assert "2 models" in spawn(running, two, "/gazebo/spawn_sdf_model").status_message
 
 
-def test_a_replay_finds_the_files_that_were_in_reach(
+def test_a_replay_uses_the_files_of_the_original_run(
     running: Running, models: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Not one of the same name beside it, that the peer was not given."""
+    """A folder of the same name in the working directory is not used."""
     noted: list[tuple[str, dict[str, object]]] = []
     running.simulation.journal.write = lambda what, numbers: noted.append((what, numbers))
     (tmp_path / "beside" / "crate").mkdir(parents=True)

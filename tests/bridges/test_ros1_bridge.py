@@ -132,7 +132,7 @@ class Publisher:
         uri = f"http://127.0.0.1:{self.server.port}/"
         call(bridge.master, "registerPublisher", ME, "/cmd_vel", "geometry_msgs/Twist", uri)
 
-    def serve_one(self) -> socket.socket:
+    def accept(self) -> socket.socket:
         connection, _ = self.listener.accept()
         read_header(connection)
         connection.sendall(encode_header(self._header) + self._script)
@@ -150,7 +150,7 @@ def twist(speed: float) -> bytes:
 
 def test_a_twist_of_a_peer_drives_the_robot(running: Running, bridge: Ros1Bridge) -> None:
     publisher = Publisher(bridge, twist(0.2) * 3)
-    with publisher.serve_one():
+    with publisher.accept():
         wait_until(lambda: running.simulation.robots.first.twist.x > 0.1)
         # the watchdog stops it after half a second
         wait_until(lambda: running.simulation.robots.first.twist.x == 0.0)
@@ -175,7 +175,7 @@ def test_a_faulty_publisher_has_no_effect(
     running: Running, bridge: Ros1Bridge, script: bytes, header: dict[str, str] | None
 ) -> None:
     publisher = Publisher(bridge, script, header)
-    with publisher.serve_one():
+    with publisher.accept():
         assert running.is_stepping()
     assert running.simulation.robots.first.twist.x == 0.0
     publisher.close()

@@ -146,7 +146,7 @@ def test_errors_of_rosapi(bridge: RosbridgeBridge, raw: ClientConnection) -> Non
 
 
 def test_many_clients_at_once(running: Running, bridge: RosbridgeBridge) -> None:
-    def one() -> None:
+    def subscribe() -> None:
         with connect(bridge.address) as connection:
             connection.send('{"op": "subscribe", "topic": "/odom"}')
             for _ in range(5):
@@ -154,7 +154,7 @@ def test_many_clients_at_once(running: Running, bridge: RosbridgeBridge) -> None
             done.append(1)
 
     done: list[int] = []
-    threads = [threading.Thread(target=one) for _ in range(20)]
+    threads = [threading.Thread(target=subscribe) for _ in range(20)]
     for thread in threads:
         thread.start()
     for thread in threads:

@@ -239,7 +239,7 @@ def test_the_program_of_a_shown_robot_moves_its_joints(package: Path) -> None:
 def test_a_shown_robot_is_not_recorded_and_that_is_said(package: Path) -> None:
     done = launched(package, "", "--record", "run.mcap")
     assert done.returncode == 2
-    assert "--record goes with a launch that simulates" in done.stderr
+    assert "--record needs a launch file that simulates a robot" in done.stderr
     assert not (package / "run.mcap").exists()
 
 

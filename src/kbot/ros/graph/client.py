@@ -28,7 +28,7 @@ Values = dict[str, Any]  # Any: JSON
 
 
 class GraphClient:
-    """One connection, which speaks the rosbridge protocol. Not thread-safe."""
+    """One connection, over the rosbridge protocol. Not thread-safe."""
 
     def __init__(self, address: str) -> None:
         """Raises KbotError: no KBot answers at the address."""
@@ -123,7 +123,7 @@ class GraphClient:
         self._socket.close()
 
     def flush(self) -> None:
-        """Wait until KBot has every message that was sent. Raises KbotError: KBot rejected a message."""
+        """Wait until KBot has received all messages. Raises KbotError: KBot rejected a message."""
         self.call("/rosapi/get_time")
 
     def nanoseconds(self) -> int:

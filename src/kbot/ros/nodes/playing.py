@@ -1,4 +1,4 @@
-"""The settings of `rosbag play` in a launch file. A module of its own, because the player loads much more."""
+"""The settings of `rosbag play` in a launch file, separate from the player, which loads much more."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ def seconds(stamp: Mapping[str, int]) -> float:
 
 
 def read_values(words: tuple[str, ...], example: str) -> dict[str, Any]:
-    """Parse VALUES, the fields of a message in YAML. Without words there are no fields.
+    """Parse VALUES, the fields of a message in YAML. Without words, the result is empty.
 
     Raises:
         KbotError: there are several words, or VALUES is not a mapping.

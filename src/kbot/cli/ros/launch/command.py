@@ -1,4 +1,4 @@
-"""The command `kbot launch`: reads its options, finds the launch file and runs it."""
+"""`kbot launch`: parses the options, finds the launch file and runs it."""
 
 from __future__ import annotations
 
@@ -39,8 +39,10 @@ if TYPE_CHECKING:
     from kbot.ros.peer_options import PeerOptions
     from kbot.tf.static_transforms import StaticTransform
 
+_NEEDS_SIMULATION = "needs a launch file that simulates a robot"
+
 _NAMED = 10
-"""Launch files of a folder that are named."""
+"""Launch files of a folder that an error lists."""
 
 
 @click.command(
@@ -142,7 +144,7 @@ def command(
     if staged.robot is None:
         return _without_robot(plan, staged, record, peers)
     if record.path and not staged.is_simulated:
-        fail("--record goes with a launch that simulates; this one shows a robot (it has no spawn_model)")
+        fail(f"--record {_NEEDS_SIMULATION}. This one only shows a robot: it has no spawn_model node")
     click.echo(table(plan, staged))
     with loading(staged.robot.path):
         load_robot(staged.robot.path, staged.robot.arguments, packages=packages).require()
@@ -178,26 +180,26 @@ def _without_robot(plan: Plan, staged: Stage, record: RecordOptions, peers: Peer
     from kbot.ros.launch.running.without_robot import run_without_robot
 
     if not (staged.stand_ins.has_publishers or staged.programs):
-        fail(f"{plan.path} sets no parameter to a robot (robot_description from xacro): nothing to show")
+        fail(f"{plan.path} has nothing to show: it sets no parameter, such as robot_description, to a robot")
     click.echo(table(plan, staged))
     if not staged.stand_ins.has_publishers:
         return run_programs(plan, staged.programs, print_note)
     if record.path:
-        fail("--record goes with a launch that simulates; this one has no robot")
+        fail(f"--record {_NEEDS_SIMULATION}. This one has no robot")
     return run_without_robot(plan, staged, peers, LaunchTerminal())
 
 
 def _ask_for_trust(path: str) -> bool:
-    """Asks, where somebody is there to answer."""
+    """Ask whether to run the program, if there is a terminal to ask in."""
     if not Path(path).is_file() or not (sys.stdin.isatty() and sys.stderr.isatty()):
         return False
     return click.confirm(f"{path} is a program. Run it?", err=True)
 
 
 def _find(named: list[str], packages: Packages) -> str:
-    """The launch file of a command line: a path, or a package and the name of a file in it."""
+    """The path of the launch file, given by its path or by its package and name."""
     if len(named) not in (1, 2):
-        raise KbotError("a launch file is expected: kbot launch FILE, or kbot launch PACKAGE FILE")
+        raise KbotError("expected one launch file: kbot launch FILE, or kbot launch PACKAGE FILE")
     package = named[0]
     if len(named) == 1:
         if Path(package).is_dir():
@@ -219,7 +221,7 @@ def _find(named: list[str], packages: Packages) -> str:
 
 
 def _is_path(word: str) -> bool:
-    """Whether a PACKAGE is written as a path to a folder, as shells complete it: `robot/`, `./robot`."""
+    """Whether PACKAGE is the path of a folder, as shells complete it: `robot/`, `./robot`."""
     if not (word in (".", "..") or "/" in word or os.sep in word):
         return False
     if not Path(word).is_dir():
@@ -228,7 +230,7 @@ def _is_path(word: str) -> bool:
 
 
 def _file_in(folder: Path, shown: str, name: str) -> str:
-    """The one file of a name, or of a path, in a folder."""
+    """The file of this name or relative path in a folder. Errors name the folder `shown`."""
     found = [folder / name] if (folder / name).is_file() else sorted(folder.rglob(Path(name).name))
     if not found:
         others = _launch_files(folder)
@@ -244,7 +246,7 @@ def _it_has(names: list[str]) -> str:
 
 
 def _package_folder(word: str, packages: Packages) -> Path:
-    """The folder of a package, or of the robot that ships with KBot for the word `kbot`."""
+    """The folder of a package. `kbot` is the package of the robot that ships with KBot."""
     if word == SHIPPED_NAME:
         return SHIPPED_PACKAGE
     folder = Path(packages.find(word))
@@ -253,7 +255,7 @@ def _package_folder(word: str, packages: Packages) -> Path:
 
 
 def _in_folder(folder: Path) -> str:
-    """What to write where a folder was named."""
+    """What to write instead of a folder, for an error."""
     files = sorted(str(file) for file in folder.rglob("*") if _is_launch_file(file))
     if not files:
         return "It has no launch files."
@@ -262,7 +264,7 @@ def _in_folder(folder: Path) -> str:
 
 
 def _as_package(word: str, packages: Packages) -> str:
-    """What to write where a package was named without one of its launch files."""
+    """What to write instead of a package without a launch file, for an error."""
     try:
         names = _launch_files(_package_folder(word, packages))
     except PackageNotFound as error:

@@ -1,4 +1,4 @@
-"""The text that `kbot launch` prints: the table of nodes, and answers in roslaunch's format."""
+"""The text that `kbot launch` prints: the table of nodes, and lists in the format of roslaunch."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 
 
 def table(plan: Plan, stage: Stage) -> str:
-    """A line for each node: its name, its program, what KBot does for it, and where it was written."""
+    """A line for each node: its name, its program, what KBot does for it, and its line in the launch file."""
     running = {program.node.full_name for program in stage.programs}
     rows = [
-        (n.full_name, f"{n.package}/{n.type}", _what(n, running), _place(str(n.origin))) for n in plan.nodes
+        (n.full_name, f"{n.package}/{n.type}", _action(n, running), _place(str(n.origin))) for n in plan.nodes
     ]
     rows += [
         (f"{i.namespace}gazebo", f"{i.package}/{i.name}", "KBot's simulation", _place(str(i.origin)))
@@ -50,11 +50,11 @@ def _robot(robot: SpawnedRobot) -> str:
     return f"  robot: {robot.path}{given}" + (f"  in /{namespace}" if namespace else "")
 
 
-def _what(node: PlannedNode, running: Collection[str]) -> str:
+def _action(node: PlannedNode, running: Collection[str]) -> str:
     if node.is_test:
         return "a test, not run"
-    own = "a program of its own" if node.full_name in running else "not run"
-    return role(node.package, node.type, node.args) or own
+    other = "run as a program" if node.full_name in running else "not run"
+    return role(node.package, node.type, node.args) or other
 
 
 def _place(origin: str) -> str:
@@ -64,8 +64,7 @@ def _place(origin: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Questions:
-    """What to print instead of running a launch: names of nodes, launch files, parameters, arguments, and the
-    command line of the node `args_of`."""
+    """What to print instead of running a launch file. `args_of` is the node whose command line to print."""
 
     nodes: bool
     files: bool
@@ -78,10 +77,10 @@ class Questions:
 
 
 def print_answers(plan: Plan, questions: Questions) -> None:
-    """Print what was asked for.
+    """Print what `questions` select.
 
     Raises:
-        KbotError: no node has the name that was asked for.
+        KbotError: there is no node `args_of`.
     """
     if questions.nodes:
         for node in plan.nodes:
@@ -118,8 +117,8 @@ def _command_line(plan: Plan, name: str) -> str:
     by_name = {node.full_name: node for node in plan.nodes}
     node = by_name.get(name) or by_name.get("/" + name)
     if node is None:
-        hint = did_you_mean(name, by_name) or f"there are {', '.join(by_name)}"
-        raise KbotError(f"no node is named {name}: {hint}")
+        hint = did_you_mean(name, by_name) or f"the nodes are {', '.join(by_name)}"
+        raise KbotError(f"there is no node {name}: {hint}")
     remaps: Mapping[str, str] = dict(node.remaps)
     environment = [f'{key}="{value}"' for key, value in node.env]
     words = [node.launch_prefix or "", f"{node.package}/{node.type}", re.sub(r"\s+", " ", node.args.strip())]

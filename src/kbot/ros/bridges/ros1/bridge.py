@@ -162,7 +162,7 @@ class Ros1Bridge:
         try:
             return bool(call(self.master, "lookupNode", self._node, self._node) == self.uri)
         except RpcFailed:
-            call(self.master, "getPid", self._node)  # raises if the master does not answer at all
+            call(self.master, "getPid", self._node)  # raises if the master does not answer
             return False
 
     def _register(self) -> None:

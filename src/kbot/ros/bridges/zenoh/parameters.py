@@ -58,10 +58,10 @@ def dotted(name: str) -> str:
 def type_of(value: ParameterValue) -> int:
     """The number of the value's type in ROS 2, NOT_SET if ROS 2 has no such type."""
     if isinstance(value, list | tuple):
-        kinds = {_type_of_one(item) for item in value} or {_STRING}
+        kinds = {_type_of_item(item) for item in value} or {_STRING}
         kind = _DOUBLE if kinds == {_INTEGER, _DOUBLE} else min(kinds) if len(kinds) == 1 else NOT_SET
         return kind + _BYTES if kind != NOT_SET else NOT_SET
-    return _type_of_one(value)
+    return _type_of_item(value)
 
 
 def message_of(value: ParameterValue) -> Message:
@@ -85,7 +85,7 @@ def value_of(name: str, message: Message) -> ParameterValue:
     return value.tolist() if isinstance(value, np.ndarray) else value
 
 
-def _type_of_one(value: ParameterValue) -> int:
+def _type_of_item(value: ParameterValue) -> int:
     if isinstance(value, int) and not -(1 << 63) <= value < 1 << 63:
         return NOT_SET
     return next((number for kind, number in _KINDS if isinstance(value, kind)), NOT_SET)
