@@ -120,7 +120,7 @@ def test_parameter_files_of_plugins_are_not_read_from_elsewhere(running: Running
     )
     answer = spawn(running, xml)
     assert not answer.success
-    assert "is not found among the models and packages here" in answer.status_message
+    assert "not found in the models and packages of this machine" in answer.status_message
 
 
 def test_a_symbolic_link_out_of_the_folder_is_not_followed(
@@ -129,7 +129,7 @@ def test_a_symbolic_link_out_of_the_folder_is_not_followed(
     (models / "linked").mkdir()
     (models / "linked" / "model.sdf").symlink_to(secret / "secret.sdf")
     answer = spawn(running, INCLUDING.format("model://linked"))
-    assert (answer.success, "is not found among" in answer.status_message) == (False, True)
+    assert (answer.success, "not found in the models" in answer.status_message) == (False, True)
 
 
 def test_shipped_models_and_model_paths_are_used(running: Running, models: Path) -> None:
