@@ -1,5 +1,5 @@
-# ruff: noqa: E501 - XML and patterns are read as they stand
-"""Ways to spoil a clean robot, each with the code and the place that must be found.
+# ruff: noqa: E501 - XML and patterns are easier to read on one line
+"""Ways to damage a clean robot, each with the code and the place of the expected finding.
 
 An edit is a regular expression and what takes the place of its first match; `§` in one of the edits
 marks the line at which the finding must stand.

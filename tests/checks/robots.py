@@ -1,5 +1,5 @@
-# ruff: noqa: E501 - XML and patterns are read as they stand
-"""Clean robots for the tests to spoil: a rover with sensors and an arm, in three sizes and by three drivers."""
+# ruff: noqa: E501 - XML and patterns are easier to read on one line
+"""Clean robots for tests to damage: a rover with sensors and an arm, in three sizes and with three drives."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the rules take for a link's shapes, against closed formulas and against points strewn in them."""
+"""The volumes and moments of shapes, compared with formulas and with points inside the shapes."""
 
 import math
 
@@ -21,12 +21,12 @@ SHAPES = {
 
 
 def body(shape: Geometry) -> LinkBody:
-    """Of a link that has the shape alone, in its middle."""
+    """The body of a link with one shape at its origin."""
     return body_of(Link("link", None, (), (Collision("", Pose(), shape, HERE),), HERE))
 
 
 def inside(shape, p):
-    """Which of the points (n, 3) are in the shape, from its definition."""
+    """Which of the points (n, 3) are inside the shape, by its definition."""
     x, y, z = p.T
     match shape:
         case Box(size=(a, b, c)):
@@ -42,7 +42,7 @@ def inside(shape, p):
 
 
 @pytest.mark.parametrize("name", SHAPES)
-def test_volume_and_inertia_are_those_of_a_grid_of_points(name):
+def test_volume_and_inertia_agree_with_a_grid_of_points(name):
     shape = SHAPES[name]
     low, high = (np.array(end) for end in body(shape).ends)
     n = 80
@@ -57,8 +57,8 @@ def test_volume_and_inertia_are_those_of_a_grid_of_points(name):
     assert np.diag(filled.unit_tensor) * filled.volume == pytest.approx(moments, rel=0.02)
 
 
-def test_known_moments():
-    """Of 10 kg: a thin disc and a plate, from a table of moments of inertia."""
+def test_moments_agree_with_published_formulas():
+    """A thin disc and a plate of 10 kg, with the formulas of a table of moments of inertia."""
     disc, plate = body(Cylinder(0.035, 0.005, HERE)).solid, body(Box((0.16, 0.16, 0.01), HERE)).solid
     assert disc.volume == pytest.approx(math.pi * 0.035**2 * 0.005)
     of_disc, of_plate = (10.0 * np.array(solid.unit_tensor) for solid in (disc, plate))
@@ -68,7 +68,7 @@ def test_known_moments():
 
 @pytest.mark.parametrize("name", SHAPES)
 @given(point=st.tuples(*[st.floats(-1, 1)] * 3))
-def test_the_farthest_point_is_as_far_as_the_reach(name, point):
+def test_the_reach_is_the_distance_of_the_farthest_point(name, point):
     shape = SHAPES[name]
     reach = body(shape).reach(point)
     low, high = (np.array(end) for end in body(shape).ends)

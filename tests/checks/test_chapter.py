@@ -1,4 +1,4 @@
-"""Every fault that is known of the chapter's package is found at its line, and nothing in our own KBot."""
+"""Every known fault of the chapter's package is reported at its line, and KBot has no findings."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ CORRECTED = Path("chapter/corrected/kbot_description")
 
 
 def lines_of(diagnostic: Diagnostic) -> set[int]:
-    """The finding's line, those of its calls and of its related places."""
+    """The lines of a finding, of its macro calls and of its related places."""
     if diagnostic.origin is None:
         return set()
     calls = {c.span.line for c in diagnostic.origin.stack if c.kind == "macro"}
@@ -29,7 +29,7 @@ def line(text: str, words: str, after: str = "") -> int:
 
 
 def expect(found: tuple[Diagnostic, ...], code: str, at: int, words: str) -> None:
-    """One finding of a code that stands at a line and says these words."""
+    """Assert that a finding of a code at a line contains these words."""
     matches = [d for d in found if d.code == code and d.origin and d.origin.span.line == at]
     assert matches, f"no {code} at line {at}: " + "; ".join(map(str, found))
     assert any(words in d.message for d in matches), [d.message for d in matches]
@@ -37,7 +37,7 @@ def expect(found: tuple[Diagnostic, ...], code: str, at: int, words: str) -> Non
 
 @pytest.fixture(params=["printed", "corrected", "colored"])
 def robot(request: pytest.FixtureRequest, shared: Path) -> tuple[str, tuple[Diagnostic, ...]]:
-    """The chapter's robot, its root element put right, and its findings."""
+    """The chapter's robot with a corrected root element, and its findings."""
     folder, name = {
         "printed": (PRINTED, "kbot.xacro"),
         "corrected": (CORRECTED, "kbot.xacro"),
@@ -48,7 +48,7 @@ def robot(request: pytest.FixtureRequest, shared: Path) -> tuple[str, tuple[Diag
     return text, check_text(text, str(path), config=Config())
 
 
-def test_the_broken_root_is_found_and_mended(shared: Path) -> None:
+def test_the_broken_root_is_reported_with_a_fix(shared: Path) -> None:
     found = check_file(str(shared / PRINTED / "urdf" / "kbot.xacro"), config=Config())
     assert [(d.code, d.origin.span.line if d.origin else 0) for d in found] == [("P001", 3)]
     assert found[0].fix is not None
@@ -67,18 +67,20 @@ def test_every_undefined_property_is_found_in_one_run(shared: Path) -> None:
     }
 
 
-def test_the_axis_has_no_rpy(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
+def test_rpy_on_an_axis_is_reported(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
     text, found = robot
     expect(found, "U202", line(text, "<axis", '<xacro:macro name="wheel"'), "'rpy'")
     expect(found, "U202", line(text, "<axis", '<joint name="caster'), "'rpy'")
 
 
-def test_the_swapped_height_and_depth(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
+def test_exchanged_height_and_depth_are_reported(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
     text, found = robot
     expect(found, "I112", line(text, '<xacro:box_inertia m="10"'), "iyy 0.04267 and izz 0.02142")
 
 
-def test_the_wheels_inertia_is_not_turned(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
+def test_the_wheels_inertia_that_is_not_turned_is_reported_at_the_macro(
+    robot: tuple[str, tuple[Diagnostic, ...]],
+) -> None:
     text, found = robot
     (finding,) = [d for d in found if d.code == "I111"]
     assert "0.003083" in finding.message
@@ -91,7 +93,7 @@ def test_the_wheels_inertia_is_not_turned(robot: tuple[str, tuple[Diagnostic, ..
     } <= lines_of(finding)
 
 
-def test_the_wheel_separation(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
+def test_the_wrong_wheel_separation_is_reported(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
     text, found = robot
     at = line(text, 'name="wheel_separation"')
     expect(found, "S101", at, "never used")
@@ -99,13 +101,13 @@ def test_the_wheel_separation(robot: tuple[str, tuple[Diagnostic, ...]]) -> None
     expect(found, "D105", at, "16 %")
 
 
-def test_the_caster_rolls_one_way_only(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
+def test_the_single_axis_caster_is_reported(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
     text, found = robot
     expect(found, "D118", line(text, "<axis", '<joint name="caster'), "scrubs")
 
 
 @pytest.mark.parametrize(("radius", "words"), [("0.015", "5 mm above"), ("0.02", "5 mm below")])
-def test_the_caster_touches_the_ground_at_one_radius(shared: Path, radius: str, words: str) -> None:
+def test_a_caster_of_the_wrong_radius_is_reported(shared: Path, radius: str, words: str) -> None:
     path = shared / CORRECTED / "urdf" / "kbot.xacro"
     text = path.read_text("utf-8")
     assert not [d for d in check_text(text, str(path), config=Config()) if d.code == "D112"]
@@ -114,18 +116,18 @@ def test_the_caster_touches_the_ground_at_one_radius(shared: Path, radius: str, 
     expect(found, "D112", line(text, "<origin", '<joint name="caster'), words)
 
 
-def test_the_masses(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
+def test_implausible_masses_are_reported(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
     text, found = robot
     expect(found, "I117", line(text, '<xacro:box_inertia m="20"'), "1 mm^3")
     expect(found, "I117", line(text, '<xacro:cylinder_inertia m="10"'), "66.2 times steel")
 
 
-def test_the_root_has_inertia(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
+def test_the_inertia_of_the_root_is_reported(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
     text, found = robot
     expect(found, "I115", line(text, '<xacro:box_inertia m="20"'), "KDL")
 
 
-def test_the_footprint(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
+def test_faults_of_the_footprint_are_reported(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
     text, found = robot
     expect(found, "D128", line(text, '<box size="0.001'), "0.5 mm below the ground")
     (off_axle,) = [d for d in found if d.code == "D124"]
@@ -133,12 +135,12 @@ def test_the_footprint(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
     assert line(text, "<origin", '<joint name="${prefix}_wheel_joint"') in lines_of(off_axle)
 
 
-def test_nothing_drives_the_wheels(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
+def test_wheels_without_a_drive_are_reported(robot: tuple[str, tuple[Diagnostic, ...]]) -> None:
     text, found = robot
     expect(found, "D125", line(text, '<joint name="${prefix}_wheel_joint"'), "no effort or velocity limit")
 
 
-def test_the_launch_files(shared: Path) -> None:
+def test_faults_of_the_launch_files_are_reported(shared: Path) -> None:
     path = shared / PRINTED / "launch" / "kbot_base_rviz_gazebo.launch"
     text = path.read_text("utf-8")
     found = check_file(str(path), config=Config())
@@ -151,19 +153,19 @@ def test_the_launch_files(shared: Path) -> None:
 
 
 @pytest.mark.parametrize("control", ["classic", "gz", "ros2_control", "none"])
-def test_our_own_robot_is_clean(control: str) -> None:
+def test_kbot_has_no_findings(control: str) -> None:
     arguments = {"control": control}
     found = check_file(resolve_robot_path("kbot"), arguments, config=Config())
     assert [d for d in found if control != "none" or d.code != "D125"] == []
 
 
-def test_our_own_launch_files_are_clean() -> None:
+def test_the_launch_files_of_kbot_have_no_findings() -> None:
     folder = Path(resolve_robot_path("kbot")).parents[1] / "launch"
     for file in sorted(folder.glob("*.launch")):
         assert check_file(str(file), config=Config()) == ()
 
 
-def test_two_publishers_of_the_wheels_states(tmp_path: Path) -> None:
+def test_two_publishers_of_the_wheel_states_are_reported(tmp_path: Path) -> None:
     launch = tmp_path / "both.launch"
     launch.write_text(
         "<launch>\n"

@@ -1,4 +1,4 @@
-"""Fixes of inertials: at the call of the macro that makes them, by a macro, or in numbers."""
+"""Fixes of inertials: in the call of the macro that makes them, with a macro, or as numbers."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def check(text: str) -> tuple[Diagnostic, ...]:
 
 
 def all_fixed(text: str) -> str:
-    """The text with its safe and unsafe fixes. Fixing it once more changes nothing."""
+    """The text with all safe and unsafe fixes. A second fix must not change it."""
     done, *_ = fixed(text, "r.xacro", check, unsafe=True)
     assert fixed(done, "r.xacro", check, unsafe=True)[0] == done
     return done
@@ -89,9 +89,7 @@ def box(mass: float, x: float, y: float, z: float) -> list[float]:
 
 @settings(max_examples=60)
 @given(st.permutations([0.02, 0.11, 0.3]), masses, st.sampled_from([(0, 1), (0, 2), (1, 2)]))
-def test_exchanged_arguments_are_exchanged_back(
-    sizes: list[float], mass: float, pair: tuple[int, int]
-) -> None:
+def test_exchanged_arguments_are_fixed(sizes: list[float], mass: float, pair: tuple[int, int]) -> None:
     x, y, z = sizes
     given_sizes = list(sizes)
     given_sizes[pair[0]], given_sizes[pair[1]] = sizes[pair[1]], sizes[pair[0]]
@@ -132,9 +130,9 @@ def test_exchanged_arguments_are_exchanged_back(
     ],
 )
 @pytest.mark.parametrize("others", [0, 1, 2])
-def test_a_call_is_turned_with_its_geometry(call: str, turned: str, others: int) -> None:
+def test_the_inertia_call_is_rotated_with_its_geometry(call: str, turned: str, others: int) -> None:
     cylinder = '<cylinder radius="0.05" length="0.02"/>'
-    # further faulty links of the same macro are fixed too, sound ones are not changed
+    # other faulty links of the same macro are fixed too, and correct ones are not changed
     faulty = [link(f"wheel_{n}", cylinder, call, TURNED) for n in range(1 + others // 2)]
     sound = [link("sound", cylinder, turned, TURNED)] if others else []
     text = robot(*faulty, *sound)
@@ -145,7 +143,7 @@ def test_a_call_is_turned_with_its_geometry(call: str, turned: str, others: int)
 
 @settings(max_examples=40)
 @given(lengths, lengths, masses, st.sampled_from([1000.0, 100.0]))
-def test_a_call_in_other_units_gets_the_sizes_of_its_shape(
+def test_an_inertia_call_in_other_units_gets_the_sizes_of_its_shape(
     r: float, h: float, mass: float, unit: float
 ) -> None:
     sizes = f'<xacro:property name="r" value="{r}"/>\n'
@@ -162,7 +160,7 @@ def test_a_call_in_other_units_gets_the_sizes_of_its_shape(
     assert (across, along) == pytest.approx((mass * (3 * r * r + h * h) / 12, mass * r * r / 2))
 
 
-def test_an_inertial_that_a_macro_can_compute_becomes_its_call() -> None:
+def test_an_inertial_is_replaced_by_a_call_of_a_macro_that_computes_it() -> None:
     wrong = (
         '<inertial>\n      <mass value="${2 * 0.1}"/>\n'
         '      <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>\n    </inertial>'
@@ -188,7 +186,7 @@ def test_without_a_macro_the_tensor_is_written_in_numbers(x: float, y: float, z:
 
 
 def test_the_body_of_a_macro_is_not_edited_for_one_of_its_calls() -> None:
-    """The wheel is made by a macro; only one of its calls has a radius that the inertia does not know."""
+    """A macro makes the wheels. Only one of its calls has a radius that differs from that of the inertia."""
     wheel = (
         '  <xacro:macro name="wheel" params="name radius">\n'
         + link(
@@ -210,7 +208,7 @@ def test_the_body_of_a_macro_is_not_edited_for_one_of_its_calls() -> None:
 
 
 @pytest.mark.parametrize("order", list(itertools.permutations("abc")))
-def test_macros_are_known_by_what_they_compute_and_not_by_their_names(order: tuple[str, ...]) -> None:
+def test_inertia_macros_are_recognised_by_what_they_compute(order: tuple[str, ...]) -> None:
     macro = f"""  <xacro:macro name="solid" params="{" ".join(order)} turn:='0 0 0'">
     <inertial>
       <origin xyz="0 0 0" rpy="${{turn}}"/>
@@ -227,13 +225,13 @@ def test_macros_are_known_by_what_they_compute_and_not_by_their_names(order: tup
     assert (macros["rod_inertial"].sizes, macros["rod_inertial"].block) == (("radius", "length"), "origin")
 
 
-def test_a_macro_with_a_wrong_formula_is_no_inertia_macro() -> None:
+def test_a_macro_with_a_wrong_formula_is_not_an_inertia_macro() -> None:
     text = MACROS.replace("${m*r*r/2}", "${m*r*r}") + "</robot>"
     names = {m.name for m in find_macros(expand_text(text, "r.xacro").macros)}
     assert names == {"box_inertia", "rod_inertial"}
 
 
-def test_a_macro_that_cannot_be_turned_is_turned_itself_where_every_call_needs_it() -> None:
+def test_a_macro_without_rpy_is_edited_if_every_call_needs_the_rotation() -> None:
     macro = MACROS.replace(" rpy:='0 0 0'", "").replace('      <origin xyz="0 0 0" rpy="${rpy}"/>\n', "")
     call = '<xacro:cylinder_inertia m="1" r="0.05" h="0.02"/>'
     cylinder = '<cylinder radius="0.05" length="0.02"/>'

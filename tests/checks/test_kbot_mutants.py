@@ -1,5 +1,5 @@
-"""Faults sown into our own KBot, a package of three files with macros, are found at their lines."""
-# ruff: noqa: E501 - the lines that are replaced stand as they are
+"""Faults that are put into KBot, a package of three files with macros, are reported at their lines."""
+# ruff: noqa: E501 - the replaced lines are quoted unchanged
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_a_mutant_is_found_at_its_line(mutant: tuple[str, ...], package: Path) -
     (package / file).write_text(text.replace(old, new, 1), "utf-8")
     lines = (package / found_in).read_text("utf-8").splitlines()
     found = check_file(str(package / MAIN), config=Config())
-    # a macro that is called once may be at fault itself or its call may be: the stack names the call
+    # if a macro is called once, the macro or its call may be at fault: the stack names the call
     places = {
         (d.code, Path(span.file).name, span.line)
         for d in found
@@ -74,11 +74,11 @@ def test_a_mutant_is_found_at_its_line(mutant: tuple[str, ...], package: Path) -
     assert expected & places, (expected, places)
 
 
-def test_the_robot_itself_is_clean(package: Path) -> None:
+def test_the_unchanged_robot_has_no_findings(package: Path) -> None:
     assert check_file(str(package / MAIN), config=Config()) == ()
 
 
-def test_a_controller_s_yaml_is_held_against_the_wheels(package: Path) -> None:
+def test_the_yaml_of_a_controller_is_compared_with_the_wheels(package: Path) -> None:
     path = package.parent / "config" / "kbot_controllers.yaml"
     text = path.read_text("utf-8")
     changed = text.replace("wheel_separation: 0.174", "wheel_separation: 0.15").replace(
@@ -102,7 +102,7 @@ def test_a_controller_s_yaml_is_held_against_the_wheels(package: Path) -> None:
     }
 
 
-def test_a_macro_is_fixed_where_every_call_has_the_fault(package: Path) -> None:
+def test_a_macro_is_fixed_if_every_call_has_the_fault(package: Path) -> None:
     path = package / MACROS
     text = path.read_text("utf-8")
     broken = text.replace('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0" rpy="0 0 0"/>')
@@ -118,7 +118,7 @@ def test_a_macro_is_fixed_where_every_call_has_the_fault(package: Path) -> None:
     assert path.read_text("utf-8") == broken
 
 
-def test_a_macro_is_not_edited_for_the_sake_of_one_call(package: Path) -> None:
+def test_a_macro_is_not_edited_for_a_fault_of_one_call(package: Path) -> None:
     path, main = package / MACROS, package / MAIN
     text = path.read_text("utf-8")
     turned = text.replace('<axis xyz="0 1 0"/>', '<axis xyz="${axis}"/>').replace(
@@ -150,7 +150,7 @@ def test_a_macro_is_not_edited_for_the_sake_of_one_call(package: Path) -> None:
          "y points left: exchange the signs of the wheels' y"),
     ],
 )  # fmt: skip
-def test_a_hint_says_what_to_write_at_its_place(
+def test_a_hint_contains_the_value_to_write(
     file: str, changes: list[tuple[str, str]], code: str, hint: str, package: Path
 ) -> None:
     text = (package / file).read_text("utf-8")

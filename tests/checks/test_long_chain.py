@@ -1,4 +1,4 @@
-"""A robot deeper than Python's stack is checked and described as any other."""
+"""A robot with a chain deeper than Python's stack is checked and described like any other."""
 
 from pathlib import Path
 
@@ -24,16 +24,16 @@ def chain(kind: str) -> str:
     return '<robot name="chain">' + "\n".join(parts) + "</robot>"
 
 
-def test_what_hangs_on_a_long_chain_is_weighed(tmp_path: Path) -> None:
+def test_the_mass_of_a_long_chain_is_summed(tmp_path: Path) -> None:
     path = tmp_path / "chain.urdf"
     path.write_text(chain("continuous"))
     ratios = [d for d in check_file(str(path)) if d.code == "I116"]
-    # l0 carries 3000 kg, l1 2999 kg …: more than a thousand times 1 kg for the first 2000 joints
+    # l0 carries 3000 kg, l1 2999 kg and so on: more than 1000 times 1 kg for the first 2000 joints
     assert len(ratios) == 2000
     assert ratios[0].message.startswith("j1: 3000 kg at 'l1' and 1 kg at 'l0'")
 
 
-def test_a_long_chain_is_drawn_in_lines_that_stay_short(tmp_path: Path) -> None:
+def test_a_long_chain_is_printed_in_short_lines(tmp_path: Path) -> None:
     path = tmp_path / "chain.urdf"
     path.write_text(chain("fixed"))
     check_file(str(path))

@@ -1,4 +1,5 @@
-"""Every fault sown into a clean robot is found, with its code and at its line; clean robots have none."""
+"""Every fault that is put into a clean robot is reported with its code at its line. Clean robots have
+none."""
 
 from __future__ import annotations
 
@@ -42,7 +43,8 @@ def test_every_mutator_spoils_some_robot() -> None:
 
 @st.composite
 def generated(draw: st.DrawFn) -> Rover:
-    """A rover of 20 cm to 1 m and up to 100 kg, in proportions that stand and drive, of any driver."""
+    """A rover of 20 cm to 1 m and up to 100 kg with any drive, in proportions with which it stands and
+    drives."""
     length = draw(st.floats(0.2, 1.0))
     width, height = length * draw(st.floats(0.65, 0.85)), length * draw(st.floats(0.2, 0.26))
     radius = length * draw(st.floats(0.12, 0.21))
@@ -68,7 +70,7 @@ def test_a_generated_robot_has_no_findings(robot: Rover) -> None:
 @given(generated(), st.sampled_from(MUTATORS))
 def test_a_mutant_of_a_generated_robot_is_found_at_its_line(robot: Rover, mutator: Mutator) -> None:
     spoiled = mutator.spoil(rover(robot))
-    if spoiled is not None:  # a fault of a driver that this robot does not have
+    if spoiled is not None:  # None for a fault of a drive that this robot does not have
         text, line = spoiled
         found = check_text(text, "generated.xacro", config=Config())
         assert (mutator.code, line) in {(d.code, d.origin.span.line) for d in found if d.origin}

@@ -1,4 +1,5 @@
-"""One wrong number of an inertial is one finding, whatever else follows from it; two are two."""
+"""One wrong number of an inertial gives one finding, regardless of its consequences. Two give two
+findings."""
 
 from __future__ import annotations
 
@@ -45,7 +46,7 @@ def codes(text: str, config: Config = ONLY) -> list[str]:
 
 
 def on_a_box(size: Moments, mass: float, moments: Moments, config: Config = ONLY) -> list[str]:
-    """What is found on a robot with one link that turns, a box."""
+    """The codes of the findings for a robot with one turning link, a box."""
     shape = f'<geometry><box size="{size[0]} {size[1]} {size[2]}"/></geometry>'
     return codes(
         '<robot name="r"><link name="base"/><link name="arm">'
@@ -57,7 +58,7 @@ def on_a_box(size: Moments, mass: float, moments: Moments, config: Config = ONLY
 
 
 def on_a_wheel(radius: float, width: float, mass: float, moments: Moments) -> list[str]:
-    """What is found on a robot with two wheels, of which the left one has these figures."""
+    """The codes of the findings for a robot with two wheels, of which the left one has these values."""
     shape = (
         f'<origin xyz="0 0 0" rpy="{math.pi / 2} 0 0"/>'
         f'<geometry><cylinder radius="{radius}" length="{width}"/></geometry>'
@@ -85,26 +86,26 @@ def replaced(moments: Moments, index: int, value: float) -> Moments:
 
 @given(st.tuples(sizes, sizes, sizes), densities)
 @settings(max_examples=30, deadline=None)
-def test_a_sound_body_has_no_finding(size: Moments, density: float) -> None:
+def test_a_valid_body_has_no_finding(size: Moments, density: float) -> None:
     mass = density * math.prod(size)
     assert on_a_box(size, mass, box(size, mass)) == []
 
 
 @given(st.tuples(sizes, sizes, sizes), densities, st.integers(0, 2), factors)
 @settings(max_examples=60, deadline=None)
-def test_one_moment_too_large_is_found_once_as_one_that_no_body_has(
+def test_one_moment_that_is_too_large_is_reported_once_as_i105(
     size: Moments, density: float, index: int, factor: float
 ) -> None:
     mass = density * math.prod(size)
     moments = box(size, mass)
-    # so large that it is more than the other two together, by the triangle inequality
+    # large enough to be more than the other two together (triangle inequality)
     too_large = replaced(moments, index, factor * sum(moments))
     assert on_a_box(size, mass, too_large) == ["I105"]
 
 
 @given(st.tuples(sizes, sizes, sizes), densities, factors)
 @settings(max_examples=60, deadline=None)
-def test_a_tensor_in_other_units_is_found_once(size: Moments, density: float, factor: float) -> None:
+def test_a_tensor_in_other_units_is_reported_once(size: Moments, density: float, factor: float) -> None:
     mass = density * math.prod(size)
     x, y, z = box(size, mass)
     (code,) = on_a_box(size, mass, (x * factor, y * factor, z * factor))
@@ -113,14 +114,14 @@ def test_a_tensor_in_other_units_is_found_once(size: Moments, density: float, fa
 
 @given(st.tuples(sizes, sizes, sizes), st.sampled_from([1e-6, 1e-3, 1e3, 1e6]))
 @settings(max_examples=60, deadline=None)
-def test_a_wrong_mass_is_found_once_as_a_density(size: Moments, factor: float) -> None:
+def test_a_wrong_mass_is_reported_once_as_a_density(size: Moments, factor: float) -> None:
     mass = 1000.0 * math.prod(size)
     assert on_a_box(size, mass * factor, box(size, mass)) == ["I117"]
 
 
 @given(sizes, sizes, st.sampled_from([0, 2]), factors)
 @settings(max_examples=60, deadline=None)
-def test_one_moment_across_a_wheel_is_found_once(
+def test_one_wrong_moment_across_a_wheel_is_reported_once(
     radius: float, width: float, index: int, factor: float
 ) -> None:
     mass = 1000.0 * math.pi * radius**2 * width
@@ -132,7 +133,9 @@ def test_one_moment_across_a_wheel_is_found_once(
 
 @given(sizes, sizes, factors)
 @settings(max_examples=40, deadline=None)
-def test_one_moment_about_a_wheels_axle_is_found_once(radius: float, width: float, factor: float) -> None:
+def test_one_wrong_moment_about_a_wheels_axle_is_reported_once(
+    radius: float, width: float, factor: float
+) -> None:
     mass = 1000.0 * math.pi * radius**2 * width
     moments = wheel(radius, width, mass)
     assert on_a_wheel(radius, width, mass, replaced(moments, 1, factor * sum(moments))) == ["I105"]
@@ -153,7 +156,7 @@ def test_units_and_an_uneven_wheel_are_two_findings(factor: float) -> None:
     assert on_a_wheel(radius, width, mass, (factor * x, factor * y, factor * 1.5 * z)) == ["I108", "I111"]
 
 
-def test_what_follows_is_said_where_its_cause_is_not_asked_for() -> None:
+def test_consequences_are_reported_if_the_rule_of_their_cause_is_ignored() -> None:
     size, mass = (0.1, 0.1, 0.1), 1.0
     x, y, z = box(size, mass)
     without = Config(select=ONLY.select, ignore=("I105", "I117"))
@@ -166,8 +169,8 @@ def test_what_follows_is_said_where_its_cause_is_not_asked_for() -> None:
     ("part", "cause"),
     [('<xacro:whel side="1"/>', "X121"), ('<xacro:include filename="gone.xacro"/>', "X117")],
 )
-def test_what_a_lost_part_brings_with_it_is_not_said(tmp_path: Path, part: str, cause: str) -> None:
-    """A drive whose right wheel is lost has a joint too few: one thing is to be mended."""
+def test_consequences_of_a_missing_part_are_not_reported(tmp_path: Path, part: str, cause: str) -> None:
+    """A drive with a missing right wheel lacks a joint, but there is only one error to fix."""
     file = tmp_path / "robot.xacro"
     file.write_text(
         '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
@@ -191,7 +194,7 @@ def _wheel(name: str, x: float, y: float, shape: str) -> str:
     )
 
 
-def test_a_drive_is_not_judged_by_the_wheels_that_are_left(tmp_path: Path) -> None:
+def test_a_drive_with_missing_wheels_is_not_judged(tmp_path: Path) -> None:
     """The shapes of the wheels that the plugin names are in a file that is missing."""
     cylinder = '<geometry><cylinder radius="0.05" length="0.02"/></geometry><origin rpy="1.5707963 0 0"/>'
     shape = f"<visual>{cylinder}</visual><collision>{cylinder}</collision>"

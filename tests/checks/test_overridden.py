@@ -1,4 +1,4 @@
-"""Rules and fixes judge the value in use: that of the caller where a property is overridden."""
+"""Rules and fixes use the current value of a property: that of the caller if the property is overridden."""
 
 from pathlib import Path
 
@@ -59,7 +59,8 @@ def test_a_property_that_is_overridden_does_not_change_after_its_use(robot: Path
 
 
 def test_no_fix_writes_numbers_of_an_overridden_robot(robot: Path) -> None:
-    """The tensor in the file is that of its own wheels: another wheel's would be wrong there."""
+    """The tensor in the file fits the wheels in the file; that of an overridden wheel would be wrong
+    there."""
     wrong = found(robot, "I109", wheel_radius="0.5")
     assert wrong
     assert [d.fix for d in wrong] == [None] * len(wrong)

@@ -1,4 +1,4 @@
-"""Whatever a file holds, checking it ends with findings, never with an exception."""
+"""Checking a file with any content ends with findings and never with an exception."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ VALUES = re.compile(r'="([^"]*)"')
 
 
 @pytest.mark.parametrize("number", range(len(LINES)))
-def test_a_robot_without_one_of_its_lines(number: int) -> None:
+def test_checking_a_robot_without_one_of_its_lines_does_not_raise(number: int) -> None:
     text = "\n".join(LINES[:number] + LINES[number + 1 :])
     for diagnostic in check_text(text, "rover.xacro", config=Config()):
         assert diagnostic.message
@@ -47,7 +47,7 @@ ODD = (
 
 @settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(at=st.integers(0, len(VALUES.findall(TEXT)) - 1), value=st.sampled_from(ODD))
-def test_a_robot_with_an_odd_value(at: int, value: str) -> None:
+def test_checking_a_robot_with_an_odd_value_does_not_raise(at: int, value: str) -> None:
     match = list(VALUES.finditer(TEXT))[at]
     text = TEXT[: match.start(1)] + value + TEXT[match.end(1) :]
     check_text(text, "rover.xacro", config=Config())
@@ -55,12 +55,12 @@ def test_a_robot_with_an_odd_value(at: int, value: str) -> None:
 
 @settings(max_examples=100, deadline=None)
 @given(st.text(max_size=200))
-def test_any_text(text: str) -> None:
+def test_checking_any_text_does_not_raise(text: str) -> None:
     check_text(text, "any.xacro", config=Config())
     check_text("<robot name='r'>" + text + "</robot>", "any.xacro", config=Config())
 
 
-def test_real_files_end_with_findings_never_with_an_exception(shared: Path) -> None:
+def test_checking_published_robots_does_not_raise(shared: Path) -> None:
     files = [
         path
         for path in sorted((shared / "corpus" / "src").rglob("*"))

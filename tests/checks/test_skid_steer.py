@@ -1,4 +1,4 @@
-"""How far a skid steer turns, against hand calculation and what makers of such robots measured."""
+"""How far a skid steer turns, compared with results computed by hand and with values that makers measured."""
 
 import pytest
 
@@ -28,5 +28,5 @@ def test_a_third_axle_in_the_middle_helps_to_turn():
     assert turn_share((0.25, 0.0, -0.25), 0.5) == pytest.approx(0.5 + 1.0 / 28.0**0.5)
 
 
-def test_wheels_on_one_axle_turn_as_they_are_told():
+def test_wheels_on_one_axle_turn_as_commanded():
     assert turn_share((0.1,), 0.4) == pytest.approx(1.0)

@@ -1,4 +1,4 @@
-"""Wheels that the rules see, on robots whose shapes are in unusual places."""
+"""Wheels that the rules find on robots whose shapes are in unusual places."""
 
 from kbot.checks import Config, check_text
 
@@ -15,8 +15,9 @@ def wheel(side: str, y: float) -> str:
     )
 
 
-def test_a_tyre_on_its_own_link_is_where_that_link_is():
-    """The wheels' joints are within the chassis, 0.1 m wide; the tyres are 0.13 m from the middle."""
+def test_a_tyre_on_a_separate_link_is_at_that_link():
+    """The wheels' joints are inside the chassis, which is 0.1 m wide. The tyres are 0.13 m from the
+    middle."""
     base = (
         '<link name="base_link"><collision><geometry><box size="0.2 0.1 0.1"/></geometry></collision></link>'
     )

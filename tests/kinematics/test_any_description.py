@@ -1,4 +1,4 @@
-"""Whatever a description says, reading and finding its drive end without an exception."""
+"""Reading any description, and finding its drive, never raises an exception."""
 
 import random
 
@@ -30,7 +30,7 @@ VALUES = [
 
 
 def spoil(root: Element, dice: random.Random) -> None:
-    """Drop, repeat, rename or overwrite a few things."""
+    """Remove, repeat, rename or overwrite a few elements or attributes."""
     for _ in range(dice.randint(1, 4)):
         parent = dice.choice([e for e in [root, *root.descendants()] if any(e.elements())])
         child = dice.choice(list(parent.elements()))
@@ -48,7 +48,7 @@ def spoil(root: Element, dice: random.Random) -> None:
 
 
 @pytest.mark.parametrize("seed", range(300))
-def test_spoilt_descriptions(seed):
+def test_damaged_descriptions_end_without_an_exception(seed):
     text = load_robot("kbot").expansion.text
     root = parse_xml(Source("kbot.urdf", text))
     spoil(root, random.Random(seed))
@@ -67,7 +67,7 @@ def test_spoilt_descriptions(seed):
         assert read_robot(parse_xml(Source("again.urdf", to_urdf(robot)))).robot is not None
 
 
-def test_a_very_long_chain():
+def test_a_chain_of_3000_joints_is_read():
     n = 3000
     links = "".join(f"<link name='l{i}'/>" for i in range(n))
     joints = "".join(

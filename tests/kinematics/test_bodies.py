@@ -1,4 +1,4 @@
-"""Mass, centre of mass and bounds, by hand."""
+"""Mass, centre of mass and bounds, compared with values computed by hand."""
 
 import math
 
@@ -52,7 +52,7 @@ def test_bounds(robot):
     assert high == pytest.approx([2, 1.0, 0.1])
 
 
-def test_a_robot_of_nothing():
+def test_a_robot_without_shapes_has_no_bounds_and_no_mass():
     robot = read_robot(parse_xml(Source("", "<robot name='r'><link name='a'/></robot>"))).require()
     tree = FrameTree(robot)
     assert robot_bounds(tree) is None
@@ -82,7 +82,7 @@ def test_principal_axes_are_a_rotation():
     assert rotation @ np.diag(moments) @ rotation.T == pytest.approx(tensor)
 
 
-def test_description(robot):
+def test_a_robot_is_described_as_data_and_as_text(robot):
     data = describe(robot)
     assert (data["name"], data["root"], data["mass"]) == ("two", "base", 4.0)
     assert data["drive"] is None

@@ -1,4 +1,5 @@
-"""The drive of real robots and of made ones: figures read off their descriptions by hand."""
+"""The drive of published and of small test robots, compared with values read from their descriptions by
+hand."""
 
 import math
 from pathlib import Path
@@ -46,7 +47,7 @@ REAL = {
     "warthog-cpr+warthog/warthog_description/urdf/warthog.urdf.xacro.urdf": (
         0.3, 1.13642, "base_link", 0.0, ("front_left_wheel_joint", "rear_left_wheel_joint"), ()
     ),
-    # its joint called left_wheel_joint stands on the right
+    # its joint left_wheel_joint is on the right
     "ros-controls+ros2_control_demos/example_2/description/urdf/diffbot.urdf.xacro.urdf": (
         0.015, 0.1, "base_link", 0.0, ("right_wheel_joint",), ("caster_frontal_wheel", "caster_rear_wheel")
     ),
@@ -66,7 +67,7 @@ def read(text: str, packages: object = None) -> RobotModel:
 
 
 @pytest.mark.parametrize("file", REAL)
-def test_real_robots(shared, file):
+def test_the_drive_of_published_robots_is_found(shared, file):
     robot = read_robot(parse_xml(read_source(shared / "corpus/expected" / file))).require()
     radius, separation, base, ahead, left, casters = REAL[file]
     drive = find_drive(robot)
@@ -80,14 +81,14 @@ def test_real_robots(shared, file):
 
 
 @pytest.mark.parametrize("file", DRIVELESS)
-def test_robots_without_a_drive_say_why(shared, file):
+def test_robots_without_a_drive_have_a_reason(shared, file):
     robot = read_robot(parse_xml(read_source(shared / "corpus/expected" / file))).require()
     drive = find_drive(robot)
     assert isinstance(drive, NoDrive)
     assert DRIVELESS[file] in drive.reason
 
 
-def test_the_chapters_robot(shared):
+def test_the_drive_of_the_robot_in_the_chapter(shared):
     robot = read_robot(parse_xml(read_source(shared / "chapter/corrected/kbot.urdf"))).require()
     drive = find_drive(robot)
     assert isinstance(drive, DifferentialDrive)
@@ -135,7 +136,7 @@ def test_largest_wheels_drive_and_small_pairs_are_casters():
     assert (drive.left, drive.right, drive.casters) == (("l_joint",), ("r_joint",), ())
 
 
-def test_a_plugin_says_which_wheels_drive():
+def test_a_plugin_decides_which_wheels_drive():
     plugin = (
         "<gazebo><plugin name='d' filename='libgazebo_ros_diff_drive.so'>"
         "<leftJoint>c_joint</leftJoint><rightJoint>d_joint</rightJoint></plugin></gazebo>"
@@ -172,7 +173,7 @@ def test_mesh_wheels_are_measured(tmp_path: Path):
     drive = find_drive(read(text, Found()))
     assert isinstance(drive, DifferentialDrive)
     assert drive.radius == pytest.approx(0.05, rel=1e-6)
-    # both meshes reach to the same side (-y) of their axles' origins
+    # both meshes extend to -y of the origins of their axles
     assert drive.separation == pytest.approx(0.4)
     assert drive.axle_in_base.translation[1] == pytest.approx(-0.01)
     assert drive.wheels["l_joint"].width == pytest.approx(0.02)
@@ -197,13 +198,13 @@ def test_a_mesh_wheel_whose_axis_is_written_as_zero_is_not_round_about_it(tmp_pa
     assert "'l_joint': its mesh is not round" in drive.reason
 
 
-def test_one_wheel_alone_is_no_drive():
+def test_a_single_wheel_is_not_a_drive():
     drive = find_drive(robot(wheel("l", 0.2, CYLINDER)))
     assert isinstance(drive, NoDrive)
     assert "'l_joint' has no wheel of equal size" in drive.reason
 
 
-def test_a_cylinder_across_its_axis_is_no_wheel():
+def test_a_cylinder_across_its_axis_is_not_a_wheel():
     drive = find_drive(robot(wheel("l", 0.2, CYLINDER, rpy="0 0 0"), wheel("r", -0.2, CYLINDER, rpy="0 0 0")))
     assert isinstance(drive, NoDrive)
     assert "does not lie along its axis" in drive.reason

@@ -1,4 +1,4 @@
-"""Forward kinematics against ROS, against itself, and by hand."""
+"""Forward kinematics, compared with ROS, with itself, and with results computed by hand."""
 
 import json
 import math
@@ -36,7 +36,7 @@ def tree() -> FrameTree:
     return FrameTree(robot(CHAIN))
 
 
-def test_frames_are_those_of_ros(shared):
+def test_frames_agree_with_ros(shared):
     got = FrameTree(read_robot(parse_xml(read_source(shared / "chapter/corrected/kbot.urdf"))).require())
     for case in json.loads((shared / "chapter/ros_reference/tf_transforms.json").read_text()):
         joints = case["joint_positions"]
@@ -66,7 +66,7 @@ def test_mimic_of_a_mimic(tree):
     assert pose.is_close(Transform.from_xyz_rpy((0, 0, 0), (0, 3 * (-2 * 0.2 + 0.5) + 1, 0)), 1e-14)
 
 
-def test_a_mimic_with_a_position_of_its_own_keeps_it(tree):
+def test_a_mimic_joint_with_a_given_position_keeps_it(tree):
     pose = tree.pose("e", joints={"turn": 0.2, "again": 0.1})
     assert pose.is_close(Transform.from_xyz_rpy((0, 0, 0), (0, 0.1, 0)), 1e-14)
 
@@ -75,7 +75,7 @@ positions = st.fixed_dictionaries({"turn": st.floats(-10, 10), "slide": st.float
 
 
 @given(positions, st.sampled_from("abcde"), st.sampled_from("abcde"))
-def test_any_frame_in_any_other(q, first, second):
+def test_poses_in_other_frames_agree_with_poses_in_the_root(q, first, second):
     tree = FrameTree(robot(CHAIN))
     poses = tree.poses(q)
     expected = poses[second].inverse() @ poses[first]
@@ -85,7 +85,7 @@ def test_any_frame_in_any_other(q, first, second):
 
 @settings(max_examples=30)
 @given(st.lists(st.tuples(st.floats(-10, 10), st.floats(-1, 1)), min_size=0, max_size=5))
-def test_a_batch_is_each_one_by_itself(rows):
+def test_a_batch_agrees_with_single_poses(rows):
     tree = FrameTree(robot(CHAIN))
     batch = tree.batch(["turn", "slide"], np.array(rows).reshape(-1, 2))
     assert all(matrices.shape == (len(rows), 4, 4) for matrices in batch.values())
@@ -101,7 +101,7 @@ def test_a_batch_of_some_links(tree):
 
 
 @pytest.mark.parametrize("kind", ["floating", "planar"])
-def test_joints_without_one_position_stand_at_zero(kind):
+def test_planar_and_floating_joints_are_at_zero(kind):
     got = robot(
         f"<robot name='r'><link name='a'/><link name='b'/><joint name='j' type='{kind}'>"
         "<origin xyz='1 2 3'/><parent link='a'/><child link='b'/></joint></robot>"
@@ -112,7 +112,7 @@ def test_joints_without_one_position_stand_at_zero(kind):
 
 
 @pytest.mark.parametrize("mimics", [("k", "j"), ("j", "k"), ("none", "j")])
-def test_mimics_that_lead_nowhere_move_freely(mimics):
+def test_mimic_joints_without_a_usable_leader_move_freely(mimics):
     got = robot(
         "<robot name='r'><link name='a'/><link name='b'/><link name='c'/>"
         "<joint name='j' type='continuous'><parent link='a'/><child link='b'/>"

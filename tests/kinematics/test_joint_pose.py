@@ -1,4 +1,4 @@
-"""A joint's pose in plain numbers: by hand, and against the frames of the whole tree."""
+"""`JointPose`, compared with results computed by hand and with `FrameTree`."""
 
 import math
 
@@ -23,13 +23,13 @@ def test_a_quarter_turn_about_z_after_one_about_x() -> None:
     pose, _ = joint_pose("revolute", "0 0 1", f"{math.pi / 2} 0 0")
     translation, rotation = pose.at(math.pi / 2)
     assert translation == (1.0, 2.0, 3.0)
-    # x is kept at first, then turned into y of the joint's frame, which is z of the parent's
+    # the first turn keeps x, and the second takes it to y of the joint's frame, which is z of the parent's
     turned = Transform.from_quaternion_xyzw(rotation).apply((1.0, 0.0, 0.0))
     assert turned == pytest.approx((0.0, 0.0, 1.0))
     assert rotation == pytest.approx((0.5, -0.5, 0.5, 0.5))
 
 
-def test_a_slide_goes_along_the_turned_axis() -> None:
+def test_a_prismatic_joint_moves_along_the_rotated_axis() -> None:
     pose, _ = joint_pose("prismatic", "2 0 0", f"0 0 {math.pi / 2}")
     translation, rotation = pose.at(0.25)
     assert translation == pytest.approx((1.0, 2.25, 3.0))
@@ -39,7 +39,7 @@ def test_a_slide_goes_along_the_turned_axis() -> None:
 @pytest.mark.parametrize("kind", ["revolute", "continuous", "prismatic"])
 @pytest.mark.parametrize("axis", ["1 0 0", "0.3 -2 0.5", "0 0 0"])
 @pytest.mark.parametrize("position", [0.0, 0.1, -2.0, 4.0, 100.0])
-def test_it_is_where_the_tree_has_it(kind: str, axis: str, position: float) -> None:
+def test_a_joint_pose_agrees_with_the_frame_tree(kind: str, axis: str, position: float) -> None:
     pose, tree = joint_pose(kind, axis, "0.4 -1.1 2.5")
     translation, rotation = pose.at(position)
     expected = tree.pose("b", "a", {"j": position})

@@ -1,4 +1,4 @@
-"""Planar odometry: arcs are exact, however they are cut into steps."""
+"""Planar odometry: arcs are exact for steps of any length."""
 
 import math
 
@@ -38,14 +38,14 @@ def test_full_turns_are_counted():
     assert close(around, PlanarPose(0, 0, 20 * math.pi), 1e-9)
 
 
-def test_a_base_behind_the_axle_goes_round_it():
+def test_a_base_behind_the_axle_moves_on_a_circle():
     ahead = PlanarPose(0.02, 0.0, 0.0)
     turned = integrate(PlanarPose(), -math.pi / 4, math.pi / 4, 1.0, ahead)
     assert close(turned, PlanarPose(0.02, -0.02, math.pi / 2))
 
 
 @given(poses, small, small, st.integers(1, 20), st.floats(0.05, 2), poses)
-def test_many_small_steps_are_one_large(start, left, right, steps, separation, axle):
+def test_many_small_steps_equal_one_large_step(start, left, right, steps, separation, axle):
     pose = start
     for _ in range(steps):
         pose = integrate(pose, left / steps, right / steps, separation, axle)
@@ -60,7 +60,7 @@ def test_planar_poses_are_a_group(a, b, c):
 
 
 @given(poses, poses)
-def test_a_point_goes_to_the_outer_frame_and_back(outer, point):
+def test_a_point_is_converted_to_the_outer_frame_and_back(outer, point):
     placed = outer @ point
     assert outer.apply(np.array([[point.x, point.y]])) == pytest.approx(
         np.array([[placed.x, placed.y]]), abs=1e-12
@@ -72,6 +72,6 @@ def test_a_point_goes_to_the_outer_frame_and_back(outer, point):
 
 
 @given(st.floats(-2, 2), st.floats(-1e-3, 1e-3))
-def test_the_series_meets_the_quotient(length, turn):
+def test_the_series_for_small_turns_agrees_with_the_quotient(length, turn):
     chord = arc(length, turn)
     assert math.hypot(chord.x, chord.y) == pytest.approx(abs(length), rel=1e-6)

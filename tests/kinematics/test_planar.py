@@ -1,4 +1,4 @@
-"""Convex hulls in the plane, by hand."""
+"""Convex hulls in the plane, compared with results computed by hand."""
 
 import pytest
 
@@ -11,15 +11,15 @@ def test_a_square_with_points_inside_and_on_its_sides():
 
 
 @pytest.mark.parametrize("points", [[], [(1.0, 2.0)], [(0.0, 0.0), (1.0, 2.0)]])
-def test_fewer_than_three_points_are_their_own_hull(points):
+def test_the_hull_of_fewer_than_three_points_is_the_points(points):
     assert convex_hull(points + points) == points
 
 
-def test_points_that_rounding_takes_off_their_line():
+def test_points_on_a_line_have_two_corners_in_spite_of_rounding():
     points = [(0.1, 0.3), (0.2, 0.6), (0.3, 0.9)]
     assert convex_hull(points, tolerance=1e-12) == [points[0], points[-1]]
 
 
-def test_the_sign_of_an_area_is_the_sense_of_its_corners():
+def test_the_area_is_positive_for_counter_clockwise_corners():
     assert twice_area((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)) == 1.0
     assert twice_area((0.0, 0.0), (0.0, 1.0), (1.0, 0.0)) == -1.0

@@ -1,4 +1,4 @@
-"""Transforms are a group, and rotations agree with their definitions."""
+"""Transforms form a group, and rotations agree with their definitions."""
 
 import math
 import pickle
@@ -33,12 +33,12 @@ def test_identity_and_inverse(a):
 
 
 @given(transforms, transforms, points)
-def test_composition_acts_as_one_after_the_other(a, b, p):
+def test_a_composed_transform_applies_both_transforms(a, b, p):
     assert (a @ b).apply(p) == pytest.approx(a.apply(b.apply(p)), abs=1e-9)
 
 
 @given(transforms, points, points)
-def test_distances_and_handedness_stay(a, p, q):
+def test_transforms_keep_distances_and_handedness(a, p, q):
     assert math.dist(a.apply(p), a.apply(q)) == pytest.approx(math.dist(p, q), abs=1e-9)
     assert np.linalg.det(a.rotation) == pytest.approx(1.0)
 
@@ -49,7 +49,7 @@ def test_rpy_round_trip(a):
 
 
 @given(st.floats(-3.14, 3.14), st.floats(-1.5, 1.5), st.floats(-3.14, 3.14))
-def test_rpy_is_given_back_away_from_the_poles(roll, pitch, yaw):
+def test_rpy_is_returned_unchanged_away_from_the_poles(roll, pitch, yaw):
     assert Transform.from_xyz_rpy((0, 0, 0), (roll, pitch, yaw)).rpy == pytest.approx(
         (roll, pitch, yaw), abs=1e-9
     )
@@ -97,12 +97,12 @@ def test_a_quarter_turn_about_z_takes_x_to_y():
     "matrix",
     [np.eye(3), np.diag([2.0, 1, 1, 1]), np.diag([-1.0, 1, 1, 1]), np.full((4, 4), np.nan), np.ones((4, 4))],
 )
-def test_what_is_not_rigid_is_refused(matrix):
+def test_a_matrix_that_is_not_rigid_is_refused(matrix):
     with pytest.raises(ValueError, match=r"\(4, 4\)|finite|rigid"):
         Transform(matrix)
 
 
-def test_it_cannot_be_changed():
+def test_a_transform_cannot_be_changed():
     a = Transform.identity()
     with pytest.raises(ValueError, match="read-only"):
         a.matrix[0, 0] = 2.0
@@ -128,8 +128,8 @@ def test_zero_quaternion_is_refused():
 
 
 @pytest.mark.parametrize("length", [1e-320, 1e-200, 1e-150, 1.0, 1e160, 1e308])
-def test_a_quaternion_of_any_length(length: float) -> None:
-    """A quarter turn about z, however long its quaternion is."""
+def test_a_quaternion_of_any_length_is_accepted(length: float) -> None:
+    """A quarter turn about z, from quaternions of several lengths."""
     turned = Transform.from_quaternion_xyzw((0.0, 0.0, length, length)).apply((1.0, 0.0, 0.0))
     assert turned.tolist() == pytest.approx([0.0, 1.0, 0.0], abs=1e-12)
 

@@ -1,4 +1,4 @@
-"""`Trip.collided`, in worlds that are built so that the robot must touch something, or cannot."""
+"""`Trip.collided`, in worlds in which the robot must touch something, or cannot."""
 
 import json
 import math
@@ -20,11 +20,12 @@ from kbot.world.occupancy import OccupancyGrid
 from kbot.world.world import Body, Box, HeightField, Part, Sphere, TriangleMesh
 
 FREE = OccupancyGrid(np.zeros((80, 80), np.int8), 0.05, PlanarPose(-2.0, -2.0))
-"""A map that shows none of what stands in a world."""
+"""A map without the objects of a world."""
 AHEAD = PlanarPose(0.4, 0.0, 0.0)
 
 WHEEL, REACH, PLATE = 0.03, 0.15, 0.1
-"""Radius of the wheels of `wide`, how far they are from its middle, and how high its plate is; m."""
+"""For the robot `wide`: radius of the wheels, their distance from its middle, and height of its plate, in
+m."""
 
 
 def _link(name, mass, *shapes):
@@ -38,7 +39,7 @@ def _link(name, mass, *shapes):
 
 @pytest.fixture(scope="module")
 def wide(tmp_path_factory):
-    """A body 8 cm wide between wheels 30 cm apart, and a plate 10 cm above the ground ahead of all else."""
+    """A body 8 cm wide between wheels 30 cm apart, with a plate in front that is 10 cm above the ground."""
     wheels = "".join(
         _link(side, 0.1, ("0 0 0", f"{math.pi / 2} 0 0", f'<cylinder radius="{WHEEL}" length="0.02"/>'))
         + f'<joint name="{side}_joint" type="continuous"><parent link="base_link"/><child link="{side}"/>'
@@ -107,7 +108,7 @@ def _hills():
     ],
     ids=["plane", "box", "mesh", "height_field"],
 )
-def test_the_ground_is_no_collision_whatever_its_shape_and_name(kbot, ground):
+def test_ground_of_any_shape_and_name_is_not_a_collision(kbot, ground):
     trip = _go(kbot, ground)
     assert trip.reached, trip.status
     assert not trip.collided
@@ -122,7 +123,7 @@ def test_the_ground_is_no_collision_whatever_its_shape_and_name(kbot, ground):
     ],
     ids=["ramp", "sill", "tile"],
 )
-def test_what_it_drives_up_is_ground(kbot, bodies):
+def test_ramps_sills_and_tiles_are_ground(kbot, bodies):
     trip = _go(kbot, floor(), *bodies)
     assert trip.reached, trip.status
     assert not trip.collided
@@ -145,14 +146,14 @@ def test_driving_against_an_obstacle_is_a_collision(kbot, obstacle):
 
 @pytest.mark.parametrize(("beside", "collided"), [(REACH, True), (REACH + 0.03, False)])
 def test_a_wheel_against_a_post_is_a_collision(wide, beside, collided):
-    """The body is 8 cm wide and ends 10 cm from the post. The wheel is 2 cm wide, the post too."""
+    """The body is 8 cm wide and ends 10 cm from the post. The wheel and the post are 2 cm wide."""
     trip = _go(wide, floor(), cylinder("post", 0.01, 0.3, 0.15, beside), timeout=3.0)
     assert trip.collided is collided
 
 
 @pytest.mark.parametrize(("top", "collided"), [(PLATE + 0.0001, True), (PLATE - 0.005, False)])
 def test_a_surface_above_the_axles_is_not_ground(wide, top, collided):
-    """A table reaches under the plate that is ahead of the robot, and the robot backs up from it."""
+    """A table reaches under the plate in front of the robot, and the robot backs up from it."""
     table = box("table", (0.1, 0.04, 0.01), 0.19, 0.0, top - 0.005)
     assert _go(wide, floor(), table, goal=PlanarPose(-0.05, 0.0, 0.0), timeout=0.2).collided is collided
 
@@ -189,14 +190,14 @@ def test_a_touch_shorter_than_a_control_period_is_a_collision(wide):
     assert trip.collided
 
 
-def test_another_robot_that_drives_into_it_is_a_collision(kbot):
+def test_another_robot_that_hits_the_robot_is_a_collision(kbot):
     simulation = Simulation(kbot)
     other = simulation.models.spawn_model(kbot, "other", 0.6, 0.0, math.pi)
     other.cmd_vel(0.3, 0.0)
     assert go_to(simulation, AHEAD, FREE, timeout=2.0).collided
 
 
-def test_another_robot_beside_it_is_no_collision(kbot):
+def test_another_robot_beside_the_robot_is_not_a_collision(kbot):
     simulation = Simulation(kbot)
     simulation.models.spawn_model(kbot, "other", 0.0, 1.0, 0.0)
     trip = go_to(simulation, AHEAD, FREE)
@@ -204,7 +205,7 @@ def test_another_robot_beside_it_is_no_collision(kbot):
     assert not trip.collided
 
 
-def test_watching_changes_nothing_and_ends_with_the_goal(kbot):
+def test_watching_for_collisions_does_not_change_the_run_and_ends_with_the_goal(kbot):
     watched, plain = (Simulation(kbot, "boxes") for _ in range(2))
     watch = CollisionWatch(watched)
     for simulation in (watched, plain):
@@ -217,7 +218,7 @@ def test_watching_changes_nothing_and_ends_with_the_goal(kbot):
 
 
 @pytest.mark.parametrize(("x", "collided"), [(0.03, True), (-3.0, False)])
-def test_the_report_of_a_goal_has_it(tmp_path, capsys, x, collided):
+def test_the_json_report_of_a_goal_says_whether_it_collided(tmp_path, capsys, x, collided):
     """A ball falls from 0.5 m, on the robot or far behind it."""
     (tmp_path / "w.sdf").write_text(
         '<sdf version="1.9"><world name="w"><model name="floor"><static>true</static><link name="l">'

@@ -1,4 +1,4 @@
-"""Controllers on an ideal robot that does what it is told at once, by exact arcs."""
+"""Controllers on an ideal robot that follows commands at once, along exact arcs."""
 
 import math
 
@@ -19,7 +19,7 @@ STEP = 0.02
 
 
 def _drive(controller, pose, seconds=60.0):
-    """Poses until the controller is done, and the greatest speeds."""
+    """The poses until the controller is done, and the highest speeds."""
     poses, last = [pose], PlanarTwist()
     for tick in range(int(seconds / STEP)):
         wanted = controller.update(Observation(tick * STEP, pose, last))
@@ -36,7 +36,7 @@ def _drive(controller, pose, seconds=60.0):
 @pytest.mark.parametrize(
     "goal", [(1, 0, 0), (-1, 0, 0), (0, 0, 3), (0.5, -2, -1), (0.005, 0, 0), (0.02, 0.05, 2)]
 )
-def test_go_to_pose_gets_there(goal):
+def test_go_to_pose_reaches_its_goal(goal):
     goal = PlanarPose(*goal)
     end = _drive(GoToPose(goal), PlanarPose(0, 0, 0.3))[-1]
     assert math.hypot(end.x - goal.x, end.y - goal.y) < 0.012

@@ -1,4 +1,4 @@
-"""Goals of a running simulation: lazily prepared, journalled, given up for whoever drives by hand."""
+"""Goals of a running simulation: prepared on first use, journalled, and cancelled by other commands."""
 
 import logging
 import math
@@ -47,26 +47,29 @@ def _estimate(x, y, yaw=0.0, frame="map"):
     return PoseWithCovarianceStamped(stamped.header, PoseWithCovariance(stamped.pose))
 
 
-def _listen(simulation, topic, kind):
-    heard = []
-    simulation.bus.subscribe(topic, kind, heard.append)
-    return heard
+def _subscribe(simulation, topic, kind):
+    received = []
+    simulation.bus.subscribe(topic, kind, received.append)
+    return received
 
 
-def test_nothing_is_made_before_it_is_wanted(simulation):
+def test_the_map_is_made_for_the_first_subscriber(simulation):
     due = simulation.clock.next_due
     navigation = NavigationTopics(simulation)
     simulation.run(1.0)
     assert navigation.goals.grid is None
     assert simulation.clock.next_due == due
     assert {"/goal_pose", "/move_base_simple/goal", "/initialpose"} <= simulation.bus.inputs
-    _listen(simulation, "map", OccupancyGrid)
+    _subscribe(simulation, "map", OccupancyGrid)
     assert navigation.goals.grid is not None
 
 
-def test_the_map_is_made_on_another_thread_and_waited_for(simulation):
+def test_the_robot_waits_for_a_map_that_is_made_in_the_background(simulation):
     navigation = NavigationTopics(simulation, Goals(simulation, in_background=True))
-    maps, states = _listen(simulation, "map", OccupancyGrid), _listen(simulation, "navigation_status", String)
+    maps, states = (
+        _subscribe(simulation, "map", OccupancyGrid),
+        _subscribe(simulation, "navigation_status", String),
+    )
     simulation.bus.publish("goal_pose", _goal(0.6, 0.6))
     for _ in range(400):
         simulation.run(0.1)
@@ -77,7 +80,7 @@ def test_the_map_is_made_on_another_thread_and_waited_for(simulation):
     assert len(maps) == 1
 
 
-def test_a_goal_beyond_the_map_makes_it_larger(robot):
+def test_a_goal_beyond_the_map_enlarges_the_map(robot):
     simulation = Simulation(robot)
     goals = Goals(simulation)
     goals.go(PlanarPose(0.3, 0.0))
@@ -97,7 +100,7 @@ def test_a_map_has_no_more_cells_than_can_be_planned_on(robot):
     assert goals.grid.contains(*goals.grid.cell(400.0, 300.0))
 
 
-def test_what_it_commanded_is_done_again_bit_for_bit(simulation, tmp_path):
+def test_a_recorded_navigation_is_replayed_bit_for_bit(simulation, tmp_path):
     navigation = NavigationTopics(simulation)
     feed = Feed(simulation.bus, lambda: simulation.clock.nanoseconds)
     with Recorder(simulation, feed, str(tmp_path / "run.mcap"), world=MAZE):
@@ -125,7 +128,7 @@ def test_the_same_goals_give_the_same_run(robot):
     assert ends[0] == ends[1]
 
 
-def test_who_drives_by_topic_takes_the_wheels(simulation):
+def test_a_command_on_cmd_vel_cancels_the_goal(simulation):
     navigation = NavigationTopics(simulation)
     simulation.bus.publish("goal_pose", _goal(1.2, 1.2))
     simulation.run(1.0)
@@ -138,7 +141,7 @@ def test_who_drives_by_topic_takes_the_wheels(simulation):
     assert simulation.ground_truth.twist.yaw == pytest.approx(1.0, abs=0.02)
 
 
-def test_a_request_to_cancel_stops_it(simulation):
+def test_a_cancel_message_stops_the_robot(simulation):
     navigation = NavigationTopics(simulation)
     simulation.bus.publish("goal_pose", _goal(1.2, 1.2))
     simulation.run(1.0)
@@ -148,7 +151,7 @@ def test_a_request_to_cancel_stops_it(simulation):
     assert abs(simulation.ground_truth.twist.x) < 1e-3
 
 
-def test_a_reset_gives_up_the_goal(simulation):
+def test_a_reset_cancels_the_goal(simulation):
     goals = Goals(simulation)
     goals.go(PlanarPose(1.2, 1.2))
     simulation.run(2.0)
@@ -159,11 +162,11 @@ def test_a_reset_gives_up_the_goal(simulation):
 
 
 @pytest.mark.parametrize("frame", ["odom", "base_footprint"])
-def test_goals_in_the_frames_of_the_robot_and_its_odometry(robot, frame):
+def test_goals_can_be_in_the_frames_of_the_robot_and_its_odometry(robot, frame):
     simulation = Simulation(robot, start=PlanarPose(1.0, 2.0, math.pi / 2))
     navigation = NavigationTopics(simulation)
-    plans = _listen(simulation, "plan", Path)
-    # half a metre ahead of where it stands, which is up the world's y
+    plans = _subscribe(simulation, "plan", Path)
+    # half a metre ahead of the robot, which is along the world's y
     simulation.bus.publish("goal_pose", _goal(0.5, 0.0, 0.0, frame))
     goal = navigation.goals.status.goal
     assert (goal.x, goal.y, goal.yaw) == pytest.approx((1.0, 2.5, math.pi / 2), abs=1e-6)
@@ -174,19 +177,19 @@ def test_goals_in_the_frames_of_the_robot_and_its_odometry(robot, frame):
     assert end.orientation.w == pytest.approx(1.0)
 
 
-def test_the_map_lies_in_the_odometrys_frame(robot):
+def test_the_map_is_published_in_the_frame_of_odometry(robot):
     simulation = Simulation(robot, "corridor", start=PlanarPose(1.0, 0.0, math.pi / 2))
     NavigationTopics(simulation)
-    (message,) = _listen(simulation, "map", OccupancyGrid)
+    (message,) = _subscribe(simulation, "map", OccupancyGrid)
     grid = Grid.from_message(message)
     # the walls are 0.4 m to each side of the corridor's middle, across which the robot stands
     assert grid.value(0.4, 0.0) == grid.value(-0.4, 0.0) == 100
     assert grid.value(0.0, 0.4) == 0
 
 
-def test_a_pose_estimate_puts_the_robot_there(simulation):
+def test_a_pose_estimate_places_the_robot(simulation):
     navigation = NavigationTopics(simulation)
-    states = _listen(simulation, "navigation_status", String)
+    states = _subscribe(simulation, "navigation_status", String)
     simulation.bus.publish("goal_pose", _goal(1.2, 1.2))
     simulation.run(1.0)
     simulation.bus.publish("initialpose", _estimate(0.6, 0.6, 1.0))
@@ -198,9 +201,9 @@ def test_a_pose_estimate_puts_the_robot_there(simulation):
     assert not navigation.goals.is_driving
 
 
-def test_each_goal_is_answered_though_the_answer_is_the_same(simulation):
+def test_each_refused_goal_publishes_a_status(simulation):
     NavigationTopics(simulation)
-    states = _listen(simulation, "navigation_status", String)
+    states = _subscribe(simulation, "navigation_status", String)
     for _ in range(2):
         simulation.bus.publish("goal_pose", _goal(1.0, 0.0, 0.0, "nowhere"))
     assert len(states) == 2
@@ -208,32 +211,32 @@ def test_each_goal_is_answered_though_the_answer_is_the_same(simulation):
     assert "nowhere" in states[0].data
 
 
-def test_each_goal_is_answered_by_a_robot_that_lies_on_its_back(robot):
+def test_a_robot_on_its_back_publishes_a_status_for_each_goal(robot):
     simulation = Simulation(robot)
     _throw_over(simulation, math.pi)
     simulation.run(1.0)
     NavigationTopics(simulation)
-    states = _listen(simulation, "navigation_status", String)
+    states = _subscribe(simulation, "navigation_status", String)
     for _ in range(2):
         simulation.bus.publish("goal_pose", _goal(1.0, 0.0))
     assert [state.data for state in states] == [states[0].data] * 2
     assert states[0].data.startswith("refused: ")
 
 
-def test_a_robot_that_cannot_drive_refuses():
+def test_a_robot_that_cannot_drive_refuses_goals():
     text = """<robot name="r"><link name="l"><collision><geometry><box size="1 1 1"/></geometry></collision>
       </link></robot>"""
     simulation = Simulation(load_robot_text(text, "r.urdf").require())
     NavigationTopics(simulation)
-    states = _listen(simulation, "navigation_status", String)
+    states = _subscribe(simulation, "navigation_status", String)
     simulation.bus.publish("goal_pose", _goal(1.0, 0.0))
     assert states[-1].data.startswith("refused: robot 'r' cannot drive")
-    assert not _listen(simulation, "map", OccupancyGrid)
+    assert not _subscribe(simulation, "map", OccupancyGrid)
     with pytest.raises(KbotError, match="cannot drive"):
         Goals(simulation).go(PlanarPose(1.0, 0.0))
 
 
-def test_it_sees_with_the_lidar_that_is_declared():
+def test_a_declared_lidar_is_used_to_avoid_obstacles():
     world = World("box", (floor(), box("box", (0.2, 0.5, 0.3), 0.7, 0.0)))
     simulation = Simulation(load_robot("kbot", {"lidar": "true"}).require(), world)
     empty = Grid(np.zeros((100, 100), dtype=np.int8), 0.05, PlanarPose(-2.5, -2.5))
@@ -252,7 +255,7 @@ def _wheel(name, x, y, parent="base"):
       <origin xyz="{x} {y} 0"/><axis xyz="0 1 0"/></joint>"""
 
 
-def test_a_robot_that_steers_is_refused_with_the_reason():
+def test_goals_of_a_steered_robot_are_refused_with_a_reason():
     inertial = """<inertial><mass value="2"/><origin xyz="0.1 0 0.05"/><inertia ixx=".01" iyy=".01" izz=".01"
       ixy="0" ixz="0" iyz="0"/></inertial>"""
     text = f"""<robot name="trike"><link name="base">{inertial}</link>
@@ -267,9 +270,9 @@ def test_a_robot_that_steers_is_refused_with_the_reason():
 
 
 @pytest.mark.parametrize("x", [1e308, -2e6])
-def test_a_goal_beyond_all_bounds_is_refused_time_and_again(simulation, x):
+def test_goals_that_are_too_far_away_are_refused(simulation, x):
     NavigationTopics(simulation)
-    states = _listen(simulation, "navigation_status", String)
+    states = _subscribe(simulation, "navigation_status", String)
     for _ in range(2):
         simulation.bus.publish("goal_pose", _goal(x, -x))
         assert "is further than 1e+06 m from the origin" in states[-1].data
@@ -277,13 +280,13 @@ def test_a_goal_beyond_all_bounds_is_refused_time_and_again(simulation, x):
 
 
 @pytest.mark.parametrize("x", [1e308, -1e300, math.inf, math.nan])
-def test_what_is_too_far_off_to_tell_is_outside_a_map(x):
+def test_coordinates_that_are_too_large_are_outside_a_map(x):
     grid = Grid(np.zeros((2, 2), dtype=np.int8), 0.05)
     assert not grid.contains(*grid.cell(x, 0.0))
     assert grid.value(0.0, x) == -1
 
 
-def test_what_flew_off_is_on_no_map():
+def test_objects_that_are_too_far_away_are_left_off_the_map():
     near = box("near", (0.2, 0.2, 0.2), 1.0, 0.0)
     far = box("far", (0.2, 0.2, 0.2), 1e16, -1e300)
     with_both, with_near = (world_grid(World("w", bodies)) for bodies in ((near, far), (near,)))
@@ -310,8 +313,8 @@ def _throw_over(simulation, roll):
     simulation.models.set_model_state(simulation.robots.first.name, pose)
 
 
-def test_a_robot_that_lies_on_its_back_refuses_a_goal_at_once(robot):
-    """It says how it lies and what is to be done; set upright, it goes."""
+def test_a_robot_on_its_back_refuses_a_goal_at_once(robot):
+    """The reason says how the robot lies and what to do. Once it is upright, it drives."""
     simulation = Simulation(robot)
     goals = Goals(simulation)
     _throw_over(simulation, math.pi)
@@ -328,8 +331,8 @@ def test_a_robot_that_lies_on_its_back_refuses_a_goal_at_once(robot):
 
 
 @pytest.mark.parametrize("another", [False, True])
-def test_a_robot_that_is_thrown_over_on_its_way_gives_up_at_once(robot, another):
-    """And refuses a goal in place of the one that it had."""
+def test_a_robot_that_falls_over_ends_its_goal_at_once(robot, another):
+    """A new goal is then refused."""
     simulation = Simulation(robot)
     goals = Goals(simulation)
     goals.go(PlanarPose(2.0, 0.0))

@@ -1,4 +1,4 @@
-"""`kbot sim --goto`: what it prints and the status that it ends with."""
+"""`kbot sim --goto`: its output and its exit status."""
 
 import json
 
@@ -21,7 +21,7 @@ def test_a_goal_that_is_reached(capsys):
     assert result["pose"]["y"] == pytest.approx(0.2, abs=0.015)
 
 
-def test_a_goal_by_lidar(capsys):
+def test_goto_uses_a_declared_lidar(capsys):
     words = ["sim", "kbot", "lidar:=true", "--headless", "--world", "maze:size=3,seed=3"]
     assert _run([*words, "--goto", "1.2,1.2,0"]) == 0
     assert "goal        reached in" in capsys.readouterr().out
@@ -33,7 +33,7 @@ def test_a_goal_that_is_refused(capsys):
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         (["--goto", "1,2"], "--goto takes X,Y,YAW"),
         (["--goto", "1,nan,2"], "finite"),
@@ -42,11 +42,11 @@ def test_a_goal_that_is_refused(capsys):
         (["--goto", "1,2,3", "--cmd-vel", "0.1,0"], "Remove --cmd-vel"),
     ],
 )
-def test_what_makes_no_sense_is_said(capsys, words, said):
+def test_invalid_goals_and_options_are_errors(capsys, words, message):
     assert _run(["sim", "kbot", "--headless", *words]) == 2
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err
 
 
-def test_it_goes_with_headless(capsys):
+def test_goto_needs_headless(capsys):
     assert _run(["sim", "kbot", "--goto", "1,2,3"]) == 2
     assert "--headless" in capsys.readouterr().err

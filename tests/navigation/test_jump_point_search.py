@@ -35,7 +35,7 @@ def _dijkstra(free, start, goal):
 
 
 def _length(free, way):
-    """The way's length; fails where it is not straight, or leaves what is free or cuts a corner."""
+    """The length of a path. Fails if the path is not straight, leaves the free cells or cuts a corner."""
     total = 0.0
     for (r, c), (er, ec) in pairwise(way):
         steps = max(abs(er - r), abs(ec - c))
@@ -51,7 +51,7 @@ def _length(free, way):
 
 
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.25, 0.4, 0.5])
-def test_ways_are_as_short_as_dijkstras(share):
+def test_paths_are_as_short_as_dijkstras(share):
     random = np.random.default_rng(round(share * 100))
     for _ in range(40):
         free = random.random((random.integers(1, 24), random.integers(1, 24))) >= share

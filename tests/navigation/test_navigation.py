@@ -1,4 +1,4 @@
-"""Goals in simulation: reached within their tolerance, or ended with a reason, always in bounded time."""
+"""Goals in simulation are reached within their tolerance, or end with a reason, always in bounded time."""
 
 import math
 
@@ -38,7 +38,7 @@ def test_goals_are_reached(robot, world, goal):
     assert trip.odometry_error < 0.005
 
 
-def test_odometry_serves_as_the_pose(robot):
+def test_odometry_can_steer_the_robot(robot):
     simulation = Simulation(robot)
     simulation.models.place(PlanarPose(1.0, 2.0, 0.5))
     trip = go_to(simulation, PlanarPose(1.5, 2.5, 0.0), pose="odometry")
@@ -50,7 +50,7 @@ def test_odometry_serves_as_the_pose(robot):
     ("goal", "words"),
     [((0.3, 0.0), "inside an obstacle"), ((-2.0, 0.0), "no way"), ((0.2, 0.0), "too near")],
 )
-def test_a_goal_that_cannot_be_is_refused_at_once(robot, goal, words):
+def test_an_impossible_goal_is_refused_at_once(robot, goal, words):
     trip = go_to(Simulation(robot, "maze:size=3,seed=3"), PlanarPose(*goal))
     assert trip.status.state is GoalState.REFUSED
     assert words in trip.status.reason
@@ -73,7 +73,7 @@ def test_a_wall_that_is_not_on_the_map_ends_in_stuck(robot):
     assert trip.time < 20.0
 
 
-def test_time_out_of_a_goal_is_said(robot):
+def test_a_goal_that_exceeds_its_time_limit_is_stuck(robot):
     trip = go_to(Simulation(robot), PlanarPose(3, 0), timeout=1.0)
     assert trip.status.state is GoalState.STUCK
     assert "not at the goal after 1.0 s" in trip.status.reason
@@ -136,7 +136,7 @@ def test_a_robot_that_only_spins_ends_in_stuck():
     assert time < 60.0
 
 
-def test_a_controller_of_ones_own_drives(robot):
+def test_a_user_controller_drives_the_robot(robot):
     class TowardsTheLight:
         def update(self, observation):
             x, y = observation.in_base(1.0, 1.0)
@@ -150,7 +150,7 @@ def test_a_controller_of_ones_own_drives(robot):
     assert math.hypot(pose.x - 1, pose.y - 1) < 0.15
 
 
-def test_numbers_that_are_none_are_refused(robot):
+def test_goals_and_timeouts_that_are_not_finite_are_errors(robot):
     with pytest.raises(KbotError, match="finite"):
         go_to(Simulation(robot), PlanarPose(math.nan, 0))
     with pytest.raises(KbotError, match="timeout"):
@@ -164,7 +164,7 @@ def test_a_last_turn_that_takes_longer_than_the_patience_is_progress():
     assert not any(progress.is_stalled(1.0 + 0.1 * tick, 0.0, 3.1 - 0.03 * tick) for tick in range(100))
 
 
-def test_a_last_turn_that_does_not_come_to_an_end_is_a_stall():
+def test_a_last_turn_that_does_not_end_is_a_stall():
     progress = ProgressChecker(4.0)
     assert not progress.is_stalled(1.0, 0.0, 3.1)
     assert not progress.is_stalled(4.9, 0.0, 3.1)

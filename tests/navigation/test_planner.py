@@ -1,4 +1,4 @@
-"""Plans on small grids whose answers can be reckoned by hand, and every refusal."""
+"""Plans on small grids whose results are computed by hand, and every refusal."""
 
 import math
 
@@ -35,7 +35,7 @@ def test_a_wall_is_rounded_at_its_end():
     grid = _grid()
     grid.cells[:30, 20] = 100
     path = GridPlanner(grid, 0.1, margins=(0.0,)).plan(PlanarPose(1.05, 0.55), PlanarPose(3.05, 0.55))
-    # the wall's end is at y = 3.0 and x = 2.0 to 2.1: a string around it is this long at least
+    # the wall ends at y = 3.0 and x = 2.0 to 2.1: a path around it is at least this long
     taut = 2 * math.hypot(0.95, 2.45)
     assert taut < path.length < taut + 0.6
     for x, y in path.points[1:-1].tolist():
@@ -63,7 +63,7 @@ def test_no_piece_of_a_path_comes_nearer_than_the_radius():
     assert planned > 10
 
 
-def test_the_widest_way_is_taken_and_a_narrow_one_where_there_is_no_other():
+def test_a_narrow_way_is_used_only_if_no_wider_one_exists():
     grid = _grid()
     grid.cells[:, 20] = 100
     grid.cells[18:22, 20] = 0
@@ -117,7 +117,7 @@ def test_a_goal_beyond_closed_walls_is_refused_with_where_they_end():
     assert within.plan(START, PlanarPose(2.3, 1.0)).refusal is Refusal.UNREACHABLE
 
 
-def test_where_the_robot_stands_may_be_refused_too():
+def test_an_impossible_start_is_refused():
     grid = _grid()
     grid.cells[5, 5] = 100
     planner = GridPlanner(grid, 0.1)
@@ -125,7 +125,7 @@ def test_where_the_robot_stands_may_be_refused_too():
     assert planner.plan(PlanarPose(-1, 0), PlanarPose(2, 2)).refusal is Refusal.START_OUTSIDE
 
 
-def test_a_robot_too_near_a_wall_leaves_it_first():
+def test_a_path_from_too_near_a_wall_first_leaves_the_wall():
     grid = _grid()
     grid.cells[:, 0] = 100
     path = GridPlanner(grid, 0.15, margins=(0.0,)).plan(PlanarPose(0.2, 2.0), PlanarPose(2.0, 2.0))
@@ -141,7 +141,7 @@ def test_unknown_ground_can_be_allowed():
     assert GridPlanner(grid, 0.1, unknown_is_free=True).plan(START, goal).length > 0
 
 
-def test_a_string_pulled_tight_is_no_longer_than_the_way():
+def test_a_straightened_path_is_not_longer_than_the_grid_path():
     random = np.random.default_rng(8)
     from kbot.navigation.jump_point_search import JumpPointSearch
 
@@ -170,7 +170,7 @@ def test_kbots_radius_is_its_plates_far_corner():
     assert turning_radius(robot, "base_footprint") == pytest.approx(math.hypot(0.10, 0.08))
 
 
-def test_paths_become_messages_and_come_back():
+def test_paths_survive_conversion_to_messages_and_back():
     path = Path.through([(0, 0), (1, 0), (1, 2)], yaw=0.3)
     message = path.to_message()
     assert message.header.frame_id == "map"
@@ -183,7 +183,7 @@ def test_paths_become_messages_and_come_back():
 
 
 @pytest.mark.parametrize("points", [[], [(1, 2, 3)], [(0, math.nan)], [(0, 1), (2,)], "here"])
-def test_a_path_without_sound_points_is_refused(points):
+def test_a_path_with_invalid_points_is_refused(points):
     with pytest.raises(KbotError):
         Path.through(points)
 
@@ -195,7 +195,7 @@ def test_a_radius_and_margins_must_be_lengths():
         GridPlanner(_grid(), 0.1, margins=())
 
 
-def test_a_goal_that_walls_shut_out_is_refused_without_a_finer_map():
+def test_a_goal_behind_closed_walls_is_refused_without_a_finer_map():
     grid = _grid()
     grid.cells[2, 2:32] = grid.cells[31, 2:32] = grid.cells[2:32, 2] = grid.cells[2:32, 31] = 100
     asked = []
@@ -204,13 +204,14 @@ def test_a_goal_that_walls_shut_out_is_refused_without_a_finer_map():
     assert planner.plan(start, PlanarPose(3.6, 1.0)).refusal is Refusal.GOAL_OUTSIDE
     assert planner.plan(PlanarPose(3.6, 1.0), start).refusal is Refusal.UNREACHABLE
     assert not asked
-    grid.cells[10, 31] = 0  # a gap of 0.1 m: wider cells may hide that it is wide enough
+    grid.cells[10, 31] = 0  # a gap of 0.1 m: it may be wide enough with smaller cells
     assert GridPlanner(grid, 0.2, finer=lambda: asked.append(1) or grid).plan(start, PlanarPose(3.6, 1.0))
     assert asked
 
 
-def test_a_way_that_wide_cells_hide_is_found_on_finer_ones():
-    """A door from y = -0.14 to 0.16 m, its posts not on the edges of cells, and no way around them."""
+def test_a_way_that_large_cells_hide_is_found_with_smaller_cells():
+    """A door from y = -0.14 to 0.16 m, with posts that are not on the edges of cells, and no way around
+    it."""
     posts = (box("left", (0.1, 2.0, 0.3), 1.02, 1.16), box("right", (0.1, 2.0, 0.3), 1.02, -1.14))
     asked = []
 
@@ -226,5 +227,5 @@ def test_a_way_that_wide_cells_hide_is_found_on_finer_ones():
     assert path.length == pytest.approx(2.0, abs=0.02)
     assert isinstance(planner.plan(goal, start), Path)
     assert asked == [0.1, 0.1, 0.005]
-    # a robot of more than half its width does not fit through it
+    # a robot with a radius of more than half the door's width does not fit through it
     assert isinstance(GridPlanner(grid(0.1), 0.151, finer=lambda: grid(0.005)).plan(start, goal), NoPath)

@@ -1,4 +1,4 @@
-"""Regions of free cells against a flood from cell to cell."""
+"""Regions of free cells, compared with a flood fill."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from kbot.navigation.regions import Regions
 
 
 def _flooded(free, start):
-    """The cells that steps to four neighbours lead to."""
+    """The cells that steps to the four neighbours reach."""
     found, waiting = {start}, [start]
     while waiting:
         row, column = waiting.pop()
@@ -20,7 +20,7 @@ def _flooded(free, start):
 
 
 @pytest.mark.parametrize("share", [0.3, 0.55, 0.6, 0.7, 1.0])
-def test_cells_are_connected_where_a_flood_leads(share):
+def test_connected_cells_are_those_that_a_flood_fill_reaches(share):
     random = np.random.default_rng(7)
     free = random.random((23, 31)) < share
     regions = Regions(free)
@@ -30,7 +30,7 @@ def test_cells_are_connected_where_a_flood_leads(share):
         assert [cell for cell in cells if regions.connect(start, cell)] == sorted(flooded)
 
 
-def test_a_run_that_ends_a_row_does_not_go_on_in_the_next():
+def test_a_run_at_the_end_of_a_row_does_not_continue_in_the_next_row():
     free = np.array([[False, True], [False, False], [True, False]])
     assert not Regions(free).connect((0, 1), (2, 0))
     free = np.array([[False, True], [True, False]])

@@ -23,7 +23,7 @@ def scenarios():
 @pytest.mark.parametrize("with_lidar", [False, True], ids=["without_lidar", "with_lidar"])
 @pytest.mark.parametrize(
     ("world", "seeds", "slowest"),
-    # the measured ratio and 0.03 more, as other processors round differently
+    # the measured ratio plus 0.03, because other processors round differently
     [("maze", range(10), 1.23), ("rooms", range(10), 1.30), ("rooms", HARD_ROOMS, 1.23)],
     ids=["mazes", "rooms", "hard_rooms"],
 )

@@ -1,4 +1,4 @@
-"""Robots that turn about another point than their base's origin stand at the goal all the same."""
+"""Robots that turn about another point than their base's origin reach their goals exactly."""
 
 import json
 import math
@@ -21,14 +21,16 @@ STEP = 0.02
 
 
 def _moved(pose, wanted, centre):
-    """An ideal robot whose point `centre` alone goes by the twist."""
+    """The pose of an ideal robot whose point `centre` moves with the twist."""
     at_centre = pose @ PlanarPose(*centre) @ arc(wanted.linear.x * STEP, wanted.angular.z * STEP)
     return at_centre @ PlanarPose(-centre[0], -centre[1])
 
 
 def _go(goal, centre, seconds=120.0, acceleration=math.inf):
-    """The status that a goal ends with, and the pose and the time then. `acceleration` (m/s^2) bounds that of
-    driving alone: a robot with weak motors turns at once, and rolls on as it does."""
+    """The final status of a goal, and the pose and the time then.
+
+    `acceleration` (m/s^2) limits driving only: a robot with weak motors turns at once and rolls on meanwhile.
+    """
     grid = OccupancyGrid(np.zeros((160, 160), np.int8), 0.05, PlanarPose(-4.0, -4.0))
     navigator, pose, last = Navigator(GridPlanner(grid, 0.2)), PlanarPose(), PlanarTwist()
     status = navigator.go(PlanarPose(*goal))
@@ -58,8 +60,8 @@ def test_the_turning_centre_is_learned_from_a_turn(centre):
     assert (watched.in_base.x, watched.in_base.y) == pytest.approx(centre, abs=1e-3)
 
 
-def test_a_turn_that_begins_while_the_robot_rolls_teaches_no_turning_centre():
-    """It rolls 2 cm to a stop in its turn, as if it turned about a point 2 cm to its left."""
+def test_the_turning_centre_is_not_learned_from_a_turn_that_begins_while_the_robot_rolls():
+    """The robot rolls another 2 cm during its turn, as if it turned about a point 2 cm to its left."""
     watched, pose, speed = TurningCentre(), PlanarPose(), 0.2
     for _ in range(100):
         watched.watch(Observation(0.0, pose, PlanarTwist(speed, 0.0, 0.5)), twist(0.0, 0.5))
@@ -69,7 +71,7 @@ def test_a_turn_that_begins_while_the_robot_rolls_teaches_no_turning_centre():
     assert watched.in_base == PlanarPose()
 
 
-def test_a_robot_that_is_moved_between_two_goals_does_not_learn_from_that():
+def test_the_turning_centre_is_not_learned_from_a_robot_that_is_placed_elsewhere():
     watched, pose = TurningCentre(), PlanarPose()
     for _ in range(100):
         watched.watch(Observation(0.0, pose), twist(0.0, 0.5))
@@ -82,7 +84,7 @@ def test_a_robot_that_is_moved_between_two_goals_does_not_learn_from_that():
 
 @pytest.mark.parametrize("centre", [(0.0, 0.0), (0.07, 0.0), (-0.1, 0.0), (0.04, -0.03)])
 @pytest.mark.parametrize("goal", [(0.0, -1.0, math.pi / 2), (1.0, 1.0, 0.0), (-1.0, 0.0, 0.0)])
-def test_it_stands_at_the_goal_whatever_it_turns_about(goal, centre):
+def test_the_robot_reaches_the_goal_with_any_turning_centre(goal, centre):
     status, pose, _ = _go(goal, centre)
     assert status.state is GoalState.REACHED, status
     assert math.hypot(pose.x - goal[0], pose.y - goal[1]) <= 0.01
@@ -90,8 +92,8 @@ def test_it_stands_at_the_goal_whatever_it_turns_about(goal, centre):
 
 
 @pytest.mark.parametrize(("x", "y"), [(-0.02, -0.098), (-0.005, -0.098), (-0.03, 0.095), (0.0, 0.0995)])
-def test_a_goal_beside_the_robot_stays_on_one_side_of_it(x, y):
-    """The turn moves the base, and takes the goal from just ahead to just behind, and out of 10 cm."""
+def test_the_robot_reaches_a_near_goal_beside_it(x, y):
+    """The turn moves the base, so that the goal changes from ahead to behind, and is more than 10 cm away."""
     controller, pose, last = GoToPose(PlanarPose(x, y), any_heading=True), PlanarPose(), PlanarTwist()
     for tick in range(50):
         wanted = controller.update(Observation(tick * STEP, pose, last))
@@ -103,7 +105,7 @@ def test_a_goal_beside_the_robot_stays_on_one_side_of_it(x, y):
 @pytest.mark.parametrize(
     "goal", [(0.0, -1.0, math.pi / 2), (1.0, 1.0, 0.0), (0.1, 0.1, 1.0), (2.0, 0.5, 3.0)]
 )
-def test_a_robot_that_brakes_too_late_stands_at_the_goal_after_a_correction(goal):
+def test_a_robot_that_brakes_too_late_reaches_the_goal_after_a_correction(goal):
     status, pose, seconds = _go(goal, (0.0, 0.0), acceleration=0.2)
     assert status.state is GoalState.REACHED, status
     assert math.hypot(pose.x - goal[0], pose.y - goal[1]) <= 0.01
@@ -111,8 +113,9 @@ def test_a_robot_that_brakes_too_late_stands_at_the_goal_after_a_correction(goal
     assert seconds < math.hypot(goal[0], goal[1]) / 0.3 + 6 * math.pi / 2.0 + 3.0
 
 
-def test_a_robot_on_wheels_that_skid_is_at_the_goal_that_it_says_it_reached(tmp_path, capsys):
-    """Four wheels about a point 0.1 m ahead of the base's origin: a turn moves that by as much a radian."""
+def test_a_robot_with_skidding_wheels_is_at_the_goal_that_it_reports_as_reached(tmp_path, capsys):
+    """Four wheels around a point 0.1 m ahead of the base's origin: a turn moves the origin by 0.1 m per
+    radian."""
     inertia = '<inertia ixx="0.002" iyy="0.002" izz="0.002" ixy="0" ixz="0" iyz="0"/>'
     wheels = "".join(
         f'<link name="{name}"><inertial><mass value="0.5"/>{inertia}</inertial><collision>'
@@ -133,17 +136,17 @@ def test_a_robot_on_wheels_that_skid_is_at_the_goal_that_it_says_it_reached(tmp_
     with pytest.raises(SystemExit) as ended:
         main(["sim", str(file), "--headless", "--goto", "0,-1,1.57", "--json"])
     assert (ended.value.code or 0) == 0
-    said = json.loads(capsys.readouterr().out)
-    pose, told = said["pose"], said["navigation"]
-    assert told["off_m"] == pytest.approx(math.hypot(pose["x"], pose["y"] + 1.0))
-    assert told["off_m"] < 0.01
-    assert told["off_rad"] == pytest.approx(abs(wrapped(pose["yaw"] - 1.57)))
-    assert told["off_rad"] < 0.02
+    report = json.loads(capsys.readouterr().out)
+    pose, navigation = report["pose"], report["navigation"]
+    assert navigation["off_m"] == pytest.approx(math.hypot(pose["x"], pose["y"] + 1.0))
+    assert navigation["off_m"] < 0.01
+    assert navigation["off_rad"] == pytest.approx(abs(wrapped(pose["yaw"] - 1.57)))
+    assert navigation["off_rad"] < 0.02
 
 
 @pytest.mark.parametrize(
     ("degrees", "read"),
     [(-269.097, 90.903), (180.0, 180.0), (-180.0, 180.0), (-179.99999, 180.0), (725.0, 5.0)],
 )
-def test_a_heading_is_read_within_half_a_turn(degrees, read):
+def test_a_heading_is_reported_within_half_a_turn(degrees, read):
     assert heading(math.radians(degrees), 3) == read

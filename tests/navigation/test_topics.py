@@ -1,4 +1,4 @@
-"""Goals by topic, as rviz and Foxglove say them."""
+"""Goals on topics, as rviz and Foxglove publish them."""
 
 import math
 
@@ -17,10 +17,10 @@ def simulation():
     return Simulation(load_robot("kbot").require(), "maze:size=3,seed=3")
 
 
-def _listen(simulation, topic, kind):
-    heard = []
-    simulation.bus.subscribe(topic, kind, heard.append)
-    return heard
+def _subscribe(simulation, topic, kind):
+    received = []
+    simulation.bus.subscribe(topic, kind, received.append)
+    return received
 
 
 def _goal(x, y, yaw=0.0, frame="map"):
@@ -28,9 +28,9 @@ def _goal(x, y, yaw=0.0, frame="map"):
 
 
 @pytest.mark.parametrize("topic", ["goal_pose", "move_base_simple/goal"])
-def test_a_goal_is_driven_to_and_told_of(simulation, topic):
+def test_a_goal_on_a_topic_is_reached_and_its_states_are_published(simulation, topic):
     navigation = NavigationTopics(simulation)
-    states, plans = _listen(simulation, "navigation_status", String), _listen(simulation, "plan", Path)
+    states, plans = _subscribe(simulation, "navigation_status", String), _subscribe(simulation, "plan", Path)
     simulation.bus.publish(topic, _goal(0.6, 0.6, 1.0))
     simulation.run(30.0)
     assert [m.data for m in states] == ["accepted", "driving", "reached"]
@@ -39,23 +39,23 @@ def test_a_goal_is_driven_to_and_told_of(simulation, topic):
     pose = simulation.ground_truth.pose
     assert math.hypot(pose.x - 0.6, pose.y - 0.6) < 0.015
     assert not navigation.goals.is_driving
-    # it is free to be driven by hand again
+    # the robot can be driven by hand again
     simulation.cmd_vel(0.0, 1.0)
     simulation.run(1.0)
     assert simulation.ground_truth.twist.yaw == pytest.approx(1.0, abs=0.01)
 
 
-def test_the_map_is_there_for_who_comes_late(simulation):
+def test_the_map_is_latched_for_late_subscribers(simulation):
     NavigationTopics(simulation)
-    (grid,) = _listen(simulation, "/map", OccupancyGrid)
+    (grid,) = _subscribe(simulation, "/map", OccupancyGrid)
     assert grid.header.frame_id == "odom"
     assert grid.data.size == grid.info.width * grid.info.height
     assert (grid.data == 100).any()
 
 
-def test_a_new_goal_takes_the_place_of_the_old(simulation):
+def test_a_new_goal_replaces_the_old_one(simulation):
     NavigationTopics(simulation)
-    states = _listen(simulation, "navigation_status", String)
+    states = _subscribe(simulation, "navigation_status", String)
     simulation.bus.publish("goal_pose", _goal(1.2, 1.2))
     simulation.run(1.0)
     simulation.bus.publish("goal_pose", _goal(0.0, 0.0))
@@ -63,9 +63,9 @@ def test_a_new_goal_takes_the_place_of_the_old(simulation):
     assert [m.data for m in states] == ["accepted", "driving", "accepted", "driving", "reached"]
 
 
-def test_cancelling_stops_it(simulation):
+def test_cancelling_stops_the_robot_by_topic(simulation):
     navigation = NavigationTopics(simulation)
-    states = _listen(simulation, "navigation_status", String)
+    states = _subscribe(simulation, "navigation_status", String)
     simulation.bus.publish("goal_pose", _goal(1.2, 1.2))
     simulation.run(2.0)
     navigation.goals.cancel("enough")
@@ -85,9 +85,9 @@ def test_cancelling_stops_it(simulation):
         (_goal(math.nan, 0.0), "refused: a goal needs a finite"),
     ],
 )
-def test_what_cannot_be_is_refused_by_its_reason(simulation, goal, words):
+def test_an_impossible_goal_is_refused_with_its_reason(simulation, goal, words):
     NavigationTopics(simulation)
-    states = _listen(simulation, "navigation_status", String)
+    states = _subscribe(simulation, "navigation_status", String)
     simulation.bus.publish("goal_pose", goal)
     simulation.run(0.1)
     assert states[-1].data.startswith(words)

@@ -1,4 +1,4 @@
-"""A lidar keeps the robot from what is not on its map."""
+"""With a lidar the robot avoids obstacles that are not on its map."""
 
 import math
 
@@ -37,9 +37,9 @@ def _touched(simulation):
     return simulation.add_sensor(Contact(link="base_link", everywhere=True, rate=500.0)), []
 
 
-def test_kbots_outline(robot):
-    # the plate reaches from 0.10 behind the axle to 0.06 ahead and 0.08 to each side, the wheels, which are
-    # 0.07 long, 0.0895 to each side
+def test_the_outline_of_kbot_is_that_of_its_plate_and_wheels(robot):
+    # the plate reaches from 0.10 m behind the axle to 0.06 m ahead and 0.08 m to each side;
+    # the wheels are 0.07 m long and reach 0.0895 m to each side
     half = [(-0.10, 0.08), (-0.035, 0.0895), (0.035, 0.0895), (0.06, 0.08)]
     expected = sorted([*half, *((x, -y) for x, y in half)])
     corners = outline(robot, "base_footprint").corners.round(9).tolist()
@@ -55,7 +55,7 @@ def test_an_outline_grows_by_its_margin():
     assert box.reach == pytest.approx(math.hypot(0.2, 0.05) + 0.01)
 
 
-def test_it_stops_before_a_wall_without_touching_it(robot):
+def test_the_robot_stops_before_a_wall_without_touching_it(robot):
     simulation = Simulation(robot, World("wall", (floor(), box("wall", (0.1, 2.0, 0.3), 1.05, 0.0))))
     lidar = simulation.add_sensor(SENSOR)
     touches = []
@@ -68,7 +68,7 @@ def test_it_stops_before_a_wall_without_touching_it(robot):
     assert not any(touches)
 
 
-def test_it_goes_around_a_box_that_is_not_on_the_map(robot):
+def test_the_robot_drives_around_a_box_that_is_not_on_the_map(robot):
     simulation = Simulation(robot, World("box", (floor(), box("box", (0.2, 0.5, 0.3), 0.7, 0.0))))
     trip = go_to(
         simulation, PlanarPose(1.6, 0.0), EMPTY, lidar=simulation.add_sensor(SENSOR),

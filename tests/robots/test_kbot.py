@@ -1,4 +1,4 @@
-"""The shipped KBot: the chapter's robot, its physics put right, at any sensible size."""
+"""The robot KBot: the chapter's robot with correct physics, at any sensible size."""
 
 import math
 from pathlib import Path
@@ -34,7 +34,7 @@ sizes = st.fixed_dictionaries(
 )
 
 
-def test_names_and_sizes_are_the_chapters(shared):
+def test_names_and_sizes_are_those_of_the_chapter(shared):
     ours = kbot.load("kbot")
     chapter = read_robot(parse_xml(read_source(shared / "chapter/corrected/kbot.urdf"))).require()
     assert ours.name == "kbot"
@@ -52,7 +52,7 @@ def test_names_and_sizes_are_the_chapters(shared):
             assert all(getattr(other.geometry, name) == value for name, value in named.items())
 
 
-def test_colours_are_the_chapters():
+def test_colours_are_those_of_the_chapter():
     robot = kbot.load("kbot")
     colors = {name: link.visuals[0].material.name for name, link in robot.links.items()}
     assert colors == {
@@ -65,7 +65,7 @@ def test_colours_are_the_chapters():
     assert robot.links["base_link"].visuals[0].material.rgba == (0, 0, 0.8, 1)
 
 
-def test_it_weighs_what_such_a_robot_weighs():
+def test_the_mass_is_that_of_a_robot_of_this_size():
     robot = kbot.load("kbot")
     assert 1.0 < total_mass(robot) < 2.0
     assert robot.links["base_footprint"].inertial is None
@@ -118,7 +118,7 @@ def test_wheels_have_limits_and_the_caster_follows_a_turn():
 
 
 @pytest.mark.parametrize("control", ["classic", "gz", "none"])
-def test_plugins_are_given_the_figures_of_the_geometry(control):
+def test_plugins_have_the_sizes_of_the_geometry(control):
     robot = kbot.load("kbot", control=control, wheel_radius=0.05)
     plugins = [p for e in robot.extensions for p in e.elements("plugin")]
     figures = {e.tag: e.text for p in plugins for e in p.elements()}
@@ -133,14 +133,14 @@ def test_plugins_are_given_the_figures_of_the_geometry(control):
 
 
 @pytest.mark.parametrize("arguments", [{}, {"wheel_radius": "0.05", "control": "gz"}, {"control": "none"}])
-def test_the_official_xacro_expands_it_the_same(arguments):
+def test_the_official_xacro_expands_kbot_to_the_same_urdf(arguments):
     path = resolve_robot_path("kbot")
     official = xacro.process_file(path, mappings=dict(arguments)).toprettyxml(indent="  ")
     ours = kbot.load("kbot", **arguments).loaded.expansion.text
     assert ours.strip() == official.strip()
 
 
-def test_the_controllers_figures_are_those_of_the_robot():
+def test_the_sizes_in_the_controller_file_are_those_of_the_robot():
     yaml = pytest.importorskip("yaml")
     config = yaml.safe_load((PACKAGE / "config/kbot_controllers.yaml").read_text())
     figures = config["diff_drive_controller"]["ros__parameters"]

@@ -259,24 +259,24 @@ def _group(context: Context, link: str) -> str:
     return link
 
 
-def overlap(context: Context, a: str, one: LinkShape, b: str, other: LinkShape) -> float:
+def overlap(context: Context, a: str, shape_a: LinkShape, b: str, shape_b: LinkShape) -> float:
     """The depth in m to which two shapes overlap, estimated from a few directions; 0 if they do not overlap.
 
     It is the smallest overlap along the three axes of each shape and the line between the centres. Shapes
     that only another direction separates are taken to overlap.
     """
     frame_a, frame_b = context.frames[a], context.frames[b]
-    away = subtract(frame_b.point(other.frame.translation), frame_a.point(one.frame.translation))
-    if norm(away) >= norm(one.half) + norm(other.half):
+    away = subtract(frame_b.point(shape_b.frame.translation), frame_a.point(shape_a.frame.translation))
+    if norm(away) >= norm(shape_a.half) + norm(shape_b.half):
         return 0.0
-    whole_a, whole_b = frame_a.then(one.frame), frame_b.then(other.frame)
+    whole_a, whole_b = frame_a.then(shape_a.frame), frame_b.then(shape_b.frame)
     columns = [whole.direction(e) for whole in (whole_a, whole_b) for e in _BASE]
     length = norm(away)
     if length > 1e-9:
         columns.append((away[0] / length, away[1] / length, away[2] / length))
     best = float("inf")
     for d in columns:
-        reach = one.support(frame_a.local_direction(d)) + other.support(frame_b.local_direction(d))
+        reach = shape_a.support(frame_a.local_direction(d)) + shape_b.support(frame_b.local_direction(d))
         best = min(best, reach - abs(dot(away, d)))
         if best <= 0.0:
             return 0.0

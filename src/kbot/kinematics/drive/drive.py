@@ -137,8 +137,14 @@ class DifferentialDrive:
 
 @dataclass(frozen=True, slots=True)
 class SteeringWheel:
-    """A wheel that is turned aside: `x`, `y` (m) of its middle in the frame of the fixed axle. `upward` is
-    1.0 where a positive angle of `joint` turns it to the left, else -1.0. It rolls on the joint `rolls`."""
+    """A wheel that steers.
+
+    joint         steers the wheel
+    rolls         the joint on which the wheel rolls
+    x, y          position of its middle in m, in the frame of the fixed axle
+    upward        1.0 if a positive angle of `joint` turns it to the left, else -1.0
+    lower, upper  limits of `joint` in rad
+    """
 
     joint: str
     rolls: str
