@@ -1,4 +1,4 @@
-"""What cameras see, against projection and the lidar."""
+"""Camera images against projection and the lidar."""
 
 import math
 import threading
@@ -43,21 +43,22 @@ def camera(simulation):
         pytest.skip(str(error))
 
 
-def test_boxes_are_where_projection_puts_them(camera):
+def test_boxes_are_drawn_where_projection_predicts(camera):
     colours, _ = camera.draw()
     f = 160 / math.tan(math.radians(30))
     for channel, y, z in ((0, 0.5, 0.5), (2, -0.5, 0.7)):
         other = 2 - channel
         mask = (colours[..., channel] > 90) & (colours[..., other] < 60)
         rows, columns = np.nonzero(mask)
-        # the near face is at x = 2.0: its outer edge, for the inner side is seen too; right is -y, down is -z
+        # the near face is at x = 2.0. Compare its outer edge, because the inner side is visible too. Right is
+        # -y, down is -z
         outer = columns.min() if y > 0 else columns.max() + 1
         assert outer == pytest.approx(160 - f * (y + math.copysign(0.1, y)) / 2.0, abs=1.5)
         assert rows.min() == pytest.approx(120 - f * (z + 0.2 - 0.5) / 2.0, abs=1.5)
         assert rows.max() + 1 == pytest.approx(120 - f * (z - 0.2 - 0.5) / 2.0, abs=1.5)
 
 
-def test_depth_is_the_lidars_distance_within_a_millimetre(simulation, camera):
+def test_depth_equals_lidar_distance_within_a_millimetre(simulation, camera):
     _, depths = camera.draw()
     f = camera.spec.focal_length
     columns = np.arange(2, 320, 7)
@@ -66,7 +67,7 @@ def test_depth_is_the_lidars_distance_within_a_millimetre(simulation, camera):
     for column, angle in zip(columns, angles, strict=True):
         beam = Lidar(link="base_footprint", pose=UP, samples=1, angle_min=angle, angle_max=angle)
         directions = beam.directions
-        # the middle of the row beneath the horizon is half a pixel down
+        # the centre of the row below the horizon is half a pixel down
         tilt = math.atan2(0.5, math.hypot(f, 160 - column - 0.5))
         lidar = simulation.add_sensor(
             Lidar(
@@ -83,7 +84,7 @@ def test_depth_is_the_lidars_distance_within_a_millimetre(simulation, camera):
         assert directions.shape == (1, 3)
 
 
-def test_it_turns_with_its_robot(robot):
+def test_camera_turns_with_its_robot(robot):
     simulation = Simulation(robot, WORLD)
     try:
         camera = simulation.add_sensor(Camera(link="base_footprint", pose=UP, width=64, height=48))
@@ -97,12 +98,12 @@ def test_it_turns_with_its_robot(robot):
     assert max(g, b) < 60
 
 
-def test_messages_are_said_beside_each_other(simulation, camera):
-    heard = {}
+def test_image_info_and_depth_are_published_together(simulation, camera):
+    received = {}
     for topic, kind in (("image_raw", Image), ("camera_info", CameraInfo), ("depth/image_raw", Image)):
-        simulation.bus.subscribe(f"camera/{topic}", kind, lambda m, topic=topic: heard.update({topic: m}))
+        simulation.bus.subscribe(f"camera/{topic}", kind, lambda m, topic=topic: received.update({topic: m}))
     simulation.run(0.1)
-    image, info, depth = heard["image_raw"], heard["camera_info"], heard["depth/image_raw"]
+    image, info, depth = received["image_raw"], received["camera_info"], received["depth/image_raw"]
     assert (image.encoding, image.step, len(image.data)) == ("rgb8", 960, 320 * 240 * 3)
     assert (depth.encoding, depth.step, len(depth.data)) == ("32FC1", 1280, 320 * 240 * 4)
     assert info.k[0] == pytest.approx(160 / math.tan(math.radians(30)))
@@ -111,7 +112,7 @@ def test_messages_are_said_beside_each_other(simulation, camera):
     assert middle == pytest.approx(4.0, abs=1e-3)
 
 
-def test_noise_spreads_the_colours(robot):
+def test_noise_adds_its_deviation_to_colours(robot):
     simulation = Simulation(robot, WORLD)
     spec = Camera(link="base_footprint", pose=UP, width=64, height=48, noise=Noise(stddev=0.05))
     try:
@@ -125,7 +126,7 @@ def test_noise_spreads_the_colours(robot):
     assert off.std() == pytest.approx(0.05, rel=4 / math.sqrt(2 * len(off)) + 0.01)
 
 
-def test_without_opengl_one_sentence_says_what_to_install(robot, monkeypatch):
+def test_missing_opengl_error_names_what_to_install(robot, monkeypatch):
     def fails(width, height):
         raise ImportError("no libEGL.so")
 
@@ -138,12 +139,12 @@ def test_without_opengl_one_sentence_says_what_to_install(robot, monkeypatch):
 
 
 @pytest.mark.parametrize("numbers", [{"width": 0}, {"fov": 4.0}, {"near": 0.0}, {"far": 0.001}])
-def test_numbers_that_make_no_camera_are_refused(numbers):
+def test_invalid_camera_settings_are_rejected(numbers):
     with pytest.raises(KbotError):
         Camera(link="base_link", **numbers)
 
 
-def test_another_thread_may_draw(camera):
+def test_camera_renders_in_another_thread(camera):
     found = []
     thread = threading.Thread(target=lambda: found.append(camera.draw()[0]))
     thread.start()

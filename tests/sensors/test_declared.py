@@ -1,4 +1,4 @@
-"""Sensors as people write them, Classic and gz."""
+"""Sensors declared in descriptions for Gazebo Classic, gz and ros2_control."""
 
 import math
 
@@ -89,7 +89,7 @@ def _robot(inside):
     return load_robot_text(text, "r.urdf").require()
 
 
-def test_what_gazebo_classic_declares():
+def test_sensors_of_gazebo_classic_are_read():
     declared = declared_sensors(_robot(CLASSIC.format(link="base_link")))
     assert not declared.diagnostics
     scan, imu, infrared, sonar, bumper = declared.specs
@@ -108,7 +108,7 @@ def test_what_gazebo_classic_declares():
     assert isinstance(bumper, Contact)
 
 
-def test_what_gz_and_ros2_control_declare():
+def test_sensors_of_gz_and_ros2_control_are_read():
     declared = declared_sensors(_robot(GZ))
     lidar, gps, remapped, imu, distance, place, fix = declared.specs
     assert isinstance(lidar, Lidar)
@@ -122,7 +122,7 @@ def test_what_gz_and_ros2_control_declare():
     assert (distance.range_min, distance.range_max, distance.rate) == (0.1, 3.0, 20.0)
     assert isinstance(place, GroundTruth)
     assert isinstance(fix, Gps)
-    # the base hangs on no joint, which could feel a force
+    # the base has no parent joint to measure a force in
     assert [d.code for d in declared.diagnostics] == ["W140", "W140"]
     assert "has no parent joint" in declared.diagnostics[0].message
     assert "humidity" in declared.diagnostics[1].message
@@ -136,7 +136,7 @@ LASER = """<gazebo reference="base_link"><sensor type="ray" name="front"><update
 @pytest.mark.parametrize(
     ("kind", "inside", "at_root", "in_fleet"),
     [
-        # ROS 1: spawn_model gives its namespace to plugins that have none; an absolute name stays
+        # ROS 1: spawn_model's namespace applies to plugins without one. Absolute names do not change
         ("laser", "<topicName>scan</topicName>", "/scan", "/fleet/scan"),
         ("laser", "<topicName>/scan</topicName>", "/scan", "/scan"),
         (
@@ -147,7 +147,7 @@ LASER = """<gazebo reference="base_link"><sensor type="ray" name="front"><update
         ),
         ("laser", "<robotNamespace>/</robotNamespace><topicName>scan</topicName>", "/scan", "/scan"),
         ("laser", "<robotNamespace/><topicName>scan</topicName>", "/rover/scan", "/rover/scan"),
-        # ROS 2: `~` is the plugin's name; spawn_entity sets its namespace over that of the plugin
+        # ROS 2: `~` is the plugin's name. spawn_entity's namespace overrides that of the plugin
         ("ray_sensor", "<ros/>", "/laser/out", "/fleet/laser/out"),
         ("ray_sensor", "<ros><namespace>bot</namespace></ros>", "/bot/laser/out", "/fleet/laser/out"),
         (
@@ -160,7 +160,7 @@ LASER = """<gazebo reference="base_link"><sensor type="ray" name="front"><update
         ("ray_sensor", "<ros><argument>~/out:=scan</argument></ros>", "/scan", "/fleet/scan"),
     ],
 )
-def test_a_topic_is_called_as_gazebo_s_plugin_calls_it(kind, inside, at_root, in_fleet):
+def test_topic_names_equal_those_of_gazebo_plugins(kind, inside, at_root, in_fleet):
     robot = _robot(LASER.format(kind=kind, inside=inside))
     for naming, topic in ((Naming("rover"), at_root), (Naming("rover", "fleet"), in_fleet)):
         simulation = Simulation(robot, naming=naming)
@@ -201,7 +201,7 @@ CAMERA = """<gazebo reference="base_link"><sensor type="{kind}" name="eye"><upda
         ("depth_camera", "<topic>cam</topic>", "other", "", ("cam/image", "camera_info", "cam")),
     ],
 )  # fmt: skip
-def test_pictures_are_called_as_gazebo_s_plugin_calls_them(kind, topic, plugin, inside, topics):
+def test_camera_topics_equal_those_of_gazebo_plugins(kind, topic, plugin, inside, topics):
     (camera,) = declared_sensors(
         _robot(CAMERA.format(kind=kind, topic=topic, plugin=plugin, inside=inside))
     ).specs
@@ -219,7 +219,7 @@ ARM = """
 """
 
 
-def test_force_and_torque_of_gz_and_of_ros2_control():
+def test_force_torque_sensors_of_gz_and_ros2_control_are_read():
     robot = _robot(
         ARM
         + """<gazebo reference="wrist"><sensor name="cell" type="force_torque"><update_rate>200</update_rate>
@@ -238,11 +238,11 @@ def test_force_and_torque_of_gz_and_of_ros2_control():
     assert isinstance(fts, ForceTorque)
     assert (fts.joint, fts.axes) == ("wrist", "child")
     spoilt = _robot(ARM + '<gazebo reference="wrst"><sensor name="c" type="force_torque"/></gazebo>')
-    (said,) = declared_sensors(spoilt).diagnostics
-    assert "unknown joint 'wrst': did you mean 'wrist'" in said.message
+    (reported,) = declared_sensors(spoilt).diagnostics
+    assert "unknown joint 'wrst': did you mean 'wrist'" in reported.message
 
 
-def test_a_logical_camera_is_reported_as_not_simulated():
+def test_logical_camera_is_reported_as_not_simulated():
     declared = declared_sensors(
         _robot('<gazebo reference="base_link"><sensor name="eye" type="logical_camera"/></gazebo>')
     )
@@ -252,18 +252,18 @@ def test_a_logical_camera_is_reported_as_not_simulated():
     assert warning.message == "eye: the sensor type 'logical_camera' is not simulated"
 
 
-def test_one_spoilt_sensor_leaves_the_others():
+def test_one_invalid_sensor_does_not_affect_the_others():
     text = CLASSIC.format(link="base_link").replace("<samples>720</samples>", "<samples>many</samples>", 1)
     simulation = Simulation(_robot(text))
-    sensors, said = mount_declared(simulation, strict=False)
+    sensors, reported = mount_declared(simulation, strict=False)
     assert set(sensors) == {"imu_sensor", "ir_front", "sonar", "bumper"}
-    assert [d.code for d in said] == ["W141"]
+    assert [d.code for d in reported] == ["W141"]
 
 
-def test_they_are_mounted_and_heard():
+def test_declared_sensors_are_mounted_and_publish():
     simulation = Simulation(_robot(CLASSIC.format(link="base_link")), "corridor")
-    sensors, said = mount_declared(simulation)
-    assert not said
+    sensors, reported = mount_declared(simulation)
+    assert not reported
     assert set(sensors) == {"head_hokuyo_sensor", "imu_sensor", "ir_front", "sonar", "bumper"}
     simulation.run(0.2)
     assert sensors["head_hokuyo_sensor"].latest.header.frame_id == "base_link"
@@ -282,31 +282,31 @@ def test_they_are_mounted_and_heard():
         ("<stddev>0.01</stddev>", "<stddev>-1</stddev>", "must be at least 0"),
     ],
 )
-def test_a_spoilt_value_is_an_error_at_its_line(old, new, words):
+def test_invalid_value_is_an_error_at_its_line(old, new, words):
     text = CLASSIC.format(link="base_link")
     assert old in text
     robot = _robot(text.replace(old, new, 1))
     with pytest.raises(DescriptionError) as error:
         mount_declared(Simulation(robot))
-    (said,) = [d for d in error.value.diagnostics if d.is_error]
-    assert words in said.message
-    assert said.message.startswith("head_hokuyo_sensor: ")
-    assert said.origin is not None
-    assert said.origin.span.line > 3
+    (reported,) = [d for d in error.value.diagnostics if d.is_error]
+    assert words in reported.message
+    assert reported.message.startswith("head_hokuyo_sensor: ")
+    assert reported.origin is not None
+    assert reported.origin.span.line > 3
 
 
-def test_a_rate_of_nothing_is_said():
+def test_rate_of_zero_is_reported():
     text = CLASSIC.format(link="base_link").replace(
         "<update_rate>40</update_rate>", "<update_rate>0</update_rate>", 1
     )
-    (said,) = declared_sensors(_robot(text)).diagnostics
-    assert (said.code, said.is_error) == ("W140", False)
-    assert "KBot uses 10 Hz" in said.message
+    (reported,) = declared_sensors(_robot(text)).diagnostics
+    assert (reported.code, reported.is_error) == ("W140", False)
+    assert "KBot uses 10 Hz" in reported.message
 
 
-def test_a_link_that_is_not_there_and_a_type_that_is_not_known():
-    said = declared_sensors(_robot(CLASSIC.format(link="base_lnk"))).diagnostics
-    assert all("did you mean 'base_link'" in d.message for d in said)
+def test_unknown_link_and_type_get_a_suggestion():
+    reported = declared_sensors(_robot(CLASSIC.format(link="base_lnk"))).diagnostics
+    assert all("did you mean 'base_link'" in d.message for d in reported)
     (warning,) = declared_sensors(
         _robot('<gazebo reference="base_link"><sensor type="gpu_lidr" name="l"/></gazebo>')
     ).diagnostics
@@ -314,7 +314,7 @@ def test_a_link_that_is_not_there_and_a_type_that_is_not_known():
     assert "did you mean" in warning.message
 
 
-def test_real_robots_sensors_are_read(shared):
+def test_sensors_of_real_robots_are_read(shared):
     counts = {}
     for path in sorted((shared / "corpus/expected").rglob("*.urdf")):
         robot = load_robot(path).robot
@@ -348,58 +348,58 @@ def test_real_robots_sensors_are_read(shared):
         ),
     ],
 )
-def test_real_robots_topics_are_those_of_gazebo(shared, file, topics):
-    """As their descriptions and the launch files beside them name them."""
+def test_topics_of_real_robots_equal_those_of_gazebo(shared, file, topics):
+    """The expected names are from the descriptions and their launch files."""
     simulation = Simulation(load_robot(shared / "corpus/expected" / file).require())
     mount_declared(simulation, strict=False)
     pictures = {topic for topic in topics if "camera" in topic}
-    _, said = mount_declared(simulation)
-    without = pictures if any("OpenGL" in d.message for d in said) else set()
+    _, reported = mount_declared(simulation)
+    without = pictures if any("OpenGL" in d.message for d in reported) else set()
     assert topics - without <= simulation.bus.topics.keys()
 
 
-def test_mounting_twice_hands_out_the_same_sensors():
+def test_second_mount_returns_the_same_sensors():
     simulation = Simulation(_robot(CLASSIC.format(link="base_link")))
     first, _ = mount_declared(simulation)
     again, _ = mount_declared(simulation)
     assert first is again
 
 
-def test_the_sensors_of_a_robot_go_with_it_and_come_with_the_next_of_its_name():
+def test_sensors_are_removed_with_their_robot_and_mounted_for_its_successor():
     robot = _robot(CLASSIC.format(link="base_link").replace("/laser/scan", "laser/scan"))
     simulation = Simulation(robot)
     simulation.models.spawn_model(robot, "other", x=2.0)
     mount_on_others(simulation)
-    heard = []
-    simulation.bus.subscribe("/other/laser/scan", LaserScan, heard.append)
+    received = []
+    simulation.bus.subscribe("/other/laser/scan", LaserScan, received.append)
     simulation.run(1.0)
-    rate = len(heard)
+    rate = len(received)
     assert rate > 0
     simulation.models.delete_model("other")
     simulation.run(1.0)
-    assert len(heard) == rate
+    assert len(received) == rate
     simulation.models.spawn_model(robot, "other", x=2.0)
     for _ in range(2):
         mount_on_others(simulation)
     simulation.run(1.0)
-    assert len(heard) == 2 * rate
+    assert len(received) == 2 * rate
 
 
-def test_a_declared_camera_draws_only_for_who_listens():
+def test_declared_camera_renders_only_for_subscribers():
     camera = """<gazebo reference="base_link"><sensor name="eye" type="camera"><update_rate>20</update_rate>
       <camera><horizontal_fov>1.0</horizontal_fov><image><width>32</width><height>24</height></image>
       <clip><near>0.05</near><far>9</far></clip></camera></sensor></gazebo>"""
     simulation = Simulation(_robot(camera))
-    sensors, said = mount_declared(simulation)
-    if said:
-        pytest.skip(said[0].message)
+    sensors, reported = mount_declared(simulation)
+    if reported:
+        pytest.skip(reported[0].message)
     simulation.run(0.2)
     assert sensors["eye"].latest is None
-    heard = []
-    simulation.bus.subscribe("eye/image_raw", Image, heard.append)
+    received = []
+    simulation.bus.subscribe("eye/image_raw", Image, received.append)
     simulation.run(0.2)
-    assert len(heard) == 4
-    assert (heard[0].width, heard[0].height) == (32, 24)
+    assert len(received) == 4
+    assert (received[0].width, received[0].height) == (32, 24)
 
 
 def _imu_on(topic):
@@ -431,30 +431,30 @@ def _imu_on(topic):
         ("a" * 10_000, "has 10001 characters, 255 are allowed"),
     ],
 )
-def test_a_topic_that_no_sensor_may_have_leaves_it_out_at_its_line(topic, words):
+def test_sensor_with_invalid_topic_is_ignored_with_a_warning(topic, words):
     simulation = Simulation(_robot(_imu_on(topic)))
-    mounted, (said,) = mount_declared(simulation)
+    mounted, (reported,) = mount_declared(simulation)
     assert mounted == {}
-    assert (said.code, said.is_error) == ("W140", False)
-    assert words in said.message
-    assert len(said.message) < 250
-    assert said.message.startswith("imu: this sensor is ignored: ")
-    assert said.origin is not None
-    assert said.origin.span.line == 3
+    assert (reported.code, reported.is_error) == ("W140", False)
+    assert words in reported.message
+    assert len(reported.message) < 250
+    assert reported.message.startswith("imu: this sensor is ignored: ")
+    assert reported.origin is not None
+    assert reported.origin.span.line == 3
 
 
 @pytest.mark.parametrize("topic", ["imu/data", "/imu_2/Data__x", "_imu", "a" * 254, "kbot"])
-def test_a_topic_that_ros_takes_is_taken(topic):
-    mounted, said = mount_declared(Simulation(_robot(_imu_on(topic))))
-    assert (list(mounted), said) == (["imu"], ())
+def test_valid_ros_topics_are_accepted(topic):
+    mounted, reported = mount_declared(Simulation(_robot(_imu_on(topic))))
+    assert (list(mounted), reported) == (["imu"], ())
 
 
-def test_a_camera_one_of_whose_topics_is_no_name_leaves_nothing_behind():
+def test_camera_with_one_invalid_topic_creates_no_topics():
     text = """<gazebo reference="base_link"><sensor type="camera" name="eye"><topic>eye</topic>
         <camera><camera_info_topic>/tf</camera_info_topic></camera></sensor></gazebo>"""
     simulation = Simulation(_robot(text))
-    mounted, (said,) = mount_declared(simulation)
+    mounted, (reported,) = mount_declared(simulation)
     assert mounted == {}
-    assert "topic /tf is reserved" in said.message
+    assert "topic /tf is reserved" in reported.message
     assert "/eye" not in simulation.bus.topics
-    simulation.run(0.2)  # and it is not asked for pictures
+    simulation.run(0.2)  # does not render

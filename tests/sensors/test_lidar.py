@@ -21,20 +21,20 @@ ROOM = World("room", (floor(), *(
         ((6.0, 0.1, 1.0), 0.0, 1.55), ((6.0, 0.1, 1.0), 0.0, -3.05),
     ])
 )))  # fmt: skip
-"""Inner faces at x = 2 and -1, y = 1.5 and -3."""
+"""A room with inner faces at x = 2 and -1, y = 1.5 and -3."""
 
 UP = Transform.from_xyz_rpy((0.0, 0.0, 0.1), (0.0, 0.0, 0.0))
 
 
 def _room(angle, x=0.0, y=0.0):
-    """Distance in m from a point to the room's walls."""
+    """The distance in m from a point to the room's walls."""
     c, s = math.cos(angle), math.sin(angle)
     along = ((2.0 - x) if c > 0 else (-1.0 - x)) / c if abs(c) > 1e-12 else math.inf
     across = ((1.5 - y) if s > 0 else (-3.0 - y)) / s if abs(s) > 1e-12 else math.inf
     return min(along, across)
 
 
-def test_a_room_is_measured_to_a_nanometre(robot):
+def test_distances_in_a_room_are_exact_to_a_nanometre(robot):
     simulation = Simulation(robot, ROOM)
     lidar = simulation.add_sensor(Lidar(link="base_footprint", pose=UP, samples=720))
     distances = lidar.distances()
@@ -42,7 +42,7 @@ def test_a_room_is_measured_to_a_nanometre(robot):
     assert distances == pytest.approx([_room(a) for a in angles], abs=1e-9)
 
 
-def test_it_turns_and_moves_with_its_robot(robot):
+def test_lidar_moves_with_its_robot(robot):
     simulation = Simulation(robot, ROOM)
     lidar = simulation.add_sensor(Lidar(link="base_footprint", pose=UP, samples=91, range_max=12.0))
     simulation.models.place(PlanarPose(0.7, -0.4, 0.6))
@@ -51,7 +51,7 @@ def test_it_turns_and_moves_with_its_robot(robot):
     assert lidar.distances() == pytest.approx(expected, abs=1e-9)
 
 
-def test_a_pillar_is_round(robot):
+def test_distances_to_a_pillar_are_those_of_a_circle(robot):
     simulation = Simulation(robot, World("pillar", (floor(), cylinder("pillar", 0.2, 1.0, 1.0, 0.0))))
     lidar = simulation.add_sensor(
         Lidar(link="base_footprint", pose=UP, samples=41, angle_min=-0.3, angle_max=0.3)
@@ -62,7 +62,7 @@ def test_a_pillar_is_round(robot):
         assert distance == pytest.approx(expected, abs=1e-9)
 
 
-def test_what_is_out_of_range_is_infinite_as_rep_117_has_it(robot):
+def test_out_of_range_is_infinite_as_in_rep_117(robot):
     simulation = Simulation(robot, ROOM)
     spec = Lidar(link="base_footprint", pose=UP, samples=360, range_min=1.2, range_max=2.5, noise=Noise(0.01))
     lidar = simulation.add_sensor(spec)
@@ -79,7 +79,7 @@ def test_what_is_out_of_range_is_infinite_as_rep_117_has_it(robot):
             assert 1.2 <= value <= 2.5
 
 
-def test_its_own_robot_is_not_seen_but_the_ground_is(robot):
+def test_lidar_sees_the_ground_but_not_its_own_robot(robot):
     simulation = Simulation(robot)
     inside = simulation.add_sensor(Lidar(link="base_link", name="inside"))
     assert np.isinf(inside.distances()).all()
@@ -90,7 +90,7 @@ def test_its_own_robot_is_not_seen_but_the_ground_is(robot):
     assert below.distances() == pytest.approx([0.2], abs=1e-6)
 
 
-def test_it_equals_the_engines_own_rays(robot):
+def test_distances_equal_the_engines_rays(robot):
     simulation = Simulation(robot, "boxes:count=30")
     lidar = simulation.add_sensor(Lidar(link="base_footprint", pose=UP))
     model, data = simulation.engine.current()
@@ -98,7 +98,7 @@ def test_it_equals_the_engines_own_rays(robot):
     for direction, distance in zip(lidar.spec.directions, lidar.distances(), strict=True):
         hit = np.zeros(1, dtype=np.int32)
         groups = None
-        # from beyond the robot's own body, which is at most 0.13 m away
+        # start outside the robot's own body, which reaches at most 0.13 m
         start = base.translation + base.rotation @ direction * 0.13
         single = mujoco.mj_ray(model, data, start, base.rotation @ direction, groups, 1, -1, hit, None)
         if single >= 0 and single + 0.13 <= 10.0:
@@ -107,31 +107,31 @@ def test_it_equals_the_engines_own_rays(robot):
             assert distance == math.inf
 
 
-def test_scans_come_at_their_rate_with_stamps_and_a_frame(robot):
+def test_scans_have_their_rate_stamps_and_frame(robot):
     simulation = Simulation(robot, ROOM)
     lidar = simulation.add_sensor(Lidar(link="base_footprint", pose=UP, rate=25.0))
-    heard = []
-    simulation.bus.subscribe("/scan", LaserScan, heard.append)
+    received = []
+    simulation.bus.subscribe("/scan", LaserScan, received.append)
     simulation.run(1.0)
-    assert [m.header.stamp.nanoseconds for m in heard] == [40_000_000 * k for k in range(1, 26)]
-    assert heard[0].header.frame_id == "base_footprint"
-    assert len(heard[0].ranges) == 360
-    assert heard[0].angle_increment == pytest.approx(2 * math.pi / 359)
-    assert lidar.latest is heard[-1]
+    assert [m.header.stamp.nanoseconds for m in received] == [40_000_000 * k for k in range(1, 26)]
+    assert received[0].header.frame_id == "base_footprint"
+    assert len(received[0].ranges) == 360
+    assert received[0].angle_increment == pytest.approx(2 * math.pi / 359)
+    assert lidar.latest is received[-1]
 
 
-def test_latency_delays_what_is_heard(robot):
+def test_latency_delays_readings(robot):
     simulation = Simulation(robot, ROOM)
     spec = Lidar(link="base_footprint", pose=UP, rate=10.0, latency=0.25)
     lidar = simulation.add_sensor(spec)
-    heard = []
+    received = []
     simulation.bus.subscribe(
-        "scan", LaserScan, lambda m: heard.append((m.header.stamp.seconds, simulation.clock.seconds))
+        "scan", LaserScan, lambda m: received.append((m.header.stamp.seconds, simulation.clock.seconds))
     )
     simulation.run(0.34)
     assert lidar.latest is None
     simulation.run(0.36)
-    assert heard == [pytest.approx((k / 10, k / 10 + 0.25), abs=0.0021) for k in (1, 2, 3, 4)]
+    assert received == [pytest.approx((k / 10, k / 10 + 0.25), abs=0.0021) for k in (1, 2, 3, 4)]
 
 
 def test_noise_is_the_same_after_a_reset_and_differs_by_seed(robot):
@@ -153,7 +153,7 @@ def test_noise_is_the_same_after_a_reset_and_differs_by_seed(robot):
     assert np.std(off) == pytest.approx(0.02, rel=4 / math.sqrt(2 * 360))
 
 
-def test_measuring_leaves_the_simulation_as_it_is(robot):
+def test_measuring_does_not_change_the_simulation(robot):
     runs = []
     for with_lidar in (False, True):
         simulation = Simulation(robot, ROOM)
@@ -165,7 +165,7 @@ def test_measuring_leaves_the_simulation_as_it_is(robot):
     assert runs[0] == runs[1]
 
 
-def test_rows_make_a_cloud(robot):
+def test_rows_of_beams_make_a_point_cloud(robot):
     simulation = Simulation(robot, ROOM)
     spec = Lidar(
         link="base_footprint",
@@ -192,7 +192,7 @@ def test_rows_make_a_cloud(robot):
     assert [f.name for f in message.fields] == ["x", "y", "z"]
 
 
-def test_points_are_where_the_walls_are(robot):
+def test_scan_points_lie_on_the_walls(robot):
     simulation = Simulation(robot, ROOM)
     pose = Transform.from_xyz_rpy((0.05, -0.02, 0.1), (0.0, 0.0, 0.7))
     lidar = simulation.add_sensor(Lidar(link="base_footprint", pose=pose))
@@ -209,14 +209,14 @@ def test_points_are_where_the_walls_are(robot):
         {"rate": 0.0}, {"latency": -1.0}, {"elevation_max": 2.0}, {"link": "base_lnik"},
     ],
 )  # fmt: skip
-def test_numbers_that_make_no_lidar_are_refused(robot, numbers):
+def test_invalid_lidar_settings_are_rejected(robot, numbers):
     with pytest.raises(KbotError) as error:
         Simulation(robot).add_sensor(Lidar(**{"link": "base_link", **numbers}))
     if "link" in numbers:
         assert "did you mean 'base_link'" in str(error.value)
 
 
-def test_other_robots_are_seen_as_they_come_and_go(robot):
+def test_lidar_sees_robots_that_are_spawned_and_deleted(robot):
     simulation = Simulation(robot)
     low = Transform.from_xyz_rpy((0.0, 0.0, 0.04), (0.0, 0.0, 0.0))
     lidar = simulation.add_sensor(Lidar(link="base_footprint", pose=low, samples=1, angle_min=0.0))
@@ -227,7 +227,7 @@ def test_other_robots_are_seen_as_they_come_and_go(robot):
     theirs = simulation.add_sensor(
         Lidar(link="base_footprint", name="theirs", robot="other", pose=low, samples=1, angle_min=math.pi)
     )
-    # our plate's front is 0.06 m ahead of our axle
+    # the first robot's plate reaches 0.06 m ahead of its axle
     assert theirs.distances() == pytest.approx([0.94], abs=1e-3)
     assert (theirs.topic, theirs.measure().header.frame_id) == ("/other/theirs", "other/base_footprint")
     simulation.models.delete_model("other")
@@ -237,7 +237,7 @@ def test_other_robots_are_seen_as_they_come_and_go(robot):
 
 
 def _strewn(random, count, lean=0.0, moving=0):
-    """Boxes and pillars of any size and heading over 8 x 8 m, leaning up to `lean` rad."""
+    """Random boxes and pillars on 8 x 8 m, leaning up to `lean` rad. The first `moving` bodies can move."""
     bodies = [floor()]
     while len(bodies) <= count:
         x, y = random.uniform(-4, 4, 2).tolist()
@@ -253,7 +253,7 @@ def _strewn(random, count, lean=0.0, moving=0):
 
 
 def _engine_distances(simulation, lidar):
-    """The engine's own rays, the robot's links left out one by one."""
+    """Distances by the engine's rays, without the robot's links."""
     model, data = simulation.engine.current()
     pose = simulation.link_pose(lidar.spec.link) @ lidar.spec.pose
     own = [b for b in range(model.nbody) if model.body(b).name.startswith("kbot/")]
@@ -276,7 +276,7 @@ def _engine_distances(simulation, lidar):
     [{}, {"angle_min": -1.0, "angle_max": 2.5}, {"angle_min": 3.0, "angle_max": -3.0}, {"samples": 1},
      {"angle_min": 0.0, "angle_max": 2 * math.pi}, {"rows": 5, "elevation_min": -0.3, "elevation_max": 0.3}],
 )  # fmt: skip
-def test_every_way_to_measure_equals_the_engines_rays(robot, count, lean, moving, beams):
+def test_all_ray_methods_equal_the_engines_rays(robot, count, lean, moving, beams):
     simulation = Simulation(robot, _strewn(np.random.default_rng(count), count, lean, moving))
     spec = Lidar(link="base_link", pose=UP, **{"samples": 97, "range_max": 5.0, **beams})
     lidar = simulation.add_sensor(spec)
@@ -291,7 +291,7 @@ def test_every_way_to_measure_equals_the_engines_rays(robot, count, lean, moving
         assert np.abs(measured[hit] - expected[hit]).max(initial=0.0) < 1e-9
 
 
-def test_a_lidar_within_a_box_sees_it_from_inside(robot):
+def test_lidar_inside_a_box_sees_its_faces(robot):
     boxes = [box(f"b{i}", (0.1, 0.1, 0.3), 3.0 + 0.2 * i, 4.0) for i in range(60)]
     room = Body(
         "room", (Part(Box((4.0, 2.0, 2.0)), solid=True),), Transform.from_xyz_rpy((0, 0, 1.5), (0, 0, 0))
@@ -300,13 +300,12 @@ def test_a_lidar_within_a_box_sees_it_from_inside(robot):
     lidar = simulation.add_sensor(
         Lidar(link="base_footprint", pose=Transform.from_xyz_rpy((0, 0, 1.0), (0, 0, 0)), samples=5)
     )
-    # ahead and behind it is 2 m to the box's own faces, to the sides 1 m
+    # the faces of the box are 2 m ahead and behind, and 1 m to the sides
     assert lidar.distances() == pytest.approx([2.0, 1.0, 2.0, 1.0, 2.0], abs=1e-9)
 
 
-def test_a_lidar_sees_a_hill(robot):
-    """A height field that rises by one in two from x = 1 m on: a level beam 0.1 m above the floor meets it
-    0.2 m further on."""
+def test_lidar_sees_a_height_field(robot):
+    """The field rises by 1 in 2 from x = 1 m. A level beam 0.1 m above the floor hits it 0.2 m further on."""
     x = np.linspace(-5.0, 5.0, 101)
     heights = np.tile(np.maximum(0.0, (x - 1.0) / 2.0), (11, 1))
     hill = Body("hill", (Part(HeightField(heights, (10.0, 10.0)), ground=True),))

@@ -1,4 +1,4 @@
-"""Every reading can be sent and recorded: to bytes as ROS 1 and ROS 2 have them, and back."""
+"""Every reading can be serialized in the formats of ROS 1 and ROS 2, and read back."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ SPECS = [
 ]
 
 
-def _comes_back(message, name):
+def _assert_round_trip(message, name):
     assert ros_name(type(message)) == name
     for encode, decode in ((encode_cdr, decode_cdr), (encode_ros1, decode_ros1)):
         data = encode(message)
@@ -32,16 +32,16 @@ def _comes_back(message, name):
 
 
 @pytest.mark.parametrize(("spec", "name"), SPECS, ids=[name for _, name in SPECS])
-def test_readings(robot, spec, name):
+def test_readings_survive_serialization(robot, spec, name):
     sensor = Simulation(robot, "corridor").add_sensor(spec)
-    _comes_back(sensor.measure(), name)
+    _assert_round_trip(sensor.measure(), name)
 
 
-def test_paths_and_maps():
-    _comes_back(Path.through([(0, 0), (1, 2)], yaw=0.5).to_message(), "nav_msgs/msg/Path")
+def test_paths_and_maps_survive_serialization():
+    _assert_round_trip(Path.through([(0, 0), (1, 2)], yaw=0.5).to_message(), "nav_msgs/msg/Path")
     cells = np.array([[0, 100, -1], [50, 0, 0]], dtype=np.int8)
     grid = OccupancyGrid(cells, 0.1, PlanarPose(1.0, -2.0, 0.3))
-    _comes_back(grid.to_message(), "nav_msgs/msg/OccupancyGrid")
+    _assert_round_trip(grid.to_message(), "nav_msgs/msg/OccupancyGrid")
     back = OccupancyGrid.from_message(grid.to_message())
     assert np.array_equal(back.cells, cells)
     assert (back.origin.x, back.origin.y, back.frame) == (1.0, -2.0, "map")

@@ -1,4 +1,4 @@
-"""Sensors that are plugins of a whole model, as Gazebo Classic's packages have them."""
+"""Sensors that are model plugins of Gazebo Classic."""
 
 import math
 
@@ -27,31 +27,31 @@ def robot(library: str, inside: str = "", name: str = "truth"):
     return load_robot_text(BODY.format(f"<gazebo>\n{plugin}</gazebo>"), "a.urdf").require()
 
 
-def one(library: str, inside: str = "", naming: Naming = ROOT_NAMING):
+def only_spec(library: str, inside: str = "", naming: Naming = ROOT_NAMING):
     declared = declared_sensors(robot(library, inside), naming)
     assert declared.diagnostics == ()
     (spec,) = declared.specs
     return spec
 
 
-def test_a_p3d_tells_where_its_link_truly_is_and_how_it_moves():
-    """A mast 0.5 m ahead of a body that turns at w goes at 0.5 w to its own left."""
+def test_p3d_publishes_the_true_pose_and_twist_of_its_link():
+    """A mast 0.5 m ahead of a body that turns at w moves to its left at 0.5 w."""
     sim = Simulation(robot("libgazebo_ros_p3d.so", P3D + "<frameName>map</frameName>"))
-    said: list[Odometry] = []
+    published: list[Odometry] = []
     mount_declared(sim)
-    sim.bus.subscribe("/base_pose_ground_truth", Odometry, said.append)
+    sim.bus.subscribe("/base_pose_ground_truth", Odometry, published.append)
     sim.run(0.5)
-    assert len(said) == 50
-    pose = said[-1].pose.pose.position
+    assert len(published) == 50
+    pose = published[-1].pose.pose.position
     assert (pose.x, pose.y, pose.z) == pytest.approx((0.5, 0.0, 0.1), abs=1e-3)
-    assert (said[-1].header.frame_id, said[-1].child_frame_id) == ("map", "mast")
+    assert (published[-1].header.frame_id, published[-1].child_frame_id) == ("map", "mast")
     sim.models.set_twist((0.0, 0.0, 0.0), (0.0, 0.0, 2.0))
     sensor = mount_declared(sim)[0]["truth"]
     twist = sensor.measure().twist.twist
     assert (twist.linear.x, twist.linear.y, twist.angular.z) == pytest.approx((0.0, 1.0, 2.0), abs=1e-9)
 
 
-def test_offsets_move_and_turn_what_a_p3d_tells():
+def test_p3d_offsets_transform_the_pose():
     inside = f"{P3D}<xyzOffsets>1 2 3</xyzOffsets><rpyOffsets>0 0 1.5707963267948966</rpyOffsets>"
     sim = Simulation(robot("libgazebo_ros_p3d.so", inside))
     pose = mount_declared(sim)[0]["truth"].measure().pose.pose
@@ -59,14 +59,14 @@ def test_offsets_move_and_turn_what_a_p3d_tells():
     assert (pose.orientation.z, pose.orientation.w) == pytest.approx([math.sqrt(0.5)] * 2, abs=1e-9)
 
 
-def test_its_noise_is_on_the_twist_with_the_covariance_to_match():
+def test_p3d_noise_is_on_the_twist_with_matching_covariance():
     sim = Simulation(robot("libgazebo_ros_p3d.so", f"{P3D}<gaussianNoise>0.05</gaussianNoise>"))
     sensor = mount_declared(sim)[0]["truth"]
-    said = [sensor.measure(n) for n in range(1, 2001)]
-    speeds = np.array([m.twist.twist.linear.x for m in said])
+    published = [sensor.measure(n) for n in range(1, 2001)]
+    speeds = np.array([m.twist.twist.linear.x for m in published])
     assert speeds.std() == pytest.approx(0.05, rel=0.1)
-    assert said[0].twist.covariance[0] == said[0].twist.covariance[35] == pytest.approx(0.0025)
-    assert {m.pose.pose.position.x for m in said} == {said[0].pose.pose.position.x}
+    assert published[0].twist.covariance[0] == published[0].twist.covariance[35] == pytest.approx(0.0025)
+    assert {m.pose.pose.position.x for m in published} == {published[0].pose.pose.position.x}
 
 
 @pytest.mark.parametrize(
@@ -93,12 +93,12 @@ def test_its_noise_is_on_the_twist_with_the_covariance_to_match():
          ROOT_NAMING, "/imu/d"),
     ],
 )  # fmt: skip
-def test_topics_are_named_as_the_plugins_name_them(library, inside, naming, topic):
-    assert one(library, inside, naming).topic == topic
+def test_topics_equal_those_of_the_plugins(library, inside, naming, topic):
+    assert only_spec(library, inside, naming).topic == topic
 
 
-def test_an_imu_of_gazebo_ros_and_one_of_hector():
-    plain = one("libgazebo_ros_imu.so", "<bodyName>mast</bodyName><gaussianNoise>0.01</gaussianNoise>")
+def test_imu_plugins_of_gazebo_ros_and_hector_are_read():
+    plain = only_spec("libgazebo_ros_imu.so", "<bodyName>mast</bodyName><gaussianNoise>0.01</gaussianNoise>")
     assert isinstance(plain, Imu)
     assert (plain.link, plain.gyroscope.stddev, plain.accelerometer.stddev) == ("mast", 0.01, 0.01)
     inside = (
@@ -106,16 +106,16 @@ def test_an_imu_of_gazebo_ros_and_one_of_hector():
         "<accelGaussianNoise>0.1 0.1 0.1</accelGaussianNoise><accelDrift>0.2 0.2 0.2</accelDrift>"
         "<accelDriftFrequency>0.5</accelDriftFrequency><rateGaussianNoise>0.02</rateGaussianNoise>"
     )
-    imu = one("libhector_gazebo_ros_imu.so", inside)
+    imu = only_spec("libhector_gazebo_ros_imu.so", inside)
     assert (imu.rate, imu.frame, imu.gyroscope.stddev) == (50.0, "imu", 0.02)
     assert imu.accelerometer.stddev == 0.1
-    # in the long run the drift has the deviation that is written
+    # the long-term deviation of the drift is the declared one
     source = NoiseSource(imu.accelerometer, 1, "drift", 3, 1.0 / 50.0)
     drift = np.array([source.bias(n) for n in range(0, 50 * 4000, 50)])
     assert drift.std() == pytest.approx(0.2, rel=0.1)
 
 
-def test_satellite_navigation_of_hector_lies_where_it_is_told():
+def test_hector_gps_has_its_reference_position():
     inside = (
         "<bodyName>body</bodyName><referenceLatitude>50</referenceLatitude>"
         "<referenceLongitude>9</referenceLongitude><referenceHeading>90</referenceHeading>"
@@ -123,7 +123,7 @@ def test_satellite_navigation_of_hector_lies_where_it_is_told():
     sim = Simulation(robot("libhector_gazebo_ros_gps.so", inside, "gps"))
     sim.models.set_pose(0.0, 1000.0, 0.0)
     fix = mount_declared(sim)[0]["gps"].measure()
-    # a kilometre to the north: 1 / 6371 rad on a sphere, within the earth's flattening
+    # 1 km to the north is 1 / 6371 rad on a sphere, up to the earth's flattening
     assert fix.latitude - 50.0 == pytest.approx(math.degrees(1000.0 / 6.371e6), rel=5e-3)
     assert fix.longitude == pytest.approx(9.0, abs=1e-9)
     turned = declared_sensors(robot("libhector_gazebo_ros_gps.so", "<bodyName>body</bodyName>"))
@@ -147,7 +147,7 @@ def test_satellite_navigation_of_hector_lies_where_it_is_told():
         ("<bodyName>mast</bodyName><gaussianNoise>1e308</gaussianNoise>", "finite numbers up to 1e+100"),
     ],
 )
-def test_what_is_wrong_is_said_at_its_line_and_the_sensor_left_out(inside, words):
+def test_invalid_plugin_is_an_error_at_its_line(inside, words):
     declared = declared_sensors(robot("libgazebo_ros_p3d.so", inside))
     assert declared.specs == ()
     (found,) = declared.diagnostics
@@ -165,7 +165,7 @@ def test_what_is_wrong_is_said_at_its_line_and_the_sensor_left_out(inside, words
         ("libmy_own_wind.so", "the rest of the robot is simulated"),
     ],
 )
-def test_a_plugin_that_is_not_run_is_said_with_what_becomes_of_it(library, hint):
+def test_unsupported_plugin_is_reported_with_its_consequence(library, hint):
     (found,) = declared_sensors(robot(library, name="some_controller")).diagnostics
     assert (found.code, found.severity) == ("W140", Severity.INFO)
     assert library in found.message
@@ -177,15 +177,15 @@ def test_a_plugin_that_is_not_run_is_said_with_what_becomes_of_it(library, hint)
     ["libgazebo_ros_control.so", "libgazebo_ros2_control.so", "libgazebo_ros_diff_drive.so",
      "libgazebo_ros_joint_state_publisher.so", "gz-sim-joint-position-controller-system"],
 )  # fmt: skip
-def test_what_others_read_is_not_said_here(library):
+def test_plugins_handled_elsewhere_are_not_reported(library):
     assert declared_sensors(robot(library)).diagnostics == ()
 
 
-def test_the_robot_that_ships_has_no_plugin_that_is_not_run():
+def test_shipped_robot_has_no_unsupported_plugins():
     assert declared_sensors(load_robot("kbot").require()).diagnostics == ()
 
 
-def test_a_p3d_s_truth_is_a_ground_truth_of_its_link():
-    spec = one("libgazebo_ros_p3d.so", P3D)
+def test_p3d_is_read_as_ground_truth_of_its_link():
+    spec = only_spec("libgazebo_ros_p3d.so", P3D)
     assert isinstance(spec, GroundTruth)
     assert (spec.link, spec.rate, spec.fixed_frame) == ("mast", 100.0, "world")

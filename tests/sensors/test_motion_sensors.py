@@ -22,26 +22,26 @@ def _vector(v):
 
 
 def _collect(simulation, sensor, seconds):
-    heard = []
-    simulation.bus.subscribe(sensor.spec.topic or sensor.spec.label, sensor.message_type, heard.append)
+    received = []
+    simulation.bus.subscribe(sensor.spec.topic or sensor.spec.label, sensor.message_type, received.append)
     simulation.run(seconds)
-    return heard
+    return received
 
 
-def test_at_rest_on_a_slope_the_imu_feels_gravity(robot):
+def test_imu_at_rest_on_a_slope_measures_gravity(robot):
     angle = math.radians(10)
-    # a slope up ahead is a level floor under gravity that leans back
+    # a slope is simulated as a level floor with tilted gravity
     gravity = (-G * math.sin(angle), 0.0, -G * math.cos(angle))
     simulation = Simulation(robot, World("slope", (floor(),), gravity))
     imu = simulation.add_sensor(Imu(link="base_link"))
     simulation.run(0.5)
-    heard = _collect(simulation, imu, 0.2)
-    force = np.mean([_vector(m.linear_acceleration) for m in heard], axis=0)
+    received = _collect(simulation, imu, 0.2)
+    force = np.mean([_vector(m.linear_acceleration) for m in received], axis=0)
     assert force == pytest.approx((G * math.sin(angle), 0.0, G * math.cos(angle)), abs=2e-3)
-    assert np.abs([_vector(m.angular_velocity) for m in heard]).max() < 2e-3
+    assert np.abs([_vector(m.angular_velocity) for m in received]).max() < 2e-3
 
 
-def test_the_axes_of_a_tilted_imu(robot):
+def test_tilted_imu_measures_in_its_own_axes(robot):
     simulation = Simulation(robot)
     pose = Transform.from_xyz_rpy((0, 0, 0), (math.pi / 2, 0.0, 0.0))
     imu = simulation.add_sensor(Imu(link="base_link", pose=pose))
@@ -52,32 +52,32 @@ def test_the_axes_of_a_tilted_imu(robot):
     assert (q.x, q.y, q.z, q.w) == pytest.approx((math.sqrt(0.5), 0, 0, math.sqrt(0.5)), abs=1e-4)
 
 
-def test_on_a_turn_of_known_rate_and_radius(robot):
+def test_imu_measures_centripetal_acceleration_on_a_circle(robot):
     v, w = 0.3, 1.2
     simulation = Simulation(robot)
     off = Transform.from_xyz_rpy((0.03, 0.05, 0.0), (0.0, 0.0, 0.0))
     imu = simulation.add_sensor(Imu(link="base_footprint", pose=off))
     simulation.cmd_vel(v, w)
     simulation.run(1.5)
-    heard = _collect(simulation, imu, 1.0)
-    force = np.mean([_vector(m.linear_acceleration) for m in heard], axis=0)
-    # towards the middle of the turn, which is v / w to the left: w^2 times the way there
+    received = _collect(simulation, imu, 1.0)
+    force = np.mean([_vector(m.linear_acceleration) for m in received], axis=0)
+    # w^2 times the vector to the centre of the circle, which is v / w to the left
     assert force == pytest.approx((-(w**2) * 0.03, w**2 * (v / w - 0.05), G), abs=5e-3)
-    spin = np.mean([m.angular_velocity.z for m in heard])
+    spin = np.mean([m.angular_velocity.z for m in received])
     assert spin == pytest.approx(w, abs=1e-3)
 
 
-def test_speeding_up_is_felt(robot):
+def test_imu_measures_acceleration(robot):
     simulation = Simulation(robot)
     imu = simulation.add_sensor(Imu(link="base_footprint"))
     simulation.run(0.2)
     simulation.cmd_vel(0.5, 0.0)
-    heard = _collect(simulation, imu, 0.4)
-    # commands are slewed by 1 m/s^2
-    assert np.mean([m.linear_acceleration.x for m in heard[5:]]) == pytest.approx(1.0, abs=0.02)
+    received = _collect(simulation, imu, 0.4)
+    # the acceleration limit is 1 m/s^2
+    assert np.mean([m.linear_acceleration.x for m in received[5:]]) == pytest.approx(1.0, abs=0.02)
 
 
-def test_imu_noise_has_its_deviation_and_covariance(robot):
+def test_imu_noise_has_the_given_deviation_and_covariance(robot):
     simulation = Simulation(robot, seed=5)
     spec = Imu(
         link="base_link",
@@ -87,15 +87,15 @@ def test_imu_noise_has_its_deviation_and_covariance(robot):
     )
     imu = simulation.add_sensor(spec)
     simulation.run(0.3)
-    heard = _collect(simulation, imu, 2.0)
-    force = np.array([_vector(m.linear_acceleration) for m in heard])
-    spin = np.array([_vector(m.angular_velocity) for m in heard])
-    n = len(heard)
+    received = _collect(simulation, imu, 2.0)
+    force = np.array([_vector(m.linear_acceleration) for m in received])
+    spin = np.array([_vector(m.angular_velocity) for m in received])
+    n = len(received)
     assert force.mean(axis=0) == pytest.approx((1.0, 1.0, G + 1.0), abs=4 * 0.3 / math.sqrt(n) + 2e-3)
     assert force.std(axis=0) == pytest.approx([0.3] * 3, rel=4 / math.sqrt(2 * n))
     assert spin.std(axis=0) == pytest.approx([0.02] * 3, rel=4 / math.sqrt(2 * n) + 0.01)
-    assert heard[0].linear_acceleration_covariance[4] == pytest.approx(0.09)
-    assert heard[0].angular_velocity_covariance[8] == pytest.approx(0.0004)
+    assert received[0].linear_acceleration_covariance[4] == pytest.approx(0.09)
+    assert received[0].angular_velocity_covariance[8] == pytest.approx(0.0004)
 
 
 def test_encoders_count_a_known_path(robot):
@@ -107,21 +107,21 @@ def test_encoders_count_a_known_path(robot):
     way = simulation.ground_truth.pose.x
     for joint, position in zip(encoders.latest.name, encoders.latest.position, strict=True):
         assert (position / count) == pytest.approx(round(position / count), abs=1e-6)
-        # the radius is 0.035 m; a count, and the wheel's sinking in, may be missing
+        # the radius is 0.035 m; allow for one count and for the wheel's penetration
         assert position == pytest.approx(way / 0.035, abs=count + 0.01)
         assert joint in ("left_wheel_joint", "right_wheel_joint")
-    # 10 rad/s, told by whole counts over 20 ms
+    # 10 rad/s, measured by whole counts in 20 ms
     assert encoders.latest.velocity == pytest.approx((10.0, 10.0), abs=count / 0.02 + 0.01)
 
 
-def test_encoders_say_which_joint_there_is_not(robot):
+def test_encoders_reject_an_unknown_joint(robot):
     with pytest.raises(KbotError, match="left_wheel_joint"):
         Simulation(robot).add_sensor(Encoders(joints=("left_wheel_jont",)))
 
 
 @pytest.mark.parametrize("latitude", [0.0, 47.3769, -60.0, 89.9])
-def test_gps_goes_by_the_curvature_of_the_earth(latitude):
-    # metres a degree from the ellipsoid's radii of curvature
+def test_geodetic_follows_the_curvature_of_the_earth(latitude):
+    # metres per degree from the ellipsoid's radii of curvature
     a, f = 6378137.0, 1 / 298.257223563
     e2 = f * (2 - f)
     s = math.sin(math.radians(latitude))
@@ -136,7 +136,7 @@ def test_gps_goes_by_the_curvature_of_the_earth(latitude):
     assert alt == pytest.approx(400.0, abs=1e-4)
 
 
-def test_gps_of_a_robot(robot):
+def test_gps_measures_the_robots_position(robot):
     simulation = Simulation(robot)
     gps = simulation.add_sensor(
         Gps(link="base_footprint", latitude=47.0, longitude=8.0, horizontal=Noise(2.0))
@@ -150,16 +150,16 @@ def test_gps_of_a_robot(robot):
         Gps(link="base_footprint", latitude=91.0)
 
 
-def test_ground_truth_is_the_simulations(robot):
+def test_ground_truth_equals_that_of_the_simulation(robot):
     simulation = Simulation(robot)
     truth = simulation.add_sensor(GroundTruth(link="base_footprint"))
     simulation.cmd_vel(0.2, 0.5)
     simulation.run(2.0)
-    motion, said = simulation.ground_truth, truth.measure()
-    assert (said.pose.pose.position.x, said.pose.pose.position.y) == (motion.pose.x, motion.pose.y)
-    assert said.twist.twist.angular.z == pytest.approx(0.5, abs=1e-3)
-    assert said.twist.twist.linear.x == pytest.approx(0.2, abs=1e-3)
-    assert said.header.frame_id == "world"
+    motion, reported = simulation.ground_truth, truth.measure()
+    assert (reported.pose.pose.position.x, reported.pose.pose.position.y) == (motion.pose.x, motion.pose.y)
+    assert reported.twist.twist.angular.z == pytest.approx(0.5, abs=1e-3)
+    assert reported.twist.twist.linear.x == pytest.approx(0.2, abs=1e-3)
+    assert reported.header.frame_id == "world"
 
 
 SDF = """<sdf version="1.9"><world name="w"><spherical_coordinates>
@@ -172,9 +172,11 @@ SDF = """<sdf version="1.9"><world name="w"><spherical_coordinates>
 
 
 @pytest.mark.parametrize(("heading", "east", "north"), [(0, 20.0, 0.0), (90, 0.0, -20.0), (-90, 0.0, 20.0)])
-def test_gps_in_a_world_that_says_where_it_lies(robot, tmp_path, heading, east, north):
-    """20 m along the world's x. A metre to the east is 1 / (N cos phi) rad, one to the north 1 / M, the radii
-    of curvature of WGS 84 at 47.4 degrees."""
+def test_gps_uses_the_georeference_of_the_world(robot, tmp_path, heading, east, north):
+    """The robot is 20 m along the world's x. A metre is 1 / (N cos phi) rad to the east, 1 / M rad north.
+
+    N and M are the radii of curvature of WGS 84 at 47.4 degrees.
+    """
     (tmp_path / "w.sdf").write_text(SDF.format(heading=heading))
     simulation = Simulation(robot, str(tmp_path / "w.sdf"))
     gps = simulation.add_sensor(Gps(link="base_footprint"))
@@ -185,12 +187,12 @@ def test_gps_in_a_world_that_says_where_it_lies(robot, tmp_path, heading, east, 
     assert fix.longitude == pytest.approx(8.5 + math.degrees(east / ((n + 400.0) * math.cos(phi))), abs=1e-9)
     assert fix.latitude == pytest.approx(47.4 + math.degrees(north / (m + 400.0)), abs=1e-9)
     assert fix.altitude == pytest.approx(400.0, abs=0.01)
-    # what the sensor itself is given comes first
+    # a position given to the sensor takes precedence
     own = simulation.add_sensor(Gps(link="base_footprint", name="own", latitude=1.0, longitude=2.0))
     assert own.measure().latitude == pytest.approx(1.0, abs=1e-3)
 
 
-def test_a_place_that_is_not_on_the_earth(tmp_path):
+def test_invalid_latitude_is_rejected(tmp_path):
     (tmp_path / "w.sdf").write_text(SDF.format(heading=0).replace("47.4", "97.4"))
     with pytest.raises(KbotError, match=r"longitude from -180 to 180 degrees, not 97\.4"):
         load_world(tmp_path / "w.sdf")

@@ -14,16 +14,16 @@ WALL = World("wall", (floor(), box("wall", (0.1, 4.0, 1.0), 1.05, 0.0)))
 UP = Transform.from_xyz_rpy((0.0, 0.0, 0.5), (0.0, 0.0, 0.0))
 
 
-def test_a_sonar_tells_the_nearest_point_of_a_wall(robot):
+def test_sonar_measures_the_nearest_point_of_a_wall(robot):
     simulation = Simulation(robot, WALL)
     sonar = simulation.add_sensor(Range(link="base_footprint", pose=UP))
     assert sonar.measure().range == pytest.approx(1.0, abs=1e-9)
     simulation.models.place(PlanarPose(0.0, 0.0, math.radians(5)))
-    # the wall's foot is still within the cone of 7.4 degrees to each side; rays are 7.4/4 degrees apart
+    # the bottom of the wall is within the cone of 7.4 degrees to each side; rays are 7.4/4 degrees apart
     assert sonar.measure().range == pytest.approx(1.0, abs=1.0 / math.cos(math.radians(2)) - 1.0 + 1e-9)
 
 
-def test_a_sonar_out_of_range_says_infinity(robot):
+def test_sonar_out_of_range_reads_infinity(robot):
     simulation = Simulation(robot, WALL)
     far = simulation.add_sensor(Range(link="base_footprint", name="far", pose=UP, range_max=0.9))
     near = simulation.add_sensor(
@@ -34,7 +34,7 @@ def test_a_sonar_out_of_range_says_infinity(robot):
     assert near.latest.range == -math.inf
 
 
-def test_a_bumper_tells_what_it_runs_into(robot):
+def test_bumper_detects_a_collision(robot):
     simulation = Simulation(robot, World("wall", (floor(), box("wall", (0.1, 2.0, 0.3), 0.35, 0.0))))
     bumper = simulation.add_sensor(Contact(link="base_link"))
     wheel = simulation.add_sensor(Contact(link="left_wheel", name="wheel"))
@@ -49,16 +49,16 @@ def test_a_bumper_tells_what_it_runs_into(robot):
     touches = bumper.touches()
     assert {touch.body for touch in touches} == {"wall"}
     assert sum(touch.force for touch in touches) > 1.0
-    # standing on the ground is no touch
+    # the ground does not count as touched
     assert wheel.latest.data is False
 
 
-def test_a_line_is_darker_than_the_floor(robot):
+def test_line_sensor_reads_a_line_darker_than_the_floor(robot):
     simulation = Simulation(robot, "track:line=0.03")
     low = Transform.from_xyz_rpy((0.05, 0.0, 0.01), (0.0, 0.0, 0.0))
     line = simulation.add_sensor(Line(link="base_footprint", pose=low, eyes=5, spacing=0.02))
     seen = line.measure().data
-    # the line is 0.03 m wide: only the middle eye of those at 0.04, 0.02, 0 … is over it
+    # the line is 0.03 m wide: of the eyes at 0.04, 0.02, 0 … only the middle one is above it
     assert [value < 0.2 for value in seen] == [False, False, True, False, False]
     assert seen[0] > 0.8
     simulation.models.place(PlanarPose(0.0, 0.02))
@@ -66,7 +66,7 @@ def test_a_line_is_darker_than_the_floor(robot):
     assert [value < 0.2 for value in line.measure().data] == [False, False, False, True, False]
 
 
-def test_a_line_that_is_laid_while_the_world_runs_is_seen(robot):
+def test_line_sensor_sees_a_line_added_to_a_running_world(robot):
     simulation = Simulation(robot, World("floor", (floor(),)))
     low = Transform.from_xyz_rpy((0.0, 0.0, 0.01), (0.0, 0.0, 0.0))
     line = simulation.add_sensor(Line(link="base_footprint", pose=low, eyes=1))

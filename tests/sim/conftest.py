@@ -23,7 +23,7 @@ def sim(kbot_robot) -> Simulation:
 
 @pytest.fixture
 def urdf():
-    """Reads a robot from URDF text."""
+    """A function that reads a robot from URDF text."""
 
     def read(text: str) -> RobotModel:
         return load_robot_text(text, "robot.urdf").require()
@@ -43,7 +43,7 @@ def ball(urdf) -> RobotModel:
 
 @pytest.fixture
 def launched(urdf, tmp_path: Path):
-    """The robot of a description as a launch file's YAML and spawner have it."""
+    """A function that reads a robot with the controllers of a launch file's YAML and spawner."""
 
     def build(description: str, yaml: str, args: str, ns: str = "/arm"):
         (tmp_path / "controllers.yaml").write_text(yaml)

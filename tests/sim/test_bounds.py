@@ -1,4 +1,4 @@
-"""Robots that are too large to be simulated are refused at the line that says so."""
+"""Robots that are too large to simulate are errors at the line of the large value."""
 
 import pytest
 
@@ -28,13 +28,13 @@ def codes(robot) -> list[str]:
     return [d.code for d in caught.value.diagnostics]
 
 
-def test_a_chain_that_would_take_hours(urdf):
+def test_long_chain_of_joints_is_rejected(urdf):
     assert codes(urdf(chain(DEEPEST + 1))) == ["W112"]
     assert codes(urdf(chain(3000))) == ["W112"]
 
 
-@pytest.mark.parametrize("radius", ["1e7", "9e8"])  # beyond 1e9 m none is read
-def test_absurd_sizes(radius):
+@pytest.mark.parametrize("radius", ["1e7", "9e8"])  # the reader rejects meshes beyond 1e9 m
+def test_absurd_sizes_are_rejected(radius):
     assert set(codes(load_robot("kbot", {"wheel_radius": radius}).require())) == {"W113"}
 
 
@@ -42,5 +42,5 @@ def test_absurd_sizes(radius):
     ("old", "new"),
     [('mass value="1"', 'mass value="1e13"'), ("0.1 0.1 0.1", "0.1 2e6 0.1"), ('ixx="1"', 'ixx="1e13"')],
 )
-def test_each_bound(urdf, old, new):
+def test_each_bound_is_checked(urdf, old, new):
     assert codes(urdf(chain(0).replace(old, new))) == ["W113"]

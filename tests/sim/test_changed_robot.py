@@ -1,4 +1,4 @@
-"""A robot whose description changes while the world runs: everything stays where it was."""
+"""A robot whose description changes while the world runs: the state of everything else is kept."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ def bigger() -> RobotModel:
     return kbot.load("kbot", arguments=BIGGER)
 
 
-def test_things_stay_where_they_were_pushed() -> None:
+def test_objects_keep_their_poses_when_the_robot_changes() -> None:
     sim = Simulation("kbot")
     sim.models.spawn_thing("box", "crate", 0.25, 0.0, 0.0, 0.0, (0.1, 0.1, 0.1))
     sim.cmd_vel(0.3, 0.0)
@@ -30,10 +30,10 @@ def test_things_stay_where_they_were_pushed() -> None:
     assert other.link_pose("base_footprint").is_close(sim.link_pose("base_footprint"), 1e-6)
     other.cmd_vel(0.3, 0.0)
     other.run(1.0)
-    assert other.models.body_poses()["crate"].translation[0] > pushed.translation[0] + 0.1  # and is pushed on
+    assert other.models.body_poses()["crate"].translation[0] > pushed.translation[0] + 0.1  # pushed further
 
 
-def test_what_was_deleted_stays_away_and_what_was_spawned_stays() -> None:
+def test_spawned_and_deleted_objects_survive_a_changed_robot() -> None:
     sim = Simulation("kbot", "boxes")
     sim.models.spawn_thing("box", "crate", 2.0, 2.0, 0.5, 0.0, (0.1, 0.1, 0.1))
     sim.models.delete_model("box_0")
@@ -42,10 +42,10 @@ def test_what_was_deleted_stays_away_and_what_was_spawned_stays() -> None:
     names = {body.name for body in other.world.bodies}
     assert "crate" in names
     assert "box_0" not in names
-    assert other.models.body_poses()["crate"].translation[2] < 0.1  # it fell, and lies
+    assert other.models.body_poses()["crate"].translation[2] < 0.1  # it has fallen to the floor
 
 
-def test_a_tilted_robot_stays_tilted() -> None:
+def test_tilted_robot_stays_tilted_when_it_changes() -> None:
     sim = Simulation("kbot", "ramp")
     sim.cmd_vel(0.3, 0.0)
     for _ in range(80):
@@ -60,7 +60,7 @@ def test_a_tilted_robot_stays_tilted() -> None:
     assert np.allclose(after.matrix, before.matrix, atol=1e-6)
 
 
-def test_a_taller_robot_stands_on_the_same_ground() -> None:
+def test_changed_robot_with_larger_wheels_is_on_the_same_ground() -> None:
     sim = Simulation("kbot")
     sim.cmd_vel(0.3, 0.5)
     sim.run(2.0)
@@ -72,10 +72,10 @@ def test_a_taller_robot_stands_on_the_same_ground() -> None:
     start = Simulation(taller).link_pose("base_footprint").translation[2]
     assert other.link_pose("base_footprint").translation[2] == pytest.approx(start, abs=1e-3)
     other.run(0.5)
-    assert np.abs(other.link_pose("base_footprint").rpy[:2]).max() < 0.05  # it stands, and did not jump
+    assert np.abs(other.link_pose("base_footprint").rpy[:2]).max() < 0.05  # did not jump
 
 
-def test_a_robot_that_fits_no_longer_begins_at_its_start() -> None:
+def test_changed_robot_that_would_overlap_moves_to_its_start() -> None:
     sim = Simulation("kbot")
     sim.models.set_model_state(
         "kbot", sim.link_pose("base_footprint") @ Transform.from_xyz_rpy((1, 0, 0), (0, 0, 0))
@@ -88,7 +88,7 @@ def test_a_robot_that_fits_no_longer_begins_at_its_start() -> None:
     assert other.models.body_poses()["crate"].is_close(sim.models.body_poses()["crate"], 1e-12)
 
 
-def test_what_is_attached_stays_attached() -> None:
+def test_attachments_survive_a_changed_robot() -> None:
     sim = Simulation("kbot")
     sim.models.spawn_thing("box", "crate", -0.4, 0.0, 0.0, 0.0, (0.1, 0.1, 0.1))
     sim.run(0.5)
@@ -103,11 +103,11 @@ def test_what_is_attached_stays_attached() -> None:
     after = other.link_pose("base_footprint").inverse() @ other.models.body_poses()["crate"]
     pulled, left = (each.models.body_poses()["crate"].translation[0] for each in (other, sim))
     assert pulled > left + 0.2
-    assert np.allclose(after.translation, between.translation, atol=5e-3)  # drawn along
-    other.models.detach("base_link")  # and can be let go
+    assert np.allclose(after.translation, between.translation, atol=5e-3)  # pulled along
+    other.models.detach("base_link")  # can be detached
 
 
-def test_what_was_attached_to_a_link_that_is_no_more_is_let_go() -> None:
+def test_attachment_to_a_removed_link_is_detached() -> None:
     sim = Simulation(kbot.load("kbot", lidar="true"))
     sim.models.spawn_thing("box", "crate", -0.4, 0.0, 0.0, 0.0, (0.1, 0.1, 0.1))
     sim.models.attach("lidar_link", to="crate")

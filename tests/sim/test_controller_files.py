@@ -1,5 +1,7 @@
-"""What is wrong in the file of a robot's controllers is said once, where it stands in that file: by
-`kbot check`, and by the simulation, which goes on as well as it can."""
+"""Errors in a robot's controller file are reported once, at their place in that file.
+
+`kbot check` and the simulation report the same. The simulation continues with what it can use.
+"""
 
 from pathlib import Path
 
@@ -37,7 +39,7 @@ SPAWNED = "joint_state_broadcaster", "follow"
 
 @pytest.fixture
 def described(tmp_path: Path):
-    """The robot's file, for a text of its controllers' parameters."""
+    """The robot's file, with a text of controller parameters."""
 
     def write(yaml: str) -> Path:
         (tmp_path / "c.yaml").write_text(yaml)
@@ -49,7 +51,7 @@ def described(tmp_path: Path):
 
 
 def simulated(path: Path) -> Simulation:
-    """As a launch has it that spawns both controllers."""
+    """The robot with both controllers spawned, as by a launch file."""
     robot = load_robot(path).require()
     return Simulation(
         with_controllers(robot, [SpawnedController(f"/{n}", {}, True, 2, robot.origin) for n in SPAWNED])
@@ -74,7 +76,7 @@ def simulated(path: Path) -> Simulation:
         ("low:\n  ros__param", "low:\n  ros__parm", "W144", (7, 3), "refuses the whole file"),
     ],
 )
-def test_a_fault_is_said_once_where_it_stands(described, right, wrong, code, place, words):
+def test_error_is_reported_once_at_its_place_in_the_file(described, right, wrong, code, place, words):
     assert right in GOOD
     path = described(GOOD.replace(right, wrong, 1))
     of_the_check = [d for d in check_file(str(path), config=Config()) if d.code[0] in "DW"]
@@ -86,13 +88,13 @@ def test_a_fault_is_said_once_where_it_stands(described, right, wrong, code, pla
         assert words in found[0].message.replace("'/", "'")
 
 
-def test_what_is_not_there_is_said_where_it_is_named(described):
+def test_missing_controller_is_reported_where_it_is_named(described):
     path = described(GOOD)
     (path.parent / "c.yaml").unlink()
     for found in (check_file(str(path), config=Config()), simulated(path).diagnostics):
-        (said,) = [d for d in found if d.code == "W132"]
-        assert (Path(said.origin.span.file).name, said.origin.span.line) == ("arm.urdf", 2)
-        assert not said.is_error
+        (reported,) = [d for d in found if d.code == "W132"]
+        assert (Path(reported.origin.span.file).name, reported.origin.span.line) == ("arm.urdf", 2)
+        assert not reported.is_error
 
 
 @pytest.mark.parametrize(
@@ -106,10 +108,10 @@ def test_what_is_not_there_is_said_where_it_is_named(described):
         "",
     ],
 )
-def test_what_may_be_meant_is_left_alone(described, yaml):
+def test_plausible_settings_are_not_reported(described, yaml):
     assert [d for d in check_file(str(described(yaml)), config=Config()) if d.code[0] in "DW"] == []
 
 
-def test_a_misspelt_name_of_the_parameters_leaves_a_controller_its_joints(described):
+def test_misspelt_parameter_name_keeps_the_controllers_joints(described):
     sim = simulated(described(GOOD.replace("ros__", "ros_")))
     assert [c.joints for c in sim.robots.first.joints.control.controllers] == [("shoulder",)]

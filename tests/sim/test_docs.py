@@ -1,4 +1,4 @@
-"""What the documentation shows is true."""
+"""The examples, methods and worlds in docs/simulation.md exist and work."""
 
 import inspect
 import re
@@ -11,7 +11,7 @@ from kbot.world.sdf.model_paths import LIBRARY
 TEXT = (Path(__file__).parents[2] / "docs" / "simulation.md").read_text()
 
 
-def test_the_example_runs():
+def test_examples_of_the_page_run():
     code = "".join(re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)[:2]).replace("robot.xacro", "kbot")
     names = {}
     exec(code, names)
@@ -19,7 +19,7 @@ def test_the_example_runs():
     assert list(names["sim"].robots) == ["kbot"]
 
 
-def test_every_method_of_a_running_world_is_there(sim):
+def test_every_documented_method_exists(sim):
     table = TEXT.partition("## What a running world allows")[2].partition("## ")[0]
     rows = [line.split("|")[3] for line in table.splitlines() if line.startswith("| ")][2:]
     assert len(rows) == 18
@@ -31,7 +31,7 @@ def test_every_method_of_a_running_world_is_there(sim):
                 assert set(arguments.split(", ")) <= set(known)
 
 
-def test_every_world_parameter_and_model_is_named():
+def test_every_world_parameter_and_model_is_documented():
     for name in BUILDERS:
         row = re.search(rf"\| `{name}` \| (.*) \|", TEXT)[1]
         assert re.findall(r"\w+", re.sub(r"\(.*?\)", "", row)) == list(parameters(name))

@@ -1,4 +1,4 @@
-"""A fault of a drive has one code, severity and text: `kbot check` and a simulation report the same."""
+"""`kbot check` and a simulation report an error of a drive with the same code, severity and text."""
 
 import pytest
 
@@ -19,7 +19,7 @@ FAULTS = ("D101", "D105", "D106", "D107", "D108", "D109", "D131", "W134")
 
 @pytest.fixture(scope="module")
 def plain() -> str:
-    """KBot as URDF without anything that drives it."""
+    """KBot as URDF without a drive."""
     return load_robot("kbot", {"control": "none"}).expansion.text
 
 
@@ -45,11 +45,11 @@ def names(left: str, right: str, more: str = "", indent: str = "  ") -> str:
     return "".join(f"{indent[2:]}{line}\n" for line in (*lines, *([f"    {more}"] if more else [])))
 
 
-def one_backwards(text: str) -> str:
+def with_one_axis_flipped(text: str) -> str:
     return text.replace(AXIS, BACKWARDS, 1)
 
 
-def both_backwards(text: str) -> str:
+def with_both_axes_flipped(text: str) -> str:
     return text.replace(AXIS, BACKWARDS)
 
 
@@ -64,8 +64,8 @@ ROWS = {
     "stock plugin, one joint on both sides": (plugin(STOCK, classic(LEFT, LEFT)), ["D131"]),
     "own plugin, sides exchanged": (plugin(OWN, classic(RIGHT, LEFT)), ["D107"]),
     "stock plugin, sides exchanged": (plugin(STOCK, classic(RIGHT, LEFT)), ["D107"]),
-    "both axes to the right": (plugin(STOCK, classic(LEFT, RIGHT)), ["D109"], both_backwards),
-    "one axis to the right": (plugin(STOCK, classic(LEFT, RIGHT)), ["D108"], one_backwards),
+    "both axes to the right": (plugin(STOCK, classic(LEFT, RIGHT)), ["D109"], with_both_axes_flipped),
+    "one axis to the right": (plugin(STOCK, classic(LEFT, RIGHT)), ["D108"], with_one_axis_flipped),
     "hyphens in the file's name": (
         plugin('name="d" filename="libignition-gazebo-diff-drive-system.so"', gz(LEFT, "nope")),
         ["D101"],
@@ -109,7 +109,7 @@ ROWS = {
 
 
 @pytest.mark.parametrize("row", ROWS)
-def test_check_and_simulation_report_the_same(row, plain, tmp_path):
+def test_check_and_simulation_report_the_same_findings(row, plain, tmp_path):
     extension, codes, *change = ROWS[row]
     if not extension.startswith("<"):
         (tmp_path / "c.yaml").write_text(extension)

@@ -1,8 +1,8 @@
 """The simulation drives the joints that a plugin or controller names, on the sides that it names.
 
 gazebo_ros_diff_drive, gz's DiffDrive and diff_drive_controller command (v - w s/2)/r to the left joints and
-(v + w s/2)/r to the right ones, and take the turn of their odometry from right minus left. With exchanged
-names a robot that is commanded +w therefore turns at -w, while its odometry turns at +w.
+(v + w s/2)/r to the right ones, and compute the rotation of their odometry from right minus left. With
+exchanged names a robot that is commanded +w therefore turns at -w, while its odometry turns at +w.
 """
 
 import re
@@ -32,13 +32,13 @@ base:
 
 @pytest.fixture(scope="module")
 def plain() -> str:
-    """KBot as URDF without anything that drives it."""
+    """KBot as URDF without a drive."""
     return load_robot("kbot", {"control": "none"}).expansion.text
 
 
 @pytest.fixture(params=["classic", "gz", "ros2_control"])
 def named(request, plain, tmp_path):
-    """KBot with a drive of each kind, which names these joints as left and right."""
+    """KBot with a drive of each kind, with these joints as left and right."""
 
     def build(left: str, right: str, change=lambda text: text):
         if request.param == "classic":
@@ -57,7 +57,7 @@ def named(request, plain, tmp_path):
 
 
 def one_tag_each(text: str) -> str:
-    """`<a>x, y</a>` as `<a>x</a><a>y</a>`: plugins take one joint a tag."""
+    """Write `<a>x, y</a>` as `<a>x</a><a>y</a>`, because plugins take one joint per tag."""
     return re.sub(r"<(\w+)>(\w+), (\w+)</\1>", r"<\1>\2</\1><\1>\3</\1>", text)
 
 
@@ -72,8 +72,8 @@ def codes(sim: Simulation) -> list[str]:
     return [d.code for d in sim.diagnostics]
 
 
-def test_exchanged_sides_turn_against_the_command_and_the_odometry_agrees_with_it(named):
-    """0.5 rad/s for 2 s, less the ramp of 8 rad/s^2: 1 - 0.5^2/(2*8) = 0.984 rad, and the servos' lag."""
+def test_exchanged_sides_turn_against_the_command_while_odometry_agrees_with_it(named):
+    """0.5 rad/s for 2 s with a ramp of 8 rad/s^2 gives 1 - 0.5^2/(2*8) = 0.984 rad, minus the servos' lag."""
     right, wrong = driven(named(LEFT, RIGHT), 0.0, 0.5), driven(named(RIGHT, LEFT), 0.0, 0.5)
     assert right.ground_truth.pose.yaw == pytest.approx(0.984, rel=0.03)
     assert wrong.ground_truth.pose.yaw == pytest.approx(-right.ground_truth.pose.yaw, rel=1e-3)
@@ -84,21 +84,21 @@ def test_exchanged_sides_turn_against_the_command_and_the_odometry_agrees_with_i
     )
 
 
-def test_the_sides_of_a_drive_are_those_of_its_plugin_or_controller(named):
+def test_drive_uses_the_sides_of_its_plugin_or_controller(named):
     robot = named(RIGHT, LEFT)
     assert (find_drive(robot).left, find_drive(robot).right) == ((RIGHT,), (LEFT,))
     assert describe(robot)["drive"]["left"] == [RIGHT]
 
 
-def test_exchanged_sides_drive_straight_as_before(named):
-    """0.2 m/s for 2 s, less the ramp of 1 m/s^2: 0.4 - 0.2^2/2 = 0.38 m."""
+def test_exchanged_sides_still_drive_straight(named):
+    """0.2 m/s for 2 s with a ramp of 1 m/s^2 gives 0.4 - 0.2^2/2 = 0.38 m."""
     sim = driven(named(RIGHT, LEFT), 0.2, 0.0)
     assert sim.ground_truth.pose.x == pytest.approx(0.38, rel=0.03)
     assert abs(sim.ground_truth.pose.y) < 1e-3
 
 
-def test_axes_to_the_right_drive_backwards_for_a_drive_that_commands_a_positive_speed(named):
-    """Both wheels then turn the other way: x is -0.38 m, the odometry's +0.38 m."""
+def test_wheel_axes_to_the_right_drive_backwards(named):
+    """Both wheels turn backwards: x is -0.38 m, and that of the odometry +0.38 m."""
 
     def flipped(text: str) -> str:
         return text.replace('<axis xyz="0 1 0"/>', '<axis xyz="0 -1 0"/>')
@@ -107,13 +107,13 @@ def test_axes_to_the_right_drive_backwards_for_a_drive_that_commands_a_positive_
     assert sim.ground_truth.pose.x == pytest.approx(-0.38, rel=0.03)
     assert sim.odometry.pose.x == pytest.approx(0.38, rel=0.03)
     assert codes(sim) == ["D109"]
-    # turned by half a turn the robot is right: exchanged names and axes together turn it as commanded
+    # exchanged names and axes together are a robot turned by 180 degrees, which turns as commanded
     assert driven(named(RIGHT, LEFT, flipped), 0.0, 0.5).ground_truth.pose.yaw == pytest.approx(
         0.984, rel=0.03
     )
 
 
-def test_goals_are_refused_for_a_robot_that_turns_against_its_commands(named):
+def test_goals_are_rejected_if_the_robot_turns_against_its_commands(named):
     require_turning(Simulation(named(LEFT, RIGHT)))
     with pytest.raises(
         KbotError, match=rf"cannot follow a path: its left joint '{RIGHT}'.*turns are reversed"
@@ -121,7 +121,7 @@ def test_goals_are_refused_for_a_robot_that_turns_against_its_commands(named):
         require_turning(Simulation(named(RIGHT, LEFT)))
 
 
-def test_one_joint_on_both_sides_is_not_driven(named):
+def test_drive_with_one_joint_on_both_sides_does_not_move(named):
     robot = named(LEFT, LEFT)
     sim = Simulation(robot)
     assert codes(sim) == ["D131"]
@@ -129,12 +129,12 @@ def test_one_joint_on_both_sides_is_not_driven(named):
     reason = f"its drive names the joint '{LEFT}' both as left and as right"
     with pytest.raises(KbotError, match=f"robot 'kbot' cannot drive: {reason}"):
         sim.cmd_vel(0.2, 0.0)
-    assert why_not(robot) == reason  # what the page shows
+    assert why_not(robot) == reason  # the page shows the reason
     sim.run(0.5)
     assert abs(sim.ground_truth.pose.x) < 1e-3
 
 
-def test_one_joint_on_both_sides_ends_the_command_with_one_line(plain, tmp_path, capsys):
+def test_one_joint_on_both_sides_is_a_one_line_error_of_the_command(plain, tmp_path, capsys):
     joint = f"<leftJoint>{LEFT}</leftJoint><rightJoint>{LEFT}</rightJoint>"
     plugin = f'<gazebo><plugin name="d" filename="libgazebo_ros_diff_drive.so">{joint}</plugin></gazebo>'
     file = tmp_path / "same.urdf"
@@ -152,8 +152,8 @@ def test_one_joint_on_both_sides_ends_the_command_with_one_line(plain, tmp_path,
     ("left", "right", "side"),
     [(f"{LEFT}, {LEFT}", RIGHT, "left"), (LEFT, f"{RIGHT}, {RIGHT}", "right")],
 )
-def test_a_joint_twice_on_one_side_is_not_driven(named, left, right, side):
-    """gazebo_ros_diff_drive and diff_drive_controller do not start with it."""
+def test_drive_with_a_joint_twice_on_one_side_does_not_move(named, left, right, side):
+    """gazebo_ros_diff_drive and diff_drive_controller do not start with this."""
     robot = named(left, right, one_tag_each)
     sim = Simulation(robot)
     assert codes(sim) == ["D131"]
@@ -163,8 +163,8 @@ def test_a_joint_twice_on_one_side_is_not_driven(named, left, right, side):
         sim.cmd_vel(0.2, 0.0)
 
 
-def test_two_plugins_may_name_the_same_joints(plain):
-    """As descriptions for Gazebo Classic and for gz do."""
+def test_two_plugins_can_name_the_same_joints(plain):
+    """Descriptions for both Gazebo Classic and gz have two plugins."""
     names = (
         ("libgazebo_ros_diff_drive.so", "leftJoint", "rightJoint"),
         ("DiffDrive", "left_joint", "right_joint"),
@@ -192,7 +192,7 @@ WHEEL = """<link name="{0}"><collision><origin rpy="1.5707963267948966 0 0"/><ge
         (("fl", "rr", "fr", "rl"), ("fl", "rr"), ("fr", "rl"), {"rl", "rr"}),
     ],
 )
-def test_each_wheel_of_a_skid_steer_is_on_the_side_that_the_plugin_names(urdf, tags, left, right, wrong):
+def test_skid_steer_uses_the_sides_of_its_plugin(urdf, tags, left, right, wrong):
     places = {"fl": (0.2, 0.2), "rl": (-0.2, 0.2), "fr": (0.2, -0.2), "rr": (-0.2, -0.2)}
     wheels = "".join(WHEEL.format(name, *place) for name, place in places.items())
     names = ("leftFrontJoint", "leftRearJoint", "rightFrontJoint", "rightRearJoint")
@@ -206,7 +206,7 @@ def test_each_wheel_of_a_skid_steer_is_on_the_side_that_the_plugin_names(urdf, t
     assert drive.separation == pytest.approx(0.4)
 
 
-def test_a_plugin_without_a_right_joint_does_not_drive(urdf):
+def test_plugin_without_a_right_joint_does_not_drive(urdf):
     wheels = WHEEL.format("l", 0, 0.2) + WHEEL.format("r", 0, -0.2)
     joints = "<left_joint>l</left_joint><left_joint>r</left_joint>"
     plugin = f'<gazebo><plugin name="gz::sim::systems::DiffDrive" filename="x">{joints}</plugin></gazebo>'
@@ -233,7 +233,7 @@ MASS = '<inertial><mass value="5"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz=
         (None, "the drive names no right joint"),
     ],
 )
-def test_a_drive_that_names_another_joint_than_a_wheel_s_is_reported_with_what_kbot_drives(
+def test_drive_of_a_joint_without_a_wheel_is_reported_with_the_driven_wheels(
     urdf, tmp_path, kind, wrong, what
 ):
     right = f"<right_joint>{wrong}</right_joint>" if wrong is not None else ""
@@ -250,7 +250,7 @@ def test_a_drive_that_names_another_joint_than_a_wheel_s_is_reported_with_what_k
         text, attributes = f"<parameters>{tmp_path}/c.yaml</parameters>", 'name="r" filename="x"'
     wheels = WHEEL.format("l", 0, 0.2) + WHEEL.format("r", 0, -0.2) + CASTER
     plugin = f"<gazebo><plugin {attributes}>{text}</plugin></gazebo>"
-    bodies = wheels.replace("<collision>", f"{MASS}<collision>")  # bodies without mass are not driven
+    bodies = wheels.replace("<collision>", f"{MASS}<collision>")  # bodies without mass cannot be driven
     sim = Simulation(urdf(f'<robot name="r"><link name="base">{MASS}</link>{bodies}{plugin}</robot>'))
     (found,) = [d for d in sim.diagnostics if d.code in ("D101", "W134")]
     assert found.code == ("D101" if wrong == "r_wheel" else "W134")
@@ -271,8 +271,8 @@ def test_a_drive_that_names_another_joint_than_a_wheel_s_is_reported_with_what_k
         '<plugin name="d" filename="libgazebo_ros_diff_drive.so"/>',
     ],
 )
-def test_a_plugin_of_another_kind_and_one_with_its_default_names_are_not_reported(urdf, plugin):
-    """gazebo_ros_diff_drive takes `left_joint` and `right_joint` where it is given no names."""
+def test_other_plugins_and_default_joint_names_are_not_reported(urdf, plugin):
+    """gazebo_ros_diff_drive uses `left_joint` and `right_joint` if no names are given."""
     wheels = WHEEL.format("left_joint", 0, 0.2) + WHEEL.format("right_joint", 0, -0.2)
     if "control.so" in plugin:
         wheels = wheels.replace("left_joint", "l").replace("right_joint", "r")

@@ -1,4 +1,4 @@
-"""A robot that is told to drive does what kinematics say, and its odometry knows."""
+"""A driving robot moves as kinematics predict, and odometry agrees with ground truth."""
 
 from math import cos, degrees, hypot, pi, sin
 
@@ -16,14 +16,14 @@ def stop(sim: Simulation) -> None:
 
 
 def odometry_error(sim: Simulation) -> tuple[float, float]:
-    """Millimetres and degrees between odometry and ground truth."""
+    """The error of odometry against ground truth in mm and degrees."""
     odometry, truth = sim.odometry.pose, sim.ground_truth.pose
     distance = hypot(odometry.x - truth.x, odometry.y - truth.y)
     return distance / MILLIMETRE, degrees(odometry.yaw - truth.yaw)
 
 
-def test_straight_ahead_goes_speed_times_time(sim):
-    """Speeding up and slowing down at the same rate cost and give the same way: 0.2 m/s x 10 s."""
+def test_straight_drive_covers_speed_times_time(sim):
+    """The distances lost and gained by equal acceleration and deceleration cancel: 0.2 m/s x 10 s."""
     sim.cmd_vel(0.2, 0.0)
     sim.run(10.0)
     stop(sim)
@@ -35,7 +35,7 @@ def test_straight_ahead_goes_speed_times_time(sim):
     assert abs(turned) < 0.001
 
 
-def test_ten_turns_on_the_spot(sim):
+def test_ten_turns_on_the_spot_are_accurate(sim):
     sim.cmd_vel(0.0, 1.0)
     sim.run(20 * pi)
     stop(sim)
@@ -47,7 +47,7 @@ def test_ten_turns_on_the_spot(sim):
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_a_square_of_one_metre(sim, side):
+def test_square_of_one_metre_is_accurate(sim, side):
     for _ in range(4):
         sim.cmd_vel(0.2, 0.0)
         sim.run(5.0)
@@ -62,7 +62,7 @@ def test_a_square_of_one_metre(sim, side):
     assert millimetres < 0.01
 
 
-def test_standing_still_does_not_creep(sim):
+def test_standing_robot_does_not_creep(sim):
     sim.run(1.0)
     before = sim.ground_truth.pose
     sim.run(60.0)
@@ -71,8 +71,8 @@ def test_standing_still_does_not_creep(sim):
     assert abs(after.yaw - before.yaw) < 1e-6
 
 
-def test_a_slope_is_held(kbot_robot):
-    """Less than 0.1 mm a minute on ten degrees."""
+def test_robot_holds_its_position_on_a_slope(kbot_robot):
+    """Less than 0.1 mm per minute at 10 degrees."""
     sim = Simulation(kbot_robot, world="ramp:angle=10")
     sim.cmd_vel(0.2, 0.0)
     sim.run(5.0)
@@ -85,8 +85,8 @@ def test_a_slope_is_held(kbot_robot):
 
 
 @pytest.mark.parametrize(("linear", "angular"), [(0.2, 0.5), (0.3, -1.0)])
-def test_an_arc_has_the_radius_of_speed_over_turn(sim, linear, angular):
-    """After a whole circle the robot is where it was; half way round it is a diameter aside."""
+def test_arc_has_the_commanded_radius(sim, linear, angular):
+    """After a full circle the robot is back at its start. Half way round it is one diameter to the side."""
     sim.cmd_vel(linear, angular)
     sim.run(1.0)
     start = sim.ground_truth.pose
@@ -98,7 +98,7 @@ def test_an_arc_has_the_radius_of_speed_over_turn(sim, linear, angular):
 
 
 @pytest.mark.parametrize("linear", [0.4, 0.7, 0.95])
-def test_fast_is_as_true_as_slow(sim, linear):
+def test_fast_drive_is_as_accurate_as_a_slow_one(sim, linear):
     """The speed servo must not chatter against its torque limit."""
     sim.cmd_vel(linear, 0.0)
     sim.run(5.0)
@@ -107,8 +107,8 @@ def test_fast_is_as_true_as_slow(sim, linear):
     assert sim.ground_truth.twist.x == pytest.approx(linear, rel=1e-4)
 
 
-def test_speed_follows_the_slope_of_the_acceleration_limit(kbot_robot):
-    """1 m/s^2: after 0.1 s the command is 0.1 m/s; the wheels' setpoint has come 5 mm, as a t^2 / 2."""
+def test_speed_follows_the_acceleration_limit(kbot_robot):
+    """At 1 m/s^2 the command is 0.1 m/s after 0.1 s, and the wheels' setpoint has moved a t^2 / 2 = 5 mm."""
     sim = Simulation(kbot_robot)
     sim.cmd_vel(0.5, 0.0)
     sim.run(0.1)
@@ -118,7 +118,7 @@ def test_speed_follows_the_slope_of_the_acceleration_limit(kbot_robot):
     assert sim.ground_truth.pose.x == pytest.approx(0.5 * 2.1, abs=1e-5)
 
 
-def test_limits_can_be_given(kbot_robot):
+def test_given_limits_apply(kbot_robot):
     limits = DriveLimits(linear_velocity=0.1, angular_velocity=0.5)
     sim = Simulation(kbot_robot, limits=limits)
     sim.cmd_vel(3.0, -3.0)
@@ -126,12 +126,12 @@ def test_limits_can_be_given(kbot_robot):
     assert (sim.robots.first.twist.x, sim.robots.first.twist.yaw) == (0.1, -0.5)
 
 
-def test_a_limit_above_zero_is_wanted():
+def test_limit_of_zero_is_rejected():
     with pytest.raises(KbotError, match="linear_acceleration must be above 0"):
         DriveLimits(linear_acceleration=0.0)
 
 
-def test_a_command_beyond_the_wheels_keeps_its_curve(sim, kbot_robot):
+def test_command_beyond_the_wheel_speed_keeps_its_curve(sim, kbot_robot):
     """KBot's joints allow 1 m/s at the rim."""
     sim.cmd_vel(2.0, 2.0)
     sim.run(3.0)
@@ -141,9 +141,12 @@ def test_a_command_beyond_the_wheels_keeps_its_curve(sim, kbot_robot):
     assert fastest == pytest.approx(1.0 / 0.035)
 
 
-def test_a_wall_stops_the_robot_on_the_ground(kbot_robot):
-    """It neither climbs nor winds up. Told to go back at 0.2 m/s it has turned round after 0.4 s and is
-    2 cm + 8 cm away after a second, less the servo's lag."""
+def test_wall_stops_the_robot_on_the_ground(kbot_robot):
+    """The robot does not climb, and its servos do not wind up.
+
+    Commanded back at 0.2 m/s, it has reversed after 0.4 s. After 1 s it is 2 cm + 8 cm away, minus the
+    servos' lag.
+    """
     sim = Simulation(kbot_robot, world="corridor:length=1.5")
     sim.cmd_vel(0.4, 0.0)
     sim.run(6.0)
@@ -155,8 +158,8 @@ def test_a_wall_stops_the_robot_on_the_ground(kbot_robot):
     assert sim.ground_truth.pose.x == pytest.approx(blocked - 0.1, abs=0.015)
 
 
-def test_a_base_off_its_axle_is_accounted_for(shared):
-    """The chapter's base_footprint is 20 mm behind the axle: a turn on the spot takes it round a circle."""
+def test_base_that_is_not_on_the_axle_moves_on_a_circle(shared):
+    """The chapter's base_footprint is 20 mm behind the axle: a turn on the spot moves it on a circle."""
     from kbot.model.load import load_robot
 
     path = shared / "chapter" / "corrected" / "kbot_description" / "urdf" / "kbot.xacro"
@@ -172,7 +175,7 @@ def test_a_base_off_its_axle_is_accounted_for(shared):
 
 
 @pytest.mark.parametrize("bad", [float("nan"), float("inf"), -float("inf")])
-def test_a_command_that_is_no_number_is_refused_and_changes_nothing(sim, bad):
+def test_invalid_command_is_rejected_without_effect(sim, bad):
     sim.cmd_vel(0.1, 0.0)
     sim.run(0.5)
     before = sim.state_sha256()
@@ -183,22 +186,22 @@ def test_a_command_that_is_no_number_is_refused_and_changes_nothing(sim, bad):
     assert sim.robots.first.twist.x == pytest.approx(0.1)
 
 
-def test_a_huge_command_is_held_to_what_the_wheels_can(sim):
+def test_huge_command_is_limited_to_the_wheel_speed(sim):
     sim.cmd_vel(1e308, -1e308)
     sim.run(2.0)
     assert sim.robots.first.twist.x == pytest.approx(-sim.robots.first.twist.yaw)
     assert sim.robots.first.twist.x + 0.087 * sim.robots.first.twist.x == pytest.approx(1.0)
 
 
-def test_a_robot_without_wheels_says_why_it_cannot_drive(ball):
+def test_robot_without_wheels_reports_why_it_cannot_drive(ball):
     sim = Simulation(ball)
     with pytest.raises(KbotError, match="robot 'ball' cannot drive: the robot has no movable joint"):
         sim.cmd_vel(0.1, 0.0)
     sim.run(0.1)
 
 
-def test_as_written_a_hinged_caster_scrubs(shared):
-    """What the finding warns of: the chapter's caster rolls about one axis and holds back every turn."""
+def test_hinged_caster_scrubs_with_contacts_as_written(shared):
+    """The chapter's caster rolls about one axis and resists every turn, as its finding warns."""
     from kbot.model.load import load_robot
 
     robot = load_robot(shared / "chapter" / "corrected" / "kbot.urdf").require()

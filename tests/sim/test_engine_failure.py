@@ -1,4 +1,4 @@
-"""A step that the engine cannot take ends the run with one error, until a reset."""
+"""A step that the engine cannot take stops the run with one error, until a reset."""
 
 import mujoco
 import pytest
@@ -7,7 +7,7 @@ import kbot
 from kbot.sim.divergence import SimulationDiverged
 
 
-def test_a_step_that_fails_is_one_error(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_failed_step_is_one_error_until_a_reset(monkeypatch: pytest.MonkeyPatch) -> None:
     sim = kbot.Simulation(kbot.load("kbot"))
     sim.run(0.1)
 

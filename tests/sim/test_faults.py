@@ -1,4 +1,4 @@
-"""What goes wrong at its time, for its time, and the same way every time."""
+"""Injected faults act at their time, for their duration, and in the same way in every run."""
 
 import json
 from math import hypot
@@ -21,8 +21,8 @@ from kbot.sim.injected_faults import (
 from kbot.text import KbotError
 
 
-def test_a_blocked_wheel_turns_the_robot_about_it_for_as_long(sim):
-    """With the left wheel held, driving on turns to the left about its contact point; then on as before."""
+def test_blocked_wheel_turns_the_robot_about_it_until_the_fault_ends(sim):
+    """With the left wheel blocked, the robot turns about its contact point. Then it drives on as before."""
     sim.disturbances.schedule(BlockedJoint("left_wheel_joint"), at=1.0, duration=1.0)
     sim.cmd_vel(0.1, 0.0)
     sim.run(1.0)
@@ -42,13 +42,13 @@ def test_a_blocked_wheel_turns_the_robot_about_it_for_as_long(sim):
     [BlockedJoint("left_wheel_joint", "other"), Kick((0.1, 0.0, 0.0), robot="other")],
     ids=["blocked", "kicked"],
 )
-def test_a_fault_goes_with_its_robot(sim, kbot_robot, fault, at):
+def test_fault_is_removed_with_its_robot(sim, kbot_robot, fault, at):
     sim.models.spawn_model(kbot_robot, "other", x=2.0)
     sim.disturbances.schedule(fault, at)
     sim.disturbances.schedule(Slip("left_wheel", 0.1), at=0.0)
     sim.run(0.5)
     sim.models.delete_model("other")
-    assert [one.fault for one in sim.disturbances.faults] == [Slip("left_wheel", 0.1)]
+    assert [entry.fault for entry in sim.disturbances.faults] == [Slip("left_wheel", 0.1)]
     sim.run(1.0)
     sim.reset()
     sim.run(1.0)
@@ -64,26 +64,26 @@ def test_a_fault_goes_with_its_robot(sim, kbot_robot, fault, at):
     ],
     ids=lambda fault: type(fault).__name__,
 )
-def test_a_fault_of_numpys_numbers_is_written_down_and_read_again(fault):
+def test_fault_with_numpy_numbers_survives_the_journal(fault):
     assert from_journal(json.loads(json.dumps(to_journal(fault)))) == fault
 
 
-def test_a_wheel_on_ice_slips_and_odometry_does_not_know(kbot_robot):
-    gone = []
+def test_slipping_wheel_makes_odometry_wrong(kbot_robot):
+    distances = []
     for friction in (1.0, 0.0):
         sim = Simulation(kbot_robot)
         for wheel in ("left_wheel", "right_wheel"):
             sim.disturbances.schedule(Slip(wheel, friction), at=0.0)
         sim.cmd_vel(0.3, 0.0)
         sim.run(2.0)
-        gone.append((sim.ground_truth.pose.x, sim.odometry.pose.x))
-    assert gone[0][0] == pytest.approx(gone[0][1], abs=1e-5)
-    assert gone[1][0] < 0.01
-    assert gone[1][1] > 0.4
+        distances.append((sim.ground_truth.pose.x, sim.odometry.pose.x))
+    assert distances[0][0] == pytest.approx(distances[0][1], abs=1e-5)
+    assert distances[1][0] < 0.01
+    assert distances[1][1] > 0.4
 
 
-def test_a_payload_is_carried_and_put_down(sim):
-    """A kilogram on a wheel-high shelf doubles the weight: what the ground bears shows it."""
+def test_payload_adds_weight_until_the_fault_ends(sim):
+    """A payload of 1 kg doubles the weight, which the contact forces of the ground show."""
     model, _ = sim.engine.current()
     sim.disturbances.schedule(Payload("base_link", 1.0, (0.0, 0.0, 0.02)), at=0.5, duration=0.5)
     weights = []
@@ -96,7 +96,7 @@ def test_a_payload_is_carried_and_put_down(sim):
     assert sim.link_pose("base_link").translation[2] == pytest.approx(0.04, abs=1e-4)
 
 
-def test_commands_from_outside_get_lost_and_those_in_python_do_not(sim):
+def test_only_commands_from_outside_are_lost(sim):
     sim.disturbances.schedule(LostCommands(1.0), at=0.0)
     sim.robots.first.command(0.2, 0.0)
     sim.run(0.4)
@@ -106,29 +106,29 @@ def test_commands_from_outside_get_lost_and_those_in_python_do_not(sim):
     assert sim.robots.first.twist.x == pytest.approx(0.2)
 
 
-def test_half_of_the_commands_get_lost_by_the_seed(kbot_robot):
-    def heard(seed):
-        sim, came = Simulation(kbot_robot, seed=seed), []
+def test_lost_commands_depend_on_the_seed(kbot_robot):
+    def received_commands(seed):
+        sim, received = Simulation(kbot_robot, seed=seed), []
         sim.disturbances.schedule(LostCommands(0.5), at=0.0)
         for index in range(200):
             sim.robots.first.command(0.001 * (index + 1), 0.0)
-            came.append(sim.robots.first.commanded_twist.x == 0.001 * (index + 1))
-        return came
+            received.append(sim.robots.first.commanded_twist.x == 0.001 * (index + 1))
+        return received
 
-    assert sum(heard(1)) == pytest.approx(100, abs=30)
-    assert heard(1) == heard(1) != heard(2)
+    assert sum(received_commands(1)) == pytest.approx(100, abs=30)
+    assert received_commands(1) == received_commands(1) != received_commands(2)
 
 
-def test_a_silent_topic_is_heard_again(sim):
-    heard = []
-    sim.bus.subscribe("/odom", Odometry, lambda m: heard.append(m.header.stamp.seconds))
+def test_silent_topic_publishes_again_after_the_fault(sim):
+    received = []
+    sim.bus.subscribe("/odom", Odometry, lambda m: received.append(m.header.stamp.seconds))
     sim.disturbances.schedule(SilentTopic("/odom"), at=0.1, duration=0.2)
     sim.run(0.5)
-    assert not [t for t in heard if 0.11 < t < 0.29]
-    assert len(heard) == pytest.approx(15, abs=1)
+    assert not [t for t in received if 0.11 < t < 0.29]
+    assert len(received) == pytest.approx(15, abs=1)
 
 
-def test_a_kick_comes_once_at_its_time(sim):
+def test_kick_acts_once_at_its_time(sim):
     sim.disturbances.schedule(Kick((0.0, 0.4, 0.0)), at=0.5)
     sim.run(0.498)
     assert abs(sim.ground_truth.pose.y) < 1e-9
@@ -139,7 +139,7 @@ def test_a_kick_comes_once_at_its_time(sim):
     assert sim.ground_truth.pose.y == pytest.approx(moved, abs=1e-4)
 
 
-def test_faults_come_again_after_a_reset_and_with_a_restored_state(sim):
+def test_faults_start_again_after_a_reset_and_a_restore(sim):
     sim.disturbances.schedule(BlockedJoint("left_wheel_joint"), at=0.5, duration=0.5)
     sim.disturbances.schedule(Kick((0.1, 0.1, 0.0)), at=1.2)
     sim.cmd_vel(0.2, 0.0)
@@ -156,7 +156,7 @@ def test_faults_come_again_after_a_reset_and_with_a_restored_state(sim):
     assert sim.state_sha256() == first
 
 
-def test_a_fault_outlives_a_robot_that_comes(sim, kbot_robot):
+def test_fault_continues_when_a_robot_is_spawned(sim, kbot_robot):
     sim.disturbances.schedule(BlockedJoint("left_wheel_joint"), at=0.0)
     sim.cmd_vel(0.1, 0.0)
     sim.run(0.5)
@@ -182,7 +182,7 @@ def test_a_fault_outlives_a_robot_that_comes(sim, kbot_robot):
         (lambda: LostCommands(), 1.0, 0.0, "above 0"),
     ],
 )
-def test_a_fault_that_cannot_be_is_refused(sim, make, at, duration, message):
+def test_invalid_fault_is_rejected(sim, make, at, duration, message):
     before = sim.state_sha256()
     with pytest.raises(KbotError, match=message):
         sim.disturbances.schedule(make(), at, duration)

@@ -1,4 +1,4 @@
-"""Whatever a program gives: a sentence, and the running world as it was."""
+"""Any invalid argument gives a one-sentence error and leaves the running world unchanged."""
 
 import inspect
 from collections.abc import Callable
@@ -35,7 +35,7 @@ BETWEEN_PARTS = {
     "robots.first.restore", "robots.first.shift_time", "robots.first.stand_at", "robots.first.take_over",
     "robots.first.tick",
 }  # fmt: skip
-"""What other parts call, not a user."""
+"""Methods that other parts of a simulation call, but users do not."""
 METHODS = [
     part + name
     for part, kind in PARTS.items()
@@ -54,15 +54,15 @@ QUIET = settings(max_examples=400, deadline=None, suppress_health_check=[HealthC
 
 
 def everything(sim: Simulation) -> tuple[object, ...]:
-    """All that what follows depends on, the engine's own model too."""
+    """Everything that determines how the run continues, including the engine's model."""
     state = sim.state()
     model, _ = sim.engine.current()
     arrays = [getattr(model, name) for name in ("body_mass", "geom_friction", "actuator_gainprm", "qpos0")]
     parts = (state.vector, state.engine.xfrc_applied, *arrays)
-    told = (state.steps, state.robots, state.pushes, state.welds, state.random, sim.time, sim.paused)
+    values = (state.steps, state.robots, state.pushes, state.welds, state.random, sim.time, sim.paused)
     return (
         *(part.tobytes() for part in parts),
-        told,
+        values,
         list(sim.robots),
         sim.commands.lost_share,
         sim.robots.first.twist,
@@ -70,7 +70,7 @@ def everything(sim: Simulation) -> tuple[object, ...]:
 
 
 def is_refused(call: Callable[[], object]) -> bool:
-    """Whether a sentence says why not; any other error is a failure."""
+    """Whether the call raises a KbotError. Any other error fails the test."""
     try:
         call()
     except KbotError as error:
@@ -88,7 +88,7 @@ def running(kbot_robot) -> Simulation:
 
 @QUIET
 @given(data=st.data())
-def test_a_method_either_does_it_or_says_why_not_and_does_nothing(running, data):
+def test_method_succeeds_or_raises_without_side_effects(running, data):
     name = data.draw(st.sampled_from(METHODS))
     method = attrgetter(name)(running)
     parameters = list(inspect.signature(method).parameters.values())
@@ -117,7 +117,7 @@ FAULTS = list(faults.FAULTS.values())
 
 @QUIET
 @given(data=st.data())
-def test_a_fault_of_anything_is_refused_or_acts(running, data):
+def test_fault_of_any_value_is_rejected_or_acts(running, data):
     kind = data.draw(st.sampled_from(FAULTS))
     values = [data.draw(st.sampled_from(HOSTILE)) for _ in inspect.signature(kind).parameters]
     at = data.draw(st.sampled_from([*HOSTILE, 1e6]))
@@ -128,5 +128,5 @@ def test_a_fault_of_anything_is_refused_or_acts(running, data):
 
 @pytest.mark.parametrize("what", ["robot", "world", "seed", "timestep", "contacts", "limits", "start"])
 @pytest.mark.parametrize("value", HOSTILE, ids="{!r:.12}".format)
-def test_a_simulation_is_made_or_refused(kbot_robot, what, value):
+def test_simulation_of_any_arguments_is_created_or_rejected(kbot_robot, what, value):
     is_refused(lambda: Simulation(**{"robot": kbot_robot, what: value}).step())

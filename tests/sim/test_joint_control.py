@@ -1,4 +1,4 @@
-"""Joints that controllers command: held, followed, turned and pushed as theory and the namesakes have it."""
+"""Joints with controllers move as theory and ROS's controllers predict."""
 
 from math import exp
 
@@ -11,7 +11,7 @@ from kbot.text import KbotError
 
 MASS, LENGTH, MOMENT = 2.0, 0.5, 0.01
 INERTIA = MOMENT + MASS * LENGTH**2
-"""About the joint, kg m^2."""
+"""The moment of inertia about the joint in kg m^2."""
 
 MANAGER = """
 controller_manager:
@@ -27,7 +27,7 @@ controller_manager:
 def arm(
     extensions: str = "", limit: str = 'lower="-3" upper="3" effort="100" velocity="0"', more: str = ""
 ) -> str:
-    """A bar that hangs on the world by a level axis along y, its mass at the end, 0 straight ahead."""
+    """A bar on the world with a horizontal joint along y and its mass at the end. At 0 it points ahead."""
     return (
         '<robot name="arm"><link name="world"/><link name="bar">'
         f'<inertial><origin xyz="{LENGTH} 0 0"/><mass value="{MASS}"/>'
@@ -74,7 +74,7 @@ def to(seconds: float, position: float, *velocity: float) -> JointTrajectoryPoin
     return JointTrajectoryPoint((position,), velocity, time_from_start=Duration.from_seconds(seconds))
 
 
-def test_a_joint_of_ros2_control_is_held_against_its_weight(urdf):
+def test_joint_of_ros2_control_is_held_against_its_weight(urdf):
     """A plain spring would sag by m g l / k."""
     held, free = Simulation(urdf(arm(hardware()))), Simulation(urdf(arm()))
     held.run(3.0)
@@ -95,12 +95,15 @@ POST = (
     '</joint><joint name="lift" type="revolute"><parent link="turret"/><child link="bar"/>'
     '<axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="0" velocity="0"/></joint></robot>'
 )
-"""A bar on a turret: upright it turns with a hundredth of the inertia that it has lying."""
+"""A bar on a turret. Upright, the inertia about the turret is a hundredth of that of the horizontal bar."""
 
 
-def test_a_joint_is_as_stiff_where_the_arm_is_stretched_as_where_it_is_folded(urdf):
-    """Critically damped at 50 rad/s from rest to a step: 1 - (1 + 50 t) exp(-50 t) of the way. The bar on its
-    post turns 0.5 kg m^2 when it lies, a hundredth of that when it stands."""
+def test_servo_is_as_stiff_with_a_stretched_as_with_a_folded_arm(urdf):
+    """The step response is critically damped at 50 rad/s: 1 - (1 + 50 t) exp(-50 t).
+
+    The inertia about the post is 0.5 kg m^2 with a horizontal bar, and a hundredth of that with an upright
+    one.
+    """
     sim = Simulation(urdf(POST))
     for lift in (0.0, 1.5708):
         sim.robots.first.command_joints({"pan": 0.0, "lift": lift})
@@ -111,8 +114,8 @@ def test_a_joint_is_as_stiff_where_the_arm_is_stretched_as_where_it_is_folded(ur
             assert sim.joint_positions["pan"] == pytest.approx(0.1 * (1.0 - (1.0 + t) * exp(-t)), abs=3e-3)
 
 
-def test_a_run_of_an_arm_is_the_same_after_a_reset_and_from_a_state(urdf):
-    """Its servos go by the inertia of its pose, which a run that begins anew knows nothing of."""
+def test_run_of_an_arm_repeats_after_a_reset_and_a_restore(urdf):
+    """The servos depend on the inertia in the current pose, which a reset or restore must reproduce."""
     sim = Simulation(urdf(POST))
     digests = []
     for _ in range(2):
@@ -129,7 +132,7 @@ def test_a_run_of_an_arm_is_the_same_after_a_reset_and_from_a_state(urdf):
     assert len(set(digests)) == 1
 
 
-def test_a_joint_starts_where_its_hardware_says(urdf):
+def test_joint_starts_at_the_initial_value_of_its_hardware(urdf):
     sim = Simulation(urdf(arm(hardware(initial="-0.7"))))
     assert sim.joint_positions["shoulder"] == -0.7
     sim.run(2.0)
@@ -138,8 +141,8 @@ def test_a_joint_starts_where_its_hardware_says(urdf):
     assert sim.joint_positions["shoulder"] == -0.7
 
 
-def test_a_trajectory_goes_along_cubics_through_its_points(controlled):
-    """From rest to rest in T: a quarter of the way in time is 3/16 - 2/64 = 5/32 of it, half is a half."""
+def test_trajectory_with_velocities_follows_cubics(controlled):
+    """From rest to rest in T: after T/4, 3/16 - 2/64 = 5/32 of the distance are done, after T/2 a half."""
     sim = controlled(TRAJECTORY)
     sim.run(0.5)
     sim.bus.publish(
@@ -151,20 +154,20 @@ def test_a_trajectory_goes_along_cubics_through_its_points(controlled):
     assert sim.joint_positions["shoulder"] == pytest.approx(-1.0, abs=2e-4)
 
 
-def test_a_joint_that_is_told_beyond_its_limit_says_so_once_and_stops_there(controlled):
+def test_command_beyond_a_limit_stops_at_the_limit_and_is_reported_once(controlled):
     sim = controlled(TRAJECTORY)
-    told: list[str] = []
-    sim.journal.listeners.append(told.append)
+    reports: list[str] = []
+    sim.journal.listeners.append(reports.append)
     for position in (3.0005, 9.0, 8.0):
         sim.bus.publish(
             "arm/joint_trajectory", JointTrajectory(joint_names=("shoulder",), points=(to(1.0, position),))
         )
     sim.run(2.0)
-    assert told == ["joint 'shoulder': 9 is beyond its limit, it moves to 3"]
+    assert reports == ["joint 'shoulder': 9 is beyond its limit, it moves to 3"]
     assert sim.joint_positions["shoulder"] == pytest.approx(3.0, abs=1e-3)
 
 
-def test_without_speeds_a_trajectory_goes_straight(controlled):
+def test_trajectory_without_velocities_is_linear(controlled):
     sim = controlled(TRAJECTORY)
     sim.robots.first.follow_trajectory(["shoulder"], [(1.0, [-0.5]), (3.0, [0.5])])
     sim.run(2.0)
@@ -173,7 +176,7 @@ def test_without_speeds_a_trajectory_goes_straight(controlled):
     assert sim.joint_positions["shoulder"] == pytest.approx(0.25, abs=2e-3)
 
 
-def test_a_new_trajectory_takes_the_place_of_the_old(controlled):
+def test_new_trajectory_replaces_the_old_one(controlled):
     sim = controlled(TRAJECTORY)
     sim.robots.first.follow_trajectory(["shoulder"], [(2.0, [1.0])])
     sim.run(1.0)
@@ -182,7 +185,7 @@ def test_a_new_trajectory_takes_the_place_of_the_old(controlled):
     assert sim.joint_positions["shoulder"] == pytest.approx(0.5, abs=1e-3)
 
 
-def test_a_group_turns_its_joints_at_the_speed_it_is_told(controlled):
+def test_velocity_group_turns_its_joints_at_the_commanded_speeds(controlled):
     sim = controlled("group: {ros__parameters: {joints: [shoulder]}}", "velocity")
     sim.run(0.5)
     sim.bus.publish("group/commands", Float64MultiArray(data=(-0.4,)))
@@ -192,15 +195,15 @@ def test_a_group_turns_its_joints_at_the_speed_it_is_told(controlled):
         sim.bus.publish("group/commands", Float64MultiArray(data=(1.0, 2.0)))
 
 
-def test_an_effort_is_what_is_exerted(controlled):
-    """What just bears the weight holds it; a newton metre more turns it by M / I."""
+def test_effort_command_is_exerted(controlled):
+    """The effort that balances the weight holds the joint. 1 N m more accelerates it by M / I."""
     sim = controlled("push: {ros__parameters: {joints: [shoulder], interface_name: effort}}", "effort")
     sim.bus.publish("push/commands", Float64MultiArray(data=(-MASS * 9.81 * LENGTH - 1.0,)))
     sim.run(0.2)
     assert sim.robots.first.body.joint_velocities["shoulder"] == pytest.approx(-0.2 / INERTIA, rel=0.02)
 
 
-def test_effort_and_speed_limits_of_a_joint_hold(urdf):
+def test_effort_and_speed_limits_apply(urdf):
     weak = Simulation(urdf(arm(hardware(), 'lower="-3" upper="3" effort="5" velocity="0"')))
     weak.run(1.0)
     assert weak.joint_positions["shoulder"] > 0.5, "5 N m do not bear 9.81 N m"
@@ -212,9 +215,11 @@ def test_effort_and_speed_limits_of_a_joint_hold(urdf):
     assert slow.joint_positions["shoulder"] == pytest.approx(-1.0, abs=1e-3)
 
 
-def test_a_safety_controller_keeps_from_the_end(urdf):
-    """A position is held to the soft limit; a speed towards it is k_position times what is left, so that
-    what is left shrinks as exp(-k_position t)."""
+def test_safety_controller_keeps_a_joint_from_its_limit(urdf):
+    """A position command stops at the soft limit.
+
+    The velocity towards it is k_position times the remaining distance, which shrinks as exp(-k_position t).
+    """
     safety = '<safety_controller soft_lower_limit="-1" soft_upper_limit="1" k_position="2" k_velocity="20"/>'
     sim = Simulation(urdf(arm(hardware(), more=safety)))
     sim.robots.first.set_joint("shoulder", -2.5)
@@ -227,8 +232,8 @@ def test_a_safety_controller_keeps_from_the_end(urdf):
         assert sim.joint_positions["shoulder"] == pytest.approx(-1.0 + exp(-2.0 * sim.time), abs=0.03)
 
 
-def test_a_safety_controller_bounds_efforts_by_speed(urdf):
-    """Beyond the soft limit the greatest effort outwards falls to nothing: -50 N m does not drive it on."""
+def test_safety_controller_limits_efforts_by_speed(urdf):
+    """Beyond the soft limit the allowed outward effort falls to 0, so that -50 N m does not move it on."""
     safety = '<safety_controller soft_lower_limit="-1" soft_upper_limit="1" k_position="5" k_velocity="20"/>'
     sim = Simulation(urdf(arm(hardware("effort"), more=safety)))
     sim.robots.first.command_joints({"shoulder": -50.0}, "effort")
@@ -236,7 +241,7 @@ def test_a_safety_controller_bounds_efforts_by_speed(urdf):
     assert -1.1 < sim.joint_positions["shoulder"] < -0.8
 
 
-def test_the_plugins_of_gz_command_their_joints(urdf):
+def test_plugins_of_gz_command_their_joints(urdf):
     position = gz("joint-position-controller", "<joint_name>shoulder</joint_name><topic>lift</topic>")
     sim = Simulation(urdf(arm(position)))
     sim.bus.publish("lift", Float64(-0.3))
@@ -252,7 +257,7 @@ def test_the_plugins_of_gz_command_their_joints(urdf):
     assert way.joint_positions["shoulder"] == pytest.approx(-0.3, abs=1e-3)
 
 
-def test_the_plugin_of_classic_follows_trajectories(urdf):
+def test_plugin_of_classic_follows_trajectories(urdf):
     plugin = '<gazebo><plugin name="p" filename="libgazebo_ros_joint_pose_trajectory.so"/></gazebo>'
     sim = Simulation(urdf(arm(plugin)))
     sim.bus.publish(
@@ -262,8 +267,8 @@ def test_the_plugin_of_classic_follows_trajectories(urdf):
     assert sim.joint_positions["shoulder"] == pytest.approx(0.4, abs=1e-3)
 
 
-def test_plugins_of_gazebo_ros_speak_in_their_namespace(urdf):
-    """Also beside a robot of the namespace `fleet`, which only what has no namespace of its own is in."""
+def test_plugins_of_gazebo_ros_use_their_namespace(urdf):
+    """The robot's namespace `fleet` applies only to plugins without a namespace of their own."""
     plugins = """<gazebo>
       <plugin name="p" filename="libgazebo_ros_joint_pose_trajectory.so">
         <robotNamespace>/bot</robotNamespace><topicName>move</topicName></plugin>
@@ -274,7 +279,7 @@ def test_plugins_of_gazebo_ros_speak_in_their_namespace(urdf):
     assert sim.bus.topics["/fleet/states"] is sim.bus.topics["/fleet/joint_states"]
 
 
-def test_joints_that_are_not_there_and_controllers_that_are_not_run_are_said(controlled, urdf):
+def test_unknown_joints_and_unsupported_controllers_are_reported(controlled, urdf):
     sim = controlled("arm: {ros__parameters: {joints: [shoulder, sholder]}}")
     found = {d.code: d for d in sim.diagnostics}
     assert "'sholder' is not a joint of this robot" in found["D101"].message
@@ -284,8 +289,8 @@ def test_joints_that_are_not_there_and_controllers_that_are_not_run_are_said(con
     assert "'shoulder'" in found["D101"].hint
     assert "KBot does not run the controller" in found["W135"].message
     plugin = gz("joint-position-controller", "\n<joint_name>elbow</joint_name>")
-    (said,) = Simulation(urdf(arm(plugin))).diagnostics
-    assert (said.code, said.origin.span.line) == ("D101", 2)
+    (reported,) = Simulation(urdf(arm(plugin))).diagnostics
+    assert (reported.code, reported.origin.span.line) == ("D101", 2)
 
 
 @pytest.mark.parametrize(
@@ -305,7 +310,7 @@ def test_joints_that_are_not_there_and_controllers_that_are_not_run_are_said(con
         ),
     ],
 )
-def test_a_trajectory_that_is_none_is_refused_and_changes_nothing(controlled, points, message):
+def test_invalid_trajectory_is_rejected_without_effect(controlled, points, message):
     sim = controlled(TRAJECTORY)
     before = sim.state_sha256()
     with pytest.raises(KbotError, match=message):
@@ -313,7 +318,7 @@ def test_a_trajectory_that_is_none_is_refused_and_changes_nothing(controlled, po
     assert sim.state_sha256() == before
 
 
-def test_a_run_with_a_trajectory_is_the_same_however_it_is_cut_and_restored(controlled):
+def test_run_with_a_trajectory_does_not_depend_on_chunks_and_restores(controlled):
     runs = []
     for cuts in ((1.5,), (0.3, 0.004, 0.196, 1.0)):
         sim = controlled(TRAJECTORY)
@@ -332,7 +337,7 @@ def test_a_run_with_a_trajectory_is_the_same_however_it_is_cut_and_restored(cont
 
 
 @pytest.mark.parametrize("value", [True, False])
-def test_truth_is_no_command_of_a_joint(urdf, value):
+def test_boolean_joint_command_is_rejected(urdf, value):
     sim = Simulation(urdf(arm(hardware())))
     with pytest.raises(KbotError, match=f"the command of joint 'shoulder' must be a number, not {value}"):
         sim.robots.first.command_joints({"shoulder": value})

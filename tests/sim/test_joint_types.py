@@ -1,4 +1,4 @@
-"""Planar, floating and mimic joints move as theory has it."""
+"""Planar, floating and mimic joints move as theory predicts."""
 
 import pytest
 
@@ -23,15 +23,15 @@ def robot(*inner: str) -> str:
     return '<robot name="r"><link name="world"/>' + "".join(inner) + "</robot>"
 
 
-def test_a_planar_joint_slides_in_its_plane_and_turns_about_its_axis(urdf):
-    """Its axis tilted by 30 degrees about y, the plane falls along its slope: a = g sin 30, no more."""
+def test_planar_joint_slides_in_its_plane_and_turns_about_its_axis(urdf):
+    """With the axis tilted by 30 degrees about y, the link slides down the plane with a = g sin 30."""
     sim = Simulation(
         urdf(robot(link("puck"), joint("plane", "planar", "puck", '<axis xyz="0.5 0 0.8660254"/>')))
     )
     sim.run(0.5)
     place, (spin, _) = sim.link_pose("puck").translation, sim.robots.first.body.link_velocity("puck")
-    gone = 9.81 * 0.5 * 0.5**2 / 2
-    assert place.tolist() == pytest.approx([gone * 0.8660254, 0.0, 2.0 - gone * 0.5], abs=0.01)
+    distance = 9.81 * 0.5 * 0.5**2 / 2
+    assert place.tolist() == pytest.approx([distance * 0.8660254, 0.0, 2.0 - distance * 0.5], abs=0.01)
     sim.disturbances.apply_body_wrench("puck", (0.0, 0.0, 0.0), 0.1, torque=(0.0, 0.1, 0.0))
     sim.run(0.1)
     assert sim.robots.first.body.link_velocity("puck")[0] == pytest.approx(spin, abs=1e-6), (
@@ -39,7 +39,7 @@ def test_a_planar_joint_slides_in_its_plane_and_turns_about_its_axis(urdf):
     )
 
 
-def test_a_floating_joint_falls_freely_and_keeps_turning(urdf):
+def test_floating_joint_falls_freely_and_keeps_turning(urdf):
     sim = Simulation(urdf(robot(link("stone"), joint("free", "floating", "stone"))))
     sim.disturbances.apply_body_wrench("stone", (2.0, 0.0, 0.0), 0.1, torque=(0.0, 0.0, 0.01))
     sim.run(0.5)
@@ -50,8 +50,8 @@ def test_a_floating_joint_falls_freely_and_keeps_turning(urdf):
     assert spin == pytest.approx((0.0, 0.0, 0.01 * 0.1 / MOMENT), abs=1e-4)
 
 
-def test_a_mimic_joint_is_geared_to_what_it_follows(urdf):
-    """A torque M on the leader of a pair with a ratio n turns it by M / (I + n^2 I)."""
+def test_mimic_joint_is_geared_to_its_leader(urdf):
+    """A torque M on the leader of a pair with the ratio n accelerates it by M / (I + n^2 I)."""
     axis = '<axis xyz="0 0 1"/>'
     geared = '<mimic joint="leader" multiplier="-3" offset="0"/>'
     text = robot(

@@ -1,4 +1,4 @@
-"""Robots that come, go, meet and are pushed, while what runs goes on as it was."""
+"""Robots that are spawned, deleted and pushed and that collide, without disturbing the rest of the world."""
 
 from math import hypot
 
@@ -10,7 +10,7 @@ from kbot.sim import Simulation
 from kbot.text import KbotError
 
 
-def test_two_robots_drive_on_their_own(sim, kbot_robot):
+def test_two_robots_drive_independently(sim, kbot_robot):
     other = sim.models.spawn_model(kbot_robot, "b", x=1.0, y=0.5, yaw=1.0)
     assert list(sim.robots) == ["kbot", "b"]
     start = other.ground_truth.pose
@@ -24,8 +24,8 @@ def test_two_robots_drive_on_their_own(sim, kbot_robot):
     assert other.odometry.pose.yaw == pytest.approx(other.ground_truth.pose.yaw - 1.0, abs=1e-4)
 
 
-def test_one_that_comes_does_not_disturb_one_that_drives(kbot_robot):
-    """It goes on where it is, at its speed; its wheels, command and odometry stay."""
+def test_spawning_a_robot_does_not_disturb_a_driving_one(kbot_robot):
+    """The driving robot keeps its pose, velocity, wheel angles, command and odometry."""
     alone, joined = Simulation(kbot_robot), Simulation(kbot_robot)
     for sim in (alone, joined):
         sim.cmd_vel(0.2, 0.3)
@@ -44,7 +44,7 @@ def test_one_that_comes_does_not_disturb_one_that_drives(kbot_robot):
     assert list(joined.robots) == ["kbot", "c"]
 
 
-def test_robots_run_into_each_other(sim, kbot_robot):
+def test_robots_collide_with_each_other(sim, kbot_robot):
     other = sim.models.spawn_model(kbot_robot, "b", x=0.5)
     sim.cmd_vel(0.3, 0.0)
     sim.run(3.0)
@@ -68,11 +68,11 @@ def test_topics_and_frames_are_in_the_namespace(sim, kbot_robot):
     count = len(odometry)
     sim.run(0.1)
     assert len(odometry) == count
-    # /b/odom is there yet for who is subscribed to it
+    # the topic /b/odom still exists for its subscriber
     assert [topic for topic in sim.bus.topics if topic.startswith("/b/")] == ["/b/odom"]
 
 
-def test_many_runs_are_equal(kbot_robot):
+def test_runs_with_several_robots_are_equal(kbot_robot):
     digests = []
     for _ in range(2):
         sim = Simulation(kbot_robot)
@@ -89,7 +89,7 @@ def test_many_runs_are_equal(kbot_robot):
     assert len(set(digests)) == 1
 
 
-def test_a_reset_puts_every_robot_back(sim, kbot_robot):
+def test_reset_returns_every_robot_to_its_start(sim, kbot_robot):
     other = sim.models.spawn_model(kbot_robot, "b", x=1.0)
     other.cmd_vel(0.2, 0.0)
     sim.run(1.0)
@@ -100,7 +100,7 @@ def test_a_reset_puts_every_robot_back(sim, kbot_robot):
     assert other.ground_truth.pose.x == pytest.approx(1.0, abs=1e-6)
 
 
-def test_a_changed_robot_keeps_its_company(sim, kbot_robot):
+def test_other_robots_survive_a_changed_robot(sim, kbot_robot):
     sim.models.spawn_model(kbot_robot, "b", x=1.0).cmd_vel(0.1, 0.0)
     sim.run(1.0)
     other = sim.with_robot(load_robot("kbot", {"wheel_radius": "0.04"}).require())
@@ -121,7 +121,7 @@ def test_a_changed_robot_keeps_its_company(sim, kbot_robot):
         ("b", 0.0, "it would overlap 'kbot/"),
     ],
 )
-def test_a_robot_that_cannot_come_leaves_the_world_untouched(sim, kbot_robot, name, x, message):
+def test_rejected_robot_leaves_the_world_unchanged(sim, kbot_robot, name, x, message):
     sim.cmd_vel(0.2, 0.0)
     sim.run(0.1)
     before = sim.state_sha256()
@@ -132,21 +132,21 @@ def test_a_robot_that_cannot_come_leaves_the_world_untouched(sim, kbot_robot, na
     assert list(sim.robots) == ["kbot"]
 
 
-def test_a_robot_is_not_put_into_a_wall(kbot_robot):
+def test_robot_is_not_spawned_inside_a_wall(kbot_robot):
     sim = Simulation(kbot_robot, world="corridor:width=0.8")
     with pytest.raises(KbotError, match="overlap 'left_wall'"):
         sim.models.spawn_model(kbot_robot, "b", x=1.0, y=0.4)
 
 
-def test_the_first_robot_stays_and_unknown_ones_are_named(sim):
+def test_first_robot_and_unknown_robots_cannot_be_deleted(sim):
     with pytest.raises(KbotError, match="cannot be deleted"):
         sim.models.delete_model("kbot")
     with pytest.raises(KbotError, match="did you mean 'kbot'"):
         sim.models.delete_model("kbt")
 
 
-def test_a_push_gives_its_impulse(urdf):
-    """Without ground or friction 1 kg pushed by 2 N for 0.5 s goes at 1 m/s."""
+def test_push_gives_its_impulse(urdf):
+    """Without ground and friction, 2 N for 0.5 s accelerate 1 kg to 1 m/s."""
     inertia = '<inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/>'
     link = f'<link name="base"><inertial><mass value="1"/>{inertia}</inertial></link>'
     sim = Simulation(urdf(f'<robot name="r">{link}</robot>'))
@@ -157,7 +157,7 @@ def test_a_push_gives_its_impulse(urdf):
     assert hypot(twist[1][0], twist[1][1]) == pytest.approx(1.0, rel=1e-6)
 
 
-def test_a_push_is_part_of_the_state(sim):
+def test_push_is_part_of_the_state(sim):
     sim.disturbances.apply_body_wrench("base_link", (1.0, 0.5, 0.0), 0.3)
     sim.run(0.1)
     saved = sim.state()
@@ -168,7 +168,7 @@ def test_a_push_is_part_of_the_state(sim):
     assert sim.state_sha256() == after
 
 
-def test_a_kick_tips_nothing_but_moves_it(sim):
+def test_kick_moves_the_robot_without_tipping_it(sim):
     sim.run(0.1)
     sim.models.set_twist((0.0, 0.5, 0.0))
     assert sim.ground_truth.twist.y == pytest.approx(0.5)
@@ -186,15 +186,15 @@ def test_a_kick_tips_nothing_but_moves_it(sim):
         (("base_link", (1.0, 0.0, 0.0), float("inf")), "finite"),
     ],
 )
-def test_a_push_that_is_none_is_refused(sim, arguments, message):
+def test_invalid_push_is_rejected(sim, arguments, message):
     before = sim.state_sha256()
     with pytest.raises(KbotError, match=message):
         sim.disturbances.apply_body_wrench(*arguments)
     assert sim.state_sha256() == before
 
 
-def test_what_sleeps_is_restored_too(kbot_robot):
-    """Crates at rest are put to sleep by the engine; a restored run goes on bit for bit all the same."""
+def test_sleeping_bodies_are_restored(kbot_robot):
+    """The engine puts resting crates to sleep. A restored run still continues bit for bit."""
     from kbot.world import Body, Box, Part, World
     from kbot.world.builders import at, floor
 
@@ -214,8 +214,8 @@ def test_what_sleeps_is_restored_too(kbot_robot):
     assert sim.models.body_poses()["c0"].translation[0] > 0.6
 
 
-def test_a_start_elsewhere(kbot_robot):
-    """Ground truth is in the world, odometry from the start; a reset goes back there."""
+def test_robot_starts_at_a_given_pose(kbot_robot):
+    """Ground truth is in the world, odometry is relative to the start. A reset returns to the start."""
     from kbot.kinematics.planar_pose import PlanarPose
 
     sim = Simulation(kbot_robot, start=PlanarPose(2.0, -1.0, 1.5))

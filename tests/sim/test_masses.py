@@ -1,4 +1,4 @@
-"""Bodies and links without mass: a robot stands fixed to the world, a joint is held still, and it is said."""
+"""Bodies and links without mass: the robot is fixed to the world, or a joint is held, with a warning."""
 
 import pytest
 
@@ -14,7 +14,7 @@ LIMIT = '<limit lower="{0}" upper="3" effort="50" velocity="10"/>'
 
 
 def arm(base: str = "", bob: str = BOB, lower: float = -3.0, more: str = "") -> str:
-    """A bob beneath a hinge about y, one metre above the root link `base`."""
+    """A bob below a hinge about y, 1 m above the root link `base`."""
     return (
         f'<robot name="arm"><link name="base">{base}</link>\n<link name="bob">{bob}</link>'
         '<joint name="hinge" type="revolute"><parent link="base"/><child link="bob"/>'
@@ -22,12 +22,12 @@ def arm(base: str = "", bob: str = BOB, lower: float = -3.0, more: str = "") -> 
     )
 
 
-def test_a_body_that_weighs_nothing_stands_fixed_to_the_world_and_that_is_said(urdf):
+def test_robot_whose_body_has_no_mass_is_fixed_to_the_world_with_a_warning(urdf):
     sim = Simulation(urdf(arm()))
-    (said,) = sim.diagnostics
-    assert (said.code, said.is_error, said.origin.span.line) == ("W101", False, 1)
-    assert "'base'" in said.message
-    assert "fixed to the world" in said.message
+    (reported,) = sim.diagnostics
+    assert (reported.code, reported.is_error, reported.origin.span.line) == ("W101", False, 1)
+    assert "'base'" in reported.message
+    assert "fixed to the world" in reported.message
     sim.robots.first.set_joint("hinge", -0.5)
     sim.run(2.0)
     assert sim.link_pose("base").translation == pytest.approx((0.0, 0.0, 0.0), abs=0.0)
@@ -36,15 +36,15 @@ def test_a_body_that_weighs_nothing_stands_fixed_to_the_world_and_that_is_said(u
         sim.cmd_vel(0.1, 0.0)
 
 
-def test_a_root_called_world_is_fixed_without_a_word(urdf):
+def test_root_called_world_is_fixed_without_a_finding(urdf):
     sim = Simulation(urdf(arm().replace("base", "world")))
     assert sim.diagnostics == ()
     sim.run(1.0)
     assert sim.link_pose("world").translation == pytest.approx((0.0, 0.0, 0.0), abs=0.0)
 
 
-def test_a_link_that_weighs_nothing_is_held_at_its_joint_and_that_is_said(urdf):
-    """Held where it starts: at 0.3 rad, the end of a range that leaves out 0."""
+def test_joint_of_a_link_without_mass_is_held_with_a_warning(urdf):
+    """The joint is held at its start of 0.3 rad, the limit nearest to 0."""
     sim = Simulation(urdf(arm(bob="", lower=0.3)))
     assert [(d.code, d.origin.span.line) for d in sim.diagnostics] == [("W101", 1), ("W114", 2)]
     assert "joint 'hinge' cannot move" in sim.diagnostics[1].message
@@ -56,7 +56,7 @@ def test_a_link_that_weighs_nothing_is_held_at_its_joint_and_that_is_said(urdf):
         sim.robots.first.set_joint("hinge", 0.5)
 
 
-def test_what_hangs_on_a_held_link_moves(urdf):
+def test_child_of_a_held_link_moves(urdf):
     more = (
         f'<link name="tip">{SOLID.format(0.01)}</link><joint name="wrist" type="continuous">'
         '<parent link="bob"/><child link="tip"/><axis xyz="0 0 1"/></joint>'
@@ -67,8 +67,8 @@ def test_what_hangs_on_a_held_link_moves(urdf):
     assert sim.joint_positions == pytest.approx({"wrist": 0.7, "hinge": 0.0}, abs=1e-3)
 
 
-def test_a_mimic_of_a_held_joint_stays_where_that_puts_it(urdf):
-    """2 * 0.3 + 0.1 rad."""
+def test_mimic_of_a_held_joint_stays_at_its_position(urdf):
+    """Its position is 2 * 0.3 + 0.1 rad."""
     more = (
         f'<link name="tip">{SOLID.format(0.01)}</link><joint name="wrist" type="revolute">'
         '<parent link="base"/><child link="tip"/><axis xyz="0 0 1"/><limit lower="-3" upper="3"/>'
@@ -100,9 +100,7 @@ CART = (
         (SOLID.format(0.001), "", "'left_wheel' has no mass"),
     ],
 )
-def test_without_a_mass_of_body_or_wheel_a_cart_is_simulated_and_says_why_it_cannot_drive(
-    urdf, body, wheel, why
-):
+def test_cart_with_a_massless_body_or_wheel_reports_why_it_cannot_drive(urdf, body, wheel, why):
     sim = Simulation(urdf(CART.format(body=body, wheel=wheel)))
     assert isinstance(sim.robots.first.drive, NoDrive)
     sim.run(0.5)

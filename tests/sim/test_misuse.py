@@ -1,4 +1,4 @@
-"""What a program can get wrong with a simulation: one clear sentence."""
+"""Invalid calls of a simulation raise one clear sentence."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from kbot.text import DescriptionError, KbotError
 
 
 @pytest.mark.parametrize("steps", [-1, 1.5, "a", None])
-def test_steps_are_counted(sim, steps):
+def test_steps_must_be_whole_numbers(sim, steps):
     with pytest.raises(KbotError, match="number of steps must be a whole number"):
         sim.step(steps)
     sim.step(np.int64(3))
@@ -16,12 +16,12 @@ def test_steps_are_counted(sim, steps):
 
 
 @pytest.mark.parametrize("command", [("a", 0.0), (0.0, None), (float("nan"), 0.0)])
-def test_commands_are_finite_numbers(sim, command):
+def test_commands_must_be_finite_numbers(sim, command):
     with pytest.raises(KbotError, match="two finite numbers"):
         sim.cmd_vel(*command)
 
 
-def test_times_poses_and_positions_are_numbers(sim):
+def test_times_poses_and_positions_must_be_numbers(sim):
     with pytest.raises(KbotError, match="time to run must be from 0"):
         sim.run("soon")
     with pytest.raises(KbotError, match="a pose must be three finite numbers"):
@@ -29,17 +29,17 @@ def test_times_poses_and_positions_are_numbers(sim):
 
 
 @pytest.mark.parametrize("seed", ["a", 1.5, -1, None, True])
-def test_a_seed_is_a_whole_number(kbot_robot, seed):
+def test_seed_must_be_a_whole_number(kbot_robot, seed):
     with pytest.raises(KbotError, match="seed must be a whole number"):
         Simulation(kbot_robot, seed=seed)
 
 
-def test_a_step_has_a_length(kbot_robot):
+def test_timestep_must_be_in_range(kbot_robot):
     with pytest.raises(KbotError, match=r"timestep must be from 0\.00001 to 0\.02 seconds"):
         Simulation(kbot_robot, timestep="short")
 
 
-def test_a_file_is_loaded(kbot_robot):
+def test_robot_can_be_a_file_name(kbot_robot):
     assert Simulation("kbot").state_sha256() == Simulation(kbot_robot).state_sha256()
     with pytest.raises(DescriptionError, match=r"gone\.xacro does not exist"):
         Simulation("gone.xacro")

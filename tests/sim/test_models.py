@@ -1,4 +1,4 @@
-"""A running world handled from outside: moved, attached, paused, set back."""
+"""Models of a running world are moved, attached, paused and reset."""
 
 from math import hypot
 
@@ -16,7 +16,7 @@ from kbot.world.builders import at, floor
 
 @pytest.fixture
 def yard(kbot_robot) -> Simulation:
-    """A crate of 0.2 kg behind the robot, which touches it, a post that stands still, and a far crate."""
+    """A crate of 0.2 kg that touches the robot from behind, a static post, and a crate far away."""
     part = (Part(Box((0.1, 0.1, 0.1))),)
     crate = Body("crate", part, at(-0.3, 0.0, 0.05), mass=0.2)
     far = Body("far", part, at(3.0, 3.0, 0.05), mass=0.2)
@@ -25,7 +25,7 @@ def yard(kbot_robot) -> Simulation:
     )
 
 
-def test_what_is_attached_is_drawn_along_and_let_go(yard):
+def test_attached_object_is_pulled_along_until_it_is_detached(yard):
     yard.models.attach("base_link", "crate")
     apart = yard.link_pose("base_link").inverse() @ yard.models.body_poses()["crate"]
     yard.cmd_vel(0.2, 0.3)
@@ -39,7 +39,7 @@ def test_what_is_attached_is_drawn_along_and_let_go(yard):
     assert yard.ground_truth.pose.x > left[0] + 0.2
 
 
-def test_a_robot_is_held_by_what_stands_still(yard):
+def test_robot_attached_to_a_static_body_is_held(yard):
     yard.models.attach("base_link", "post")
     yard.cmd_vel(0.3, 0.0)
     yard.run(2.0)
@@ -67,7 +67,7 @@ def test_one_robot_tows_another(yard, kbot_robot):
         yard.models.detach("base_link")
 
 
-def test_attachments_outlive_one_that_comes_and_end_with_a_reset(yard, kbot_robot):
+def test_attachments_survive_a_spawn_and_end_with_a_reset(yard, kbot_robot):
     yard.models.attach("base_link", "crate")
     yard.models.spawn_model(kbot_robot, "b", x=1.0, y=1.0)
     yard.cmd_vel(0.2, 0.0)
@@ -79,7 +79,7 @@ def test_attachments_outlive_one_that_comes_and_end_with_a_reset(yard, kbot_robo
     assert yard.models.body_poses()["crate"].translation[0] == pytest.approx(-0.3)
 
 
-def test_a_state_remembers_what_was_attached(yard):
+def test_saved_state_keeps_attachments(yard):
     yard.models.attach("base_link", "crate")
     yard.cmd_vel(0.2, 0.1)
     yard.run(0.5)
@@ -104,15 +104,15 @@ def test_a_state_remembers_what_was_attached(yard):
         (("post", "ground_plane"), "both static"),
     ],
 )
-def test_what_cannot_be_attached(yard, arguments, message):
+def test_invalid_attachments_are_rejected(yard, arguments, message):
     before = yard.state_sha256()
     with pytest.raises(KbotError, match=message):
         yard.models.attach(*arguments)
     assert yard.state_sha256() == before
 
 
-def test_a_thing_is_thrown_as_theory_has_it(yard):
-    """Upwards at 2 m/s from a height of 1 m: after 0.3 s it is at 1 + 0.6 - 9.81 * 0.09 / 2."""
+def test_thrown_object_follows_a_parabola(yard):
+    """Thrown upwards at 2 m/s from 1 m, it is at 1 + 0.6 - 9.81 * 0.09 / 2 m after 0.3 s."""
     yard.run(5.0)  # the crates are asleep
     attitude = Transform.from_xyz_rpy((3.0, 3.0, 1.0), (0.1, 0.2, 0.3))
     yard.models.set_model_state("far", attitude, (0.5, 0.0, 2.0), (0.0, 0.0, 1.0))
@@ -127,7 +127,7 @@ def test_a_thing_is_thrown_as_theory_has_it(yard):
     assert yard.models.get_model_state("far").pose.translation[2] < 0.2
 
 
-def test_a_robot_is_put_in_the_air_turned_about(yard):
+def test_robot_is_placed_in_the_air_in_any_attitude(yard):
     pose = Transform.from_xyz_rpy((1.0, -1.0, 0.5), (0.0, 0.3, 2.0))
     yard.models.set_model_state("kbot", pose)
     assert yard.link_pose("base_footprint").is_close(pose)
@@ -139,12 +139,12 @@ def test_a_robot_is_put_in_the_air_turned_about(yard):
     ("model", "message"),
     [("post", "static and cannot be moved"), ("crat", "did you mean 'crate'"), (3, "name")],
 )
-def test_models_that_cannot_be_moved(yard, model, message):
+def test_unmovable_and_unknown_models_are_rejected(yard, model, message):
     with pytest.raises(KbotError, match=message):
         yard.models.set_model_state(model, Transform.identity())
 
 
-def test_a_thing_is_pushed_until_it_is_not(yard):
+def test_object_is_pushed_until_the_push_is_cleared(yard):
     yard.disturbances.apply_body_wrench("far", (5.0, 0.0, 0.0), 10.0)
     yard.run(0.3)
     assert yard.models.get_model_state("far").linear[0] > 0.5
@@ -155,7 +155,7 @@ def test_a_thing_is_pushed_until_it_is_not(yard):
         yard.disturbances.apply_body_wrench("post", (5.0, 0.0, 0.0), 1.0)
 
 
-def test_the_world_is_set_back_and_time_goes_on(yard):
+def test_reset_world_keeps_the_time(yard):
     yard.cmd_vel(0.2, 0.0)
     yard.run(2.0)
     drawn = yard.state().random
@@ -163,14 +163,14 @@ def test_the_world_is_set_back_and_time_goes_on(yard):
     assert yard.time == 2.0
     assert yard.ground_truth.pose.x == pytest.approx(0.0)
     assert yard.robots.first.twist.x == 0.0
-    assert yard.state().random == drawn  # it is not drawn anew
+    assert yard.state().random == drawn  # the random numbers are not restarted
     yard.run(1.0)
     assert yard.time == 3.0
     assert yard.ground_truth.pose.x == pytest.approx(0.0, abs=1e-6)
 
 
-def test_time_is_set_back_and_the_world_goes_on(kbot_robot):
-    """What is under way (slewing, a push, the watchdog) ends as it would have, counted from now."""
+def test_reset_time_keeps_the_world(kbot_robot):
+    """Acceleration, a push and the watchdog that are in progress end after the same remaining time."""
     plain, turned = Simulation(kbot_robot), Simulation(kbot_robot)
     for sim in (plain, turned):
         sim.cmd_vel(0.1, 0.0)
@@ -187,7 +187,7 @@ def test_time_is_set_back_and_the_world_goes_on(kbot_robot):
     assert turned.odometry == plain.odometry
 
 
-def test_faults_come_again_when_time_is_set_back(sim):
+def test_faults_start_again_after_reset_time(sim):
     sim.disturbances.schedule(Kick((0.0, 0.4, 0.0)), at=0.5)
     sim.run(1.0)
     first = sim.ground_truth.pose.y
@@ -196,13 +196,13 @@ def test_faults_come_again_when_time_is_set_back(sim):
     assert sim.ground_truth.pose.y == pytest.approx(2 * first, rel=0.01)
 
 
-def test_a_pause_stops_those_that_keep_real_time_and_no_one_else(sim):
+def test_pause_stops_only_loops_that_run_in_real_time(sim):
     sim.paused = True
     sim.step(5)
     assert sim.steps == 5
 
 
-def test_a_robot_that_bursts_out_of_a_wall_is_told_so(kbot_robot):
+def test_divergence_of_a_robot_inside_a_wall_names_the_wall(kbot_robot):
     sim = Simulation(kbot_robot, world="corridor:width=0.8", start=PlanarPose(1.0, 0.4, 0.0))
     assert [d.code for d in sim.diagnostics] == ["W111"]
     with pytest.raises(SimulationDiverged, match="the robot started inside 'left_wall'"):

@@ -1,4 +1,4 @@
-"""Bodies fall, swing, rest and slide as theory has it; what cannot be simulated says so at its line."""
+"""Bodies fall, swing, rest and slide as theory predicts. Errors are reported at their line."""
 
 from math import pi, sin, sqrt
 
@@ -27,7 +27,7 @@ def ball(radius: float = 0.1, mass: float = 1.0) -> str:
 
 
 def arm(joint: str = "", kind: str = "revolute", inertial: str | None = None) -> str:
-    """A bob of 1 kg 0.5 m along x from a joint about y, one metre above a base welded to the world."""
+    """A bob of 1 kg, 0.5 m along x from a joint about y, 1 m above a base that is welded to the world."""
     bob = '<inertial><origin xyz="0.5 0 0"/><mass value="1"/>'
     bob += '<inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial>'
     return (
@@ -38,14 +38,14 @@ def arm(joint: str = "", kind: str = "revolute", inertial: str | None = None) ->
     )
 
 
-def test_a_ball_is_put_on_the_ground_and_rests(urdf):
+def test_ball_is_placed_on_the_ground_and_rests(urdf):
     sim = Simulation(urdf(ball(0.1)))
     assert sim.link_pose("ball").translation[2] == pytest.approx(0.1)
     sim.run(2.0)
     assert sim.link_pose("ball").translation[2] == pytest.approx(0.1, abs=2e-6)
 
 
-def test_without_a_collision_a_robot_falls_freely_and_that_is_said(urdf):
+def test_robot_without_collisions_falls_with_a_warning(urdf):
     sim = Simulation(urdf(f'<robot name="stone"><link name="stone">{solid()}</link></robot>'))
     assert [d.code for d in sim.diagnostics] == ["W107"]
     sim.run(1.0)
@@ -53,8 +53,8 @@ def test_without_a_collision_a_robot_falls_freely_and_that_is_said(urdf):
     assert fallen == pytest.approx(G / 2, rel=0.003)
 
 
-def test_a_pendulum_has_its_period(urdf):
-    """Small swings of a bob on a rod: 2 pi sqrt((I + m l^2) / (m g l))."""
+def test_pendulum_has_its_period(urdf):
+    """The period of small swings is 2 pi sqrt((I + m l^2) / (m g l))."""
     sim = Simulation(urdf(arm(kind="continuous")))
     period = 2 * pi * sqrt((1e-4 + 0.25) / (G * 0.5))
     sim.robots.first.set_joint("hinge", pi / 2 - 0.02)
@@ -72,8 +72,8 @@ def test_a_pendulum_has_its_period(urdf):
     assert measured == pytest.approx(period, rel=2e-3)
 
 
-def test_a_pendulum_keeps_its_energy(urdf):
-    """From level, without friction: never above where it began, and within 1 % after ten seconds."""
+def test_pendulum_keeps_its_energy(urdf):
+    """Released at level without friction, it never rises above its start, and is within 1 % after 10 s."""
     sim = Simulation(urdf(arm(kind="continuous")))
     heights = []
     for _ in range(500):
@@ -83,20 +83,20 @@ def test_a_pendulum_keeps_its_energy(urdf):
     assert max(abs(h) for h in heights) < 0.05 * G * 0.5
 
 
-def test_a_limit_stops_a_joint(urdf):
+def test_limit_stops_a_joint(urdf):
     limited = '<limit lower="-0.5" upper="0.5" effort="10" velocity="10"/>'
     sim = Simulation(urdf(arm(limited)))
     sim.run(3.0)
     assert sim.joint_positions["hinge"] == pytest.approx(0.5, abs=0.01)
 
 
-def test_a_joint_whose_range_leaves_out_zero_starts_within(urdf):
+def test_joint_whose_range_excludes_zero_starts_within_it(urdf):
     sim = Simulation(urdf(arm('<limit lower="0.3" upper="0.5" effort="10" velocity="10"/>')))
     assert sim.joint_positions["hinge"] == 0.3
 
 
 def test_damping_slows_and_friction_holds(urdf):
-    """Level, the bob weighs 4.905 N m on the joint: friction of 5 N m holds it, one of 4 does not."""
+    """The level bob exerts 4.905 N m on the joint: friction of 5 N m holds it, 4 N m does not."""
     for friction, moves in ((5.0, False), (4.0, True)):
         dynamics = f'<dynamics damping="0" friction="{friction}"/>'
         sim = Simulation(urdf(arm(dynamics, kind="continuous")))
@@ -104,8 +104,8 @@ def test_damping_slows_and_friction_holds(urdf):
         assert (abs(sim.joint_positions["hinge"]) > 0.05) == moves
 
 
-def test_a_held_joint_holds_within_its_effort(urdf):
-    """4.905 N m are needed: 20 are enough, 2 are not."""
+def test_held_joint_holds_within_its_effort(urdf):
+    """4.905 N m are needed: 20 N m are enough, 2 N m are not."""
     for effort, holds in ((20.0, True), (2.0, False)):
         limited = f'<limit lower="-3" upper="3" effort="{effort}" velocity="10"/>'
         sim = Simulation(urdf(arm(limited)))
@@ -114,7 +114,7 @@ def test_a_held_joint_holds_within_its_effort(urdf):
         assert (abs(sim.joint_positions["hinge"] + 0.5) < 0.1) == holds
 
 
-def test_a_mimic_joint_follows(urdf):
+def test_mimic_joint_follows_its_leader(urdf):
     second = (
         f'<link name="second">{solid(0.1, 1e-3)}</link><joint name="follower" type="revolute">'
         '<parent link="world"/><child link="second"/><axis xyz="0 0 1"/>'
@@ -141,7 +141,7 @@ def test_every_joint_type_simulates(urdf, kind):
     assert (height < 0.9) == falls
 
 
-def test_a_box_that_can_move_is_pushed(kbot_robot):
+def test_movable_box_is_pushed(kbot_robot):
     from kbot.world import Body, Box, Part, World
     from kbot.world.builders import at, floor
 
@@ -154,8 +154,8 @@ def test_a_box_that_can_move_is_pushed(kbot_robot):
     assert sim.models.body_poses()["crate"].translation[0] > 0.45
 
 
-def test_of_two_surfaces_the_slippier_counts(urdf):
-    """A box on a slope of 10 degrees (tan = 0.18) stays with 0.3 on either side and slides with 0.1."""
+def test_lower_friction_of_two_surfaces_applies(urdf):
+    """On a slope of 10 degrees (tan = 0.18) a box rests with 0.3 on both sides, and slides if one is 0.1."""
     from kbot.world.builders import slope
     from kbot.world.world import Body, Part, World
 
@@ -186,7 +186,7 @@ def test_of_two_surfaces_the_slippier_counts(urdf):
         ),
     ],
 )
-def test_what_cannot_be_simulated_is_said_at_its_line(urdf, description, code, message):
+def test_errors_of_a_description_are_reported_at_their_line(urdf, description, code, message):
     with pytest.raises(DescriptionError, match=message) as caught:
         Simulation(urdf(description))
     worst = caught.value.diagnostics[0]
@@ -196,7 +196,7 @@ def test_what_cannot_be_simulated_is_said_at_its_line(urdf, description, code, m
     assert worst.origin.span.column > 1
 
 
-def test_an_inertia_that_no_body_has_is_simulated_as_the_nearest_and_said(urdf):
+def test_impossible_inertia_is_replaced_by_the_nearest_with_a_warning(urdf):
     body = solid(1.0, 0.01).replace('izz="0.01"', 'izz="0.05"')
     collision = '<collision><geometry><sphere radius="0.1"/></geometry></collision>'
     sim = Simulation(urdf(f'<robot name="r"><link name="base">{body}{collision}</link></robot>'))
@@ -204,14 +204,14 @@ def test_an_inertia_that_no_body_has_is_simulated_as_the_nearest_and_said(urdf):
     assert "KBot adds 0.015" in sim.diagnostics[0].message
 
 
-def test_a_missing_mesh_is_said_and_the_rest_simulated(urdf):
+def test_missing_mesh_is_reported_and_the_rest_simulated(urdf):
     mesh = '<collision><geometry><mesh filename="package://nowhere/part.stl"/></geometry></collision></link>'
     sim = Simulation(urdf(ball().replace("</link>", mesh)))
     assert "W106" in [d.code for d in sim.diagnostics]
     sim.run(0.1)
 
 
-def test_a_run_that_diverges_stops_and_says_where(urdf):
+def test_diverged_run_stops_and_names_the_link(urdf):
     sim = Simulation(urdf(arm(kind="continuous")))
     sim.run(0.1)
     sim.engine.data.qvel[0] = float("nan")
@@ -226,8 +226,8 @@ def test_a_run_that_diverges_stops_and_says_where(urdf):
     assert abs(sim.joint_positions["hinge"]) < 10
 
 
-def test_a_run_that_diverges_is_told_before_anyone_looks_at_it(urdf):
-    """A timer within the control period, as a sensor has one, is not called any more."""
+def test_divergence_is_reported_before_timers_are_called(urdf):
+    """A timer within the control period, such as that of a sensor, is not called after the divergence."""
     sim = Simulation(urdf(arm(kind="continuous")))
     sim.clock.every(100.0, lambda: sim.link_pose("bob"))
     sim.engine.data.qvel[0] = float("nan")
@@ -235,24 +235,24 @@ def test_a_run_that_diverges_is_told_before_anyone_looks_at_it(urdf):
         sim.run(1.0)
 
 
-def test_a_run_that_has_diverged_is_not_kicked(urdf):
+def test_diverged_run_rejects_kicks(urdf):
     sim = Simulation(urdf(ball()))
-    said = []
+    reported = []
     sim.engine.data.qpos[2] = float("nan")
-    sim.journal.write = lambda what, values: said.append(what)
+    sim.journal.write = lambda what, values: reported.append(what)
     refused = "the run has diverged: reset it first"
     with pytest.raises(KbotError, match=refused):
         sim.models.set_twist((1.0, 0.0, 0.0))
     with pytest.raises(KbotError, match=refused):
         sim.disturbances.schedule(Kick((1.0, 0.0, 0.0)), at=sim.time)
-    assert said == []
+    assert reported == []
     sim.journal.write = None
     sim.reset()
     sim.models.set_twist((1.0, 0.0, 0.0))
     assert sim.ground_truth.twist.x == 1.0
 
 
-def test_a_kick_that_comes_as_a_run_diverges_leaves_it_to_say_so(urdf):
+def test_kick_due_during_divergence_does_not_hide_the_error(urdf):
     sim = Simulation(urdf(ball()))
     sim.disturbances.schedule(Kick((1.0, 0.0, 0.0)), at=0.004)
     sim.engine.data.qvel[0] = float("nan")
@@ -260,8 +260,8 @@ def test_a_kick_that_comes_as_a_run_diverges_leaves_it_to_say_so(urdf):
         sim.run(0.1)
 
 
-def test_a_speed_whose_square_is_no_number_is_a_run_that_diverges(urdf):
-    """A force thrusts the bob to 2e202 m/s in the last step before the speeds are looked at."""
+def test_speed_whose_square_overflows_is_a_divergence(urdf):
+    """A force accelerates the bob to 2e202 m/s in the last step before the speeds are checked."""
     sim = Simulation(urdf(arm(kind="prismatic")))
     sim.run(0.018)
     sim.engine.data.qfrc_applied[0] = 1e205
@@ -279,18 +279,18 @@ def test_a_speed_whose_square_is_no_number_is_a_run_that_diverges(urdf):
         ({"world": "emty"}, "did you mean 'empty'"),
     ],
 )
-def test_bad_options_are_refused(kbot_robot, options, message):
+def test_invalid_options_are_rejected(kbot_robot, options, message):
     with pytest.raises(KbotError, match=message):
         Simulation(kbot_robot, **options)
 
 
 @pytest.mark.parametrize("seconds", [-1.0, float("nan"), float("inf")])
-def test_a_time_that_is_none_is_refused(sim, seconds):
+def test_invalid_time_is_rejected(sim, seconds):
     with pytest.raises(KbotError, match="time to run"):
         sim.run(seconds)
 
 
-def test_unknown_joints_and_links_are_named_with_the_nearest(sim):
+def test_unknown_joints_and_links_get_a_suggestion(sim):
     with pytest.raises(KbotError, match="did you mean 'left_wheel_joint'"):
         sim.robots.first.set_joint("left_wheel_joit", 0.0)
     with pytest.raises(KbotError, match="drives the robot"):
@@ -299,8 +299,8 @@ def test_unknown_joints_and_links_are_named_with_the_nearest(sim):
         sim.link_pose("lef_wheel")
 
 
-def test_a_robot_is_put_upon_a_height_field_and_drives_on_it(kbot_robot):
-    """A plain of 0.5 m that rises by one in ten along x: half a metre on it is 5 cm higher."""
+def test_robot_starts_and_drives_on_a_height_field(kbot_robot):
+    """The ground is at 0.5 m and rises by 1 in 10 along x: 0.5 m further it is 5 cm higher."""
     import numpy as np
 
     from kbot.world.world import Body, HeightField, Part, World
@@ -319,7 +319,7 @@ def test_a_robot_is_put_upon_a_height_field_and_drives_on_it(kbot_robot):
     assert after[2] - before[2] == pytest.approx(0.1 * (after[0] - before[0]), abs=0.003)
 
 
-def test_the_engine_has_meshes_of_the_same_points_once(kbot_robot):
+def test_equal_meshes_are_stored_once(kbot_robot):
     import trimesh
 
     from kbot.world import Body, Part, TriangleMesh, World
@@ -336,7 +336,7 @@ def test_the_engine_has_meshes_of_the_same_points_once(kbot_robot):
     assert sim.engine.model.nmesh == 2
 
 
-def test_a_start_inside_something_is_said(kbot_robot):
+def test_start_inside_an_object_is_reported(kbot_robot):
     from kbot.world.builders import box, floor
     from kbot.world.world import World
 

@@ -1,4 +1,4 @@
-"""Whatever is commanded: the wheels do not slip unnoticed, and how a run is cut does not matter."""
+"""For any command, odometry is accurate and the result does not depend on how a run is split."""
 
 from math import hypot
 
@@ -14,9 +14,11 @@ QUIET = settings(max_examples=25, deadline=None, suppress_health_check=[HealthCh
 
 @QUIET
 @given(drives=DRIVES)
-def test_odometry_knows_where_the_robot_is(kbot_robot, drives):
-    """On a plane, within the grip of its tyres: a few millimetres and a tenth of a degree, whatever the
-    way; the way lags behind the heading by 2 ms."""
+def test_odometry_agrees_with_ground_truth(kbot_robot, drives):
+    """On a plane, within the grip of the tyres, the error is a few mm and 0.1 degrees on any path.
+
+    The position lags behind the heading by 2 ms.
+    """
     sim = Simulation(kbot_robot)
     for (linear, angular), steps in drives:
         sim.cmd_vel(linear, angular)
@@ -29,7 +31,7 @@ def test_odometry_knows_where_the_robot_is(kbot_robot, drives):
 
 @QUIET
 @given(drives=DRIVES, cut=st.integers(1, 37))
-def test_how_a_run_is_cut_into_calls_does_not_matter(kbot_robot, drives, cut):
+def test_result_does_not_depend_on_how_a_run_is_split(kbot_robot, drives, cut):
     whole, pieces = Simulation(kbot_robot), Simulation(kbot_robot)
     for (linear, angular), steps in drives:
         whole.cmd_vel(linear, angular)

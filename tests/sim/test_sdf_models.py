@@ -1,4 +1,4 @@
-"""Models of SDF that come into a running world."""
+"""SDF models that are spawned into a running world."""
 
 from pathlib import Path
 
@@ -35,7 +35,7 @@ def at(x: float, y: float = 0.0, z: float = 0.0, yaw: float = 0.0) -> Transform:
     return Transform.from_xyz_rpy((x, y, z), (0.0, 0.0, yaw))
 
 
-def test_a_model_stands_where_it_is_put_under_the_name_it_is_given(sim: Simulation) -> None:
+def test_sdf_model_has_the_given_pose_and_name(sim: Simulation) -> None:
     (body,) = sim.models.spawn_sdf(CRATE, "box_a", at(1.0, 2.0, 0.5))
     assert (body.name, body.mass) == ("box_a", 2.0)
     assert sim.models.body_poses()["box_a"].translation == pytest.approx((1.0, 2.0, 0.5))
@@ -45,34 +45,34 @@ def test_a_model_stands_where_it_is_put_under_the_name_it_is_given(sim: Simulati
     assert "box_a" not in sim.models.body_poses()
 
 
-def test_links_joints_and_the_model_s_own_pose_go_along(sim: Simulation) -> None:
+def test_sdf_model_keeps_its_links_joints_and_own_pose(sim: Simulation) -> None:
     post, bar = sim.models.spawn_sdf(GATE, "g", at(1.0, 1.0, yaw=1.5707963267948966))
     assert (post.name, bar.name) == ("g", "g::bar")
     assert bar.joint is not None
     assert bar.joint.parent == "g"
-    # a quarter turn lays the model's own 0.5 m, and the bar's 0.4 m, along y
+    # a rotation by 90 degrees moves the model's own 0.5 m and the bar's 0.4 m to y
     assert sim.models.body_poses()["g"].translation == pytest.approx((1.0, 1.5, 0.5))
     assert sim.models.body_poses()["g::bar"].translation == pytest.approx((1.0, 1.9, 0.8))
     sim.models.delete_model("g")
     assert not sim.models.body_poses().keys() & {"g", "g::bar"}
 
 
-def test_a_model_that_collides_with_itself_is_one_model(sim: Simulation) -> None:
+def test_model_with_self_collision_is_one_model(sim: Simulation) -> None:
     gate = GATE.replace("<pose>0.5 0 0 0 0 0</pose>", "<self_collide>true</self_collide>", 1)
     bodies = sim.models.spawn_sdf(gate, "g", at(1.0, 1.0))
     assert [body.name for body in bodies] == ["g", "g::bar"]
-    assert not any(body.model for body in bodies)  # bodies of one model would not touch each other
+    assert not any(body.model for body in bodies)  # bodies of one model would not collide with each other
     sim.models.delete_model("g")
     assert not sim.models.body_poses()
 
 
-def test_a_world_of_one_model_is_that_model(sim: Simulation) -> None:
+def test_world_file_with_one_model_is_spawned_as_that_model(sim: Simulation) -> None:
     world = CRATE.replace("<model", "<world name='w'><model", 1).replace("</model>", "</model></world>")
     (body,) = sim.models.spawn_sdf(world, "box", at(1.0))
     assert body.name == "box"
 
 
-def test_a_file_and_a_folder_of_a_model_are_read(sim: Simulation, tmp_path: Path) -> None:
+def test_model_is_read_from_a_file_or_a_folder(sim: Simulation, tmp_path: Path) -> None:
     (tmp_path / "model.sdf").write_text(CRATE)
     sim.models.spawn_sdf(str(tmp_path / "model.sdf"), "a", at(1.0))
     sim.models.spawn_sdf(str(tmp_path), None, at(2.0))
@@ -80,7 +80,7 @@ def test_a_file_and_a_folder_of_a_model_are_read(sim: Simulation, tmp_path: Path
 
 
 @pytest.mark.parametrize(
-    ("sdf", "name", "place", "said"),
+    ("sdf", "name", "place", "reported"),
     [
         (CRATE, "kbot", at(1.0), "the name 'kbot' is taken"),
         (CRATE, "a b", at(1.0), "not a valid object name"),
@@ -93,11 +93,11 @@ def test_a_file_and_a_folder_of_a_model_are_read(sim: Simulation, tmp_path: Path
         ('<sdf version="1.7"><world name="w"/></sdf>', "a", at(1.0), "contains no models"),
     ],
 )
-def test_what_cannot_be_spawned_changes_nothing(
-    sim: Simulation, sdf: str, name: str, place: Transform, said: str
+def test_rejected_sdf_model_changes_nothing(
+    sim: Simulation, sdf: str, name: str, place: Transform, reported: str
 ) -> None:
     before = sim.state_sha256()
-    with pytest.raises((KbotError, DescriptionError), match=said):
+    with pytest.raises((KbotError, DescriptionError), match=reported):
         sim.models.spawn_sdf(sdf, name, place)
     assert sim.state_sha256() == before
     assert len(sim.world.bodies) == 1

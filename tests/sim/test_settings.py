@@ -1,4 +1,4 @@
-"""What a description says of its own drive and of its links' surfaces is what is simulated."""
+"""The simulation uses the description's own settings of its drive and its links' surfaces."""
 
 import re
 from math import pi
@@ -20,7 +20,7 @@ from .test_spawned_drive import ROVER, WHEEL
 
 @pytest.fixture(scope="module")
 def plain() -> str:
-    """KBot as URDF without anything that drives it."""
+    """KBot as URDF without a drive."""
     return load_robot("kbot", {"control": "none"}).expansion.text
 
 
@@ -50,8 +50,8 @@ JOINTS = "<leftJoint>left_wheel_joint</leftJoint><rightJoint>right_wheel_joint</
 GZ_JOINTS = "<left_joint>left_wheel_joint</left_joint><right_joint>right_wheel_joint</right_joint>"
 
 
-def test_a_classic_plugin_is_read(with_extension):
-    """Its wheelAcceleration is that of the rim in m/s^2, as its source has it."""
+def test_settings_of_a_classic_plugin_are_read(with_extension):
+    """As in the plugin's source, wheelAcceleration is that of the rim in m/s^2."""
     settings, diagnostics = settings_of(
         with_extension(
             classic(
@@ -70,7 +70,7 @@ def test_a_classic_plugin_is_read(with_extension):
     assert settings.odometry_frame == "start"
 
 
-def test_a_gz_plugin_is_read(with_extension):
+def test_settings_of_a_gz_plugin_are_read(with_extension):
     settings, diagnostics = settings_of(
         with_extension(
             gz(
@@ -93,7 +93,7 @@ def test_a_gz_plugin_is_read(with_extension):
     )
 
 
-def test_a_ros2_controller_is_read_with_its_multipliers(with_extension, tmp_path):
+def test_settings_of_a_ros2_controller_include_its_multipliers(with_extension, tmp_path):
     file = tmp_path / "controllers.yaml"
     file.write_text(
         "controller_manager:\n  ros__parameters:\n    base:\n"
@@ -112,7 +112,7 @@ def test_a_ros2_controller_is_read_with_its_multipliers(with_extension, tmp_path
     assert settings.limits == DriveLimits(linear_velocity=0.6, reverse_velocity=0.3, angular_acceleration=2.0)
 
 
-def test_a_file_of_parameters_that_is_not_there_is_said(with_extension):
+def test_missing_parameter_file_is_reported(with_extension):
     plugin = (
         '<gazebo><plugin name="r" filename="x"><parameters>/nowhere/c.yaml</parameters></plugin></gazebo>'
     )
@@ -122,22 +122,22 @@ def test_a_file_of_parameters_that_is_not_there_is_said(with_extension):
 
 
 @pytest.mark.parametrize("text", ["a: !!int ''\n", "a: 2020-13-45\n", "a: " + "[" * 5000, "a: [\n"])
-def test_a_file_of_parameters_that_is_no_yaml_is_said(with_extension, tmp_path, text):
+def test_invalid_yaml_of_parameters_is_reported(with_extension, tmp_path, text):
     file = tmp_path / "c.yaml"
     file.write_text(text)
     plugin = f'<gazebo><plugin name="r" filename="x"><parameters>{file}</parameters></plugin></gazebo>'
-    (said,) = Simulation(with_extension(plugin)).diagnostics
-    assert said.code == "W132"
-    assert "is not valid YAML" in said.message
-    assert said.origin.span.file == str(file)
+    (finding,) = Simulation(with_extension(plugin)).diagnostics
+    assert finding.code == "W132"
+    assert "is not valid YAML" in finding.message
+    assert finding.origin.span.file == str(file)
 
 
 @pytest.mark.parametrize(
-    ("said", "code"), [("1e-320", "W131"), ("1e300", "W131"), ("-0.17", "W130"), ("wide", "W130")]
+    ("size", "code"), [("1e-320", "W131"), ("1e300", "W131"), ("-0.17", "W130"), ("wide", "W130")]
 )
-def test_a_size_that_is_none_is_left_out_and_said(with_extension, said, code):
-    """Odometry would be made of infinities."""
-    robot = with_extension(classic(f"{JOINTS}<wheelSeparation>{said}</wheelSeparation>"))
+def test_absurd_size_is_ignored_and_reported(with_extension, size, code):
+    """With this size odometry would be infinite."""
+    robot = with_extension(classic(f"{JOINTS}<wheelSeparation>{size}</wheelSeparation>"))
     settings, diagnostics = settings_of(robot)
     assert [d.code for d in diagnostics] == [code]
     assert settings.separation == pytest.approx(0.174)
@@ -161,8 +161,8 @@ TWICE = "use twice the radius of the wheels: 0.07"
         (gz(f"{GZ_JOINTS}<wheel_radius>0.04</wheel_radius>"), "use the radius of the wheels: 0.035"),
     ],
 )
-def test_the_hint_gives_what_the_tag_takes(with_extension, plugin, hint):
-    """A diameter for a diameter's tag: a robot whose hint is followed has no finding left."""
+def test_hint_gives_a_valid_value_of_the_tag(with_extension, plugin, hint):
+    """The tag of a diameter gets a diameter. A robot that follows the hint has no finding."""
     sim = Simulation(with_extension(plugin))
     (found,) = sim.diagnostics
     assert (found.code, sim.robots.first.settings.radius) == ("D106", pytest.approx(0.04))
@@ -172,19 +172,19 @@ def test_the_hint_gives_what_the_tag_takes(with_extension, plugin, hint):
     assert (sim.robots.first.settings.radius, sim.diagnostics) == (pytest.approx(0.035), ())
 
 
-@pytest.mark.parametrize("said", ["0.156", "0.158", "0.16"])
-def test_of_wheels_that_differ_each_is_named_and_no_mean_is_advised(urdf, said):
-    """Left 78 mm, right 80 mm: 79 is the radius of neither."""
+@pytest.mark.parametrize("diameter", ["0.156", "0.158", "0.16"])
+def test_wheels_of_different_radii_are_named_without_advising_their_mean(urdf, diameter):
+    """With 78 mm left and 80 mm right, neither wheel has the mean radius of 79 mm."""
     sides = WHEEL.replace('radius="0.1"', 'radius="0.078"').format("left", 0.2)
     sides += WHEEL.replace('radius="0.1"', 'radius="0.08"').format("right", -0.2)
     joints = "<leftJoint>left_joint</leftJoint><rightJoint>right_joint</rightJoint>"
-    robot = urdf(ROVER.format(sides + classic(f"{joints}<wheelDiameter>{said}</wheelDiameter>")))
+    robot = urdf(ROVER.format(sides + classic(f"{joints}<wheelDiameter>{diameter}</wheelDiameter>")))
     sim = Simulation(robot)
     (found,) = sim.diagnostics
     assert found.code == "D106"
     assert "the wheels have 0.078 on 'left_joint' and 0.08 on 'right_joint'" in found.message
     assert "0.079" not in found.message.replace("is 0.079 m", "") + found.hint
-    assert sim.robots.first.settings.radius == float(said) / 2.0
+    assert sim.robots.first.settings.radius == float(diameter) / 2.0
 
 
 @pytest.mark.parametrize(
@@ -196,7 +196,7 @@ def test_of_wheels_that_differ_each_is_named_and_no_mean_is_advised(urdf, said):
         ("odometry_source", "0", []),
     ],
 )
-def test_odometry_from_the_world_is_said_to_be_that_of_the_wheels(with_extension, tag, source, codes):
+def test_odometry_source_world_is_reported(with_extension, tag, source, codes):
     plugin = '<gazebo><plugin name="d" filename="libgazebo_ros_diff_drive.so">'
     joints = "<leftJoint>left_wheel_joint</leftJoint><rightJoint>right_wheel_joint</rightJoint>"
     robot = with_extension(f"{plugin}{joints}<{tag}>{source}</{tag}></plugin></gazebo>")
@@ -205,7 +205,7 @@ def test_odometry_from_the_world_is_said_to_be_that_of_the_wheels(with_extension
 
 
 @pytest.mark.parametrize("what", ["wheel_separation_multiplier", "wheel_radius_multiplier"])
-def test_a_multiplier_that_is_none_is_left_out_and_said(with_extension, tmp_path, what):
+def test_invalid_multiplier_is_ignored_and_reported(with_extension, tmp_path, what):
     file = tmp_path / "controllers.yaml"
     file.write_text(
         "controller_manager:\n  ros__parameters:\n    base:\n"
@@ -222,9 +222,11 @@ def test_a_multiplier_that_is_none_is_left_out_and_said(with_extension, tmp_path
     sim.run(0.1)
 
 
-def test_a_wrong_separation_turns_wrong_and_is_said(with_extension):
-    """0.15 m for wheels that are 0.174 m apart: told one turn it makes 0.15/0.174 of one, and its
-    odometry believes in the whole."""
+def test_wrong_separation_turns_wrong_and_is_reported(with_extension):
+    """With 0.15 m for wheels that are 0.174 m apart, the robot makes 0.15/0.174 of a commanded turn.
+
+    Its odometry indicates a full turn.
+    """
     robot = with_extension(classic(f"{JOINTS}<wheelSeparation>0.15</wheelSeparation>"))
     sim = Simulation(robot)
     assert [d.code for d in sim.diagnostics] == ["D105"]
@@ -237,7 +239,7 @@ def test_a_wrong_separation_turns_wrong_and_is_said(with_extension):
     assert sim.odometry.pose.yaw == pytest.approx(2 * pi, abs=1e-3)
 
 
-def test_a_number_that_is_none_is_left_out_and_said(with_extension):
+def test_invalid_number_is_ignored_and_reported(with_extension):
     settings, diagnostics = settings_of(
         with_extension(classic(f"{JOINTS}<wheelSeparation>wide</wheelSeparation>"))
     )
@@ -245,15 +247,15 @@ def test_a_number_that_is_none_is_left_out_and_said(with_extension):
     assert settings.separation == pytest.approx(0.174)
 
 
-def test_the_plugins_topics_are_used(with_extension):
+def test_topics_of_the_plugin_are_used(with_extension):
     robot = with_extension(
         classic(f"{JOINTS}<commandTopic>go</commandTopic><odometryTopic>went</odometryTopic>")
     )
-    sim, heard = Simulation(robot), []
-    sim.bus.subscribe("/went", Odometry, heard.append)
+    sim, received = Simulation(robot), []
+    sim.bus.subscribe("/went", Odometry, received.append)
     sim.bus.publish("/go", Twist(Vector3(0.2, 0.0, 0.0)))
     sim.run(0.4)
-    assert heard[-1].twist.twist.linear.x > 0.1
+    assert received[-1].twist.twist.linear.x > 0.1
 
 
 @pytest.mark.parametrize(
@@ -269,8 +271,8 @@ def test_the_plugins_topics_are_used(with_extension):
         ),
     ],
 )
-def test_the_plugins_topics_stand_in_its_namespace(with_extension, inside, command, odometry):
-    """As gazebo_ros names them for a robot that was spawned in `fleet`."""
+def test_topics_of_the_plugin_are_in_its_namespace(with_extension, inside, command, odometry):
+    """The names equal those of gazebo_ros for a robot that was spawned in `fleet`."""
     sim = Simulation(with_extension(classic(JOINTS + inside)), naming=Naming("rover", "fleet"))
     assert command in sim.bus.inputs
     assert sim.bus.topics[odometry] is Odometry
@@ -294,8 +296,8 @@ def test_friction_of_a_link_is_read(with_extension):
     assert "did you mean 'left_wheel'" in findings.diagnostics[0].hint
 
 
-def test_tyres_without_grip_slip(plain):
-    """On ice of 0.02 nothing can speed up faster than 0.2 m/s^2, however its wheels turn."""
+def test_tyres_on_ice_slip(plain):
+    """With friction of 0.02 nothing accelerates faster than 0.2 m/s^2, at any wheel speed."""
     ice = re.sub(r"<mu([12])>1.0</mu\1>", r"<mu\1>0.02</mu\1>", plain)
     sim = Simulation(load_robot_text(ice, "ice.urdf").require())
     sim.cmd_vel(0.5, 0.0)
@@ -304,8 +306,8 @@ def test_tyres_without_grip_slip(plain):
     assert sim.odometry.twist.x > 0.2
 
 
-def test_jerk_is_limited_and_the_target_reached():
-    """The acceleration changes by no more than jerk x period, and never passes its limit."""
+def test_jerk_limit_holds_and_the_target_is_reached():
+    """The acceleration changes by at most jerk x period and never exceeds its limit."""
     slope, value, before = RateLimiter(0.01, 1.0, jerk=5.0), 0.0, 0.0
     values = []
     for _ in range(200):
@@ -319,25 +321,25 @@ def test_jerk_is_limited_and_the_target_reached():
         values.append(value)
     assert value == 0.8
     assert max(values) == 0.8
-    # 0.2 s up to 1 m/s^2 and 0.2 s down again, and the rest at 1 m/s^2: 0.8 + 0.2 s
+    # 0.2 s up to 1 m/s^2, 0.2 s down, and the rest at 1 m/s^2: 0.8 + 0.2 s
     assert len(values) == pytest.approx(100, abs=6)
 
 
-def test_slowing_down_has_its_own_limit():
+def test_deceleration_has_its_own_limit():
     slope = RateLimiter(0.01, 1.0, deceleration=2.0)
     assert slope.advance(0.5, 0.0)[0] == pytest.approx(0.48)
     assert slope.advance(0.0, 0.5)[0] == pytest.approx(0.01)
     assert slope.advance(-0.5, 0.5)[0] == pytest.approx(-0.48)
 
 
-def test_joints_that_a_plugin_names_and_that_are_not_there_are_said(with_extension):
+def test_unknown_joints_of_a_plugin_are_reported(with_extension):
     wrong = JOINTS.replace("left_wheel_joint", "left_weel_joint")
     sim = Simulation(with_extension(classic(wrong)))
     assert [d.code for d in sim.diagnostics] == ["D101"]
     assert "did you mean 'left_wheel_joint'" in sim.diagnostics[0].hint
 
 
-def test_old_gazebo_writes_friction_as_an_attribute(with_extension):
+def test_friction_is_read_from_an_attribute(with_extension):
     robot = with_extension('<gazebo reference="left_wheel"><mu1 value="0.3"/></gazebo>')
     findings = DiagnosticCollector()
     assert link_surfaces(robot, findings)["left_wheel"].friction == 0.3

@@ -1,4 +1,4 @@
-"""Drives that a launch spawns: what they hear, tell and refuse."""
+"""Drives that a launch file spawns: their topics and the commands that they reject."""
 
 import pytest
 
@@ -28,36 +28,34 @@ DRIVE = """base:
 """
 
 
-def test_a_spawned_drive_hears_and_tells_on_topics_of_its_name(launched):
+def test_spawned_drive_has_topics_under_its_name(launched):
     rover = ROVER.format(WHEEL.format("left", 0.2) + WHEEL.format("right", -0.2) + MANAGER)
     sim = Simulation(launched(rover, DRIVE, "base", ns="/"))
-    heard: list[msg.Odometry] = []
-    sim.bus.subscribe("/base/odom", msg.Odometry, heard.append)
+    received: list[msg.Odometry] = []
+    sim.bus.subscribe("/base/odom", msg.Odometry, received.append)
     for _ in range(10):
         sim.bus.publish("/base/cmd_vel", msg.Twist(msg.Vector3(0.1, 0.0, 0.0), msg.Vector3(0.0, 0.0, 0.0)))
         sim.run(0.2)
-    # 0.1 m/s for 2 s less the start at 1 m/s^2; ROS 1 counts a limit only with has_velocity_limits
+    # 0.1 m/s for 2 s minus the ramp of 1 m/s^2; in ROS 1 a limit needs has_velocity_limits
     assert sim.odometry.pose.x == pytest.approx(0.195, abs=5e-3)
-    assert heard[-1].pose.pose.position.x == pytest.approx(0.195, abs=7e-3)
+    assert received[-1].pose.pose.position.x == pytest.approx(0.195, abs=7e-3)
 
 
 @pytest.mark.parametrize(
-    ("said", "topic", "kind"),
+    ("parameter", "topic", "kind"),
     [
         ("", "/base/cmd_vel", msg.TwistStamped),
         ("use_stamped_vel: true", "/base/cmd_vel", msg.TwistStamped),
         ("use_stamped_vel: false", "/base/cmd_vel_unstamped", msg.Twist),
     ],
 )
-def test_a_drive_of_ros2_hears_on_the_topic_and_in_the_type_of_its_namesake(
-    urdf, tmp_path, said, topic, kind
-):
-    """Stamped on `~/cmd_vel` by default; only Humble's `use_stamped_vel: false` has `~/cmd_vel_unstamped`."""
+def test_ros2_drive_has_the_command_topic_and_type_of_its_version(urdf, tmp_path, parameter, topic, kind):
+    """The topic is the stamped `~/cmd_vel`, with Humble's `use_stamped_vel: false` `~/cmd_vel_unstamped`."""
     (tmp_path / "c.yaml").write_text(
         "controller_manager:\n  ros__parameters:\n    base:\n"
         "      type: diff_drive_controller/DiffDriveController\n"
         "base:\n  ros__parameters:\n    left_wheel_names: [left_joint]\n"
-        f"    right_wheel_names: [right_joint]\n    {said}\n"
+        f"    right_wheel_names: [right_joint]\n    {parameter}\n"
     )
     plugin = (
         f'<gazebo><plugin name="r" filename="x"><parameters>{tmp_path}/c.yaml</parameters></plugin></gazebo>'
@@ -71,12 +69,12 @@ def test_a_drive_of_ros2_hears_on_the_topic_and_in_the_type_of_its_namesake(
     for _ in range(10):
         sim.bus.publish(topic, twist if kind is msg.Twist else msg.TwistStamped(twist=twist))
         sim.run(0.2)
-    # 0.1 m/s for 2 s less the start at 1 m/s^2
+    # 0.1 m/s for 2 s minus the ramp of 1 m/s^2
     assert sim.odometry.pose.x == pytest.approx(0.195, abs=5e-3)
 
 
-def test_a_stamped_command_that_is_older_than_the_timeout_is_refused(urdf, tmp_path):
-    """As DiffDriveController does; one without a stamp is of now, one of the wall's clock too."""
+def test_stamped_command_older_than_the_timeout_is_rejected(urdf, tmp_path):
+    """As in DiffDriveController, commands without a stamp or with a wall-clock stamp count as new."""
     (tmp_path / "c.yaml").write_text(
         "controller_manager: {ros__parameters: {base: {type: diff_drive_controller/DiffDriveController}}}\n"
         "base: {ros__parameters: {cmd_vel_timeout: 0.3}}\n"
@@ -101,7 +99,7 @@ def test_a_stamped_command_that_is_older_than_the_timeout_is_refused(urdf, tmp_p
         assert sim.robots.first.commanded_twist.x == 0.0
 
 
-def test_wheels_that_are_commanded_one_by_one_are_left_to_their_controllers(launched):
+def test_wheels_with_their_own_controllers_are_not_driven_by_the_drive(launched):
     gears = transmission("left_joint", "Velocity") + transmission("right_joint", "Velocity")
     rover = ROVER.format(WHEEL.format("left", 0.2) + WHEEL.format("right", -0.2) + MANAGER + gears)
     kind = "velocity_controllers/JointVelocityController"
@@ -112,13 +110,13 @@ def test_wheels_that_are_commanded_one_by_one_are_left_to_their_controllers(laun
     sim.run(2.0)
     before = sim.ground_truth.pose.x
     sim.run(1.0)
-    # 1 rad/s of wheels of 0.1 m
+    # 1 rad/s with wheels of 0.1 m
     assert sim.ground_truth.pose.x - before == pytest.approx(0.1, abs=5e-3)
     with pytest.raises(KbotError, match="/left, which was spawned, commands 'left_joint'"):
         sim.cmd_vel(0.1, 0.0)
 
 
-def test_a_drive_without_its_wheels_is_said(launched):
+def test_drive_without_wheel_names_is_reported(launched):
     rover = ROVER.format(WHEEL.format("left", 0.2) + WHEEL.format("right", -0.2) + MANAGER)
     sim = Simulation(launched(rover, DRIVE.replace("  left_wheel: left_joint\n", ""), "base", ns="/"))
     assert findings(sim) == [("W137", "controllers.yaml", 2)]

@@ -1,4 +1,4 @@
-"""The same bytes every time: over reruns, chunks, resets, restores and processes."""
+"""Reruns, chunks, resets, restores and processes give the same bytes."""
 
 import subprocess
 import sys
@@ -31,7 +31,7 @@ def test_two_runs_are_equal(kbot_robot):
     assert drive(Simulation(kbot_robot)) == drive(Simulation(kbot_robot))
 
 
-def test_a_reset_starts_anew(sim):
+def test_run_after_a_reset_is_the_same(sim):
     first = drive(sim)
     odometry = sim.odometry
     sim.reset()
@@ -41,25 +41,25 @@ def test_a_reset_starts_anew(sim):
     assert sim.odometry == odometry
 
 
-def test_how_steps_are_asked_for_does_not_matter(kbot_robot):
-    """One by one, by the hundred, or with somebody looking at every step: the same bytes."""
+def test_result_does_not_depend_on_how_steps_are_requested(kbot_robot):
+    """Single steps, hundreds of steps, and steps with a watcher give the same bytes."""
     whole, single, watched = (Simulation(kbot_robot) for _ in range(3))
     for sim in (whole, single, watched):
         sim.cmd_vel(0.3, 0.4)
     whole.step(333)
-    heard = []
-    watched.bus.subscribe("/odom", Odometry, heard.append)
+    received = []
+    watched.bus.subscribe("/odom", Odometry, received.append)
     for _ in range(333):
         single.step()
         watched.step()
         watched.link_poses()
-        watched.ground_truth  # noqa: B018 - reading must not disturb
+        watched.ground_truth  # noqa: B018 - reading must not change the run
     assert single.state_sha256() == whole.state_sha256() == watched.state_sha256()
     assert single.odometry == whole.odometry == watched.odometry
-    assert len(heard) == 33
+    assert len(received) == 33
 
 
-def test_processes_agree():
+def test_runs_in_several_processes_are_equal():
     results = {
         subprocess.run([sys.executable, "-c", SCRIPT], capture_output=True, text=True, check=True).stdout
         for _ in range(2)
@@ -68,8 +68,8 @@ def test_processes_agree():
 
 
 @pytest.mark.parametrize("steps", [50, 73])
-def test_a_restored_state_goes_on_bit_for_bit(sim, steps):
-    """Also in the middle of a control period and of speeding up."""
+def test_run_continues_from_a_restored_state_bit_for_bit(sim, steps):
+    """This also holds within a control period and during acceleration."""
     sim.cmd_vel(0.3, 0.4)
     sim.step(steps)
     saved = sim.state()
@@ -84,12 +84,12 @@ def test_a_restored_state_goes_on_bit_for_bit(sim, steps):
     assert sim.odometry == odometry
 
 
-def test_a_state_of_another_robot_is_refused(sim, ball):
+def test_state_of_another_robot_is_rejected(sim, ball):
     with pytest.raises(KbotError, match="other robots or another world"):
         sim.restore(Simulation(ball).state())
 
 
-def test_a_robot_can_be_put_elsewhere(sim):
+def test_robot_can_be_moved_to_another_pose(sim):
     sim.cmd_vel(0.2, 0.3)
     sim.run(1.0)
     before = sim.odometry.pose
@@ -104,7 +104,7 @@ def test_a_robot_can_be_put_elsewhere(sim):
     assert sim.link_pose("base_link").translation[2] == pytest.approx(0.04, abs=1e-4)
 
 
-def test_a_changed_robot_goes_on_where_the_old_one_stood(sim):
+def test_changed_robot_continues_from_the_old_ones_state(sim):
     from kbot.model.load import load_robot
 
     sim.cmd_vel(0.2, 0.5)

@@ -1,4 +1,4 @@
-"""Bases with wheels that steer drive as their geometry has it: tricycles and cars; and skid steer slips."""
+"""Tricycles and cars drive as their geometry predicts, and skid steer slips."""
 
 from math import inf, pi, tan
 
@@ -11,7 +11,7 @@ from kbot.workbench.protocol import Drive
 from kbot.workbench.serve import open_session
 
 BASE, TRACK, RADIUS = 0.5, 0.4, 0.1
-"""Between the axles, between the rear wheels, of the wheels; m."""
+"""Wheelbase, track and wheel radius in m."""
 
 
 def wheel(name: str, parent: str, x: float, y: float, steered: bool = False) -> str:
@@ -76,7 +76,7 @@ BASES = {"tricycle": TRICYCLE, "front driven": FRONT_DRIVEN, "car": CAR}
         (CAR, ("left_joint", "right_joint"), ("front_left_steering", "front_right_steering")),
     ],
 )
-def test_what_drives_and_what_steers_is_found(urdf, text, traction, steering):
+def test_driven_and_steered_wheels_are_found(urdf, text, traction, steering):
     drive = find_drive(urdf(text))
     assert isinstance(drive, SteeredDrive)
     assert drive.joints == traction
@@ -86,7 +86,7 @@ def test_what_drives_and_what_steers_is_found(urdf, text, traction, steering):
 
 
 @pytest.mark.parametrize("name", list(BASES))
-def test_a_steered_base_goes_straight(urdf, name):
+def test_steered_base_drives_straight(urdf, name):
     sim = Simulation(urdf(BASES[name]))
     sim.cmd_vel(0.5, 0.0)
     sim.run(4.5)
@@ -100,9 +100,8 @@ def test_a_steered_base_goes_straight(urdf, name):
 
 @pytest.mark.parametrize("name", list(BASES))
 @pytest.mark.parametrize("turn", [0.3, -0.3])
-def test_a_steered_base_turns_about_one_point(urdf, name, turn):
-    """v / w of 0.5 / 0.3 m: after a while the base has gone at v and turned at w; steering angles are those
-    of Ackermann, tan a = L / (R - y)."""
+def test_wheels_of_a_steered_base_roll_about_one_point(urdf, name, turn):
+    """The base moves at v and turns at w. The steering angles are those of Ackermann, tan a = L / (R - y)."""
     sim = Simulation(urdf(BASES[name]))
     sim.cmd_vel(0.5, turn)
     sim.run(2.0)
@@ -118,17 +117,19 @@ def test_a_steered_base_turns_about_one_point(urdf, name, turn):
     assert reckoned.yaw == pytest.approx(truth.yaw, abs=0.01)
 
 
-def test_the_plugin_of_a_car_has_its_topic_and_limits(urdf):
-    said = "<topic>/car/cmd</topic><max_velocity>0.2</max_velocity><wheel_separation>0.4</wheel_separation>"
-    sim = Simulation(urdf(CAR.replace("<left_joint>", f"{said}<left_joint>")))
+def test_topic_and_limits_of_a_cars_plugin_are_used(urdf):
+    settings = (
+        "<topic>/car/cmd</topic><max_velocity>0.2</max_velocity><wheel_separation>0.4</wheel_separation>"
+    )
+    sim = Simulation(urdf(CAR.replace("<left_joint>", f"{settings}<left_joint>")))
     sim.bus.publish("/car/cmd", Twist(Vector3(1.0)))
     sim.run(0.4)
     assert sim.ground_truth.twist.x == pytest.approx(0.2, rel=0.02)
     assert sim.diagnostics == ()
 
 
-def test_a_steering_limit_bounds_the_curve(urdf):
-    """At 1.2 rad a tricycle turns at v tan(1.2) / L, however much is asked for."""
+def test_steering_limit_bounds_the_curvature(urdf):
+    """At a limit of 1.2 rad a tricycle turns at v tan(1.2) / L, for any larger command."""
     sim = Simulation(urdf(TRICYCLE))
     sim.cmd_vel(0.1, 3.0)
     sim.run(3.0)
@@ -141,8 +142,8 @@ def test_a_steering_limit_bounds_the_curve(urdf):
 
 @pytest.mark.parametrize("name", ["tricycle", "front driven"])
 @pytest.mark.parametrize("end", ["1.57", "1.8"])
-def test_a_wheel_that_stands_across_turns_a_tricycle_on_the_spot(urdf, name, end):
-    """4 s at 0.5 rad/s, less what it takes to speed up at 8 rad/s^2 and to turn the wheel aside."""
+def test_tricycle_with_a_wheel_at_90_degrees_turns_on_the_spot(urdf, name, end):
+    """4 s at 0.5 rad/s, minus the time to accelerate at 8 rad/s^2 and to steer the wheel."""
     sim = Simulation(urdf(BASES[name].replace('lower="-1.2" upper="1.2"', f'lower="-{end}" upper="{end}"')))
     sim.cmd_vel(0.0, 0.5)
     sim.run(4.0)
@@ -152,7 +153,7 @@ def test_a_wheel_that_stands_across_turns_a_tricycle_on_the_spot(urdf, name, end
     assert (reckoned.x, reckoned.y, reckoned.yaw) == pytest.approx((truth.x, truth.y, truth.yaw), abs=0.01)
 
 
-def test_a_steered_run_is_the_same_after_a_restore_and_a_reset(urdf):
+def test_steered_run_repeats_after_a_restore_and_a_reset(urdf):
     sim = Simulation(urdf(CAR))
     sim.cmd_vel(0.4, 0.3)
     sim.run(1.0)
@@ -170,9 +171,11 @@ def test_a_steered_run_is_the_same_after_a_restore_and_a_reset(urdf):
 
 
 @pytest.mark.parametrize("axles", [(0.2, -0.2), (0.25, 0.0, -0.25)])
-def test_skid_steer_goes_straight_and_turns_slower_than_its_wheels_say(urdf, axles):
-    """Wheels off the middle are dragged across: a skid steer turns, but by less than its track would have
-    it (Mandow et al. 2007: the tracks that it turns by are wider than those it has), and in place."""
+def test_skid_steer_drives_straight_and_turns_slower_than_its_wheels_indicate(urdf, axles):
+    """A skid steer turns on the spot, but less than its track predicts, because its wheels slip sideways.
+
+    Mandow et al. 2007: its effective track is wider than the real one.
+    """
     wheels = "".join(
         wheel(f"{side}_{i}", "base_link", x, y) for i, x in enumerate(axles)
         for side, y in (("left", 0.25), ("right", -0.25))
@@ -192,8 +195,8 @@ def test_skid_steer_goes_straight_and_turns_slower_than_its_wheels_say(urdf, axl
 
 
 @pytest.mark.parametrize("base", BASES)
-def test_a_page_drives_it(base, tmp_path, monkeypatch):
-    """0.3 m/s for 2 s, less the ramp of 1 m/s^2 and the servos' lag: about 0.55 m."""
+def test_page_drives_a_steered_base(base, tmp_path, monkeypatch):
+    """0.3 m/s for 2 s, minus the ramp of 1 m/s^2 and the servos' lag, gives about 0.55 m."""
     monkeypatch.setattr("kbot.workbench.driving.driving.BUSY_SECONDS", inf)
     (tmp_path / "base.urdf").write_text(BASES[base])
     session = open_session(str(tmp_path / "base.urdf"), simulate=True)

@@ -1,4 +1,4 @@
-"""What `<gazebo>` says of links and joints is honoured: springs, self-collision, gravity, fixed joints."""
+"""`<gazebo>` settings of links and joints are simulated: springs, self-collision, gravity, fixed joints."""
 
 from math import pi
 
@@ -22,20 +22,20 @@ def ball(extensions: str) -> str:
 
 
 @pytest.mark.parametrize("kp", [1e4, 1e5])
-def test_as_written_a_link_sinks_by_its_weight_over_kp(urdf, kp):
-    """m g / kp; by the recipe, contacts are stiff whatever is written."""
-    said = f'<gazebo reference="ball"><kp>{kp}</kp><kd>1</kd></gazebo>'
+def test_link_sinks_by_its_weight_over_kp_with_contacts_as_written(urdf, kp):
+    """The link sinks in by m g / kp. With the recipe, contacts are always stiff."""
+    tags = f'<gazebo reference="ball"><kp>{kp}</kp><kd>1</kd></gazebo>'
     heights = {}
     for contacts in ("as-written", "recipe"):
-        sim = Simulation(urdf(ball(said)), contacts=contacts)
+        sim = Simulation(urdf(ball(tags)), contacts=contacts)
         sim.run(2.0)
         heights[contacts] = sim.link_pose("ball").translation[2] - 0.1
     assert heights["as-written"] == pytest.approx(-2 * 9.81 / kp, rel=0.01)
     assert heights["recipe"] == pytest.approx(0.0, abs=2e-6)
 
 
-def test_a_stiff_spring_and_a_soft_damper_stand_still(urdf):
-    """Gazebo's own 1e12 N/m, and a damper that bounces there for a second: no more than the step bears."""
+def test_stiff_contact_with_little_damping_comes_to_rest(urdf):
+    """With Gazebo's default of 1e12 N/m and little damping, the stiffness is limited by the time step."""
     sim = Simulation(
         urdf(ball('<gazebo reference="ball"><kp>1e12</kp><kd>1</kd></gazebo>')), contacts="as-written"
     )
@@ -43,14 +43,14 @@ def test_a_stiff_spring_and_a_soft_damper_stand_still(urdf):
     assert sim.link_pose("ball").translation[2] == pytest.approx(0.1, abs=1e-4)
 
 
-def test_friction_that_differs_by_direction_is_said(urdf):
-    said = '\n<gazebo reference="ball"><mu1>1</mu1><mu2>0.1</mu2></gazebo>'
-    found = Simulation(urdf(ball(said))).diagnostics
+def test_friction_by_direction_is_reported(urdf):
+    tags = '\n<gazebo reference="ball"><mu1>1</mu1><mu2>0.1</mu2></gazebo>'
+    found = Simulation(urdf(ball(tags))).diagnostics
     assert [(d.code, d.origin.span.line) for d in found] == [("W136", 2)]
 
 
 def two_arms(more: str) -> str:
-    """Two balls that hang side by side on hinges of their own and would swing into each other."""
+    """Two balls side by side on separate hinges, which would swing into each other."""
 
     def hung(name: str, x: float, lean: float) -> str:
         return (
@@ -66,7 +66,7 @@ def two_arms(more: str) -> str:
 
 
 @pytest.mark.parametrize(
-    ("said", "meets"),
+    ("tags", "meets"),
     [
         ("", False),
         ('<gazebo reference="a"><selfCollide>true</selfCollide></gazebo>', False),
@@ -78,16 +78,16 @@ def two_arms(more: str) -> str:
         ("<gazebo><self_collide>1</self_collide></gazebo>", True),
     ],
 )
-def test_links_of_one_robot_meet_where_both_say_so(urdf, said, meets):
-    """What is at rest is hit by what swings, or is not."""
-    sim = Simulation(urdf(two_arms(said)))
+def test_links_with_self_collide_collide_with_each_other(urdf, tags, meets):
+    """The swinging ball hits the resting one only with self-collision."""
+    sim = Simulation(urdf(two_arms(tags)))
     sim.run(1.0)
     moved = max(abs(sim.joint_positions["b_joint"]), abs(sim.robots.first.body.joint_velocities["b_joint"]))
     assert (moved > 0.1) == meets
 
 
 @pytest.mark.parametrize("off", ["<gravity>0</gravity>", "<turnGravityOff>true</turnGravityOff>"])
-def test_a_link_whose_gravity_is_off_stays_where_it_is(urdf, off):
+def test_link_without_gravity_does_not_fall(urdf, off):
     robot = urdf(two_arms(f'<gazebo reference="a">{off}</gazebo>'))
     sim = Simulation(robot)
     sim.run(0.5)
@@ -95,20 +95,19 @@ def test_a_link_whose_gravity_is_off_stays_where_it_is(urdf, off):
 
 
 @pytest.mark.parametrize(
-    "said",
+    "tag",
     [
         "",
         "<preserveFixedJoint>true</preserveFixedJoint>",
         "<disableFixedJointLumping>true</disableFixedJointLumping>",
     ],
 )
-def test_links_on_fixed_joints_keep_their_frames(urdf, said):
-    """Gazebo lumps them into one unless it is told not to; here each has its frame either way, and they
-    weigh and turn as one."""
+def test_links_on_fixed_joints_keep_their_frames(urdf, tag):
+    """Gazebo merges such links by default. KBot keeps each link's frame, and they move as one body."""
     text = (
         f'<robot name="r"><link name="base">{BALL}</link><link name="tool"/>'
         '<joint name="mount" type="fixed"><parent link="base"/><child link="tool"/>'
-        f'<origin xyz="0 0 0.3" rpy="0 0 {pi / 2}"/></joint><gazebo reference="mount">{said}</gazebo></robot>'
+        f'<origin xyz="0 0 0.3" rpy="0 0 {pi / 2}"/></joint><gazebo reference="mount">{tag}</gazebo></robot>'
     )
     sim = Simulation(urdf(text))
     sim.run(0.5)
@@ -117,7 +116,7 @@ def test_links_on_fixed_joints_keep_their_frames(urdf, said):
     assert away.yaw == pytest.approx(pi / 2)
 
 
-def test_gazebos_names_of_materials_colour_links(urdf):
+def test_gazebo_material_names_set_link_colours(urdf):
     robot = urdf(ball('<gazebo reference="ball"><material>Gazebo/Orange</material></gazebo>'))
     assert link_colours(robot) == {"ball": (1.0, 0.51, 0.0, 1.0)}
     unknown = urdf(ball('<gazebo reference="ball"><material>Mine/Own</material></gazebo>'))

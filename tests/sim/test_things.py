@@ -1,4 +1,4 @@
-"""Things that come into a running world and go."""
+"""Objects that are spawned into and deleted from a running world."""
 
 import pytest
 
@@ -13,7 +13,7 @@ def sim(kbot_robot: RobotModel) -> Simulation:
     return Simulation(kbot_robot, "boxes")
 
 
-def test_a_crate_falls_and_is_driven_into(sim: Simulation) -> None:
+def test_spawned_crate_falls_and_is_pushed_by_the_robot(sim: Simulation) -> None:
     sim.cmd_vel(0.3, 0.0)
     sim.run(0.5)
     before, odometry = sim.ground_truth.pose, sim.odometry.pose
@@ -26,11 +26,11 @@ def test_a_crate_falls_and_is_driven_into(sim: Simulation) -> None:
     sim.run(0.3)
     assert sim.models.body_poses()["carton"].translation[2] == pytest.approx(0.0, abs=1e-3)
     sim.run(1.0)
-    assert sim.models.body_poses()["carton"].translation[0] > 0.45  # the robot pushed it along
+    assert sim.models.body_poses()["carton"].translation[0] > 0.45  # the robot pushed it
 
 
-def test_what_comes_in_the_midst_of_a_step_moves_with_all_else(sim: Simulation) -> None:
-    """A run that something came into is the same however it is cut into calls."""
+def test_run_with_a_spawned_object_does_not_depend_on_chunks(sim: Simulation) -> None:
+    """A run in which an object was spawned does not depend on how it is split into calls."""
     ends = []
     for parts in (1, 4):
         sim.reset()
@@ -45,7 +45,7 @@ def test_what_comes_in_the_midst_of_a_step_moves_with_all_else(sim: Simulation) 
     assert ends[0][1].x > 0.05
 
 
-def test_every_model_of_the_library_stands_where_it_is_put(sim: Simulation) -> None:
+def test_every_library_model_is_placed_at_its_pose(sim: Simulation) -> None:
     for index, model in enumerate(MODELS):
         body = sim.models.spawn_thing(model, x=4.0 * index + 5.0, y=3.0, yaw=0.5)
         assert body.name == f"{model}_1"
@@ -55,24 +55,24 @@ def test_every_model_of_the_library_stands_where_it_is_put(sim: Simulation) -> N
         assert abs(pose.translation[2]) < 0.01, name
 
 
-def test_what_is_taken_away_is_gone_and_all_else_goes_on(sim: Simulation) -> None:
+def test_deleting_an_object_does_not_disturb_the_others(sim: Simulation) -> None:
     alone = Simulation(sim.robot, "boxes")
-    for one in (sim, alone):
-        one.cmd_vel(0.2, 0.1)
-        one.run(0.5)
+    for run in (sim, alone):
+        run.cmd_vel(0.2, 0.1)
+        run.run(0.5)
     sim.models.spawn_thing("crate", x=5.0)
     sim.disturbances.apply_body_wrench("crate_1", (1.0, 0.0, 0.0), 10.0)
     sim.models.delete_model("crate_1")
     sim.models.delete_model("box_0")
     assert "crate_1" not in sim.models.body_poses()
     assert not any(body.name == "box_0" for body in sim.world.bodies)
-    for one in (sim, alone):
-        one.run(0.3)
+    for run in (sim, alone):
+        run.run(0.3)
     assert sim.ground_truth.pose.x == pytest.approx(alone.ground_truth.pose.x, abs=1e-9)
 
 
 @pytest.mark.parametrize(
-    ("wrong", "said"),
+    ("wrong", "message"),
     [
         ({"kind": "crat"}, "did you mean 'crate'"),
         ({"kind": "crate", "name": "box_0"}, "the name 'box_0' is taken"),
@@ -83,20 +83,20 @@ def test_what_is_taken_away_is_gone_and_all_else_goes_on(sim: Simulation) -> Non
         ({"kind": "crate"}, "'kbot' is in the way"),
     ],
 )
-def test_what_cannot_be_put_there_is_said_and_the_world_is_as_it_was(
-    sim: Simulation, wrong: dict[str, object], said: str
+def test_rejected_object_leaves_the_world_unchanged(
+    sim: Simulation, wrong: dict[str, object], message: str
 ) -> None:
     world, digest = sim.world, sim.state_sha256()
-    with pytest.raises(KbotError, match=said):
+    with pytest.raises(KbotError, match=message):
         sim.models.spawn_thing(**wrong)
     assert sim.world is world
     assert sim.state_sha256() == digest
 
 
 @pytest.mark.parametrize(
-    ("name", "said"),
+    ("name", "message"),
     [("ground_plane", "cannot be deleted"), ("kbot", "cannot be deleted"), ("x", "unknown model")],
 )
-def test_what_has_to_stay_stays(sim: Simulation, name: str, said: str) -> None:
-    with pytest.raises(KbotError, match=said):
+def test_ground_and_first_robot_cannot_be_deleted(sim: Simulation, name: str, message: str) -> None:
+    with pytest.raises(KbotError, match=message):
         sim.models.delete_model(name)

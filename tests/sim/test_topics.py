@@ -1,4 +1,4 @@
-"""What the simulation says on its bus and hears there."""
+"""The topics that a simulation publishes and subscribes to."""
 
 from math import hypot
 
@@ -9,14 +9,14 @@ from kbot.messages import ClockMessage, JointState, Odometry, TFMessage, Twist, 
 from kbot.text import KbotError
 
 
-def hear(sim, topic, kind):
-    heard = []
-    sim.bus.subscribe(topic, kind, heard.append)
-    return heard
+def collect(sim, topic, kind):
+    received = []
+    sim.bus.subscribe(topic, kind, received.append)
+    return received
 
 
-def test_odometry_comes_at_fifty_hertz_with_stamps_that_agree(sim):
-    odometry, joints, clock = hear(sim, "/odom", Odometry), hear(sim, "/joint_states", JointState), []
+def test_odometry_is_published_at_50_hz_with_matching_stamps(sim):
+    odometry, joints, clock = collect(sim, "/odom", Odometry), collect(sim, "/joint_states", JointState), []
     sim.bus.subscribe("/clock", ClockMessage, clock.append)
     sim.cmd_vel(0.2, 0.0)
     sim.run(1.0)
@@ -32,8 +32,8 @@ def test_odometry_comes_at_fifty_hertz_with_stamps_that_agree(sim):
     assert all(last.pose.covariance[i * 7] > 0.0 for i in range(6))
 
 
-def test_joint_states_name_every_joint_with_position_speed_and_effort(sim):
-    joints = hear(sim, "/joint_states", JointState)
+def test_joint_states_have_position_velocity_and_effort_of_every_joint(sim):
+    joints = collect(sim, "/joint_states", JointState)
     sim.cmd_vel(0.2, 0.0)
     sim.run(2.0)
     message = joints[-1]
@@ -42,8 +42,8 @@ def test_joint_states_name_every_joint_with_position_speed_and_effort(sim):
     assert len(message.position) == len(message.effort) == 2
 
 
-def test_the_transform_leads_from_odom_to_the_root(sim):
-    transforms = hear(sim, "/tf", TFMessage)
+def test_transform_is_from_odom_to_the_root(sim):
+    transforms = collect(sim, "/tf", TFMessage)
     sim.cmd_vel(0.2, 1.0)
     sim.run(1.0)
     transform = transforms[-1].transforms[0]
@@ -54,7 +54,7 @@ def test_the_transform_leads_from_odom_to_the_root(sim):
     )
 
 
-def test_a_command_by_topic_is_dropped_after_half_a_second(sim):
+def test_command_by_topic_times_out_after_half_a_second(sim):
     twist = Twist(Vector3(0.2, 0.0, 0.0), Vector3(0.0, 0.0, 0.0))
     sim.bus.publish("/cmd_vel", twist)
     sim.run(0.5)
@@ -66,20 +66,20 @@ def test_a_command_by_topic_is_dropped_after_half_a_second(sim):
     assert hypot(sim.ground_truth.pose.x - there.x, sim.ground_truth.pose.y - there.y) < 1e-6
 
 
-def test_a_command_that_is_repeated_goes_on(sim):
+def test_repeated_command_does_not_time_out(sim):
     for _ in range(20):
         sim.robots.first.command(0.2, 0.0)
         sim.run(0.1)
     assert sim.robots.first.twist.x == pytest.approx(0.2)
 
 
-def test_a_command_in_python_holds(sim):
+def test_command_in_python_does_not_time_out(sim):
     sim.cmd_vel(0.2, 0.0)
     sim.run(5.0)
     assert sim.robots.first.twist.x == pytest.approx(0.2)
 
 
-def test_a_command_that_is_no_number_is_refused_to_who_sent_it(sim):
+def test_invalid_command_raises_in_the_publisher(sim):
     with pytest.raises(KbotError, match="finite"):
         sim.bus.publish("/cmd_vel", Twist(Vector3(float("nan"), 0.0, 0.0)))
 
@@ -91,14 +91,19 @@ def test_timers_are_called_at_their_times(sim):
     assert times == pytest.approx([0.01 * (i + 1) for i in range(10)])
 
 
-def test_joint_states_and_transforms_are_as_the_topics_have_them(sim):
-    heard, tf = hear(sim, "/joint_states", JointState), hear(sim, "/tf", TFMessage)
+def test_joint_states_and_transforms_equal_those_of_the_topics(sim):
+    received, tf = collect(sim, "/joint_states", JointState), collect(sim, "/tf", TFMessage)
     sim.cmd_vel(0.2, 0.5)
     sim.run(1.0)
-    assert sim.joint_states == heard[-1]
-    said = tf[-1].transforms[0]
-    assert sim.transforms[said.child_frame_id].translation == pytest.approx(
-        (said.transform.translation.x, said.transform.translation.y, said.transform.translation.z), abs=1e-12
+    assert sim.joint_states == received[-1]
+    reported = tf[-1].transforms[0]
+    assert sim.transforms[reported.child_frame_id].translation == pytest.approx(
+        (
+            reported.transform.translation.x,
+            reported.transform.translation.y,
+            reported.transform.translation.z,
+        ),
+        abs=1e-12,
     )
     wheel = sim.transforms["base_footprint"].inverse() @ sim.transforms["left_wheel"]
     joints = sim.joint_positions

@@ -1,4 +1,4 @@
-"""The action follow_joint_trajectory of ROS 1 on its topics: goals, feedback, ends, and what is refused."""
+"""ROS 1's action follow_joint_trajectory on its topics: goals, feedback, results and rejections."""
 
 import math
 
@@ -20,7 +20,7 @@ Result, Status = msg.FollowJointTrajectoryResult, msg.GoalStatus
 
 
 class Client:
-    """What actionlib's client says and hears."""
+    """The topics of an actionlib client."""
 
     def __init__(self, simulation: Simulation) -> None:
         self.simulation = simulation
@@ -44,7 +44,7 @@ class Client:
 
     @property
     def ends(self) -> list[tuple[str, int, int]]:
-        """Goal, status and code of each that is over."""
+        """Goal ID, status and code of each result."""
         return [(r.status.goal_id.id, r.status.status, r.result.error_code) for r in self.results]
 
 
@@ -74,13 +74,13 @@ def goal(
     return msg.FollowJointTrajectoryGoal(JointTrajectory(Header(stamp), joints, points), **more)
 
 
-def test_a_goal_is_followed_told_of_and_reached(client):
+def test_goal_is_followed_with_feedback_and_reached(client):
     sim = client.simulation
     client.send(goal(point(1.0, 0.4, -0.3)))
     assert [s.status for s in client.status[-1].status_list] == [Status.ACTIVE]
     sim.run(0.5)
     middle = client.feedback[-1].feedback
-    # from rest to rest a cubic is half way at half time, at 1.5 times the mean speed
+    # a cubic from rest to rest is half way at half time, at 1.5 times the mean speed
     assert middle.desired.positions == pytest.approx((0.2, -0.15), abs=1e-6)
     assert middle.desired.velocities == pytest.approx((0.6, -0.45), abs=1e-6)
     assert middle.actual.positions == pytest.approx((0.2, -0.15), abs=5e-3)
@@ -95,9 +95,11 @@ def test_a_goal_is_followed_told_of_and_reached(client):
 
 
 @pytest.mark.parametrize("seconds", [0.5, 2.0, 10.0])
-def test_a_goal_of_positions_alone_is_reached_though_its_way_ends_at_full_speed(client, seconds):
-    """What the controller judges at the end is rest (`stopped_velocity_tolerance`): Gazebo's joints, that are
-    set from place to place, are at rest there; these are once their servos stopped them."""
+def test_goal_of_positions_alone_is_reached_although_it_ends_at_full_speed(client, seconds):
+    """At the end the joints must be at rest (`stopped_velocity_tolerance`).
+
+    Gazebo stops its joints at once. Here they are at rest after their servos have stopped them.
+    """
     sim = client.simulation
     for n, places in enumerate(((1.0, 1.5), (0.0, 0.0))):
         way = JointTrajectoryPoint(places, time_from_start=Duration.from_seconds(seconds))
@@ -108,22 +110,22 @@ def test_a_goal_of_positions_alone_is_reached_though_its_way_ends_at_full_speed(
         assert list(sim.robots.first.body.joint_velocities.values()) == pytest.approx((0.0, 0.0), abs=0.01)
 
 
-def test_what_becomes_of_a_goal_that_fails_is_told(urdf):
+def test_failed_goals_are_reported(urdf):
     client = made(urdf)
-    told: list[str] = []
-    client.simulation.journal.listeners.append(told.append)
+    reports: list[str] = []
+    client.simulation.journal.listeners.append(reports.append)
     client.send(goal(point(1.0, 0.1), joints=("shoulder",)), "bad")
     tolerance = (msg.JointTolerance("shoulder", 0.01),)
     client.send(goal(point(1.0, 0.4, 0.0), goal_tolerance=tolerance))
     client.simulation.disturbances.apply_body_wrench("upper", (0.0, 0.0, -5000.0), 5.0)
     client.simulation.run(2.0)
-    refused, aborted = told
+    refused, aborted = reports
     assert refused.startswith("/arm/follow: goal rejected: the trajectory lacks 'elbow'")
     assert aborted.startswith("/arm/follow: goal aborted: the position of 'shoulder' is off by")
 
 
-def test_a_trajectory_of_some_joints_is_taken_where_its_controller_allows_it(urdf):
-    """`allow_partial_joints_goal`, of both ways in; else it is refused, and the joints stay."""
+def test_partial_trajectory_is_accepted_if_the_controller_allows_it(urdf):
+    """With `allow_partial_joints_goal`, action and topic accept it. Else they reject it."""
     some = goal(point(0.5, 0.4), joints=("shoulder",))
     strict, partial = made(urdf), made(urdf, allow_partial_joints_goal=True)
     for client in (strict, partial):
@@ -140,7 +142,7 @@ def test_a_trajectory_of_some_joints_is_taken_where_its_controller_allows_it(urd
     assert strict.simulation.joint_positions == pytest.approx({"shoulder": 0.0, "elbow": 0.0}, abs=2e-3)
 
 
-def test_joints_may_stand_in_another_order(client):
+def test_goal_can_name_joints_in_another_order(client):
     client.send(goal(point(0.5, -0.3, 0.4), joints=("elbow", "shoulder")))
     client.simulation.run(1.0)
     assert client.simulation.joint_positions == pytest.approx({"shoulder": 0.4, "elbow": -0.3}, abs=2e-3)
@@ -170,7 +172,7 @@ def test_joints_may_stand_in_another_order(client):
         ),
     ],
 )
-def test_what_cannot_be_followed_is_refused_in_words_and_the_goal_before_goes_on(client, wanted, code, words):
+def test_invalid_goal_is_rejected_and_the_active_goal_continues(client, wanted, code, words):
     client.simulation.run(2.0)
     client.send(goal(point(1.0, 0.4, -0.3)), "first")
     client.simulation.run(0.1)
@@ -181,7 +183,7 @@ def test_what_cannot_be_followed_is_refused_in_words_and_the_goal_before_goes_on
     assert client.ends[1:] == [("first", Status.SUCCEEDED, Result.SUCCESSFUL)]
 
 
-def test_a_newer_goal_takes_the_place_of_the_one_before(client):
+def test_newer_goal_replaces_the_active_one(client):
     client.send(goal(point(2.0, 1.0, 1.0)), "old")
     client.simulation.run(0.3)
     client.send(goal(point(0.5, 0.0, 0.0)), "new")
@@ -193,7 +195,7 @@ def test_a_newer_goal_takes_the_place_of_the_one_before(client):
 @pytest.mark.parametrize(
     ("name", "stamp", "ends"), [("", 0, 1), ("one", 0, 1), ("other", 0, 0), ("", 8, 1), ("", 3, 0)]
 )
-def test_a_cancel_is_of_one_goal_of_all_or_of_those_before(client, name, stamp, ends):
+def test_cancel_ends_one_goal_all_goals_or_earlier_goals(client, name, stamp, ends):
     client.send(goal(point(1.0, 1.0, 1.0)), stamp=5)
     client.simulation.run(0.5)
     client.cancel(name, stamp)
@@ -204,7 +206,7 @@ def test_a_cancel_is_of_one_goal_of_all_or_of_those_before(client, name, stamp, 
     assert client.results[-1].status.status == (Status.PREEMPTED if ends else Status.SUCCEEDED)
 
 
-def test_a_command_from_elsewhere_and_a_reset_end_the_goal(client):
+def test_other_commands_and_a_reset_end_the_goal(client):
     client.send(goal(point(1.0, 1.0, 1.0)))
     client.simulation.run(0.3)
     client.simulation.robots.first.set_joint("elbow", 0.0)
@@ -217,8 +219,8 @@ def test_a_command_from_elsewhere_and_a_reset_end_the_goal(client):
     assert client.simulation.joint_positions["shoulder"] == pytest.approx(0.0, abs=2e-3)
 
 
-def test_a_joint_that_cannot_keep_up_ends_it_with_the_code_of_its_tolerance(urdf):
-    """Bars of 0.5 m and 1 kg are held down by something heavy: 1 kN m turns them away at once."""
+def test_goal_is_aborted_with_the_code_of_the_violated_tolerance(urdf):
+    """A torque of 1 kN m turns bars of 0.5 m and 1 kg away at once."""
     path = made(urdf, constraints__shoulder__trajectory=0.05)
     path.send(goal(point(1.0, 0.4, 0.0)))
     path.simulation.disturbances.apply_body_wrench("upper", (0.0, 0.0, -5000.0), 2.0)
@@ -237,26 +239,26 @@ def test_a_joint_that_cannot_keep_up_ends_it_with_the_code_of_its_tolerance(urdf
     assert end.ends == [("one", Status.ABORTED, Result.GOAL_TOLERANCE_VIOLATED)]
 
 
-def test_a_controller_that_was_not_started_follows_nothing(urdf):
+def test_controller_that_was_not_started_rejects_goals(urdf):
     client = made(urdf, active=False)
     client.send(goal(point(1.0, 0.4, 0.0)))
     assert client.ends == [("one", Status.REJECTED, Result.INVALID_GOAL)]
     assert "not started" in client.results[0].result.error_string
 
 
-def test_goals_are_told_of_at_rest_too_and_forgotten_after_five_seconds(client):
+def test_status_is_published_without_goals_and_drops_goals_after_five_seconds(client):
     client.simulation.run(1.0)
-    assert len(client.status) == 5  # actionlib's 5 Hz: by that a client knows that there is a server
+    assert len(client.status) == 5  # actionlib's 5 Hz, from which a client knows that there is a server
     for n in range(MOST_KEPT + 20):
         client.send(goal(point(1.0, math.nan, 0.0)), f"goal{n}")
-    told = client.status[-1].status_list
-    assert len(told) == MOST_KEPT
-    assert told[-1].goal_id.id == f"goal{MOST_KEPT + 19}"
+    statuses = client.status[-1].status_list
+    assert len(statuses) == MOST_KEPT
+    assert statuses[-1].goal_id.id == f"goal{MOST_KEPT + 19}"
     client.simulation.run(5.5)
     assert client.status[-1].status_list == ()
 
 
-def test_goals_without_names_are_each_their_own(client):
+def test_goals_without_ids_get_distinct_ids(client):
     client.send(goal(point(0.2, 0.1, 0.0)), "")
     client.simulation.run(0.6)
     client.send(goal(point(0.2, 0.0, 0.0)), "")
@@ -265,7 +267,7 @@ def test_goals_without_names_are_each_their_own(client):
     assert len({name for name, _, _ in client.ends}) == 2
 
 
-def test_a_goal_that_is_sent_twice_is_taken_once(client):
+def test_goal_sent_twice_is_accepted_once(client):
     client.send(goal(point(0.2, 0.1, 0.0)))
     client.send(goal(point(0.2, 0.1, 0.0)))
     client.simulation.run(0.6)
@@ -274,16 +276,16 @@ def test_a_goal_that_is_sent_twice_is_taken_once(client):
     assert client.ends == [("one", Status.SUCCEEDED, 0)]
 
 
-def test_what_a_goal_does_is_in_the_journal(client):
-    said: list[str] = []
-    client.simulation.journal.write = lambda what, numbers: said.append(what)
+def test_effect_of_a_goal_is_in_the_journal(client):
+    reported: list[str] = []
+    client.simulation.journal.write = lambda what, numbers: reported.append(what)
     client.send(goal(point(1.0, 0.1, 0.0)))
     client.cancel()
     client.send(goal(point(1.0, math.nan, 0.0)), "bad")
-    assert said == ["follow_trajectory", "follow_trajectory"]
+    assert reported == ["follow_trajectory", "follow_trajectory"]
 
 
-def test_a_stamp_ahead_lets_it_wait(client):
+def test_goal_with_a_future_stamp_waits(client):
     client.send(goal(point(0.5, 0.4, 0.0), stamp=1_000_000_000))
     client.simulation.run(1.4)
     assert not client.ends

@@ -1,4 +1,4 @@
-"""Bodies of a world that hang on joints move as theory has it."""
+"""Bodies of a world with joints move as theory predicts."""
 
 from math import pi, sin, sqrt
 
@@ -38,7 +38,7 @@ def sim(tmp_path, kbot_robot):
     return build
 
 
-def test_a_pendulum_swings_with_its_period(sim):
+def test_pendulum_swings_with_its_period(sim):
     """T = 2 pi sqrt(l / g) (1 + a^2/16) for a swing of 0.1 rad."""
     length, swing = 0.5, 0.1
     x, z = length * sin(swing), -length * (1 - swing**2 / 2 + swing**4 / 24)
@@ -52,7 +52,7 @@ def test_a_pendulum_swings_with_its_period(sim):
     assert bob[0] - 3.0 == pytest.approx(x, abs=0.01 * x)
 
 
-def test_a_slide_falls_to_its_limit_and_stays(sim):
+def test_slide_falls_to_its_limit_and_stays(sim):
     world = link("block") + joint(
         "prismatic", "world", "block",
         "<axis><xyz>0 0 1</xyz><limit><lower>-0.4</lower><upper>0</upper></limit></axis>",
@@ -64,8 +64,8 @@ def test_a_slide_falls_to_its_limit_and_stays(sim):
     assert run.models.body_poses()["m"].translation[2] == pytest.approx(1.6, abs=0.002)
 
 
-def test_a_damped_slide_reaches_its_final_speed(sim):
-    """m g / d of 1 * 9.81 / 20 m/s."""
+def test_damped_slide_reaches_its_terminal_speed(sim):
+    """The terminal speed is m g / d = 1 * 9.81 / 20 m/s."""
     inner = "<axis><xyz>0 0 1</xyz><dynamics><damping>20</damping></dynamics></axis>"
     run = sim(link("block") + joint("prismatic", "world", "block", inner))
     run.run(1.0)
@@ -74,7 +74,7 @@ def test_a_damped_slide_reaches_its_final_speed(sim):
     assert before - run.models.body_poses()["m"].translation[2] == pytest.approx(GRAVITY / 20, rel=1e-3)
 
 
-def test_friction_holds_what_weighs_less(sim):
+def test_friction_holds_a_smaller_weight(sim):
     inner = "<axis><xyz>0 0 1</xyz><dynamics><friction>{}</friction></dynamics></axis>"
     held = sim(link("block") + joint("prismatic", "world", "block", inner.format(11)))
     held.run(1.0)
@@ -84,7 +84,7 @@ def test_friction_holds_what_weighs_less(sim):
     assert falls.models.body_poses()["m"].translation[2] == pytest.approx(2 - (GRAVITY - 5) / 8, abs=0.01)
 
 
-def test_a_spring_stretches_by_weight_over_stiffness(sim):
+def test_spring_stretches_by_weight_over_stiffness(sim):
     inner = (
         "<axis><xyz>0 0 1</xyz><dynamics><damping>20</damping><spring_stiffness>100</spring_stiffness>"
         "<spring_reference>0.1</spring_reference></dynamics></axis>"
@@ -94,8 +94,8 @@ def test_a_spring_stretches_by_weight_over_stiffness(sim):
     assert run.models.body_poses()["m"].translation[2] == pytest.approx(2 + 0.1 - GRAVITY / 100, abs=2e-4)
 
 
-def test_a_ball_joint_swings_both_ways(sim):
-    """Half a period after it is let go at (a, a) a spherical pendulum is at (-a, -a)."""
+def test_ball_joint_swings_in_both_directions(sim):
+    """A spherical pendulum that is released at (a, a) is at (-a, -a) after half a period."""
     offset, length = 0.03, 0.5
     world = link("bob", f"{offset} {offset} {-length} 0 0 0") + joint(
         "ball", "world", "bob", f"<pose>{-offset} {-offset} {length} 0 0 0</pose>"
@@ -106,8 +106,8 @@ def test_a_ball_joint_swings_both_ways(sim):
     assert where[:2] == pytest.approx((-offset, -offset), abs=1e-3)
 
 
-def test_a_screw_sinks_as_it_turns(sim):
-    """m g lead turns it: lead (I + m lead^2) is what is accelerated, a = g m lead^2 / (I + m lead^2)."""
+def test_screw_descends_as_it_turns(sim):
+    """The torque m g lead accelerates I + m lead^2, so that a = g m lead^2 / (I + m lead^2)."""
     lead, moment = 0.05, 0.01
     inner = f"<axis><xyz>0 0 1</xyz></axis><screw_thread_pitch>{2 * pi * lead}</screw_thread_pitch>"
     run = sim(link("nut", moment=moment) + joint("screw", "world", "nut", inner))
@@ -121,8 +121,8 @@ def test_a_screw_sinks_as_it_turns(sim):
     ) == pytest.approx(2 * pi, abs=0.02)
 
 
-def test_a_four_bar_linkage_keeps_its_coupler_level(sim):
-    """A parallelogram: two cranks of one length, let go off the plumb line, carry a bar that never tilts."""
+def test_four_bar_linkage_keeps_its_coupler_level(sim):
+    """Two equal cranks of a parallelogram, released off the vertical, carry a bar that stays level."""
     turn = "<axis><xyz>0 1 0</xyz></axis>"
     world = (
         link("left", "0.1 0 -0.3 0 0 0") + link("right", "0.6 0 -0.3 0 0 0")
@@ -142,7 +142,7 @@ def test_a_four_bar_linkage_keeps_its_coupler_level(sim):
     assert lowest == pytest.approx(2 - sqrt(0.1**2 + 0.3**2), abs=2e-3)
 
 
-def test_links_of_one_model_pass_through_each_other_unless_it_says_not(sim):
+def test_links_of_one_model_collide_only_with_self_collide(sim):
     box = "<collision name='c'><geometry><box><size>0.2 0.2 0.2</size></box></geometry></collision>"
     world = (
         link("shelf", inner=box) + link("block", "0 0 0.3 0 0 0", moment=0.01, inner=box)
@@ -156,13 +156,13 @@ def test_links_of_one_model_pass_through_each_other_unless_it_says_not(sim):
     assert stopped.models.body_poses()["m::block"].translation[2] == pytest.approx(2.2, abs=2e-3)
 
 
-def test_a_link_without_gravity_does_not_fall(sim):
+def test_link_without_gravity_does_not_fall(sim):
     run = sim(link("block", inner="<gravity>false</gravity>"))
     run.run(1.0)
     assert run.models.body_poses()["m"].translation[2] == pytest.approx(2.0, abs=1e-9)
 
 
-def test_a_state_with_joints_is_restored_bit_for_bit(sim):
+def test_state_with_joints_is_restored_bit_for_bit(sim):
     run = sim(link("bob", "0.3 0 0 0 0 0") + joint("ball", "world", "bob", "<pose>-0.3 0 0 0 0 0</pose>"))
     run.run(0.4)
     saved = run.state()
@@ -173,8 +173,8 @@ def test_a_state_with_joints_is_restored_bit_for_bit(sim):
     assert run.state_sha256() == once
 
 
-def test_a_plane_that_would_move_is_left_out_at_its_line(sim):
-    """The engine has planes only where nothing moves."""
+def test_movable_plane_is_ignored_with_a_warning_at_its_line(sim):
+    """The engine allows planes only on static bodies."""
     shape = "<collision name='c'><geometry><plane/></geometry></collision>"
     found = sim(f"<link name='l'>\n{shape}</link>")
     (warning,) = [d for d in found.diagnostics if d.code == "W106"]
@@ -183,19 +183,21 @@ def test_a_plane_that_would_move_is_left_out_at_its_line(sim):
     found.run(0.1)
 
 
-def test_what_the_engine_warns_of_is_said_at_the_model(sim):
-    """Two turns about one axis leave the engine nothing to tell them by."""
+def test_engine_warnings_are_reported_at_the_model(sim):
+    """The engine cannot distinguish two rotations about the same axis."""
     axes = "<axis><xyz>0 0 1</xyz></axis><axis2><xyz>0 0 1</xyz></axis2>"
     run = sim(link("bob") + joint("universal", "world", "bob", axes))
-    (said,) = [d for d in run.diagnostics if d.code == "W110"]
-    assert not said.is_error
-    assert said.message.startswith("'m': the physics engine warns: Inertia matrix is too close to singular")
-    assert "Time" not in said.message
-    assert said.origin is not None
+    (finding,) = [d for d in run.diagnostics if d.code == "W110"]
+    assert not finding.is_error
+    assert finding.message.startswith(
+        "'m': the physics engine warns: Inertia matrix is too close to singular"
+    )
+    assert "Time" not in finding.message
+    assert finding.origin is not None
 
 
-def test_links_touch_those_of_other_models_only_however_many_models_there_are(tmp_path, kbot_robot):
-    """Pairs of models, 1 m apart; the two balls of each lie within each other, and 1 cm within its mate's."""
+def test_links_collide_only_with_other_models_for_any_number_of_models(tmp_path, kbot_robot):
+    """Pairs of models, 1 m apart. The two balls of a model overlap, and overlap its partner's by 1 cm."""
     ball = "<collision name='c'><geometry><sphere><radius>0.1</radius></sphere></geometry></collision>"
     two = "".join(link(f"l{z}", f"0 0 {z} 0 0 0", moment=0.004, inner=ball) for z in (0, 0.1))
     pairs = 16  # the engine has bits for 27 models

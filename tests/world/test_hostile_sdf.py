@@ -1,4 +1,4 @@
-"""Worlds that are too large, or that no engine can take: one clear error, in bounded time."""
+"""Worlds that are too large, or that the engine cannot simulate, give one clear error in bounded time."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -22,8 +22,8 @@ def world(tmp_path: Path) -> Write:
     return write
 
 
-def test_includes_that_double_each_other_are_counted(world: Write, tmp_path: Path) -> None:
-    """Twenty files, each with the next one twice: a million links."""
+def test_includes_that_double_each_other_are_rejected(world: Write, tmp_path: Path) -> None:
+    """Twenty files, each of which includes the previous one twice: a million links."""
     (tmp_path / "0.sdf").write_text('<sdf version="1.7"><model name="m"><link name="l"/></model></sdf>')
     for number in range(1, 20):
         both = "".join(f"<include><uri>{number - 1}.sdf</uri><name>{n}</name></include>" for n in "ab")
@@ -32,8 +32,8 @@ def test_includes_that_double_each_other_are_counted(world: Write, tmp_path: Pat
         load_world(world("<include><uri>19.sdf</uri></include>"))
 
 
-def test_more_contacts_than_the_engine_holds_are_an_error(world: Write) -> None:
-    """A robot inside twenty thousand boxes."""
+def test_too_many_contacts_are_an_error(world: Write) -> None:
+    """The robot is inside 20,000 boxes."""
     box = "<geometry><box><size>1 1 1</size></box></geometry>"
     boxes = "".join(f'<collision name="c{i}">{box}</collision>' for i in range(20_000))
     text = f'<model name="m"><static>1</static><link name="l">{boxes}</link></model>'
@@ -41,8 +41,8 @@ def test_more_contacts_than_the_engine_holds_are_an_error(world: Write) -> None:
         kbot.Simulation(kbot.load("kbot"), world=load_world(world(text)))
 
 
-def test_directions_are_bounded(world: Write) -> None:
-    """The length of a longer one overflows."""
+def test_too_large_directions_are_rejected(world: Write) -> None:
+    """The length of a longer direction would overflow."""
     plane = '<collision name="c"><geometry><plane><normal>0 0 1e308</normal></plane></geometry></collision>'
     ends = "<parent>world</parent><child>l</child>"
     joint = f'<joint name="j" type="revolute">{ends}<axis><xyz>0 0 -1e308</xyz></axis>'
@@ -56,7 +56,7 @@ def test_directions_are_bounded(world: Write) -> None:
 
 
 @pytest.mark.parametrize("version", ["1" + "0" * 5000, "²", "1.²", "", "."])
-def test_a_version_that_is_not_one_is_taken_for_the_newest(tmp_path: Path, version: str) -> None:
+def test_invalid_version_is_read_as_the_newest(tmp_path: Path, version: str) -> None:
     file = tmp_path / "w.sdf"
     file.write_text(f'<sdf version="{version}"><model name="m"><link name="l"/></model></sdf>')
     assert load_world(file).name == "m"

@@ -1,4 +1,4 @@
-"""Maps of ROS's map_server: what is dark becomes a wall, where it is."""
+"""Maps of ROS's map_server: occupied cells become walls."""
 
 import struct
 import zlib
@@ -26,9 +26,11 @@ def png(pixels: np.ndarray, kind: int = 0, depth: int = 8, filters: int = 0) -> 
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + data + chunk(b"IEND", b"")
 
 
-def test_a_map_becomes_walls_at_their_places(tmp_path):
-    """Four columns, three rows, the lower left cell at the origin: the black one is the second of the
-    upper row, its middle at -1 + 1.5 x 0.5 and -2 + 2.5 x 0.5."""
+def test_occupied_cells_become_walls_at_their_positions(tmp_path):
+    """The map has four columns and three rows, with the lower left cell at the origin.
+
+    The black cell is the second of the upper row. Its centre is at -1 + 1.5 x 0.5 and -2 + 2.5 x 0.5.
+    """
     cells = np.full((3, 4), 254, dtype=np.uint8)
     cells[0, 1] = 0
     (tmp_path / "room.pgm").write_bytes(b"P5\n# made by hand\n4 3\n255\n" + cells.tobytes())
@@ -49,7 +51,7 @@ def test_rectangles_cover_each_cell_once():
     assert (covered == cells).all()
 
 
-def test_a_long_wall_is_one_rectangle():
+def test_long_wall_is_one_rectangle():
     cells = np.zeros((10, 10), dtype=bool)
     cells[2:8, 3:5] = True
     assert rectangles(cells) == [(2, 3, 8, 5)]
@@ -68,7 +70,7 @@ GREY = np.arange(12, dtype=np.uint8).reshape(3, 4) * 20
     ],
     ids=["grey", "colour", "sixteen bits", "plain text"],
 )
-def test_pictures_are_read(tmp_path, data):
+def test_images_are_read(tmp_path, data):
     (tmp_path / "picture").write_bytes(data)
     grey, opaque = read_picture(tmp_path / "picture")
     assert grey == pytest.approx(GREY / 255.0)
@@ -76,8 +78,8 @@ def test_pictures_are_read(tmp_path, data):
 
 
 @pytest.mark.parametrize("kind", [1, 2, 3, 4])
-def test_filtered_rows_are_taken_back(tmp_path, kind):
-    """Each filter of the standard, written here from its definition."""
+def test_png_filters_are_decoded(tmp_path, kind):
+    """Encode with each filter of the PNG standard, implemented here from its definition."""
     pixels = np.random.default_rng(kind).integers(0, 256, (5, 7)).astype(int)
     coded = np.zeros_like(pixels)
     for r in range(5):
@@ -109,7 +111,7 @@ def test_filtered_rows_are_taken_back(tmp_path, kind):
         ({"m.yaml": YAML.format(image="p").replace("0.5", ".nan"), "p": "x"}, "finite"),
     ],
 )
-def test_what_is_no_map_is_said(tmp_path, files, message):
+def test_invalid_map_is_one_error(tmp_path, files, message):
     for name, text in files.items():
         (tmp_path / name).write_text(text)
     with pytest.raises(KbotError, match=message):
@@ -128,7 +130,7 @@ MERGES = "m0: &m0 {x: 1}\n" + "".join(
         ({"resolution": "1" + "0" * 400}, r"m\.yaml:2:13: not YAML: a number is too large"),
         ({"resolution": "1" + "0" * 5000}, "not YAML: a number is too large"),
         ({"resolution": "0x" + "f" * 20_000}, "not YAML: a number is too large"),
-        ({"resolution": "1" + ":1" * 200_000}, "not YAML: a number is too large"),  # to the base of 60
+        ({"resolution": "1" + ":1" * 200_000}, "not YAML: a number is too large"),  # base 60
         ({"resolution": "1.0e-300"}, r"m\.yaml:2:13: resolution must be from 0.0001 to 1000 m"),
         ({"origin": "[1.0e+308, 0, 0]"}, r"m\.yaml:3:9: origin must be .* up to 1e\+06"),
         ({"origin": "[1" + "0" * 400 + ", 0, 0]"}, "not YAML: a number is too large"),
@@ -154,7 +156,7 @@ def test_hostile_numbers_and_aliases_are_one_error(tmp_path, changed, message):
 
 
 def claim(width: int, height: int) -> bytes:
-    """The head of a PNG, and nothing of the picture."""
+    """The header of a PNG without image data."""
     head = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", b"")
 
@@ -174,14 +176,14 @@ def claim(width: int, height: int) -> bytes:
         (b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n%%EndComments\n", "has an unknown format"),
     ],
 )
-def test_pictures_that_claim_too_much_are_one_error(tmp_path, data, message):
+def test_image_with_a_false_or_excessive_size_is_one_error(tmp_path, data, message):
     (tmp_path / "p").write_bytes(data)
     with pytest.raises(KbotError, match=message):
         read_picture(tmp_path / "p")
 
 
-def test_walls_that_take_minutes_to_join_are_one_error(tmp_path):
-    """Four million pieces of wall: each row differs from the one before, so that none can be skipped."""
+def test_map_with_too_many_wall_runs_is_one_error(tmp_path):
+    """The map has four million runs of wall cells."""
     cells = np.tile(np.array([0, 255], dtype=np.uint8), (2000, 2050))
     (tmp_path / "room.pgm").write_bytes(b"P5\n4100 2000\n255\n" + cells.tobytes())
     (tmp_path / "room.yaml").write_text(YAML.format(image="room.pgm"))
@@ -189,7 +191,7 @@ def test_walls_that_take_minutes_to_join_are_one_error(tmp_path):
         load_world(tmp_path / "room.yaml")
 
 
-def test_a_broken_png_is_said(tmp_path):
+def test_truncated_png_is_one_error(tmp_path):
     (tmp_path / "p.png").write_bytes(png(GREY)[:40])
     with pytest.raises(KbotError, match="has an unknown format"):
         read_picture(tmp_path / "p.png")

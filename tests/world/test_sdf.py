@@ -1,4 +1,4 @@
-"""SDF worlds as Gazebo has them: poses, frames, includes, shapes, and every fault at its line."""
+"""SDF worlds are read as in Gazebo: poses, frames, includes, shapes, and errors at their line."""
 
 from math import pi
 
@@ -50,7 +50,7 @@ def place(body, part=0):
 
 
 def test_poses_compose_from_world_to_collision(world):
-    """A model turned by 90 degrees carries its link's x to the world's y."""
+    """A model that is rotated by 90 degrees turns its link's x to the world's y."""
     inner = "<collision name='c'><pose>0.5 0 0 0 0 0</pose>" + BOX + "</collision>"
     (body,) = world(
         static(link(inner, pose="<pose>1 0 0.2 0 0 0</pose>"), pose="1 2 0 0 0 1.5707963267948966")
@@ -70,8 +70,8 @@ def test_degrees_and_quaternions(world):
     assert place(bodies[1]) == pytest.approx([1, 0, 0, 0, 0, pi / 2])
 
 
-def test_frames_lead_to_each_other(world):
-    """The frame hangs on the first model; the second stands relative to the frame."""
+def test_poses_are_relative_to_frames(world):
+    """The frame is attached to the first model. The second model is relative to the frame."""
     bodies = world(
         static(link(), "first", "1 0 0 0 0 1.5707963267948966")
         + "<frame name='f' attached_to='first'><pose>2 0 0 0 0 0</pose></frame>"
@@ -82,7 +82,7 @@ def test_frames_lead_to_each_other(world):
     assert place(bodies[1])[:3] == pytest.approx([1, 2.5, 0])
 
 
-def test_links_may_stand_relative_to_links_and_joints(world):
+def test_links_can_be_relative_to_links_and_joints(world):
     inner = (
         link(name="a", pose="<pose>1 0 0 0 0 0</pose>")
         + link(name="b", pose="<pose relative_to='a'>1 0 0 0 0 0</pose>")
@@ -94,7 +94,7 @@ def test_links_may_stand_relative_to_links_and_joints(world):
     assert found == [(1, 0, 0), (2, 0, 0), (2, 2, 0)]
 
 
-def test_a_placement_frame_is_what_the_pose_places(world):
+def test_pose_places_the_placement_frame(world):
     model = (
         "<model name='m' placement_frame='l'><static>1</static><pose>5 0 0 0 0 0</pose>"
         + link(pose="<pose>1 1 0 0 0 0</pose>")
@@ -103,7 +103,7 @@ def test_a_placement_frame_is_what_the_pose_places(world):
     assert place(world(model).bodies[0])[:3] == pytest.approx([5, 0, 0])
 
 
-def test_a_model_within_a_model(world):
+def test_nested_model_is_read(world):
     inner = "<model name='inner'><pose>0 1 0 0 0 0</pose>" + link() + "</model>" + link(name="own")
     bodies = {b.name: b for b in world(static(inner, pose="1 0 0 0 0 0")).bodies}
     assert set(bodies) == {"m", "m::inner"}
@@ -120,13 +120,13 @@ SHAPES = {
 
 
 @pytest.mark.parametrize("text", list(SHAPES))
-def test_shapes(world, text):
+def test_shapes_are_read(world, text):
     collision = f"<collision name='c'><geometry>{text}</geometry></collision>"
     assert world(static(link(collision))).bodies[0].parts[0].shape == SHAPES[text]
 
 
-def test_a_cone_is_a_mesh_of_its_volume(world):
-    """r^2 pi h / 3."""
+def test_cone_is_a_mesh_of_its_volume(world):
+    """The volume is r^2 pi h / 3."""
     from kbot.sim.engine.world_builder import volume as volume_of
 
     cone = "<geometry><cone><radius>0.5</radius><length>2</length></cone></geometry>"
@@ -135,7 +135,7 @@ def test_a_cone_is_a_mesh_of_its_volume(world):
     assert volume_of(part.shape) == pytest.approx(pi * 0.25 * 2 / 3, rel=0.01)
 
 
-def test_a_visual_that_is_a_collision_too_is_one_part(world):
+def test_equal_visual_and_collision_are_one_part(world):
     red = "<material><diffuse>1 0 0 1</diffuse></material>"
     ball = "<geometry><sphere><radius>1</radius></sphere></geometry>"
     parts = (
@@ -156,7 +156,7 @@ def test_a_visual_that_is_a_collision_too_is_one_part(world):
     assert parts[2].rgba[3] == 0.5
 
 
-def test_what_lies_flat_is_driven_on_and_what_stands_is_run_into(world):
+def test_flat_boxes_are_ground_and_upright_boxes_are_obstacles(world):
     wall = "<geometry><box><size>2 0.1 0.5</size></box></geometry>"
     parts = (
         world(static(link(f"<collision name='c'>{BOX}</collision><collision name='d'>{wall}</collision>")))
@@ -166,7 +166,7 @@ def test_what_lies_flat_is_driven_on_and_what_stands_is_run_into(world):
     assert [part.ground for part in parts] == [True, False]
 
 
-def test_friction_and_gravity(world):
+def test_friction_and_gravity_are_read(world):
     surface = "<surface><friction><ode><mu>0.3</mu></ode></friction></surface>"
     found = world(
         "<gravity>0 0 -1.62</gravity>" + static(link(f"<collision name='c'>{BOX}{surface}</collision>"))
@@ -175,7 +175,7 @@ def test_friction_and_gravity(world):
     assert found.bodies[0].parts[0].friction == 0.3
 
 
-def test_a_moving_model_has_its_mass(world):
+def test_movable_model_has_its_mass(world):
     inertia = "<inertia><ixx>0.1</ixx><iyy>0.2</iyy><izz>0.25</izz></inertia>"
     inertial = f"<inertial><pose>0 0 0.5 0 0 1.5707963267948966</pose><mass>3</mass>{inertia}</inertial>"
     (body,) = world(f"<model name='m'>{link(inertial + COLLISION)}</model>").bodies
@@ -184,8 +184,8 @@ def test_a_moving_model_has_its_mass(world):
     assert body.inertia[:3] == pytest.approx((0.2, 0.1, 0.25))
 
 
-def test_links_held_together_weigh_together(world):
-    """Two balls of 1 kg and 1 kg m^2 two metres apart: 2 kg, and 1 + 1 + 1 + 1 across (Steiner)."""
+def test_masses_of_rigidly_connected_links_are_combined(world):
+    """Two balls of 1 kg and 1 kg m^2, 2 m apart, have 2 kg and 1 + 1 + 1 + 1 kg m^2 across (Steiner)."""
     inner = (
         link(name="a") + link(name="b", pose="<pose>2 0 0 0 0 0</pose>")
         + "<joint name='j' type='fixed'><parent>a</parent><child>b</child></joint>"
@@ -196,12 +196,12 @@ def test_links_held_together_weigh_together(world):
     assert body.inertia[:3] == pytest.approx((2, 4, 4))
 
 
-def test_links_without_joints_move_alone(world):
+def test_links_without_joints_move_independently(world):
     bodies = world(f"<model name='m'>{link(name='a')}{link(name='b')}</model>").bodies
     assert [body.name for body in bodies] == ["m", "m::b"]
 
 
-def test_includes_are_found_named_and_placed(world, tmp_path, monkeypatch):
+def test_includes_have_their_name_and_pose(world, tmp_path, monkeypatch):
     folder = tmp_path / "elsewhere" / "post"
     folder.mkdir(parents=True)
     (folder / "model.config").write_text(
@@ -218,26 +218,26 @@ def test_includes_are_found_named_and_placed(world, tmp_path, monkeypatch):
     assert place(body)[:3] == pytest.approx([1, 2, 0])
 
 
-def test_gazebos_own_ground_and_sun_are_known(world):
+def test_ground_plane_and_sun_of_gazebo_are_known(world):
     bodies = world(
         "<include><uri>model://ground_plane</uri></include><include><uri>model://sun</uri></include>"
     ).bodies
     assert [type(part.shape) for body in bodies for part in body.parts] == [Plane]
 
 
-def test_a_file_of_one_model_gets_a_floor():
+def test_file_of_one_model_gets_a_floor():
     bodies = load_world(LIBRARY / "crate" / "model.sdf").bodies
     assert [body.name for body in bodies] == ["ground_plane", "crate"]
 
 
 @pytest.mark.parametrize("model", sorted(path.name for path in LIBRARY.iterdir() if path.is_dir()))
-def test_every_model_of_the_library_is_whole(world, model):
+def test_every_library_model_is_read_without_findings(world, model):
     found = world(f"<include><uri>model://{model}</uri></include>")
     assert found.diagnostics == ()
     assert found.bodies[0].parts
 
 
-def test_what_is_not_simulated_is_said_once_at_its_line(world):
+def test_unsupported_elements_are_reported_once_at_their_line(world):
     plugin = "<plugin name='p' filename='libwind.so'/>"
     found = world(
         f"{plugin}\n{plugin}\n<light name='sun' type='directional'/><state world_name='w'/>" + static(link())
@@ -280,7 +280,7 @@ def test_what_is_not_simulated_is_said_once_at_its_line(world):
         ),
     ],
 )  # fmt: skip
-def test_faults_are_said_at_their_line(world, inner, code, message):
+def test_errors_are_reported_at_their_line(world, inner, code, message):
     found = faults(world, inner)
     assert code in [d.code for d in found]
     fault = next(d for d in found if d.code == code)
@@ -288,7 +288,7 @@ def test_faults_are_said_at_their_line(world, inner, code, message):
     assert fault.origin.span.line == 3
 
 
-def test_a_ring_of_frames_is_told_once(world):
+def test_cycle_of_frames_is_reported_once(world):
     ring = "".join(
         f"<model name='m{i}'><static>1</static>{TURN.format(f'm{(i + 1) % 4}')}{link()}</model>"
         for i in range(4)
@@ -297,8 +297,8 @@ def test_a_ring_of_frames_is_told_once(world):
     assert "in a cycle: m0 -> m1 -> m2 -> m3 -> m0" in fault.message
 
 
-def test_a_long_chain_of_frames_adds_up(world):
-    """Three thousand steps of a centimetre."""
+def test_poses_of_a_long_chain_of_frames_add_up(world):
+    """The chain has 3000 frames, 1 cm apart."""
     pose = "<pose relative_to='{}'>0.01 0 0 0 0 0</pose>"
     frames = "".join(f"<frame name='f{i + 1}'>{pose.format(f'f{i}')}</frame>" for i in range(3000))
     found = world(
@@ -307,22 +307,22 @@ def test_a_long_chain_of_frames_adds_up(world):
     assert place(found.bodies[0]) == pytest.approx([30.0, 0, 0, 0, 0, 0])
 
 
-def test_a_mesh_that_two_models_use_is_one(world, tmp_path):
+def test_mesh_of_two_models_is_loaded_once(world, tmp_path):
     import trimesh
 
     trimesh.creation.icosphere(1).export(tmp_path / "ball.stl")
     geometry = "<geometry><mesh><uri>ball.stl</uri></mesh></geometry>"
     ball = link(f"<collision name='c'>{geometry}</collision><visual name='v'>{geometry}</visual>")
-    found = world(static(ball, "one") + static(ball, "other", "3 0 0 0 0 0"))
-    ((one,), (other,)) = (body.parts for body in found.bodies)
-    assert one.solid
-    assert one.visible
-    assert one.shape is other.shape
+    found = world(static(ball, "first") + static(ball, "second", "3 0 0 0 0 0"))
+    ((first,), (second,)) = (body.parts for body in found.bodies)
+    assert first.solid
+    assert first.visible
+    assert first.shape is second.shape
 
 
 @pytest.mark.parametrize("tag", ["numbers", "values", "bix", "polyline"])
-def test_a_shape_that_there_is_not_is_left_out(world, tag):
-    """Whatever it is called: the reader has methods and fields of such names."""
+def test_unknown_shape_is_not_simulated(world, tag):
+    """The names equal methods and fields of the reader, which must not be called."""
     found = world(
         static(f"<link name='l'><collision name='c'><geometry><{tag}/></geometry></collision></link>")
     )
@@ -330,13 +330,13 @@ def test_a_shape_that_there_is_not_is_left_out(world, tag):
     assert found.diagnostics[0].message == f"the shape <{tag}> is not simulated"
 
 
-def test_all_faults_are_told_in_one_run(world):
+def test_all_errors_are_reported_in_one_run(world):
     bad = static(link(f"<collision name='c'>{BOX.replace('1 2 0.1', '0 0 0')}</collision>"))
     found = faults(world, bad + "<include><uri>model://nowhere</uri></include>")
     assert {d.code for d in found} == {"W202", "W204"}
 
 
-def test_a_ring_of_includes_is_said(world, tmp_path):
+def test_cycle_of_includes_is_reported(world, tmp_path):
     for name, other in (("a", "b"), ("b", "a")):
         (tmp_path / name).mkdir()
         (tmp_path / name / "model.config").write_text("<model><sdf>model.sdf</sdf></model>")
@@ -352,7 +352,7 @@ def test_a_ring_of_includes_is_said(world, tmp_path):
     ("text", "code"),
     [("", "P002"), ("<robot name='r'/>", "W201"), ("<sdf version='1.7'/>", "W201"), ("<sdf>", "P001")],
 )
-def test_a_file_that_is_no_world_is_refused(tmp_path, text, code):
+def test_file_that_is_not_a_world_is_rejected(tmp_path, text, code):
     file = tmp_path / "bad.world"
     file.write_text(text)
     with pytest.raises(DescriptionError) as caught:
@@ -360,13 +360,13 @@ def test_a_file_that_is_no_world_is_refused(tmp_path, text, code):
     assert caught.value.diagnostics[0].code == code
 
 
-def test_a_world_that_is_not_there():
+def test_missing_world_file_is_reported():
     with pytest.raises(DescriptionError, match="does not exist"):
         load_world("nowhere.world")
 
 
-def test_frames_stand_where_libsdformat_has_them(world):
-    """Every kind of frame at once; the poses are those that libsdformat 12.3 resolves for this world."""
+def test_frames_equal_those_of_libsdformat(world):
+    """The world has every kind of frame. The expected poses are those of libsdformat 12.3."""
     body = "<collision name='c'><geometry><box><size>1 1 1</size></box></geometry></collision>"
     found = world(
         f"""<frame name="f" attached_to="m"><pose>2 0 0 0 0 0.3</pose></frame>
@@ -400,7 +400,7 @@ def test_frames_stand_where_libsdformat_has_them(world):
     )
 
 
-def test_a_mesh_that_is_missing_leaves_the_rest_of_the_world(world):
+def test_missing_mesh_does_not_affect_the_rest_of_the_world(world):
     found = world(static(link(NO_MESH + COLLISION)))
     assert "W202" in [d.code for d in found.diagnostics]
     assert len(found.bodies[0].parts) == 1
@@ -413,15 +413,15 @@ def test_a_mesh_that_is_missing_leaves_the_rest_of_the_world(world):
         ("<collision name='c'><geometry><mesh><uri>flat.stl</uri></mesh></geometry></collision>", "W206"),
     ],
 )
-def test_a_shape_that_is_none_leaves_the_rest_of_the_world(world, tmp_path, inner, code):
+def test_invalid_shape_does_not_affect_the_rest_of_the_world(world, tmp_path, inner, code):
     (tmp_path / "flat.stl").write_text("solid none\nendsolid none\n")
     found = world(static(link(inner)) + static(link(), "other"))
     assert [(d.code, d.origin.span.line, d.is_error) for d in found.diagnostics] == [(code, 3, False)]
     assert [len(body.parts) for body in found.bodies] == [0, 1]
 
 
-def test_a_heightmap_of_sixteen_bits_keeps_them(world, tmp_path):
-    """At 6.5535 m to white a grey is 0.1 mm; the picture's first row is the far side, +y."""
+def test_16_bit_heightmap_keeps_its_precision(world, tmp_path):
+    """With white at 6.5535 m a grey level is 0.1 mm. The image's first row is the far side, +y."""
     from PIL import Image
 
     Image.fromarray(np.array([[0, 1, 2], [255, 256, 65535]], dtype=np.uint16)).save(tmp_path / "hills.png")
@@ -435,7 +435,7 @@ def test_a_heightmap_of_sixteen_bits_keeps_them(world, tmp_path):
     assert place(found.bodies[0]) == pytest.approx([0, 0, 1, 0, 0, 0])
 
 
-def test_fuels_ground_and_sun_and_gazebos_own_plugins_are_known(world):
+def test_fuel_models_and_gazebos_own_plugins_are_known(world):
     fuel = "https://fuel.gazebosim.org/1.0/OpenRobotics/models"
     found = world(
         f"<include><uri>{fuel}/Ground Plane</uri></include><include><uri>{fuel}/Sun</uri></include>"
@@ -446,7 +446,7 @@ def test_fuels_ground_and_sun_and_gazebos_own_plugins_are_known(world):
     assert found.diagnostics == ()
 
 
-def test_a_model_that_gazebo_has_fetched_is_found(world, tmp_path, monkeypatch):
+def test_model_downloaded_by_gazebo_is_found(world, tmp_path, monkeypatch):
     folder = tmp_path / ".gz/fuel/fuel.gazebosim.org/openrobotics/models/oak tree/3"
     folder.mkdir(parents=True)
     (folder / "model.config").write_text("<model><sdf version='1.7'>model.sdf</sdf></model>")
@@ -465,7 +465,7 @@ def test_a_model_that_gazebo_has_fetched_is_found(world, tmp_path, monkeypatch):
         (static(link(f"<collision name='c'>{BOX}{FRICTION.format(NEGATIVE)}</collision>")), 4),
     ],
 )
-def test_numbers_below_zero_that_cannot_be_are_told(world, inner, line):
-    (told,) = world(inner).diagnostics
-    assert (told.code, told.origin.span.line) == ("W204", line)
-    assert not told.is_error
+def test_invalid_negative_numbers_are_reported(world, inner, line):
+    (finding,) = world(inner).diagnostics
+    assert (finding.code, finding.origin.span.line) == ("W204", line)
+    assert not finding.is_error

@@ -1,4 +1,4 @@
-"""Joints of SDF models: what moves with what, about which axis; expected values by hand from the spec."""
+"""Joints of SDF models. The expected values were derived by hand from the specification."""
 
 from math import inf
 
@@ -38,8 +38,8 @@ def axis(xyz: str, inner: str = "", tag: str = "axis") -> str:
     return f"<{tag}><xyz>{xyz}</xyz>{inner}</{tag}>"
 
 
-def test_a_hinge_has_its_anchor_axis_limits_and_dynamics(world):
-    """The joint stands at its own pose in the child; its axis is along the child's axes."""
+def test_hinge_has_its_anchor_axis_limits_and_dynamics(world):
+    """The joint has its own pose in the child, and its axis is in the child's axes."""
     inner = "<pose>0.5 0 0 0 0 0</pose>" + axis(
         "0 2 0",
         "<limit><lower>-1</lower><upper>1e16</upper></limit>"
@@ -70,8 +70,8 @@ def test_a_hinge_has_its_anchor_axis_limits_and_dynamics(world):
         ("1.6", "<xyz>1 0 0</xyz><use_parent_model_frame>1</use_parent_model_frame>", (0, -1, 0)),
     ],
 )
-def test_an_axis_is_along_the_frame_it_is_expressed_in(world, version, inner, expected):
-    """The child is turned by a quarter: the model's x is its -y. SDF 1.4 speaks in the model's axes."""
+def test_axis_is_in_the_frame_it_is_expressed_in(world, version, inner, expected):
+    """The child is rotated by 90 degrees: the model's x is its -y. SDF 1.4 uses the model's axes."""
     text = model(link("a"), link("b", "1 0 0 0 0 1.5707963267948966"),
                  joint("revolute", "a", "b", f"<axis>{inner}</axis>"))  # fmt: skip
     hung = world(text, version).bodies[1].joint
@@ -85,7 +85,7 @@ def test_an_axis_is_along_the_frame_it_is_expressed_in(world, version, inner, ex
         ("universal", ["turn", "turn"]), ("revolute2", ["turn", "turn"]), ("screw", ["turn", "slide"]),
     ],
 )  # fmt: skip
-def test_every_kind_of_joint_has_its_freedoms(world, kind, motions):
+def test_every_joint_type_has_its_freedoms(world, kind, motions):
     inner = axis("1 0 0") + axis("0 1 0", tag="axis2")
     hung = world(model(link("a"), link("b"), joint(kind, "a", "b", inner))).bodies[1].joint
     assert [freedom.motion for freedom in hung.freedoms] == motions
@@ -93,7 +93,7 @@ def test_every_kind_of_joint_has_its_freedoms(world, kind, motions):
         assert [freedom.axis for freedom in hung.freedoms] == [(1, 0, 0), (0, 1, 0)]
 
 
-def test_what_is_fixed_to_the_world_stands_still(world):
+def test_link_fixed_to_the_world_is_static(world):
     text = model(link("a"), link("b"), joint("fixed", "world", "a", name="f"), joint("revolute", "a", "b"))
     first, second = world(text).bodies
     assert first.is_static
@@ -101,7 +101,7 @@ def test_what_is_fixed_to_the_world_stands_still(world):
     assert second.joint.parent == "m"
 
 
-def test_ends_may_be_frames_and_links_of_nested_models(world):
+def test_joints_can_connect_frames_and_links_of_nested_models(world):
     inner = "<model name='n'><pose>0 0 1 0 0 0</pose>" + link("x") + "</model>"
     text = model(
         link("a"), inner, "<frame name='f' attached_to='a'/>", joint("revolute", "f", "n::x", axis("0 0 1"))
@@ -110,8 +110,8 @@ def test_ends_may_be_frames_and_links_of_nested_models(world):
     assert bodies["m::n"].joint.parent == "m"
 
 
-def test_a_link_that_a_joint_holds_to_what_comes_later_hangs_on_it(world):
-    """The bodies stand in the order in which they hang on each other."""
+def test_child_of_a_later_link_comes_after_it(world):
+    """Each body comes after its parent."""
     text = model(
         link("tip"), link("base"), joint("revolute", "base", "tip"), joint("fixed", "world", "base", name="f")
     )
@@ -119,8 +119,8 @@ def test_a_link_that_a_joint_holds_to_what_comes_later_hangs_on_it(world):
     assert names == [("m::base", None), ("m", "m::base")]
 
 
-def test_a_ring_of_joints_is_closed(world):
-    """Three hinges in a ring: two hang the links on each other, the third holds two points together."""
+def test_closed_loop_of_joints_is_kept(world):
+    """Of three hinges in a loop, two connect links to their parents, and the third connects two points."""
     text = model(
         link("a"), link("b"), link("c"),
         joint("revolute", "a", "b", axis("0 1 0"), "one"), joint("revolute", "b", "c", axis("0 1 0"), "two"),
@@ -133,7 +133,7 @@ def test_a_ring_of_joints_is_closed(world):
     assert loop.points == (pytest.approx((0, -0.1, 0)), pytest.approx((0, 0.1, 0)))
 
 
-def test_a_merged_include_becomes_part_of_the_model(world, tmp_path):
+def test_merged_include_becomes_part_of_the_model(world, tmp_path):
     (tmp_path / "part").mkdir()
     (tmp_path / "part" / "model.config").write_text("<model><sdf>model.sdf</sdf></model>")
     (tmp_path / "part" / "model.sdf").write_text(
@@ -159,7 +159,7 @@ def test_a_merged_include_becomes_part_of_the_model(world, tmp_path):
         ),
     ],
 )  # fmt: skip
-def test_faults_of_joints_are_said_at_their_line(world, inner, code, message):
+def test_errors_of_joints_are_reported_at_their_line(world, inner, code, message):
     with pytest.raises(DescriptionError) as caught:
         world(f"<model name='m'>{link('a')}{link('b')}\n{inner}</model>")
     fault = next(d for d in caught.value.diagnostics if d.is_error)
@@ -168,10 +168,10 @@ def test_faults_of_joints_are_said_at_their_line(world, inner, code, message):
 
 
 @pytest.mark.parametrize(("kind", "tag"), [("revolute", "axis"), ("universal", "axis2")])
-def test_an_axis_that_is_not_there_is_said(world, kind, tag):
+def test_missing_axis_is_reported(world, kind, tag):
     given = axis("0 0 1") if tag == "axis2" else ""
-    (said,) = world(
+    (finding,) = world(
         f"<model name='m'>{link('a')}{link('b')}\n{joint(kind, 'a', 'b', given)}</model>"
     ).diagnostics
-    assert (said.code, said.is_error, said.origin.span.line) == ("W205", False, 4)
-    assert f"joint 'j' has no <{tag}>" in said.message
+    assert (finding.code, finding.is_error, finding.origin.span.line) == ("W205", False, 4)
+    assert f"joint 'j' has no <{tag}>" in finding.message

@@ -8,8 +8,8 @@ from kbot.world import BUILDERS, Box, Cylinder, load_world
 
 
 @pytest.mark.parametrize("name", list(BUILDERS))
-def test_every_world_leaves_the_start_free(name):
-    """No solid part that rises from the ground reaches into 0.15 m about the origin."""
+def test_every_world_has_a_free_start(name):
+    """No solid part above the ground is within 0.15 m of the origin."""
     for body in load_world(name).bodies:
         for part in body.parts:
             pose = body.pose @ part.pose
@@ -25,15 +25,15 @@ def test_every_world_leaves_the_start_free(name):
 
 
 @pytest.mark.parametrize("name", list(BUILDERS))
-def test_every_world_has_a_floor_and_bodies_with_names_of_their_own(name):
+def test_every_world_has_a_floor_and_bodies_with_unique_names(name):
     names = [body.name for body in load_world(name).bodies]
     assert "ground_plane" in names
     assert len(set(names)) == len(names)
 
 
 @pytest.mark.parametrize(("size", "seed"), [(1, 1), (5, 2), (12, 7)])
-def test_a_maze_is_perfect(size, seed):
-    """A spanning tree of n cells leaves closed all but n - 1 of the inner walls."""
+def test_maze_is_perfect(size, seed):
+    """A spanning tree of n cells opens n - 1 of the inner walls."""
     cell, total = 0.6, 0.0
     for body in load_world(f"maze:size={size},seed={seed},cell={cell}").bodies[1:]:
         total += body.parts[0].shape.size[0] - 0.02
@@ -41,7 +41,7 @@ def test_a_maze_is_perfect(size, seed):
     assert total / cell == pytest.approx(4 * size + inner - opened)
 
 
-def test_a_seed_makes_the_same_maze_and_another_seed_another():
+def test_maze_depends_only_on_its_seed():
     def outline(text):
         return [tuple(body.pose.translation) for body in load_world(text).bodies]
 
@@ -49,7 +49,7 @@ def test_a_seed_makes_the_same_maze_and_another_seed_another():
     assert outline("maze:seed=3") != outline("maze:seed=4")
 
 
-def test_the_ramp_meets_the_ground_and_its_platform():
+def test_ramp_meets_the_ground_and_its_platform():
     world = load_world("ramp:angle=10,length=2")
     up, platform = world.bodies[1], world.bodies[2]
     lx, _, lz = up.parts[0].shape.size
@@ -68,8 +68,8 @@ def test_stairs_rise_by_their_height():
     assert tops == pytest.approx([0.02, 0.04, 0.06])
 
 
-def test_the_track_closes():
-    """Both half circles are made of chords whose length makes up the circle's, within a hundredth."""
+def test_track_is_closed():
+    """The chords of both half circles add up to the circumference within 1 %."""
     parts = load_world("track:straight=2,radius=0.75").bodies[1].parts
     assert all(not part.solid for part in parts)
     assert sum(part.shape.size[0] for part in parts) == pytest.approx(4 + 2 * np.pi * 0.75, rel=0.03)
@@ -97,11 +97,11 @@ def test_the_track_closes():
         ("track:radius=0", "radius"),
     ],
 )
-def test_what_cannot_be_built_is_said(text, message):
+def test_invalid_parameters_are_one_error(text, message):
     with pytest.raises(KbotError, match=message):
         load_world(text)
 
 
-def test_a_world_is_handed_through():
+def test_world_object_is_returned_unchanged():
     world = load_world("empty")
     assert load_world(world) is world
