@@ -1,4 +1,4 @@
-"""A suggestion or a fix that is followed gives the right robot or an error, never a worse robot silently."""
+"""Following a suggestion or a fix gives the right robot or an error, never a worse robot without an error."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def found_in(text: str) -> tuple[Diagnostic, ...]:
     return check_text(text, "robot.xacro", config=Config(ignore=("I1",)))
 
 
-def test_an_undefined_name_is_defined_and_not_replaced_by_a_similar_one() -> None:
+def test_undefined_name_is_defined_and_not_replaced_by_a_similar_name() -> None:
     (error,) = (d for d in found_in(CASTER) if d.is_error)
     assert error.message == "unknown property 'caster_wheel_radius'"
     assert error.hint == 'Define it with <xacro:property name="caster_wheel_radius" value="…"/>'
@@ -42,7 +42,7 @@ def test_an_undefined_name_is_defined_and_not_replaced_by_a_similar_one() -> Non
     assert fixed(CASTER, "robot.xacro", found_in, unsafe=False)[0] == CASTER
 
 
-def test_the_inserted_property_asks_for_its_value() -> None:
+def test_inserted_property_is_an_error_until_it_has_a_value() -> None:
     text, *_ = fixed(CASTER, "robot.xacro", found_in, unsafe=True)
     head, _, rest = CASTER.partition("\n")
     assert text == f'{head}\n  <xacro:property name="caster_wheel_radius" value="${{…}}"/>\n{rest}'
@@ -55,20 +55,21 @@ def test_the_inserted_property_asks_for_its_value() -> None:
 def test_two_undefined_names_are_both_defined() -> None:
     text = CASTER.replace("${caster_wheel_radius - wheel_radius}", "${caster_size + mast_height}")
     text, applied, _ = fixed(text, "robot.xacro", found_in, unsafe=True)
-    assert len(applied) == 1  # an expression stops at the first
+    assert len(applied) == 1  # an expression stops at its first error
     text, applied, _ = fixed(text.replace("${…}", "1"), "robot.xacro", found_in, unsafe=True)
     assert len(applied) == 1
     assert text.count("<xacro:property") == 3
 
 
-def test_a_slip_is_suggested() -> None:
+def test_slip_gets_a_suggestion() -> None:
     text = CASTER.replace("caster_wheel_radius", "wheel_raduis")
     (error,) = (d for d in found_in(text) if d.is_error)
     assert (error.message, error.hint) == ("unknown property 'wheel_raduis'", "did you mean 'wheel_radius'?")
 
 
-def test_a_property_that_a_misspelled_name_may_mean_is_not_removed() -> None:
-    """`wheel_size` looks unused, for `${size_of_the_wheels}` is unknown: removing it would lose its value."""
+def test_property_that_a_misspelt_name_may_mean_is_not_removed() -> None:
+    """`wheel_size` seems unused because `${size_of_the_wheels}` is undefined. Removing it would lose its
+    value."""
     text = CASTER.replace("${caster_wheel_radius - wheel_radius}", "${size_of_the_wheels}")
     text = text.replace("  <link", '  <xacro:property name="wheel_size" value="0.07"/>\n  <link', 1)
     assert "S101" in {d.code for d in found_in(text)}
@@ -76,14 +77,14 @@ def test_a_property_that_a_misspelled_name_may_mean_is_not_removed() -> None:
 
 
 def uses(text: str, name: str) -> list[int]:
-    """Where a text has the name as a whole word, its definition included."""
+    """The places where a text has the name as a whole word, including its definition."""
     return [match.start() for match in re.finditer(rf"\b{name}\b", text)]
 
 
 @pytest.mark.parametrize(
     ("expression", "message", "hint"),
     [
-        # `${degrees}` would be the text "<built-in function degrees>"
+        # `${degrees}` would expand to "<built-in function degrees>"
         ("degree", "unknown property 'degree'", 'Define it with <xacro:property name="degree" value="…"/>'),
         ("sqtr(wheel_radius)", "unknown function 'sqtr'", "did you mean 'sqrt' or 'str'?"),
         ("lenn('a')", "unknown function 'lenn'", "did you mean 'len'?"),
@@ -91,7 +92,7 @@ def uses(text: str, name: str) -> list[int]:
         ("max([radian(i) for i in [1, 2]])", "unknown function 'radian'", "did you mean 'radians'?"),
     ],
 )
-def test_a_function_is_suggested_only_where_one_is_called(expression: str, message: str, hint: str) -> None:
+def test_function_is_suggested_only_for_a_call(expression: str, message: str, hint: str) -> None:
     text = CASTER.replace("caster_wheel_radius - wheel_radius", expression)
     (error,) = (d for d in found_in(text) if d.is_error)
     assert (error.message, error.hint) == (message, hint)
@@ -104,39 +105,39 @@ NAMES = sorted(name for name in set(DEFINED.findall(CLEAN)) if len(uses(CLEAN, n
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_name_that_is_defined_nowhere_is_not_replaced_by_another(name: str) -> None:
-    """One definition of the clean robot is given another name: no suggestion or fix may then leave a robot
-    without an error in which another part takes its place."""
-    spoiled = DEFINED.sub(lambda m: m[0].replace(f'"{name}"', '"zzz_qqq"') if m[1] == name else m[0], CLEAN)
-    assert spoiled != CLEAN
-    for found in found_in(spoiled):
+def test_undefined_name_is_not_replaced_by_another(name: str) -> None:
+    """Rename one definition of the clean robot. No suggestion or fix may then give a robot without an error
+    that uses another part instead."""
+    mutant = DEFINED.sub(lambda m: m[0].replace(f'"{name}"', '"zzz_qqq"') if m[1] == name else m[0], CLEAN)
+    assert mutant != CLEAN
+    for found in found_in(mutant):
         assert not getattr(found.hint, "nearest", ()), found
-    after = found_in(fixed(spoiled, "robot.xacro", found_in, unsafe=True)[0])
+    after = found_in(fixed(mutant, "robot.xacro", found_in, unsafe=True)[0])
     assert any(d.code not in ("S101", "S102", "S103") for d in after)
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if len(name) >= 4])
-def test_a_slip_in_a_name_is_fixed_or_reported(name: str) -> None:
-    """The last use of a name is misspelled in three ways; following each suggestion gives the clean robot."""
+def test_slip_in_a_name_is_fixed_or_reported(name: str) -> None:
+    """The last use of a name is misspelt in three ways. Following each suggestion gives the clean robot."""
     start = uses(CLEAN, name)[-1]
     for slip in (name[:2] + name[3:], name[0] + name[2] + name[1] + name[3:], name + name[-1]):
-        spoiled = CLEAN[:start] + slip + CLEAN[start + len(name) :]
-        suggested = [d.hint for d in found_in(spoiled) if isinstance(d.hint, Suggestion) and d.hint.nearest]
+        mutant = CLEAN[:start] + slip + CLEAN[start + len(name) :]
+        suggested = [d.hint for d in found_in(mutant) if isinstance(d.hint, Suggestion) and d.hint.nearest]
         assert all(hint.nearest == (name,) for hint in suggested), suggested
-        after = fixed(spoiled, "robot.xacro", found_in, unsafe=False)[0]
+        after = fixed(mutant, "robot.xacro", found_in, unsafe=False)[0]
         assert after == CLEAN or found_in(after)
 
 
 @pytest.mark.parametrize("mutator", MUTATORS, ids=lambda m: f"{m.code}-{m.name}")
-def test_no_fix_brings_another_finding_without_an_error(mutator: Mutator) -> None:
-    """Each fix of a mutant is followed alone, safe or not: nothing new is found afterwards, or an error is
-    left that says what remains to be done."""
-    spoiled = next(spoiled for robot in ROVERS if (spoiled := mutator.spoil(rover(robot))))[0]
-    before = found_in(spoiled)
+def test_no_fix_causes_another_finding(mutator: Mutator) -> None:
+    """Each fix of a mutant is applied alone, safe or not. Afterwards there is no new finding, or an error
+    that says what to do."""
+    mutant = next(mutant for robot in ROVERS if (mutant := mutator.spoil(rover(robot))))[0]
+    before = found_in(mutant)
     for finding in before:
         if finding.fix is None:
             continue
-        after = found_in(apply_edits(spoiled, finding.fix.edits))
+        after = found_in(apply_edits(mutant, finding.fix.edits))
         new = Counter(d.code for d in after) - Counter(d.code for d in before)
         assert not new or any(d.is_error for d in after), (finding.code, finding.fix.title, new)
 
@@ -145,7 +146,7 @@ MANY_FIXES = "\n".join(["bad" if number % 10 == 3 else "good" for number in rang
 
 
 def found_by_word(text: str) -> list[Diagnostic]:
-    """A finding for each `good` and `bad`, with a fix. The fix of `bad` makes an error."""
+    """One finding with a fix for each `good` and `bad`. The fix of `bad` causes an error."""
     source = Source("robot.xacro", text)
     found = list[Diagnostic]()
     for match in re.finditer(r"good|bad|error", text):
@@ -158,17 +159,17 @@ def found_by_word(text: str) -> list[Diagnostic]:
 
 
 @pytest.mark.parametrize("size", [5_000, 41_000, 201_000])
-def test_every_fix_that_helps_is_applied_beside_those_that_do_not(size: int) -> None:
-    """No note: the search ends by itself, and a note is a warning, which fails a test."""
+def test_helpful_fixes_are_applied_although_others_fail(size: int) -> None:
+    """The search ends without a note: a note is a warning, which would fail the test."""
     text = MANY_FIXES + " " * (size - len(MANY_FIXES))
     after, applied, _ = fixed(text, "robot.xacro", found_by_word, unsafe=False)
     assert after == text.replace("good", "done")
     assert len(applied) == 90
 
 
-def test_a_search_that_fails_too_often_stops_with_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
-    """In a large file 17 tries may fail; the fixes that helped until then are applied."""
-    monkeypatch.setattr("kbot.checks.fixes._CHECKED_BYTES", 0)  # as if the file had megabytes
+def test_search_stops_with_a_note_after_too_many_failures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a large file 17 tries may fail. The fixes that helped until then are applied."""
+    monkeypatch.setattr("kbot.checks.fixes._CHECKED_BYTES", 0)  # simulates a file of some megabytes
     text, tries = MANY_FIXES, list[str]()
 
     def check(changed: str) -> list[Diagnostic]:

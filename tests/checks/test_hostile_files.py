@@ -1,4 +1,4 @@
-"""`kbot check` answers a hostile file within its bounds, and its work grows no faster than the file."""
+"""`kbot check` handles hostile files within its limits, in time linear in the size of the file."""
 
 import sys
 from collections.abc import Callable
@@ -25,7 +25,7 @@ MALFORMED = {
 
 
 @pytest.mark.parametrize("what", MALFORMED)
-def test_what_is_not_well_formed_is_reported_at_once(
+def test_malformed_xml_is_reported_quickly(
     what: str, tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
     (tmp_path / "robot.xacro").write_text(MALFORMED[what])
@@ -36,7 +36,7 @@ def test_what_is_not_well_formed_is_reported_at_once(
 
 
 def _lines(count: int, line: str) -> str:
-    """A robot with a line for each number, which `{}` stands for in it."""
+    """A robot with one line per number. `{}` in the line is replaced by the number."""
     lines = "\n".join(line.replace("{}", str(number)) for number in range(count))
     return f'{H}\n<link name="base_link"/>\n{lines}\n</robot>\n'
 
@@ -57,7 +57,7 @@ def _joint(kind: str, inner: str) -> str:
 
 
 def _calls(count: int) -> str:
-    """Calls of a macro, of which each second one has a fault."""
+    """Calls of a macro, every second one with a fault."""
     inertial = '<inertial><mass value="${v * 1}"/></inertial>'
     macro = f'<xacro:macro name="m" params="n v"><link name="${{n}}">{inertial}</link></xacro:macro>'
     return _lines(count, '<xacro:m n="l{}" v="${{} % 2 - 1}"/>').replace(H, H + macro)
@@ -87,8 +87,8 @@ MANY: dict[str, Callable[[int], str]] = {
 
 
 @pytest.mark.parametrize("what", MANY)
-def test_the_work_grows_no_faster_than_the_file(what: str, tmp_path: Path) -> None:
-    """Counted in calls of functions: four times the findings take at most five times the calls."""
+def test_time_grows_linearly_with_file_size(what: str, tmp_path: Path) -> None:
+    """Counts function calls: four times as many findings take at most five times the calls."""
     work = []
     for count in (150, 600):
         text = MANY[what](count)
@@ -111,10 +111,8 @@ def test_the_work_grows_no_faster_than_the_file(what: str, tmp_path: Path) -> No
     assert work[1] < 5 * work[0], work
 
 
-def test_many_unknown_elements_of_one_element_take_linear_time(
-    tmp_path: Path, measured_kbot: Callable[..., Any]
-) -> None:
-    """Takes 2 s. A search among the children for each of them took more than 10 s."""
+def test_many_unknown_children_take_linear_time(tmp_path: Path, measured_kbot: Callable[..., Any]) -> None:
+    """Takes 2 s. A search among the siblings for each child took more than 10 s."""
     inner = "".join(f"<lnk{number}/>" for number in range(50_000))
     (tmp_path / "robot.urdf").write_text(f'<robot name="x"><link name="a">{inner}</link></robot>')
     result = measured_kbot("check", "robot.urdf")
@@ -127,10 +125,10 @@ def test_many_unknown_elements_of_one_element_take_linear_time(
 @pytest.mark.parametrize(
     "options", [("--output-format", "sarif"), ("--diff",), ("--fix", "--json")], ids=" ".join
 )
-def test_more_findings_than_are_listed_through_60_macro_calls(
+def test_number_of_findings_through_60_macro_calls_is_limited(
     options: tuple[str, ...], tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
-    """Takes up to 5 s. When all findings were listed, SARIF took 8 GB, and `--diff` 66 s."""
+    """Takes up to 5 s. Without the limit, SARIF took 8 GB and `--diff` 66 s."""
     calls = "".join(f'<xacro:macro name="m{i}" params=""><xacro:m{i + 1}/></xacro:macro>' for i in range(59))
     inner = '<xacro:macro name="m59" params="">' + "<linc/>" * 50_000 + "</xacro:macro>"
     text = f'{H}<link name="a"/>{calls}{inner}<xacro:m0/></robot>'
@@ -142,8 +140,8 @@ def test_more_findings_than_are_listed_through_60_macro_calls(
     assert ("no fix is tried" in result.err) == ("sarif" not in options)
 
 
-def test_errors_are_listed_before_warnings_where_not_all_are() -> None:
-    """A finding counts as four, and each macro call as one: at most 100,000."""
+def test_errors_are_listed_first_if_findings_are_limited() -> None:
+    """A finding counts as four and each of its macro calls as one. The limit is 100,000."""
     source = Source("r.xacro", "<a/>")
     span = Span(source, 0, 4)
     call = Call("macro", "m", span, Call("macro", "n", span))
@@ -157,10 +155,10 @@ def test_errors_are_listed_before_warnings_where_not_all_are() -> None:
     assert DescriptionError([error] * 30_000).diagnostics[:-1] == (error,) * 25_000
 
 
-def test_many_robots_of_a_launch_file_are_not_checked(
+def test_too_many_robots_of_a_launch_file_are_not_checked(
     tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
-    """Takes 2 s; with all 60 robots it took 48 s."""
+    """Takes 2 s. Checking all 60 robots took 48 s."""
     work = "${len([x * y for x in python.range(1000) for y in python.range(600)])}"
     (tmp_path / "r.xacro").write_text(
         f'{H}<xacro:arg name="a" default=""/><link name="l"/><t n="{work}"/></robot>'
@@ -187,8 +185,8 @@ def test_thousands_of_findings_are_reported(
     )
 
 
-def test_fixes_that_do_not_help_are_given_up(tmp_path: Path, measured_kbot: Callable[..., Any]) -> None:
-    """Each `<linc>` is nearly `<link>`, and a robot of 5,000 links without joints has more errors."""
+def test_fixes_that_do_not_help_are_abandoned(tmp_path: Path, measured_kbot: Callable[..., Any]) -> None:
+    """Each `<linc>` is a slip of `<link>`, but a robot of 5,000 links without joints has more errors."""
     (tmp_path / "robot.xacro").write_text(MANY["unknown elements"](5_000))
     result = measured_kbot("check", "robot.xacro", "--fix")
     assert result.is_bounded(), result

@@ -1,4 +1,4 @@
-"""The rules about meshes, on files of each format that are written here."""
+"""The mesh rules, on files of each format that the tests write."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def brick(factor: float = 1.0) -> trimesh.Trimesh:
 
 
 def robot(mesh: str, scale: str = "", mass: float = 1.0, origin: str = "0 0 0") -> str:
-    """A robot whose second link is the mesh, with the tensor of a solid brick."""
+    """A robot whose second link has the mesh and the inertia tensor of a solid brick."""
     x, y, z = SIZE
     shape = f'<geometry><mesh filename="{mesh}"{scale}/></geometry>'
     moments = [mass / 12 * v for v in (y * y + z * z, x * x + z * z, x * x + y * y)]
@@ -55,12 +55,12 @@ def form(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
-def test_a_good_mesh_has_no_findings(tmp_path: Path, form: str) -> None:
+def test_good_mesh_has_no_findings(tmp_path: Path, form: str) -> None:
     write(brick(), tmp_path / f"brick.{form}")
     assert check(robot(f"brick.{form}"), tmp_path) == []
 
 
-def test_millimetres_without_a_scale_are_told_and_with_it_are_not(tmp_path: Path, form: str) -> None:
+def test_millimetres_are_reported_without_a_scale_only(tmp_path: Path, form: str) -> None:
     write(brick(1000.0), tmp_path / f"brick.{form}")
     (first, *_) = [d for d in check(robot(f"brick.{form}"), tmp_path) if d.code == "G104"]
     assert "measures 200 m" in first.message
@@ -69,7 +69,7 @@ def test_millimetres_without_a_scale_are_told_and_with_it_are_not(tmp_path: Path
     assert codes(robot(f"brick.{form}", ' scale="0.001 0.001 0.001"'), tmp_path) == set()
 
 
-def test_a_collada_file_that_says_its_unit_is_not_to_be_scaled_again(tmp_path: Path) -> None:
+def test_collada_file_with_a_unit_must_not_be_scaled_again(tmp_path: Path) -> None:
     path = tmp_path / "brick.dae"
     write(brick(1000.0), path)
     plain, mark = path.read_text(), "<up_axis>"
@@ -79,28 +79,28 @@ def test_a_collada_file_that_says_its_unit_is_not_to_be_scaled_again(tmp_path: P
     assert "G105" in codes(robot("brick.dae", ' scale="0.001 0.001 0.001"'), tmp_path)
 
 
-def test_a_file_that_is_not_there_is_named_with_the_nearest(tmp_path: Path, form: str) -> None:
+def test_missing_file_is_reported_with_the_nearest_name(tmp_path: Path, form: str) -> None:
     write(brick(), tmp_path / f"brick.{form}")
     (found,) = check(robot(f"brikc.{form}"), tmp_path)
     assert found.code == "G101"
     assert found.hint == f"did you mean 'brick.{form}'?"
 
 
-@pytest.mark.skipif(Path(__file__.upper()).exists(), reason="this file system does not tell capital letters")
-def test_capital_letters_differ(tmp_path: Path, form: str) -> None:
+@pytest.mark.skipif(Path(__file__.upper()).exists(), reason="this file system ignores case")
+def test_case_of_a_file_name_matters(tmp_path: Path, form: str) -> None:
     write(brick(), tmp_path / f"Brick.{form}")
     (found,) = check(robot(f"brick.{form}"), tmp_path)
     assert found.code == "G102"
 
 
-def test_a_file_that_is_no_mesh_is_told_with_the_reason(tmp_path: Path, form: str) -> None:
+def test_file_that_is_not_a_mesh_is_reported_with_the_reason(tmp_path: Path, form: str) -> None:
     (tmp_path / f"brick.{form}").write_text("not a mesh at all\n")
     found = check(robot(f"brick.{form}"), tmp_path)
     assert {d.code for d in found} == {"G101"}
     assert f"brick.{form}" in found[0].message
 
 
-def test_too_many_triangles_to_collide_with(tmp_path: Path, form: str) -> None:
+def test_collision_mesh_with_too_many_triangles_is_reported(tmp_path: Path, form: str) -> None:
     mesh = brick()
     while len(mesh.faces) <= 10_000:
         mesh = mesh.subdivide()
@@ -111,30 +111,30 @@ def test_too_many_triangles_to_collide_with(tmp_path: Path, form: str) -> None:
 
 
 @pytest.mark.parametrize(("mass", "code"), [(1.0, None), (0.02, "I117"), (25.0, "I117")])
-def test_density_is_reckoned_with_the_volume_of_a_closed_mesh(
+def test_density_uses_the_volume_of_a_closed_mesh(
     tmp_path: Path, form: str, mass: float, code: str | None
 ) -> None:
-    """The brick has 1000 cm^3: 0.02 kg are 20 kg/m^3, 25 kg are 25,000 kg/m^3."""
+    """The brick has 1000 cm^3: 0.02 kg is 20 kg/m^3, and 25 kg is 25,000 kg/m^3."""
     write(brick(), tmp_path / f"brick.{form}")
     assert codes(robot(f"brick.{form}", mass=mass), tmp_path) == ({code} if code else set())
 
 
-def test_an_open_mesh_has_no_volume_to_judge_by(tmp_path: Path, form: str) -> None:
+def test_density_of_an_open_mesh_is_not_checked(tmp_path: Path, form: str) -> None:
     mesh = brick()
     mesh.update_faces(np.arange(len(mesh.faces)) < len(mesh.faces) - 2)
     write(mesh, tmp_path / f"brick.{form}")
     assert codes(robot(f"brick.{form}", mass=25.0), tmp_path) == set()
 
 
-def test_a_centre_of_mass_is_held_against_the_extents_of_the_mesh(tmp_path: Path, form: str) -> None:
+def test_centre_of_mass_is_compared_with_the_extents_of_the_mesh(tmp_path: Path, form: str) -> None:
     write(brick(), tmp_path / f"brick.{form}")
     (found,) = check(robot(f"brick.{form}", origin="0 0 0.1"), tmp_path)
     assert found.code == "I110"
-    # the brick ends at 25 mm, and 5 % of its longest side is let pass: 100 - 25 - 10
+    # the brick ends at 25 mm, and the tolerance is 5 % of its longest side: 100 - 25 - 10
     assert "65 mm outside" in found.message
 
 
-def test_what_is_there_and_is_no_file_is_said(tmp_path: Path) -> None:
+def test_path_that_is_not_a_regular_file_is_reported(tmp_path: Path) -> None:
     (tmp_path / "folder.stl").mkdir()
     (tmp_path / "turn.stl").symlink_to(tmp_path / "turn.stl")
     for name in ("folder.stl", "turn.stl"):
@@ -145,7 +145,7 @@ def test_what_is_there_and_is_no_file_is_said(tmp_path: Path) -> None:
         )
 
 
-def test_a_second_slash_after_the_package_is_one(tmp_path: Path) -> None:
+def test_double_slash_after_the_package_is_accepted(tmp_path: Path) -> None:
     (tmp_path / "package.xml").write_text("<package><name>robot</name></package>")
     write(brick(), tmp_path / "brick.stl")
     assert check(robot("package://robot//brick.stl"), tmp_path) == []
@@ -153,6 +153,6 @@ def test_a_second_slash_after_the_package_is_one(tmp_path: Path) -> None:
     assert found.message.endswith("does not exist")
 
 
-def test_an_empty_name_is_said(tmp_path: Path) -> None:
+def test_empty_file_name_is_reported(tmp_path: Path) -> None:
     (found,) = check(robot(" "), tmp_path)
     assert (found.code, found.message) == ("G101", "part: the visual's mesh names no file")

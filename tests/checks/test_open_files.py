@@ -1,4 +1,4 @@
-"""Checking texts that are not saved, as an editor does at each keystroke."""
+"""Checking unsaved texts, as an editor does at each keystroke."""
 
 from __future__ import annotations
 
@@ -46,11 +46,11 @@ def robot(tmp_path: Path) -> Path:
     return tmp_path / "robot.xacro"
 
 
-def said(found: tuple[Diagnostic, ...]) -> list[tuple[str, str, str]]:
+def keys_of(found: tuple[Diagnostic, ...]) -> list[tuple[str, str, str]]:
     return [(d.code, d.message, str(d.origin)) for d in found]
 
 
-def test_the_text_on_the_screen_counts_and_after_closing_that_on_disk(robot: Path) -> None:
+def test_unsaved_text_is_checked_until_the_file_is_closed(robot: Path) -> None:
     files_open = OpenFiles(config=Config())
     assert files_open.check(str(robot)) == ()
     files_open.edit(str(robot), ROBOT.replace('child link="tip"', 'child link="tap"'))
@@ -59,7 +59,7 @@ def test_the_text_on_the_screen_counts_and_after_closing_that_on_disk(robot: Pat
     assert files_open.check(str(robot)) == ()
 
 
-def test_an_included_file_that_is_open_counts_in_the_robot_that_includes_it(robot: Path) -> None:
+def test_unsaved_included_file_is_checked_with_its_robot(robot: Path) -> None:
     files_open = OpenFiles(config=Config())
     library = str(robot.parent / "library.xacro")
     files_open.edit(library, LIBRARY.replace("<visual>", "<viusal>").replace("</visual>", "</viusal>"))
@@ -71,7 +71,7 @@ def test_an_included_file_that_is_open_counts_in_the_robot_that_includes_it(robo
     assert check_file(str(robot), config=Config()) == ()
 
 
-def test_a_change_on_disk_of_a_file_that_is_not_open_is_seen(robot: Path) -> None:
+def test_change_on_disk_of_a_closed_file_is_noticed(robot: Path) -> None:
     files_open = OpenFiles(config=Config())
     files_open.edit(str(robot), ROBOT)
     assert files_open.check(str(robot)) == ()
@@ -79,7 +79,7 @@ def test_a_change_on_disk_of_a_file_that_is_not_open_is_seen(robot: Path) -> Non
     assert "I102" in {d.code for d in files_open.check(str(robot))}
 
 
-def test_a_file_that_is_nowhere_is_a_finding_and_one_that_is_open_only_is_none(tmp_path: Path) -> None:
+def test_missing_file_is_a_finding_unless_it_is_open(tmp_path: Path) -> None:
     files_open = OpenFiles(config=Config())
     path = str(tmp_path / "new.urdf")
     assert [d.code for d in files_open.check(path)] == ["F001"]
@@ -87,7 +87,7 @@ def test_a_file_that_is_nowhere_is_a_finding_and_one_that_is_open_only_is_none(t
     assert files_open.check(path) == ()
 
 
-def test_an_edit_of_one_file_parses_that_file_alone(robot: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_edit_of_one_file_parses_only_that_file(robot: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     parses: Counter[str] = Counter()
     parse = files.parse_document
 
@@ -113,7 +113,7 @@ def test_an_edit_of_one_file_parses_that_file_alone(robot: Path, monkeypatch: py
 
 @settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.data())
-def test_after_any_edits_the_findings_are_those_of_a_fresh_start(data: st.DataObject) -> None:
+def test_findings_after_edits_equal_those_of_a_fresh_start(data: st.DataObject) -> None:
     files_open = OpenFiles(config=Config())
     text = rover(ROVERS[0])
     for _ in range(3):
@@ -121,12 +121,12 @@ def test_after_any_edits_the_findings_are_those_of_a_fresh_start(data: st.DataOb
         cut = data.draw(st.integers(0, 3))
         text = text[:at] + data.draw(st.sampled_from(["", "x", "0", "<", '"', "}", "$"])) + text[at + cut :]
         files_open.edit("rover.xacro", text)
-        warm = said(files_open.check("rover.xacro"))
+        warm = keys_of(files_open.check("rover.xacro"))
         clear_cache()
-        assert said(check_text(text, "rover.xacro", config=Config())) == warm
+        assert keys_of(check_text(text, "rover.xacro", config=Config())) == warm
 
 
-def test_a_long_time_at_the_keyboard_takes_no_more_memory() -> None:
+def test_many_edits_do_not_increase_memory() -> None:
     files_open = OpenFiles(config=Config())
     text = rover(ROVERS[0])
 
@@ -146,4 +146,4 @@ def test_a_long_time_at_the_keyboard_takes_no_more_memory() -> None:
         grown = tracemalloc.get_traced_memory()[0] - before
     finally:
         tracemalloc.stop()
-    assert grown < 5 * len(text)  # a hundred kept texts would be more than a hundred times that
+    assert grown < 5 * len(text)  # a hundred cached texts would take more than a hundred times as much

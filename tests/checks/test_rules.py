@@ -1,4 +1,4 @@
-"""Every rule has a page, a fixture that breaks it and one that does not, and a fix that keeps its word."""
+"""Every rule has a page, a failing and a passing fixture, and its fix does what the page says."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def fixture(rule: Rule, name: str, folder: Path) -> Path:
-    """A copy of a rule's fixture, with the mesh of very many triangles that is not kept as a file."""
+    """A copy of a rule's fixture. The mesh with very many triangles is generated."""
     shutil.copytree(FIXTURES / rule.code, folder / rule.code)
     if rule.code == "G110":
         write_dense_mesh(folder / rule.code / "meshes" / "dense.stl")
@@ -38,7 +38,7 @@ def fixture(rule: Rule, name: str, folder: Path) -> Path:
 
 
 def write_dense_mesh(path: Path, triangles: int = 10_050) -> None:
-    """A binary STL: a zigzag ribbon of 0.1 m."""
+    """Write a binary STL: a zigzag ribbon of 0.1 m."""
     step = 0.1 / triangles
     with path.open("wb") as stream:
         stream.write(bytes(80) + struct.pack("<I", triangles))
@@ -59,7 +59,7 @@ def places(found: tuple[Diagnostic, ...]) -> set[tuple[str, int]]:
 
 
 @pytest.mark.parametrize("rule", OWN, ids=of_rule)
-def test_the_failing_fixture_has_exactly_the_findings_it_names(rule: Rule, folder: Path) -> None:
+def test_failing_fixture_has_exactly_the_findings_it_names(rule: Rule, folder: Path) -> None:
     path = fixture(rule, "fails", folder)
     found = check_file(str(path), config=Config())
     assert places(found) == expected(path)
@@ -67,13 +67,13 @@ def test_the_failing_fixture_has_exactly_the_findings_it_names(rule: Rule, folde
 
 
 @pytest.mark.parametrize("rule", OWN, ids=of_rule)
-def test_the_passing_fixture_has_no_such_finding(rule: Rule, folder: Path) -> None:
+def test_passing_fixture_has_no_such_finding(rule: Rule, folder: Path) -> None:
     path = fixture(rule, "passes", folder)
     assert rule.code not in {d.code for d in check_file(str(path), config=Config())}
 
 
 @pytest.mark.parametrize("rule", sorted(all_rules().values(), key=of_rule), ids=of_rule)
-def test_every_rule_has_its_page(rule: Rule) -> None:
+def test_every_rule_has_a_complete_page(rule: Rule) -> None:
     assert re.fullmatch(r"[A-Z]\d{3}", rule.code)
     assert re.fullmatch(r"[a-z][a-z0-9]*(-[a-z0-9]+)*", rule.name)
     assert re.match(r"What: [A-Z0-9`$]", rule.page)
@@ -86,7 +86,7 @@ def findings_of(path: Path, text: str) -> tuple[Diagnostic, ...]:
 
 
 @pytest.mark.parametrize("rule", [r for r in OWN if r.fix != "none"], ids=of_rule)
-def test_a_fix_removes_the_finding_and_is_idempotent(rule: Rule, folder: Path) -> None:
+def test_fix_removes_the_finding_and_is_idempotent(rule: Rule, folder: Path) -> None:
     path = fixture(rule, "fails", folder)
     text = path.read_text("utf-8")
     offered = [d.fix for d in findings_of(path, text) if d.code == rule.code]
@@ -118,8 +118,8 @@ def test_every_code_has_a_page() -> None:
 @pytest.mark.parametrize(
     ("count", "finding"), [(400, "does not use its parameter 'lost'"), (700, "are not checked")]
 )
-def test_parameters_that_are_not_checked_are_reported_once(count: int, finding: str, tmp_path: Path) -> None:
-    """Each macro calls the next one; the last one calls none."""
+def test_unchecked_parameters_are_reported_once(count: int, finding: str, tmp_path: Path) -> None:
+    """Each macro calls the next one. The last one calls none."""
     macros = [f'<xacro:macro name="m{n}"><xacro:m{n + 1}/></xacro:macro>' for n in range(1, count)]
     macros[0] = macros[0].replace("><", ' params="lost"><', 1)
     text = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="a"/>\n'

@@ -1,4 +1,4 @@
-"""A name that is a slip away from the only one that can be meant is written right by `--fix`."""
+"""`--fix` corrects a name that is a slip of exactly one possible name."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def found_in(text: str) -> tuple[Diagnostic, ...]:
     return check_text(text, "robot.xacro", config=Config(ignore=("I1", "G106")))
 
 
-def mended(text: str) -> str:
+def fixed_text(text: str) -> str:
     return fixed(text, "robot.xacro", found_in, unsafe=False)[0]
 
 
@@ -57,32 +57,32 @@ def mended(text: str) -> str:
         ('prefix="left" parent="base_link"', 'prefix="left" parent="Base_link"', "U006"),
     ],
 )
-def test_one_slip_is_mended_where_it_was_written(right: str, wrong: str, code: str) -> None:
+def test_slip_is_fixed_where_it_is_written(right: str, wrong: str, code: str) -> None:
     assert right in ROBOT
     text = ROBOT.replace(right, wrong)
     assert code in {d.code for d in found_in(text)}
-    assert mended(text) == ROBOT
+    assert fixed_text(text) == ROBOT
 
 
-def test_slips_that_hide_one_another_are_all_mended() -> None:
+def test_slips_that_hide_each_other_are_all_fixed() -> None:
     text = ROBOT.replace("${wheel_radius}", "${whel_radius}").replace('link="mast"/></j', 'link="mst"/></j')
-    assert mended(text.replace('type="fixed"', 'type="fixd"')) == ROBOT
+    assert fixed_text(text.replace('type="fixed"', 'type="fixd"')) == ROBOT
 
 
 @pytest.mark.parametrize(
     ("right", "wrong"),
     [
-        ('<link name="mast"/>', '<link name="mast_1"/><link name="mast_3"/>'),  # a digit is no slip
-        ('<parent link="base_link"/>', "<parent link=\"${'base'}_lnk\"/>"),  # put together
-        ('<parent link="base_link"/>', '<parent link="chassis"/>'),  # nothing is near
+        ('<link name="mast"/>', '<link name="mast_1"/><link name="mast_3"/>'),  # another digit is not a slip
+        ('<parent link="base_link"/>', "<parent link=\"${'base'}_lnk\"/>"),  # a composed name
+        ('<parent link="base_link"/>', '<parent link="chassis"/>'),  # no similar name
     ],
 )
-def test_what_may_be_another_name_is_left_alone(right: str, wrong: str) -> None:
+def test_ambiguous_name_is_not_changed(right: str, wrong: str) -> None:
     text = ROBOT.replace(right, wrong).replace('<child link="mast"/>', '<child link="mast_2"/>')
-    assert mended(text) == text
+    assert fixed_text(text) == text
 
 
-def test_a_slip_in_a_macro_is_said_and_mended_in_the_macro() -> None:
+def test_slip_in_a_macro_is_reported_and_fixed_in_the_macro() -> None:
     text = ROBOT.replace("${wheel_radius}", "${whel_radius}")
     (finding,) = (d for d in found_in(text) if d.code == "X103")
     assert finding.origin is not None
@@ -96,28 +96,28 @@ def test_a_slip_in_a_macro_is_said_and_mended_in_the_macro() -> None:
     [
         ("whel_radius if mode == 'whel_radius' else 1", "wheel_radius if mode == 'whel_radius' else 1"),
         ("dict(whel_radius=whel_radius)['whel_radius']", "dict(whel_radius=wheel_radius)['whel_radius']"),
-        ("len('é&lt;a}'[:1]) + whel_radius", "len('é&lt;a}'[:1]) + whel_radius"),  # no expression
+        ("len('é&lt;a}'[:1]) + whel_radius", "len('é&lt;a}'[:1]) + whel_radius"),  # not an expression
         (" len('é&lt;&#228;') * whel_radius", " len('é&lt;&#228;') * wheel_radius"),
         ("whel_radius if 1 &lt; 2 and mode != &quot;whel_radius&quot; else whel_radius",
          "wheel_radius if 1 &lt; 2 and mode != &quot;whel_radius&quot; else wheel_radius"),
         ("whel_radius + sum([whel_radius for whel_radius in [1]])",
-         "whel_radius + sum([whel_radius for whel_radius in [1]])"),  # a name of the expression's own
+         "whel_radius + sum([whel_radius for whel_radius in [1]])"),  # the expression binds this name
     ],
 )  # fmt: skip
-def test_in_an_expression_names_alone_are_mended(wrong: str, right: str) -> None:
+def test_only_names_are_fixed_in_an_expression(wrong: str, right: str) -> None:
     robot = ROBOT.replace("<xacro:macro", '<xacro:property name="mode" value="whel_radius"/>\n  <xacro:macro')
     text = robot.replace("${wheel_radius}", "${" + wrong + "}")
-    assert mended(text) == robot.replace("${wheel_radius}", "${" + right + "}")
+    assert fixed_text(text) == robot.replace("${wheel_radius}", "${" + right + "}")
 
 
-def test_in_an_evaluated_command_names_alone_are_mended() -> None:
+def test_only_names_are_fixed_in_an_eval_substitution() -> None:
     text = ROBOT.replace("$(arg with_mast)", "$(eval with_mats and 'with_mats' != '')")
-    assert mended(text) == ROBOT.replace("$(arg with_mast)", "$(eval with_mast and 'with_mats' != '')")
+    assert fixed_text(text) == ROBOT.replace("$(arg with_mast)", "$(eval with_mast and 'with_mats' != '')")
     text = ROBOT.replace("$(arg with_mast)", "$(eval with_mats and f'{with_mats}' != '')")
-    assert mended(text) == text
+    assert fixed_text(text) == text
 
 
-def test_a_text_within_an_expression_is_no_value() -> None:
+def test_string_in_an_expression_is_not_a_value() -> None:
     call = """<xacro:wheel prefix="${'left' if 'base_lnk' else ''}" parent="base_lnk"/>"""
     text = ROBOT.replace('<xacro:wheel prefix="left" parent="base_link"/>', call)
-    assert mended(text) == text.replace('parent="base_lnk"', 'parent="base_link"')
+    assert fixed_text(text) == text.replace('parent="base_lnk"', 'parent="base_link"')

@@ -1,4 +1,4 @@
-"""A short run to record, and what came of it."""
+"""A short run, and its recordings."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -14,7 +14,7 @@ Drive = Callable[[Simulation], None]
 
 
 def drive(sim: Simulation) -> None:
-    """Commands of every kind, at steps of every kind."""
+    """Commands of all kinds, with steps of different lengths."""
     sim.cmd_vel(0.3, 0.4)
     sim.run(0.5)
     sim.robots.first.command(0.1, 0.0)
@@ -26,7 +26,7 @@ def drive(sim: Simulation) -> None:
 
 
 def record(path: Path, how: Drive = drive, **options: object) -> tuple[Simulation, Recorder]:
-    """Record a run of KBot among boxes; `options` are the recorder's."""
+    """Record a run of KBot among boxes. `options` are passed to the recorder."""
     sim = Simulation(kbot.load("kbot"), "boxes")
     recorder = Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(path), **options)
     with recorder:
@@ -42,7 +42,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
         kind: folder / name for kind, name in (("mcap", "run.mcap"), ("bag", "run.bag"), ("ros2", "run"))
     }
     with pytest.MonkeyPatch.context() as patch:
-        # a busy machine would write more chunks, one a second
+        # on a busy machine, flushing once a second would give more chunks
         patch.setattr("kbot.record.recorder.FLUSH_SECONDS", float("inf"))
         for path in found.values():
             record(path)

@@ -1,4 +1,4 @@
-"""Recordings that state, or decompress to, what they do not hold."""
+"""Recordings that state wrong sizes or decompress to huge ones."""
 
 import bz2
 import sqlite3
@@ -27,7 +27,7 @@ PACK: Mapping[str, Callable[[bytes], bytes]] = {
 
 
 def zeros(compression: str, size: int) -> bytes:
-    """So many zeros, compressed, without so many in memory."""
+    """Compressed zeros, generated without having all of them in memory."""
     piece = bytes(1 << 20)
     count = size // len(piece)
     if compression == "zstd":
@@ -50,13 +50,13 @@ def mcap_text(text: str) -> bytes:
 
 
 def mcap_chunk(data: bytes, compression: str, size: int) -> bytes:
-    """A chunk of data that is compressed already, without a checksum, which states its size."""
+    """A chunk of compressed data with a stated size and without a checksum."""
     head = struct.pack("<QQQI", 0, 1, size, 0)
     return mcap_record(6, head + mcap_text(compression) + struct.pack("<Q", len(data)) + data)
 
 
 def mcap_file(path: Path, *records: bytes) -> Path:
-    """Records after the magic and the header, with a footer that tells of no index."""
+    """Write records after the magic and the header, with a footer without an index."""
     head = mcap_record(1, mcap_text("ros2") + mcap_text("test"))
     footer = mcap_record(2, bytes(20))
     magic = b"\x89MCAP0\r\n"
@@ -65,7 +65,7 @@ def mcap_file(path: Path, *records: bytes) -> Path:
 
 
 def mcap_of(path: Path, schemas: Mapping[str, str], *, data: bytes = WORD, encoding: str = "cdr") -> Path:
-    """One message of each type, with the definition given."""
+    """Write one message of each type with the given definition."""
     with path.open("wb") as stream:
         writer = Writer(stream, compression=CompressionType.NONE)
         writer.start("ros2", "test")
@@ -102,8 +102,8 @@ def ros1_bag(
     count: int = 1,
     repeated: int = 1,
 ) -> Path:
-    """A bag whose chunks are given by compression, packed data, stated size and messages by connection; the
-    index names each of them as often as the caller asks."""
+    """Write a bag. Its chunks are given by compression, packed data, stated size and messages by connection.
+    The index names each chunk `repeated` times."""
     magic = b"#ROSBAG V2.0\n"
 
     def header(at: int) -> bytes:
@@ -167,7 +167,7 @@ def ros2_folder(
     mode: str = "",
     script: str = "",
 ) -> Path:
-    """A folder of rosbag2 with one message; `script` is run on its database at the end."""
+    """Write a rosbag2 folder with one message. `script` runs on its database at the end."""
     folder.mkdir()
     file = folder / "run.db3"
     with closing(sqlite3.connect(file)) as database, database:

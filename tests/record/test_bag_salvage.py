@@ -1,4 +1,4 @@
-"""Bags that broke off: what is whole in them, and what is said."""
+"""Incomplete bags: their readable messages, and what is reported."""
 
 import os
 import signal
@@ -28,7 +28,7 @@ NO_INDEX = b"index_pos="
 
 @pytest.fixture(scope="module", params=["none", "bz2", "lz4"])
 def whole(request, tmp_path_factory) -> bytes:
-    """Numbers 0 to 299, one a millisecond, in chunks of some forty messages."""
+    """Numbers 0 to 299, one per millisecond, in chunks of about forty messages."""
     path = tmp_path_factory.mktemp("bags") / "numbers.bag"
     store = get_typestore(Stores.ROS1_NOETIC)
     number = store.types["std_msgs/msg/UInt32"]
@@ -44,7 +44,7 @@ def whole(request, tmp_path_factory) -> bytes:
     return path.read_bytes()
 
 
-def test_of_a_bag_that_is_cut_anywhere_the_first_messages_are_read(whole: bytes, tmp_path: Path) -> None:
+def test_first_messages_of_a_truncated_bag_are_read(whole: bytes, tmp_path: Path) -> None:
     at = whole.index(NO_INDEX) + len(NO_INDEX)
     index = int.from_bytes(whole[at : at + 8], "little")
     file = tmp_path / "cut.bag"
@@ -59,15 +59,15 @@ def test_of_a_bag_that_is_cut_anywhere_the_first_messages_are_read(whole: bytes,
     assert counts[-1] == COUNT
 
 
-def test_what_is_broken_is_said_and_a_copy_is_whole(whole: bytes, tmp_path: Path) -> None:
-    broken, mended = tmp_path / "broken.bag.active", tmp_path / "mended.bag"
+def test_incomplete_bag_is_reported_and_its_copy_is_complete(whole: bytes, tmp_path: Path) -> None:
+    broken, repaired = tmp_path / "broken.bag.active", tmp_path / "repaired.bag"
     at = whole.index(NO_INDEX) + len(NO_INDEX)
     index = int.from_bytes(whole[at : at + 8], "little")
     broken.write_bytes(whole[:at] + bytes(8) + whole[at + 8 : index])
-    copied = copy_recording(str(broken), str(mended))
+    copied = copy_recording(str(broken), str(repaired))
     assert copied.messages == COUNT
     assert copied.broken == f"it was not closed, so its {index:,} bytes have no index"
-    found = Recording(str(mended)).summary()
+    found = Recording(str(repaired)).summary()
     assert (found.count, found.broken) == (COUNT, "")
     shown = open_index(str(broken))
     newest = shown.newest("/a", 10_000_000)
@@ -76,7 +76,7 @@ def test_what_is_broken_is_said_and_a_copy_is_whole(whole: bytes, tmp_path: Path
 
 
 @pytest.mark.parametrize(("name", "grown"), [("run.bag", "run.bag"), ("run", "run/run.db3")])
-def test_a_kbot_that_is_killed_leaves_all_but_the_last_second(tmp_path: Path, name: str, grown: str) -> None:
+def test_killed_kbot_loses_only_the_last_second(tmp_path: Path, name: str, grown: str) -> None:
     file, grows = tmp_path / name, tmp_path / grown
     code = (
         "import kbot, sys, time\nfrom kbot.record import Feed, Recorder\n"
@@ -87,7 +87,7 @@ def test_a_kbot_that_is_killed_leaves_all_but_the_last_second(tmp_path: Path, na
     process = subprocess.Popen([sys.executable, "-c", code])
     try:
         end = time.monotonic() + 60.0
-        # what comes last may be half committed yet: there is more than one second before it
+        # the last messages may not be committed yet: record more than one second before them
         while not (grows.exists() and grows.stat().st_size > 250_000):
             assert time.monotonic() < end
             time.sleep(0.1)
@@ -103,7 +103,7 @@ def test_a_kbot_that_is_killed_leaves_all_but_the_last_second(tmp_path: Path, na
     assert open_index(str(file)).newest("/odom", 500_000_000) is not None
 
 
-def test_a_folder_is_read_without_its_metadata_and_while_it_is_written(
+def test_folder_is_read_without_metadata_and_during_writing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("kbot.record.bags.sqlite_file.AT_ONCE", 7)
@@ -115,7 +115,7 @@ def test_a_folder_is_read_without_its_metadata_and_while_it_is_written(
     entries = Recording(str(folder)).entries()
     first = next(entries)
     sim.run(1.0)
-    recorder.close()  # who reads is in no writer's way
+    recorder.close()  # a reader does not block the writer
     (folder / "metadata.yaml").unlink()
     late = list(entries)
     found = Recording(str(folder)).summary()
@@ -126,7 +126,7 @@ def test_a_folder_is_read_without_its_metadata_and_while_it_is_written(
     assert times == [tick * 20_000_000 for tick in range(1, 101)]
 
 
-def test_a_damaged_file_of_a_folder_is_read_to_where_it_is_damaged(tmp_path: Path) -> None:
+def test_damaged_file_of_a_folder_is_read_up_to_the_damage(tmp_path: Path) -> None:
     folder = tmp_path / "run"
     sim = Simulation(kbot.load("kbot"))
     with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(folder)):
@@ -141,7 +141,7 @@ def test_a_damaged_file_of_a_folder_is_read_to_where_it_is_damaged(tmp_path: Pat
     assert "run.db3 cannot be read: database disk image is malformed" in found.broken
 
 
-def test_garbage_after_what_is_whole_ends_it(whole: bytes, tmp_path: Path) -> None:
+def test_reading_ends_at_garbage_after_complete_messages(whole: bytes, tmp_path: Path) -> None:
     at = whole.index(NO_INDEX) + len(NO_INDEX)
     file = tmp_path / "garbage.bag"
     file.write_bytes(whole[:at] + bytes(8) + whole[at + 8 : 9000] + b"\xff" * 500)
@@ -150,7 +150,7 @@ def test_garbage_after_what_is_whole_ends_it(whole: bytes, tmp_path: Path) -> No
     assert found.broken
 
 
-def test_what_is_flushed_is_in_the_file(tmp_path: Path) -> None:
+def test_flushed_messages_are_in_the_file(tmp_path: Path) -> None:
     file = tmp_path / "run.bag"
     sim = Simulation(kbot.load("kbot"))
     recorder = Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(file))
@@ -171,7 +171,7 @@ def test_what_is_flushed_is_in_the_file(tmp_path: Path) -> None:
     ],
 )
 @pytest.mark.parametrize("is_closed", [True, False])
-def test_a_folder_whose_table_holds_other_things_is_told(
+def test_folder_with_wrong_column_types_is_reported(
     tmp_path: Path, change: str, words: str, is_closed: bool
 ) -> None:
     folder = tmp_path / "run"

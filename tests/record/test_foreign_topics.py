@@ -1,4 +1,4 @@
-"""Recordings in which topics of KBot's own carry something else."""
+"""Recordings in which KBot's own topics carry other messages."""
 
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from kbot.text import KbotError
 
 
 def with_message(source: Path, target: Path, topic: str, message: object) -> str:
-    """The recording with one message more, at its end."""
+    """The recording with one more message at its end."""
     recording = Recording(str(source))
     writer = open_writer(str(target))
     for name, values in recording.summary().notes.items():
@@ -39,7 +39,7 @@ def with_message(source: Path, target: Path, topic: str, message: object) -> str
         (String("[" * 100_000), "was not written by KBot"),
     ],
 )
-def test_notes_that_are_none_are_one_error(
+def test_invalid_notes_are_one_error(
     message: object, words: str, ending: str, runs: dict[str, Path], tmp_path: Path
 ) -> None:
     path = with_message(runs["mcap"], tmp_path / f"run{ending}", NOTES_TOPIC, message)
@@ -56,7 +56,7 @@ def test_notes_that_are_none_are_one_error(
         (String('{"do": "restore", "step": 1}'), "is not a valid command record"),
     ],
 )
-def test_commands_that_are_none_are_one_error(
+def test_invalid_commands_are_one_error(
     message: object, words: str, runs: dict[str, Path], tmp_path: Path
 ) -> None:
     path = with_message(runs["mcap"], tmp_path / "run.mcap", COMMANDS_TOPIC, message)
@@ -64,7 +64,7 @@ def test_commands_that_are_none_are_one_error(
         replay(path)
 
 
-def test_a_description_that_is_no_text_is_passed_over(tmp_path: Path) -> None:
+def test_description_that_is_not_text_is_ignored(tmp_path: Path) -> None:
     path = str(tmp_path / "run.mcap")
     writer = open_writer(path)
     writer.write(Packet(DESCRIPTION_TOPIC, Imu(Header()), 1))

@@ -1,4 +1,4 @@
-"""Recordings that state, or decompress to, what they do not hold: one error, in bounded time and memory."""
+"""Recordings with wrong sizes or huge decompressed data give one error, in bounded time and memory."""
 
 import random
 import struct
@@ -37,12 +37,12 @@ from .hostile import (
 SEPARATOR = "=" * 80
 CHATTER = ros1_connection(0, "/chatter", "std_msgs/String", "string data")
 ENDLESS = struct.pack("<I", 0xFFFFFFFF) + bytes(100)
-"""A list that states more entries than there are bytes."""
+"""A list that states more entries than the message has bytes."""
 POLYGON = "geometry_msgs/msg/Polygon"
 
 
 def damaged(path: Path, data: bytes, chance: random.Random) -> None:
-    """Write the data with one to four wrong bits."""
+    """Write the data with one to four flipped bits."""
     wrong = bytearray(data)
     for _ in range(chance.randrange(1, 5)):
         wrong[chance.randrange(len(wrong))] ^= 1 << chance.randrange(8)
@@ -50,7 +50,7 @@ def damaged(path: Path, data: bytes, chance: random.Random) -> None:
 
 
 def read_all(path: Path) -> None:
-    """Everything that reads a recording. Raises KbotError."""
+    """Use everything that reads a recording. Raises KbotError."""
     found = Recording(str(path)).summary()
     for entry in Recording(str(path)).entries():
         entry.message()
@@ -70,7 +70,7 @@ def error_of(use: Callable[[], object]) -> KbotError | None:
 
 
 def refused(words: str, use: Callable[[], object]) -> None:
-    """Check that there is one error of one line with these words."""
+    """Assert that there is one error of one line with these words."""
     with pytest.raises(KbotError, match=words) as caught:
         use()
     assert "\n" not in str(caught.value)
@@ -78,7 +78,7 @@ def refused(words: str, use: Callable[[], object]) -> None:
 
 @pytest.mark.parametrize("verb", [("bag", "info"), ("view", "--no-browser")])
 @pytest.mark.parametrize("compression", ["zstd", "lz4"])
-def test_a_chunk_of_a_gibibyte_is_refused(
+def test_chunk_of_a_gibibyte_is_refused(
     compression: str, verb: tuple[str, ...], tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
     packed = zeros(compression, BOMB)
@@ -89,10 +89,10 @@ def test_a_chunk_of_a_gibibyte_is_refused(
 
 
 @pytest.mark.parametrize("compression", ["bz2", "lz4"])
-def test_a_large_chunk_of_a_bag_is_refused(
+def test_large_chunk_of_a_bag_is_refused(
     compression: str, tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
-    size = BOMB if compression == "lz4" else BOMB // 4  # to compress more takes longer than the test may
+    size = BOMB if compression == "lz4" else BOMB // 4  # compressing more would take too long for a test
     chunk = compression, zeros(compression, size), size, {0: 1}
     result = measured_kbot("bag", "info", ros1_bag(tmp_path / "bomb.bag", CHATTER, chunk))
     assert result.is_refusal(), result
@@ -100,7 +100,7 @@ def test_a_large_chunk_of_a_bag_is_refused(
 
 
 @pytest.mark.parametrize("mode", ["file", "message"])
-def test_a_folder_that_decompresses_to_gibibytes_is_refused(
+def test_folder_that_decompresses_to_gibibytes_is_refused(
     mode: str, tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
     packed = zeros("zstd", 2 * BOMB if mode == "file" else BOMB)
@@ -112,11 +112,9 @@ def test_a_folder_that_decompresses_to_gibibytes_is_refused(
     assert "bomb" in result.err
 
 
-def test_many_chunks_that_are_each_allowed_are_refused_together(
-    tmp_path: Path, measured_kbot: Callable[..., Any]
-) -> None:
-    """40 chunks of 128 MiB, and a chunk of two million messages."""
-    skipped = mcap_record(15 << 4, bytes((1 << 27) - 9))  # a record of a kind that is not known
+def test_many_allowed_chunks_are_refused_together(tmp_path: Path, measured_kbot: Callable[..., Any]) -> None:
+    """40 chunks of 128 MiB, and one chunk with two million messages."""
+    skipped = mcap_record(15 << 4, bytes((1 << 27) - 9))  # a record of an unknown kind
     large = mcap_file(tmp_path / "large.mcap", *[mcap_chunk(PACK["zstd"](skipped), "zstd", 1 << 27)] * 40)
     messages = mcap_record(5, struct.pack("<HIQQ", 1, 0, 1, 1) + WORD) * 2_000_000
     many = mcap_file(tmp_path / "many.mcap", mcap_chunk(PACK["zstd"](messages), "zstd", len(messages)))
@@ -126,7 +124,7 @@ def test_many_chunks_that_are_each_allowed_are_refused_together(
         assert f"{file}: it decompresses to too much data for a file of" in result.err
 
 
-def test_a_definition_of_six_gigabytes_of_code_is_refused(
+def test_definition_with_six_gigabytes_of_code_is_refused(
     tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
     file = mcap_of(tmp_path / "huge.mcap", {"a/msg/T": "string[100000000] a"})
@@ -136,7 +134,7 @@ def test_a_definition_of_six_gigabytes_of_code_is_refused(
         assert f"{file}: the definition of a/msg/T cannot be used" in result.err
 
 
-def test_the_longest_definition_that_is_read_is_read_in_time(
+def test_longest_accepted_definition_is_read_quickly(
     tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
     file = mcap_of(tmp_path / "long.mcap", {"a/msg/T": "string[4900] a"})
@@ -159,7 +157,7 @@ def test_the_longest_definition_that_is_read_is_read_in_time(
         ("a/msg/T", "int32 __init__", "is neither a field nor a constant"),
     ],
 )
-def test_a_definition_that_ros_does_not_allow_is_one_error(
+def test_invalid_definition_is_one_error(
     name: str, definition: str, words: str, kind: str, tmp_path: Path
 ) -> None:
     if kind == "mcap":
@@ -178,8 +176,8 @@ def test_a_definition_that_ros_does_not_allow_is_one_error(
         refused(f"{path}: the definition of {name} cannot be used: .*{words}", use)
 
 
-def test_texts_of_python_in_a_definition_stay_texts(tmp_path: Path) -> None:
-    """rosbags makes Python code of it and runs that."""
+def test_python_code_in_a_definition_is_not_run(tmp_path: Path) -> None:
+    """rosbags generates Python code from a definition and runs it."""
     definition = 'string A=\'\'\'\nstring B=""" + print(1)\nstring C=\\\nstring class\nint32 None "a\n'
     path = mcap_of(tmp_path / "a.mcap", {"a/msg/T": definition}, data=b"\0\1\0\0\1\0\0\0" + bytes(8))
     (entry,) = Recording(str(path)).entries()
@@ -189,7 +187,7 @@ def test_texts_of_python_in_a_definition_stay_texts(tmp_path: Path) -> None:
     assert entry.ros2_definition[0].startswith("string A='''\nstring B=\"\"\" + print(1)\n")
 
 
-def test_a_type_that_is_not_defined_in_full_is_only_refused_when_it_is_needed(tmp_path: Path) -> None:
+def test_incomplete_type_is_refused_only_when_it_is_needed(tmp_path: Path) -> None:
     path = str(mcap_of(tmp_path / "a.mcap", {"a/msg/T": "b/U u"}))
     assert Recording(path).summary().topics["/topic0"].count == 1
     for use in (
@@ -202,10 +200,8 @@ def test_a_type_that_is_not_defined_in_full_is_only_refused_when_it_is_needed(tm
 
 @pytest.mark.parametrize("target", ["copy.mcap", "copy.bag"])
 @pytest.mark.parametrize("encoding", ["cdr", "ros1"])
-def test_a_list_that_states_more_than_there_is_ends_at_once(
-    encoding: str, target: str, tmp_path: Path
-) -> None:
-    """The bytes are copied as they are where no conversion is needed."""
+def test_list_that_states_too_many_entries_ends_at_once(encoding: str, target: str, tmp_path: Path) -> None:
+    """The bytes are copied unchanged if no conversion is needed."""
     data = ENDLESS if encoding == "ros1" else b"\0\1\0\0" + ENDLESS
     path = str(mcap_of(tmp_path / "a.mcap", {POLYGON: "Point32[] points"}, data=data, encoding=encoding))
     refused(f"/topic0 at 0.000 s is not a {POLYGON}", lambda: MessageTable.of(path, "/topic0"))
@@ -218,7 +214,7 @@ def test_a_list_that_states_more_than_there_is_ends_at_once(
         assert copy_recording(path, str(tmp_path / target)).messages == 1
 
 
-def test_a_table_of_a_small_file_has_bounded_columns(tmp_path: Path) -> None:
+def test_table_of_a_small_file_has_a_limited_number_of_columns(tmp_path: Path) -> None:
     message = mcap_record(5, struct.pack("<HIQQ", 1, 0, 1, 1) + struct.pack("<III", 1 << 8, 0, 0))
     count = 2_000_000
     data = b"\0\1\0\0" + struct.pack("<IIII", 0, 0, count, 0) + bytes(8 * count)
@@ -260,7 +256,7 @@ def test_a_table_of_a_small_file_has_bounded_columns(tmp_path: Path) -> None:
         ("UPDATE messages SET timestamp = -1", "the time -1"),
     ],
 )
-def test_a_table_that_is_not_one_of_rosbag2_is_one_error(script: str, words: str, tmp_path: Path) -> None:
+def test_table_that_rosbag2_does_not_have_is_one_error(script: str, words: str, tmp_path: Path) -> None:
     folder = ros2_folder(tmp_path / "a", name="a/msg/T", definition="int32 a", script=script)
     if "5.5" in script:
         assert Recording(str(folder)).summary().topics["/chatter"].type_name == "5.5"
@@ -268,10 +264,8 @@ def test_a_table_that_is_not_one_of_rosbag2_is_one_error(script: str, words: str
     refused(f"{folder} cannot be read as rosbag2: .*{words}", lambda: Recording(str(folder)).summary())
 
 
-def test_a_table_that_repeats_a_page_without_end_is_one_error(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Each inner page of a table has one page as all of its children: three levels are 10^10 rows."""
+def test_table_that_repeats_a_page_is_one_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each inner page of a table lists the same child page many times: three levels give 10^10 rows."""
     monkeypatch.setattr("kbot.record.bags.sqlite_file._FREE_STEPS", 1_000_000)
     monkeypatch.setattr("kbot.record.bags.sqlite_file._STEPS_OF_A_BYTE", 0)
     folder = ros2_folder(
@@ -282,7 +276,7 @@ def test_a_table_that_repeats_a_page_without_end_is_one_error(
     file, size = folder / "run.db3", 4096
     data = file.read_bytes()
     pages = [bytearray(data[at : at + size]) for at in range(0, len(data), size)]
-    inner, leaf = 5, 13  # kinds of pages of tables: https://www.sqlite.org/fileformat2.html
+    inner, leaf = 5, 13  # page types of tables: https://www.sqlite.org/fileformat2.html
     root = max((page for page in pages if page[0] == inner), key=lambda page: page[3:5])
     leaves = [
         number for number, page in enumerate(pages) if page[0] == leaf and page[3] == 0 and page[4] > 50
@@ -301,7 +295,7 @@ def test_a_table_that_repeats_a_page_without_end_is_one_error(
     assert Recording(str(folder)).summary().broken
 
 
-def test_a_row_for_which_there_is_no_memory_is_one_error(tmp_path: Path) -> None:
+def test_row_that_does_not_fit_in_memory_is_one_error(tmp_path: Path) -> None:
     """Pages of 512 bytes, of which the 11th has a row of 2^63 bytes in the table of tables."""
     folder = ros2_folder(tmp_path / "a")
     data = bytearray(9005)
@@ -350,7 +344,7 @@ def test_a_row_for_which_there_is_no_memory_is_one_error(tmp_path: Path) -> None
         ),
     ],
 )
-def test_metadata_that_is_none_is_one_error(text: str, words: str, tmp_path: Path) -> None:
+def test_invalid_metadata_is_one_error(text: str, words: str, tmp_path: Path) -> None:
     folder = ros2_folder(tmp_path / "a")
     (folder / "metadata.yaml").write_text(text)
     refused(f"{folder} cannot be read as rosbag2: .*{words}", lambda: Recording(str(folder)).summary())
@@ -358,7 +352,7 @@ def test_metadata_that_is_none_is_one_error(text: str, words: str, tmp_path: Pat
 
 
 @pytest.mark.parametrize("mode", ["", "file", "message"])
-def test_what_is_compressed_is_read(mode: str, tmp_path: Path) -> None:
+def test_compressed_folder_is_read(mode: str, tmp_path: Path) -> None:
     folder = ros2_folder(tmp_path / "a", PACK["zstd"](WORD) if mode == "message" else WORD, mode=mode)
     (entry,) = Recording(str(folder)).entries()
     assert (entry.topic, entry.type_name, entry.message().data) == ("/chatter", TEXT, "a")
@@ -370,7 +364,7 @@ def test_what_is_compressed_is_read(mode: str, tmp_path: Path) -> None:
     index.close()
 
 
-def test_a_folder_of_an_mcap_file_is_read(runs: dict[str, Path], tmp_path: Path) -> None:
+def test_folder_with_an_mcap_file_is_read(runs: dict[str, Path], tmp_path: Path) -> None:
     folder = ros2_folder(tmp_path / "a")
     (folder / "run.mcap").write_bytes(runs["mcap"].read_bytes())
     metadata = folder / "metadata.yaml"
@@ -387,8 +381,8 @@ def test_a_folder_of_an_mcap_file_is_read(runs: dict[str, Path], tmp_path: Path)
 
 @pytest.mark.parametrize("length", [1 << 31, 1 << 62, (1 << 64) - 1])
 @pytest.mark.parametrize("at", [1, 1 + 8 + 32])
-def test_a_length_that_is_larger_than_the_file_loses_the_chunk(at: int, length: int, tmp_path: Path) -> None:
-    """That of a chunk's record, and that of the data within it."""
+def test_length_larger_than_the_file_loses_only_its_chunk(at: int, length: int, tmp_path: Path) -> None:
+    """The length of a chunk's record, and that of the data in it."""
     chunk = bytearray(mcap_chunk(b"", "", 0))
     chunk[at : at + 8] = struct.pack("<Q", length)
     found = Recording(str(mcap_file(tmp_path / "a.mcap", bytes(chunk)))).summary()
@@ -396,10 +390,8 @@ def test_a_length_that_is_larger_than_the_file_loses_the_chunk(at: int, length: 
 
 
 @pytest.mark.parametrize(("target", "time"), [("copy", 1 << 63), ("copy.bag", 1 << 62)])
-def test_a_time_that_the_new_format_has_no_room_for_is_one_error(
-    target: str, time: int, tmp_path: Path
-) -> None:
-    """64 bits with a sign in SQLite, and seconds of 32 bits in a ROS 1 bag."""
+def test_time_out_of_range_of_the_new_format_is_one_error(target: str, time: int, tmp_path: Path) -> None:
+    """SQLite has signed 64-bit times, and a ROS 1 bag has 32-bit seconds."""
     path = tmp_path / "late.mcap"
     with path.open("wb") as stream:
         writer = Writer(stream)
@@ -416,7 +408,7 @@ def test_a_time_that_the_new_format_has_no_room_for_is_one_error(
     assert not (tmp_path / target).exists()
 
 
-def test_an_index_that_names_a_chunk_again_and_again_is_refused(tmp_path: Path) -> None:
+def test_index_that_repeats_a_chunk_is_refused(tmp_path: Path) -> None:
     message = ros1_message(0, 1, ROS1_WORD)
     chunk = "none", message, len(message), {0: 1}
     path = ros1_bag(tmp_path / "twice.bag", CHATTER, chunk, repeated=2)
@@ -433,10 +425,10 @@ def test_overlapping_chunks_of_a_bag_are_merged_by_time(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["mcap", "bag", "ros2"])
-def test_wrong_bits_anywhere_are_read_or_refused_in_words(
+def test_wrong_bits_are_read_or_refused_with_an_error(
     kind: str, runs: dict[str, Path], tmp_path: Path
 ) -> None:
-    """In the first bytes, in the last, and all over; 1 s for each kind."""
+    """Flips bits in the first bytes, in the last bytes and everywhere, 1 s for each."""
     whole = Recording(str(runs[kind])).summary()
     folder = tmp_path / "run"
     if kind == "ros2":
@@ -457,7 +449,7 @@ def test_wrong_bits_anywhere_are_read_or_refused_in_words(
     assert refusals < 60
 
 
-def test_wrong_bits_in_the_metadata_are_read_or_refused_in_words(tmp_path: Path) -> None:
+def test_wrong_bits_in_the_metadata_are_read_or_refused_with_an_error(tmp_path: Path) -> None:
     folder = ros2_folder(tmp_path / "run")
     good, chance = (folder / "metadata.yaml").read_bytes(), random.Random(3)
     for _ in range(200):
@@ -466,7 +458,7 @@ def test_wrong_bits_in_the_metadata_are_read_or_refused_in_words(tmp_path: Path)
 
 
 @pytest.mark.parametrize("compression", PACK)
-def test_what_is_stated_and_what_is_there_are_compared(compression: str) -> None:
+def test_stated_size_is_compared_with_the_data(compression: str) -> None:
     packed = PACK[compression](b"abcd" * 1000)
     assert inflate(packed, compression, 4000) == b"abcd" * 1000
     for wrong in (0, 3999, 4001, 1 << 62):
@@ -479,16 +471,16 @@ def test_what_is_stated_and_what_is_there_are_compared(compression: str) -> None
                 inflate(broken, compression, 4000)
 
 
-def test_a_compression_that_is_not_known_is_refused() -> None:
+def test_unknown_compression_is_refused() -> None:
     with pytest.raises(ValueError, match="unknown compression 'rar'"):
         inflate(b"", "rar", 0)
 
 
-def test_what_reading_may_cost_grows_with_the_file(tmp_path: Path) -> None:
+def test_allowance_grows_with_the_file(tmp_path: Path) -> None:
     file = tmp_path / "a.mcap"
     file.write_bytes(bytes(1_000_000))
     allowance = Allowance(file)
-    allowance.charge((2 << 30) + 1_900_000_000)  # of 2 GiB, and 2000 times the file
+    allowance.charge((2 << 30) + 1_900_000_000)  # 2 GiB plus 2000 times the size of the file
     with pytest.raises(
         RecordingTooLarge, match="it decompresses to too much data for a file of 1,000,000 bytes"
     ):

@@ -1,4 +1,4 @@
-"""Recordings by time, in each format."""
+"""Access to recordings by time, in each format."""
 
 from pathlib import Path
 
@@ -14,24 +14,24 @@ from .conftest import record
 
 
 @pytest.mark.parametrize("kind", ["mcap", "bag", "ros2"])
-def test_what_a_topic_said_last(runs: dict[str, Path], kind: str) -> None:
-    """Odometry is said every 20 ms, the first time after 20 ms."""
+def test_newest_message_of_a_topic(runs: dict[str, Path], kind: str) -> None:
+    """Odometry is published every 20 ms, first at 20 ms."""
     index = open_index(str(runs[kind]))
     assert index.topics["/odom"] == "nav_msgs/msg/Odometry"
     assert index.newest("/odom", 19_000_000) is None
-    for asked, said in ((20.0, 20), (39.9, 20), (510.0, 500), (99e3, 1520)):
+    for asked, expected in ((20.0, 20), (39.9, 20), (510.0, 500), (99e3, 1520)):
         entry = index.newest("/odom", round(asked * 1e6))
         assert entry is not None
-        assert entry.nanoseconds == said * 1_000_000
+        assert entry.nanoseconds == expected * 1_000_000
         stamp = entry.message().header.stamp
-        assert stamp.sec * 1000 + stamp.nanosec // 1_000_000 == said
+        assert stamp.sec * 1000 + stamp.nanosec // 1_000_000 == expected
     found = list(index.between(("/odom",), 80_000_000, 140_000_000))
     assert [entry.nanoseconds // 1_000_000 for entry in found] == [100, 120, 140]
     assert index.counts["/odom"] == 76  # every 20 ms from 20 to 1520
     index.close()
 
 
-def test_time_that_was_set_back_counts_from_then_on(tmp_path: Path) -> None:
+def test_messages_after_a_reset_replace_earlier_ones(tmp_path: Path) -> None:
     def twice(sim: Simulation) -> None:
         sim.cmd_vel(0.3, 0.0)
         sim.run(1.0)
@@ -47,7 +47,7 @@ def test_time_that_was_set_back_counts_from_then_on(tmp_path: Path) -> None:
     index.close()
 
 
-def test_what_has_no_index_and_is_too_large_for_memory_is_refused(
+def test_large_recording_without_index_is_refused(
     runs: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = tmp_path / "cut.mcap"
@@ -58,7 +58,7 @@ def test_what_has_no_index_and_is_too_large_for_memory_is_refused(
         open_index(str(file))
 
 
-def test_a_file_that_counts_nothing_is_not_read_for_it(tmp_path: Path) -> None:
+def test_file_without_statistics_is_not_read_to_count_messages(tmp_path: Path) -> None:
     with (tmp_path / "run.mcap").open("wb") as stream:
         writer = Writer(stream, use_statistics=False)
         writer.start()

@@ -1,4 +1,4 @@
-"""Recordings said again, and as Parquet; and a run that is ended by a signal."""
+"""Playing back recordings, Parquet export, and a run that is ended by a signal."""
 
 import json
 import os
@@ -30,45 +30,45 @@ from kbot.text import KbotError
 
 
 @pytest.mark.parametrize("kind", ["mcap", "bag", "ros2"])
-def test_a_recording_is_said_again_in_its_order(runs: dict[str, Path], kind: str) -> None:
+def test_recording_is_played_back_in_order(runs: dict[str, Path], kind: str) -> None:
     player = Player(str(runs[kind]))
-    heard: list[tuple[float, object]] = []
+    received: list[tuple[float, object]] = []
     for topic, message_type in (("/odom", Odometry), ("/tf", TFMessage)):
-        player.bus.subscribe(topic, message_type, lambda m: heard.append((player.seconds, m)))
+        player.bus.subscribe(topic, message_type, lambda m: received.append((player.seconds, m)))
     assert player.advance(0.5)
-    odometry = [(at, m) for at, m in heard if isinstance(m, Odometry)]
+    odometry = [(at, m) for at, m in received if isinstance(m, Odometry)]
     assert [round(at, 3) for at, _ in odometry] == [round(0.02 * n, 3) for n in range(1, 26)]
     assert odometry[-1][1].header.stamp.nanosec == 500_000_000
     while player.advance(0.1):
         continue
     recorded = [e for e in Recording(str(runs[kind])).entries() if e.topic == "/odom"]
-    assert sum(isinstance(m, Odometry) for _, m in heard) == len(recorded)
+    assert sum(isinstance(m, Odometry) for _, m in received) == len(recorded)
     assert "<robot" in player.description
     player.rewind()
     assert player.seconds < 0.021
 
 
-def test_several_recordings_are_said_as_one(runs: dict[str, Path], tmp_path: Path) -> None:
-    """Of a run whose topics were recorded apart, the later part of one in a third file."""
+def test_several_recordings_are_played_back_as_one(runs: dict[str, Path], tmp_path: Path) -> None:
+    """A run whose topics are in separate files, with the later part of one in a third file."""
     whole, parts = str(runs["mcap"]), [str(tmp_path / name) for name in ("odom.bag", "tf.mcap", "late.mcap")]
     assert run(["bag", "cut", whole, parts[0], "--topic", "/odom", "--end", "0.5"]) == 0
     assert run(["bag", "cut", whole, parts[1], "--topic", "/tf"]) == 0
     assert run(["bag", "cut", whole, parts[2], "--topic", "/odom", "--start", "0.51"]) == 0
 
-    def heard(*files: str) -> list[tuple[str, object]]:
+    def received(*files: str) -> list[tuple[str, object]]:
         player, found = Player(*files, topics=("/odom", "/tf")), []
         for topic, message_type in (("/odom", Odometry), ("/tf", TFMessage)):
             player.bus.subscribe(topic, message_type, lambda m, t=topic: found.append((player.seconds, t, m)))
         while player.advance(0.1):
             continue
-        return sorted(found, key=lambda one: one[:2])
+        return sorted(found, key=lambda item: item[:2])
 
-    assert heard(*parts) == heard(whole)
+    assert received(*parts) == received(whole)
     with pytest.raises(KbotError, match=r"odom\.bag, .*late\.mcap has no topic /tff: did you mean '/tf'"):
         Player(*parts, topics=("/tff",))
 
 
-def test_a_topic_of_two_types_is_refused(runs: dict[str, Path], tmp_path: Path) -> None:
+def test_topic_of_two_types_is_refused(runs: dict[str, Path], tmp_path: Path) -> None:
     other = tmp_path / "other.mcap"
     bus, writer = Bus(), open_writer(str(other))
     publisher = bus.advertise("/odom", ClockMessage)
@@ -81,38 +81,38 @@ def test_a_topic_of_two_types_is_refused(runs: dict[str, Path], tmp_path: Path) 
         Player(str(runs["mcap"]), str(other))
 
 
-def test_a_part_of_it_and_topics_of_it(runs: dict[str, Path]) -> None:
+def test_time_span_and_topics_can_be_selected(runs: dict[str, Path]) -> None:
     player = Player(str(runs["mcap"]), topics=("/odom",), start=0.4, seconds=0.2)
     assert list(player.bus.topics) == ["/odom"]
-    heard: list[float] = []
-    player.bus.subscribe("/odom", Odometry, lambda m: heard.append(m.header.stamp.seconds))
+    received: list[float] = []
+    player.bus.subscribe("/odom", Odometry, lambda m: received.append(m.header.stamp.seconds))
     while player.advance(0.01):
         continue
-    assert (heard[0], heard[-1]) == pytest.approx((0.4, 0.6))
+    assert (received[0], received[-1]) == pytest.approx((0.4, 0.6))
     with pytest.raises(KbotError, match="cannot be played back from 50 s on"):
         Player(str(runs["mcap"]), start=50.0)
     with pytest.raises(KbotError, match="no topic /odmo"):
         Player(str(runs["mcap"]), topics=("/odmo",))
 
 
-def test_what_is_latched_is_all_there_for_those_who_come_late(tmp_path: Path) -> None:
-    """Two nodes have said a static transform each, as a robot and a static_transform_publisher do."""
+def test_late_subscribers_receive_latched_messages(tmp_path: Path) -> None:
+    """Two nodes published a static transform each, like a robot and a static_transform_publisher."""
     bus, clock = Bus(), Clock()
     feed = Feed(bus, lambda: clock.nanoseconds)
-    said = bus.advertise("/tf_static", TFMessage, latched=True)
+    publisher = bus.advertise("/tf_static", TFMessage, latched=True)
     writer = open_writer(str(tmp_path / "run.mcap"))
     feed.open("/tf_static", writer.write)
     for child in ("camera", "laser"):
-        said.publish(TFMessage((TransformStamped(Header(clock.stamp, "base"), child, Transform()),)))
+        publisher.publish(TFMessage((TransformStamped(Header(clock.stamp, "base"), child, Transform()),)))
     writer.close()
     player = Player(str(tmp_path / "run.mcap"))
     player.advance(0.0)
-    heard: list[TFMessage] = []
-    player.bus.subscribe("/tf_static", TFMessage, heard.append)
-    assert [t.child_frame_id for t in heard[-1].transforms] == ["camera", "laser"]
+    received: list[TFMessage] = []
+    player.bus.subscribe("/tf_static", TFMessage, received.append)
+    assert [t.child_frame_id for t in received[-1].transforms] == ["camera", "laser"]
 
 
-def test_play_for_those_who_ask(
+def test_play_publishes_to_kbot_topic(
     runs: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """`kbot bag play` in one process, `kbot topic` in another."""
@@ -133,22 +133,22 @@ def test_play_for_those_who_ask(
         frames = subprocess.run((*words, "tf", "tree"), capture_output=True, text=True, timeout=60)
     finally:
         playing.send_signal(signal.SIGINT)
-        _, told = playing.communicate(timeout=60)
+        _, output = playing.communicate(timeout=60)
     assert len([json.loads(line)["clock"] for line in clock.stdout.splitlines()]) == 3
     assert frames.stdout.startswith("odom\n  base_footprint\n")
-    assert b"Traceback" not in told
+    assert b"Traceback" not in output
     assert not list((tmp_path / "kbot").glob("*.json"))
 
 
-def test_the_player_says_the_time(runs: dict[str, Path]) -> None:
-    """A recorded /clock is not said: whoever plays says it, also where none was recorded."""
+def test_player_publishes_the_clock(runs: dict[str, Path]) -> None:
+    """A recorded /clock is not published: the player publishes its own, even if none was recorded."""
     assert ClockMessage not in Player(str(runs["mcap"])).bus.topics.values()
 
 
-def test_parquet_has_what_csv_has(runs: dict[str, Path], tmp_path: Path) -> None:
+def test_parquet_has_the_same_data_as_csv(runs: dict[str, Path], tmp_path: Path) -> None:
     target = tmp_path / "odom.parquet"
     words = ("bag", "export", str(runs["mcap"]), "--topic", "/odom", "--to", "parquet")
-    assert run(words) == 2  # it is no text
+    assert run(words) == 2  # not text
     assert run((*words, "-o", str(target))) == 0
     table = pyarrow.parquet.read_table(target)
     last = [e for e in Recording(str(runs["mcap"])).entries() if e.topic == "/odom"][-1].message()
@@ -159,7 +159,7 @@ def test_parquet_has_what_csv_has(runs: dict[str, Path], tmp_path: Path) -> None
 
 @pytest.mark.skipif(os.name == "nt", reason="there are no such signals")
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
-def test_a_run_that_is_ended_leaves_a_whole_recording(tmp_path: Path, number: int) -> None:
+def test_interrupted_run_leaves_a_complete_recording(tmp_path: Path, number: int) -> None:
     target = tmp_path / "run.mcap"
     words = ("sim", "kbot", "--headless", "--duration", "100000", "--record", str(target))
     running = subprocess.Popen((sys.executable, "-m", "kbot", *words), stderr=subprocess.PIPE, text=True)
@@ -168,9 +168,9 @@ def test_a_run_that_is_ended_leaves_a_whole_recording(tmp_path: Path, number: in
         assert time.monotonic() < end, "it does not record"
         time.sleep(0.05)
     running.send_signal(number)
-    _, told = running.communicate(timeout=60)
+    _, output = running.communicate(timeout=60)
     assert running.returncode == 128 + number
     summary = Recording(str(target)).summary()
     assert not summary.broken
     assert "kbot.end" in summary.notes
-    assert f"{target}: {summary.count} messages recorded" in told
+    assert f"{target}: {summary.count} messages recorded" in output

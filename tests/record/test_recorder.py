@@ -1,4 +1,4 @@
-"""Recordings hold all that was said, and change nothing in the run."""
+"""Recordings contain all messages, and do not change the run."""
 
 import re
 import subprocess
@@ -34,14 +34,14 @@ def test_recording_does_not_change_the_run(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["mcap", "bag", "ros2"])
-def test_all_formats_hold_the_same(runs: dict[str, Path], kind: str) -> None:
+def test_all_formats_contain_the_same_data(runs: dict[str, Path], kind: str) -> None:
     found = Recording(str(runs[kind])).summary()
     counts = {name: topic.count for name, topic in found.topics.items()}
     assert counts == {
         **dict.fromkeys(SPOKEN, TICKS),
         "/cmd_vel": 1,
         "/kbot/commands": 4,
-        "/kbot/poses": TICKS + 1,  # at the start too
+        "/kbot/poses": TICKS + 1,  # also at the start
         "/kbot/world": 1,
         "/robot_description": 1,
     }
@@ -53,7 +53,7 @@ def test_all_formats_hold_the_same(runs: dict[str, Path], kind: str) -> None:
     assert [e.cdr for e in Recording(str(runs[kind])).entries() if e.topic == "/odom"] == first
 
 
-def test_the_official_reader_finds_times_schemas_and_metadata(runs: dict[str, Path]) -> None:
+def test_official_reader_finds_times_schemas_and_metadata(runs: dict[str, Path]) -> None:
     with runs["mcap"].open("rb") as stream:
         reader = mcap.reader.make_reader(stream, validate_crcs=True)
         summary = reader.get_summary()
@@ -68,20 +68,20 @@ def test_the_official_reader_finds_times_schemas_and_metadata(runs: dict[str, Pa
     assert notes["kbot"]["robot"] == "kbot"
 
 
-def test_only_chosen_topics(tmp_path: Path) -> None:
+def test_only_selected_topics_are_recorded(tmp_path: Path) -> None:
     record(tmp_path / "run.mcap", topics=["odom"])
     topics = Recording(str(tmp_path / "run.mcap")).summary().topics
     assert set(topics) == {"/odom", "/kbot/commands", "/robot_description"}
 
 
-def test_an_unknown_topic_is_refused_before_a_file_is_made(tmp_path: Path) -> None:
+def test_unknown_topic_is_refused_before_a_file_is_created(tmp_path: Path) -> None:
     with pytest.raises(KbotError, match=r"cannot record /odm: .*odom"):
         record(tmp_path / "run.mcap", topics=["/odm"])
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(
-    ("name", "said"),
+    ("name", "message"),
     [
         ("run.csv", "unknown recording format '.csv'"),
         ("there.mcap", "already exists"),
@@ -89,26 +89,26 @@ def test_an_unknown_topic_is_refused_before_a_file_is_made(tmp_path: Path) -> No
         ("no/such/folder/run.bag", "cannot be written: No such file"),
     ],
 )
-def test_a_file_that_cannot_be_made_is_one_clear_error(tmp_path: Path, name: str, said: str) -> None:
+def test_file_that_cannot_be_created_is_one_error(tmp_path: Path, name: str, message: str) -> None:
     (tmp_path / "there.mcap").write_text("mine")
-    with pytest.raises(KbotError, match=said):
+    with pytest.raises(KbotError, match=message):
         record(tmp_path / name)
     assert (tmp_path / "there.mcap").read_text() == "mine"
 
 
-def test_a_topic_that_comes_up_later_is_recorded_too(tmp_path: Path) -> None:
+def test_topic_that_appears_later_is_recorded(tmp_path: Path) -> None:
     def late(sim: Simulation) -> None:
         sim.run(1.0)
         publisher = sim.bus.advertise("/late", kbot.messages.String)
         sim.run(1.0)
-        publisher.publish(kbot.messages.String("heard"))
+        publisher.publish(kbot.messages.String("received"))
 
     record(tmp_path / "run.mcap", late)
     assert Recording(str(tmp_path / "run.mcap")).summary().topics["/late"].count == 1
 
 
-def test_whether_a_file_is_a_recording_is_asked_without_what_reads_one() -> None:
-    """It is asked of every file that is shown, before the browser opens."""
+def test_is_recording_does_not_import_the_readers() -> None:
+    """KBot calls it for every file that it shows, before the browser opens."""
     code = (
         "import sys\nfrom kbot.record.names import is_recording\n"
         "assert not is_recording('robot.xacro') and is_recording('run.mcap')\n"
@@ -117,14 +117,14 @@ def test_whether_a_file_is_a_recording_is_asked_without_what_reads_one() -> None
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
 
 
-def test_a_folder_that_is_no_recording_is_told_what_is_missing(tmp_path: Path) -> None:
+def test_folder_that_is_not_a_recording_is_refused_with_the_reason(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     with pytest.raises(KbotError, match=r"empty is not a rosbag2 folder: it has no metadata\.yaml$"):
         Recording(str(tmp_path / "empty")).summary()
 
 
 @pytest.mark.parametrize("mark", ["#", "%", "?"])
-def test_a_folder_that_rosbag2_could_not_find_again_is_not_made(tmp_path: Path, mark: str) -> None:
+def test_folder_name_that_sqlite_does_not_accept_is_refused(tmp_path: Path, mark: str) -> None:
     with pytest.raises(
         KbotError,
         match=f"cannot be written: the name of a rosbag2 folder cannot contain {re.escape(mark)}",
@@ -133,7 +133,7 @@ def test_a_folder_that_rosbag2_could_not_find_again_is_not_made(tmp_path: Path, 
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_recording_goes_on_where_the_program_goes_elsewhere(
+def test_recording_continues_if_the_working_directory_changes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -145,7 +145,7 @@ def test_a_recording_goes_on_where_the_program_goes_elsewhere(
     assert Recording(str(tmp_path / "run.mcap")).summary().topics["/odom"].count == 10
 
 
-def test_a_simulation_that_is_closed_is_left_alone(tmp_path: Path) -> None:
+def test_closed_recorder_does_not_touch_the_simulation(tmp_path: Path) -> None:
     sim, recorder = record(tmp_path / "run.mcap")
     size = (tmp_path / "run.mcap").stat().st_size
     sim.cmd_vel(0.1, 0.0)
@@ -155,7 +155,7 @@ def test_a_simulation_that_is_closed_is_left_alone(tmp_path: Path) -> None:
     assert (tmp_path / "run.mcap").stat().st_size == size
 
 
-def test_nothing_is_left_open(tmp_path: Path) -> None:
+def test_no_file_remains_open(tmp_path: Path) -> None:
     open_files = Path("/proc/self/fd")
     if not open_files.is_dir():
         pytest.skip("only Linux tells which files are open")
@@ -165,14 +165,14 @@ def test_nothing_is_left_open(tmp_path: Path) -> None:
     assert len(list(open_files.iterdir())) == before
 
 
-def test_messages_that_ros_1_has_with_fewer_fields_are_the_same_in_every_format(tmp_path: Path) -> None:
-    """visualization_msgs/Marker of ROS 2 has textures and mesh files too."""
+def test_messages_with_fewer_fields_in_ros_1_are_the_same_in_every_format(tmp_path: Path) -> None:
+    """visualization_msgs/Marker has textures and mesh files only in ROS 2."""
     marker = Marker(Header(Time(1, 2), "map"), "ns", 3, 1, text="here", mesh_resource="package://a/b.stl")
     sim = Simulation(kbot.load("kbot"))
-    said = sim.bus.advertise("/markers", MarkerArray)
+    publisher = sim.bus.advertise("/markers", MarkerArray)
     with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(tmp_path / "a.bag")):
         sim.run(0.3)
-        said.publish(MarkerArray((marker,)))
+        publisher.publish(MarkerArray((marker,)))
     for source, target in (("a.bag", "b.mcap"), ("b.mcap", "c.bag"), ("c.bag", "d")):
         copy_recording(str(tmp_path / source), str(tmp_path / target))
     for name in ("a.bag", "b.mcap", "c.bag", "d"):
@@ -182,7 +182,7 @@ def test_messages_that_ros_1_has_with_fewer_fields_are_the_same_in_every_format(
         assert found.markers[0].mesh_resource == "package://a/b.stl"
 
 
-def test_a_run_that_diverged_is_not_recorded(tmp_path: Path) -> None:
+def test_diverged_run_is_not_recorded(tmp_path: Path) -> None:
     simulation = Simulation(load_robot("kbot").require())
     simulation.engine.data.qpos[0] = 1e16
     simulation.engine.mark_moved()
@@ -191,7 +191,7 @@ def test_a_run_that_diverged_is_not_recorded(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_a_recording_that_fails_as_it_begins_leaves_nothing(
+def test_recording_that_fails_at_its_start_leaves_no_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def broken(*_: object) -> None:
@@ -205,7 +205,7 @@ def test_a_recording_that_fails_as_it_begins_leaves_nothing(
     assert simulation.journal.write is None
 
 
-def test_a_command_that_cannot_be_recorded_is_refused_where_it_is_given(tmp_path: Path) -> None:
+def test_command_that_cannot_be_recorded_is_refused_to_its_sender(tmp_path: Path) -> None:
     sim = Simulation(kbot.load("kbot"))
     with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(tmp_path / "run.bag")) as recorder:
         sim.run(0.1)
@@ -217,7 +217,7 @@ def test_a_command_that_cannot_be_recorded_is_refused_where_it_is_given(tmp_path
     assert recorder.failure is None
 
 
-def test_a_message_that_is_none_is_refused_and_the_others_are_recorded(tmp_path: Path) -> None:
+def test_invalid_message_is_refused_and_the_others_are_recorded(tmp_path: Path) -> None:
     sim = Simulation(kbot.load("kbot"))
     talk = sim.bus.advertise("/talk", String)
     path = str(tmp_path / "run.mcap")
@@ -226,6 +226,6 @@ def test_a_message_that_is_none_is_refused_and_the_others_are_recorded(tmp_path:
         talk.publish(String(text))  # type: ignore[arg-type] - what a program may do
     with pytest.raises(KbotError, match="/talk: a message cannot be recorded: not a std_msgs/msg/String"):
         recorder.close()
-    said = [entry.message().data for entry in Recording(path).entries() if entry.topic == "/talk"]
-    assert said == ["before", "after"]
+    texts = [entry.message().data for entry in Recording(path).entries() if entry.topic == "/talk"]
+    assert texts == ["before", "after"]
     assert not Recording(path).summary().broken

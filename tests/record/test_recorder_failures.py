@@ -1,4 +1,4 @@
-"""Recordings survive what can go wrong: full disks, kills, files that are cut or damaged."""
+"""Recordings survive full disks, kills, and truncated or damaged files."""
 
 import os
 import random
@@ -21,8 +21,8 @@ from kbot.sim import Simulation
 from kbot.text import KbotError
 
 
-def test_a_full_disk_ends_the_recording_and_not_the_run(tmp_path: Path) -> None:
-    """The limit on a file's size stands in for the disk's."""
+def test_full_disk_ends_the_recording_but_not_the_run(tmp_path: Path) -> None:
+    """A limit on the file size simulates a full disk."""
     program = f"""
         import resource, signal
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
@@ -30,16 +30,17 @@ def test_a_full_disk_ends_the_recording_and_not_the_run(tmp_path: Path) -> None:
         import kbot
         from kbot.record import Feed, Recorder
         from kbot.sim import Simulation
-        told = []
+        errors = []
         sim = Simulation(kbot.load("kbot"))
         feed = Feed(sim.bus, lambda: sim.clock.nanoseconds)
-        recorder = Recorder(sim, feed, {str(tmp_path / "run.mcap")!r}, compress=False, on_failure=told.append)
+        options = dict(compress=False, on_failure=errors.append)
+        recorder = Recorder(sim, feed, {str(tmp_path / "run.mcap")!r}, **options)
         sim.cmd_vel(0.3, 0.4)
         for _ in range(20):
             sim.run(0.5)
             recorder.flush()
         recorder.close()
-        assert told == [recorder.failure], told
+        assert errors == [recorder.failure], errors
         print(sim.time, recorder.failure)
     """
     done = subprocess.run(
@@ -55,10 +56,11 @@ def test_a_full_disk_ends_the_recording_and_not_the_run(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(os.name == "nt", reason="kills by signal")
 @pytest.mark.parametrize(
-    ("bytes_free", "said"), [(4096, "cannot be written: disk I/O error"), (60_000, "the recording ended at")]
+    ("bytes_free", "message"),
+    [(4096, "cannot be written: disk I/O error"), (60_000, "the recording ended at")],
 )
-def test_a_full_disk_is_told_of_by_sqlite_too(tmp_path: Path, bytes_free: int, said: str) -> None:
-    """Where it cannot begin, and where it cannot go on."""
+def test_full_disk_is_reported_for_sqlite_too(tmp_path: Path, bytes_free: int, message: str) -> None:
+    """At the start of a recording, and later."""
     program = f"""
         import resource, signal, sys
         from kbot.cli.main import run
@@ -70,14 +72,14 @@ def test_a_full_disk_is_told_of_by_sqlite_too(tmp_path: Path, bytes_free: int, s
         [sys.executable, "-c", textwrap.dedent(program)], capture_output=True, text=True, check=False
     )
     assert done.returncode == 2
-    assert said in done.stderr
+    assert message in done.stderr
     assert "Traceback" not in done.stderr
     assert (tmp_path / "run").exists() == (bytes_free == 60_000)
 
 
 @pytest.mark.skipif(os.name == "nt", reason="kills by signal")
 @pytest.mark.parametrize("name", ["run.mcap", "run.bag", "run"])
-def test_a_recording_that_cannot_begin_is_not_in_the_way_of_the_next(tmp_path: Path, name: str) -> None:
+def test_failed_recording_does_not_block_the_next_one(tmp_path: Path, name: str) -> None:
     program = f"""
         import resource, signal, sys
         from kbot.cli.main import run
@@ -88,7 +90,7 @@ def test_a_recording_that_cannot_begin_is_not_in_the_way_of_the_next(tmp_path: P
         resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
         print(first, run(words), file=sys.stderr)
     """
-    with (tmp_path / "said").open("w") as out:
+    with (tmp_path / "output").open("w") as out:
         done = subprocess.run(
             [sys.executable, "-c", textwrap.dedent(program)], stdout=out, stderr=subprocess.PIPE, text=True,
             check=True,
@@ -97,7 +99,7 @@ def test_a_recording_that_cannot_begin_is_not_in_the_way_of_the_next(tmp_path: P
 
 
 @pytest.mark.skipif(os.name == "nt", reason="kills by signal")
-def test_what_sqlite_has_recorded_a_second_before_the_disk_is_full_is_kept(tmp_path: Path) -> None:
+def test_sqlite_keeps_all_but_the_last_second_on_a_full_disk(tmp_path: Path) -> None:
     program = f"""
         import resource, signal, sys
         from kbot.cli.main import run
@@ -116,7 +118,7 @@ def test_what_sqlite_has_recorded_a_second_before_the_disk_is_full_is_kept(tmp_p
     assert ended - 1.1 <= last * 1e-9 <= ended
 
 
-def test_a_killed_run_is_readable_to_its_last_chunk(tmp_path: Path) -> None:
+def test_killed_run_is_readable_to_its_last_chunk(tmp_path: Path) -> None:
     program = f"""
         import os, kbot
         from kbot.record import Feed, Recorder
@@ -136,8 +138,8 @@ def test_a_killed_run_is_readable_to_its_last_chunk(tmp_path: Path) -> None:
     assert found.topics["/odom"].count > 1000
 
 
-def test_any_cut_of_the_file_reads_up_to_there(runs: dict[str, Path], tmp_path: Path) -> None:
-    """It has two chunks: the description's, and that of the run."""
+def test_truncated_file_is_read_to_its_end(runs: dict[str, Path], tmp_path: Path) -> None:
+    """The file has two chunks: one with the description, one with the run."""
     data = runs["mcap"].read_bytes()
     whole = Recording(str(runs["mcap"])).summary().count
     counts = []
@@ -150,8 +152,8 @@ def test_any_cut_of_the_file_reads_up_to_there(runs: dict[str, Path], tmp_path: 
     assert set(counts) == {0, 1, whole}
 
 
-def test_a_wrong_byte_in_a_chunk_loses_that_chunk_alone(runs: dict[str, Path], tmp_path: Path) -> None:
-    """The first chunk holds the description, and the definitions of what the second one has."""
+def test_wrong_byte_in_a_chunk_loses_only_that_chunk(runs: dict[str, Path], tmp_path: Path) -> None:
+    """The first chunk has the description and the definitions of the types in the second one."""
     data = bytearray(runs["mcap"].read_bytes())
     with runs["mcap"].open("rb") as stream:
         first, second = (index for index in mcap.reader.make_reader(stream).get_summary().chunk_indexes)
@@ -169,15 +171,13 @@ def test_a_wrong_byte_in_a_chunk_loses_that_chunk_alone(runs: dict[str, Path], t
 
 
 @pytest.mark.parametrize("length", [0, 3, 12])
-def test_a_file_that_ends_in_its_first_bytes_is_no_recording(tmp_path: Path, length: int) -> None:
+def test_file_that_ends_in_its_first_bytes_is_not_a_recording(tmp_path: Path, length: int) -> None:
     (tmp_path / "cut.mcap").write_bytes((b"\x89MCAP0\r\n\x01" + bytes([90]) * 20)[:length])
     with pytest.raises(KbotError, match="is not an MCAP file: it ends before its first record"):
         Recording(str(tmp_path / "cut.mcap")).summary()
 
 
-def test_a_bag_with_wrong_bytes_in_it_is_read_or_refused_in_words(
-    tmp_path: Path, runs: dict[str, Path]
-) -> None:
+def test_bag_with_wrong_bytes_is_read_or_refused_with_an_error(tmp_path: Path, runs: dict[str, Path]) -> None:
     good = runs["bag"].read_bytes()
     dice, refused = random.Random(1), 0
     for _ in range(30):
@@ -192,42 +192,40 @@ def test_a_bag_with_wrong_bytes_in_it_is_read_or_refused_in_words(
     assert refused > 20
 
 
-def test_a_bag_that_was_cut_off_is_told_from_one_that_was_never_closed(
-    tmp_path: Path, runs: dict[str, Path]
-) -> None:
-    """`index_pos` of the bag's header is where the index begins; 0 until it is written."""
+def test_truncated_bag_is_distinguished_from_an_unclosed_one(tmp_path: Path, runs: dict[str, Path]) -> None:
+    """`index_pos` in the bag's header is the offset of the index. It is 0 until the index is written."""
     whole = runs["bag"].read_bytes()
     at = whole.index(b"index_pos=") + len(b"index_pos=")
     index = int.from_bytes(whole[at : at + 8], "little")
     file = tmp_path / "cut.bag"
-    for data, said in (
+    for data, message in (
         (whole[:9000], f"it ends after 9,000 bytes, before its index at {index:,}"),
         (whole[:at] + bytes(8) + whole[at + 8 :], f"it was not closed, so its {len(whole):,} bytes"),
     ):
         file.write_bytes(data)
-        assert said in Recording(str(file)).summary().broken
+        assert message in Recording(str(file)).summary().broken
 
 
 @pytest.mark.parametrize("name", ["run.mcap", "run.bag", "run"])
-def test_what_is_taken_away_while_it_is_recorded_is_told(tmp_path: Path, name: str) -> None:
+def test_file_removed_during_recording_is_reported(tmp_path: Path, name: str) -> None:
     folder = tmp_path / "stick"
     folder.mkdir()
     sim = Simulation(kbot.load("kbot"))
-    told: list[KbotError] = []
+    failures: list[KbotError] = []
     recorder = Recorder(
-        sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(folder / name), on_failure=told.append
+        sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(folder / name), on_failure=failures.append
     )
     sim.run(0.5)
     shutil.rmtree(folder)
     sim.run(0.5)
     recorder.close()
     assert sim.time == 1.0
-    assert [recorder.failure] == told
-    assert "the recording ended at" in str(told[0])
-    assert str(told[0]).endswith(f"no part of it can be read: {folder / name} does not exist")
+    assert [recorder.failure] == failures
+    assert "the recording ended at" in str(failures[0])
+    assert str(failures[0]).endswith(f"no part of it can be read: {folder / name} does not exist")
 
 
-def test_the_limit_of_files_is_told(tmp_path: Path) -> None:
+def test_limit_of_open_files_is_reported(tmp_path: Path) -> None:
     sim = Simulation(kbot.load("kbot"))
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     feed = Feed(sim.bus, lambda: 0)

@@ -1,4 +1,4 @@
-"""A recorded run done again comes out the same, and a changed one does not."""
+"""Replaying a recorded run gives the same messages, and a changed recording does not."""
 
 import json
 from pathlib import Path
@@ -20,14 +20,14 @@ from .conftest import record
 
 
 @pytest.mark.parametrize("kind", ["mcap", "bag", "ros2"])
-def test_the_motion_is_the_same_bit_for_bit(runs: dict[str, Path], kind: str) -> None:
+def test_replayed_motion_is_the_same_bit_for_bit(runs: dict[str, Path], kind: str) -> None:
     again = replay(str(runs[kind]))
     assert again.difference == ""
     assert again.same_state is True
     assert again.compared == 4 * 76
 
 
-def test_resets_places_pushes_and_kicks_are_done_again(tmp_path: Path) -> None:
+def test_resets_placements_pushes_and_kicks_are_replayed(tmp_path: Path) -> None:
     def drive(sim: Simulation) -> None:
         sim.cmd_vel(0.5, 0.1)
         sim.run(0.777)
@@ -49,7 +49,7 @@ def test_resets_places_pushes_and_kicks_are_done_again(tmp_path: Path) -> None:
         replay(str(tmp_path / "run.bag"))
 
 
-def test_numbers_of_numpy_are_recorded_as_any(tmp_path: Path) -> None:
+def test_numpy_numbers_are_recorded(tmp_path: Path) -> None:
     def drive(sim: Simulation) -> None:
         sim.cmd_vel(np.float32(0.3), np.int64(1))  # type: ignore[arg-type]  # as a script may have them
         sim.run(0.3)
@@ -63,7 +63,7 @@ BALL = """<sdf version="1.7"><model name="m"><link name="l"><inertial><mass>1</m
 </sdf>"""
 
 
-def test_all_that_a_running_world_allows_is_done_again(tmp_path: Path) -> None:
+def test_all_world_actions_are_replayed(tmp_path: Path) -> None:
     def drive(sim: Simulation) -> None:
         sim.disturbances.schedule(Slip("left_wheel", 0.2), at=0.1, duration=0.5)
         sim.disturbances.schedule(Kick((0.0, 0.2, 0.0)), at=0.3)
@@ -97,7 +97,7 @@ def test_all_that_a_running_world_allows_is_done_again(tmp_path: Path) -> None:
     assert again.same_state is True
 
 
-def test_time_set_back_is_done_again(tmp_path: Path) -> None:
+def test_reset_of_time_is_replayed(tmp_path: Path) -> None:
     def drive(sim: Simulation) -> None:
         sim.cmd_vel(0.2, 0.1)
         sim.run(0.333)
@@ -109,7 +109,7 @@ def test_time_set_back_is_done_again(tmp_path: Path) -> None:
     assert replay(str(tmp_path / "run.mcap")).is_same
 
 
-def test_a_robot_is_heard_from_when_it_comes_though_time_is_set_back_then(tmp_path: Path) -> None:
+def test_added_robot_is_recorded_although_time_is_reset(tmp_path: Path) -> None:
     def drive(sim: Simulation) -> None:
         sim.run(0.51)
         sim.models.spawn_model(sim.robot, "b", x=-0.6)
@@ -120,10 +120,10 @@ def test_a_robot_is_heard_from_when_it_comes_though_time_is_set_back_then(tmp_pa
     record(tmp_path / "run.mcap", drive)
     assert replay(str(tmp_path / "run.mcap")).difference == ""
     first = next(e for e in Recording(str(tmp_path / "run.mcap")).entries() if e.topic == "/b/odom")
-    assert first.nanoseconds == 520_000_000  # at the end of the control period in which it came
+    assert first.nanoseconds == 520_000_000  # at the end of the control period in which it was received
 
 
-def test_a_command_that_was_another_is_found(runs: dict[str, Path], tmp_path: Path) -> None:
+def test_changed_command_is_found(runs: dict[str, Path], tmp_path: Path) -> None:
     recording = Recording(str(runs["mcap"]))
     writer = open_writer(str(tmp_path / "other.mcap"))
     for name, values in recording.summary().notes.items():
@@ -140,7 +140,7 @@ def test_a_command_that_was_another_is_found(runs: dict[str, Path], tmp_path: Pa
     assert again.same_state is False
 
 
-def test_a_run_that_was_set_back_is_set_back_again(tmp_path: Path) -> None:
+def test_return_to_an_earlier_state_is_replayed(tmp_path: Path) -> None:
     def drive(sim: Simulation) -> None:
         sim.cmd_vel(0.3, 0.2)
         sim.run(0.333)
@@ -157,7 +157,7 @@ def test_a_run_that_was_set_back_is_set_back_again(tmp_path: Path) -> None:
     assert again.same_state
 
 
-def test_a_run_that_was_set_back_to_before_its_recording_is_refused(tmp_path: Path) -> None:
+def test_return_to_a_state_before_the_recording_is_refused(tmp_path: Path) -> None:
     sim = Simulation("kbot")
     sim.cmd_vel(0.3, 0.0)
     sim.run(0.1)
@@ -171,7 +171,7 @@ def test_a_run_that_was_set_back_to_before_its_recording_is_refused(tmp_path: Pa
         replay(str(tmp_path / "run.mcap"))
 
 
-def test_a_stranger_s_recording_is_refused(tmp_path: Path) -> None:
+def test_recording_of_another_program_is_refused(tmp_path: Path) -> None:
     writer = open_writer(str(tmp_path / "strange.mcap"))
     writer.write(Packet("/chatter", String("hello"), 5))
     writer.close()
@@ -179,7 +179,7 @@ def test_a_stranger_s_recording_is_refused(tmp_path: Path) -> None:
         replay(str(tmp_path / "strange.mcap"))
 
 
-def test_commands_that_were_lost_are_lost_again(tmp_path: Path) -> None:
+def test_lost_commands_are_lost_again(tmp_path: Path) -> None:
     def lose_some(sim: Simulation) -> None:
         sim.disturbances.schedule(LostCommands(0.5), 0.1, 1.0)
         for number in range(20):

@@ -1,4 +1,4 @@
-"""A fault that was ended before its time is ended again when the run is done again."""
+"""A replay ends a fault early if the run did."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from kbot.sim.injected_faults import Slip
 from .conftest import record
 
 
-def test_a_fault_is_ended_again(tmp_path: Path) -> None:
+def test_end_of_a_fault_is_replayed(tmp_path: Path) -> None:
     ended: list[str] = []
 
     def drive(sim: Simulation) -> None:

@@ -1,4 +1,4 @@
-"""What leaves a run, also when the page's description changes under it."""
+"""The outputs of a run, also when the description changes in the page."""
 
 from pathlib import Path
 
@@ -22,11 +22,11 @@ SQUARE = """<robot name="r">
   <collision><geometry><box size=".2 .2 {height}"/></geometry></collision></link></robot>"""
 
 
-def test_a_changed_description_is_recorded_to_a_file_of_its_own(tmp_path: Path) -> None:
+def test_changed_description_is_recorded_to_its_own_file(tmp_path: Path) -> None:
     file = tmp_path / "r.urdf"
     file.write_text(SQUARE.format(height=0.1))
-    told: list[str] = []
-    outputs = RunOutputs(told.append, RecordOptions(str(tmp_path / "run.mcap")))
+    reports: list[str] = []
+    outputs = RunOutputs(reports.append, RecordOptions(str(tmp_path / "run.mcap")))
     session = open_session(str(file), simulate=True, attend=lambda sim: outputs.join(sim, "", "empty"))
     for _ in range(10):
         session.advance(0.02)
@@ -35,7 +35,7 @@ def test_a_changed_description_is_recorded_to_a_file_of_its_own(tmp_path: Path) 
     for _ in range(20):
         session.advance(0.02)
     outputs.close()
-    assert [Path(text.partition(": ")[0]).name for text in told] == ["run.mcap", "run-2.mcap"]
+    assert [Path(text.partition(": ")[0]).name for text in reports] == ["run.mcap", "run-2.mcap"]
     first, second = (Recording(str(tmp_path / name)) for name in ("run.mcap", "run-2.mcap"))
     assert first.summary().topics["/clock"].count == 10
     assert second.summary().topics["/clock"].count == 20
@@ -49,17 +49,17 @@ def test_a_changed_description_is_recorded_to_a_file_of_its_own(tmp_path: Path) 
         replay(str(tmp_path / "run-2.mcap"))
 
 
-def test_bridges_stay_where_they_are_when_the_simulation_changes(tmp_path: Path) -> None:
-    told: list[str] = []
-    outputs = RunOutputs(told.append, peers=RosPeers(told.append, ["foxglove"]))
+def test_bridges_keep_their_addresses_when_the_simulation_changes(tmp_path: Path) -> None:
+    reports: list[str] = []
+    outputs = RunOutputs(reports.append, peers=RosPeers(reports.append, ["foxglove"]))
     for _ in range(2):
         outputs.join(Simulation(kbot.load("kbot")), "", "empty")
-    assert len([text for text in told if text.startswith("Foxglove")]) == 1
+    assert len([text for text in reports if text.startswith("Foxglove")]) == 1
     outputs.close()
     outputs.close()
 
 
-def test_a_bridge_that_cannot_be_opened_leaves_nothing_behind(tmp_path: Path) -> None:
+def test_bridge_that_cannot_be_opened_leaves_no_resources(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     peers = RosPeers(print, ["foxglove"], "192.0.2.1")
     outputs = RunOutputs(print, RecordOptions(str(path)), peers)
@@ -68,7 +68,7 @@ def test_a_bridge_that_cannot_be_opened_leaves_nothing_behind(tmp_path: Path) ->
     assert not Recording(str(path)).summary().broken
 
 
-def test_pacing_runs_just_as_far_as_asked_for() -> None:
+def test_pacing_runs_exactly_the_requested_time() -> None:
     sim = Simulation(kbot.load("kbot"))
     run_in_real_time(sim, 0.133)
     assert sim.steps == 66

@@ -1,4 +1,4 @@
-"""Any bytes are a message or a refusal, in both encodings, of every type there is; so is any JSON."""
+"""Any bytes, in both encodings and for every type, and any JSON are decoded or refused with an error."""
 
 import contextlib
 
@@ -28,7 +28,7 @@ JSON = st.recursive(
 
 
 @given(st.sampled_from(TYPES + PARTS), st.binary(max_size=300), st.booleans())
-def test_noise(part: tuple[type, str], data: bytes, has_head: bool) -> None:
+def test_random_bytes_are_decoded_or_refused(part: tuple[type, str], data: bytes, has_head: bool) -> None:
     kind, name = part
     with contextlib.suppress(KbotError):
         assert isinstance(decode_cdr((b"\0\1\0\0" if has_head else b"") + data, kind, name), kind)
@@ -37,8 +37,8 @@ def test_noise(part: tuple[type, str], data: bytes, has_head: bool) -> None:
 
 
 @pytest.mark.parametrize(("kind", "name"), TYPES + PARTS)
-def test_a_message_cut_short_or_bent(kind: type, name: str) -> None:
-    """Every length of it, and every byte of it turned over."""
+def test_truncated_or_changed_message_is_decoded_or_refused(kind: type, name: str) -> None:
+    """The message truncated at every length, and with every byte inverted."""
     for encode, decode in ((encode_cdr, decode_cdr), (encode_ros1, decode_ros1)):
         try:
             whole = encode(kind(), name)
@@ -57,6 +57,6 @@ def test_a_message_cut_short_or_bent(kind: type, name: str) -> None:
 
 
 @given(st.sampled_from([kind for kind, _ in TYPES + PARTS]), JSON)
-def test_any_json(kind: type, value: object) -> None:
+def test_any_json_is_accepted_or_refused(kind: type, value: object) -> None:
     with contextlib.suppress(KbotError):
         assert isinstance(from_plain(value, kind), kind)

@@ -1,4 +1,4 @@
-"""Bytes of our messages against hand-made ones, against the library's own, and back again."""
+"""Encoded messages, compared with bytes made by hand and by the rosbags library, and decoded again."""
 
 import dataclasses
 import math
@@ -41,7 +41,7 @@ FULL = [
 
 
 @pytest.mark.parametrize("kind", OWN, ids=lambda kind: kind.__name__)
-def test_every_message_has_the_fields_of_its_namesake_in_ros(kind: type) -> None:
+def test_every_message_has_the_fields_of_its_ros_type(kind: type) -> None:
     name = ros_name(kind)
     fields = [field.name for field in dataclasses.fields(kind)]
     assert known_type(name) is kind
@@ -49,20 +49,20 @@ def test_every_message_has_the_fields_of_its_namesake_in_ros(kind: type) -> None
     assert [field for field, _ in ros1_types().fielddefs[name][1] if field != "seq"] == fields
 
 
-def test_messages_are_told_in_the_package_where_ros_has_them() -> None:
-    told = [f"{package}/msg/{name}" for package, names in NAMESAKES.items() for name in names.split()]
-    assert len(told) > 50
-    assert set(told) <= set(shipped_types().fielddefs)
+def test_ros_name_has_the_package_of_the_type() -> None:
+    type_names = [f"{package}/msg/{name}" for package, names in NAMESAKES.items() for name in names.split()]
+    assert len(type_names) > 50
+    assert set(type_names) <= set(shipped_types().fielddefs)
 
 
 @pytest.mark.parametrize("kind", OWN, ids=lambda kind: kind.__name__)
-def test_an_untouched_message_comes_back(kind: type) -> None:
+def test_default_message_survives_a_round_trip(kind: type) -> None:
     assert decode_cdr(encode_cdr(kind()), kind) == kind()
     assert decode_ros1(encode_ros1(kind()), kind) == kind()
 
 
 @pytest.mark.parametrize("message", FULL, ids=lambda m: type(m).__name__)
-def test_a_full_message_comes_back_and_both_encodings_say_the_same(message: object) -> None:
+def test_full_message_survives_a_round_trip_in_both_encodings(message: object) -> None:
     kind, name = type(message), ros_name(type(message))
     cdr, ros1 = encode_cdr(message), encode_ros1(message)
     assert decode_cdr(cdr, kind) == message
@@ -70,8 +70,8 @@ def test_a_full_message_comes_back_and_both_encodings_say_the_same(message: obje
     assert bytes(ros2_types().ros1_to_cdr(ros1, name)) == cdr
 
 
-def test_bytes_by_hand() -> None:
-    """ROS 1: seq, secs, nsecs, then each string and list with its length. CDR: aligned from byte 4 on."""
+def test_bytes_match_a_calculation_by_hand() -> None:
+    """ROS 1: seq, secs, nsecs, then each string and list with its length. CDR: aligned relative to byte 4."""
     header = struct.pack("<IiI", 0, 3, 25) + struct.pack("<I4s", 4, b"odom")
     lists = struct.pack("<II1s", 1, 1, b"a") + struct.pack("<Id", 1, 0.5) + struct.pack("<II", 0, 0)
     assert encode_ros1(msg.JointState(STAMP, ("a",), (0.5,))) == header + lists
@@ -79,8 +79,8 @@ def test_bytes_by_hand() -> None:
     assert encode_cdr(msg.String("hi")) == b"\0\1\0\0" + struct.pack("<I", 3) + b"hi\0"
 
 
-def test_definitions_are_those_of_ros() -> None:
-    """Sums as `rosmsg md5` prints them."""
+def test_definitions_match_ros() -> None:
+    """MD5 sums as `rosmsg md5` prints them."""
     sums = {
         "nav_msgs/msg/Odometry": "cd5e73d190d741a2f92e81eda573aca7",
         "geometry_msgs/msg/Twist": "9f195f881246fdfa2798d1d3eebca84a",
@@ -94,13 +94,13 @@ def test_definitions_are_those_of_ros() -> None:
 
 
 @pytest.mark.parametrize("data", [b"", b"\0", b"\xff" * 60, b"\xff\xff\xff\x7f" * 4])
-def test_bytes_that_are_no_message_are_one_clear_error(data: bytes) -> None:
+def test_bytes_that_are_not_a_message_are_one_error(data: bytes) -> None:
     for decode in (decode_cdr, decode_ros1):
         for kind in (msg.JointState, msg.Odometry, msg.TFMessage):
             with pytest.raises(KbotError, match=r"are not a \w+/msg/\w+"):
                 decode(data, kind)
 
 
-def test_what_ros_has_not_is_said() -> None:
+def test_message_unknown_to_ros_is_reported() -> None:
     with pytest.raises(KbotError, match="Unheard is not a ROS message"):
         encode_cdr(type("Unheard", (), {})())

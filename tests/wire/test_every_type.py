@@ -1,5 +1,5 @@
-"""Messages of every type, read and written again, are the library's bytes: with texts and lists of every
-length that shifts what comes after."""
+"""Decoding and encoding messages of every type gives the library's bytes, with strings and lists of all
+lengths that change the alignment."""
 
 import random
 from typing import Any
@@ -17,7 +17,7 @@ from .test_any_bytes import PARTS, TYPES
 WHOLE = {"bool": 1, "byte": 255, "char": 127, "int8": 127, "uint8": 255, "int16": 1 << 14, "uint16": 1 << 15}
 
 WIRE = ("seq", "structure_needs_at_least_one_member")
-"""What a message has only on the wire, where KBot says nought."""
+"""Fields that a message has only in its bytes. KBot writes zero."""
 
 
 def random_message(store: Any, name: str, chance: random.Random) -> Any:
@@ -55,7 +55,7 @@ def _random_number(base: str, chance: random.Random) -> Any:
 
 
 @pytest.mark.parametrize(("kind", "name"), TYPES + PARTS)
-def test_what_is_read_and_written_again_is_the_same_bytes(kind: type, name: str) -> None:
+def test_decoding_and_encoding_gives_the_same_bytes(kind: type, name: str) -> None:
     for seed in range(20):
         message = random_message(ros2_types(), name, random.Random(seed))
         data = bytes(ros2_types().serialize_cdr(message, name, little_endian=True))
@@ -78,7 +78,7 @@ def test_what_is_read_and_written_again_is_the_same_bytes(kind: type, name: str)
         msg.Time(1 << 40),
     ],
 )
-def test_a_field_of_another_type_is_one_clear_error(message: object) -> None:
+def test_field_of_a_wrong_type_is_one_error(message: object) -> None:
     for encode in (encode_cdr, encode_ros1):
         with pytest.raises(KbotError, match=r"not a \w+/msg/\w+: "):
             encode(message)

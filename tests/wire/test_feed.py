@@ -1,4 +1,4 @@
-"""One message, one encoding, however many take it."""
+"""A message is encoded once for any number of receivers."""
 
 from kbot.messages import Bus
 from kbot.messages import types as msg
@@ -18,7 +18,7 @@ def test_receivers_share_one_packet_and_its_bytes() -> None:
     assert (first[0].nanoseconds, first[0].type_name) == (7, "nav_msgs/msg/Odometry")
 
 
-def test_nothing_is_made_once_nobody_receives() -> None:
+def test_no_message_is_created_without_receivers() -> None:
     bus, found = Bus(), []
     publisher = bus.advertise("/odom", msg.Odometry)
     feed = Feed(bus, lambda: 0)
@@ -30,7 +30,7 @@ def test_nothing_is_made_once_nobody_receives() -> None:
     feed.close("/odom", found.append)
 
 
-def test_the_last_of_a_latched_topic_comes_to_the_second_receiver_too() -> None:
+def test_second_receiver_gets_the_last_latched_message() -> None:
     bus = Bus()
     feed = Feed(bus, lambda: 0)
     bus.advertise("/tf_static", msg.TFMessage, latched=True).publish(msg.TFMessage())
@@ -41,7 +41,7 @@ def test_the_last_of_a_latched_topic_comes_to_the_second_receiver_too() -> None:
     assert len(first) == len(second) == 1
 
 
-def test_only_what_ros_knows_is_offered() -> None:
+def test_only_ros_types_are_offered() -> None:
     bus = Bus()
     bus.advertise("/odom", msg.Odometry)
     bus.advertise("/own", int)

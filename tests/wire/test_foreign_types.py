@@ -1,4 +1,4 @@
-"""Definitions from a recording or a peer: those of ROS are read as rosbags reads them, others are refused."""
+"""Definitions from a recording or a peer: valid ones are read as rosbags reads them, others are refused."""
 
 import time
 from contextlib import suppress
@@ -14,7 +14,7 @@ SEPARATOR = "=" * 80
 
 
 @pytest.mark.parametrize("kind", [store for store in Stores if store != Stores.EMPTY])
-def test_every_type_that_rosbags_ships_is_read_from_its_text(kind: Stores) -> None:
+def test_every_type_of_rosbags_is_read_from_its_definition(kind: Stores) -> None:
     store = get_typestore(kind)
     check = ShapeCheck({})
     for name in store.fielddefs:
@@ -29,15 +29,15 @@ def test_every_type_that_rosbags_ships_is_read_from_its_text(kind: Stores) -> No
         check.accept(name)
 
 
-def test_a_text_is_read_as_rosbags_reads_it() -> None:
+def test_definition_is_read_as_rosbags_reads_it() -> None:
     store = get_typestore(Stores.LATEST)
     for name in list(store.fielddefs)[::8]:
         text, _ = store.generate_msgdef(name, ros_version=2)
         assert read_definition(text, name) == get_types_from_msg(text, name)
 
 
-def test_what_ros_writes_is_understood() -> None:
-    """Each line by the rules of wiki.ros.org/msg and of ROS 2's interface definitions."""
+def test_definitions_written_by_ros_are_read() -> None:
+    """Each line follows wiki.ros.org/msg and the interface definitions of ROS 2."""
     text = "\r\n".join(
         [
             "# a comment",
@@ -131,7 +131,7 @@ def test_what_ros_writes_is_understood() -> None:
         (f"int32 {'a' * 256}", "too long"),
     ],
 )
-def test_what_is_not_in_the_grammar_is_refused_with_its_line(text: str, words: str) -> None:
+def test_syntax_error_is_refused_with_its_line(text: str, words: str) -> None:
     with pytest.raises(KbotError, match=r"^[^\n]*$") as caught:
         read_definition(text, NAME)
     assert words in str(caught.value)
@@ -154,7 +154,7 @@ def test_what_is_not_in_the_grammar_is_refused_with_its_line(text: str, words: s
         "ä/T",
     ],
 )
-def test_a_name_that_ros_does_not_allow_is_refused(name: str) -> None:
+def test_invalid_type_name_is_refused(name: str) -> None:
     with pytest.raises(KbotError, match="is not a valid type name"):
         read_definition("int32 a", name)
 
@@ -175,7 +175,7 @@ def test_a_name_that_ros_does_not_allow_is_refused(name: str) -> None:
         ({"p/msg/I": "Unknown a"}, "the type p/msg/Unknown is not defined"),
     ],
 )
-def test_a_type_that_costs_too_much_is_refused(definitions: dict[str, str], words: str) -> None:
+def test_type_that_is_too_large_is_refused(definitions: dict[str, str], words: str) -> None:
     check = ShapeCheck(get_typestore(Stores.ROS2_JAZZY).fielddefs)
 
     def use_first() -> None:
@@ -188,14 +188,14 @@ def test_a_type_that_costs_too_much_is_refused(definitions: dict[str, str], word
 
 
 @pytest.mark.parametrize("text", ["\n", "a", "string X='\n", "@a ", " ", "string a\n", "=" * 80 + "\n"])
-def test_a_text_as_long_as_may_be_takes_little_time(text: str) -> None:
+def test_longest_definition_is_read_quickly(text: str) -> None:
     begun = time.process_time()
     with suppress(KbotError):
         read_definition(text * ((1 << 18) // len(text)), NAME)
-    assert time.process_time() - begun < 5.0  # a quadratic search would take minutes
+    assert time.process_time() - begun < 5.0  # an algorithm of quadratic time would take minutes
 
 
-def test_every_entry_of_an_array_of_texts_costs_code() -> None:
+def test_every_entry_of_a_string_array_costs_code() -> None:
     assert code_cost(read_definition("float64[1000] a\nfloat64[] b", NAME)) == 5 + 2 * 2
     assert code_cost(read_definition("string[1000] a\nA[] b", NAME)) == 5 + 3 * 1001
 

@@ -1,4 +1,4 @@
-"""Messages as plain values, as JSON carries them."""
+"""Messages as plain values for JSON."""
 
 import json
 import math
@@ -12,7 +12,7 @@ from kbot.record.encodings.plain import from_plain, to_json, to_plain
 from kbot.text import KbotError
 
 
-def test_fields_by_name_and_back() -> None:
+def test_plain_values_survive_a_round_trip() -> None:
     message = msg.JointState(msg.Header(msg.Time(3, 25), "f"), ("a", "b"), (1.0, 2.5), (), (0.5,))
     plain = json.loads(json.dumps(to_plain(message)))
     assert plain["header"] == {"stamp": {"sec": 3, "nanosec": 25}, "frame_id": "f"}
@@ -20,24 +20,24 @@ def test_fields_by_name_and_back() -> None:
     assert from_plain(plain, msg.JointState) == message
 
 
-def test_the_spelling_of_ros1_is_said_and_understood() -> None:
+def test_ros_1_field_names_of_times_are_written_and_read() -> None:
     plain = to_plain(msg.Header(msg.Time(3, 25)), ros1=True)
     assert plain["stamp"] == {"secs": 3, "nsecs": 25}
     assert from_plain({"seq": 7, **plain}, msg.Header) == msg.Header(msg.Time(3, 25))
 
 
-def test_what_is_left_out_keeps_its_default_and_whole_numbers_are_numbers() -> None:
+def test_missing_fields_keep_defaults_and_integers_are_accepted() -> None:
     assert from_plain({"linear": {"x": 1}}, msg.Twist) == msg.Twist(msg.Vector3(1.0))
 
 
-def test_what_json_lacks_is_null_there_and_nan_here() -> None:
+def test_nan_is_null_in_json() -> None:
     assert to_plain(msg.Vector3(math.inf, math.nan)) == {"x": None, "y": None, "z": 0.0}
     assert math.isnan(from_plain({"x": None}, msg.Vector3).x)
 
 
-def test_json_is_that_of_the_plain_values() -> None:
-    """Numbers that JSON lacks are null, or as Python's json and the page spell them where exact ones are
-    asked for; halves of surrogate pairs, which are no Unicode, are escaped."""
+def test_json_matches_the_plain_values() -> None:
+    """NaN and infinity are null, or NaN and Infinity if exact values are requested. Lone surrogates, which
+    are not valid Unicode, are escaped."""
     scan = sensing.LaserScan(range_max=math.inf, ranges=np.array([0.1, math.nan, -math.inf], np.float32))
     for message in (scan, msg.String("null \ud800"), msg.Odometry(), sensing.Image(data=b"abc")):
         for ros1 in (False, True):
@@ -48,7 +48,7 @@ def test_json_is_that_of_the_plain_values() -> None:
 
 
 @pytest.mark.parametrize(
-    ("value", "said"),
+    ("value", "message"),
     [
         ({"lineer": {}}, "has no field 'lineer': did you mean 'linear'"),
         ({"linear": {"x": "1"}}, "a number is expected, not str '1'"),
@@ -59,10 +59,10 @@ def test_json_is_that_of_the_plain_values() -> None:
         ({"linear": {"x": 10**400}}, "too large"),
     ],
 )
-def test_what_is_no_message_is_said(value: object, said: str) -> None:
+def test_invalid_message_is_reported(value: object, message: str) -> None:
     with pytest.raises(KbotError, match=r"^not a geometry_msgs/msg/Twist: ") as caught:
         from_plain(value, msg.Twist)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_arrays_are_lists_and_bytes_are_base64() -> None:

@@ -1,4 +1,4 @@
-"""Messages whose lists state more than there is, or make more objects than a message may."""
+"""Messages whose lists state too many entries, or give more objects than allowed."""
 
 import struct
 
@@ -21,7 +21,7 @@ def points(count: int, *, stated: int | None = None) -> bytes:
 
 
 @pytest.mark.parametrize("stated", [4, 1000, 0xFFFFFFFF])
-def test_a_conversion_ends_with_the_message(stated: int) -> None:
+def test_conversion_ends_with_the_message(stated: int) -> None:
     store = ros2_types()
     assert bytes(store.ros1_to_cdr(points(3), POLYGON)) == HEAD + points(3)
     assert bytes(store.cdr_to_ros1(HEAD + points(3), POLYGON)) == points(3)
@@ -30,8 +30,8 @@ def test_a_conversion_ends_with_the_message(stated: int) -> None:
             convert(head + points(3, stated=stated), POLYGON)
 
 
-def test_a_type_that_is_listed_later_is_bounded_from_then_on() -> None:
-    """Its code was made before any list was known to have it."""
+def test_type_used_in_a_list_later_is_bounded_from_then_on() -> None:
+    """Its code was generated before any list used the type."""
     store = safe_copy(ros2_types())
     store.register(read_definition("int32 a", "own_msgs/msg/Part"))
     assert bytes(store.ros1_to_cdr(bytes(4), "own_msgs/msg/Part")) == HEAD + bytes(4)
@@ -40,7 +40,7 @@ def test_a_type_that_is_listed_later_is_bounded_from_then_on() -> None:
         store.ros1_to_cdr(struct.pack("<I", 0xFFFFFFFF) + bytes(4), "own_msgs/msg/Whole")
 
 
-def test_the_objects_of_a_long_message_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_objects_of_a_long_message_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("kbot.record.encodings.safe_store.LONG_MESSAGE", 100)
     monkeypatch.setattr("kbot.record.encodings.safe_store.MOST_OBJECTS", 10)
     assert len(decode_cdr(HEAD + points(9), Polygon).points) == 9
@@ -52,7 +52,7 @@ def test_the_objects_of_a_long_message_are_counted(monkeypatch: pytest.MonkeyPat
             read(message, POLYGON)
 
 
-def test_long_lists_of_texts_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_long_lists_of_strings_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("kbot.record.encodings.safe_store.LONG_MESSAGE", 100)
     store = safe_copy(ros2_types())
     store.register(read_definition("string[] words", "own_msgs/msg/Words"))
@@ -60,7 +60,7 @@ def test_long_lists_of_texts_are_refused(monkeypatch: pytest.MonkeyPatch) -> Non
         store.deserialize_cdr(HEAD + bytes(100), "own_msgs/msg/Words")
 
 
-def test_what_is_converted_is_counted() -> None:
+def test_converted_objects_are_counted() -> None:
     store = safe_copy(ros2_types())
     store.ros1_to_cdr(points(1000), POLYGON)
-    assert store.converted_parts == 2000  # once to measure it, once to write it
+    assert store.converted_parts == 2000  # once to compute the size, once to write
