@@ -21,6 +21,7 @@ from kbot.text import KbotError
 
 _WHOLE = (int, np.integer)
 _MOST_STEPS = 10**14
+"""The longest time, `LONGEST`, at the smallest time step of 1e-5 s."""
 
 
 class Stepping:
