@@ -198,17 +198,17 @@ class Context:
         edits = set_value(origin.span, text)
         return Fix(title, edits, safe) if edits else None
 
-    def exchange(self, origin: Origin, one: str, other: str) -> Fix | None:
+    def exchange(self, origin: Origin, name: str, other: str) -> Fix | None:
         """A fix that exchanges the values of two attributes. None if one of them contains an expression."""
         element = self.element_at(origin)
         spans = element.attribute_spans() if element is not None else {}
-        if one not in spans or other not in spans:
+        if name not in spans or other not in spans:
             return None
-        first, second = spans[one][1], spans[other][1]
+        first, second = spans[name][1], spans[other][1]
         if "$" in first.text + second.text or first.text == second.text:
             return None
         edits = (*set_value(first, second.text), *set_value(second, first.text))
-        return Fix(f"exchange {one} and {other}", edits, safe=False)
+        return Fix(f"exchange {name} and {other}", edits, safe=False)
 
     def copy_visual(self, origin: Origin) -> Fix | None:
         """A fix that inserts a copy of a visual as collision after it. None if the visual is a mesh."""

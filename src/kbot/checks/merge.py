@@ -48,7 +48,7 @@ def merge_findings(found: Iterable[Diagnostic], context: Context) -> list[Diagno
             for diagnostic in copies.placed(group):
                 span = diagnostic.origin.span  # type: ignore[union-attr]  # placed ones have an origin
                 moved[diagnostic.code, span.file, span.start].append(diagnostic)
-        result += [_one_of(group) for group in moved.values()]
+        result += [_merged(group) for group in moved.values()]
     return list(dict.fromkeys(result))
 
 
@@ -157,7 +157,7 @@ def _joined(fixes: list[Fix | None]) -> Fix | None:
     return Fix(there[0].title, tuple(edits), there[0].safe)
 
 
-def _one_of(group: list[Diagnostic]) -> Diagnostic:
+def _merged(group: list[Diagnostic]) -> Diagnostic:
     """Join the findings of one place in a macro into one, with the other calls as related places."""
     first = group[0]
     if len(group) == 1:

@@ -11,13 +11,13 @@ from pathlib import Path
 from kbot.checks.registry import page
 from kbot.text import Severity
 
-_SLIP = "safe, if exactly one known name is a slip away: it is written."
+_SLIP = "safe: KBot corrects the name if it is a slip of one known name."
 _NAMES = ("U006", "U007", "U011", "X103", "X112", "X121", "X122", "X129")
 _AUTOFIXES = {
     **dict.fromkeys(_NAMES, _SLIP),
-    "X103": f"{_SLIP} Otherwise unsafe: a property without a value is inserted, and you fill in the value.",
-    "P001": "safe, for a root element in two pieces and for white space before `<?xml`.",
-    "K001": "safe: the comment is removed.",
+    "X103": f"{_SLIP} Otherwise unsafe: KBot inserts a property without a value, which you fill in.",
+    "P001": "safe: KBot joins a root element in two pieces, and removes white space before `<?xml`.",
+    "K001": "safe: KBot removes the comment.",
 }
 
 

@@ -4,4 +4,4 @@ from pathlib import Path
 
 from kbot.checks.pages import register_pages
 
-register_pages(Path(__file__).with_suffix(".tsv"), {"L053": "safe: the new name is written."})
+register_pages(Path(__file__).with_suffix(".tsv"), {"L053": "safe: KBot writes the new name."})
