@@ -43,9 +43,8 @@ class Player:
         by recorded names.
 
         Raises:
-            KbotError: there is no such recording or topic, no messages are left after the start, or two
-            topics
-                of different types would be published under the same name.
+            KbotError: a recording or topic does not exist, the start is after the last message, or two
+                topics of different types would get the same name.
         """
         self._recording = Recordings(paths)
         path = self.path = self._recording.path
