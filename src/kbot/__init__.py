@@ -9,12 +9,12 @@
     sim.run(5.0)
     sim.odometry.pose
 
-Names are imported when they are first used, so that `import kbot` costs next to nothing.
+Names are imported at their first use, so that `import kbot` is fast.
 """
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # as in typing, which takes longer to import than all of this
+TYPE_CHECKING = False  # as in typing, which is slow to import
 if TYPE_CHECKING:
     from kbot import checks, kinematics, messages, model, navigation, sensors, sim, text, world, xacro
     from kbot.kinematics import PlanarPose, Transform

@@ -1,6 +1,6 @@
-"""The parts above the core that it calls: file kinds, verbs and peers of the ROS wing, and the notebook view.
+"""Gives the core access to higher layers: the ROS wing's file kinds, verbs and peers, and the notebook view.
 
-The core asks here and does not import them. A part that is not installed adds nothing.
+The core uses this module and does not import them itself. A part that is not installed adds nothing.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from types import ModuleType
 from typing import Protocol
 
 PARTS = ("kbot.ros",)
-"""Each adds file kinds of `kbot check`, verbs and peers by its module `extensions`."""
+"""Packages whose module `extensions` adds file kinds of `kbot check`, verbs and peers."""
 _NOTEBOOK = "kbot.workbench.notebook"
 
 
@@ -29,13 +29,13 @@ class NotebookView(Protocol):
 
 
 def notebook() -> ModuleType:
-    """The module that shows robots and simulations in a notebook: the workbench, loaded when first used."""
+    """The module that shows robots and simulations in a notebook. It is imported at the first use."""
     return import_module(_NOTEBOOK)
 
 
 @cache
 def parts() -> tuple[ModuleType, ...]:
-    """The module `extensions` of each part that is installed."""
+    """The module `extensions` of each installed part."""
     found = []
     for part in PARTS:
         try:

@@ -1,4 +1,4 @@
-"""Names of a package that are imported when they are first used: for start-up time."""
+"""Imports names of a package at their first use, for start-up time."""
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -6,15 +6,14 @@ if TYPE_CHECKING:
 
 
 def lazy_names(package: str, homes: "Mapping[str, str]") -> "Callable[[str], object]":
-    """The `__getattr__` of a package. `homes` are its names, each with the module of the package that has it.
+    """Create the `__getattr__` of a package. `homes` has the names, each with the module that defines it.
 
-    Raises:
-        AttributeError: when called with a name that the package does not have.
+    The result raises AttributeError for a name that is not in `homes`.
     """
 
     def get(name: str) -> object:
         import sys
-        from importlib import import_module  # lazy: the start of `kbot expand` counts in milliseconds
+        from importlib import import_module  # lazy: each millisecond counts in `kbot expand`
 
         if name not in homes:
             raise AttributeError(f"module '{package}' has no attribute '{name}'")

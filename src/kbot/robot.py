@@ -1,4 +1,4 @@
-"""`kbot.load` and the class Robot: a description in, a robot out that knows its frames and its drive."""
+"""`kbot.load` reads a description and returns a Robot with its frames and drive."""
 
 from __future__ import annotations
 
@@ -23,46 +23,46 @@ Value = str | bool | int | float
 
 
 class DescriptionWarning(UserWarning):
-    """Something in a description that may not do what its author means."""
+    """A part of a description that may not do what its author means."""
 
 
 @dataclass(frozen=True)
 class Robot(model.RobotModel):
-    """A robot description, with its frames and its drive."""
+    """A robot description with its frames and its drive."""
 
     loaded: Loaded = field(compare=False, repr=False)
 
     @classmethod
     def of(cls, loaded: Loaded) -> Robot:
-        """The robot of a description that was read. Raises DescriptionError: it has errors."""
+        """The robot of a loaded description. Raises DescriptionError if it has errors."""
         robot = loaded.require()
         return cls(**{f.name: getattr(robot, f.name) for f in fields(robot)}, loaded=loaded)
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """What was said while the description was expanded and read; no errors."""
+        """Warnings and notes about the description. It has no errors."""
         return self.loaded.diagnostics
 
     @cached_property
     def frames(self) -> FrameTree:
-        """The frames of the links: poses of all of them, and of many joint positions at once."""
+        """The frames of the links, which compute their poses, also for many joint positions at once."""
         return FrameTree(self)
 
     @cached_property
     def drive(self) -> DifferentialDrive | NoDrive:
-        """The differential drive found from the model, or why there is none."""
+        """The differential drive that was found in the model, or the reason why there is none."""
         drive = find_drive(self, self.frames)
         return NoDrive(drive.reason) if isinstance(drive, SteeredDrive) else drive
 
     def pose(
         self, link: str, in_frame: str | None = None, joints: Mapping[str, float] | None = None
     ) -> Transform:
-        """`in_frame_from_link`: where a link stands in another link's frame (the root's by default).
+        """The pose `in_frame_from_link` of a link in another link's frame (by default the root's).
 
-        `joints`: positions in rad or m by name; those not given stand at 0.
+        `joints`: positions in rad or m by name. All others are 0.
 
         Raises:
-            KbotError: an unknown link or joint, or a position that is not finite.
+            KbotError: a link or joint is unknown, or a position is not finite.
         """
         return self.frames.pose(link, in_frame, joints)
 
@@ -71,12 +71,12 @@ class Robot(model.RobotModel):
         return to_urdf(self)
 
     def show(self, joints: Mapping[str, float] | None = None, *, height: int = 480) -> NotebookView:
-        """The robot with sliders for its joints, for a notebook; `height` in pixels.
+        """Show the robot in a notebook, with sliders for its joints. `height` is in pixels.
 
-        `joints`: where they stand at first, in rad or m by name, within their limits.
+        `joints`: initial positions in rad or m by name, within their limits.
 
         Raises:
-            KbotError: a joint that is not there, or follows another.
+            KbotError: a joint does not exist, or follows another joint.
         """
         view: NotebookView = notebook().show_robot(self, joints, height)
         return view
@@ -91,22 +91,22 @@ def load(
     arguments: Mapping[str, Value] | None = None,
     **more_arguments: Value,
 ) -> Robot:
-    """Load a robot from a xacro or URDF file, or KBot itself for `"kbot"`.
+    """Load a robot from a xacro or URDF file. `"kbot"` is the robot that ships with KBot.
 
-    Keywords are xacro arguments, as in `load("robot.xacro", wheel_radius=0.04)`; names that Python does
-    not allow go into `arguments`. If the description declares no such argument, the keyword overrides the
-    top-level property of that name, and a `DescriptionWarning` reports it. `properties` override top-level
-    properties without a warning. `packages`: folders in which packages are searched first.
+    Keywords set xacro arguments, as in `load("robot.xacro", wheel_radius=0.04)`. Names that Python does not
+    allow as keywords go into `arguments`. If the description declares no such argument, the keyword overrides
+    the top-level property of that name, and a `DescriptionWarning` reports it. `properties` override
+    top-level properties without a warning. `packages`: folders in which packages are searched first.
 
-    Warnings of the description are given as `DescriptionWarning`; so are wheel sizes of a plugin or a
-    controller that differ from those of the wheels.
+    Warnings about the description are issued as `DescriptionWarning`. This includes wheel sizes of a plugin
+    or controller that differ from those of the wheels.
 
     Raises:
-        DescriptionError: the description has errors, all of which it carries; or a keyword names neither an
-            argument nor a top-level property.
+        DescriptionError: the description has errors, or a keyword is neither an argument nor a top-level
+            property. The exception has all errors.
         KbotError: a value is not a text, a number or a truth value, or a property is given twice.
     """
-    from kbot.checks.first_look import SIZES, first_look  # only to load: start-up time
+    from kbot.checks.first_look import SIZES, first_look  # needed only here: start-up time
 
     values = _texts("argument", {**(arguments or {}), **more_arguments})
     overrides = _texts("property", properties or {})
@@ -137,13 +137,13 @@ def _texts(kind: str, values: Mapping[str, Value]) -> dict[str, str]:
 
 
 def _text(kind: str, name: str, value: object) -> str:
-    """A Python value as a xacro file would have it written."""
+    """A Python value, as it is written in a xacro file."""
     if isinstance(value, str):
         return value
     if isinstance(value, bool):
         return str(value).lower()
     try:
-        number = float(value)  # type: ignore[arg-type]  # numpy's numbers too
+        number = float(value)  # type: ignore[arg-type]  # also numpy's numbers
     except (TypeError, ValueError):
         kind_of = type(value).__name__
         raise KbotError(f"the {kind} '{name}' is a {kind_of}, not a text, number or truth value") from None

@@ -96,14 +96,14 @@ def test_an_unforeseen_error_is_reported_to_the_client(
         with monkeypatch.context() as patch:
             patch.setattr("kbot.ros.bridges.websocket.topic_server.JsonSession.receive", fail)
             connection.send("{}")
-            while "KBot failed at this: ZeroDivisionError" not in str(connection.recv(60)):
+            while "KBot could not process this: ZeroDivisionError" not in str(connection.recv(60)):
                 pass
         with monkeypatch.context() as patch:
             patch.setattr(running.simulation.bus, "publish", fail)
             reasons: list[str] = []
             running.link.send("/cmd_vel", Twist(), reasons.append)
             wait_until(lambda: reasons)
-        assert "KBot failed at this: ZeroDivisionError" in reasons[0]
+        assert "KBot could not process this: ZeroDivisionError" in reasons[0]
     assert f"{name}: a message failed: internal error".lower() in caplog.text.lower()
     assert not any(record.exc_info for record in caplog.records)
     assert running.is_stepping()

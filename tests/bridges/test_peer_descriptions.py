@@ -74,7 +74,7 @@ def test_xacro_of_a_peer_is_never_expanded(
     xml = xml if declared else xml.replace(' xmlns:xacro="http://www.ros.org/wiki/xacro"', "")
     answer = spawn(running, xml)
     assert not answer.success
-    assert answer.status_message.endswith("it is xacro: expand it first (kbot expand)")
+    assert answer.status_message.endswith("the text is xacro. Expand it first with kbot expand")
     for kind in ("/gazebo/spawn_sdf_model", "/gazebo/spawn_urdf_model"):
         assert "hunter2" not in spawn(running, xml, kind).status_message
 

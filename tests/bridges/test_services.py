@@ -168,7 +168,7 @@ def test_an_unforeseen_error_of_a_service_does_not_stop_the_simulation(
 
     kind = service_type("std_srvs/Empty")
     running.link.offer({**running.link.services, "/failing": Service("/failing", kind, fail)})
-    with pytest.raises(KbotError, match="KBot failed at this: ZeroDivisionError"):
+    with pytest.raises(KbotError, match="KBot could not process this: ZeroDivisionError"):
         call_service(running, "/failing", srv.EmptyRequest())
     assert "/failing failed: internal error (ZeroDivisionError)" in caplog.text
     request = srv.GetModelStateRequest(running.simulation.robot.name)

@@ -274,7 +274,7 @@ def test_an_edit_that_is_saved_while_it_checks_is_kept(
         return fixed(*given)
 
     monkeypatch.setattr(kbot.cli.check, "fixed", slow)
-    with pytest.raises(KbotError, match="changed meanwhile: nothing was written"):
+    with pytest.raises(KbotError, match="has changed in the meantime"):
         run("robot.xacro", "--fix")
     assert path.read_text() == text + "<!-- saved meanwhile -->\n"
 

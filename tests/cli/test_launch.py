@@ -225,7 +225,7 @@ def test_a_robot_that_is_no_xml_is_said_and_left_alike_by_every_verb(
         out, err = said(capsys)
         frame = (out + err).partition("error: ")[2].partition("  = fix")[0]
         said_of_it.append(frame)
-    assert "the root element is broken in two" in said_of_it[0]
+    assert "the root element is split in two" in said_of_it[0]
     assert len(set(said_of_it)) == 1
 
 

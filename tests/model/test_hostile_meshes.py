@@ -173,7 +173,7 @@ def test_entities_are_refused(tmp_path: Path, encoding: str) -> None:
 def test_an_archive_is_not_unpacked(tmp_path: Path) -> None:
     with zipfile.ZipFile(tmp_path / "a.dae", "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("a.dae", b" " * (1 << 24))
-    with pytest.raises(KbotError, match="it is an archive: unpack it"):
+    with pytest.raises(KbotError, match="it is an archive"):
         load_mesh(str(tmp_path / "a.dae"))
 
 

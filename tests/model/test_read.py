@@ -265,4 +265,4 @@ def test_numbers_with_commas_between_them_are_told_of_blanks():
         robot(link("a"), link("b"), joint("j", "a", "b", inside="<origin xyz='0.15,0,0'/>"))
     ).diagnostics
     assert found.message == "'xyz' of <origin> needs 3 numbers, not 1"
-    assert found.hint == "numbers are separated by blanks, not by commas"
+    assert found.hint == "separate numbers by spaces, not by commas"

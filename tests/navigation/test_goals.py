@@ -303,7 +303,7 @@ def test_a_map_that_fails_refuses_the_goal(simulation, monkeypatch, tmp_path):
     goals = Goals(simulation)
     for x in (1.0, 2.0):
         goals.go(PlanarPose(x, 0.0))
-        failed = "KBot failed at this: OverflowError: a bug; please report it"
+        failed = "KBot could not process this: OverflowError: a bug; please report it"
         assert str(goals.status) == f"refused: no map: {failed}"
     assert len(list((tmp_path / "crashes").iterdir())) == 1  # the same fault has one crash file
 

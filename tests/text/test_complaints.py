@@ -28,7 +28,7 @@ def test_after_the_first_few_only_their_number_is_logged(caplog: pytest.LogCaptu
     assert messages(caplog) == [f"bad {number}" for number in range(FIRST)]
     now = EVERY_SECONDS
     complaints.add("bad again")
-    assert messages(caplog)[-1] == "1001 more bad messages or requests; the last: bad again"
+    assert messages(caplog)[-1] == "1001 more bad messages or requests. The last one: bad again"
     complaints.add("and again")
     assert len(caplog.records) == FIRST + 1
 
@@ -37,7 +37,7 @@ def test_a_fault_has_a_crash_file_once(caplog: pytest.LogCaptureFixture, crash_f
     complaints = Complaints(logging.getLogger("complaints"))
     for what in ("drive", "drive", "publish"):
         reported = complaints.fault(what, ValueError("no such thing"))
-        assert reported == "KBot failed at this: ValueError: no such thing; please report it"
+        assert reported == "KBot could not process this: ValueError: no such thing; please report it"
     first, again, other = messages(caplog)
     assert first.startswith("drive failed: internal error (ValueError)")
     assert again == "drive failed again: ValueError: no such thing"

@@ -52,46 +52,51 @@ def test_a_long_text_is_one_node() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told", "hint", "begun"),
+    ("text", "message", "hint", "begin"),
     [
         (
             "<r>\n  <link>\n</r>",
-            "<link>, opened at 2:3, is not closed; here </r>",
-            "write </link> where",
+            "<link>, opened at 2:3, is not closed before </r>",
+            "write </link> at its end",
             "2:3",
         ),
-        ("<a><b></a></b>", "<b>, opened at 1:4, is not closed; here </a>", "write </b></a>", "1:4"),
+        ("<a><b></a></b>", "<b>, opened at 1:4, is not closed before </a>", "write </b></a>", "1:4"),
         (
             "<a><link></lnk></a>",
-            "</lnk> closes nothing: open here is <link>, opened at 1:4",
+            "</lnk> has no start tag: the open element is <link>, opened at 1:4",
             "write </link>",
             "1:4",
         ),
-        ("<a>\n <b><c/>", "<b>, opened at 2:2, is not closed: the file ends", "write </b></a>", "2:2"),
-        ("<a x='1' x='2'/>", "'x' stands twice", "take one", ""),
-        ("<a>R & D</a>", "'&' stands alone", "&amp;", ""),
-        ("<a x='R &D'/>", "'&D' has no ;", "&amp;", ""),
-        ("<a>&nbsp;</a>", "&nbsp; is no entity", "the character itself", ""),
-        ("<a><!-- x -- y --></a>", "'--' stands in a comment", "one dash", "1:4"),
-        ("<a><!-- x\n<!-- y --></a>", "a comment begins within a comment", "close the one before", "1:4"),
-        ("<a><!-- x </a>", "the comment that begins here does not end", "-->", ""),
-        ("<a x=1/>", "the value of 'x' stands without quotes", 'x="…"', ""),
+        (
+            "<a>\n <b><c/>",
+            "<b>, opened at 2:2, is not closed at the end of the file",
+            "write </b></a>",
+            "2:2",
+        ),
+        ("<a x='1' x='2'/>", "'x' occurs twice", "remove one", ""),
+        ("<a>R & D</a>", "unescaped '&'", "&amp;", ""),
+        ("<a x='R &D'/>", "'&D' has no ';'", "&amp;", ""),
+        ("<a>&nbsp;</a>", "&nbsp; is not an entity", "the character itself", ""),
+        ("<a><!-- x -- y --></a>", "XML does not allow '--' in a comment", "one dash", "1:4"),
+        ("<a><!-- x\n<!-- y --></a>", "a comment begins inside a comment", "close the first comment", "1:4"),
+        ("<a><!-- x </a>", "the comment that begins here is not closed", "-->", ""),
+        ("<a x=1/>", "the value of 'x' has no quotes", 'x="…"', ""),
         ("<a x='1' y/>", "the attribute 'y' has no value", 'y="…"', ""),
-        ("<a x='1/>\n<b/></a>", "'<' stands in the value of 'x'", "end the value with '", "1:6"),
-        ("<a>1 < 2</a>", "'<' stands alone", "&lt;", ""),
-        ("</a>", "here an element ends, and none has begun", "<robot", ""),
-        ("<a/><b/>", "the root element has ended", "one root element", ""),
+        ("<a x='1/>\n<b/></a>", "XML does not allow '<' in the value of 'x'", "end the value with '", "1:6"),
+        ("<a>1 < 2</a>", "'<' is not followed by the name of an element", "&lt;", ""),
+        ("</a>", "this end tag has no start tag", "<robot", ""),
+        ("<a/><b/>", "the root element ends", "one root element", ""),
     ],
 )
-def test_a_text_that_is_not_well_formed_is_told_in_words(text: str, told: str, hint: str, begun: str) -> None:
+def test_malformed_xml_is_explained(text: str, message: str, hint: str, begin: str) -> None:
     with pytest.raises(DescriptionError) as caught:
         parse_xml(Source("f", text))
     (diagnostic,) = caught.value.diagnostics
     assert diagnostic.code == "P001"
     assert diagnostic.message.startswith("not well-formed XML: ")
-    assert told in diagnostic.message
+    assert message in diagnostic.message
     assert hint in diagnostic.hint
-    assert [str(r.origin) for r in diagnostic.related] == ([f"f:{begun}"] if begun else [])
+    assert [str(r.origin) for r in diagnostic.related] == ([f"f:{begin}"] if begin else [])
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from kbot.workbench.session.session import Session
 from .conftest import until
 from .test_server import get, hear, say, socket_address
 
-FAILED = "KBot failed at this: ZeroDivisionError: a bug; please report it"
+FAILED = "KBot could not process this: ZeroDivisionError: a bug; please report it"
 
 
 def broken(*_: Any) -> Any:

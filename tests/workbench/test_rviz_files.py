@@ -187,7 +187,7 @@ def test_merged_fields_are_read() -> None:
 def test_more_values_than_settings_have_are_refused() -> None:
     text = "[" + "1, " * 49_998 + "1]"
     assert len(read_marked(text, "a.rviz").items) == 49_999
-    with pytest.raises(KbotError, match=r"a\.rviz:1: not YAML: it holds more than 50,000 values"):
+    with pytest.raises(KbotError, match=r"a\.rviz:1: not YAML: it contains more than 50,000 values"):
         read_marked(text.replace("1]", "1, 1]"), "a.rviz")
     with pytest.raises(KbotError, match=r"a\.rviz:1: not YAML: its aliases stand for too many values"):
         read_marked("a: &a [" + "1, " * 300 + "1]\nb: [" + "*a, " * 300 + "*a]", "a.rviz")

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from kbot.text.recursion import room_for
+from kbot.text.recursion import recursion_limit
 from kbot.xacro import Limits, expand, expand_text
 from kbot.xacro.expressions.compiler import compiled
 from kbot.xacro.expressions.costs import FUNCTIONS, METHODS, measured
@@ -45,7 +45,7 @@ def codes(body: str) -> list[str]:
 def evaluate(expression: str, limits: Limits) -> object:
     """The value of an expression, also of one with braces, which no `${…}` can hold."""
     run = Run("f.xacro", {}, Packages(), limits, ".")
-    with room_for(9000):  # as in an expansion
+    with recursion_limit(9000):  # as in an expansion
         return compiled(expression)(Scope(run))
 
 

@@ -1,4 +1,4 @@
-"""`RobotModel`, `Link`, `Joint` and their parts: frozen, typed, each with its origin in the source."""
+"""The robot model: `RobotModel`, `Link`, `Joint` and their parts, each with its origin in the source."""
 
 from kbot.model.geometry import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
 from kbot.model.read import RobotReading, read_robot

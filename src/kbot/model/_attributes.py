@@ -12,23 +12,23 @@ from kbot.text import Diagnostic, Element, Origin, Related, Severity
 from kbot.text.numbers import NUMBER
 
 _WORDS = re.compile(r"[^ \t\n\v\f\r]+")
-"""What stands between white space as C has it, which is what ROS reads numbers with."""
+"""Words between white space as C defines it. ROS reads numbers with C's functions."""
 FARTHEST = 1e9
-"""Metres that a length has at most: of far larger ones the libraries tell no two triangles apart."""
+"""Metres of the greatest length. With far greater ones, the libraries cannot distinguish triangles."""
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 
 
 class MeshFinder(Protocol):
-    """What finds the file of a mesh: `kbot.xacro.packages.Packages` does."""
+    """Finds the files of meshes, as `kbot.xacro.packages.Packages` does."""
 
     def resolve(self, uri: str) -> str | None: ...
 
 
 class AttributeReader:
-    """Reads attributes and collects what is wrong with them.
+    """Reads attributes and collects their errors.
 
-    A number that cannot be read becomes `fallback`, and an error is kept: a reader goes on to
-    find the other faults, and whoever uses the robot sees the error first.
+    A number that cannot be read becomes `fallback`, and an error is recorded. So the reader continues and
+    finds further errors, and the robot cannot be used before they are fixed.
     """
 
     def __init__(self, finder: MeshFinder | None = None) -> None:
@@ -42,7 +42,7 @@ class AttributeReader:
         self.diagnostics.append(Diagnostic(code, Severity.ERROR, message, origin, hint, related))
 
     def name(self, element: Element) -> str | None:
-        """The `name` attribute; None and an error (U015) when it is missing or empty."""
+        """The `name` attribute, or None and an error (U015) if it is missing or empty."""
         name = element.attributes.get("name")
         if name is None:
             self.error("U015", f"<{element.tag}> has no name", element.origin, "add name='…'")
@@ -53,15 +53,15 @@ class AttributeReader:
         return None
 
     def file(self, uri: str) -> str | None:
-        """The file that a mesh's URI names; None where there is none."""
+        """The file that a mesh's URI names, or None if it does not exist."""
         if uri not in self._files:
             path = self.finder.resolve(uri) if self.finder and uri.strip() else None
-            there = path is not None and os.path.isfile(path)  # noqa: PTH113 - hot
-            self._files[uri] = path if there else None
+            is_file = path is not None and os.path.isfile(path)  # noqa: PTH113 - hot
+            self._files[uri] = path if is_file else None
         return self._files[uri]
 
     def required(self, element: Element, attribute: str) -> str | None:
-        """An attribute's text; None and an error (U013) when it is missing."""
+        """An attribute's text, or None and an error (U013) if it is missing."""
         text = element.attributes.get(attribute)
         if text is None:
             self.error("U013", f"<{element.tag}> lacks the attribute '{attribute}'", element.origin)
@@ -70,20 +70,20 @@ class AttributeReader:
     def number(
         self, element: Element, attribute: str, default: float | None, fallback: float = math.nan
     ) -> float:
-        """A number; `default` where the attribute is missing, which is an error if that is None."""
+        """A number. A missing attribute is `default`, or an error if that is None."""
         if default is not None and attribute not in element.attributes:
             return default
         text = self.required(element, attribute)
-        return fallback if text is None else self._one(element, attribute, text, fallback)
+        return fallback if text is None else self._read_word(element, attribute, text, fallback)
 
     def metres(self, element: Element, attribute: str, *values: float) -> None:
-        """An error (U012) where lengths that an attribute holds are beyond what can be computed with."""
+        """Add an error (U012) if an attribute has lengths beyond FARTHEST."""
         if not all(abs(value) <= FARTHEST for value in values if not math.isnan(value)):
             message = f"'{attribute}' of <{element.tag}> is more than {FARTHEST:g} m"
             self.error("U012", message, element.attribute_origin(attribute), "lengths are in metres")
 
     def optional_number(self, element: Element, attribute: str) -> float | None:
-        """A number; None where the attribute is missing or cannot be read."""
+        """A number, or None if the attribute is missing or cannot be read."""
         if attribute not in element.attributes:
             return None
         value = self.number(element, attribute, None)
@@ -96,7 +96,7 @@ class AttributeReader:
         default: tuple[float, float, float] | None,
         fallback: float = 0.0,
     ) -> tuple[float, float, float]:
-        """Three numbers with white space between; `default` as for `number`."""
+        """Three numbers separated by white space. `default` as for `number`."""
         x, y, z = self.numbers(element, attribute, 3, default, fallback)
         return x, y, z
 
@@ -108,7 +108,7 @@ class AttributeReader:
         default: tuple[float, ...] | None,
         fallback: float = math.nan,
     ) -> tuple[float, ...]:
-        """`count` numbers with white space between; `default` as for `number`."""
+        """`count` numbers separated by white space. `default` as for `number`."""
         if default is not None and attribute not in element.attributes:
             return default
         text = self.required(element, attribute)
@@ -123,12 +123,12 @@ class AttributeReader:
         words = _WORDS.findall(text)
         if len(words) != count:
             message = f"'{attribute}' of <{element.tag}> needs {count} numbers, not {len(words)}"
-            hint = "numbers are separated by blanks, not by commas" if "," in text else ""
+            hint = "separate numbers by spaces, not by commas" if "," in text else ""
             self.error("U012", message, element.attribute_origin(attribute), hint)
             return (fallback,) * count
-        return tuple(self._one(element, attribute, word, fallback) for word in words)
+        return tuple(self._read_word(element, attribute, word, fallback) for word in words)
 
-    def _one(self, element: Element, attribute: str, text: str, fallback: float) -> float:
+    def _read_word(self, element: Element, attribute: str, text: str, fallback: float) -> float:
         values = _floats(text)
         if values is not None and len(values) == 1:
             return values[0]
@@ -143,7 +143,7 @@ class AttributeReader:
 
 
 def parts(element: Element) -> dict[str, Element]:
-    """The first child element of each name."""
+    """The first child element with each name."""
     found: dict[str, Element] = {}
     for child in element.children:
         if type(child) is Element and child.tag not in found:
@@ -153,7 +153,7 @@ def parts(element: Element) -> dict[str, Element]:
 
 @lru_cache(maxsize=4096)
 def _floats(text: str) -> tuple[float, ...] | None:
-    """The finite numbers that a text consists of, white space between; None where a word is none."""
+    """The finite numbers in a text, separated by white space. None if a word is not one."""
     values = []
     for word in _WORDS.findall(text):
         if not NUMBER.fullmatch(word) or not math.isfinite(value := float(word)):

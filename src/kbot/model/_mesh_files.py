@@ -1,4 +1,4 @@
-"""Finds the files that a mesh file names (materials, buffers, textures), only in its own package."""
+"""Finds the files that a mesh file refers to (materials, buffers, textures), only in its own package."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from kbot.model._mesh_limits import MOST_NAMED_BYTES
 from kbot.text.files import read_bytes
 
 logging.getLogger("trimesh").addHandler(logging.NullHandler())
-"""What it says of textures that it does not find would go to stderr otherwise, with tracebacks."""
+"""Otherwise, trimesh prints tracebacks to stderr for textures that it does not find."""
 
 
 class PackageFiles(Resolver):
-    """Finds what a mesh file names by a path relative to its folder, within the package around it.
+    """Finds files by their path relative to a mesh file, within the mesh's package.
 
-    The package is the nearest folder above with a `package.xml` or a Gazebo model's `model.config`; without
-    one it is the mesh's own folder and the one above, for the usual `../textures/`.
+    The package is the nearest enclosing folder with a `package.xml` or a Gazebo model's `model.config`. If
+    there is none, it is the parent of the mesh's folder, for the usual `../textures/`.
     """
 
     def __init__(self, mesh: str) -> None:
@@ -34,10 +34,10 @@ class PackageFiles(Resolver):
         self._left = MOST_NAMED_BYTES
 
     def get(self, name: str) -> bytes:
-        """The bytes of a file.
+        """The content of a file.
 
         Raises:
-            FileNotFoundError: there is none of this name within the package.
+            FileNotFoundError: the package has no such file, or all files together are too large.
         """
         written = name.strip().removeprefix("file://").replace("\\", "/")
         for candidate in (written, written.lstrip("/"), written.rpartition("/")[2]):
@@ -45,7 +45,7 @@ class PackageFiles(Resolver):
             if path.is_relative_to(self._root):
                 with suppress(OSError):
                     data = read_bytes(path, self._left, from_pipe=False)
-                    self._left -= len(data)  # a file may name another one many times
+                    self._left -= len(data)  # a file may refer to another one many times
                     return data
         raise FileNotFoundError(name)
 
@@ -56,4 +56,4 @@ class PackageFiles(Resolver):
         return PackageFiles(str(self._folder / namespace / "mesh"))
 
     def write(self, name: str, data: bytes) -> None:
-        raise PermissionError(f"{name}: nothing is written beside a mesh")
+        raise PermissionError(f"{name}: files next to a mesh are read-only")

@@ -1,4 +1,4 @@
-"""Limits on mesh files, so that a small file cannot fill the memory or take minutes."""
+"""Limits mesh files, so that a small file cannot fill the memory or take minutes."""
 
 from __future__ import annotations
 
@@ -17,50 +17,50 @@ from kbot.text.files import read_bytes
 
 MB = 1_000_000
 MOST_JSON_BYTES = 20 * MB
-"""Of a glTF description: `{"":0}` repeated takes 32 MB of memory per MB."""
-# Every limit keeps `info`, `check` and `export` below 10 s of CPU time and 1 GB of memory. The figures were
+"""Size of a glTF description: `{"":0}` repeated takes 32 MB of memory per MB."""
+# Each limit keeps `info`, `check` and `export` below 10 s of CPU time and 1 GB of memory. The figures were
 # measured with the most expensive content found for the format, on a busy machine with slow cores.
 MOST_BYTES = {
-    "stl": 50 * MB + 84,  # a binary file of a million triangles: 0.4 GB; as text 0.5 GB and 3 s
-    "obj": 24 * MB,  # triangles mixed with quads take 0.32 s per MB; one face of all vertices 32 MB per MB
-    "dae": 32 * MB,  # MOST_WORDS limits what is expensive in it
-    "ply": 64 * MB,  # a binary file of a million triangles has 19 MB without normals and colours
-    "glb": 64 * MB,  # MOST_JSON_BYTES and MOST_CORNERS limit what is expensive in it
+    "stl": 50 * MB + 84,  # a binary file with a million triangles takes 0.4 GB; text takes 0.5 GB and 3 s
+    "obj": 24 * MB,  # mixed triangles and quads take 0.32 s per MB; a face with all vertices 32 MB per MB
+    "dae": 32 * MB,  # MOST_WORDS limits its expensive parts
+    "ply": 64 * MB,  # a binary file with a million triangles has 19 MB without normals and colours
+    "glb": 64 * MB,  # MOST_JSON_BYTES and MOST_CORNERS limit its expensive parts
     "gltf": MOST_JSON_BYTES,
 }
 MOST_NAMED_BYTES = 64 * MB
-"""All files together that a mesh file names: buffers and textures, which are kept beside the result."""
+"""Size of all files that a mesh file refers to, buffers and textures, which stay in memory."""
 MOST_TRIANGLES = 1_000_000
-"""Real robot meshes have fewer; the loader takes 0.4 GB for an STL of so many."""
+"""Real robot meshes have fewer. The loader takes 0.4 GB for an STL of this size."""
 MOST_CORNERS = 6 * MOST_TRIANGLES
-"""Vertices, and corners of triangles: an STL has three of each for a triangle."""
+"""Vertices plus corners of triangles. An STL has three of each per triangle."""
 MOST_TEXT_BYTES = 24 * MB
 MOST_LINES = 500_000
-"""Both of a PLY as text: the loader makes an array of each line, and takes 1 GB and 6 s for a million."""
+"""Size and lines of a text PLY. The loader creates an array per line: a million take 1 GB and 6 s."""
 MOST_HEADER_BYTES = 1 << 16
-"""Where a PLY file's counts must be; headers have less than 2 kB."""
+"""Size of the longest header of a PLY file. Real headers have less than 2 kB."""
 MOST_WORDS = 5_000_000
-"""Spaces, line breaks and tags of a COLLADA file: three indices make a triangle, which takes 500 bytes."""
+"""Spaces, line breaks and tags of a COLLADA file. Three indices are a triangle, which takes 500 bytes."""
 MOST_PLACEMENTS = 10_000
-"""Nodes of a scene and geometries in it; the loader takes up to 0.2 ms for each."""
+"""Nodes and geometries of a scene. The loader takes up to 0.2 ms for each."""
 MOST_ACCESSORS = 40_000
-"""Of a glTF file: four for each primitive."""
+"""Accessors of a glTF file: four for each primitive."""
 MOST_MASKED = 300_000_000
-"""Materials times vertices of an OBJ: the loader looks at all vertices for each material, at 10 ns each."""
+"""Materials times vertices of an OBJ. The loader visits all vertices for each material, at 10 ns each."""
 MOST_TEXELS = 64_000_000
-"""Pixels of a texture, and of all textures of a file as they are kept: 256 MB."""
+"""Pixels of all textures of a file. They take 256 MB of memory."""
 
 
 class MeshTooLarge(ValueError):
-    """A mesh file would cost more than a mesh may."""
+    """Loading a mesh file would take too much time or memory."""
 
 
 def check_costs(path: str, extension: str) -> None:
-    """Look at what a file claims before the loader believes it.
+    """Check the sizes that a file declares, before the loader uses them.
 
     Raises:
-        MeshTooLarge: it would cost more than a mesh may.
-        ValueError: it is broken, or uses what no mesh needs.
+        MeshTooLarge: loading would take too much time or memory.
+        ValueError: the file is damaged, or uses a feature that no mesh needs.
     """
     data = _read(path, MOST_BYTES[extension])
     _CHECKS[extension](data)
@@ -86,12 +86,12 @@ def _check_count(count: int, what: str, limit: int = MOST_PLACEMENTS) -> None:
 
 def _check_stl(data: bytes) -> None:
     _check_count(data.count(b"endsolid"), "solids")
-    # as text, each vertex costs 180 bytes, also where it lacks coordinates
+    # in a text file, each vertex takes 180 bytes, even without coordinates
     _check_count(data.lower().count(b"vertex"), "vertices", 3 * MOST_TRIANGLES)
 
 
 def _check_ply(data: bytes) -> None:
-    """The counts in the header, and the size of what follows as text."""
+    """Check the counts in the header, and the size of a text file."""
     end = re.search(rb"(?<!\S)end_header(?!\S)", data[:MOST_HEADER_BYTES])
     if end is None:
         raise ValueError(f"its header does not end within {MOST_HEADER_BYTES} bytes")
@@ -100,7 +100,7 @@ def _check_ply(data: bytes) -> None:
         if len(words) == 3 and b"element" in words[0]:
             limit = MOST_TRIANGLES if words[1] == b"face" else 3 * MOST_TRIANGLES
             _check_count(int(words[2]), f"elements '{words[1].decode()}'", limit)
-    if b"ascii" in lines[1].lower():  # where the loader looks for it
+    if b"ascii" in lines[1].lower():  # the loader looks in this line
         _check_count(len(data), "bytes of text", MOST_TEXT_BYTES)
         _check_count(len(data.decode().splitlines()), "lines of text", MOST_LINES)
 
@@ -112,14 +112,14 @@ def _check_obj(data: bytes) -> None:
     _check_count(materials, "materials")
     if materials * data.count(b"\nv ") > MOST_MASKED:
         raise MeshTooLarge(
-            f"it has {materials} materials, too many for so many vertices. Merge the materials"
+            f"it has {materials} materials, too many for its number of vertices. Merge the materials"
         )
 
 
 def _check_collada(data: bytes) -> None:
     if is_zipfile(BytesIO(data)):
-        raise ValueError("it is an archive: unpack it")
-    text = data.replace(b"\0", b"")  # of UTF-16 too
+        raise ValueError("it is an archive. Unpack it")
+    text = data.replace(b"\0", b"")  # so that UTF-16 is searched too
     if b"<!ENTITY" in text:
         raise ValueError("it declares XML entities")
     _check_count(len(re.findall(rb"<(\w+:)?(polylist|polygons|lines|tri)", text)), "primitives")
@@ -130,7 +130,7 @@ def _check_collada(data: bytes) -> None:
 
 
 def _placements(root: ET.Element) -> int:
-    """How many nodes the loader will make: one may place another many times, which may do so too."""
+    """The number of nodes that the loader creates. A node may place another one many times, recursively."""
     nodes = {f"#{node.get('id')}": node for node in root.iter() if _tag(node) == "node"}
 
     @cache
@@ -153,15 +153,18 @@ def _tag(element: ET.Element) -> str:
 
 
 def _check_glb(data: bytes) -> None:
-    """The description of a binary glTF file; the loader reports a broken one."""
+    """Check the description in a binary glTF file. The loader reports a damaged file."""
     if len(data) >= 20:
         (length,) = struct.unpack_from("<I", data, 12)
         _check_gltf(data[20 : 20 + length])
 
 
 def _check_gltf(data: bytes) -> None:
-    """An accessor without a buffer is made of zeros, as many as it claims; a node places a whole mesh, and
-    each primitive copies its accessors."""
+    """Check the counts in a glTF description.
+
+    An accessor without a buffer is filled with zeros, as many as it declares. A node places a whole mesh, and
+    each primitive copies its accessors.
+    """
     _check_count(len(data), "bytes of JSON", MOST_JSON_BYTES)
     content = json.loads(data)
     placed = 0
@@ -179,7 +182,7 @@ def _check_gltf(data: bytes) -> None:
 
 
 def _used(content: object) -> Iterator[int]:
-    """The accessors of the primitives' vertices and corners."""
+    """The accessors of the primitives' vertices and indices."""
     for mesh in _dicts(content, "meshes"):
         for primitive in _dicts(mesh, "primitives"):
             attributes = primitive.get("attributes")
@@ -188,7 +191,7 @@ def _used(content: object) -> Iterator[int]:
 
 
 def _dicts(holder: object, name: str) -> list[dict[str, object]]:
-    """The objects in a list of glTF; what is none of them the loader rejects."""
+    """The objects in a list of glTF. The loader rejects other values."""
     found = holder.get(name) if isinstance(holder, dict) else None
     return [item for item in found if isinstance(item, dict)] if isinstance(found, list) else []
 

@@ -1,4 +1,4 @@
-"""The extensions of a robot description: the plugins of Gazebo and the hardware of ros2_control."""
+"""Finds extensions in a robot description: plugins of Gazebo and hardware of ros2_control."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from kbot.text.numbers import to_float
 
 
 def extensions(robot: RobotModel, tag: str) -> Iterator[Element]:
-    """The `<gazebo>`, `<ros2_control>` or `<transmission>` elements, by their tag."""
+    """The `<gazebo>`, `<ros2_control>` or `<transmission>` elements: those with this tag."""
     return (extension for extension in robot.extensions if extension.tag == tag)
 
 
 def gazebo_plugins(robot: RobotModel) -> Iterator[Element]:
-    """Each `<plugin>` of a `<gazebo>`, in the description's order, without those of sensors and visuals."""
+    """The `<plugin>` elements of `<gazebo>` elements in order, without those of sensors and visuals."""
     for extension in extensions(robot, "gazebo"):
         yield from extension.elements("plugin")
 
 
 def hardware_joints(robot: RobotModel) -> Iterator[Element]:
-    """Each `<joint>` of a `<ros2_control>`."""
+    """The `<joint>` elements of `<ros2_control>` elements."""
     for extension in extensions(robot, "ros2_control"):
         yield from extension.elements("joint")
 
@@ -38,7 +38,7 @@ def initial_values(robot: RobotModel) -> Iterator[tuple[str, Element]]:
 
 
 def initial_positions(robot: RobotModel) -> dict[str, float]:
-    """Initial positions by joint, in rad or m. A value that is not a number is left out."""
+    """Initial positions by joint, in rad or m. A value that is not a number is ignored."""
     free = {joint.name for joint in robot.movable_joints if joint.mimic is None}
     found: dict[str, float] = {}
     for joint, element in initial_values(robot):

@@ -1,4 +1,4 @@
-"""The shapes of links, with their origins. Metres; each shape is centred on its own pose."""
+"""The shapes of links with their origins, in metres. Each shape is centred on its pose."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Capsule(primitives.Capsule):
 
 @dataclass(frozen=True, slots=True)
 class Mesh:
-    """`uri` as written; `path` is the file it names, None when its package or the file is not found."""
+    """A mesh. `uri` is as written. `path` is its file, or None if the package or file is not found."""
 
     uri: str
     path: str | None

@@ -1,4 +1,4 @@
-"""Loads a robot from a file or from unsaved text: expands it, reads it, and collects all diagnostics."""
+"""Loads a robot from a file or text: expands it, reads it, and collects all diagnostics."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from kbot.xacro import Expansion, Packages, expand, expand_text
 from kbot.xacro.packages import SHIPPED
 
 SHIPPED_NAME = "kbot"
-"""The word for the robot that ships with KBot, wherever a file is expected."""
+"""The word that means the robot that ships with KBot, instead of a file."""
 SHIPPED_PACKAGE = Path(SHIPPED) / "kbot_description"
 """The folder of its package."""
 
@@ -29,7 +29,7 @@ _MISSING = frozenset({"U003", "U006", "U007", "U008", "U014"})
 
 @dataclass(frozen=True)
 class Loaded:
-    """What came of a description; `robot` is None where there is none to speak of."""
+    """The result of loading a description. `robot` is None if its links and joints form no tree."""
 
     robot: RobotModel | None
     expansion: Expansion
@@ -41,10 +41,10 @@ class Loaded:
         return self.robot is None or any(d.is_error for d in self.diagnostics)
 
     def require(self) -> RobotModel:
-        """The robot.
+        """Return the robot.
 
         Raises:
-            DescriptionError: with every diagnostic, if one of them is an error.
+            DescriptionError: a diagnostic is an error. The exception has all diagnostics.
         """
         if self.robot is None or self.has_errors:
             raise DescriptionError(self.diagnostics)
@@ -52,7 +52,7 @@ class Loaded:
 
 
 def resolve_robot_path(path: str | os.PathLike[str]) -> str:
-    """The file to read: the shipped robot's for the word `kbot`, else the path itself."""
+    """The file to read: that of the shipped robot for the word `kbot`, or else the path itself."""
     name = os.fspath(path)
     if name != SHIPPED_NAME:
         return name
@@ -65,10 +65,10 @@ def load_robot(
     properties: Mapping[str, str] | None = None,
     packages: Packages | None = None,
 ) -> Loaded:
-    """Expand and read a xacro or URDF file. Never raises for what is wrong with the description.
+    """Expand and read a xacro or URDF file. Errors in the description are diagnostics, not exceptions.
 
-    `arguments` are xacro arguments, `properties` override the top level's properties; `packages` is
-    where packages are looked for, also those around the file.
+    `arguments` are xacro arguments. `properties` override top-level properties. `packages` finds packages,
+    also around the file.
     """
     file = resolve_robot_path(path)
     found = (packages or Packages()).beside(file)
@@ -82,31 +82,32 @@ def load_robot_text(
     properties: Mapping[str, str] | None = None,
     packages: Packages | None = None,
 ) -> Loaded:
-    """As `load_robot`, for text that is not saved yet; `path` is the file that it would be."""
+    """Load a robot from unsaved text, as `load_robot` does. `path` is the file that the text belongs to."""
     file = resolve_robot_path(path)
     found = (packages or Packages()).beside(file)
     return _read(expand_text(text, file, arguments, properties=properties, packages=found), found)
 
 
 def read_urdf_text(text: str, path: str, finder: MeshFinder) -> RobotModel:
-    """The robot of a text that is no xacro: nothing in it is evaluated, and no file is read for it. `path` is
-    the file that it would be; `finder` finds the files of its meshes.
+    """The robot of a URDF text that is not xacro. Nothing in it is evaluated, and no other file is read.
+
+    `path` is the file that the text belongs to. `finder` finds the files of meshes.
 
     Raises:
-        DescriptionError: it is no URDF, or it is xacro.
+        DescriptionError: the text is not URDF, or it is xacro.
     """
     document = parse_document(Source(path, text), MAX_READ_NESTING)
     origin = _xacro_in(document.root)
     if origin is not None:
-        what = "it is xacro: expand it first (kbot expand)"
-        raise DescriptionError([Diagnostic("U001", Severity.ERROR, what, origin)])
+        message = "the text is xacro. Expand it first with kbot expand"
+        raise DescriptionError([Diagnostic("U001", Severity.ERROR, message, origin)])
     if document.diagnostics:
         raise DescriptionError(document.diagnostics)
     return read_robot(document.root, finder).require()
 
 
 def _xacro_in(root: Element) -> Origin | None:
-    """Where the first thing stands that xacro would expand."""
+    """The origin of something that xacro would expand, or None."""
     waiting: list[Element] = [root]
     while waiting:
         element = waiting.pop()
@@ -133,11 +134,13 @@ def _read(expansion: Expansion, packages: Packages) -> Loaded:
         read = read_robot(expansion.document, packages)
     diagnostics = read.diagnostics
     if any(d.is_error for d in expansion.diagnostics):
-        diagnostics = tuple(d for d in diagnostics if not _follows(d))
+        diagnostics = tuple(d for d in diagnostics if not _is_consequence(d))
     return Loaded(read.robot, expansion, expansion.diagnostics + diagnostics, packages)
 
 
-def _follows(diagnostic: Diagnostic) -> bool:
-    """Whether a reader's error may only tell again what could not be expanded: something that is missing,
-    or an expression that still stands where a number should."""
+def _is_consequence(diagnostic: Diagnostic) -> bool:
+    """Whether an error may only be a consequence of an expansion error.
+
+    Then a part is missing, or an unexpanded expression is in place of a number.
+    """
     return diagnostic.code in _MISSING or (diagnostic.code == "U012" and "${" in diagnostic.message)

@@ -1,4 +1,4 @@
-"""Reads mesh files as triangles, in the coordinates in which ROS shows them."""
+"""Reads mesh files as triangles, in the same coordinates as ROS."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ if TYPE_CHECKING:
 
 FORMATS = ("stl", "obj", "dae", "glb", "gltf", "ply")
 MOST_PIXELS = 2048
-"""Across and down a texture; larger ones are made smaller."""
+"""Largest width and height of a texture. Larger ones are scaled down."""
 RUN_A_PROGRAM = ("EPS", "WMF")
-"""Pictures for which Pillow runs a program: they are left out, as one that is missing."""
+"""Picture formats for which Pillow runs an external program. They are treated as missing."""
 LARGEST = 1e9
-"""Metres: the squares of larger numbers do not fit the single precision of pages and engines."""
+"""Largest coordinate in metres. The squares of larger ones do not fit into single precision."""
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Texture:
-    """A picture laid over a part: `uv` (n, 2) for each vertex, (0, 0) at its lower left corner."""
+    """A picture on the surface of a part. `uv` (n, 2) has a position per vertex; (0, 0) is the lower left."""
 
     uv: Array
     image: Image
@@ -41,9 +41,9 @@ class Texture:
 
 @dataclass(frozen=True)
 class MeshPart:
-    """Triangles of one material: `vertices` (n, 3) in metres, `faces` (m, 3) indices; rgba in 0..1 or None.
+    """Triangles of one material: `vertices` (n, 3) in metres, `faces` (m, 3) indices, rgba in 0..1 or None.
 
-    With a `texture` the rgba is its mean colour, for those that draw none.
+    With a `texture`, rgba is its mean colour, for programs that do not draw textures.
     """
 
     vertices: Array
@@ -54,7 +54,7 @@ class MeshPart:
 
 @dataclass(frozen=True, eq=False)
 class MeshData:
-    """A mesh file's parts, scale not applied."""
+    """The parts of a mesh file, without scale."""
 
     parts: tuple[MeshPart, ...]
 
@@ -71,22 +71,23 @@ class MeshData:
 
     @cached_property
     def volume(self) -> float | None:
-        """m^3 within the surface; None where it is not closed or encloses nothing."""
+        """The enclosed volume in m^3, or None if the surface is not closed or encloses nothing."""
         import trimesh  # lazy in this module: slow to import
 
         mesh = trimesh.Trimesh(self.vertices, self.faces, process=True)
-        volume = abs(float(mesh.volume)) if mesh.is_watertight else 0.0  # some write triangles inside out
+        volume = (
+            abs(float(mesh.volume)) if mesh.is_watertight else 0.0
+        )  # some programs write triangles inside out
         return volume if volume >= 1e-15 else None
 
 
 def load_mesh(path: str) -> MeshData:
-    """Read a mesh file; kept in memory until the file changes.
+    """Read a mesh file. It stays in memory until the file changes.
 
-    COLLADA's unit is applied and its up axis is not, as rviz and Gazebo have it; other formats
-    count in metres.
+    As in rviz and Gazebo, COLLADA's unit is applied, but not its up axis. Other formats are in metres.
 
     Raises:
-        KbotError: the file is missing, of no known format, broken, or has no triangle.
+        KbotError: the file is missing, damaged, of an unknown format, or has no triangles.
     """
     try:
         stamp = Path(path).stat()
@@ -101,7 +102,7 @@ def load_mesh(path: str) -> MeshData:
 
 @dataclass(slots=True)
 class _Kept:
-    """The newest version of a file: those before it may be large."""
+    """The newest version of a file. Older ones are dropped, because they may be large."""
 
     version: tuple[int, int] = (0, 0)
     data: MeshData | None = None
@@ -119,29 +120,29 @@ def _load(path: str) -> MeshData:
 
     extension = Path(path).suffix.lower().lstrip(".")
     if extension not in FORMATS:
-        raise KbotError(f"the mesh {path} is of no known format: one of {', '.join(FORMATS)}")
+        raise KbotError(f"the mesh {path} has an unknown format. Use one of {', '.join(FORMATS)}")
     try:
         check_costs(path, extension)
-        with np.errstate(all="ignore"):  # what is not finite is refused below
+        with np.errstate(all="ignore"):  # non-finite numbers are rejected below
             scene = trimesh.load_scene(path, file_type=extension, process=False, resolver=PackageFiles(path))
             unit = _unit(scene) if extension == "dae" else 1.0
             parts = tuple(_parts(scene, unit))
-    except ImportError:  # what trimesh would guess an encoding with
-        raise KbotError(f"the mesh {path} cannot be read: it is no .{extension} file") from None
+    except ImportError:  # trimesh tries to import a library that guesses encodings
+        raise KbotError(f"the mesh {path} cannot be read: it is not a .{extension} file") from None
     except Exception as error:  # noqa: BLE001 - the loaders raise anything on a broken file
-        # other types of error are faults of the loader and say nothing about the file
+        # other types of error are bugs of the loader, and their text does not help
         is_clear = isinstance(error, ValueError | OSError | IndexError) and str(error)
         why = error if is_clear else f"the file is damaged or not a {extension.upper()} file"
         raise KbotError(f"the mesh {path} cannot be read: {why}") from None
     if not parts:
-        raise KbotError(f"the mesh {path} has no triangle")
+        raise KbotError(f"the mesh {path} has no triangles")
     for part in parts:
         _check(path, part)
     return MeshData(parts)
 
 
 def _check(path: str, part: MeshPart) -> None:
-    """Check the result of every loader. Raises KbotError: it is not a mesh."""
+    """Check a part that a loader returned. Raises KbotError if it is not a valid mesh."""
     size = np.abs(part.vertices).max(initial=0.0)
     if not np.isfinite(size):
         raise KbotError(f"the mesh {path} has a vertex that is not finite")
@@ -150,11 +151,13 @@ def _check(path: str, part: MeshPart) -> None:
     low, high, count = part.faces.min(), part.faces.max(), len(part.vertices)
     if low < 0 or high >= count:
         index = low if low < 0 else high
-        raise KbotError(f"the mesh {path} has a triangle with vertex {index}, of {count} that count from 0")
+        raise KbotError(
+            f"the mesh {path} has a triangle with vertex index {index}, but only {count} vertices"
+        )
 
 
 def _unit(scene: trimesh.Scene) -> float:
-    """Metres in a COLLADA file's unit, which trimesh keeps as text (`0.01 * meters`) for each mesh."""
+    """The unit of a COLLADA file in metres. trimesh stores it as text (`0.01 * meters`) for each mesh."""
     for geometry in scene.geometry.values():
         words = str(geometry.metadata.get("units", "meters")).split()
         return float(words[0]) if len(words) > 1 else 1.0
@@ -169,7 +172,7 @@ def _parts(scene: trimesh.Scene, unit: float) -> Iterable[MeshPart]:
         faces = getattr(mesh, "faces", None)
         if faces is None or len(faces) == 0:
             continue
-        corners += len(mesh.vertices) + 3 * len(faces)  # also of a mesh that is placed many times
+        corners += len(mesh.vertices) + 3 * len(faces)  # a mesh counts each time that it is placed
         if corners > MOST_CORNERS:
             raise MeshTooLarge(
                 f"it has more than {MOST_CORNERS} vertices and corners of triangles. Simplify the mesh"
@@ -185,8 +188,10 @@ def _parts(scene: trimesh.Scene, unit: float) -> Iterable[MeshPart]:
 
 
 def _texture(mesh: Any, texels: int) -> Texture | None:  # noqa: ANN401 - trimesh has no types
-    """The picture of the material and where it lies, where the file gives both. None if it has more than
-    `texels` pixels, which a file of a few bytes may claim."""
+    """The picture of the material and its position, if the file has both.
+
+    None if it has more than `texels` pixels, which a file of a few bytes may declare.
+    """
     material = getattr(mesh.visual, "material", None)
     image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
     uv = getattr(mesh.visual, "uv", None)
@@ -196,7 +201,7 @@ def _texture(mesh: Any, texels: int) -> Texture | None:  # noqa: ANN401 - trimes
     if not np.isfinite(places).all() or image.format in RUN_A_PROGRAM:
         return None
     if max(image.size) > MOST_PIXELS:
-        image.thumbnail((MOST_PIXELS, MOST_PIXELS))  # in place: a copy would double what it takes
+        image.thumbnail((MOST_PIXELS, MOST_PIXELS))  # in place: a copy would double the memory
     image.load()
     return Texture(places, image)
 
@@ -208,7 +213,7 @@ def _mean(image: Image) -> tuple[float, float, float, float]:
 
 
 def _color(mesh: Any) -> tuple[float, float, float, float] | None:  # noqa: ANN401 - trimesh has no types
-    """The material's colour; None where the file gives none."""
+    """The material's colour, or None if the file has none."""
     visual = mesh.visual
     if not visual.defined:
         return None
@@ -221,7 +226,7 @@ def _color(mesh: Any) -> tuple[float, float, float, float] | None:  # noqa: ANN4
 
 
 def _opacity(words: Mapping[str, list[str]]) -> float:
-    """What a material of OBJ's says by `d`, or by `Tr`, which is the rest."""
+    """The opacity of an OBJ material: `d`, or 1 - `Tr`."""
     with suppress(ValueError, IndexError):
         if "d" in words:
             return min(1.0, max(0.0, float(words["d"][-1])))

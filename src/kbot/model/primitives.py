@@ -1,4 +1,4 @@
-"""Simple shapes of robots and worlds (box, sphere, cylinder), in metres, centred on their pose."""
+"""Simple shapes of robots and worlds, in metres. Each shape is centred on its pose."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """Edge lengths along x, y, z."""
+    """A box. `size` has the edge lengths along x, y and z."""
 
     size: tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class Cylinder:
-    """Along z."""
+    """A cylinder along z."""
 
     radius: float
     length: float
@@ -27,7 +27,7 @@ class Sphere:
 
 @dataclass(frozen=True, slots=True)
 class Capsule:
-    """Along z; `length` is that of the cylinder between the half spheres."""
+    """A capsule along z. `length` is that of the cylinder between the half spheres."""
 
     radius: float
     length: float

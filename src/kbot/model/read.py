@@ -1,9 +1,9 @@
-"""Reads a robot from an expanded document; each error has its place in the source.
+"""Reads a robot from an expanded document. Each error has its position in the source.
 
-Codes: U001 not a robot, U002 robot without a name, U003 no link, U004 link and U005 joint defined
-twice, U006 parent and U007 child that is no link, U008 several roots, U009 ring, U010 two parents,
-U011 unknown joint type, U012 bad number, U013 missing attribute, U014 missing element, U015 link or
-joint without a name, U016 unknown shape.
+Codes: U001 not a robot, U002 robot without a name, U003 no link, U004 link and U005 joint defined twice, U006
+unknown parent link, U007 unknown child link, U008 several roots, U009 cycle, U010 two parents, U011 unknown
+joint type, U012 bad number, U013 missing attribute, U014 missing element, U015 link or joint without a name,
+U016 unknown shape.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ from kbot.text.suggest import did_you_mean, nearest
 def check_tree(
     links: Mapping[str, Link], joints: Sequence[Joint], unread: set[str], values: AttributeReader
 ) -> bool:
-    """Report what keeps `joints` from making one tree of `links`; True when nothing does.
+    """Report why `joints` and `links` do not form a single tree. Returns True if they do.
 
-    `unread` names links whose joint could not be read: they are not blamed for having no parent.
+    `unread` are links whose joint could not be read. No error is reported for their missing parent.
     """
     faults = len(values.diagnostics)
     excused = set(unread)
-    whole: list[Joint] = []
+    complete: list[Joint] = []
     for joint in joints:
         ends = ("U006", joint.parent, joint.parent_origin), ("U007", joint.child, joint.child_origin)
         missing = [(code, link, origin) for code, link, origin in ends if link not in links]
@@ -49,8 +49,8 @@ def check_tree(
             excused.update(nearest(link, links), {joint.child})
             _undefined(code, joint, link, origin, links, values)
         if not missing:
-            whole.append(joint)
-    parents = _single_parents(whole, values)
+            complete.append(joint)
+    parents = _single_parents(complete, values)
     in_cycle = _report_cycles(parents, values)
     _report_roots(links, parents, excused | in_cycle, values)
     return len(values.diagnostics) == faults
@@ -61,11 +61,11 @@ def _undefined(
 ) -> None:
     end = "parent" if code == "U006" else "child"
     hint = did_you_mean(link, links)
-    values.error(code, f"joint '{joint.name}' has the {end} '{link}', which is no link", origin, hint)
+    values.error(code, f"joint '{joint.name}' has the {end} '{link}', which is not a link", origin, hint)
 
 
 def _single_parents(joints: Sequence[Joint], values: AttributeReader) -> dict[str, Joint]:
-    """The joint above each link; a second one is an error."""
+    """The parent joint of each link. A second one is an error."""
     parents: dict[str, Joint] = {}
     for joint in joints:
         first = parents.setdefault(joint.child, joint)
@@ -75,16 +75,16 @@ def _single_parents(joints: Sequence[Joint], values: AttributeReader) -> dict[st
                 f"link '{joint.child}' has two parents: '{first.parent}' by joint '{first.name}' "
                 f"and '{joint.parent}' by joint '{joint.name}'",
                 joint.child_origin,
-                "a link is the child of one joint",
+                "a link can be the child of only one joint",
                 (Related("the first is here", first.child_origin),),
             )
     return parents
 
 
 def _report_cycles(parents: Mapping[str, Joint], values: AttributeReader) -> set[str]:
-    """Report each ring of links once; returns the links in rings."""
+    """Report each cycle of links once. Returns the links in cycles."""
     done: set[str] = set()
-    rings: set[str] = set()
+    in_cycles: set[str] = set()
     for start in parents:
         path: list[str] = []
         link = start
@@ -93,14 +93,12 @@ def _report_cycles(parents: Mapping[str, Joint], values: AttributeReader) -> set
             path.append(link)
             link = parents[link].parent
         if link in path:
-            ring = path[path.index(link) :]
-            rings.update(ring)
-            chain = " -> ".join(f"'{name}'" for name in [link, *reversed(ring)])
-            related = tuple(Related(f"joint '{parents[n].name}'", parents[n].origin) for n in ring[1:])
-            values.error(
-                "U009", f"links hang in a ring: {chain}", parents[link].child_origin, related=related
-            )
-    return rings
+            cycle = path[path.index(link) :]
+            in_cycles.update(cycle)
+            chain = " -> ".join(f"'{name}'" for name in [link, *reversed(cycle)])
+            related = tuple(Related(f"joint '{parents[n].name}'", parents[n].origin) for n in cycle[1:])
+            values.error("U009", f"links form a cycle: {chain}", parents[link].child_origin, related=related)
+    return in_cycles
 
 
 def _report_roots(
@@ -111,7 +109,7 @@ def _report_roots(
         return
     sizes = dict.fromkeys(roots, 0)
     for name in links:
-        for _ in links:  # no path is longer than there are links, rings included
+        for _ in links:  # a path has at most as many steps as there are links, which also ends cycles
             if name not in parents:
                 sizes[name] += 1
                 break
@@ -121,9 +119,9 @@ def _report_roots(
         if root != main and root not in excused:
             values.error(
                 "U008",
-                f"link '{root}' hangs on nothing: the robot's root is '{main}'",
+                f"link '{root}' has no parent joint, and the robot already has the root '{main}'",
                 links[root].origin,
-                f"join it by a joint whose child is '{root}'",
+                f"add a joint whose child is '{root}'",
                 (Related("the root", links[main].origin),),
             )
 
@@ -132,7 +130,7 @@ _SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")
 
 
 def read_link(element: Element, name: str, values: AttributeReader) -> Link:
-    """A link; its materials are as written, not yet looked up."""
+    """A link. The names of its materials are not yet resolved."""
     inertial = element.find("inertial")
     visuals = (_read_visual(e, values) for e in element.elements("visual"))
     collisions = (_read_collision(e, values) for e in element.elements("collision"))
@@ -150,7 +148,7 @@ _IDENTITY = Pose()
 
 
 def read_pose(origin: Element | None, values: AttributeReader) -> Pose:
-    """An `<origin>`; the identity where there is none."""
+    """The pose of an `<origin>`, or the identity if there is none."""
     if origin is None:
         return _IDENTITY
     xyz = values.vector(origin, "xyz", _ZERO)
@@ -159,7 +157,7 @@ def read_pose(origin: Element | None, values: AttributeReader) -> Pose:
 
 
 def read_material(element: Element, values: AttributeReader) -> Material:
-    """A material as written: without a colour, `rgba` is None."""
+    """A material as written. Without a colour, `rgba` is None."""
     color = element.find("color")
     rgba = None
     if color is not None:
@@ -171,10 +169,10 @@ def read_material(element: Element, values: AttributeReader) -> Material:
 
 
 def with_materials(links: dict[str, Link], defined: dict[str, Material]) -> dict[str, Link]:
-    """Links whose visuals have the colour that their material's name stands for.
+    """The links, with the colours of named materials in their visuals.
 
-    The first definition of a name wins, the root's before those in visuals, as in urdfdom;
-    definitions found in visuals are added to `defined`.
+    As in urdfdom, the first definition of a name wins, and those of the root come before those in visuals.
+    Definitions in visuals are added to `defined`.
     """
     return {name: _link_with_materials(link, defined) for name, link in links.items()}
 
@@ -200,7 +198,7 @@ def _with_material(visual: Visual, defined: dict[str, Material]) -> Visual:
 
 
 def _read_inertial(element: Element, values: AttributeReader) -> Inertial | None:
-    """None when the mass or the tensor is missing; a number that cannot be read is NaN."""
+    """The inertial, or None if the mass or tensor is missing. A number that cannot be read is NaN."""
     inner = parts(element)
     mass, inertia = inner.get("mass"), inner.get("inertia")
     for part, tag in ((mass, "mass"), (inertia, "inertia")):
@@ -251,7 +249,7 @@ def _read_collision(element: Element, values: AttributeReader) -> Collision | No
 
 
 def _read_geometry(parent: Element, element: Element | None, values: AttributeReader) -> Geometry | None:
-    """The shape, or None and errors when there is none or one of its sizes cannot be read."""
+    """The shape, or None and errors if it is missing or one of its sizes cannot be read."""
     if element is None:
         values.error("U014", f"<{parent.tag}> lacks <geometry>", parent.origin)
         return None
@@ -296,7 +294,7 @@ _TYPES = [str(t) for t in JointType]
 
 
 def read_joint(element: Element, name: str, values: AttributeReader) -> Joint | None:
-    """A joint; None and errors when its type or one of its links is missing or unknown."""
+    """A joint, or None and errors if its type or one of its links is missing or unknown."""
     kind = _read_type(element, name, values)
     inner = parts(element)
     parent, child = (_read_end(element, inner.get(tag), name, tag, values) for tag in ("parent", "child"))
@@ -384,16 +382,16 @@ _READ = ("link", "joint", "material")
 
 @dataclass(frozen=True)
 class RobotReading:
-    """What came of a document; `robot` is None where links and joints make no tree."""
+    """The result of reading a document. `robot` is None if its links and joints do not form a tree."""
 
     robot: RobotModel | None
     diagnostics: tuple[Diagnostic, ...]
 
     def require(self) -> RobotModel:
-        """The robot.
+        """Return the robot.
 
         Raises:
-            DescriptionError: with every diagnostic, if one of them is an error.
+            DescriptionError: a diagnostic is an error. The exception has all diagnostics.
         """
         if self.robot is None or any(d.is_error for d in self.diagnostics):
             raise DescriptionError(self.diagnostics)
@@ -401,11 +399,11 @@ class RobotReading:
 
 
 def read_robot(document: Element, packages: MeshFinder | None = None) -> RobotReading:
-    """Read the root element of an expanded description. Never raises for what is written there.
+    """Read the root element of an expanded description. Errors are diagnostics, not exceptions.
 
-    Reading goes on after an error. In a robot that came with errors, a number that could not be
-    read stands as NaN in an inertial and as 0 in a pose or axis, and a shape that could not be read
-    is left out. `packages` finds the meshes' files; one that is not found is no error here.
+    Reading continues after an error. In a robot with errors, an unreadable number is NaN in an inertial and 0
+    in a pose or axis, and an unreadable shape is omitted. `packages` finds the files of meshes. A missing
+    file is not an error here.
     """
     values = AttributeReader(packages)
     if document.tag != "robot":
@@ -430,7 +428,7 @@ def read_robot(document: Element, packages: MeshFinder | None = None) -> RobotRe
 
 
 def _read_materials(document: Element, values: AttributeReader) -> dict[str, Material]:
-    """The materials that the root defines, the first of each name."""
+    """The materials that the root defines. The first one with a name counts."""
     materials: dict[str, Material] = {}
     for element in document.elements("material"):
         if values.name(element) is None:
@@ -462,18 +460,18 @@ def _read_links(document: Element, values: AttributeReader) -> dict[str, Link]:
 def _read_joints(
     document: Element, links: dict[str, Link], values: AttributeReader
 ) -> tuple[list[Joint], bool]:
-    """The joints, and whether they make one tree of the links."""
+    """The joints, and whether they and the links form a single tree."""
     joints: list[Joint] = []
     by_name: dict[str, Element] = {}
     unread: set[str] = set()
-    whole = True
+    is_complete = True
     for element in document.elements("joint"):
         name = values.name(element)
         joint = read_joint(element, name or "", values)
         if name is not None:
             first = by_name.setdefault(name, element)
             if first is not element:
-                whole = False
+                is_complete = False
                 values.error(
                     "U005",
                     f"joint '{name}' is defined twice",
@@ -481,11 +479,11 @@ def _read_joints(
                     related=(Related("the first is here", first.origin),),
                 )
         if joint is None or name is None:
-            whole = False
+            is_complete = False
             unread.update(_children(element))
         if joint is not None:
             joints.append(joint)
-    return joints, check_tree(links, joints, unread, values) and whole
+    return joints, check_tree(links, joints, unread, values) and is_complete
 
 
 def _children(joint: Element) -> list[str]:

@@ -1,4 +1,4 @@
-"""The whole robot: links and joints by name, in the order of the file."""
+"""The robot model: links and joints by name, in the order of the file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Row = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """A URDF `<origin>`: metres, and fixed-axis roll, pitch, yaw in radians, in the parent frame."""
+    """A URDF `<origin>` in the parent frame: metres, and fixed-axis roll, pitch, yaw in radians."""
 
     xyz: tuple[float, float, float] = (0.0, 0.0, 0.0)
     rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -25,7 +25,7 @@ class Pose:
 
 @dataclass(frozen=True, slots=True)
 class Inertial:
-    """Mass in kg; tensor in kg m^2 about the centre of mass, in the axes of `pose`."""
+    """Mass in kg, and inertia tensor in kg m^2 about the centre of mass, in the axes of `pose`."""
 
     mass: float
     ixx: float
@@ -41,7 +41,7 @@ class Inertial:
 
     @property
     def tensor(self) -> tuple[Row, Row, Row]:
-        """The tensor's rows, symmetric."""
+        """The rows of the symmetric tensor."""
         return (
             (self.ixx, self.ixy, self.ixz),
             (self.ixy, self.iyy, self.iyz),
@@ -51,7 +51,7 @@ class Inertial:
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """`rgba` in 0..1, None where only a name was given and no such material is defined."""
+    """A material. `rgba` is in 0..1, or None if the name is not defined."""
 
     name: str
     rgba: tuple[float, float, float, float] | None
@@ -86,7 +86,7 @@ class Link:
 
     @property
     def shapes(self) -> tuple[Visual | Collision, ...]:
-        """What is seen of it, then what it touches with."""
+        """The visuals, then the collisions."""
         return (*self.visuals, *self.collisions)
 
 
@@ -101,7 +101,7 @@ class JointType(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Limit:
-    """Position in rad or m (None when not given), effort in N m or N, velocity in rad/s or m/s."""
+    """Limits: position in rad or m, effort in N m or N, velocity in rad/s or m/s. None if not given."""
 
     lower: float | None
     upper: float | None
@@ -121,7 +121,7 @@ class Dynamics:
 
 @dataclass(frozen=True, slots=True)
 class Mimic:
-    """position = multiplier * position of `joint` + offset."""
+    """The position is multiplier * position of `joint` + offset."""
 
     joint: str
     multiplier: float
@@ -140,7 +140,7 @@ class SafetyController:
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """`axis` is as written, not normalised (x when not given: see `axis_origin`), in the joint frame."""
+    """A joint. `axis` is in the joint frame, not normalised; x without `<axis>` (then no `axis_origin`)."""
 
     name: str
     type: JointType
@@ -163,13 +163,15 @@ class Joint:
 
     @property
     def has_position(self) -> bool:
-        """Whether one number says where it stands."""
+        """Whether its position is a single number."""
         return self.type in (JointType.CONTINUOUS, JointType.REVOLUTE, JointType.PRISMATIC)
 
     @property
     def range(self) -> tuple[float, float]:
-        """Lowest and highest position in rad or m: 0 for a bound that is not given (URDF), infinite for a
-        continuous joint and for one without a limit."""
+        """The lowest and highest position in rad or m.
+
+        A missing bound is 0, as in URDF. Continuous joints and joints without a limit are unbounded.
+        """
         if self.limit is None or self.type is JointType.CONTINUOUS:
             return -math.inf, math.inf
         return self.limit.lower or 0.0, self.limit.upper or 0.0
@@ -177,10 +179,10 @@ class Joint:
 
 @dataclass(frozen=True)
 class RobotModel:
-    """A robot description: a tree of links held together by joints.
+    """A robot description: a tree of links connected by joints.
 
-    `extensions` are the root's elements that URDF itself does not define (`<gazebo>`,
-    `<transmission>`, `<ros2_control>` …), as written and with their origins.
+    `extensions` are the elements of the root that URDF does not define (`<gazebo>`, `<transmission>`,
+    `<ros2_control>` …), as written and with their origins.
     """
 
     name: str
@@ -192,18 +194,18 @@ class RobotModel:
 
     @cached_property
     def root(self) -> str:
-        """Name of the link that is no joint's child."""
+        """The name of the root link, which is not the child of a joint."""
         children = {joint.child for joint in self.joints.values()}
         return next(name for name in self.links if name not in children)
 
     @cached_property
     def parent_joint(self) -> Mapping[str, Joint]:
-        """The joint above each link, the root left out."""
+        """The parent joint of each link except the root."""
         return {joint.child: joint for joint in self.joints.values()}
 
     @cached_property
     def child_joints(self) -> Mapping[str, tuple[Joint, ...]]:
-        """The joints beneath each link."""
+        """The child joints of each link."""
         below: dict[str, list[Joint]] = {name: [] for name in self.links}
         for joint in self.joints.values():
             below[joint.parent].append(joint)
@@ -211,5 +213,5 @@ class RobotModel:
 
     @cached_property
     def movable_joints(self) -> tuple[Joint, ...]:
-        """Joints whose position is one number, in order, mimics included."""
+        """The joints whose position is a single number, in order, including mimic joints."""
         return tuple(joint for joint in self.joints.values() if joint.has_position)

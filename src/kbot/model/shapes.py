@@ -1,6 +1,6 @@
-"""The extent of a shape: bounding boxes, and spans along a direction.
+"""Computes the extent of shapes: bounding boxes, and spans along a direction.
 
-A shape's numbers are in its own frame, whose origin is its centre (a mesh's: where its file has it).
+Coordinates are in the shape's own frame. Its origin is the centre, or for a mesh the origin of its file.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ Array = NDArray[np.float64]
 
 
 def span_along(shape: Geometry, direction: Sequence[float] | Array) -> tuple[float, float] | None:
-    """The least and greatest of `direction` (a unit vector) times p over the shape's points p, in m.
+    """The extent of a shape along `direction` (a unit vector): the lowest and highest coordinate in m.
 
-    None for a mesh that has no file.
+    None for a mesh without a file.
 
     Raises:
         KbotError: a mesh file cannot be read.
@@ -44,8 +44,10 @@ def span_along(shape: Geometry, direction: Sequence[float] | Array) -> tuple[flo
 
 
 def bounds(shape: Geometry, rotation: ArrayLike | None = None) -> tuple[Array, Array] | None:
-    """Lowest and highest corner (3,) of the upright box about the shape, in axes that see it turned by
-    `rotation` (3, 3); None as for `span_along`."""
+    """The lowest and highest corner (3,) of the bounding box of a shape, rotated by `rotation` (3, 3).
+
+    None as for `span_along`.
+    """
     axes = np.eye(3) if rotation is None else np.asarray(rotation, dtype=np.float64)
     spans = [span_along(shape, axis) for axis in axes]
     known = [span for span in spans if span is not None]
@@ -55,7 +57,7 @@ def bounds(shape: Geometry, rotation: ArrayLike | None = None) -> tuple[Array, A
 
 
 def vertices(mesh: Mesh) -> Array:
-    """A mesh's vertices (n, 3) in metres, its scale applied; it must have a file.
+    """The scaled vertices (n, 3) of a mesh in metres. The mesh must have a file.
 
     Raises:
         KbotError: the mesh file cannot be read.

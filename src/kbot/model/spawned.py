@@ -1,7 +1,7 @@
-"""The controllers that a launch spawns for a robot, attached to its model.
+"""Stores the controllers that a launch spawns in the robot's model.
 
-They stand in the robot's extensions as `<controllers>`, so that a recorded description and a copy of it
-have them too. A ROS passes over the element.
+They are a `<controllers>` element in the robot's extensions, so that recorded descriptions and copies contain
+them too. ROS ignores the element.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _TAG = "controllers"
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """A parameter's value and where it was written."""
+    """A parameter's value and its origin."""
 
     value: Any
     origin: Origin
@@ -31,11 +31,11 @@ class Setting:
 class SpawnedController:
     """A controller of a controller manager.
 
-    name       with its namespace, as `/rrbot/joint1_position_controller`
-    settings   its parameters by dotted name, `type` among them where the launch knows it
-    is_active  whether it is started, and not only loaded
-    ros        1 or 2: whose controllers they are
-    origin     where the launch names it
+    name       with its namespace, for example `/rrbot/joint1_position_controller`
+    settings   its parameters by dotted name, including `type` if the launch has it
+    is_active  whether it is started, not only loaded
+    ros        the ROS version, 1 or 2
+    origin     the place in the launch that names it
     """
 
     name: str
@@ -46,7 +46,7 @@ class SpawnedController:
 
 
 def with_controllers(robot: RobotModel, controllers: Iterable[SpawnedController]) -> RobotModel:
-    """The robot with these controllers spawned, in the place of any that it had; itself for none."""
+    """The robot with these controllers instead of its previous ones. Without any, the robot itself."""
     children = [_element(controller) for controller in controllers]
     if not children:
         return robot
@@ -58,7 +58,7 @@ def with_controllers(robot: RobotModel, controllers: Iterable[SpawnedController]
 
 
 def spawned_controllers(robot: RobotModel) -> tuple[SpawnedController, ...]:
-    """Those that `with_controllers` gave it, or that its description was written down with."""
+    """The controllers in the robot's model or description."""
     return tuple(
         _controller(element)
         for holder in robot.extensions
@@ -78,7 +78,7 @@ def _element(controller: SpawnedController) -> Element:
 
 
 def _at(origin: Origin, tag: str, attributes: dict[str, str], written: str) -> Element:
-    """An element whose attribute `written` comes from a place in a launch file or its YAML."""
+    """An element whose attribute `written` has its origin in a launch file or its YAML."""
     element = Element(tag, attributes, origin.span.source, origin.span.start, call=origin.call)
     element.moved = {written: origin}
     return element
@@ -99,7 +99,7 @@ def _controller(element: Element) -> SpawnedController:
     )
 
 
-def _value(text: str) -> Any:  # noqa: ANN401 - whatever YAML can hold
+def _value(text: str) -> Any:  # noqa: ANN401 - any YAML value
     try:
         return parse_json(text)
     except ValueError:

@@ -1,4 +1,4 @@
-"""Writes a robot as URDF text. Reading the text gives the same robot, with exactly the same numbers."""
+"""Writes a robot as URDF text. Reading the text gives the same robot with exactly the same numbers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _WRITTEN = Source("", "")
 
 
 def to_urdf(robot: RobotModel) -> str:
-    """The robot as a URDF document, its extensions (`<gazebo>` and the like) as they were written."""
+    """The robot as a URDF document. Extensions such as `<gazebo>` are written unchanged."""
     root = _element("robot", name=robot.name)
     root.children.extend(_material(material) for material in robot.materials.values())
     root.children.extend(_link(link) for link in robot.links.values())
@@ -108,7 +108,7 @@ def _joint(joint: Joint) -> Element:
 
 
 def _fields(tag: str, part: object, *names: str) -> Element | None:
-    """An element with the numbers of `part` that are given; None where there is no part."""
+    """An element with the numbers of `part` that are not None. None without a part."""
     if part is None:
         return None
     values = {name: getattr(part, name) for name in names}

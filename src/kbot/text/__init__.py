@@ -1,4 +1,4 @@
-"""The base of all packages: files, positions in them, XML, YAML, and the Diagnostic."""
+"""Reads files, XML and YAML with source positions, and defines the Diagnostic. All packages use it."""
 
 from kbot.lazy_names import lazy_names
 
@@ -55,5 +55,5 @@ __all__ = [
     "write_text",
 ]
 
-# most texts need no diagnostics
+# imported on first use: start-up time
 __getattr__ = lazy_names(__name__, _HOMES)

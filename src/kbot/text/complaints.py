@@ -1,4 +1,4 @@
-"""A log that stays short: errors of clients, and internal errors that a server survives."""
+"""Limits the log of a server: bad requests of clients, and internal errors that the server survives."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ if TYPE_CHECKING:
     from typing import Any
 
 FIRST = 5
-"""Complaints that are logged one by one: enough to see what is wrong, too few to hide other output."""
+"""Complaints that are logged individually: enough to see the problem, too few to hide other output."""
 EVERY_SECONDS = 60.0
 
 
 class Complaints:
-    """The first few warnings are logged one by one, later ones as a count once a minute: a client may cause
-    any number.
+    """Logs the first warnings individually, and later ones as a count once a minute.
 
-    One request, message or task that fails does not end the server: its error goes to `fault`.
+    The log stays short even if a client causes any number of warnings. If a request, message or task fails,
+    the server continues, and passes the error to `fault`.
     """
 
     def __init__(self, log: logging.Logger, clock: Callable[[], float] = time.monotonic) -> None:
@@ -34,7 +34,7 @@ class Complaints:
         self._failed: set[str] = set()
 
     def add(self, text: str) -> None:
-        """Log a complaint, or only count it."""
+        """Log a complaint, or count it."""
         if self._logged < FIRST:
             self._logged += 1
             self._since = self._clock()
@@ -42,26 +42,28 @@ class Complaints:
             return
         self._held_back += 1
         if self._clock() - self._since >= EVERY_SECONDS:
-            self._log.warning("%d more bad messages or requests; the last: %s", self._held_back, text)
+            self._log.warning("%d more bad messages or requests. The last one: %s", self._held_back, text)
             self._held_back = 0
             self._since = self._clock()
 
     def fault(self, during: str, error: BaseException) -> str:
-        """Log an unforeseen error, with a crash file the first time it occurs in `during`. Returns the text
-        for clients."""
+        """Log an internal error, and return the text for clients.
+
+        The first error in each `during` gets a crash file.
+        """
         reported = f"{type(error).__name__}: {error}"
         if during in self._failed:
             self.add(f"{during} failed again: {reported}")
         else:
             self._failed.add(during)
             self._log.error("%s", internal_error(error, during))
-        return f"KBot failed at this: {reported}; please report it"
+        return f"KBot could not process this: {reported}; please report it"
 
-    # Any: as asyncio defines it
+    # Any: the signature that asyncio defines
     def loop_fault(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-        """For `loop.set_exception_handler`: an error that no task or callback of the server caught."""
+        """Handle errors that no task or callback of the server caught, for `loop.set_exception_handler`."""
         error = context.get("exception")
-        if error is None or isinstance(error, OSError):  # OSError: a connection that broke
+        if error is None or isinstance(error, OSError):  # OSError: a broken connection
             self.add(f"{context['message']}: {error}" if error else context["message"])
         else:
             self.fault("a task of the server", error)

@@ -1,4 +1,4 @@
-"""Reports an unforeseen error: one line for the user, and a crash file with the traceback."""
+"""Reports internal errors: one line for the user, and a crash file with the traceback."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ if TYPE_CHECKING:
     import threading
 
 KEPT = 20
-"""The newest crash files are kept. A program that fails every night must not fill the disk: these files take
-about 20 MiB at most, because MOST_BYTES bounds each."""
+"""Crash files to keep, the newest ones. A program that fails every night must not fill the disk. The files
+take about 20 MiB at most, because each has at most MOST_BYTES."""
 MOST_BYTES = 1 << 20
-"""Of a traceback: an error's message may quote a whole input."""
+"""Size of the longest traceback in a crash file. An error's message may quote a whole input."""
 
 
 def internal_error(error: BaseException, during: str = "") -> str:
-    """Write a crash file, and return the one line that reports an unforeseen error.
+    """Write a crash file, and return the line that reports an internal error.
 
-    `during` names what failed where KBot goes on afterwards, such as the type of a page's message.
+    If KBot continues afterwards, `during` names what failed, for example the type of a message.
     """
     where = f"{during} failed: " if during else ""
     file = next((note for note in getattr(error, "__notes__", ()) if note.startswith(READING)), "")
@@ -38,7 +38,7 @@ def internal_error(error: BaseException, during: str = "") -> str:
 
 
 def report_internal_error(error: BaseException, during: str = "") -> None:
-    """Print that line to stderr; the traceback too where the environment has KBOT_DEBUG, as in tests.
+    """Print that line to stderr. If KBOT_DEBUG is set, as in tests, print the traceback too.
 
     The crash file is written even if stderr is full or closed.
     """
@@ -53,20 +53,20 @@ def report_internal_error(error: BaseException, during: str = "") -> None:
 
 
 def report_thread_error(failed: threading.ExceptHookArgs) -> None:
-    """For `threading.excepthook`: report an error that ends a thread, and let the others run."""
+    """Report an error that ends a thread, for `threading.excepthook`. Other threads continue."""
     if failed.exc_value is not None and not issubclass(failed.exc_type, SystemExit):
         name = failed.thread.name if failed.thread is not None else "unknown"
         report_internal_error(failed.exc_value, f"thread {name}")
 
 
 def state_folder() -> Path:
-    """Where KBot keeps what it writes about itself, as each platform has it."""
+    """The folder for KBot's own state, such as crash files, by the platform's convention."""
     if sys.platform == "win32":
         local = os.environ.get("LOCALAPPDATA")
         return (Path(local) if local else Path.home() / "AppData" / "Local") / "kbot"
     if sys.platform == "darwin":
         return Path.home() / "Library" / "Application Support" / "kbot"
-    # the specification has relative paths ignored: https://specifications.freedesktop.org/basedir-spec/
+    # relative paths are ignored, as the specification requires: https://specifications.freedesktop.org/basedir-spec/
     given = os.environ.get("XDG_STATE_HOME", "")
     return (Path(given) if Path(given).is_absolute() else Path.home() / ".local" / "state") / "kbot"
 
@@ -80,7 +80,7 @@ def _write(error: BaseException, head: str) -> str:
     import traceback
 
     if isinstance(error, MemoryError):
-        traceback.clear_frames(error.__traceback__)  # they hold what used the memory up
+        traceback.clear_frames(error.__traceback__)  # their local variables hold the memory that ran out
     now = time.gmtime()
     words = shlex.join(sys.argv)
     facts = (
@@ -92,7 +92,7 @@ def _write(error: BaseException, head: str) -> str:
         text = text[: MOST_BYTES // 2] + "\n[...]\n" + text[-MOST_BYTES // 2 :]
     folder = state_folder() / "crashes"
     folder.mkdir(parents=True, exist_ok=True)
-    # names sort by time, so that the oldest files are found without a look at each
+    # names sort by time, so that finding the oldest files needs no stat of each
     prefix = f"{time.strftime('%Y%m%d-%H%M%S', now)}-"
     descriptor, path = tempfile.mkstemp(prefix=prefix, suffix=".txt", dir=folder)
     with open(descriptor, "w", encoding="utf-8", errors="backslashreplace") as stream:

@@ -1,4 +1,4 @@
-"""The Diagnostic: the one type for parse errors, findings, and errors of physics and launch files."""
+"""Defines Diagnostic, the type of parse errors, findings, and errors of physics and launch files."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 _MOST = 100_000
-"""Size of all diagnostics of a file, as `_size` counts it: 25,000 without macro calls. No real file has as
-many. To print them as SARIF takes 3 s and 300 MB, a third of what a hostile file may take."""
+"""Size of all diagnostics of a file, as `_size` counts it. It allows 25,000 diagnostics without macro calls,
+more than any real file has. Printing them as SARIF takes 3 s and 300 MB, a third of what a hostile file may
+take."""
 
 
 class Severity(StrEnum):
-    """How much a finding matters: an error is refused, a warning misbehaves, info may be meant."""
+    """How serious a finding is: an error is rejected, a warning misbehaves, an info may be intended."""
 
     ERROR = "error"
     WARNING = "warning"
@@ -26,7 +27,7 @@ class Severity(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """Replace the text of a span."""
+    """A change of a source: it replaces the text of a span."""
 
     span: Span
     replacement: str
@@ -34,7 +35,7 @@ class Edit:
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """Edits that fix a finding; a safe fix never changes what the author meant."""
+    """Edits that fix a finding. A safe fix never changes what the author meant."""
 
     title: str
     edits: tuple[Edit, ...]
@@ -43,20 +44,22 @@ class Fix:
 
 @dataclass(frozen=True, slots=True)
 class Related:
-    """Another place a finding speaks of; with `is_told` its message says where that is, so that in a text it
-    need not be said again."""
+    """Another place that a finding refers to.
+
+    `is_in_message`: the finding's message already contains this place, so that the text output omits it.
+    """
 
     message: str
     origin: Origin
-    is_told: bool = False
+    is_in_message: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One finding: what is wrong, where it was written, and what to do.
+    """One finding: what is wrong, where it is, and what to do.
 
-    `code` is stable and never used again for something else. `origin` is None only where no text
-    is involved. `hint` says what to do, in one sentence.
+    `code` is stable and never reused for something else. `origin` is None only if no text is involved. `hint`
+    is one sentence about what to do.
     """
 
     code: str
@@ -77,8 +80,10 @@ class Diagnostic:
 
 
 def bounded(diagnostics: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """The diagnostics of a file in their order. If there are very many, errors are kept before others, and a
-    last one, K004, counts those that are left out."""
+    """The diagnostics of a file, in order.
+
+    If there are too many, errors are kept first, and a final K004 counts the omitted ones.
+    """
     if sum(map(_size, diagnostics)) <= _MOST:
         return tuple(diagnostics)
     kept, size = list[int](), 0
@@ -93,8 +98,10 @@ def bounded(diagnostics: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
 
 
 def _size(diagnostic: Diagnostic) -> int:
-    """The number of its places, plus four for the finding itself: it takes as long to print as four places.
-    K004 counts as nothing, so that an error that is raised again keeps it."""
+    """The number of places, plus four for the finding itself, which takes as long to print as four places.
+
+    K004 has no size, so that it stays if the diagnostics are bounded again.
+    """
     if diagnostic.code == "K004":
         return 0
     calls = len(diagnostic.origin.stack) if diagnostic.origin else 0

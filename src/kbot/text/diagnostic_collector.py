@@ -1,4 +1,4 @@
-"""Collects diagnostics, so that one run reports them all."""
+"""Collects diagnostics, so that one run reports all of them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from kbot.text.span import Origin
 
 
 class DiagnosticCollector:
-    """The diagnostics so far, in `diagnostics`."""
+    """Collects diagnostics in the list `diagnostics`."""
 
     def __init__(self) -> None:
         self.diagnostics: list[Diagnostic] = []
@@ -23,6 +23,6 @@ class DiagnosticCollector:
         self.diagnostics.append(Diagnostic(code, Severity.INFO, message, origin, hint))
 
     def require(self) -> None:
-        """Raises DescriptionError with all diagnostics when one of them is an error."""
+        """Raise DescriptionError with all diagnostics if one of them is an error."""
         if any(d.is_error for d in self.diagnostics):
             raise DescriptionError(self.diagnostics)

@@ -1,7 +1,7 @@
 """The exceptions that KBot raises.
 
-KbotError                what a user can cause: bad input, bad arguments, a port in use
-└── DescriptionError     a description that cannot be used; carries every diagnostic of the run
+KbotError                errors that a user can cause: bad input, bad arguments, a port in use
+└── DescriptionError     an unusable description, with all diagnostics of the run
 """
 
 from __future__ import annotations
@@ -15,25 +15,25 @@ if TYPE_CHECKING:
     from kbot.text.diagnostic import Diagnostic
 
 READING = "while reading "
-"""How the note of `reading` begins."""
+"""The start of the note that `reading` adds."""
 
 
 class KbotError(Exception):
-    """An error that a user can cause and fix; its text is one clear sentence."""
+    """An error that a user can cause and fix. Its text is one clear sentence."""
 
 
 class DescriptionError(KbotError):
-    """A description that cannot be used, with its diagnostics: all of them, unless there are very many."""
+    """A description that cannot be used. `diagnostics` has all its diagnostics, unless there are too many."""
 
     def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
-        from kbot.text.diagnostic import bounded  # most runs of kbot raise none
+        from kbot.text.diagnostic import bounded  # only for an error: start-up time
 
         self.diagnostics = bounded(tuple(diagnostics))
         super().__init__("\n".join(str(d) for d in self.diagnostics if d.is_error))
 
 
 class reading:
-    """Within it, an unforeseen error gets a note that names the file; the innermost file comes first."""
+    """A block in which an internal error gets a note that names the file. The innermost file is first."""
 
     __slots__ = ("_file",)
 
@@ -41,7 +41,7 @@ class reading:
         self._file = file
 
     def __enter__(self) -> None:
-        """Nothing is prepared: an expansion pays for this too."""
+        """Does nothing, because each expansion would have to pay for it."""
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None

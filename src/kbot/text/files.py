@@ -25,23 +25,23 @@ _BEGINNINGS = ((b"<\0", "utf-16-le"), (b"\0<", "utf-16-be"))
 
 
 class BadEncoding(Exception):
-    """Bytes that are no text in their encoding, or an encoding that XML cannot be in; says why."""
+    """The bytes are not text in their encoding, or XML cannot use it. The message has the reason."""
 
 
 def decode(data: bytes) -> str:
-    """Text by its byte order mark, else by the encoding its XML declaration names, else UTF-8.
+    """Decode text by its byte order mark, or else by its XML declaration, or else as UTF-8.
 
-    As expat has it: UTF-8, UTF-16, US-ASCII, and every encoding of one byte a character.
+    Like expat, it accepts UTF-8, UTF-16, US-ASCII, and every encoding with one byte per character.
 
     Raises:
-        BadEncoding: the bytes are not of that encoding, or there is no such encoding.
+        BadEncoding: the bytes are not valid in the encoding, or there is no such encoding.
     """
-    mark, marked = _marked(data)
+    mark, marked = _byte_order_mark(data)
     declared = None
     if marked is None and data.startswith(b"<?xml"):
         declared = declared_encoding(data[:256].decode("latin-1"))
-        if declared is not None and (not _is_of_bytes(declared)):
-            raise BadEncoding(f"declares the encoding {declared}, which it cannot be in")
+        if declared is not None and (not _is_bytewise(declared)):
+            raise BadEncoding(f"declares the encoding {declared}, which is unknown or not that of the file")
     name = marked or declared or "utf-8"
     try:
         return data[len(mark) :].decode(name)
@@ -51,35 +51,37 @@ def decode(data: bytes) -> str:
         raise BadEncoding(f"is not {kind} text: byte 0x{data[at]:02x} at offset {at}") from None
 
 
-def _marked(data: bytes) -> tuple[bytes, str | None]:
-    """The byte order mark, and the encoding that it or the first character's bytes tell."""
+def _byte_order_mark(data: bytes) -> tuple[bytes, str | None]:
+    """The byte order mark, and the encoding that the mark or the first bytes imply."""
     for mark, name in _MARKS:
         if data.startswith(mark):
             return mark, name
     return b"", next((name for beginning, name in _BEGINNINGS if data.startswith(beginning)), None)
 
 
-def encode(text: str, was: bytes = b"") -> bytes:
-    """Text in the encoding that its XML declaration names, else UTF-8; but with the byte order mark and
-    in the UTF-16 of the file that it takes the place of. What the encoding lacks becomes a character
-    reference."""
-    mark, marked = _marked(was)
+def encode(text: str, old: bytes = b"") -> bytes:
+    """Encode text as its XML declaration requires, or else as UTF-8.
+
+    If `old`, the previous content of the file, has a byte order mark or is UTF-16, the new content is encoded
+    the same way. Characters that the encoding does not have become character references.
+    """
+    mark, marked = _byte_order_mark(old)
     if marked is not None:
         return mark + text.encode(marked)
     declared = declared_encoding(text[:256])
-    if declared is None or not (_is_of_bytes(declared) or _canonical(declared) == "utf-16"):
+    if declared is None or not (_is_bytewise(declared) or _canonical(declared) == "utf-16"):
         return text.encode("utf-8")
     return text.encode(declared, "xmlcharrefreplace")
 
 
 def declared_encoding(text: str) -> str | None:
-    """The encoding that an XML declaration at the text's beginning names."""
+    """The encoding in the XML declaration at the start of a text."""
     match = _DECLARED.match(text)
     return match[1] if match else None
 
 
-def _is_of_bytes(name: str) -> bool:
-    """Whether it is UTF-8, or of one byte a character: what text without a byte order mark may be in."""
+def _is_bytewise(name: str) -> bool:
+    """Whether the encoding is UTF-8 or has one byte per character, as text without a byte order mark can."""
     canonical = _canonical(name)
     if canonical in ("utf-8", "ascii"):
         return True
@@ -97,20 +99,21 @@ def _canonical(name: str) -> str:
 
 
 MAX_BYTES = 32 * 1024 * 1024
+"""Size of the largest text file that is read."""
 
 _STDIN = re.compile(r"/dev/stdin|(/dev|/proc/self)/fd/\d+", re.ASCII)
 _DRIVE = re.compile(r"/[A-Za-z]:[/\\]")
-_AT_ONCE = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0) | getattr(os, "O_NOCTTY", 0)
+_NONBLOCKING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0) | getattr(os, "O_NOCTTY", 0)
 
 _MOST_FOLDERS = 1000
-"""Folders that are searched for a missing file, which takes 20 to 200 ms: a home folder has far more."""
+"""Folders that are searched for a missing file, in 20 to 200 ms. A home folder has far more folders."""
 
-_unsaved: ContextVar[Mapping[str, str]] = ContextVar("unsaved texts by real path", default={})  # noqa: B039 - nobody writes into it
+_unsaved: ContextVar[Mapping[str, str]] = ContextVar("unsaved texts by real path", default={})  # noqa: B039 - never modified
 
 
 @contextmanager
 def unsaved(texts: Mapping[str, str]) -> Iterator[None]:
-    """Within it, `read_source` gives these texts in place of the files of these paths."""
+    """A block in which `read_source` returns these texts instead of the files at these paths."""
     token = _unsaved.set({**_unsaved.get(), **{os.path.realpath(p): text for p, text in texts.items()}})
     try:
         yield
@@ -128,10 +131,10 @@ def _unreadable(path: str, code: str, message: str, hint: str = "") -> Descripti
 def read_source(
     path: str | os.PathLike[str], max_bytes: int = MAX_BYTES, *, from_pipe: bool = True
 ) -> Source:
-    """Read a text file: UTF-8, or what its byte order mark or XML declaration says.
+    """Read a text file: UTF-8, or the encoding of its byte order mark or XML declaration.
 
-    Symbolic links are not resolved in the path it is known by. Devices and pipes are refused, which may
-    never end; `from_pipe`, `/dev/stdin` and `/dev/fd/N` may be a pipe that a shell has made.
+    Symbolic links in the source's path are not resolved. Devices and pipes are rejected, because they may
+    never end. With `from_pipe`, `/dev/stdin` and `/dev/fd/N` may be a pipe that a shell created.
 
     Raises:
         DescriptionError: F001 missing, F002 a directory, F003 not readable or not a regular file,
@@ -139,7 +142,7 @@ def read_source(
     """
     name = os.fspath(path)
     if not name:
-        raise _unreadable(name, "F001", "a file name is empty")
+        raise _unreadable(name, "F001", "the file name is empty")
     texts = _unsaved.get()
     if texts and (text := texts.get(os.path.realpath(name))) is not None:
         return Source(name, text)
@@ -153,7 +156,7 @@ def read_source(
             return read_source(found, max_bytes, from_pipe=from_pipe)
         raise _unreadable(name, "F001", *_missing(name, search=from_pipe)) from None
     except IsADirectoryError:
-        raise _unreadable(name, "F002", f"{name} is a directory, not a file", _within(name)) from None
+        raise _unreadable(name, "F002", f"{name} is a directory, not a file", _package_hint(name)) from None
     except (OSError, ValueError) as error:
         if getattr(error, "errno", None) == errno.EFBIG:
             raise _unreadable(name, "F004", f"{name} is larger than {max_bytes} bytes") from None
@@ -166,11 +169,11 @@ def read_source(
 
 
 def read_bytes(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES, *, from_pipe: bool = True) -> bytes:
-    """Read a file that may be anything. Never waits for a device or a pipe that does not end.
+    """Read a file of any kind. Never waits for a device or for a pipe that does not end.
 
     Raises:
-        OSError: it is missing, a directory, a device, a pipe or a socket, not readable, or too large.
-        ValueError: its name holds a null character.
+        OSError: the file is missing, a directory, a device, a pipe, a socket, unreadable, or too large.
+        ValueError: the name contains a null character.
     """
     name = os.fspath(path)
     status = os.stat(name)
@@ -179,7 +182,7 @@ def read_bytes(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES, *, from
         check_regular(name, status)
         if status.st_size > max_bytes:
             raise _too_large(name, max_bytes)
-    descriptor = os.open(name, os.O_RDONLY | _AT_ONCE)
+    descriptor = os.open(name, os.O_RDONLY | _NONBLOCKING)
     try:
         if is_pipe:
             os.set_blocking(descriptor, True)
@@ -200,10 +203,10 @@ def _too_large(name: str, max_bytes: int) -> OSError:
 
 
 def read_text(path: str | os.PathLike[str]) -> str:
-    """Read a file of settings: text in UTF-8, within the bounds of `read_bytes`.
+    """Read a settings file in UTF-8, within the limits of `read_bytes`.
 
     Raises:
-        KbotError: it cannot be read, or is not text in UTF-8.
+        KbotError: the file cannot be read, or is not UTF-8.
     """
     try:
         return read_bytes(path).decode("utf-8")
@@ -214,10 +217,10 @@ def read_text(path: str | os.PathLike[str]) -> str:
 
 
 def check_regular(path: str | os.PathLike[str], status: os.stat_result | None = None) -> None:
-    """Make sure that a path names a regular file, which reading comes to the end of.
+    """Check that a path is a regular file. Reading other files may never end.
 
     Raises:
-        OSError: it is missing, a directory, a device, a pipe or a socket.
+        OSError: the file is missing, a directory, a device, a pipe or a socket.
     """
     mode = (status or os.stat(path)).st_mode
     if stat.S_ISDIR(mode):
@@ -227,24 +230,30 @@ def check_regular(path: str | os.PathLike[str], status: os.stat_result | None = 
 
 
 def _missing(name: str, search: bool) -> tuple[str, str]:
-    """The message and hint for a missing file. An included file is not searched for (`search`): a description
-    may include hundreds of missing files, and each search takes time."""
+    """The message and hint for a missing file.
+
+    Without `search`, subfolders are not searched. A description may include hundreds of missing files, and
+    each search takes time.
+    """
     folder, last = os.path.split(name)
     siblings: list[str] = []
-    with suppress(OSError):  # what is in /proc may disappear meanwhile, and some of its links name nothing
+    with suppress(OSError):  # files in /proc may disappear, and some of its links have no target
         if os.path.islink(name):
             return f"{name} is a symbolic link to {os.readlink(name)}, which does not exist", ""
         siblings = os.listdir(folder or ".")
     hint = str(did_you_mean(last, siblings))
     if search and last and not folder and not hint:
-        found = _beneath(last)
-        hint = f"there is {found[0]}" if len(found) == 1 else ""
+        found = _find_below(last)
+        hint = f"did you mean {found[0]}?" if len(found) == 1 else ""
     return f"{name} does not exist", hint
 
 
-def _beneath(name: str) -> list[str]:
-    """Up to two files of a name beneath the working directory: a command is often typed in the wrong folder.
-    The nearest folders come first, hidden ones and links are skipped."""
+def _find_below(name: str) -> list[str]:
+    """Up to two files with this name below the working directory.
+
+    Users often type a command in the wrong folder. The nearest folders are searched first. Hidden folders and
+    links are skipped.
+    """
     folders, found = [""], list[str]()
     for folder in folders:  # grows in the loop
         try:
@@ -258,75 +267,75 @@ def _beneath(name: str) -> list[str]:
                         and entry.is_dir(follow_symlinks=False)
                     ):
                         folders.append(os.path.join(folder, entry.name))
-        except OSError:  # not readable, or gone meanwhile
+        except OSError:  # not readable, or deleted in the meantime
             continue
         if len(found) > 1:
             break
     return found
 
 
-def _within(folder: str) -> str:
-    """The hint for a package that stands where its description is expected."""
+def _package_hint(folder: str) -> str:
+    """The hint for a package folder that was given instead of a description."""
     urdf = os.path.join(folder, "urdf")
     try:
         names = sorted(n for n in os.listdir(urdf) if n.endswith((".xacro", ".urdf")))
     except OSError:
         return ""
-    return "name a file in it: " + ", ".join(os.path.join(urdf, n) for n in names[:8]) if names else ""
+    return "choose a file in it: " + ", ".join(os.path.join(urdf, n) for n in names[:8]) if names else ""
 
 
 def from_file_uri(rest: str, *, windows: bool = os.name == "nt") -> str:
-    """The path of a `file://` address, whose scheme is gone: on Windows `/C:/robot.stl` is `C:/robot.stl`."""
+    """The path in a `file://` URI without its scheme. On Windows, `/C:/robot.stl` becomes `C:/robot.stl`."""
     return rest[1:] if windows and _DRIVE.match(rest) else rest
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> None:
-    """Write text as `write_bytes` does, and raise as it does: XML in the encoding it declares, else UTF-8."""
+    """Write text, like `write_bytes`. XML is encoded as it declares, other text as UTF-8."""
     write_bytes(path, encode(text))
 
 
 def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
-    """Write a file beside its target and rename it into place, so that nobody sees half of it.
+    """Write a file next to its target and rename it, so that readers never see an incomplete file.
 
     Raises:
         KbotError: the folder is missing or not writable.
     """
-    from pathlib import Path  # it costs more to import than all of this package
+    from pathlib import Path  # slower to import than this whole package
 
     if not os.fspath(path):
-        raise KbotError("the name of a file to write is empty")
+        raise KbotError("the name of the output file is empty")
     try:
         if Path(path).exists() and not Path(path).is_file():
-            Path(path).write_bytes(data)  # a device or a pipe, as /dev/stdout: nothing to replace
+            Path(path).write_bytes(data)  # a device or a pipe, such as /dev/stdout, cannot be replaced
             return
         with ExitStack() as scratches:
-            os.replace(_beside(path, data, scratches), os.path.realpath(path))  # a link stays a link
+            os.replace(_write_scratch(path, data, scratches), os.path.realpath(path))  # a link stays a link
     except OSError as error:
         raise KbotError(f"{path} cannot be written: {error.strerror}") from None
 
 
 def rewrite(texts: Mapping[str, tuple[str, str]]) -> None:
-    """Put texts in the place of others, by path that before and that after: in all of the files or in none.
+    """Replace the texts of files: of all of them or of none. `texts` has the old and new text for each path.
 
     Each file keeps its encoding and byte order mark.
 
     Raises:
-        KbotError: a file holds another text than that before, or cannot be written; then none is.
+        KbotError: a file does not contain its old text, or cannot be written. Then no file is changed.
     """
-    path, others = "", ", and nothing else was" if len(texts) > 1 else ""
+    path, others = "", " (no file was changed)" if len(texts) > 1 else ""
     try:
         with ExitStack() as scratches:
             ready: list[tuple[str, bytes, str]] = []
             for path, (before, after) in texts.items():
                 check_regular(path)
-                was = read_bytes(path)
-                if not _holds(was, before):
+                old = read_bytes(path)
+                if not _contains(old, before):
                     raise _changed(path)
                 if not os.access(path, os.W_OK):
                     raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-                ready.append((path, was, _beside(path, encode(after, was), scratches)))
-            for path, was, _ in ready:
-                if read_bytes(path) != was:
+                ready.append((path, old, _write_scratch(path, encode(after, old), scratches)))
+            for path, old, _ in ready:
+                if read_bytes(path) != old:
                     raise _changed(path)
             others = ""
             for path, _, scratch in ready:
@@ -335,7 +344,7 @@ def rewrite(texts: Mapping[str, tuple[str, str]]) -> None:
         raise KbotError(f"{path} cannot be written{others}: {error.strerror}") from None
 
 
-def _holds(data: bytes, text: str) -> bool:
+def _contains(data: bytes, text: str) -> bool:
     try:
         return decode(data) == text
     except BadEncoding:
@@ -343,11 +352,11 @@ def _holds(data: bytes, text: str) -> bool:
 
 
 def _changed(path: str) -> KbotError:
-    return KbotError(f"{path} changed meanwhile: nothing was written, try again")
+    return KbotError(f"{path} has changed in the meantime. Nothing was written, try again")
 
 
-def _beside(path: str | os.PathLike[str], data: bytes, scratches: ExitStack) -> str:
-    """The data in a file beside a path's, with its mode; it goes with `scratches` unless it was moved."""
+def _write_scratch(path: str | os.PathLike[str], data: bytes, scratches: ExitStack) -> str:
+    """Write the data to a file next to `path`, with its mode. `scratches` deletes it if it is not renamed."""
     import tempfile  # slow to import; most runs write no file
 
     folder, name = os.path.split(os.path.realpath(path))

@@ -1,4 +1,4 @@
-"""Finds files of packages that were never built, by the `install(DIRECTORY …)` of CMakeLists.txt."""
+"""Finds files of packages that were never built, through `install(DIRECTORY …)` in CMakeLists.txt."""
 
 from __future__ import annotations
 
@@ -17,10 +17,11 @@ _INSTALL = re.compile(
 )
 _SHARE = re.compile(r"share/[^/]+/?")
 _MOST_BYTES = 1_000_000
+"""Size of the largest CMakeLists.txt that is read."""
 
 
 def find_file(path: str) -> str | None:
-    """`path` where something is there, else its source in the package around it; None where there is none."""
+    """`path` if it exists, or else its source in the enclosing package. None if there is neither."""
     if not path or os.path.exists(path):
         return path or None
     package = os.path.dirname(os.path.abspath(path))
@@ -39,7 +40,7 @@ def find_file(path: str) -> str | None:
 
 
 def _installed(package: str) -> Iterator[tuple[str, str]]:
-    """Files and folders that are installed, each with its place in the share folder, without slashes."""
+    """The installed files and folders, each with its path in the share folder, without outer slashes."""
     try:
         data = read_bytes(os.path.join(package, "CMakeLists.txt"), _MOST_BYTES)
     except OSError:
@@ -50,6 +51,6 @@ def _installed(package: str) -> Iterator[tuple[str, str]]:
         if share is None:
             continue
         for source in sources.replace('"', "").split():
-            # the contents of a folder with a slash at its end, else the folder itself
+            # as in CMake: with a trailing slash the content of the folder is installed, else the folder
             name = source.rsplit("/", 1)[-1]
             yield source.rstrip("/"), f"{destination[share.end() :]}/{name}".strip("/")

@@ -1,4 +1,4 @@
-"""Parses JSON from outside, with one type of error."""
+"""Parses JSON from outside KBot, with a single type of error."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import json
 from typing import Any
 
 
-def parse_json(text: str | bytes) -> Any:  # noqa: ANN401 - what JSON holds
-    """Raises ValueError: it is not JSON, or is nested too deeply for Python's parser, which recurses."""
+def parse_json(text: str | bytes) -> Any:  # noqa: ANN401 - any JSON value
+    """Parse JSON. Raises ValueError for text that is not JSON, or too deeply nested for Python's parser."""
     try:
         return json.loads(text)
     except RecursionError:

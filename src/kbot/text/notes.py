@@ -1,6 +1,6 @@
-"""Notes: single lines that a user must see although nothing is wrong.
+"""Sends notes: single lines that a user must see although there is no error.
 
-A library call gives a note as a Python warning. The command line prints it on stderr, each text once.
+In a library call, a note is a Python warning. The command line prints each note once on stderr.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def _warn(text: str) -> None:
-    import warnings  # not for every start of the program
+    import warnings  # rarely needed: start-up time
 
     warnings.warn(text, UserWarning, stacklevel=3)
 
@@ -28,7 +28,7 @@ def note(text: str) -> None:
 
 @contextmanager
 def notes_sent_to(receive: Callable[[str], None]) -> Iterator[None]:
-    """Send the notes of this process, of all its threads, to `receive`; each text once."""
+    """Within the block, send the notes of all threads to `receive`, each text once."""
     global _send
     before, known = _send, set[str]()
 

@@ -1,4 +1,4 @@
-"""Names with a prefix, such as `xacro:macro`, and whether the prefix is declared."""
+"""Checks that the prefixes of names such as `xacro:macro` are declared."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _XACRO_HINT = 'declare it in the root element: xmlns:xacro="http://www.ros.org/w
 
 
 class Prefixes:
-    """Which names have a declared prefix. Names met once are known from then on."""
+    """Checks the prefixes of names, and remembers the names that are correct."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
@@ -47,7 +47,7 @@ class Prefixes:
 
 
 def fault(source: Source, code: str, message: str, start: int, end: int, hint: str) -> Diagnostic:
-    """An error about a piece of a source."""
+    """An error at a part of a source."""
     from kbot.text.diagnostic import Diagnostic, Severity  # only for an error: start-up time
 
     return Diagnostic(code, Severity.ERROR, message, Origin(Span(source, start, end)), hint)

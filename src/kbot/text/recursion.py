@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from _thread import allocate_lock  # what `threading.Lock` is; importing that costs more than this file
+from _thread import allocate_lock  # same as `threading.Lock`, but `threading` is slow to import
 from contextlib import contextmanager
 
 TYPE_CHECKING = False
@@ -16,9 +16,8 @@ _before = 0
 
 
 @contextmanager
-def room_for(calls: int) -> Iterator[None]:
-    """Let functions call each other `calls` deep within; the limit of before stands again after the last
-    thread that needs more."""
+def recursion_limit(calls: int) -> Iterator[None]:
+    """Allow `calls` nested calls within the block. The old limit returns when no thread needs more."""
     global _before
     with _lock:
         if not _wanted:

@@ -1,4 +1,4 @@
-"""Renders diagnostics as text with a code frame, and as JSON."""
+"""Renders diagnostics as text with source excerpts, and as JSON."""
 
 from __future__ import annotations
 
@@ -13,21 +13,24 @@ from kbot.text.span import Call, Origin, Span
 
 _COLORS = {Severity.ERROR: "1;31", Severity.WARNING: "1;33", Severity.INFO: "1;36"}
 _FRAME_WIDTH = 160
+"""Columns of an excerpt if the width of the terminal is unknown."""
 _STACK_SHOWN = 8
+"""Macro calls and includes that are listed: the innermost ones, and the outermost."""
 _TAB = 4
+"""Columns between tab stops in an excerpt."""
 
 
 def render_text(diagnostics: Iterable[Diagnostic], *, color: bool = False, width: int | None = None) -> str:
-    """Diagnostics as text, each ending in a line end.
+    """Diagnostics as text. Each ends with a newline.
 
-    `width` is the terminal's, in columns: notes are wrapped to it and long source lines cropped
-    around the caret. None wraps nothing, as befits a pipe.
+    `width` is the terminal's width in columns. Notes are wrapped to it, and long source lines are cropped
+    around the caret. None, for pipes, wraps nothing.
     """
     return "\n".join(_Text(color, width).render(diagnostic) for diagnostic in diagnostics)
 
 
 def to_json(diagnostic: Diagnostic) -> dict[str, object]:
-    """A diagnostic as plain values; `file`, `line` and `column` are None where no text is involved."""
+    """A diagnostic as plain values. `file`, `line` and `column` are None if no text is involved."""
     stack = diagnostic.origin.stack if diagnostic.origin else ()
     result: dict[str, object] = {
         "code": diagnostic.code,
@@ -48,7 +51,7 @@ def to_json(diagnostic: Diagnostic) -> dict[str, object]:
 
 
 def count(diagnostics: Iterable[Diagnostic]) -> str:
-    """`2 errors, 1 warning`; an empty text when there is nothing."""
+    """A count such as `2 errors, 1 warning`. Empty if there are no diagnostics."""
     found = [d.severity for d in diagnostics]
     numbers = [(found.count(Severity.ERROR), "error"), (found.count(Severity.WARNING), "warning")]
     parts = [f"{n} {word}{'s' * (n != 1)}" for n, word in numbers if n]
@@ -80,7 +83,7 @@ class _Text:
             f"{self._paint(where, '1')}{severity} {_clean(diagnostic.message)} "
             f"{self._paint(f'[{diagnostic.code}]', '2')}"
         ]
-        others = [one for one in diagnostic.related if not one.is_told]
+        others = [related for related in diagnostic.related if not related.is_in_message]
         spans = [o.span for o in (diagnostic.origin, *(r.origin for r in others)) if o]
         margin = max((len(str(span.line)) for span in spans), default=1) + 1
         if diagnostic.origin:
@@ -97,7 +100,7 @@ class _Text:
         return "\n".join(lines) + "\n"
 
     def _frame(self, span: Span, margin: int, tone: str) -> list[str]:
-        """The span's first line of source, and carets beneath what it covers of it."""
+        """The first source line of a span, with carets below the span."""
         number, column = span.source.line_column(span.start)
         raw = span.source.line(number)
         if not raw.strip():
@@ -148,22 +151,22 @@ def _call(call: Call) -> str:
 
 
 def _at(what: Origin | Call) -> str:
-    """`file:line:column`; a file below the working directory relative to it, however it was found."""
+    """`file:line:column`. The path is relative if the file is below the working directory."""
     path, here = what.span.file, os.path.join(os.getcwd(), "")
     text = str(what.span)
     return text.removeprefix(here) if os.path.isabs(path) else text
 
 
 def _clean(text: str) -> str:
-    """Control characters made visible: a file must not be able to steer the terminal."""
+    """Replace control characters by visible ones: a file must not be able to control the terminal."""
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() else " " if c in "\n\r\t" else ascii(c)[1:-1] for c in text)
 
 
-@lru_cache(maxsize=4)  # many findings may be of one long line
+@lru_cache(maxsize=4)  # many findings may be in one long line
 def _laid_out(raw: str) -> tuple[str, Sequence[int]]:
-    """A line as it is shown, and where each of its characters (and its end) begins there."""
+    """A line as it is printed, and the position of each of its characters (and of its end) in it."""
     shown, starts, at = [], [], 0
     for character in raw:
         starts.append(at)
@@ -177,7 +180,7 @@ def _laid_out(raw: str) -> tuple[str, Sequence[int]]:
 
 
 def _crop(text: str, first: int, until: int, room: int) -> tuple[str, int, int]:
-    """The part of a long line that holds the marked span, with `…` where it was cut."""
+    """The part of a long line that contains the marked span, with `…` at its cut ends."""
     room = max(room, 20)
     if len(text) <= room:
         return text, first, until
@@ -191,7 +194,7 @@ def _crop(text: str, first: int, until: int, room: int) -> tuple[str, int, int]:
 
 
 def _columns(text: str) -> int:
-    """Terminal columns a text takes: two for wide characters, none for combining ones."""
+    """The terminal columns of a text: two for each wide character, none for a combining character."""
     return sum(
         0 if unicodedata.combining(c) else 2 if unicodedata.east_asian_width(c) in "WF" else 1 for c in text
     )

@@ -1,4 +1,4 @@
-"""Places in source texts: a source, a span of it, and the macro calls and includes that led there."""
+"""Positions in source texts: sources, spans, and the macro calls and includes that led there."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ if TYPE_CHECKING:
 
 
 class Source:
-    """One text and the path it is known by.
+    """A text and its path.
 
-    Offsets are counted in bytes of the UTF-8 encoding, as the XML parser counts them; lines are
-    1-based, columns 1-based and counted in characters.
+    Offsets are in bytes of the UTF-8 encoding, as the XML parser counts them. Lines and columns are 1-based,
+    and columns count characters.
     """
 
     def __init__(self, path: str, text: str) -> None:
@@ -28,7 +28,7 @@ class Source:
 
     @cached_property
     def data(self) -> bytes:
-        """The text as UTF-8, which offsets count in."""
+        """The text as UTF-8. Offsets refer to it."""
         return self.text.encode("utf-8", "surrogatepass")
 
     @cached_property
@@ -41,7 +41,7 @@ class Source:
 
     @cached_property
     def line_end(self) -> str:
-        """What the text ends its lines with."""
+        """The line separator of the text."""
         return "\r\n" if "\r\n" in self.text else "\n"
 
     @property
@@ -49,18 +49,18 @@ class Source:
         return len(self._line_starts)
 
     def line(self, number: int) -> str:
-        """Line `number` (1-based) without its line end; empty when there is no such line."""
+        """Line `number` (1-based) without its line end. Empty if there is no such line."""
         return _line(self, number)
 
     def line_column(self, offset: int) -> tuple[int, int]:
-        """Line and column (both 1-based) of a byte offset, held within the text."""
+        """Line and column (both 1-based) of a byte offset, which is clamped to the text."""
         offset = min(max(offset, 0), len(self.data))
         line = bisect_right(self._line_starts, offset)
         start = self._line_starts[line - 1]
         return line, self._characters(offset) - self._characters(start) + 1
 
     def _characters(self, offset: int) -> int:
-        """How many characters begin before a byte offset."""
+        """The number of characters that begin before a byte offset."""
         if len(self.data) == len(self.text):
             return offset  # all of it is ASCII
         block = offset // _BLOCK
@@ -68,7 +68,7 @@ class Source:
 
     @cached_property
     def _characters_before(self) -> list[int]:
-        """How many characters begin before each block of bytes: a line may be as long as the file."""
+        """For each block of bytes, the characters that begin before it: a line may be as long as the file."""
         counts = (_count(self.data[at : at + _BLOCK]) for at in range(0, len(self.data), _BLOCK))
         return [0, *accumulate(counts)]
 
@@ -83,7 +83,7 @@ class Source:
 
 _BLOCK = 1024
 _CONTINUED = bytes(range(0x80, 0xC0))
-"""The bytes of UTF-8 that do not begin a character."""
+"""UTF-8 continuation bytes, which do not begin a character."""
 
 
 def _count(data: bytes) -> int:
@@ -100,10 +100,10 @@ def _line(source: Source, number: int) -> str:
 
 
 class Span:
-    """A piece of a source: byte offsets `start` to `end`, the end not included.
+    """A part of a source: the byte offsets from `start` to `end`, exclusive. Do not change an instance.
 
-    Not to be changed. This and the two classes below are written out, and no dataclasses: they are
-    made for every macro call, and what dataclasses import would double the time `kbot expand` takes.
+    This class and the next two are not dataclasses. Every macro call creates some, and importing dataclasses
+    would double the time of `kbot expand`.
     """
 
     __slots__ = ("end", "source", "start")
@@ -146,10 +146,9 @@ class Span:
 
 
 class Call:
-    """One step that brought an element here: a macro call or an include, and where it was written.
+    """A macro call or include that led to an element, and where it was written. Do not change an instance.
 
-    Calls are a linked list, so that the thousands of elements a macro makes share one chain.
-    Not to be changed.
+    Calls are a linked list, so that the thousands of elements that a macro creates share one chain.
     """
 
     __slots__ = ("caller", "kind", "name", "span")
@@ -179,7 +178,7 @@ class Call:
         return f"Call({self.kind} {self.name} at {self.span})"
 
     def chain(self) -> Iterator[Call]:
-        """This call and those outside it, innermost first."""
+        """This call and its callers, innermost first."""
         call: Call | None = self
         while call is not None:
             yield call
@@ -187,7 +186,7 @@ class Call:
 
 
 class Origin:
-    """The span something came from, and the includes and macro calls that brought it. Not to be changed."""
+    """The span where something was written, and the call that led there. Do not change an instance."""
 
     __slots__ = ("call", "span")
 

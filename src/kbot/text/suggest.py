@@ -1,8 +1,8 @@
 """Suggests valid names for a misspelled name.
 
-A reader follows a suggestion without checking it, so a merely similar name does harm: `wheel_radius` for an
-undefined `caster_wheel_radius` gives a robot without an error message whose caster is under the ground. One
-rule therefore holds for every suggestion: the name is one edit away, or has the same words in another order.
+Users follow a suggestion without checking it, so a merely similar name does harm. With `wheel_radius` for an
+undefined `caster_wheel_radius`, the robot has no error message, but its caster is below the ground. Therefore
+every suggestion is one edit away, or has the same words in another order.
 """
 
 from __future__ import annotations
@@ -16,23 +16,23 @@ from itertools import chain, islice
 _LONGEST = 200
 """Characters of the longest name that is compared. Longer ones are data, and comparing them costs time."""
 _MANY = 50
-"""Names that are compared with a misspelled one, at up to a microsecond each: a broken file may have
-thousands of misspelled names beside thousands of others."""
+"""Names that are compared with a misspelled name, at up to a microsecond each. A broken file may have
+thousands of misspelled names and thousands of others."""
 _KEPT = 2
-"""Letters of a word that an edit leaves: `fl` and `fr`, `a` and `b` keep fewer: they are different words."""
+"""Letters of a word that an edit must leave unchanged. `fl` and `fr` have fewer: they are different words."""
 _SURE = 4
-"""Letters of the shortest word whose edit is surely a slip: `tap` may be meant where `tip` is known. At a
-word's end every replaced letter needs as many: `min` and `mid`."""
+"""Letters of the shortest word whose edit is certainly a slip. Shorter words such as `tap` and `tip` may both
+be meant. Replacing the first or last letter of a word needs as many letters: `min` is not `mid`."""
 _SIDES = frozenset("lrfbmxyz")
-"""Letters that name a side or an axis at the beginning or end of a word: `lwheel` and `rwheel`, `posx` and
-`posy` are different names, and so are `lwheel` and `wheel`."""
+"""Letters that can mean a side or an axis at the start or end of a word. `lwheel` and `rwheel`, `posx` and
+`posy`, `lwheel` and `wheel` are different names."""
 _CONNECTING = frozenset({"from", "in", "of", "on", "per", "to"})
-"""With one of these the order of the words matters: `left_to_right`, `map_from_odom`."""
+"""Words with which the order of the other words matters: `left_to_right`, `map_from_odom`."""
 _OPPOSITES = (
     {"left", "right"}, {"front", "rear"}, {"front", "back"}, {"upper", "lower"}, {"top", "bottom"},
     {"inner", "outer"}, {"min", "max"},
 )  # fmt: skip
-"""With both words of a pair their order matters: `left_arm_right_finger`."""
+"""If a name has both words of a pair, their order matters: `left_arm_right_finger`."""
 _HUMP = re.compile(r"(?<=[a-z])(?=[A-Z])")
 _UNIT = re.compile(r"[^\W\d_]+|\d+")
 
@@ -40,10 +40,10 @@ _UNIT = re.compile(r"[^\W\d_]+|\d+")
 def nearest(name: str, candidates: Iterable[str], count: int = 3, *, sides: bool = True) -> list[str]:
     """Up to `count` candidates that are one slip away from `name`, in alphabetical order.
 
-    They are sorted because many callers pass a set.
+    The result is sorted because many callers pass a set.
 
-    `sides`: whether a letter at the beginning or end of a word may name a side or an axis. In a fixed
-    vocabulary such as the verbs it does not: `siml` is a slip of `sim`.
+    `sides`: whether a letter at the start or end of a word can mean a side or an axis. It cannot in a fixed
+    vocabulary such as the verbs: `siml` is a slip of `sim`.
     """
     if len(name) > _LONGEST:
         return []
@@ -53,16 +53,16 @@ def nearest(name: str, candidates: Iterable[str], count: int = 3, *, sides: bool
 
 
 def _promising(name: str, candidates: tuple[str, ...]) -> Iterable[str]:
-    """Of many candidates, the first that share a trait with the name."""
+    """The candidates, or if there are many, the first ones that share a trait with the name."""
     if len(candidates) <= _MANY:
         return candidates
     index = _index(candidates)
     return islice(dict.fromkeys(chain.from_iterable(index.get(key, ()) for key in _traits(name))), _MANY)
 
 
-@lru_cache(maxsize=4)  # a broken file asks for thousands of names, each among the same thousands
+@lru_cache(maxsize=4)  # a broken file looks up thousands of names among the same candidates
 def _index(candidates: tuple[str, ...]) -> dict[Hashable, list[str]]:
-    """The candidates by each of their traits."""
+    """The candidates by trait."""
     index = defaultdict[Hashable, list[str]](list)
     for candidate in candidates:
         for key in _traits(candidate[:_LONGEST]):
@@ -71,13 +71,13 @@ def _index(candidates: tuple[str, ...]) -> dict[Hashable, list[str]]:
 
 
 def _traits(name: str) -> tuple[Hashable, Hashable, Hashable]:
-    """The words of a name, its beginning and its end. A slip leaves one of them, in all but short names."""
+    """The words, start and end of a name. In all but short names, a slip leaves one of them unchanged."""
     joined, numbers, words = _words(name)
     return words, ("begins", joined[:2], numbers), ("ends", joined[-2:], numbers)
 
 
 class Suggestion(str):
-    """A hint of the names that were perhaps meant, and those names."""
+    """A hint that suggests names, together with the names."""
 
     written: str
     nearest: tuple[str, ...]
@@ -88,44 +88,44 @@ class Suggestion(str):
         return self
 
     def __reduce__(self) -> tuple[type[Suggestion], tuple[str, str, tuple[str, ...]]]:
-        """How a copy is made: diagnostics are copied for the page."""
+        """Supports copying: diagnostics are copied for the page."""
         return type(self), (str(self), self.written, self.nearest)
 
     @property
     def sure(self) -> str:
-        """The name that was surely meant, which a fix may write; empty where none or several are near."""
+        """The name that was certainly meant, which a fix can write. Empty if there are none or several."""
         alone = self.nearest[0] if len(self.nearest) == 1 else ""
         return alone if alone and _is_a_slip(self.written, alone, _SURE) else ""
 
 
 def did_you_mean(name: str, candidates: Iterable[str], *, sides: bool = True) -> Suggestion:
-    """`did you mean 'a' or 'b'?`, or an empty text when no candidate is one slip away from `name`."""
+    """`did you mean 'a' or 'b'?`, or an empty text if no candidate is one slip away from `name`."""
     near = nearest(name, candidates, sides=sides)
     names = [f"'{n}'" for n in near]
     either = (", ".join(names[:-1]) + " or " if len(names) > 1 else "") + names[-1] if names else ""
     return Suggestion(f"did you mean {either}?" if names else "", name, near)
 
 
-@lru_cache(maxsize=1 << 14)  # a file with many unknown names compares each with the same known ones
+@lru_cache(maxsize=1 << 14)  # a file with many unknown names compares each with the same candidates
 def _words(name: str) -> tuple[str, tuple[str, ...], tuple[str, ...]]:
-    """A name's words in lower case: joined by `_`, those that are numbers, and all of them sorted."""
+    """The words of a name in lower case: joined by `_`, the numbers among them, and all sorted."""
     words = _UNIT.findall(_HUMP.sub("_", name).lower())
     return "_".join(words), tuple(word for word in words if word.isdigit()), tuple(sorted(words))
 
 
-@lru_cache(maxsize=1 << 14)  # the same slip is often made many times
+@lru_cache(maxsize=1 << 14)  # the same slip often occurs many times
 def _is_a_slip(written: str, meant: str, shortest: int = 0, *, sides: bool = True) -> bool:
-    """Whether one letter is missing, extra, replaced or exchanged with the next, or capitals, separators or
-    the order of the words differ. A word that is edited has at least `shortest` letters.
+    """Whether two names differ by one letter, two swapped letters, or capitals, separators and word order.
 
-    Numbers must agree: `arm_1` and `arm_2` are different names.
+    One letter may be missing, extra or replaced. An edited word has at least `shortest` letters. Numbers must
+    agree: `arm_1` and `arm_2` are different names.
     """
-    (one, numbers, words), (other, other_numbers, other_words) = _words(written), _words(meant)
-    if numbers != other_numbers or not one or written == meant:
+    (joined, numbers, words), (other, other_numbers, other_words) = _words(written), _words(meant)
+    if numbers != other_numbers or not joined or written == meant:
         return False
     if words == other_words:
-        return one == other or not _order_matters(words)
-    return _is_one_edit(one, other, shortest, sides)
+        return joined == other or not _order_matters(words)
+    return _is_one_edit(joined, other, shortest, sides)
 
 
 def _order_matters(words: tuple[str, ...]) -> bool:
@@ -136,31 +136,31 @@ def _is_one_edit(written: str, meant: str, shortest: int, sides: bool) -> bool:
     if abs(len(written) - len(meant)) > 1:
         return False
     if len(written) > 5 and written[:2] != meant[:2] and written[-2:] != meant[-2:]:
-        return False  # one edit leaves the first two letters or the last two: most names end here, quickly
+        return False  # quick test for most names: one edit leaves the first or last two letters unchanged
     start = _common(written, meant)
     end = _common(written[start:][::-1], meant[start:][::-1])
-    off, right = written[start : len(written) - end], meant[start : len(meant) - end]
-    is_swap = len(off) == 2 and off == right[::-1]
-    if max(len(off), len(right)) > 1 and not is_swap:
+    wrong, right = written[start : len(written) - end], meant[start : len(meant) - end]
+    is_swap = len(wrong) == 2 and wrong == right[::-1]
+    if max(len(wrong), len(right)) > 1 and not is_swap:
         return False
-    if any(c.isdigit() for c in off + right):
+    if any(c.isdigit() for c in wrong + right):
         return False
     before = re.split(r"[_\d]", meant[:start])[-1]
     after = re.split(r"[_\d]", meant[len(meant) - end :])[0]
-    is_doubled = not right and before.endswith(off)
+    is_doubled = not right and before.endswith(wrong)
     is_at_end = not (before and after)
-    is_side = sides and off and is_at_end and _SIDES.issuperset(off + right)
+    is_side = sides and wrong and is_at_end and _SIDES.issuperset(wrong + right)
     if is_side and not is_swap and not is_doubled:
         return False
     kept = len(before) + len(after)
-    if is_swap:  # its letters are all there: one more that stays shows the word
+    if is_swap:  # all letters are there, so one more is enough to recognize the word
         return kept > 0
-    if is_at_end and off and right:
+    if is_at_end and wrong and right:
         shortest = _SURE
-    return kept >= _KEPT and kept + max(len(off), len(right)) >= shortest
+    return kept >= _KEPT and kept + max(len(wrong), len(right)) >= shortest
 
 
-def _common(one: str, other: str) -> int:
-    """How many characters two texts begin with alike."""
-    both = enumerate(zip(one, other, strict=False))
-    return next((i for i, (a, b) in both if a != b), min(len(one), len(other)))
+def _common(text: str, other: str) -> int:
+    """The number of equal characters at the start of two texts."""
+    both = enumerate(zip(text, other, strict=False))
+    return next((i for i, (a, b) in both if a != b), min(len(text), len(other)))

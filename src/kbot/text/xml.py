@@ -1,4 +1,4 @@
-"""Parses XML with exact positions, with the standard library's expat."""
+"""Parses XML with exact positions, using the standard library's expat."""
 
 from __future__ import annotations
 
@@ -18,13 +18,16 @@ if TYPE_CHECKING:
 __all__ = ["CData", "Comment", "Element", "Instruction", "Text", "XmlDocument", "parse_document", "parse_xml"]
 
 MAX_NESTING = 1000
+"""Levels of elements in xacro files."""
 MAX_READ_NESTING = 100
-"""For what is read and not expanded, as launch files and worlds: their readers go down by recursion."""
+"""Levels of elements in files that are not expanded, such as launch files. Their readers recurse."""
 MAX_NODES = 2_000_000
+"""Elements and comments of a file."""
 
 _SPECIAL = (b"$", b"xacro", b"&#")
 _MOST_SPECIALS = 1_000_000
-"""A list of more places would take more memory than the tree; real files hold a few hundred."""
+"""Offsets in the list of `_specials`. A longer list takes more memory than the tree. Real files have a few
+hundred."""
 
 
 def parse_xml(source: Source) -> Element:
@@ -41,9 +44,9 @@ def parse_xml(source: Source) -> Element:
 
 
 def parse_document(source: Source, max_nesting: int = MAX_NESTING, max_nodes: int = MAX_NODES) -> XmlDocument:
-    """Parse a source into all that stands in it.
+    """Parse a source into a document with all its nodes.
 
-    An undeclared prefix (P004) is a diagnostic of the document, which is usable nevertheless.
+    An undeclared prefix (P004) becomes a diagnostic of the document, which is still usable.
 
     Raises:
         DescriptionError: P001 not well-formed, P002 empty, P003 a document type with entities,
@@ -78,9 +81,9 @@ def _error(source: Source, code: str, message: str, offset: int, hint: str = "")
 
 
 def _specials(data: bytes) -> list[int]:
-    """Where something stands that xacro may have to do with, last first, behind one beyond the end.
+    """The offsets of everything that xacro may have to expand, last first, after an offset beyond the end.
 
-    Empty if there are too many to note.
+    Empty if there are too many.
     """
     if sum(map(data.count, _SPECIAL)) > _MOST_SPECIALS:
         return []
@@ -97,9 +100,9 @@ def _specials(data: bytes) -> list[int]:
 def _handle(
     parser: expat.XMLParserType, document: XmlDocument, max_nesting: int, max_nodes: int
 ) -> tuple[list[Diagnostic], list[Element]]:
-    """Set the parser's handlers, which build the document. Closures: they run for every event.
+    """Set the parser's handlers, which build the document. They are closures for speed.
 
-    What they find wrong, and the elements that are open, both as they stand while it is parsed.
+    Returns the list of problems and the list of open elements. The handlers update both while parsing.
     """
     source = document.source
     stack: list[Element] = []
@@ -108,7 +111,7 @@ def _handle(
     previous = 0
     in_cdata = fresh = False
     specials = _specials(source.data)
-    # without the places, every element is taken for one that holds something special
+    # if there are too many, every element is treated as special
     passed, special = (-1, specials.pop()) if specials else (len(source.data), len(source.data) + 1)
     subset_at = -1
     nodes = depth = 0
@@ -158,7 +161,7 @@ def _handle(
         if fresh:
             fresh = False
             if not in_cdata:
-                # nobody asks where a blank was written: equal ones share a node
+                # the position of a blank is never needed, so equal blanks share a node
                 blank = blanks.get(value)
                 if blank is None and len(value) < 40 and value.isspace():
                     blank = blanks[value] = Text(value, source, previous, parser.CurrentByteIndex)
@@ -216,11 +219,11 @@ def _handle(
 
     def doctype_end() -> None:
         if subset_at >= 0:
-            message = "a document type with declarations of its own is refused"
+            message = "a document type with internal declarations is not allowed"
             raise _error(source, "P003", message, subset_at, "write the text itself, or use a xacro property")
 
     def entity(name: str, *_: object) -> None:
-        message = f"the entity '{name}' is declared: entity declarations are refused"
+        message = f"the entity '{name}' is declared, but entity declarations are not allowed"
         hint = "write the text itself, or use a xacro property"
         at = source.data.rfind(b"<!ENTITY", 0, parser.CurrentByteIndex + 1)
         raise _error(source, "P003", message, max(at, 0), hint)

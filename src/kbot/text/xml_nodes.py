@@ -1,8 +1,8 @@
-"""The nodes of an XML tree, each with its place in the source.
+"""The nodes of an XML tree, each with its position in the source.
 
-Names are kept as written (`xacro:macro`), attributes in their order, comments and text as nodes.
-An element made by xacro expansion is of the same type: it keeps the span of the element it was
-written as, and the chain of calls that brought it.
+Names are kept as written (`xacro:macro`), attributes keep their order, and comments and text are nodes.
+Elements that xacro creates have the same type: they keep the span of the source element, and the calls that
+led to it.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _TAG = re.compile(rb"""<[^<>"']*(?:"[^"]*"[^<>"']*|'[^']*'[^<>"']*)*>""")
 
 
 class Text:
-    """Character data between tags. `end` is where the markup after it begins."""
+    """Character data between tags. `end` is the start of the next markup."""
 
     __slots__ = ("_after", "call", "end", "source", "value")
 
@@ -33,20 +33,20 @@ class Text:
 
     @property
     def start(self) -> int:
-        """Where the text begins: behind the markup that stands before it."""
+        """The start of the text, after the previous markup."""
         return markup_end(self.source.data, self._after)
 
     @property
     def origin(self) -> Origin:
         return Origin(Span(self.source, self.start, self.end), self.call)
 
-    def brought_by(self, call: Call | None, value: str | None = None) -> Text:
-        """The same text, brought by a call; with another value where it was evaluated."""
+    def with_call(self, call: Call | None, value: str | None = None) -> Text:
+        """A copy of the text that a call led to, with its evaluated value if there is one."""
         return type(self)(self.value if value is None else value, self.source, self._after, self.end, call)
 
 
 class CData(Text):
-    """A CDATA section; xacro leaves it as it is."""
+    """A CDATA section. xacro does not change it."""
 
     __slots__ = ()
 
@@ -56,19 +56,19 @@ class CData(Text):
 
 
 class Comment(CData):
-    """A comment; `value` is what stands between its marks."""
+    """A comment. `value` is the text between `<!--` and `-->`."""
 
     __slots__ = ()
 
 
 class Instruction(CData):
-    """A processing instruction or document type; `value` is what stands between its marks."""
+    """A processing instruction or document type. `value` is the text between `<` and `>`."""
 
     __slots__ = ()
 
 
 class Element:
-    """An element: its name as written, attributes in order, children, and where it came from."""
+    """An element: its name as written, attributes in order, children, and origin."""
 
     __slots__ = (
         "_close",
@@ -100,34 +100,34 @@ class Element:
         self._close = close
         self.call = call
         self.is_plain = False
-        """Whether neither it nor anything within it holds a dollar sign or a name of xacro's."""
+        """Whether the element and its content have neither a dollar sign nor a xacro name."""
         self.moved: dict[str, Origin] | None = None
-        """Origins of the attributes that were not written in this element's own tag."""
+        """Origins of the attributes that were not written in this element's tag."""
         self.inputs: dict[str, Any] | None = None  # Any: bindings of xacro, which this package cannot import
         """The bindings that each attribute was computed from, by attribute name, for the source map."""
 
     def __repr__(self) -> str:
         return f"<{self.tag} {self.attributes}>"
 
-    def made_by(self, call: Call | None, tag: str, attributes: dict[str, str]) -> Element:
-        """A childless element written where this one is, brought by a call."""
+    def childless_copy(self, call: Call | None, tag: str, attributes: dict[str, str]) -> Element:
+        """An element without children at the same position, to which a call led."""
         return Element(tag, attributes, self.source, self.start, self._close, call)
 
     def elements(self, tag: str | None = None) -> Iterator[Element]:
-        """Child elements in order, all or those of one name."""
+        """The child elements in order: all, or those with one name."""
         if tag is None:
             return iter([c for c in self.children if type(c) is Element])
         return iter([c for c in self.children if type(c) is Element and c.tag == tag])
 
     def find(self, tag: str) -> Element | None:
-        """The first child element of a name."""
+        """The first child element with this name."""
         for child in self.children:
             if type(child) is Element and child.tag == tag:
                 return child
         return None
 
     def descendants(self) -> Iterator[Element]:
-        """Every element beneath this one, in document order."""
+        """Every element below this one, in document order."""
         pending = list(self.elements())[::-1]
         while pending:
             element = pending.pop()
@@ -136,47 +136,47 @@ class Element:
 
     @property
     def text(self) -> str:
-        """The character data directly within, comments and instructions left out."""
+        """The character data of the element itself, without comments and instructions."""
         return "".join(
             c.value for c in self.children if isinstance(c, Text) and not isinstance(c, Comment | Instruction)
         )
 
     @property
     def end(self) -> int:
-        """Offset behind the end tag, or behind the tag itself where it is empty."""
+        """The offset after the end tag, or after the tag itself if the element is empty."""
         data, tag_end = self.source.data, self.tag_end
         return tag_end if self._close < 0 or data[tag_end - 2] == 0x2F else markup_end(data, self._close)
 
     @property
     def tag_end(self) -> int:
-        """Offset behind the start tag."""
+        """The offset after the start tag."""
         return _tag_end(self.source, self.start)
 
     @property
     def origin(self) -> Origin:
-        """The start tag's span and the calls that brought the element."""
-        return _LateOrigin(self, None)
+        """The span of the start tag, and the calls that led to the element."""
+        return _LazyOrigin(self, None)
 
     @property
     def whole(self) -> Span:
-        """The span from the start tag to the end of the end tag, as it was written."""
+        """The span from the start tag to the end tag."""
         return Span(self.source, self.start, self.end)
 
     def attribute_origin(self, name: str) -> Origin:
-        """The span of an attribute's value (without quotes); the element's own when it has none."""
+        """The span of an attribute's value (without quotes), or of the start tag if it is missing."""
         if self.moved and name in self.moved:
             return self.moved[name]
-        return _LateOrigin(self, name)
+        return _LazyOrigin(self, name)
 
     def attribute_spans(self) -> Mapping[str, tuple[Span, Span]]:
-        """Name span and value span (without quotes) of every attribute written in the start tag."""
+        """The spans of the name and the value (without quotes) of every attribute in the start tag."""
         return _attribute_spans(self.source, self.start)
 
 
-class _LateOrigin(Origin):
-    """The origin of an element or of its attribute's value, looked for in the text when it is asked for.
+class _LazyOrigin(Origin):
+    """The origin of an element or of an attribute's value. Its span is computed at the first use.
 
-    A robot has one for each of its parts, and few are ever asked.
+    A robot has one for each of its parts, and few are ever used.
     """
 
     __slots__ = ("_attribute", "_element")
@@ -187,7 +187,7 @@ class _LateOrigin(Origin):
         self.call = element.call
 
     def __getattr__(self, name: str) -> Span:
-        """`span`, while it is not known."""
+        """Compute `span` at the first use."""
         if name != "span":
             raise AttributeError(name)
         element, attribute = self._element, self._attribute
@@ -197,10 +197,10 @@ class _LateOrigin(Origin):
 
 
 class XmlDocument:
-    """A parsed file: what stands before the root, the root, what stands after it.
+    """A parsed file: the nodes before the root, the root, and the nodes after it.
 
-    `diagnostics` holds what is wrong but leaves a tree to work with. `nodes` counts elements and
-    comments, `depth` the levels of elements.
+    `diagnostics` are errors that still leave a usable tree. `nodes` counts elements and comments, `depth`
+    levels of elements.
     """
 
     __slots__ = ("after", "before", "depth", "diagnostics", "nodes", "root", "source")
@@ -214,7 +214,7 @@ class XmlDocument:
         self.nodes = self.depth = 0
 
 
-@lru_cache(maxsize=8)  # each of a tag's attributes asks for it in turn, and there may be thousands
+@lru_cache(maxsize=8)  # each attribute of a tag needs it, and there may be thousands
 def _tag_end(source: Source, start: int) -> int:
     match = _TAG.match(source.data, start)
     return match.end() if match else start
@@ -233,7 +233,7 @@ def _attribute_spans(source: Source, start: int) -> Mapping[str, tuple[Span, Spa
 
 
 def markup_end(data: bytes, at: int) -> int:
-    """Offset behind the markup that begins at `at`; `at` itself where none does."""
+    """The offset after the markup that begins at `at`, or `at` if no markup begins there."""
     for opening, closing in ((b"<!--", b"-->"), (b"<![CDATA[", b"]]>"), (b"]]>", b"]]>"), (b"<?", b"?>")):
         if data.startswith(opening, at):
             end = data.find(closing, at)

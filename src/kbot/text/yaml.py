@@ -1,9 +1,9 @@
-"""The one reader of YAML: plain data of bounded size, and where each value was written.
+"""Reads YAML: plain data of limited size, with the position of each value.
 
-YAML is what PyYAML reads: version 1.1, one document a text. A text is read in C where PyYAML can; one that
-LibYAML refuses is read again in Python, which accepts more (`{a:{b: 1}}`) and has better error messages.
-PyYAML takes 20 ms to import, so it is imported when the first text is read. No dataclasses here: what they
-import would make `kbot expand` of a description with parameter files slower.
+YAML means what PyYAML reads: version 1.1, one document per text. KBot uses PyYAML's loader in C if there is
+one. A text that LibYAML rejects is read again in Python, which accepts more (`{a:{b: 1}}`) and has better
+error messages. PyYAML takes 20 ms to import, so it is imported at the first use. This module has no
+dataclasses: importing them would make `kbot expand` of a description with parameter files slower.
 """
 
 from __future__ import annotations
@@ -21,35 +21,36 @@ if TYPE_CHECKING:
     import yaml
 
 Keys = tuple[str, ...]
-"""The way to a value: keys of mappings as texts, and numbers of items of lists, from the root on."""
-NOT_MADE = ValueError, LookupError, TypeError, AttributeError, ArithmeticError
-"""What PyYAML lets through where a text is not of its tag's type, as in `!!int ''` and `2020-13-45`."""
+"""The path to a value from the root: keys of mappings as texts, and indexes of list items."""
+CONSTRUCTION_ERRORS = ValueError, LookupError, TypeError, AttributeError, ArithmeticError
+"""Errors that PyYAML raises for a text that does not fit its tag, as in `!!int ''` and `2020-13-45`."""
 TOO_LARGE = "a number is too large"
 LARGEST_BITS = 1023
-"""Of a whole number: those that a float can hold."""
+"""Bits of the largest integer: the largest that a float can hold."""
 LONGEST = 2 * LARGEST_BITS
-"""Characters of a whole number: it may be written in bits."""
+"""Characters of the longest integer. It may be written in binary."""
 MOST_VALUES = 200_000
-"""Of a document, with each alias counted as what it stands for: ten lines can stand for a billion values.
-To construct one takes about 5 microseconds. Robots' files have a few thousand."""
+"""Values of a document, with each alias counted as the values it stands for: ten lines can stand for a
+billion. Constructing a value takes about 5 microseconds. Robots' files have a few thousand values."""
 MOST_LEVELS = 100
-"""Of nested lists and mappings. PyYAML's loaders in C recurse for each level, and 10,000 levels overflow the
-stack, which ends the process; their parser takes the square of the levels. Robots' files have at most 10."""
+"""Levels of nested lists and mappings. PyYAML's loaders in C recurse for each level. 10,000 levels overflow
+the stack, which kills the process. Their parser's time grows with the square of the levels. Robots' files
+have at most 10."""
 _TOO_DEEP = f"it is nested more than {MOST_LEVELS} levels deep"
 _TOO_DEEP_IN_C = "exceeded maximum nesting depth"
-"""What LibYAML reports since 0.2.6 at 1,000 levels, before it gives the first event of them."""
+"""LibYAML's message since 0.2.6 for more than 1,000 levels. It comes before the first event."""
 OWN_HASH = (1 << 61) - 1
-"""The hash of a smaller whole number is the number. Larger ones can be chosen to have the same hash; as keys,
-each is then compared with all before it."""
+"""A smaller integer is its own hash. Larger ones can be chosen so that they share one hash. As keys, each is
+then compared with all previous ones."""
 MOST_LARGE_KEYS = 100
-"""Of a mapping, from OWN_HASH on: to compare all of them takes 0.1 ms."""
+"""Keys of a mapping that are integers from OWN_HASH on. Comparing all of them takes 0.1 ms."""
 
 
 class YamlError(ValueError):
-    """A text that is not YAML, or that exceeds a bound.
+    """The text is not YAML, or exceeds a limit.
 
-    `problem` is what is wrong, without the place. `span` is where; it is the whole text where the place is
-    not known. As a text it is both.
+    `problem` is the error without its place. `span` is the place, or the whole text if the place is unknown.
+    `str` gives both.
     """
 
     def __init__(self, problem: str, span: Span) -> None:
@@ -62,8 +63,8 @@ class Dialect:
     """How scalars are read.
 
     `units` are functions of a scalar's text, by tag (`!degrees`). They raise ValueError for a text that they
-    do not accept. `patterns` are the plain scalars that have such a tag without it, by tag. With `as_text`
-    all scalars are texts, and there are no units.
+    do not accept. `patterns` are regular expressions by tag: plain scalars that match have this tag
+    implicitly. With `as_text`, all scalars are texts, and there are no units.
     """
 
     def __init__(
@@ -79,7 +80,7 @@ class Dialect:
 
     @cached_property
     def loaders(self) -> tuple[Any, Any]:
-        """PyYAML's classes for this dialect in C and in Python, with bounds."""
+        """PyYAML's loaders for this dialect, in C and in Python, with limits."""
         import yaml  # lazy in this module: start-up time
 
         kind = "BaseLoader" if self.as_text else "SafeLoader"
@@ -89,11 +90,11 @@ class Dialect:
 
 PLAIN = Dialect()
 TEXT = Dialect(as_text=True)
-"""For files whose reader decides what a scalar is. Merge keys (`<<`) are texts, too."""
+"""For files whose reader decides the type of each scalar. Merge keys (`<<`) are texts too."""
 
 
 class YamlPlace:
-    """Where a value was written, and its key; None for items of lists and for the root. Not to be changed."""
+    """The spans of a value and its key. List items and the root have no key. Do not change an instance."""
 
     __slots__ = ("key", "value")
 
@@ -103,20 +104,22 @@ class YamlPlace:
 
 
 class YamlDocument:
-    """A text of YAML that was read. Not to be changed."""
+    """A YAML document. Do not change an instance."""
 
-    def __init__(self, source: Source, data: Any, root: Any, made: Mapping[Any, Any]) -> None:  # noqa: ANN401
+    def __init__(self, source: Source, data: Any, root: Any, constructed: Mapping[Any, Any]) -> None:  # noqa: ANN401
         self.source = source
         self.data = data
-        """Mappings, lists and scalars; None for an empty text."""
+        """Mappings, lists and scalars. None for an empty text."""
         self._root = root
-        self._made = made
-        """What each node of PyYAML's tree became."""
+        self._constructed = constructed
+        """The value of each node of PyYAML's tree."""
         self._parts: dict[int, dict[str, tuple[Any, Any]]] = {}
 
     def place(self, *keys: str) -> YamlPlace | None:
-        """Where the value that `keys` lead to was written; None if there is no such value. What an alias
-        repeats was written at its anchor."""
+        """The place of the value at `keys`, or None if there is no such value.
+
+        The place of an alias's value is its anchor.
+        """
         nodes = self._nodes(keys)
         if len(nodes) <= len(keys):
             return None
@@ -124,8 +127,7 @@ class YamlDocument:
         return YamlPlace(None if key is None else self._span(key), self._span(value))
 
     def span(self, *keys: str) -> Span:
-        """The span of the last key; of the item if it is one of a list; of the nearest value above if there
-        is no such value."""
+        """The span of the last key or list item. If there is no such value, of the nearest value above."""
         nodes = self._nodes(keys)
         if not nodes:
             return self.source.whole()
@@ -133,7 +135,7 @@ class YamlDocument:
         return self._span(value if key is None else key)
 
     def _nodes(self, keys: Keys) -> list[tuple[Any, Any]]:
-        """Nodes of keys and values from the root to the last of `keys` that is there."""
+        """The nodes of keys and values from the root to the last existing one of `keys`."""
         if self._root is None:
             return []
         found = [(None, self._root)]
@@ -148,7 +150,7 @@ class YamlDocument:
         if id(node) not in self._parts:
             parts = node.value if isinstance(node.value, list) else []
             self._parts[id(node)] = {
-                str(self._made[part[0]] if isinstance(part, tuple) else number): (
+                str(self._constructed[part[0]] if isinstance(part, tuple) else number): (
                     part if isinstance(part, tuple) else (None, part)
                 )
                 for number, part in enumerate(parts)
@@ -167,13 +169,13 @@ def read_yaml(
     most_values: int = MOST_VALUES,
     charge: Callable[[int], object] | None = None,
 ) -> YamlDocument:
-    """What a text holds, with places.
+    """Read a YAML text with the positions of its values.
 
-    With `charge`, the caller bounds what aliases stand for: it is called with the number of keys of each
-    mapping once its merge keys are replaced, and may raise.
+    With `charge`, the caller limits what aliases expand to: it is called with the number of keys of each
+    mapping after merge keys are replaced, and may raise.
 
     Raises:
-        YamlError: it is not YAML, a value cannot be made of it, or it exceeds a bound.
+        YamlError: the text is not YAML, a value does not fit its tag, or a limit is exceeded.
     """
     import yaml
 
@@ -182,7 +184,7 @@ def read_yaml(
         try:
             return _document(source, in_c, most_values, charge)
         except (yaml.scanner.ScannerError, yaml.parser.ParserError):
-            if charge is not None:  # it has not counted the time that this takes
+            if charge is not None:  # the caller has not accounted for the time that this takes
                 raise
             return _document(source, in_python, most_values, charge)
     except yaml.MarkedYAMLError as error:
@@ -190,22 +192,22 @@ def read_yaml(
         raise YamlError(problem, _at(source, error.problem_mark or error.context_mark)) from None
     except yaml.YAMLError as error:  # a character that is not allowed
         raise YamlError(" ".join(str(error).split()), source.whole()) from None
-    except UnicodeEncodeError as error:  # half of a pair of surrogates, which the loader in C refuses
+    except UnicodeEncodeError as error:  # a lone surrogate, which the loader in C rejects
         raise YamlError(f"a character cannot be written as UTF-8: {error.reason}", source.whole()) from None
     except RecursionError:
         raise YamlError("it is nested too deeply", source.whole()) from None
 
 
-def load_yaml(text: str, dialect: Dialect = PLAIN) -> Any:  # noqa: ANN401 - what YAML holds
-    """What a text holds, without places. Raises YamlError as `read_yaml` does."""
+def load_yaml(text: str, dialect: Dialect = PLAIN) -> Any:  # noqa: ANN401 - any YAML value
+    """The data of a YAML text. Raises YamlError as `read_yaml` does."""
     return read_yaml(Source("", text), dialect).data
 
 
 def check_nesting(text: str, most_values: int = MOST_VALUES, *, in_c: bool = True) -> None:
-    """Make sure that a loader can read a text.
+    """Check that a loader can read a text.
 
     Raises:
-        yaml.YAMLError: it is not YAML, or has more than MOST_LEVELS levels or about `most_values` values.
+        yaml.YAMLError: the text is not YAML, or has over MOST_LEVELS levels or about `most_values` values.
     """
     import yaml
 
@@ -214,7 +216,7 @@ def check_nesting(text: str, most_values: int = MOST_VALUES, *, in_c: bool = Tru
     event: Any
     try:
         for count, event in enumerate(yaml.parse(text, loader)):
-            if count > 2 * most_values:  # a list has two events, and a document as well
+            if count > 2 * most_values:  # a list has two events, and so has a document
                 raise yaml.composer.ComposerError(None, None, _too_many(most_values), event.start_mark)
             level += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
             if level > MOST_LEVELS:
@@ -227,11 +229,11 @@ def check_nesting(text: str, most_values: int = MOST_VALUES, *, in_c: bool = Tru
 
 def _document(
     source: Source,
-    loader_class: Any,  # noqa: ANN401 - of `Dialect.loaders`
+    loader_class: Any,  # noqa: ANN401 - from `Dialect.loaders`
     most_values: int,
     charge: Callable[[int], object] | None,
 ) -> YamlDocument:
-    """Raises yaml.YAMLError, UnicodeEncodeError, RecursionError."""
+    """Read a text with one loader. Raises yaml.YAMLError, UnicodeEncodeError, RecursionError."""
     import yaml
 
     check_nesting(source.text, most_values, in_c=not issubclass(loader_class, yaml.reader.Reader))
@@ -241,38 +243,37 @@ def _document(
         root = loader.get_single_node()
         if root is not None and charge is None:
             _check_size(root, most_values)
-        made = loader.constructed_objects  # the loader takes a new one when it is done
+        constructed = loader.constructed_objects  # the loader replaces this attribute at the end
         data = None if root is None else loader.construct_document(root)
     finally:
         loader.dispose()
-    return YamlDocument(source, data, root, made)
+    return YamlDocument(source, data, root, constructed)
 
 
 def _at(source: Source, mark: Any) -> Span:  # noqa: ANN401 - marks of C and of Python
     if mark is None:
         return source.whole()
-    is_inside = (
-        mark.line < source.line_count
-    )  # the loader in C reports the end of a text on a line of its own
+    # the loader in C reports the end of a text on an extra line
+    is_inside = mark.line < source.line_count
     start = source.offset(mark.line + 1, mark.column + 1) if is_inside else len(source.data)
     return Span(source, start, start)
 
 
 def _too_many(most_values: int) -> str:
-    return f"it holds more than {most_values:,} values"
+    return f"it contains more than {most_values:,} values"
 
 
 def _check_size(root: yaml.Node, most_values: int) -> None:
-    """Raises yaml.YAMLError: it stands for too many values or levels."""
+    """Raise yaml.YAMLError if a document expands to too many values or levels."""
     import yaml
 
     known: dict[int, tuple[int, int]] = {}
 
     def measure(node: yaml.Node) -> tuple[int, int]:
-        """How many values and levels a node stands for; one that holds itself stands for very many."""
+        """The number of values and levels a node expands to. A node that contains itself has too many."""
         key = id(node)
         if key not in known:
-            known[key] = most_values, 1  # until computed: a node that reaches itself gets this
+            known[key] = most_values, 1  # until it is computed; a node that contains itself uses this
             parts = node.value if isinstance(node.value, list) else ()
             nodes = (part for item in parts for part in (item if isinstance(item, tuple) else (item,)))
             sizes = [measure(part) for part in nodes]
@@ -282,52 +283,53 @@ def _check_size(root: yaml.Node, most_values: int) -> None:
     size, levels = measure(root)
     if len(known) > most_values:
         raise yaml.composer.ComposerError(None, None, _too_many(most_values), root.start_mark)
-    if size > most_values or levels > MOST_LEVELS + 1:  # the values of the last list are one more
+    if size > most_values or levels > MOST_LEVELS + 1:  # the values in the deepest list are one level more
         message = "its aliases stand for too many values"
         raise yaml.composer.ComposerError(None, None, message, root.start_mark)
 
 
-def _loader(dialect: Dialect, base: Any) -> Any:  # noqa: ANN401 - classes of PyYAML in C or Python
+def _loader(dialect: Dialect, base: Any) -> Any:  # noqa: ANN401 - PyYAML's classes in C or Python
     from yaml.constructor import ConstructorError
 
-    class Loader(base):  # type: ignore[misc]  # of C or Python
-        """Data of bounded keys and numbers; what cannot be made is an error with a place."""
+    class Loader(base):  # type: ignore[misc]  # in C or Python
+        """A loader with limits on keys and numbers. All its errors have a place."""
 
         charge: Callable[[int], object] | None = None
 
-        def construct_object(self, node: Any, deep: bool = False) -> Any:  # noqa: ANN401 - what YAML holds
+        def construct_object(self, node: Any, deep: bool = False) -> Any:  # noqa: ANN401 - any YAML value
             try:
                 return super().construct_object(node, deep)
-            except NOT_MADE as error:
+            except CONSTRUCTION_ERRORS as error:
                 import json
 
                 text = json.dumps(node.value, ensure_ascii=False)[:60] if node.id == "scalar" else "it"
-                reason = (
-                    f": {error}" if isinstance(error, ValueError) else ""
-                )  # the others are PyYAML's slips
+                # other errors are bugs of PyYAML, and their text does not help
+                reason = f": {error}" if isinstance(error, ValueError) else ""
                 message = f"{text} is not a valid {node.tag.rpartition(':')[2]}{reason}"[:200]
                 raise ConstructorError(None, None, message, node.start_mark) from None
 
-        def construct_mapping(self, node: Any, deep: bool = False) -> Any:  # noqa: ANN401 - what YAML holds
+        def construct_mapping(self, node: Any, deep: bool = False) -> Any:  # noqa: ANN401 - any YAML value
             if isinstance(node.value, list) and len(node.value) > MOST_LARGE_KEYS and not dialect.as_text:
                 self._check_keys(node, deep)
             return super().construct_mapping(node, deep)
 
         def _check_keys(self, mapping: Any, deep: bool) -> None:  # noqa: ANN401 - a node
-            """Refuse keys that can be chosen so that to insert them takes the square of their number."""
-            self.flatten_mapping(mapping)  # what it merges has keys, too
-            keys = (self.construct_object(key, deep) for key, _ in mapping.value)  # the loader keeps them
+            """Raise ConstructorError for too many keys that may have been chosen to share one hash."""
+            self.flatten_mapping(mapping)  # merged mappings have keys too
+            keys = (self.construct_object(key, deep) for key, _ in mapping.value)  # the loader caches them
             if sum(isinstance(key, int) and abs(key) >= OWN_HASH for key in keys) > MOST_LARGE_KEYS:
-                message = f"it has more than {MOST_LARGE_KEYS} whole numbers of over 18 digits as keys"
+                message = f"it has more than {MOST_LARGE_KEYS} integers of over 18 digits as keys"
                 raise ConstructorError(None, None, message, mapping.start_mark)
 
         def flatten_mapping(self, node: Any) -> None:  # noqa: ANN401 - a node
             super().flatten_mapping(node)
             if self.charge is not None:
-                self.charge(len(node.value))  # before PyYAML 6.0.4, merged keys can double with each mapping
+                self.charge(
+                    len(node.value)
+                )  # before PyYAML 6.0.4, merging can double the keys with each mapping
 
         def construct_yaml_int(self, node: Any) -> int:  # noqa: ANN401 - a node
-            # whole numbers may be written to the base of 60 (1:30), which takes the square of their length
+            # integers may be in base 60 (1:30), and reading those takes time with the square of their length
             value = super().construct_yaml_int(node) if len(node.value) <= LONGEST else 1 << LARGEST_BITS
             if value.bit_length() > LARGEST_BITS:
                 raise ConstructorError(None, None, TOO_LARGE, node.start_mark)
@@ -350,7 +352,7 @@ def _constructor(unit: Callable[[str], float]) -> Callable[[Any, Any], float]:
         text = loader.construct_scalar(node)
         try:
             return unit(text)
-        except NOT_MADE as error:
+        except CONSTRUCTION_ERRORS as error:
             raise ConstructorError(None, None, str(error), node.start_mark) from None
 
     return construct

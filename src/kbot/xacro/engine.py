@@ -6,7 +6,7 @@ import gc
 import os
 
 from kbot.text.errors import DescriptionError, reading
-from kbot.text.recursion import room_for
+from kbot.text.recursion import recursion_limit
 from kbot.text.span import Origin, Source, Span
 from kbot.text.suggest import did_you_mean, nearest
 from kbot.text.xml import Element, XmlDocument
@@ -98,7 +98,7 @@ def _expand(source: Source, name: str, run: Run, properties: Mapping[str, Value]
     collecting = gc.isenabled()
     gc.disable()  # looking for cycles takes a tenth of the time, and there are none
     try:
-        with room_for(run.limits.nesting * _FRAMES_PER_LEVEL + 1000):
+        with recursion_limit(run.limits.nesting * _FRAMES_PER_LEVEL + 1000):
             document = run.parsed(source)
             if document.diagnostics:
                 run.adopt(document.diagnostics, None)

@@ -53,7 +53,7 @@ class Expander:
 
     def root(self, element: Element, scope: Scope) -> Element:
         """Expand a whole document."""
-        made = element.made_by(None, element.tag, {})
+        made = element.childless_copy(None, element.tag, {})
         attributes = self.attributes(element, scope, None, made)
         target = element.attributes.get("xacro:targetNamespace")
         if target:
@@ -133,7 +133,7 @@ class Expander:
             if isinstance(child, Element):
                 child = self._plain(child, call)
             elif type(child) is Text and not child.value.isspace():
-                child = child.brought_by(call)
+                child = child.with_call(call)
             children.append(child)
         made.children = children
         return made
@@ -214,7 +214,7 @@ class Expander:
         if run.pending:
             run.flush(node, "", place.call)
         self._count(value, node, place.call)
-        return node.brought_by(place.call, value)
+        return node.with_call(place.call, value)
 
     def _comment(self, node: Text, place: ExpansionContext) -> Text:
         made = self._text(node, place) if "$" in node.value else node

@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 import sys
 
-from kbot.text.recursion import room_for
+from kbot.text.recursion import recursion_limit
 from kbot.text.xml import MAX_NESTING, CData, Comment, Element, Instruction, Text
 
 TYPE_CHECKING = False
@@ -25,7 +25,7 @@ _SPECIAL_VALUE = re.compile(r'[&<>"\r\n\t]') if _NEW_ESCAPES else _SPECIAL
 def serialise(nodes: Sequence[Element | Text], banner: str = "") -> str:
     """The XML declaration, a banner, and the text of a document's nodes."""
     out = ['<?xml version="1.0" ?>\n', banner]
-    with room_for(2 * MAX_NESTING + 1000):  # a call for each level of elements
+    with recursion_limit(2 * MAX_NESTING + 1000):  # a call for each level of elements
         for node in nodes:
             if isinstance(node, Element):
                 _element(node, "", out)

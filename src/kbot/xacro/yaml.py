@@ -79,7 +79,7 @@ def _plain_data(text: str, evaluate: Callable[[str], Value], budget: Budget) -> 
     """
     import yaml
 
-    from kbot.text.yaml import NOT_MADE
+    from kbot.text.yaml import CONSTRUCTION_ERRORS
 
     parser_class = getattr(yaml.cyaml, "CParser", None) if yaml.__with_libyaml__ else None
     if parser_class is None:
@@ -87,7 +87,7 @@ def _plain_data(text: str, evaluate: Callable[[str], Value], budget: Budget) -> 
     parser = parser_class(text)
     try:
         return _build(parser.get_event, yaml, evaluate, budget)
-    except (yaml.YAMLError, *NOT_MADE):
+    except (yaml.YAMLError, *CONSTRUCTION_ERRORS):
         raise _NotPlain from None  # `_any_data` reports the error with its place
     finally:
         parser.dispose()

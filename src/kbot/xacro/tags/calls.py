@@ -32,7 +32,7 @@ def insert_block(walk: Expander, node: Element, place: ExpansionContext, has_nex
     if several is None:
         place.out.append(walk.element(block, place))
         return
-    scratch = block.made_by(place.call, block.tag, {})
+    scratch = block.childless_copy(place.call, block.tag, {})
     attributes = walk.attributes(block, scope, place.call, scratch)
     content: list[Node] = []
     walk.children(block.children, place.within(attributes, content))
@@ -61,7 +61,7 @@ def make_element(walk: Expander, node: Element, place: ExpansionContext, has_nex
         origin = locate(node, "xacro:name", place.call, None)
         raise XacroError("X130", "the element's name is empty", origin=origin)
     attributes = {key: value for key, value in node.attributes.items() if key != "xacro:name"}
-    renamed = node.made_by(node.call, walk.run.budget.text(name), attributes)
+    renamed = node.childless_copy(node.call, walk.run.budget.text(name), attributes)
     renamed.children = node.children
     if renamed.tag.startswith("xacro:"):
         walk.tag(renamed, place, has_next)
@@ -134,7 +134,7 @@ def call_by_name(walk: Expander, node: Element, place: ExpansionContext, has_nex
         raise XacroError("X120", "<xacro:call> has no attribute 'macro'")
     name = walk.run.budget.text(walk.evaluated(node, "macro", place))
     attributes = {key: value for key, value in node.attributes.items() if key != "macro"}
-    renamed = node.made_by(node.call, f"xacro:{name}", attributes)
+    renamed = node.childless_copy(node.call, f"xacro:{name}", attributes)
     renamed.children = node.children
     call_macro(walk, renamed, place, has_next)
 
@@ -167,7 +167,7 @@ def call_macro(walk: Expander, node: Element, place: ExpansionContext, has_next:
         _fill_defaults(walk, node, macro, missing, local, place)
     attributes: dict[str, str] = {}
     if not is_plain:  # evaluated at each call, because namespaces are lifted from them
-        attributes = walk.attributes(body, local, origin, body.made_by(None, body.tag, {}))
+        attributes = walk.attributes(body, local, origin, body.childless_copy(None, body.tag, {}))
     call = Call("macro", macro.name, Span(node.source, node.start, node.tag_end), place.call)
     content: list[Node] = []
     walk.children(body.children, ExpansionContext(local, MacroTable(macros), call, attributes, content))

@@ -97,7 +97,7 @@ def _include_file(
     if document.diagnostics:
         run.adopt(document.diagnostics, call)
     root = document.root
-    target.attributes = walk.attributes(root, target.scope, call, root.made_by(call, root.tag, {}))
+    target.attributes = walk.attributes(root, target.scope, call, root.childless_copy(call, root.tag, {}))
     walk.children(root.children, target)
     walk.lift(target.attributes, place, node)
     run.files.pop()
