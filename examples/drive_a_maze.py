@@ -1,4 +1,4 @@
-"""KBot finds its way through a maze, and its map is written for ROS.
+"""Drive KBot through a maze to a goal, and write the maze as a map for ROS.
 
 python examples/drive_a_maze.py
 """

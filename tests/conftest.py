@@ -1,4 +1,4 @@
-"""What every test may ask for: the shared reference data and a browser, where they are there."""
+"""Fixtures for all tests: the shared reference data, a browser, and measured processes."""
 
 import json
 import os
@@ -20,7 +20,7 @@ settings.register_profile("untimed", deadline=None)
 settings.load_profile("untimed")
 
 NO_SKIP = bool(os.environ.get("KBOT_NO_SKIP"))
-"""Set where everything must be there: a test that would be skipped fails instead."""
+"""If set, a skipped test fails instead, so that a run proves that everything was tested."""
 
 CHROMIUMS = (
     "chromium",
@@ -32,10 +32,10 @@ CHROMIUMS = (
 
 
 def pytest_configure() -> None:
-    """Let Ctrl-C reach the programs that tests start, and their tracebacks reach the tests.
+    """Let Ctrl-C reach the programs that tests start, and show their tracebacks.
 
-    A shell starts its background jobs with SIGINT ignored, and every child inherits that, down to
-    the programs whose Ctrl-C is tested.
+    A shell starts background jobs with SIGINT ignored. Child processes inherit this, including the programs
+    whose Ctrl-C is tested.
     """
     os.environ["KBOT_DEBUG"] = "1"  # programs that tests start print the traceback of an internal error
     if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
@@ -59,8 +59,10 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture
 def tmp_path(tmp_path: Path) -> Path:
-    """A folder without neighbours: KBot searches the folders beside a package for packages, and other tests
-    write packages beside `tmp_path`."""
+    """A folder without siblings.
+
+    KBot searches the siblings of a package for packages, and other tests write packages next to `tmp_path`.
+    """
     folder = tmp_path / "here"
     folder.mkdir()
     return folder
@@ -68,7 +70,7 @@ def tmp_path(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def no_packages(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Work in an empty folder, `elsewhere`, where no variable of ROS names packages."""
+    """Run in an empty folder `elsewhere`, without ROS's variables for packages."""
     for name in ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH"):
         monkeypatch.delenv(name, raising=False)
     (tmp_path / "elsewhere").mkdir()
@@ -77,7 +79,7 @@ def no_packages(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
 @pytest.fixture(scope="session")
 def shared() -> Path:
-    """The folder of reference data: `KBOT_SHARED`, or `shared` beside the repository."""
+    """The folder of reference data: `KBOT_SHARED`, or `shared` next to the repository."""
     folder = Path(os.environ.get("KBOT_SHARED") or Path(__file__).parents[2] / "shared")
     if not folder.is_dir():
         pytest.skip(f"the reference data is not at {folder} (set KBOT_SHARED)")
@@ -86,17 +88,17 @@ def shared() -> Path:
 
 @pytest.fixture(scope="session")
 def chromium() -> str:
-    """Path of the machine's Chromium: `KBOT_CHROMIUM`, or the first of the usual names."""
+    """The path of Chromium: `KBOT_CHROMIUM`, or the first of the usual names that exists."""
     names = filter(None, (os.environ.get("KBOT_CHROMIUM"), *CHROMIUMS))
     path = next((found for found in map(shutil.which, names) if found), None)
     if path is None:
-        pytest.skip("there is no Chromium (install one, or set KBOT_CHROMIUM to its path)")
+        pytest.skip("Chromium is not installed (install it, or set KBOT_CHROMIUM to its path)")
     return path
 
 
 @dataclass(frozen=True)
 class Measured:
-    """What a `kbot` process printed and used."""
+    """The output and resource use of a `kbot` process."""
 
     status: int
     out: str
@@ -105,13 +107,13 @@ class Measured:
     peak_bytes: int
 
     def is_bounded(self) -> bool:
-        """Whether it ended by itself, within 10 s of CPU time and 1 GB of memory."""
+        """Whether it ended within 10 s of CPU time and 1 GB of memory, and not by a signal."""
         return self.status >= 0 and self.cpu_s < 10 and self.peak_bytes < 1e9
 
     def is_refusal(self) -> bool:
-        """Whether it was bounded and refused its input by an error on stderr, with status 2 and no traceback.
+        """Whether it was bounded and rejected its input with an error on stderr, status 2 and no traceback.
 
-        `check` may report the error as its finding instead: on stdout, with status 1.
+        `check` may report the error as a finding instead: on stdout, with status 1.
         """
         errors = {2: self.err, 1: self.out}.get(self.status, "")
         return self.is_bounded() and "error" in errors and "Traceback" not in self.out + self.err
@@ -119,12 +121,13 @@ class Measured:
 
 @pytest.fixture
 def measured_kbot(tmp_path: Path) -> Callable[..., Measured]:
-    """Run `kbot WORDS` in a process of its own: `measured_kbot("check", "a.xacro", cwd=folder)`.
+    """Run `kbot WORDS` in a separate process: `measured_kbot("check", "a.xacro", cwd=folder)`.
 
-    Past 10 s of CPU time the system stops it (its status is negative then), however busy the machine is.
+    After 10 s of CPU time, the system stops the process, and its status is negative. CPU time does not depend
+    on the load of the machine.
     """
     if sys.platform == "win32":
-        pytest.skip("the limits of a process are set by POSIX calls")
+        pytest.skip("process limits need POSIX")
 
     def run(*words: str | Path, cwd: Path = tmp_path, env: dict[str, str] | None = None) -> Measured:
         report = tmp_path / "measured_process.json"

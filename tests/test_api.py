@@ -1,4 +1,4 @@
-"""The Python face: `kbot.load` and what it gives."""
+"""Tests the Python API: `kbot.load` and the robot it returns."""
 
 import math
 import subprocess
@@ -35,7 +35,7 @@ def bot(tmp_path):
     return path
 
 
-def test_the_readmes_lines():
+def test_the_example_in_the_readme():
     robot = kbot.load("kbot", wheel_radius=0.04)
     assert next(iter(robot.links)) == "base_footprint"
     pose = robot.pose("left_wheel", in_frame="base_footprint", joints={"left_wheel_joint": math.pi / 2})
@@ -53,8 +53,8 @@ def test_keywords_are_arguments_and_properties_are_properties(bot):
     assert "flipped" not in kbot.load(bot, arguments={"flip": False}).links
 
 
-def test_wheels_that_a_plugin_reckons_otherwise_are_a_warning(tmp_path):
-    """With 0.1 m told for wheels of 0.05 m, distances are twice what they are."""
+def test_a_wheel_radius_that_differs_in_a_plugin_is_a_warning(tmp_path):
+    """With a radius of 0.1 m for wheels of 0.05 m, odometry doubles all distances."""
     wheels = "".join(
         f'<link name="{side}"><collision><origin rpy="1.5707963 0 0"/><geometry><cylinder '
         f'radius="${{radius}}" length="0.02"/></geometry></collision></link><joint name="{side}_joint" '
@@ -105,7 +105,7 @@ def test_values_that_xacro_cannot_take(bot, value, message):
         kbot.load(bot, properties={"height": value})
 
 
-def test_every_error_of_a_description_is_carried(bot):
+def test_the_exception_has_every_error_of_a_description(bot):
     bot.write_text(XACRO.replace("${height}", "${heigth}").replace('type="continuous"', 'type="contnuous"'))
     with pytest.raises(kbot.DescriptionError) as caught:
         kbot.load(bot)
@@ -128,21 +128,21 @@ def test_frames_in_a_batch_and_back_to_urdf(bot):
     assert kbot.load(again).pose("arm") == robot.pose("arm")
 
 
-def test_a_robot_without_wheels_says_why(bot):
+def test_the_drive_of_a_robot_without_wheels_has_a_reason(bot):
     drive = kbot.load(bot).drive
     assert isinstance(drive, kbot.kinematics.NoDrive)
     assert "'swing'" in drive.reason
 
 
-def test_import_costs_nothing():
+def test_importing_kbot_imports_no_large_library():
     code = (
         "import sys, kbot; print(sorted({'numpy', 'mujoco', 'yaml', 'click', 'trimesh'} & set(sys.modules)))"
     )
-    got = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert got.stdout.strip() == "[]"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert result.stdout.strip() == "[]"
 
 
-def test_every_public_name_is_there():
+def test_every_public_name_exists():
     for name in kbot.__all__:
         assert getattr(kbot, name) is not None
     assert set(kbot.__all__) <= set(dir(kbot))

@@ -1,4 +1,4 @@
-"""The docs for developers name only files that exist, and the docs for users name every built-in world."""
+"""Tests that the docs name only files and definitions that exist, and that they list every built-in world."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The sdist and the wheel: built, installed into a bare environment, and used away from the repository."""
+"""Builds sdist and wheel, installs the wheel into an empty environment, and uses it elsewhere."""
 
 import json
 import os
@@ -15,10 +15,10 @@ ROOT = Path(__file__).parents[1]
 
 
 def run(*command: str | Path, cwd: Path) -> str:
-    """What a program prints.
+    """Run a program and return its output.
 
     Raises:
-        AssertionError: it failed; with all that it printed.
+        AssertionError: the program failed. The error has its output.
     """
     environment = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
     words = [str(word) for word in command]
@@ -29,7 +29,7 @@ def run(*command: str | Path, cwd: Path) -> str:
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the sdist, and the wheel that was built from it."""
+    """A folder with the sdist and the wheel built from it."""
     folder = tmp_path_factory.mktemp("dist")
     run(sys.executable, "-m", "build", "--no-isolation", "--outdir", folder, ROOT, cwd=folder)
     return folder
@@ -37,7 +37,7 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def bare(built: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The programs of an environment that holds the wheel and what it depends on, nothing else."""
+    """The programs of an environment with only the wheel and its dependencies."""
     folder = tmp_path_factory.mktemp("bare")
     run(sys.executable, "-m", "venv", folder, cwd=folder)
     programs = folder / ("Scripts" if os.name == "nt" else "bin")
@@ -46,7 +46,7 @@ def bare(built: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return programs
 
 
-def test_the_wheel_holds_the_page_the_robot_and_the_types(built: Path) -> None:
+def test_the_wheel_contains_the_page_the_robot_and_the_types(built: Path) -> None:
     (wheel,) = built.glob("*.whl")
     names = zipfile.ZipFile(wheel).namelist()
     for name in (
@@ -60,7 +60,7 @@ def test_the_wheel_holds_the_page_the_robot_and_the_types(built: Path) -> None:
     assert {name.split("/")[0] for name in names} == {"kbot", f"kbot-{version('kbot')}.dist-info"}
 
 
-def test_the_sdist_holds_the_sources_and_the_built_page(built: Path) -> None:
+def test_the_sdist_contains_the_sources_and_the_built_page(built: Path) -> None:
     (sdist,) = built.glob("*.tar.gz")
     with tarfile.open(sdist) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}

@@ -1,4 +1,4 @@
-"""The core without the ROS wing: a process in which `kbot.ros` and its verbs cannot be imported."""
+"""Tests the core without the ROS wing, in a process that cannot import `kbot.ros` and its verbs."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NOT_LOADED = "\nassert not [m for m in sys.modules if m.startswith('kbot.ros')]"
 
 
 def run_without_ros(code: str, folder: Path) -> str:
-    """Run a program in a process without the wing; what it prints."""
+    """Run a program in a process without the ROS wing, and return its output."""
     ended = subprocess.run(
         [
             sys.executable,
@@ -85,7 +85,7 @@ assert "<iframe" in kbot.load("kbot").show()._repr_html_()
 
 
 @pytest.mark.parametrize("what", LIBRARY)
-def test_the_library_works_without_the_wing(what: str, tmp_path: Path) -> None:
+def test_the_library_works_without_the_ros_wing(what: str, tmp_path: Path) -> None:
     run_without_ros(LIBRARY[what], tmp_path)
 
 
@@ -100,5 +100,5 @@ VERBS = {
 
 
 @pytest.mark.parametrize("verb", VERBS)
-def test_a_verb_works_without_the_wing(verb: str, tmp_path: Path) -> None:
+def test_a_verb_works_without_the_ros_wing(verb: str, tmp_path: Path) -> None:
     run_without_ros(f"from kbot.cli.main import run\nassert run({VERBS[verb]!r}) == 0", tmp_path)

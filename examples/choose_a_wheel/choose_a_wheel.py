@@ -1,4 +1,4 @@
-"""Two hundred wheels, each simulated: which is the smallest that climbs the stairs?
+"""Simulate two hundred wheel sizes, and find the smallest wheel that climbs the stairs.
 
 python examples/choose_a_wheel/choose_a_wheel.py
 python examples/choose_a_wheel/choose_a_wheel.py --count 20 --csv wheels.csv
@@ -20,8 +20,8 @@ import kbot
 
 @dataclass(frozen=True)
 class Trial:
-    """What became of one wheel: metres that the robot went on the level and up the stairs, how high it
-    came, and how far odometry is off on the level, in %."""
+    """The result for one wheel: the distance in m on level ground and on the stairs, the height climbed in m,
+    and the error of odometry on level ground in %."""
 
     wheel_radius: float
     level: float
@@ -31,9 +31,9 @@ class Trial:
 
 
 def trial(wheel_radius: float, robot: str, seconds: float, height: float) -> Trial:
-    """Drive one robot ahead, on the level and at two steps that are each `height` m high."""
+    """Drive a robot straight ahead: on level ground, and up two steps that are each `height` m high."""
     with warnings.catch_warnings():
-        # sizes that the description tells twice, and differently, would falsify the comparison
+        # two different wheel radii in one description would make the comparison invalid
         warnings.simplefilter("error", kbot.DescriptionWarning)
         model = kbot.load(robot, wheel_radius=wheel_radius)
     level = kbot.Simulation(model)
@@ -42,15 +42,17 @@ def trial(wheel_radius: float, robot: str, seconds: float, height: float) -> Tri
     for sim in (level, stairs):
         sim.cmd_vel(0.3, 0.0)
         sim.run(seconds)
-    gone, told = level.ground_truth.pose.x, level.odometry.pose.x
+    distance, odometry = level.ground_truth.pose.x, level.odometry.pose.x
     climbed = stairs.link_pose(model.root).translation[2] - start
-    return Trial(wheel_radius, gone, stairs.ground_truth.pose.x, climbed, 100.0 * (told / gone - 1.0))
+    return Trial(
+        wheel_radius, distance, stairs.ground_truth.pose.x, climbed, 100.0 * (odometry / distance - 1.0)
+    )
 
 
 def sweep(
     count: int, robot: str = "kbot", seconds: float = 6.0, height: float = 0.014, jobs: int | None = None
 ) -> list[Trial]:
-    """`count` radii from 20 to 50 mm, on all processors; the same trials whatever their number."""
+    """Try `count` radii from 20 to 50 mm. The results do not depend on the number of processes."""
     radii = [0.020 + 0.030 * i / max(1, count - 1) for i in range(count)]
     with ProcessPoolExecutor(jobs) as pool:
         return list(pool.map(partial(trial, robot=robot, seconds=seconds, height=height), radii))
@@ -58,29 +60,29 @@ def sweep(
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--robot", default="kbot", help="a description with an argument 'wheel_radius'")
-    parser.add_argument("--count", type=int, default=200)
-    parser.add_argument("--seconds", type=float, default=6.0)
-    parser.add_argument("--height", type=float, default=0.014, help="of a step, in m")
-    parser.add_argument("--jobs", type=int, help="processes at once; all processors by default")
-    parser.add_argument("--csv", help="write all trials to this file")
-    asked = parser.parse_args()
+    parser.add_argument("--robot", default="kbot", help="robot description with an argument 'wheel_radius'")
+    parser.add_argument("--count", type=int, default=200, help="number of radii")
+    parser.add_argument("--seconds", type=float, default=6.0, help="duration of each drive, in s")
+    parser.add_argument("--height", type=float, default=0.014, help="height of a step, in m")
+    parser.add_argument("--jobs", type=int, help="number of processes (default: one per processor)")
+    parser.add_argument("--csv", help="file to write all results to")
+    options = parser.parse_args()
     try:
-        trials = sweep(asked.count, asked.robot, asked.seconds, asked.height, asked.jobs)
+        trials = sweep(options.count, options.robot, options.seconds, options.height, options.jobs)
     except (kbot.KbotError, kbot.DescriptionWarning) as error:
         sys.exit(str(error))
-    if asked.csv:
-        with Path(asked.csv).open("w", newline="") as file:
+    if options.csv:
+        with Path(options.csv).open("w", newline="") as file:
             rows = csv.DictWriter(file, list(asdict(trials[0])))
             rows.writeheader()
             rows.writerows(asdict(t) for t in trials)
-    climbers = [t for t in trials if t.climbed > 1.5 * asked.height]
+    climbers = [t for t in trials if t.climbed > 1.5 * options.height]
     if climbers:
         smallest = min(climbers, key=lambda t: t.wheel_radius)
-        print(f"{len(climbers)} of {len(trials)} wheels climb both steps of {asked.height * 1000:g} mm;")
+        print(f"{len(climbers)} of {len(trials)} wheels climb both steps of {options.height * 1000:g} mm;")
         print(f"the smallest has a radius of {smallest.wheel_radius * 1000:.1f} mm")
     else:
-        print(f"none of {len(trials)} wheels climbs two steps of {asked.height * 1000:g} mm")
+        print(f"none of {len(trials)} wheels climbs two steps of {options.height * 1000:g} mm")
     print(f"odometry on the level is at most {max(abs(t.odometry_off) for t in trials):.3f} % off")
 
 

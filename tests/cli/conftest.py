@@ -1,4 +1,4 @@
-"""A recording that verbs are given."""
+"""Provides a recording for the tests of verbs."""
 
 import pytest
 
@@ -10,7 +10,7 @@ from kbot.sim import Simulation
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """Two seconds straight ahead, as MCAP."""
+    """An MCAP recording of a robot that drives straight ahead for two seconds."""
     path = str(tmp_path_factory.mktemp("bag") / "run.mcap")
     sim = Simulation(kbot.load("kbot"))
     with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), path):

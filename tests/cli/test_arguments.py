@@ -1,4 +1,4 @@
-"""The words of a command line."""
+"""Tests how the words of a command line are parsed."""
 
 from pathlib import Path
 
@@ -8,7 +8,7 @@ from kbot.cli.arguments import file_and_arguments, split_arguments
 from kbot.text import KbotError
 
 
-def test_files_and_arguments_are_told_apart() -> None:
+def test_files_and_arguments_are_distinguished() -> None:
     words = ["robot.xacro", "wheel_radius:=0.04", "name:=a:=b", "empty:="]
     assert split_arguments(words) == (
         ["robot.xacro"],
@@ -16,11 +16,11 @@ def test_files_and_arguments_are_told_apart() -> None:
     )
 
 
-def test_the_last_value_of_a_name_counts() -> None:
+def test_the_last_value_of_a_name_wins() -> None:
     assert split_arguments(["r:=1", "r:=2"]) == ([], {"r": "2"})
 
 
-def test_a_single_equals_sign_is_refused_with_what_to_write() -> None:
+def test_a_single_equals_sign_is_rejected_with_the_correct_form() -> None:
     with pytest.raises(KbotError, match=r"'r=0\.04' is not an argument\. Write r:=0\.04"):
         split_arguments(["robot.xacro", "r=0.04"])
 
@@ -33,7 +33,7 @@ def test_a_file_whose_name_has_an_equals_sign_is_a_file(
     assert split_arguments(["a=b.xacro"]) == (["a=b.xacro"], {})
 
 
-def test_an_argument_without_a_name_is_refused() -> None:
+def test_an_argument_without_a_name_is_rejected() -> None:
     with pytest.raises(KbotError, match="no name"):
         split_arguments([":=0.04"])
 

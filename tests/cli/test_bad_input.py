@@ -1,4 +1,4 @@
-"""Everything a user can get wrong, given to every verb: one clear message, the right status, no traceback."""
+"""Gives wrong input to every verb: it prints one clear message without a traceback, and exits correctly."""
 
 import json
 import os
@@ -50,7 +50,7 @@ BOX = """<robot name="box"><link name="base_link">
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder of what is no robot, with a name too long for a terminal's line."""
+    """A folder with files that are not robots. Its name is longer than a terminal's line."""
     folder = tmp_path_factory.mktemp("a_folder_with_a_very_long_name_" * 4)
     for name, text in TEXTS.items():
         (folder / name).write_text(text)
@@ -65,7 +65,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def png() -> bytes:
-    """A picture of one pixel."""
+    """A picture with one pixel."""
 
     def chunk(kind: bytes, data: bytes) -> bytes:
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
@@ -90,7 +90,7 @@ def kbot(*words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
 def kbot_here(
     files: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> Callable[..., subprocess.CompletedProcess[str]]:
-    """As `kbot`, within this process: what would be a traceback fails the test."""
+    """Run `kbot` in this process. An exception that would print a traceback fails the test."""
     monkeypatch.chdir(files)
 
     def run(*words: str) -> subprocess.CompletedProcess[str]:
@@ -101,25 +101,25 @@ def kbot_here(
         except SystemExit as end:
             status = end.code or 0
         assert isinstance(status, int), status
-        said = capfd.readouterr()
-        return subprocess.CompletedProcess(words, status, said.out, said.err)
+        output = capfd.readouterr()
+        return subprocess.CompletedProcess(words, status, output.out, output.err)
 
     return run
 
 
 def assert_one_clear_message(done: subprocess.CompletedProcess[str], *parts: str) -> None:
-    said = done.stdout + done.stderr
-    lines = said.splitlines()
-    assert "Traceback" not in said, said
-    assert sum("error: " in line for line in lines) == 1, said
-    assert len(lines) <= 8, said
-    assert "\x1b" not in said
+    output = done.stdout + done.stderr
+    lines = output.splitlines()
+    assert "Traceback" not in output, output
+    assert sum("error: " in line for line in lines) == 1, output
+    assert len(lines) <= 8, output
+    assert "\x1b" not in output
     first = next(line for line in lines if "error: " in line)
-    assert all(part in first for part in parts), said
+    assert all(part in first for part in parts), output
 
 
 @pytest.mark.parametrize("verb", VERBS)
-def test_what_is_no_robot_is_refused_in_one_message(
+def test_a_file_that_is_not_a_robot_is_rejected_with_one_message(
     verb: str, files: Path, kbot_here: Callable[..., subprocess.CompletedProcess[str]]
 ) -> None:
     names = [*TEXTS, "missing.xacro", "image.png", "latin1.xacro", "utf16.xacro", "folder.xacro"]
@@ -127,7 +127,7 @@ def test_what_is_no_robot_is_refused_in_one_message(
     for name in names:
         words = [str(files / name) if word == "FILE" else word for word in VERBS[verb]]
         done = kbot_here(*words)
-        if name == "truncated.xacro":  # a command of its own says and does the same
+        if name == "truncated.xacro":  # a separate process prints the same and exits with the same status
             alone = kbot(*words, cwd=files)
             assert (alone.returncode, alone.stdout, alone.stderr) == (
                 done.returncode,
@@ -135,7 +135,7 @@ def test_what_is_no_robot_is_refused_in_one_message(
                 done.stderr,
             )
         assert_one_clear_message(done, name)
-        # a robot with a mistake is what `check` is for: that is a finding
+        # for `check`, a robot with an error is a finding
         finding = verb == "check" and name == "html.xml"
         assert done.returncode == (1 if finding else 2), (name, done)
         if verb != "check":
@@ -143,7 +143,7 @@ def test_what_is_no_robot_is_refused_in_one_message(
 
 
 @pytest.mark.parametrize("verb", ["expand", "info", "check", "view", "sim", "launch"])
-def test_one_equals_sign_where_two_characters_are_meant(verb: str, files: Path) -> None:
+def test_one_equals_sign_instead_of_colon_and_equals_sign(verb: str, files: Path) -> None:
     done = kbot(verb, "kbot", "wheel_radius=0.04", cwd=files)
     assert done.returncode == 2
     assert_one_clear_message(done, "wheel_radius:=0.04")
@@ -166,7 +166,7 @@ def test_a_port_in_use(verb: str, files: Path) -> None:
 
 
 @pytest.mark.parametrize("value", ["nan,0", "0,inf", "-inf,0", "1", "1,2,3", "a,b", "", "\uff11,0", "1_0,0"])
-def test_commands_that_are_no_two_finite_numbers(value: str, files: Path) -> None:
+def test_commands_that_are_not_two_finite_numbers(value: str, files: Path) -> None:
     done = kbot("sim", "kbot", "--headless", f"--cmd-vel={value}", cwd=files)
     assert done.returncode == 2
     assert_one_clear_message(done, "--cmd-vel")
@@ -207,33 +207,33 @@ def test_commands_that_are_no_two_finite_numbers(value: str, files: Path) -> Non
     ],
     ids=" ".join,
 )
-def test_arguments_that_cannot_be(words: tuple[str, ...], files: Path) -> None:
+def test_impossible_arguments_are_rejected(words: tuple[str, ...], files: Path) -> None:
     done = kbot(*words, cwd=files)
     assert done.returncode == 2
     assert done.stdout == ""
     assert_one_clear_message(done)
 
 
-def test_a_missing_mesh_is_said_and_the_robot_used(files: Path) -> None:
+def test_a_missing_mesh_is_reported_and_the_robot_is_used(files: Path) -> None:
     robot = str(files / "mesh.urdf")
     checked = kbot("check", robot, cwd=files)
     assert checked.returncode == 1
     assert "missing.stl" in checked.stdout
-    told = "mesh.urdf:3:21: warning: base_link: the visual's mesh missing.stl does not exist [G101]"
+    warning = "mesh.urdf:3:21: warning: base_link: the visual's mesh missing.stl does not exist [G101]"
     informed = kbot("info", robot, cwd=files)
     assert informed.returncode == 0
-    assert told in informed.stderr
+    assert warning in informed.stderr
     assert "did you mean 'misssing.stl'?" in informed.stderr
     assert informed.stdout.startswith("box: 1 link")
     simulated = kbot("sim", robot, "--headless", "--duration", "0.1", cwd=files)
     assert simulated.returncode == 0
-    assert told in simulated.stderr
+    assert warning in simulated.stderr
     assert "Traceback" not in simulated.stderr
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise on Windows")
 @pytest.mark.parametrize("verb", ["view", "sim"])
-def test_a_missing_mesh_is_said_where_the_robot_is_shown(verb: str, files: Path) -> None:
+def test_a_missing_mesh_is_reported_when_the_robot_is_shown(verb: str, files: Path) -> None:
     command = [sys.executable, "-m", "kbot", verb, str(files / "mesh.urdf"), "--no-browser", "--port", "0"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
@@ -243,7 +243,7 @@ def test_a_missing_mesh_is_said_where_the_robot_is_shown(verb: str, files: Path)
     assert "mesh.urdf:3:21: warning: base_link: the visual's mesh missing.stl does not exist" in err
 
 
-def test_sizes_that_nothing_has_are_said_beside_the_figures(files: Path) -> None:
+def test_non_positive_sizes_are_reported_besides_the_figures(files: Path) -> None:
     done = kbot("info", "kbot", "wheel_radius:=-1", cwd=files)
     assert done.returncode == 1
     assert "kbot.xacro" in done.stderr
@@ -253,13 +253,13 @@ def test_sizes_that_nothing_has_are_said_beside_the_figures(files: Path) -> None
 
 
 @pytest.mark.parametrize(("radius", "code"), [("9e8", "W113"), ("1e30", "U012")])
-def test_sizes_without_measure_are_not_simulated(files: Path, radius: str, code: str) -> None:
+def test_far_too_large_sizes_are_not_simulated(files: Path, radius: str, code: str) -> None:
     done = kbot("sim", "kbot", f"wheel_radius:={radius}", "--headless", cwd=files)
     assert done.returncode == 2
     assert f"[{code}]" in done.stderr
 
 
-def test_a_robot_without_wheels_is_simulated_and_says_why_it_cannot_drive(files: Path) -> None:
+def test_a_robot_without_wheels_is_simulated_with_the_reason_why_it_cannot_drive(files: Path) -> None:
     robot = str(files / "box.urdf")
     assert kbot("sim", robot, "--headless", "--duration", "0.1", cwd=files).returncode == 0
     done = kbot("sim", robot, "--headless", "--cmd-vel", "0.2,0", cwd=files)
@@ -297,7 +297,7 @@ def test_closed_streams(words: str, status: int, files: Path) -> None:
     "interrupt",
     [
         "raise KeyboardInterrupt",
-        "raise ImportError('initialization failed') from KeyboardInterrupt()",  # as pybind11 has it
+        "raise ImportError('initialization failed') from KeyboardInterrupt()",  # as pybind11 does
     ],
 )
 def test_ctrl_c_while_modules_are_imported(interrupt: str, files: Path) -> None:

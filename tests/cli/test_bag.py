@@ -1,4 +1,4 @@
-"""`kbot bag` on recordings, and on what is none."""
+"""Tests `kbot bag` on recordings and on other files."""
 
 import csv
 import io
@@ -28,14 +28,14 @@ def test_info(recording: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert re.search(r"^  physics +steps of 0\.002 s, .*seed 0$", text, re.MULTILINE)
     assert re.search(r"^  end +after 1000 steps, at 2 s", text, re.MULTILINE)
     assert run(["bag", "info", recording, "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["topics"]["/odom"] == {"type": "nav_msgs/msg/Odometry", "messages": 100}
+    summary = json.loads(capsys.readouterr().out)
+    assert summary["topics"]["/odom"] == {"type": "nav_msgs/msg/Odometry", "messages": 100}
 
 
-def test_info_tells_the_day_and_the_facts_that_others_wrote(
+def test_info_prints_the_date_and_the_metadata_of_other_programs(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """1.5e9 s after 1970 began it was the 14th of July 2017, 02:40 in Greenwich."""
+    """1.5e9 s after the start of 1970 is 2017-07-14, 02:40 UTC."""
     path = tmp_path / "other.mcap"
     with path.open("wb") as file:
         writer = Writer(file)
@@ -52,7 +52,7 @@ def test_info_tells_the_day_and_the_facts_that_others_wrote(
     assert ["rosbag2.note", "two", "lines"] in lines
 
 
-def test_info_of_a_broken_file_says_so(
+def test_info_reports_an_incomplete_file(
     recording: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "cut.mcap").write_bytes(Path(recording).read_bytes()[:-50])
@@ -61,7 +61,7 @@ def test_info_of_a_broken_file_says_so(
     assert "The recording is incomplete: it was not closed" in text
 
 
-def test_cut_keeps_what_is_asked_for_and_the_description(recording: str, tmp_path: Path) -> None:
+def test_cut_keeps_the_selected_part_and_the_description(recording: str, tmp_path: Path) -> None:
     target = str(tmp_path / "part.mcap")
     assert run(["bag", "cut", recording, target, "--start", "0.5", "--end", "1", "--topic", "/odom"]) == 0
     found = Recording(target).summary()
@@ -73,7 +73,9 @@ def test_cut_keeps_what_is_asked_for_and_the_description(recording: str, tmp_pat
     assert list(Recording(str(tmp_path / "named.mcap")).summary().topics) == ["/odom"]
 
 
-def test_a_part_is_not_done_again(recording: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_part_of_a_recording_cannot_be_replayed(
+    recording: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     part = str(tmp_path / "part.mcap")
     assert run(["bag", "cut", recording, part, "--start", "1"]) == 0
     assert run(["bag", "replay", part]) == 2
@@ -114,7 +116,7 @@ def test_export_names_joints(recording: str, tmp_path: Path) -> None:
 
 
 def test_export_has_bytes_in_one_column(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A picture of 2 by 1 pixels: six numbers of a byte each."""
+    """A picture of 2 x 1 pixels has six numbers of one byte each."""
     path = str(tmp_path / "pictures.mcap")
     bus, writer = Bus(), open_writer(path)
     publisher = bus.advertise("/image", Image)
@@ -128,7 +130,7 @@ def test_export_has_bytes_in_one_column(tmp_path: Path, capsys: pytest.CaptureFi
 
 
 @pytest.mark.parametrize("word", ELSEWHERE)
-def test_a_word_of_rosbag_that_is_not_there_says_what_is(
+def test_a_missing_command_of_rosbag_names_the_replacement(
     word: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(["bag", word, "run.bag"]) == 2
@@ -139,12 +141,12 @@ def test_replay(recording: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["bag", "replay", recording]) == 0
     same, left_out = capsys.readouterr().out.splitlines()
     assert same == "400 messages are the same, bit for bit; the engine ended in the same state"
-    # of all 504 the command and the description are what it was done again from
+    # of all 504 messages, the command and the description are inputs of the replay
     assert left_out.startswith("102 messages were not compared (/kbot/poses 101, /kbot/world 1): ")
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         (["info", "nothing.mcap"], "nothing.mcap does not exist"),
         (["info", "text.mcap"], "text.mcap is not an MCAP file"),
@@ -185,13 +187,13 @@ def test_replay(recording: str, capsys: pytest.CaptureFixture[str]) -> None:
         (["export", "RUN", "--topic", "/nope"], "has no topic /nope"),
     ],
 )
-def test_what_cannot_be_done_is_one_clear_error(
+def test_impossible_commands_are_one_clear_error(
     recording: str,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
     words: list[str],
-    said: str,
+    message: str,
 ) -> None:
     monkeypatch.chdir(tmp_path)
     for name in ("text.mcap", "text.bag", "text.txt"):
@@ -205,12 +207,12 @@ def test_what_cannot_be_done_is_one_clear_error(
         writer.finish()
     assert run(["bag", *(recording if word == "RUN" else word for word in words)]) == 2
     error = capsys.readouterr().err
-    assert said in error
+    assert message in error
     assert "Traceback" not in error
     assert not Path("out.mcap").exists()
 
 
-def test_nothing_is_written_over_a_recording(
+def test_a_recording_is_never_overwritten(
     recording: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -222,7 +224,7 @@ def test_nothing_is_written_over_a_recording(
     before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
     export = ("export", "run.mcap", "--topic", "/odom", "-o")
     of_folder = ("export", "folder", "--topic", "/odom", "-o")
-    for words, said in (
+    for words, message in (
         ((*export, "run.mcap"), "run.mcap is the recording itself"),
         ((*export, "./link.csv"), "link.csv is the recording itself"),
         ((*export, "other.mcap"), "other.mcap is a recording"),
@@ -235,7 +237,7 @@ def test_nothing_is_written_over_a_recording(
         (("convert", "folder", "folder/again"), "folder/again is in the folder of the recording"),
     ):
         assert run(["bag", *words]) == 2, words
-        assert said in capsys.readouterr().err
+        assert message in capsys.readouterr().err
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
     assert run(["bag", *export, "odom.csv"]) == 0
-    assert run(["bag", *export, "odom.csv"]) == 0  # a table is written anew
+    assert run(["bag", *export, "odom.csv"]) == 0  # a table may be overwritten

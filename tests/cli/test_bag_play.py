@@ -1,4 +1,4 @@
-"""`kbot bag play`: what is said again, how, and to whom."""
+"""Tests `kbot bag play`: what it publishes, how, and to which peers."""
 
 import os
 import signal
@@ -13,7 +13,7 @@ from kbot.cli.main import run
 from kbot.record.player import Player
 
 
-def test_play_tells_of_what_is_not_whole(
+def test_play_reports_an_incomplete_recording(
     recording: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     cut = tmp_path / "cut.mcap"
@@ -24,21 +24,23 @@ def test_play_tells_of_what_is_not_whole(
     assert "not whole" not in capsys.readouterr().err
 
 
-def test_play_tells_what_it_says_and_to_whom(recording: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_play_prints_what_it_publishes_and_to_which_peers(
+    recording: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert run(["bag", "play", recording, "-s", "1.5", "-u", "9", "-r", "100"]) == 0
-    said = capsys.readouterr().err
-    assert f"{recording}: 0.500 s, at 100 times its speed." in said
-    assert "Peers: kbot topic echo. For others, add --ros1, " in said
-    assert "Ctrl-C stops." in said
+    output = capsys.readouterr().err
+    assert f"{recording}: 0.500 s, at 100 times its speed." in output
+    assert "Peers: kbot topic echo. For others, add --ros1, " in output
+    assert "Ctrl-C stops." in output
     assert run(["bag", "play", recording, "--rate", "100", "--rosbridge"]) == 0
-    said = capsys.readouterr().err
-    assert "Peers: rosbridge and kbot topic echo." in said
+    output = capsys.readouterr().err
+    assert "Peers: rosbridge and kbot topic echo." in output
 
 
-def test_play_takes_the_words_of_rosbag_and_ros2_bag(
+def test_play_accepts_the_options_of_rosbag_and_ros2_bag(
     recording: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Seconds are counted from the first message on, also in one whose clock is the wall's."""
+    """Seconds count from the first message, also in a recording in wall-clock time."""
     played: list[tuple[Player, Pace]] = []
     monkeypatch.setattr(
         "kbot.cli.bag.command.play_back", lambda player, _, pace: played.append((player, pace))
@@ -60,7 +62,7 @@ def test_play_takes_the_words_of_rosbag_and_ros2_bag(
 
 
 @pytest.mark.skipif(os.name == "nt", reason="there are no such terminals")
-def test_space_lets_a_paused_recording_go_on(recording: str) -> None:
+def test_space_resumes_a_paused_recording(recording: str) -> None:
     import pty
 
     ours, theirs = pty.openpty()
@@ -69,10 +71,10 @@ def test_space_lets_a_paused_recording_go_on(recording: str) -> None:
     os.close(theirs)
     try:
         assert playing.stderr is not None
-        told = "".join(playing.stderr.readline() for _ in range(3))
-        assert "It is paused." in told
-        assert "Space pauses" in told
-        with pytest.raises(subprocess.TimeoutExpired):  # unpaused it is over in 20 ms
+        output = "".join(playing.stderr.readline() for _ in range(3))
+        assert "It is paused." in output
+        assert "Space pauses" in output
+        with pytest.raises(subprocess.TimeoutExpired):  # without pause it ends after 20 ms
             playing.wait(1)
         os.write(ours, b" ")
         assert playing.wait(60) == 0
@@ -83,7 +85,7 @@ def test_space_lets_a_paused_recording_go_on(recording: str) -> None:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise on Windows")
-def test_ctrl_c_ends_playing_without_failure(recording: str) -> None:
+def test_ctrl_c_ends_playback_without_an_error(recording: str) -> None:
     command = [sys.executable, "-m", "kbot", "bag", "play", recording, "--loop"]
     playing = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     assert playing.stderr is not None

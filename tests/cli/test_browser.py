@@ -1,4 +1,4 @@
-"""Which browser the verbs open, when, and at what."""
+"""Tests which browser the verbs open, when, and at which address."""
 
 import re
 import shlex
@@ -27,8 +27,8 @@ GAZEBO = """<include file="$(find gazebo_ros)/launch/empty_world.launch">
 <arg name="world_name" value="{}"/></include>"""
 BROWSER = """
 import sys, urllib.request
-with open(sys.argv[1], "a") as said:
-    said.write(f"{sys.argv[2]} {urllib.request.urlopen(sys.argv[2]).status}\\n")
+with open(sys.argv[1], "a") as log:
+    log.write(f"{sys.argv[2]} {urllib.request.urlopen(sys.argv[2]).status}\\n")
 """
 """Writes down the address, and what is answered there, once the page was served."""
 needs_signals = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT for one process")
@@ -44,15 +44,15 @@ def file(tmp_path: Path) -> Path:
 
 @contextmanager
 def running(folder: Path, *words: str) -> Iterator[str]:
-    """The address of a verb that runs beside a browser which leaves word in `asked`."""
+    """The address of a running verb, with a browser that writes the addresses it gets to `asked`."""
     (folder / "browser.py").write_text(BROWSER)
     browser = [sys.executable, str(folder / "browser.py"), str(folder / "asked")]
     environment = {**environ, "DISPLAY": ":0", "BROWSER": f"{shlex.join(browser)} %s"}
     command = [sys.executable, "-m", "kbot", *words, "--port", "0"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as process:
         assert process.stdout is not None
-        said = iter(process.stdout.readline, "")
-        yield next(found.group() for line in said if (found := re.search(r"http://\S+", line)))
+        lines = iter(process.stdout.readline, "")
+        yield next(found.group() for line in lines if (found := re.search(r"http://\S+", line)))
         process.send_signal(signal.SIGINT)
 
 
@@ -84,7 +84,7 @@ def test_a_browser_is_opened_once_and_gets_the_page(file: Path, verb: str) -> No
         (launch, ["r.launch", "--record", "run.mcap"]),
     ],
 )
-def test_nothing_is_opened_where_something_is_wrong(
+def test_no_browser_opens_after_an_error(
     file: Path, monkeypatch: pytest.MonkeyPatch, command: click.Command, words: list[str]
 ) -> None:
     monkeypatch.chdir(file.parent)
@@ -105,10 +105,10 @@ def test_nothing_is_opened_where_something_is_wrong(
 
 @pytest.mark.parametrize("words", [["view", "r.urdf"], ["sim", "r.urdf"], ["launch", "r.launch"]])
 @pytest.mark.parametrize("wanted", [True, False])
-def test_no_browser_opens_none(
+def test_no_browser_option_opens_no_browser(
     file: Path, monkeypatch: pytest.MonkeyPatch, words: list[str], *, wanted: bool
 ) -> None:
-    """Up to the address, which is refused here."""
+    """The verb stops at the address, which raises here."""
     monkeypatch.chdir(file.parent)
     asked: list[bool] = []
 

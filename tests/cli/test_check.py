@@ -1,4 +1,4 @@
-"""`kbot check` and `kbot rule` as they are called: exit statuses, formats, choice, fixes, folders."""
+"""Tests the commands `kbot check` and `kbot rule`: exit status, formats, selection, fixes, folders."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ MACRO = """<?xml version="1.0"?>
 
 @pytest.fixture
 def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A robot of two findings in a macro, in the working directory."""
+    """A robot with two findings in a macro, in the working directory."""
     monkeypatch.chdir(tmp_path)
     path = tmp_path / "robot.xacro"
     path.write_text(MACRO)
@@ -99,7 +99,7 @@ def test_a_launch_file_is_checked_with_the_robot_it_loads(robot: Path, tmp_path:
     assert findings("r.launch") == []
 
 
-def test_a_person_is_told_that_nothing_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_terminal_shows_that_there_are_no_findings(monkeypatch: pytest.MonkeyPatch) -> None:
     assert run("kbot").output == ""
     monkeypatch.setattr("click.testing._NamedTextIOWrapper.isatty", lambda _: True)
     assert run("kbot").stderr == "no findings\n"
@@ -112,14 +112,14 @@ def test_json_is_printed_whatever_the_status(robot: Path, file: str) -> None:
         assert {"code", "severity", "message", "file", "line", "column", "stack", "related"} <= set(finding)
 
 
-def test_a_fault_in_a_macro_is_said_once_with_its_calls(robot: Path) -> None:
+def test_a_fault_in_a_macro_is_reported_once_with_its_calls(robot: Path) -> None:
     (finding,) = [f for f in findings("robot.xacro") if f["code"] == "U202"]
     assert (finding["line"], finding["message"][:5]) == (8, "'iix'")
     assert [(c["kind"], c["name"], c["line"]) for c in finding["stack"]] == [("macro", "part", 17)]
     assert [r["line"] for r in finding["related"]] == [18]
 
 
-def test_a_fault_in_one_call_is_said_at_that_call(robot: Path) -> None:
+def test_a_fault_in_one_call_is_reported_at_that_call(robot: Path) -> None:
     robot.write_text(MACRO.replace('name="b" mass="1"', 'name="b" mass="900"'))
     heavy = [f for f in findings("robot.xacro") if f["code"] == "I117"]
     assert [(f["line"], f["column"]) for f in heavy] == [(18, 30)]
@@ -183,7 +183,7 @@ def test_a_baseline_overwrites_nothing_but_baselines(robot: Path) -> None:
 @pytest.mark.parametrize(
     "text", ["null", '{"a": 1}', "[1]", "[" * 100_000, '{"version": 1, "findings": 3}', ""]
 )
-def test_a_file_that_is_not_a_baseline_is_refused(robot: Path, text: str) -> None:
+def test_a_file_that_is_not_a_baseline_is_rejected(robot: Path, text: str) -> None:
     Path("odd.json").write_text(text)
     with pytest.raises(KbotError) as refused:
         run("robot.xacro", "--baseline", "odd.json")
@@ -192,7 +192,7 @@ def test_a_file_that_is_not_a_baseline_is_refused(robot: Path, text: str) -> Non
     )
 
 
-def test_a_baseline_hides_what_it_knows(robot: Path) -> None:
+def test_a_baseline_hides_its_findings(robot: Path) -> None:
     assert status("robot.xacro", "--write-baseline", "known.json") == 0
     assert status("robot.xacro", "--baseline", "known.json") == 0
     robot.write_text("\n" + MACRO.replace('iix="0"', 'iix="0" iyx="0"').lstrip("\n"))
@@ -202,7 +202,7 @@ def test_a_baseline_hides_what_it_knows(robot: Path) -> None:
         run("robot.xacro", "--baseline", "gone.json")
 
 
-def test_fixes_are_shown_and_then_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_fixes_are_shown_and_then_applied(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     text = (FIXTURES / "J107" / "fails.xacro").read_text()
     path = tmp_path / "robot.xacro"
@@ -215,7 +215,7 @@ def test_fixes_are_shown_and_then_made(tmp_path: Path, monkeypatch: pytest.Monke
     assert path.read_text() == text.replace('xyz="0 2 0"', 'xyz="0 1 0"')
 
 
-def test_a_diff_tells_what_no_fix_mends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_diff_counts_the_findings_without_a_fix(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("robot.xacro").write_text((FIXTURES / "J107" / "fails.xacro").read_text())
     whole = run("robot.xacro", "--diff")
@@ -234,7 +234,9 @@ def test_a_diff_tells_what_no_fix_mends(tmp_path: Path, monkeypatch: pytest.Monk
     assert (run("robot.xacro", "--diff").return_value, run("missing.xacro", "--diff").return_value) == (2, 2)
 
 
-def test_fixes_of_included_files_are_shown_and_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_fixes_of_included_files_are_shown_and_applied(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     here = tmp_path / "here"
     here.mkdir()
     monkeypatch.chdir(here)
@@ -261,9 +263,7 @@ def test_fixes_of_included_files_are_shown_and_made(tmp_path: Path, monkeypatch:
     assert part.read_text() == text.replace('xyz="0 2 0"', 'xyz="0 1 0"')
 
 
-def test_an_edit_that_is_saved_while_it_checks_is_kept(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_edit_saved_during_the_check_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     text = (FIXTURES / "J107" / "fails.xacro").read_text()
     path = tmp_path / "robot.xacro"
@@ -279,9 +279,7 @@ def test_an_edit_that_is_saved_while_it_checks_is_kept(
     assert path.read_text() == text + "<!-- saved meanwhile -->\n"
 
 
-def test_a_part_that_two_robots_know_by_two_names_is_mended_once(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_file_with_two_names_is_fixed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "more").mkdir()
     text = (FIXTURES / "J107" / "fails.xacro").read_text()
@@ -295,7 +293,7 @@ def test_a_part_that_two_robots_know_by_two_names_is_mended_once(
     assert Path("more/same.xacro").is_symlink()
 
 
-def test_a_fix_that_was_discarded_is_offered_no_more(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_discarded_fix_is_not_offered_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     joint = '<joint name="{}" type="fixed"><parent link="base_link"/><child link="{}"/></joint>\n'
     links = '<link name="base_link"/><link name="mast"/>\n'
@@ -305,13 +303,13 @@ def test_a_fix_that_was_discarded_is_offered_no_more(tmp_path: Path, monkeypatch
     Path("robot.urdf").write_text(text)
     words = ("robot.urdf", "--select", "U")
     assert "1 can be fixed by --fix" in run(*words).stdout
-    after = run(*words, "--fix")  # written right, the mast would hang on two joints
+    after = run(*words, "--fix")  # with the correct name, the mast would have two parent joints
     assert (after.return_value, "can be fixed" in after.stdout) == (1, False)
     assert "write 'mast'" not in after.output
     assert Path("robot.urdf").read_text() == text
 
 
-def test_an_unsafe_fix_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unsafe_fix_needs_the_option(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     path = tmp_path / "robot.xacro"
     path.write_text((FIXTURES / "J102" / "fails.xacro").read_text())
@@ -353,7 +351,7 @@ def test_statistics_count_the_rules(robot: Path) -> None:
     assert "unknown-attribute" in run("robot.xacro", "--statistics").stdout
 
 
-def test_a_folder_is_its_entry_points(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_folder_is_checked_by_its_entry_points(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     urdf = tmp_path / "my_robot" / "urdf"
     urdf.mkdir(parents=True)
@@ -374,7 +372,7 @@ def test_a_folder_is_its_entry_points(tmp_path: Path, monkeypatch: pytest.Monkey
     assert {f["code"] for f in findings("my_robot")} == {"U003", "U015"}
 
 
-def test_a_file_of_macros_is_a_part_and_no_broken_robot(robot: Path) -> None:
+def test_a_file_of_macros_is_not_a_broken_robot(robot: Path) -> None:
     head, macro = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro">', '<xacro:macro name="m" params="a b">'
     robot.write_text(
         f'{head}<xacro:property name="r" value="$(arg size)"/>{macro}<link name="${{a}}"/></xacro:macro>'
@@ -402,30 +400,30 @@ def test_the_document_of_rules_is_up_to_date() -> None:
     assert document.read_text("utf-8") == done.stdout
 
 
-def test_the_summary_says_what_can_be_mended(tmp_path: Path) -> None:
+def test_the_summary_counts_fixable_findings(tmp_path: Path) -> None:
     safe, unsafe = "<axis xyz='0 2 0'/>", "<xacro:property name='unused' value='1'/>"
     text = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
   <link name="a"/> <link name="b"/> {}
   <joint name="j" type="continuous"> <parent link="a"/> <child link="b"/> {} </joint>
 </robot>"""
     file = tmp_path / "r.xacro"
-    for parts, said in (
+    for parts, output in (
         ((unsafe, ""), "1 warning; 1 can be fixed by --unsafe-fixes"),
         (("", safe), "1 warning; 1 can be fixed by --fix"),
         ((unsafe, safe), "2 warnings; 1 can be fixed by --fix, 1 more by --unsafe-fixes"),
     ):
         file.write_text(text.format(*parts))
         lines = CliRunner().invoke(check, [str(file), "--select", "S101,J107"]).output.splitlines()
-        assert lines[-1] == said
+        assert lines[-1] == output
 
 
-def test_a_word_that_is_nothing_here_says_where_packages_are_looked_for(
+def test_an_unknown_word_explains_where_packages_are_searched(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    said = run("quadruped_zebra").stdout
+    output = run("quadruped_zebra").stdout
     assert status("quadruped_zebra") == 2
-    assert "there is no file, folder or package 'quadruped_zebra' [F001]" in said
-    assert "--package-path or ROS_PACKAGE_PATH" in said
+    assert "there is no file, folder or package 'quadruped_zebra' [F001]" in output
+    assert "--package-path or ROS_PACKAGE_PATH" in output
     (tmp_path / "quadruped_zebras").mkdir()
     assert "did you mean 'quadruped_zebras'" in run("quadruped_zebra").stdout

@@ -1,4 +1,4 @@
-"""Files nested deeper than Python's stack: a result or one clear message, from every verb."""
+"""Gives files nested deeper than Python's stack to every verb: it prints a result or one clear message."""
 
 from pathlib import Path
 
@@ -29,8 +29,8 @@ def test_launch_files_and_worlds(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert run(["launch", str(launch), "--nodes"]) == 2
     assert run(["check", str(launch)]) == 2
     assert run(["sim", "kbot", "--headless", "--world", str(world)]) == 2
-    said = capsys.readouterr()
-    assert (said.out + said.err).count("[P005]") == 3
+    captured = capsys.readouterr()
+    assert (captured.out + captured.err).count("[P005]") == 3
 
 
 def test_yaml(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -42,7 +42,7 @@ def test_yaml(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_a_long_chain_of_properties(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Each value is computed from the one before: the map of sources leads through all of them."""
+    """Each value is computed from the previous one: the source map leads through all of them."""
     steps = "".join(f'<xacro:property name="p{i}" value="${{p{i - 1} + 1}}"/>' for i in range(1, 1200))
     path = tmp_path / "chain.xacro"
     path.write_text(XACRO.format(f'<xacro:property name="p0" value="0"/>{steps}<link name="l${{p1199}}"/>'))

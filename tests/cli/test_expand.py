@@ -1,4 +1,4 @@
-"""`kbot expand` takes the options of the `xacro` command and writes what it writes."""
+"""Tests that `kbot expand` has the options and the output of the `xacro` command."""
 
 import json
 import subprocess
@@ -36,7 +36,7 @@ def test_byte_for_byte(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.parametrize("words", [[], ["--inorder"]])
 def test_as_a_process(robot: Path, words: list[str]) -> None:
-    """With an option or without one: two ways through the program, one result."""
+    """With and without an option, the code is different but the result is the same."""
     command = [
         sys.executable,
         "-c",
@@ -50,7 +50,7 @@ def test_as_a_process(robot: Path, words: list[str]) -> None:
     assert ran.stderr == ""
 
 
-def test_plain_leaves_the_banner_out(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_plain_omits_the_banner(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["expand", "--plain", str(robot)]) == 0
     assert capsys.readouterr().out.splitlines()[1] == '<robot name="r">'
 
@@ -60,7 +60,7 @@ def test_into_a_file_in_a_new_folder(robot: Path, tmp_path: Path) -> None:
     assert (tmp_path / "new/out.urdf").read_text().startswith("<?xml")
 
 
-def test_a_failure_leaves_the_file_as_it_is(
+def test_a_failure_does_not_change_the_file(
     robot: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     robot.write_text(TEXT.replace("${s}", "${gone}"))
@@ -86,7 +86,7 @@ def test_root_dir(robot: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert '<b a="&lt;&quot;" z="1"/>' in capsys.readouterr().out
 
 
-def test_quiet_leaves_warnings_out(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_quiet_omits_warnings(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["expand", str(robot), "sise:=2"]) == 0
     assert "the description declares no argument 'sise'" in capsys.readouterr().err
     assert run(["expand", str(robot), "sise:=2", "-q"]) == 0
@@ -109,7 +109,7 @@ def test_source_map(robot: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("words", [[], ["a", "b"], ["x", "a=b"], ["x", ":=1"], ["none.xacro"]])
-def test_unusable_words(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_invalid_arguments(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["expand", *words]) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
@@ -118,7 +118,7 @@ def test_unusable_words(words: list[str], capsys: pytest.CaptureFixture[str]) ->
 
 
 @pytest.mark.parametrize("option", ["-o", "--source-map"])
-def test_what_a_robot_is_made_from_is_not_written_over(
+def test_the_sources_of_a_robot_are_not_overwritten(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], option: str
 ) -> None:
     part, robot, link = (tmp_path / name for name in ("part.xacro", "robot.xacro", "link.xacro"))
@@ -135,7 +135,7 @@ def test_what_a_robot_is_made_from_is_not_written_over(
     assert (robot.read_text(), part.read_text()) == (whole, '<robot><link name="a"/></robot>')
 
 
-def test_two_results_go_to_two_files(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_two_outputs_need_two_files(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = robot.with_name("out")
     assert run(["expand", str(robot), "-o", str(out), "--source-map", str(out)]) == 2
     assert "Choose two different files" in capsys.readouterr().err
@@ -148,10 +148,10 @@ def test_into_a_pipe_by_its_name(robot: Path) -> None:
     assert done.stdout == xacro.process_file(str(robot)).toprettyxml(indent="  ")
 
 
-def test_an_expansion_with_errors_is_made_once(
+def test_a_file_with_errors_is_expanded_once(
     robot: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What `kbot.cli.start` has expanded in vain is reported, not expanded again."""
+    """If `kbot.cli.start` finds errors, they are reported without a second expansion."""
 
     def expanded_again(*_: object, **__: object) -> None:
         raise AssertionError

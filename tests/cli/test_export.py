@@ -1,4 +1,4 @@
-"""`kbot export`: one file, whole or not at all."""
+"""Tests `kbot export`: it writes one complete file, or nothing."""
 
 import io
 import subprocess
@@ -14,20 +14,20 @@ HEADS = {"png": b"\x89PNG", "html": b"<!doctype html>", "glb": b"glTF"}
 
 
 @pytest.mark.parametrize("kind", HEADS)
-def test_the_ending_says_what_is_made(kind: str, tmp_path: Path) -> None:
+def test_the_suffix_selects_the_format(kind: str, tmp_path: Path) -> None:
     out = tmp_path / f"robot.{kind}"
     assert run(["export", "kbot", "-o", str(out), "--size", "64x48"]) == 0
     assert out.read_bytes().startswith(HEADS[kind])
 
 
-def test_a_picture_of_exactly_the_size_on_stdout() -> None:
+def test_a_picture_of_the_exact_size_on_stdout() -> None:
     words = ["export", "kbot", "--to", "png", "-o", "-", "--size", "123x45", "--transparent"]
     made = subprocess.run([sys.executable, "-m", "kbot", *words], capture_output=True, check=True)
     image = Image.open(io.BytesIO(made.stdout))
     assert (image.size, image.mode) == ((123, 45), "RGBA")
 
 
-def test_without_an_output_it_is_named_by_the_robot_and_nothing_is_lost(
+def test_without_an_output_the_file_has_the_robots_name_and_overwrites_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -41,7 +41,7 @@ def test_without_an_output_it_is_named_by_the_robot_and_nothing_is_lost(
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         (["--to", "jpg"], "'jpg' is not one of"),
         (["-o", "robot.step"], "the suffix of 'robot.step' does not select a format"),
@@ -60,9 +60,9 @@ def test_without_an_output_it_is_named_by_the_robot_and_nothing_is_lost(
         (["-o", "nowhere/robot.glb"], "nowhere/robot.glb cannot be written"),
     ],
 )
-def test_what_cannot_be_is_said_in_one_sentence(
+def test_invalid_options_are_one_clear_error(
     words: list[str],
-    said: str,
+    message: str,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
@@ -70,12 +70,12 @@ def test_what_cannot_be_is_said_in_one_sentence(
     monkeypatch.chdir(tmp_path)
     assert run(["export", "kbot", *words]) == 2
     err = capsys.readouterr().err
-    assert said in err
+    assert message in err
     assert "Traceback" not in err
     assert not list(tmp_path.iterdir())
 
 
-def test_a_broken_robot_leaves_the_file_as_it_was(tmp_path: Path) -> None:
+def test_a_broken_robot_does_not_change_the_file(tmp_path: Path) -> None:
     (tmp_path / "broken.urdf").write_text('<robot name="r"><link name="a">')
     out = tmp_path / "robot.glb"
     out.write_text("mine")
@@ -84,14 +84,16 @@ def test_a_broken_robot_leaves_the_file_as_it_was(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["broken.urdf", "robot.glb"]
 
 
-def test_a_picture_in_place_of_the_page(tmp_path: Path) -> None:
+def test_shot_writes_a_picture_instead_of_showing_the_page(tmp_path: Path) -> None:
     out = tmp_path / "robot.png"
     assert run(["view", "kbot", "--shot", str(out), "--size", "80x60", "--transparent"]) == 0
     with Image.open(out) as image:
         assert (image.size, image.mode) == ((80, 60), "RGBA")
 
 
-def test_a_picture_of_how_a_run_ends(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_shot_writes_a_picture_of_the_end_of_a_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     words = ["sim", "kbot", "--headless", "--world", "boxes", "--duration", "0.1"]
     out = tmp_path / "end.png"
     assert run([*words, "--shot", str(out)]) == 0

@@ -1,4 +1,4 @@
-"""`kbot topic` and its like against a running `kbot view`."""
+"""Tests `kbot topic`, `param`, `node` and `tf` with a running `kbot view`."""
 
 import os
 import re
@@ -31,7 +31,7 @@ def kbot(*words: str) -> subprocess.CompletedProcess[str]:
 
 @pytest.fixture
 def viewed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """The file of a robot that is shown."""
+    """The file of a shown robot."""
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     file = tmp_path / "arm.urdf"
     file.write_text(ROBOT.format("arm"))
@@ -41,7 +41,7 @@ def viewed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 @contextmanager
 def showing(tmp_path: Path, file: Path) -> Iterator[None]:
-    """`kbot view` of a file, until it can be asked."""
+    """Start `kbot view`, and wait until it can be queried."""
     with (tmp_path / "log").open("w") as log:
         viewing = subprocess.Popen(
             [sys.executable, "-m", "kbot", "view", str(file), "--no-browser", "--port", "0"],
@@ -64,7 +64,7 @@ def until(condition: object, seconds: float = 60.0) -> None:
         time.sleep(0.2)
 
 
-def test_topics_frames_parameters_and_nodes_of_a_robot_that_is_shown(viewed: Path) -> None:
+def test_topics_frames_parameters_and_nodes_of_a_shown_robot(viewed: Path) -> None:
     topics = dict(re.findall(r"(\S+) \[(\S+)\]", kbot("topic", "list", "-t").stdout))
     assert topics == {
         "/clock": "rosgraph_msgs/msg/Clock",
@@ -84,16 +84,16 @@ def test_topics_frames_parameters_and_nodes_of_a_robot_that_is_shown(viewed: Pat
     assert (refused.returncode, refused.stderr) == (2, "error: there is no service /gazebo/pause_physics\n")
 
 
-def test_what_is_saved_is_what_is_told(viewed: Path) -> None:
+def test_a_saved_description_updates_topics_and_frames(viewed: Path) -> None:
     viewed.write_text(ROBOT.format("other").replace("camera", "gripper"))
     until(lambda: 'robot name="other"' in kbot("param", "get", "/robot_description").stdout)
     assert kbot("tf", "tree").stdout.splitlines() == ["base", "  arm", "    gripper (static)"]
 
 
-def test_a_recording_that_is_played_is_heard_with_its_time(
+def test_a_played_recording_is_published_with_its_time(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It drives at 0.2 m/s for 2 s, and is heard also when it has come to its end, where it stands."""
+    """It drives at 0.2 m/s for 2 s. After its end, the last pose is still published."""
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     file = tmp_path / "run.mcap"
     sim = Simulation("kbot")

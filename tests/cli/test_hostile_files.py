@@ -20,7 +20,7 @@ H = '<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">'
 
 
 @pytest.mark.parametrize("verb", VERBS)
-def test_a_file_that_is_not_a_robot_is_refusal(
+def test_a_file_that_is_not_a_robot_is_rejected(
     verb: str, tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
     file = tmp_path / "robot.xacro"
@@ -36,7 +36,7 @@ COLLISIONS = f'{H}<link name="${{len(dict.fromkeys({KEYS}))}}"/></robot>'
 
 
 def doubled(count: int) -> str:
-    """A robot whose properties double each other."""
+    """A robot with properties that double each other."""
     properties = "".join(
         f'<xacro:property name="p{i + 1}" value="${{p{i}}}${{p{i}}}"/>' for i in range(count)
     )

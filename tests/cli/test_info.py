@@ -1,4 +1,4 @@
-"""`kbot info` as it is called."""
+"""Tests the command `kbot info`."""
 
 import json
 
@@ -24,7 +24,7 @@ def test_json(capsys):
     assert data["links"][2]["file"].endswith("kbot_macros.xacro")
 
 
-def test_a_robot_with_errors_gives_no_figures(capsys, tmp_path):
+def test_a_robot_with_errors_prints_no_figures(capsys, tmp_path):
     path = tmp_path / "r.urdf"
     path.write_text("<robot name='r'><link name='a'/><link name='b'/></robot>")
     assert run(["info", str(path)]) == 2

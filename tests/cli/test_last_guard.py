@@ -1,4 +1,4 @@
-"""Whatever is not foreseen is one line, a crash file and exit status 2."""
+"""Tests internal errors: one line, a crash file and exit status 2."""
 
 import sys
 import threading
@@ -18,7 +18,7 @@ from kbot.text.errors import KbotError, reading
 
 
 class Panic(BaseException):
-    """Extensions in Rust raise such a one, which is not an Exception."""
+    """An error like those of extensions in Rust, which do not derive from Exception."""
 
 
 def fails(error: BaseException) -> Callable[..., NoReturn]:
@@ -36,13 +36,13 @@ def deep(*_: Any, **__: Any) -> NoReturn:
 def crashes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(crash, "state_folder", lambda: tmp_path / "state")
     monkeypatch.delenv("KBOT_DEBUG")
-    monkeypatch.setattr(threading, "excepthook", threading.excepthook)  # which main replaces
+    monkeypatch.setattr(threading, "excepthook", threading.excepthook)  # main replaces it
     return tmp_path / "state" / "crashes"
 
 
 @pytest.fixture
 def kbot(monkeypatch: pytest.MonkeyPatch) -> Callable[..., int]:
-    """The exit status of a command line, in this process."""
+    """Run a command line in this process and return its exit status."""
 
     def run(*words: str) -> int:
         monkeypatch.setattr(sys, "argv", ["kbot", *words])
@@ -61,7 +61,7 @@ def robot(tmp_path: Path) -> str:
 
 
 @pytest.mark.parametrize("verb", ["expand", "check", "info"])
-def test_an_unforeseen_error_is_one_line(
+def test_an_internal_error_is_one_line(
     verb: str,
     kbot: Callable[..., int],
     robot: str,
@@ -121,7 +121,7 @@ def test_an_error_within_a_message_names_the_recording(monkeypatch: pytest.Monke
     ("fault", "name"),
     [(deep, "RecursionError"), (fails(MemoryError()), "MemoryError"), (fails(Panic("rust")), "Panic")],
 )
-def test_no_error_gets_past_it(
+def test_every_error_is_caught(
     fault: Callable[..., NoReturn],
     name: str,
     kbot: Callable[..., int],
@@ -135,7 +135,7 @@ def test_no_error_gets_past_it(
     assert name in next(crashes.iterdir()).read_text()
 
 
-def test_ctrl_c_and_exit_statuses_pass(
+def test_ctrl_c_and_exit_statuses_pass_through(
     kbot: Callable[..., int], crashes: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("kbot.cli.main.run", fails(KeyboardInterrupt()))
@@ -145,7 +145,7 @@ def test_ctrl_c_and_exit_statuses_pass(
     assert not crashes.exists()
 
 
-def test_the_line_comes_without_a_crash_file(
+def test_the_line_is_printed_without_a_crash_file(
     kbot: Callable[..., int],
     crashes: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -159,7 +159,7 @@ def test_the_line_comes_without_a_crash_file(
     assert err.count("\n") == 1
 
 
-def test_tests_see_the_traceback(
+def test_the_traceback_is_printed_with_kbot_debug(
     kbot: Callable[..., int],
     crashes: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -195,17 +195,17 @@ def test_the_innermost_file_is_named(crashes: Path) -> None:
     )
 
 
-def test_what_a_user_can_fix_gets_no_note() -> None:
+def test_user_errors_get_no_note() -> None:
     for error in (KbotError("a fault of the file"), OSError("no space")):
         with pytest.raises(type(error)) as caught, reading("world.sdf"):
             raise error
         assert not hasattr(caught.value, "__notes__")
 
 
-def test_a_thread_that_fails_is_one_line(
+def test_a_failed_thread_is_one_line(
     kbot: Callable[..., int], crashes: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert kbot("rule", "W101") == 0  # from here on threads are guarded
+    assert kbot("rule", "W101") == 0  # from here on, errors in threads are reported
     capsys.readouterr()
     thread = threading.Thread(target=fails(ValueError("a bug")), name="kbot-ros2")
     thread.start()

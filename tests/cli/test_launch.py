@@ -1,4 +1,4 @@
-"""`kbot launch` as a person runs it."""
+"""Tests the command `kbot launch`."""
 
 import signal
 import subprocess
@@ -33,40 +33,40 @@ def launch(tmp_path: Path) -> Path:
     return file
 
 
-def said(capsys: pytest.CaptureFixture[str]) -> tuple[str, str]:
+def output(capsys: pytest.CaptureFixture[str]) -> tuple[str, str]:
     captured = capsys.readouterr()
     return captured.out, captured.err
 
 
-def test_a_dry_run_says_what_stands_in_for_what(launch: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_dry_run_lists_the_replacement_of_each_node(
+    launch: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert run(["launch", str(launch), "width:=3", "--dry-run"]) == 0
-    out, err = said(capsys)
+    out, err = output(capsys)
     assert err == ""
     assert "/rsp   robot_state_publisher/robot_state_publisher  the workbench's transforms  r.launch:4" in out
     assert f"robot: {launch.parent / 'r.xacro'} width:=3" in out
 
 
-def test_the_command_that_applies_fixes_is_said_once(
+def test_the_command_that_applies_fixes_is_printed_once(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     launch = tmp_path / "a.launch"
     node = '<node name="{}" pkg="robot_state_publisher" type="state_publisher"/>'
     launch.write_text(f"<launch>{node.format('a')}\n{node.format('b')}</launch>\n")
     assert run(["launch", str(launch), "--dry-run"]) == 1
-    assert said(capsys)[1].count(f"kbot check --fix {launch}\n") == 1
+    assert output(capsys)[1].count(f"kbot check --fix {launch}\n") == 1
     assert run(["check", "--fix", str(launch)]) == 0
     assert launch.read_text().count('type="robot_state_publisher"') == 2
 
 
-def test_a_folder_alone_is_answered_with_its_launch_files(
-    launch: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_folder_lists_its_launch_files(launch: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["launch", str(launch.parent)]) == 2
     usage = f"Write kbot launch FILE. Its launch files: {launch}"
-    assert said(capsys)[1] == f"error: {launch.parent} is a folder. {usage}\n"
+    assert output(capsys)[1] == f"error: {launch.parent} is a folder. {usage}\n"
     launch.unlink()
     assert run(["launch", str(launch.parent)]) == 2
-    assert "is a folder. It has no launch files." in said(capsys)[1]
+    assert "is a folder. It has no launch files." in output(capsys)[1]
 
 
 def test_a_package_and_a_file_name_are_a_launch_file(
@@ -74,32 +74,32 @@ def test_a_package_and_a_file_name_are_a_launch_file(
 ) -> None:
     words = ["launch", "mine", "r.launch", "--files", "--package-path", str(launch.parent)]
     assert run(words) == 0
-    assert said(capsys)[0] == f"{launch}\n"
+    assert output(capsys)[0] == f"{launch}\n"
 
 
-def test_a_package_without_a_file_names_its_launch_files(
+def test_a_package_without_a_file_lists_its_launch_files(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
     for word in ("kbot_description", "kbot"):
         assert run(["launch", word, "--ros-args"]) == 2
-        error = said(capsys)[1]
+        error = output(capsys)[1]
         usage = f"Write kbot launch {word} FILE. Its launch files: kbot_base_rviz.launch"
         assert f"error: {word} is a package. {usage}" in error
         assert "does not exist" not in error
     assert run(["launch", "kbot", "kbot_base_rviz"]) == 2
     has = "the package 'kbot' has no launch file kbot_base_rviz. It has: kbot_base_rviz.launch"
-    assert has in said(capsys)[1]
+    assert has in output(capsys)[1]
     assert run(["launch", "quadruped_zebra"]) == 2
-    assert "quadruped_zebra is not a file or package. Write kbot launch FILE" in said(capsys)[1]
+    assert "quadruped_zebra is not a file or package. Write kbot launch FILE" in output(capsys)[1]
     assert run(["launch", "kbot_descripton"]) == 2
-    assert "did you mean 'kbot_description'?" in said(capsys)[1]
+    assert "did you mean 'kbot_description'?" in output(capsys)[1]
     assert run(["launch", "kbot", "kbot_base_rviz.launch", "--nodes"]) == 0
 
 
 @pytest.fixture
 def by_hand(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder in the working directory as a learner makes it: without package.xml, its name misspelled."""
+    """A learner's folder in the working directory: without package.xml, and with a misspelled name."""
     monkeypatch.chdir(tmp_path)
     folder = tmp_path / "kbot_desciption"
     (folder / "launch").mkdir(parents=True)
@@ -111,15 +111,15 @@ def test_a_folder_without_package_xml_is_not_a_package(
     by_hand: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(["launch", by_hand.name, "x.launch"]) == 2
-    assert said(capsys)[1] == (
+    assert output(capsys)[1] == (
         "error: the folder kbot_desciption has no package.xml: add one, or give the launch file by its path: "
         "kbot launch kbot_desciption/launch/x.launch\n"
     )
     assert run(["launch", by_hand.name, "y.launch"]) == 2
-    assert "the folder kbot_desciption has no launch file y.launch. It has: x.launch" in said(capsys)[1]
+    assert "the folder kbot_desciption has no launch file y.launch. It has: x.launch" in output(capsys)[1]
     (by_hand / "package.xml").write_text("<package><name>other</name></package>")
     assert run(["launch", by_hand.name, "x.launch"]) == 2
-    assert "the package.xml of the folder kbot_desciption has the name 'other'" in said(capsys)[1]
+    assert "the package.xml of the folder kbot_desciption has the name 'other'" in output(capsys)[1]
 
 
 @pytest.mark.parametrize("word", ["{}/", "./{}", "./{}/", "{}/../{}"])
@@ -128,9 +128,9 @@ def test_a_package_may_be_the_path_of_its_folder(
 ) -> None:
     word = word.format(by_hand.name, by_hand.name)
     assert run(["launch", word, "x.launch", "--files"]) == 0
-    assert Path(said(capsys)[0].strip()).resolve() == by_hand / "launch/x.launch"
+    assert Path(output(capsys)[0].strip()).resolve() == by_hand / "launch/x.launch"
     assert run(["launch", f"./no/{word}", "x.launch"]) == 2
-    assert f"error: ./no/{word} is not a folder\n" == said(capsys)[1]
+    assert f"error: ./no/{word} is not a folder\n" == output(capsys)[1]
 
 
 def test_a_package_s_hint_names_its_folder_without_package_xml(
@@ -141,7 +141,7 @@ def test_a_package_s_hint_names_its_folder_without_package_xml(
     for here, shown in ((by_hand.parent, by_hand.name), (by_hand, str(by_hand))):
         monkeypatch.chdir(here)
         run(["check", str(by_hand)])
-        out = said(capsys)[0]
+        out = output(capsys)[0]
         assert "the package 'kbot_desciption' is not found [L012]" in out
         assert f"the folder {shown} has no package.xml: add one\n" in out
         assert "kbot_description" not in out
@@ -156,37 +156,37 @@ def test_several_packages_of_one_name(
         (tmp_path / folder / "package.xml").write_text("<package><name>bot</name></package>")
         (tmp_path / folder / "x.launch").write_text("<launch/>")
     assert run(["launch", "bot", "x.launch", "--nodes"]) == 0
-    assert f"warning: several packages are named 'bot': using {tmp_path / 'a'}" in said(capsys)[1]
+    assert f"warning: several packages are named 'bot': using {tmp_path / 'a'}" in output(capsys)[1]
     run(["check", "bot"])
     assert (
-        f"several packages are named 'bot': using {tmp_path / 'a'}, not {tmp_path / 'b'}" in said(capsys)[1]
+        f"several packages are named 'bot': using {tmp_path / 'a'}, not {tmp_path / 'b'}" in output(capsys)[1]
     )
 
 
 def test_parameters_are_dumped_as_yaml(launch: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["launch", str(launch), "--dump-params"]) == 0
-    params = yaml.safe_load(said(capsys)[0])
+    params = yaml.safe_load(output(capsys)[0])
     assert list(params) == ["/robot_description"]
     assert '<link name="base"/>' in params["/robot_description"]
 
 
 def test_nodes_arguments_and_command_lines(launch: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["launch", str(launch), "--nodes"]) == 0
-    assert said(capsys)[0] == "/rsp\n/rviz\n"
+    assert output(capsys)[0] == "/rsp\n/rviz\n"
     assert run(["launch", str(launch), "--ros-args"]) == 0
-    assert said(capsys)[0] == 'Optional Arguments:\n  width (default "2"): how wide\n'
+    assert output(capsys)[0] == 'Optional Arguments:\n  width (default "2"): how wide\n'
     assert run(["launch", str(launch), "--args", "rviz"]) == 0
-    assert said(capsys)[0] == f"rviz/rviz -d {launch.parent / 'x.rviz'} __name:=rviz\n"
+    assert output(capsys)[0] == f"rviz/rviz -d {launch.parent / 'x.rviz'} __name:=rviz\n"
     assert run(["launch", str(launch), "--args", "rvis"]) == 2
-    assert "did you mean '/rviz'?" in said(capsys)[1]
+    assert "did you mean '/rviz'?" in output(capsys)[1]
 
 
-def test_a_node_that_nothing_stands_in_for_is_named_at_its_line(
+def test_a_node_without_a_replacement_is_reported_at_its_line(
     launch: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     launch.write_text(LAUNCH.replace("</launch>", '<node pkg="absent" type="t" name="n"/></launch>'))
     assert run(["launch", str(launch), "--dry-run"]) == 1
-    out, err = said(capsys)
+    out, err = output(capsys)
     assert (
         f"{launch}:6:26: warning: /n (absent/t) is not run: the package 'absent' is not found [L055]" in err
     )
@@ -199,47 +199,49 @@ def test_a_required_node_that_cannot_run_ends_the_launch(
     node = '<node pkg="absent" type="t" name="n" required="true"/></launch>'
     launch.write_text(LAUNCH.replace("</launch>", node))
     assert run(["launch", str(launch), "--no-browser"]) == 2
-    assert "error: /n (absent/t) is not run" in said(capsys)[1]
+    assert "error: /n (absent/t) is not run" in output(capsys)[1]
 
 
-def test_a_launch_file_without_a_robot_says_so(launch: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_launch_file_without_a_robot_is_reported(launch: Path, capsys: pytest.CaptureFixture[str]) -> None:
     launch.write_text("<launch/>")
     assert run(["launch", str(launch), "--no-browser"]) == 2
-    assert "nothing to show" in said(capsys)[1]
+    assert "nothing to show" in output(capsys)[1]
 
 
-def test_a_broken_robot_is_told_at_its_line_once(launch: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_broken_robot_is_reported_once_at_its_line(
+    launch: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     (launch.parent / "r.xacro").write_text(ROBOT.replace('"base"', '"${bse}"'))
     assert run(["launch", str(launch), "--no-browser"]) == 2
-    assert said(capsys)[1].count("error: ") == 1
+    assert output(capsys)[1].count("error: ") == 1
 
 
-def test_a_robot_that_is_no_xml_is_said_and_left_alike_by_every_verb(
+def test_a_robot_that_is_not_xml_is_reported_alike_by_every_verb(
     launch: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = launch.parent / "r.xacro"
     file.write_text('<robot>\n  <xmlns:xacro="http://www.ros.org/wiki/xacro" name="r">\n</robot>\n')
-    said_of_it = []
+    errors = []
     for words in (["check", str(file)], ["launch", str(launch), "--dry-run"], ["expand", str(file)]):
         assert run(words) == 2
-        out, err = said(capsys)
+        out, err = output(capsys)
         frame = (out + err).partition("error: ")[2].partition("  = fix")[0]
-        said_of_it.append(frame)
-    assert "the root element is split in two" in said_of_it[0]
-    assert len(set(said_of_it)) == 1
+        errors.append(frame)
+    assert "the root element is split in two" in errors[0]
+    assert len(set(errors)) == 1
 
 
-def test_programs_are_run_only_with_leave(launch: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_programs_run_only_with_allow_commands(launch: Path, capsys: pytest.CaptureFixture[str]) -> None:
     command = f'"{sys.executable}" -c "print(42)"'.replace('"', "&quot;")
     launch.write_text(f'<launch><param name="answer" command="{command}"/></launch>')
     assert run(["launch", str(launch), "--dump-params"]) == 2
-    assert "[L040]" in said(capsys)[1]
+    assert "[L040]" in output(capsys)[1]
     assert run(["launch", str(launch), "--dump-params", "--allow-commands"]) == 0
-    assert yaml.safe_load(said(capsys)[0]) == {"/answer": 42}
+    assert yaml.safe_load(output(capsys)[0]) == {"/answer": 42}
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are sent otherwise on Windows")
-def test_the_corrected_chapter_stands_in_the_workbench(shared: Path) -> None:
+def test_the_corrected_chapter_runs_in_the_workbench(shared: Path) -> None:
     file = shared / "chapter/corrected/kbot_description/launch/kbot_base_rviz.launch"
     command = [sys.executable, "-m", "kbot", "launch", str(file), "--no-browser", "--port", "0"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:

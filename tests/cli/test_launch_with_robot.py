@@ -1,4 +1,4 @@
-"""`kbot launch` beside the robot: where it starts, what runs, what is recorded, how it ends."""
+"""Tests `kbot launch` with a robot: where it starts, what runs, what is recorded, how it ends."""
 
 import json
 import os
@@ -55,7 +55,7 @@ def run_of(package: Path, body: str) -> RobotRun:
 
 
 def launched(package: Path, body: str, *options: str) -> subprocess.CompletedProcess[str]:
-    """A launch that ends by itself."""
+    """A launch that ends without Ctrl-C."""
     planned(package, body)
     return subprocess.run(
         [sys.executable, "-m", "kbot", "launch", "launch/a.launch", "--no-browser", "--port", "0", *options],
@@ -79,7 +79,7 @@ def simulated(package: Path, body: str) -> Session:
     return run.session(RunOutputs(print, transforms=run.stand_ins.settings.transforms), EMPTY)
 
 
-def test_the_robot_starts_where_the_spawner_says_and_again_after_a_reset(package: Path) -> None:
+def test_the_robot_starts_at_the_spawn_pose_also_after_a_reset(package: Path) -> None:
     session = simulated(package, GAZEBO.format("") + SPAWN.format("-x 1 -y -2 -Y 1.5"))
     motion = session._motion
     for _ in range(2):
@@ -103,14 +103,14 @@ def test_a_paused_gazebo_is_a_paused_simulation(package: Path) -> None:
     assert not simulated(package, paused + SPAWN.format("-unpause")).paused
 
 
-def test_static_transforms_are_said_beside_the_robot_s_own(package: Path) -> None:
+def test_static_transforms_are_published_with_the_robot_s_own(package: Path) -> None:
     node = (
         '<node pkg="tf2_ros" type="static_transform_publisher" name="t" args="1 2 3 0 0 0 base_link camera"/>'
     )
     session = simulated(package, GAZEBO.format("") + SPAWN.format("") + node)
-    heard: list[TFMessage] = []
-    session._motion.bus.subscribe("/tf_static", TFMessage, heard.append)
-    frames = {t.child_frame_id: t for t in heard[-1].transforms}
+    received: list[TFMessage] = []
+    session._motion.bus.subscribe("/tf_static", TFMessage, received.append)
+    frames = {t.child_frame_id: t for t in received[-1].transforms}
     assert {"camera", "base_link", "caster"} <= set(frames)
     place = frames["camera"].transform.translation
     assert (frames["camera"].header.frame_id, place.x, place.y, place.z) == ("base_link", 1.0, 2.0, 3.0)
@@ -124,10 +124,10 @@ def test_the_map_server_s_map_is_on_its_topic(package: Path) -> None:
     )
     node = f'<node pkg="map_server" type="map_server" name="m" args="{package}/m.yaml"/>'
     session = simulated(package, GAZEBO.format("") + SPAWN.format("") + node)
-    heard: list[OccupancyGrid] = []
-    session._motion.bus.subscribe("/map", OccupancyGrid, heard.append)
-    # the picture's upper row is the map's last one
-    assert list(heard[-1].data) == [0, 0, 0, 0, 0, 100]
+    received: list[OccupancyGrid] = []
+    session._motion.bus.subscribe("/map", OccupancyGrid, received.append)
+    # the top row of the picture is the last row of the map
+    assert list(received[-1].data) == [0, 0, 0, 0, 0, 100]
 
 
 def test_the_keys_of_the_terminal_drive(package: Path) -> None:
@@ -138,7 +138,7 @@ def test_the_keys_of_the_terminal_drive(package: Path) -> None:
     assert teleop is not None
     teleop.press("i")
     sim.run(3.0)
-    # 0.5 m/s, as the node starts with
+    # 0.5 m/s, the initial speed of the node
     assert sim.odometry.twist.x == pytest.approx(0.5, abs=0.02)
     teleop.press("k")
     sim.run(2.0)
@@ -175,7 +175,7 @@ def test_a_program_drives_the_robot_and_ends_the_launch_and_the_run_is_recorded(
     assert "/drive is required and exited with status 0: the launch ends" in done.stderr
     again = replay(str(package / "run.mcap"))
     assert again.is_same
-    # 0.3 m from where it was spawned, and on until the last command is taken for lost
+    # 0.3 m from the spawn pose, and further until the last command times out
     assert 2.3 <= again.simulation.ground_truth.pose.x <= 2.3 + 0.4 * 0.8
 
 
@@ -191,10 +191,10 @@ def test_rosbag_record_records(package: Path) -> None:
         package,
         "wait.py",
         "import kbot\nfrom kbot.messages import Odometry\nnode = kbot.Node('wait')\nheard = []\n"
-        "def hear(m):\n"
-        "    heard.append(m)\n"
-        "    if len(heard) > 5: node.close()\n"
-        "node.subscribe('odom', Odometry, hear)\nnode.spin(60)\n",
+        "def on_message(m):\n"
+        "    received.append(m)\n"
+        "    if len(received) > 5: node.close()\n"
+        "node.subscribe('odom', Odometry, on_message)\nnode.spin(60)\n",
     ).format('required="true"')
     bag = '<node pkg="rosbag" type="record" name="r" args="-O run odom"/>'
     done = launched(package, GAZEBO.format("") + SPAWN.format("") + node + bag)
@@ -212,7 +212,7 @@ def test_rosparam_dump_writes_what_the_launch_sets(package: Path) -> None:
 
 
 def test_the_program_of_a_shown_robot_moves_its_joints(package: Path) -> None:
-    """A source of joint states over ROS 1, as joint_state_publisher's source_list has it."""
+    """A source of joint states over ROS 1, like those in joint_state_publisher's source_list."""
     node = program(
         package,
         "turn.py",
@@ -220,11 +220,11 @@ def test_the_program_of_a_shown_robot_moves_its_joints(package: Path) -> None:
         "node = kbot.Node('turn')\n"
         "turned = JointState(name=('left_wheel_joint',), position=(1.25,))\n"
         "node.every(0.05, lambda: node.publish('turned', turned))\n"
-        "def hear(m):\n"
+        "def on_message(m):\n"
         "    at = dict(zip(m.name, m.position))\n"
         "    if at['left_wheel_joint'] == 1.25:\n"
         "        print(json.dumps(at)); node.close()\n"
-        "node.subscribe('joint_states', JointState, hear)\nnode.spin(60)\n",
+        "node.subscribe('joint_states', JointState, on_message)\nnode.spin(60)\n",
     ).format('required="true" output="screen"')
     jsp = (
         '<node pkg="joint_state_publisher" type="joint_state_publisher" name="j">'
@@ -232,11 +232,11 @@ def test_the_program_of_a_shown_robot_moves_its_joints(package: Path) -> None:
     )
     done = launched(package, jsp + node)
     assert done.returncode == 0, done.stderr
-    said = next(line for line in done.stdout.splitlines() if line.startswith("{"))
-    assert json.loads(said) == {"left_wheel_joint": 1.25, "right_wheel_joint": 0.0}
+    output = next(line for line in done.stdout.splitlines() if line.startswith("{"))
+    assert json.loads(output) == {"left_wheel_joint": 1.25, "right_wheel_joint": 0.0}
 
 
-def test_a_shown_robot_is_not_recorded_and_that_is_said(package: Path) -> None:
+def test_a_shown_robot_is_not_recorded_which_is_reported(package: Path) -> None:
     done = launched(package, "", "--record", "run.mcap")
     assert done.returncode == 2
     assert "--record needs a launch file that simulates a robot" in done.stderr
@@ -267,15 +267,15 @@ def test_programs_run_without_a_robot_until_all_have_ended(
     assert "/say {'speed': 0.4} ('on',)" in done.stdout
 
 
-@pytest.mark.parametrize("said", ["", "so it was"])
-def test_only_logs_that_say_something_outlive_a_launch(
-    package: Path, monkeypatch: pytest.MonkeyPatch, said: str
+@pytest.mark.parametrize("text", ["", "so it was"])
+def test_only_logs_with_content_are_kept_after_a_launch(
+    package: Path, monkeypatch: pytest.MonkeyPatch, text: str
 ) -> None:
     scratch = package.parent / "scratch"
     scratch.mkdir()
     monkeypatch.setenv("KBOT_TRANSPORT", "local")
     monkeypatch.setenv("TMPDIR", str(scratch))
-    node = program(package, "say.py", f"print({said!r}, end='')").format('output="log"')
+    node = program(package, "say.py", f"print({text!r}, end='')").format('output="log"')
     (package / "launch" / "own.launch").write_text(f"<launch>{node}</launch>")
     done = subprocess.run(
         [sys.executable, "-m", "kbot", "launch", "launch/own.launch"],
@@ -286,13 +286,11 @@ def test_only_logs_that_say_something_outlive_a_launch(
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    assert [log.read_text() for log in scratch.rglob("*.log")] == ([said] if said else [])
-    assert bool(list(scratch.glob("kbot-launch-*"))) == bool(said)
+    assert [log.read_text() for log in scratch.rglob("*.log")] == ([text] if text else [])
+    assert bool(list(scratch.glob("kbot-launch-*"))) == bool(text)
 
 
-def test_two_robots_stand_apart_and_drive_by_their_own_topics_and_again_in_a_replay(
-    package: Path, tmp_path: Path
-) -> None:
+def test_two_robots_drive_by_separate_topics_also_in_a_replay(package: Path, tmp_path: Path) -> None:
     robots = "".join(
         f'<group ns="{name}">{SPAWN.replace("-param robot", "-param /robot").replace(" r ", f" {name} ")}'
         f"</group>".format(place)
@@ -300,8 +298,8 @@ def test_two_robots_stand_apart_and_drive_by_their_own_topics_and_again_in_a_rep
     )
     run = run_of(package, GAZEBO.format("") + robots)
     file = tmp_path / "run.mcap"
-    going = RunOutputs(print, RecordOptions(str(file)))
-    sim = run.session(going, EMPTY)._motion._sim
+    outputs = RunOutputs(print, RecordOptions(str(file)))
+    sim = run.session(outputs, EMPTY)._motion._sim
     assert list(sim.robots) == ["a", "b"]
     assert sim.robots["b"].body.link_pose("base_footprint").translation[2] == pytest.approx(0.2)
     for _ in range(10):
@@ -309,17 +307,17 @@ def test_two_robots_stand_apart_and_drive_by_their_own_topics_and_again_in_a_rep
         sim.run(0.2)
     first, second = (sim.robots[name].ground_truth.pose for name in "ab")
     assert (first.x, first.y) == pytest.approx((0.0, 1.0), abs=1e-3)
-    # along its own nose for 2 s at 0.3 m/s, less what it takes to fall and to get up to speed
+    # straight ahead for 2 s at 0.3 m/s, minus the time to fall and to accelerate
     assert -0.65 < second.y < -0.4
     assert second.x == pytest.approx(-1.0, abs=0.1)
-    going.close()
+    outputs.close()
     again = replay(str(file))
     assert again.is_same
     assert again.same_state
     assert {"/a/odom", "/b/odom", "/b/joint_states"} <= set(Recording(str(file)).summary().topics)
 
 
-def test_robots_that_would_stand_in_each_other_are_told_of_with_the_line(package: Path) -> None:
+def test_overlapping_robots_are_reported_with_the_line(package: Path) -> None:
     robots = (
         SPAWN.format("-robot_namespace a")
         + "\n"
@@ -332,7 +330,7 @@ def test_robots_that_would_stand_in_each_other_are_told_of_with_the_line(package
 
 @pytest.fixture(scope="module")
 def driven(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A recording of a command of 0.3 m/s, ten times a second for two seconds."""
+    """A recording of the command 0.3 m/s, ten times a second for two seconds."""
     path = tmp_path_factory.mktemp("driven") / "drive.bag"
     sim = Simulation("kbot")
     sim.bus.advertise("/cmd_vel", Twist)
@@ -357,7 +355,7 @@ def test_a_recording_that_the_launch_plays_drives_the_robot(package: Path, drive
     assert 0.4 < sim.ground_truth.pose.x < 0.8
 
 
-def test_joint_states_of_a_recording_move_a_robot_that_is_shown(package: Path, tmp_path: Path) -> None:
+def test_joint_states_of_a_recording_move_a_shown_robot(package: Path, tmp_path: Path) -> None:
     bag = tmp_path / "joints.mcap"
     sim = Simulation(load_robot(str(package / "urdf" / "my_robot.xacro")).require())
     with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(bag)):
@@ -370,7 +368,7 @@ def test_joint_states_of_a_recording_move_a_robot_that_is_shown(package: Path, t
     assert shown["left_wheel_joint"] == pytest.approx(end["left_wheel_joint"], abs=0.1)
 
 
-def test_a_launch_of_a_recording_alone_ends_with_it(package: Path, driven: Path) -> None:
+def test_a_launch_with_only_a_recording_ends_with_it(package: Path, driven: Path) -> None:
     file = package / "launch" / "a.launch"
     file.write_text(f"<launch>{play(driven, '-r 4')}</launch>")
     done = subprocess.run(

@@ -1,4 +1,4 @@
-"""Launches without a robot, as processes: what their nodes say is heard."""
+"""Tests launches without a robot, as processes: the messages of their nodes are received."""
 
 import os
 import re
@@ -76,8 +76,8 @@ def terminal() -> Iterator[tuple[int, int]]:
     os.close(theirs)
 
 
-def test_frames_maps_and_parameters_are_there_without_a_robot(folder: Path) -> None:
-    """Their time is the wall's: nothing tells those who hear that a simulation does."""
+def test_frames_maps_and_parameters_exist_without_a_robot(folder: Path) -> None:
+    """Their time is wall-clock time, because no simulation publishes a clock."""
     (folder / "map.pgm").write_bytes(b"P5\n2 2\n255\n\xfe\xfe\x00\x00")
     (folder / "map.yaml").write_text(MAP)
     (folder / "a.launch").write_text(f"<launch>{FRAME}{SERVER}{PARAMETER}</launch>")
@@ -89,30 +89,30 @@ def test_frames_maps_and_parameters_are_there_without_a_robot(folder: Path) -> N
         assert kbot("param", "list").stdout.split() == ["/speed"]
         assert kbot("tf", "tree").stdout.splitlines() == ["map", "  odom (static)"]
         assert "Translation: [1.000, 2.000, 3.000]" in kbot("tf", "echo", "map", "odom", "--once").stdout
-        said = yaml.safe_load(kbot("topic", "echo", "/tf_static", "--once").stdout.removesuffix("---\n"))
-        assert before <= said["transforms"][0]["header"]["stamp"]["sec"] + 1 <= time.time() + 1
-        told = kbot("topic", "echo", "/map", "--once", "--field", "info.resolution").stdout
-        assert told == "0.25\n---\n"
+        output = yaml.safe_load(kbot("topic", "echo", "/tf_static", "--once").stdout.removesuffix("---\n"))
+        assert before <= output["transforms"][0]["header"]["stamp"]["sec"] + 1 <= time.time() + 1
+        output = kbot("topic", "echo", "/map", "--once", "--field", "info.resolution").stdout
+        assert output == "0.25\n---\n"
 
 
-def test_keys_are_heard_without_a_robot(folder: Path, terminal: tuple[int, int]) -> None:
+def test_keys_are_read_without_a_robot(folder: Path, terminal: tuple[int, int]) -> None:
     ours, theirs = terminal
     (folder / "a.launch").write_text(f"<launch>{TELEOP}</launch>")
-    with running(folder, "launch", str(folder / "a.launch"), keyboard=theirs) as told:
-        until(lambda: "The launch file has no robot" in told())
+    with running(folder, "launch", str(folder / "a.launch"), keyboard=theirs) as output:
+        until(lambda: "The launch file has no robot" in output())
         os.write(ours, b"i")
         assert kbot("topic", "echo", "/cmd_vel", "--once", "--field", "linear.x").stdout == "0.5\n---\n"
 
 
-def test_keys_drive_the_kbot_that_runs(folder: Path, terminal: tuple[int, int]) -> None:
+def test_keys_drive_the_running_kbot(folder: Path, terminal: tuple[int, int]) -> None:
     ours, theirs = terminal
     (folder / "a.launch").write_text(f"<launch>{TELEOP}{FRAME}</launch>")
     with running(folder, "sim", "kbot", "--no-browser", "--port", "0"):
         until(lambda: kbot("node", "list").returncode == 0)
-        with running(folder, "launch", str(folder / "a.launch"), keyboard=theirs) as told:
-            until(lambda: "The launch file has no robot" in told())
-            assert "The running KBot receives /cmd_vel." in told()
-            assert "Frames of the launch file are not published" in told()
+        with running(folder, "launch", str(folder / "a.launch"), keyboard=theirs) as output:
+            until(lambda: "The launch file has no robot" in output())
+            assert "The running KBot receives /cmd_vel." in output()
+            assert "Frames of the launch file are not published" in output()
             os.write(ours, b"i")
             until(lambda: speed() > 0.2)
             os.write(ours, b"k")
@@ -120,7 +120,7 @@ def test_keys_drive_the_kbot_that_runs(folder: Path, terminal: tuple[int, int]) 
 
 
 def speed() -> float:
-    said = kbot("topic", "echo", "/odom", "--once", "--field", "twist.twist.linear.x").stdout
-    found = re.match(r"\S+", said)
+    output = kbot("topic", "echo", "/odom", "--once", "--field", "twist.twist.linear.x").stdout
+    found = re.match(r"\S+", output)
     assert found is not None
     return float(found[0])

@@ -1,4 +1,4 @@
-"""The command line as a whole: verbs, help, errors and exit statuses."""
+"""Tests the command line as a whole: verbs, help, errors and exit statuses."""
 
 import os
 import subprocess
@@ -69,7 +69,7 @@ def test_help_loads_no_verb_and_no_heavy_library() -> None:
     subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL)
 
 
-def test_nothing_loads_the_engine_where_nothing_is_simulated() -> None:
+def test_verbs_without_a_simulation_do_not_load_the_engine() -> None:
     code = (
         "import sys, kbot.ros.client, kbot.cli.bag.play, kbot.ros.launch.running.robot_run;"
         "import kbot.cli.ros.graph, kbot.cli.ros.launch.command, kbot.cli.view;"
@@ -83,27 +83,27 @@ def test_nothing_loads_the_engine_where_nothing_is_simulated() -> None:
 
 
 @pytest.mark.parametrize(("written", "meant"), [("chek", "check"), ("siml", "sim"), ("viewx", "view")])
-def test_an_unknown_verb_names_the_nearest(
+def test_an_unknown_verb_suggests_the_nearest(
     written: str, meant: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run([written]) == 2
     assert f"unknown verb '{written}': did you mean '{meant}'?" in capsys.readouterr().err
 
 
-def test_an_unknown_verb_without_a_near_one_names_the_list(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unknown_verb_without_a_similar_name_refers_to_the_list(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     assert run(["xyz"]) == 2
     assert "unknown verb 'xyz'. `kbot --help` lists the verbs.\n" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("verb", ELSEWHERE)
-def test_a_verb_of_ros_2_that_is_not_there_says_what_is(
-    verb: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_missing_verb_of_ros_2_names_the_replacement(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run([verb, "list"]) == 2
     assert f"unknown verb '{verb}': {ELSEWHERE[verb]}" in capsys.readouterr().err
 
 
-def test_a_file_in_a_verb_s_place_says_how_to_view_it(
+def test_a_file_instead_of_a_verb_explains_how_to_view_it(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     robot = tmp_path / "robot.xacro"
@@ -112,7 +112,7 @@ def test_a_file_in_a_verb_s_place_says_how_to_view_it(
     assert f"kbot view {robot}" in capsys.readouterr().err
 
 
-def test_without_a_verb_it_is_the_simulation_of_kbot() -> None:
+def test_without_a_verb_kbot_is_simulated() -> None:
     with group.make_context("kbot", ["--port", "8300"]) as context:
         assert [*context._protected_args, *context.args] == ["sim", "kbot", "--port", "8300"]
 
@@ -126,7 +126,7 @@ def test_an_unknown_option_is_exit_status_2(capsys: pytest.CaptureFixture[str]) 
 
 @pytest.mark.skipif(os.name == "nt", reason="pipes and /dev/full are POSIX")
 @pytest.mark.parametrize("robot", ["kbot", KBOT])
-def test_a_reader_that_goes_away_is_met_in_silence(robot: str) -> None:
+def test_a_closed_pipe_ends_silently(robot: str) -> None:
     command = f"'{sys.executable}' -m kbot expand '{robot}' | head -c 1"
     done = subprocess.run(["/bin/sh", "-c", command], capture_output=True, text=True, check=False)
     assert (done.stdout, done.stderr) == ("<", "")

@@ -1,4 +1,4 @@
-"""`name:=value` on the command lines: properties are overridden with a note, unknown names are errors."""
+"""Tests `name:=value` on command lines: properties are overridden with a note, unknown names are errors."""
 
 import json
 from pathlib import Path
@@ -44,7 +44,7 @@ def note(file: Path) -> str:
     return f"note: the property wheel_radius is set to 0.06; {file}:2 has 0.035\n"
 
 
-def test_a_simulation_is_that_of_a_file_with_the_typed_value(mine: Path, capsys: Captured) -> None:
+def test_a_simulation_uses_the_typed_value(mine: Path, capsys: Captured) -> None:
     def state(*words: str) -> str:
         report = ["sim", str(mine), *words, "--headless", "--duration", "0.2", "--cmd-vel", "0.1,0", "--json"]
         assert run(report) == 0
@@ -89,13 +89,13 @@ def test_where_names_the_property_s_own_line(mine: Path, capsys: Captured) -> No
     assert capsys.readouterr().out == f"{mine}:2:46: property 'wheel_radius' = 0.06\n"
 
 
-def test_check_judges_the_robot_with_the_typed_value(mine: Path, capsys: Captured) -> None:
-    """A radius of 0 is an error of the reader, at its line."""
+def test_check_uses_the_typed_value(mine: Path, capsys: Captured) -> None:
+    """A radius of 0 is an error of the reader at its line."""
     assert run(["check", str(mine), "wheel_radius:=0"]) == 1
     assert "error" in capsys.readouterr().out
 
 
-def test_one_of_several_files_may_know_a_name(mine: Path, capsys: Captured) -> None:
+def test_a_name_may_exist_in_only_one_of_several_files(mine: Path, capsys: Captured) -> None:
     other = mine.with_name("other.urdf")
     other.write_text('<robot name="other"><link name="base"/></robot>')
     run(["check", str(mine.parent), TYPED])
@@ -128,7 +128,7 @@ def test_a_name_may_need_the_arguments_of_the_configuration(
     assert "[X206]" in capsys.readouterr().err
 
 
-def test_the_robot_that_ships_has_arguments(capsys: Captured) -> None:
+def test_the_shipped_robot_has_arguments(capsys: Captured) -> None:
     assert run(["info", "kbot", "wheel_radius:=0.04"]) == 0
     assert capsys.readouterr().err == ""
     assert run(["info", "kbot", "wheel_raduis:=0.04"]) == 2
@@ -171,14 +171,14 @@ def test_set_rejects_an_unknown_name(mine: Path, words: list[str], error: str, c
     assert not Path("out.urdf").exists()
 
 
-def test_expand_names_the_property_that_a_slip_means(mine: Path, capsys: Captured) -> None:
+def test_expand_suggests_the_property_for_a_misspelled_name(mine: Path, capsys: Captured) -> None:
     assert run(["expand", str(mine), "wheel_raduis:=0.05"]) == 0
     err = capsys.readouterr().err
     assert "did you mean the property wheel_radius? Override it with --set wheel_radius=0.05" in err
 
 
 @pytest.mark.parametrize("verb", ["sim", "check", "info"])
-def test_other_verbs_name_the_form_that_replaces_set(mine: Path, verb: str, capsys: Captured) -> None:
+def test_other_verbs_explain_what_to_write_instead_of_set(mine: Path, verb: str, capsys: Captured) -> None:
     assert run([verb, str(mine), "--set", "wheel_radius=0.05"]) == 2
     assert "Write name:=value, for example wheel_radius:=0.05." in capsys.readouterr().err
 

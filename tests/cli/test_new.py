@@ -1,4 +1,4 @@
-"""`kbot new` as a person runs it: what it makes is sound, and drives."""
+"""Tests the command `kbot new`: the new robot has no findings, and drives."""
 
 import math
 import xml.etree.ElementTree as ElementTree
@@ -30,7 +30,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("flags", SIZES.values(), ids=SIZES)
-def test_the_check_finds_nothing_in_it(
+def test_a_new_package_has_no_findings(
     here: Path, capsys: pytest.CaptureFixture[str], flags: tuple[str, ...]
 ) -> None:
     assert run(["new", "my_robot", *flags]) == 0
@@ -39,7 +39,7 @@ def test_the_check_finds_nothing_in_it(
     assert capsys.readouterr() == ("", "")
 
 
-def test_it_has_the_sizes_it_was_asked_for(here: Path) -> None:
+def test_a_new_robot_has_the_requested_sizes(here: Path) -> None:
     run(["new", "my_robot", "--length", "0.4", "--wheel-radius", "0.08", "--separation", "0.3"])
     robot = kbot.load("my_robot/urdf/my_robot.xacro")
     left = robot.pose("left_wheel", in_frame="base_footprint").translation
@@ -50,8 +50,8 @@ def test_it_has_the_sizes_it_was_asked_for(here: Path) -> None:
 
 @pytest.mark.parametrize("flags", SIZES.values(), ids=SIZES)
 @pytest.mark.parametrize("file", ["view.rviz", "view_ros2.rviz"])
-def test_rviz_looks_from_where_all_of_it_is_seen(here: Path, flags: tuple[str, ...], file: str) -> None:
-    """Its camera is 45 degrees high: a ball of radius r is seen whole from r / sin(22.5 degrees) on."""
+def test_rviz_shows_the_whole_robot(here: Path, flags: tuple[str, ...], file: str) -> None:
+    """With a 45 degree field of view, a ball of radius r is fully visible from r / sin(22.5 degrees) on."""
     run(["new", "my_robot", *flags])
     displays = yaml.safe_load(Path("my_robot/config", file).read_text())
     distance = displays["Visualization Manager"]["Views"]["Current"]["Distance"]
@@ -64,7 +64,7 @@ def test_rviz_looks_from_where_all_of_it_is_seen(here: Path, flags: tuple[str, .
 
 
 @pytest.mark.parametrize("flags", SIZES.values(), ids=SIZES)
-def test_it_drives_straight_and_turns_as_commanded(here: Path, flags: tuple[str, ...]) -> None:
+def test_a_new_robot_drives_straight_and_turns_as_commanded(here: Path, flags: tuple[str, ...]) -> None:
     run(["new", "my_robot", *flags])
     simulation = kbot.Simulation("my_robot/urdf/my_robot.xacro")
     simulation.cmd_vel(0.1, 0.0)
@@ -83,7 +83,7 @@ def test_it_drives_straight_and_turns_as_commanded(here: Path, flags: tuple[str,
     assert simulation.ground_truth.pose.yaw - start.yaw == pytest.approx(2.0, rel=0.02)
 
 
-def test_its_manifest_names_it_and_both_ways_to_build_it(here: Path) -> None:
+def test_the_manifest_has_the_name_and_both_build_types(here: Path) -> None:
     run(["new", "my_robot"])
     root = ElementTree.parse("my_robot/package.xml").getroot()
     assert (root.tag, root.get("format"), root.findtext("name")) == ("package", "3", "my_robot")
@@ -94,7 +94,9 @@ def test_its_manifest_names_it_and_both_ways_to_build_it(here: Path) -> None:
 @pytest.mark.parametrize(
     "file", ["display.launch", "simulate.launch", "display_ros2.launch.xml", "simulate_ros2.launch.xml"]
 )
-def test_its_launch_files_run(here: Path, capsys: pytest.CaptureFixture[str], file: str) -> None:
+def test_the_launch_files_of_a_new_package_run(
+    here: Path, capsys: pytest.CaptureFixture[str], file: str
+) -> None:
     run(["new", "my_robot"])
     capsys.readouterr()
     assert run(["launch", "my_robot", file, "--dry-run"]) == 0
@@ -104,7 +106,7 @@ def test_its_launch_files_run(here: Path, capsys: pytest.CaptureFixture[str], fi
     assert "not run" not in out
 
 
-def test_what_is_there_is_left_as_it_is(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_existing_folder_is_not_changed(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (here / "my_robot").mkdir()
     (here / "my_robot" / "notes.txt").write_text("mine")
     assert run(["new", "my_robot"]) == 2
@@ -114,7 +116,7 @@ def test_what_is_there_is_left_as_it_is(here: Path, capsys: pytest.CaptureFixtur
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         (
             ("My-Robot",),
@@ -140,9 +142,9 @@ def test_what_is_there_is_left_as_it_is(here: Path, capsys: pytest.CaptureFixtur
         (("robot", "--in", "nowhere"), "nowhere"),
     ],
 )
-def test_a_wrong_wish_is_one_clear_error_and_makes_nothing(
-    here: Path, capsys: pytest.CaptureFixture[str], words: tuple[str, ...], said: str
+def test_invalid_options_are_one_clear_error_and_create_nothing(
+    here: Path, capsys: pytest.CaptureFixture[str], words: tuple[str, ...], message: str
 ) -> None:
     assert run(["new", *words]) == 2
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err
     assert list(here.iterdir()) == []

@@ -1,4 +1,4 @@
-"""What a terminal is told while something lasts; what is no terminal is told nothing."""
+"""Tests that terminals show long operations, and that pipes do not."""
 
 from __future__ import annotations
 
@@ -17,32 +17,32 @@ def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(progress, "PATIENCE", 0.0)
 
 
-def test_a_pipe_is_told_nothing(capsys: pytest.CaptureFixture[str], at_once: None) -> None:
+def test_a_pipe_gets_no_progress(capsys: pytest.CaptureFixture[str], at_once: None) -> None:
     with progress.busy("loading it"):
         time.sleep(0.1)
     assert capsys.readouterr() == ("", "")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="terminals are opened otherwise on Windows")
-def test_a_terminal_is_told_what_lasts(monkeypatch: pytest.MonkeyPatch, at_once: None) -> None:
+def test_a_terminal_shows_long_operations(monkeypatch: pytest.MonkeyPatch, at_once: None) -> None:
     master, slave = os.openpty()
     with os.fdopen(slave, "w") as terminal:
         monkeypatch.setattr(sys, "stderr", terminal)
         monkeypatch.setenv("TERM", "xterm")
-        said = b""
+        shown = b""
         with progress.busy("loading it"):
-            while b"loading it" not in said:
-                said += os.read(master, 1000)
+            while b"loading it" not in shown:
+                shown += os.read(master, 1000)
         terminal.flush()
     os.close(master)
 
 
-def test_what_goes_wrong_meanwhile_is_raised() -> None:
+def test_errors_inside_the_block_are_raised() -> None:
     with pytest.raises(ValueError, match="so it is"), progress.busy("loading it"):
         raise ValueError("so it is")
 
 
-def test_the_collector_rests_while_something_is_loaded() -> None:
+def test_garbage_collection_is_off_while_loading() -> None:
     assert gc.isenabled()
     try:
         with progress.loading("it"):
@@ -53,7 +53,7 @@ def test_the_collector_rests_while_something_is_loaded() -> None:
         gc.unfreeze()
 
 
-def test_the_collector_is_back_after_what_cannot_be_loaded() -> None:
+def test_garbage_collection_is_on_again_after_an_error() -> None:
     try:
         with pytest.raises(ValueError, match="so it is"), progress.loading("it"):
             raise ValueError("so it is")

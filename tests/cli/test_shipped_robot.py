@@ -1,4 +1,4 @@
-"""The robot that ships with KBot never replaces the user's own: whose kbot_description a command takes."""
+"""Tests which kbot_description a command uses: the shipped robot never replaces the user's own."""
 
 import shutil
 import warnings
@@ -29,7 +29,7 @@ def generate_launch_description():
 
 @pytest.fixture
 def typed(shared: Path, tmp_path: Path) -> Path:
-    """The chapter's package as a reader types it: the folders of its first command, without package.xml."""
+    """The chapter's package as a reader creates it: the folders of the first command, without package.xml."""
     folder = tmp_path / "chapter-02/src/kbot_description"
     shutil.copytree(shared / "chapter/corrected/kbot_description", folder)
     (folder / "package.xml").unlink()
@@ -37,7 +37,7 @@ def typed(shared: Path, tmp_path: Path) -> Path:
 
 
 def robot_of(capsys: pytest.CaptureFixture[str]) -> str:
-    """The file of the robot that a dry run names, where no note came before it."""
+    """The robot file that a dry run prints. Checks that there is no note before it."""
     captured = capsys.readouterr()
     assert "ships with KBot" not in captured.err
     return captured.out.rpartition("robot: ")[2].strip()
@@ -112,7 +112,7 @@ def test_launch_files_of_ros_2_find_the_reader_s_folder(
 
 @pytest.fixture
 def with_mesh(typed: Path) -> Path:
-    """A description of the reader's that finds its own parts and mesh by the package's name."""
+    """A reader's description that finds its parts and mesh through the package's name."""
     name = "kbot_description"
     (typed / "meshes").mkdir()
     (typed / "meshes/base.stl").write_text(
@@ -151,7 +151,7 @@ def test_find_and_package_addresses_mean_the_reader_s_folder(
 
 
 def test_a_real_package_in_a_folder_of_the_same_name_is_the_package(tmp_path: Path) -> None:
-    """As in a clone: the repository and the package in it have one name."""
+    """As in a clone: the repository and its package have the same name."""
     inner = tmp_path / "kbot_description/kbot_description"
     inner.mkdir(parents=True)
     (inner / "package.xml").write_text("<package><name>kbot_description</name></package>")
@@ -159,7 +159,7 @@ def test_a_real_package_in_a_folder_of_the_same_name_is_the_package(tmp_path: Pa
         assert Packages(around=str(around)).find("kbot_description") == str(inner)
 
 
-def test_explicit_places_may_name_a_folder_without_a_manifest(
+def test_explicit_paths_may_contain_a_folder_without_a_manifest(
     typed: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert Packages([typed.parent]).find("kbot_description") == str(typed)
@@ -172,7 +172,7 @@ def test_explicit_places_may_name_a_folder_without_a_manifest(
     assert Packages().find("kbot_description") == str(Path("prefix/share/kbot_description").absolute())
 
 
-def test_a_note_comes_first_where_the_shipped_robot_is_used(
+def test_a_note_comes_first_if_the_shipped_robot_is_used(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(["launch", "kbot_description", LAUNCH, "--dry-run"]) == 0
@@ -191,7 +191,7 @@ def test_a_note_comes_first_where_the_shipped_robot_is_used(
 
 
 @pytest.mark.parametrize("verb", ["expand", "info", "check"])
-def test_a_note_comes_first_where_a_description_takes_parts_of_the_shipped_robot(
+def test_a_note_comes_first_if_a_description_uses_parts_of_the_shipped_robot(
     tmp_path: Path, verb: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "r.xacro"
@@ -226,7 +226,7 @@ HERE = {"by path": "the folder that contains the file", "by name": "the folder i
 
 @pytest.mark.parametrize("origin", ["--package-path", "AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH"])
 @pytest.mark.parametrize("how", HERE)
-def test_one_note_names_the_own_folder_that_a_variable_or_option_hides(
+def test_one_note_names_the_user_s_folder_that_a_variable_or_option_hides(
     typed: Path,
     tmp_path: Path,
     how: str,
@@ -255,7 +255,7 @@ def test_one_note_names_the_own_folder_that_a_variable_or_option_hides(
 def test_a_package_that_is_the_user_s_own_folder_gets_no_note(
     typed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Also by a symbolic link, from the folder around it, and installed by links."""
+    """Also with a symbolic link, from the enclosing folder, and if installed by links."""
     (typed / "package.xml").write_text("<package><name>kbot_description</name></package>")
     (tmp_path / "linked").symlink_to(typed.parent)
     share = tmp_path / "prefix/share/kbot_description"

@@ -1,4 +1,4 @@
-"""`kbot sim` without a page: what it prints and how it ends."""
+"""Tests `kbot sim --headless`: what it prints and how it ends."""
 
 import json
 
@@ -25,7 +25,7 @@ def report_of(capsys, *words):
     return json.loads(out)
 
 
-def test_the_report_has_what_is_promised(capsys):
+def test_the_report_has_the_documented_keys(capsys):
     report = report_of(capsys, "kbot", "--duration", "2", "--cmd-vel", "0.2,0")
     promised = "pose odometry distance_m steps simulated_s wall_s real_time_factor state_sha256"
     assert set(report) == set(promised.split())
@@ -43,7 +43,7 @@ def test_equal_runs_have_equal_digests_and_others_do_not(capsys):
     assert first == second != other
 
 
-def test_what_rounds_to_nothing_has_no_sign():
+def test_values_that_round_to_zero_have_no_sign():
     odometry = PlanarPose(-1e-9, 1e-9, -1e-9)
     report = RunReport(
         PlanarPose(-1e-9, -0.1, 0.0), odometry, 0.0, 0, 0.0, 0.0, "", PlanarPose(0.0, 0.0, 0.0)
@@ -54,12 +54,12 @@ def test_what_rounds_to_nothing_has_no_sign():
 
 
 def test_arguments_change_the_robot(capsys):
-    """Wheels twice as large under the same command: the same way, half as many turns of the wheel."""
+    """With twice the wheel radius, the same command gives the same distance and half as many wheel turns."""
     large = report_of(capsys, "kbot", "wheel_radius:=0.07", "--duration", "2", "--cmd-vel", "0.2,0")
     assert large["pose"]["x"] == pytest.approx(0.2 * 2 - 0.2**2 / 2, abs=0.01)
 
 
-def test_what_a_macro_has_wrong_is_said_once_with_its_other_calls(capsys, tmp_path):
+def test_a_fault_in_a_macro_is_reported_once_with_its_calls(capsys, tmp_path):
     file = tmp_path / "rover.xacro"
     file.write_text(
         '<robot name="rover" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="base"/>\n'
@@ -77,7 +77,7 @@ def test_what_a_macro_has_wrong_is_said_once_with_its_other_calls(capsys, tmp_pa
     assert f"{file}:4:1: info: friction by direction" in err
 
 
-def test_what_ros2_control_does_not_find_is_said_and_the_rest_is_simulated(capsys, tmp_path):
+def test_missing_parts_of_ros2_control_are_reported_and_the_rest_is_simulated(capsys, tmp_path):
     file = tmp_path / "arm.urdf"
     file.write_text(
         '<robot name="arm"><link name="world"/><link name="bar"><inertial><mass value="1"/>'
@@ -111,7 +111,7 @@ def test_a_script_drives(capsys, tmp_path):
     assert report["simulated_s"] == 3.0
 
 
-def test_a_script_whose_assertion_fails_ends_with_one_and_says_the_values(capsys, tmp_path):
+def test_a_failed_assertion_of_a_script_exits_with_1_and_prints_the_values(capsys, tmp_path):
     script = tmp_path / "drive.py"
     script.write_text(
         "LIMIT = 2.5\n\ndef drive(sim):\n    sim.cmd_vel(0.2, 0)\n    sim.run(1)\n"
@@ -135,7 +135,7 @@ def test_a_script_whose_assertion_fails_ends_with_one_and_says_the_values(capsys
         ("def drive(sim):\n    sim.run(-1)\n", "time to run"),
     ],
 )
-def test_a_script_that_cannot_be_used_ends_with_two(capsys, tmp_path, text, message):
+def test_an_unusable_script_exits_with_2(capsys, tmp_path, text, message):
     script = tmp_path / "drive.py"
     script.write_text(text)
     status, out, err = simulate(capsys, "kbot", "--headless", "--script", str(script))
@@ -179,7 +179,7 @@ def test_bad_input_is_one_clear_message_and_status_two(capsys, words, message):
     assert "Traceback" not in err
 
 
-def test_a_robot_without_wheels_says_why_it_cannot_drive(capsys, tmp_path):
+def test_a_robot_without_wheels_reports_why_it_cannot_drive(capsys, tmp_path):
     file = tmp_path / "ball.urdf"
     inertia = '<inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/>'
     file.write_text(
@@ -193,7 +193,7 @@ def test_a_robot_without_wheels_says_why_it_cannot_drive(capsys, tmp_path):
 
 
 def test_a_picture_is_drawn_even_of_a_drive_that_fails(capsys, tmp_path):
-    """KBot's way, which is straight along x, ends to the right of where it began."""
+    """KBot's path, straight along x, ends to the right of its start."""
     script, picture = tmp_path / "drive.py", tmp_path / "drive.png"
     script.write_text("def drive(sim):\n    sim.cmd_vel(0.2, 0)\n    sim.run(3)\n    assert False\n")
     status, _, _ = simulate(
@@ -207,7 +207,7 @@ def test_a_picture_is_drawn_even_of_a_drive_that_fails(capsys, tmp_path):
     assert ended > began + 100
 
 
-def test_a_picture_that_cannot_be_written_is_said(capsys, tmp_path):
+def test_an_unwritable_picture_is_an_error(capsys, tmp_path):
     target = tmp_path / "nowhere" / "drive.png"
     status, _, err = simulate(capsys, "kbot", "--headless", "--duration", "1", "--plot", str(target))
     assert status == 2
@@ -226,7 +226,7 @@ def test_a_picture_overwrites_nothing_but_pictures(capsys, tmp_path, option):
     assert "Choose two different files" in err
 
 
-def test_a_picture_that_nothing_can_draw_is_refused_before_the_run(capsys, tmp_path, monkeypatch):
+def test_a_picture_that_cannot_be_drawn_is_rejected_before_the_run(capsys, tmp_path, monkeypatch):
     def nothing(width, height):
         raise KbotError("no OpenGL")
 
@@ -237,7 +237,7 @@ def test_a_picture_that_nothing_can_draw_is_refused_before_the_run(capsys, tmp_p
     assert "no OpenGL" in err
 
 
-def test_the_report_is_there_where_its_picture_cannot_be_written(capsys, tmp_path):
+def test_the_report_is_printed_even_if_its_picture_cannot_be_written(capsys, tmp_path):
     taken = tmp_path / "drive.png"
     taken.mkdir()
     status, out, err = simulate(capsys, "kbot", "--headless", "--duration", "1", "--plot", str(taken))
@@ -266,7 +266,7 @@ def test_a_world_from_a_file(capsys, tmp_path):
     assert "none.world does not exist" in err
 
 
-def test_a_robot_may_start_elsewhere(capsys):
+def test_pose_sets_the_start(capsys):
     pose = report_of(capsys, "kbot", "--pose", "1,2,0.5", "--duration", "0.1")["pose"]
     assert (pose["x"], pose["y"], pose["yaw"]) == pytest.approx((1.0, 2.0, 0.5), abs=1e-6)
     for text, message in (("1,2", "takes X,Y,YAW"), ("1,2,nan", "takes finite numbers")):

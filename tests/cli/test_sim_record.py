@@ -1,4 +1,4 @@
-"""`kbot sim --record`: what the command line records can be run again, whoever else looked at the run."""
+"""Tests `kbot sim --record`: a recorded run can be replayed, even if others watched the run."""
 
 from pathlib import Path
 
@@ -8,7 +8,7 @@ from kbot.cli.main import run
 from kbot.record import Recording
 
 
-def test_a_recorded_run_is_reported_as_ever_and_comes_out_the_same_again(
+def test_a_recorded_run_has_the_usual_report_and_replays_identically(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = [
@@ -26,9 +26,9 @@ def test_a_recorded_run_is_reported_as_ever_and_comes_out_the_same_again(
     assert run(words) == 0
     free = capsys.readouterr().out.splitlines()[-1]
     assert run([*words, "--record", path]) == 0
-    told = capsys.readouterr()
-    assert told.out.splitlines()[-1] == free
-    assert f"{path}: 905 messages recorded" in told.err
+    captured = capsys.readouterr()
+    assert captured.out.splitlines()[-1] == free
+    assert f"{path}: 905 messages recorded" in captured.err
     facts = Recording(path).summary().notes["kbot"]
     assert facts["world"] == "maze:size=4,seed=2"
     assert run(["bag", "replay", path]) == 0
@@ -46,7 +46,7 @@ def test_a_script_s_commands_are_recorded(tmp_path: Path, capsys: pytest.Capture
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         (["--record-topic", "/odom"], "--record-topic needs --record"),
         (["--bridge-host", "0.0.0.0"], "--bridge-host needs a bridge"),
@@ -58,14 +58,14 @@ def test_a_script_s_commands_are_recorded(tmp_path: Path, capsys: pytest.Capture
         ),
     ],
 )
-def test_what_cannot_be_recorded_is_said(
+def test_impossible_recordings_are_errors(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
     words: list[str],
-    said: str,
+    message: str,
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert run(["sim", "kbot", "--headless", *words]) == 2
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err
     assert not list(tmp_path.iterdir())

@@ -1,4 +1,4 @@
-"""What is not a regular file, not ASCII, or printed where the locale is not UTF-8."""
+"""Tests files that are not regular, names that are not ASCII, and locales that are not UTF-8."""
 
 import os
 import subprocess
@@ -30,7 +30,7 @@ NOT_FILES = ("/proc/self/mem", "/proc/kmsg", "/proc/*/*", "/dev/*", "/dev/fd/*",
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="these are files of Linux")
-def test_including_what_is_not_a_file(tmp_path: Path, measured_kbot: Callable[..., Any]) -> None:
+def test_including_something_that_is_not_a_file(tmp_path: Path, measured_kbot: Callable[..., Any]) -> None:
     includes = "".join(f'<xacro:include filename="{name}"/>' for name in NOT_FILES)
     (tmp_path / "robot.xacro").write_text(f"{H}{includes}</robot>")
     for verb in ("expand", "check"):
@@ -39,7 +39,7 @@ def test_including_what_is_not_a_file(tmp_path: Path, measured_kbot: Callable[..
 
 
 @pytest.mark.parametrize("kind", ["pipe", "folder", "large file", "device"])
-def test_an_option_that_names_what_is_not_a_file(
+def test_an_option_that_names_something_that_is_not_a_file(
     kind: str, tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
     (tmp_path / "robot.urdf").write_text(f'{H}<link name="base_link"/></robot>')
@@ -68,7 +68,7 @@ def test_a_description_may_come_from_a_pipe() -> None:
 
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
 def test_every_verb_prints_utf_8(encoding: str, tmp_path: Path) -> None:
-    """XML without a declared encoding is UTF-8, whatever the locale is; and so is what others print."""
+    """XML without a declared encoding is UTF-8 in every locale. So is the output of all verbs."""
     (tmp_path / "röbot.urdf").write_text(f'{H}<link name="bäse" colour="ö"/></robot>', encoding="utf-8")
     for words in (
         ("expand", "röbot.urdf"),

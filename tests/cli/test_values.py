@@ -1,4 +1,4 @@
-"""VALUES of `kbot topic pub` and `kbot service call`: what is no message is told before anybody is asked."""
+"""Tests VALUES of `kbot topic pub` and `kbot service call`: errors come before a connection is made."""
 
 import pytest
 
@@ -8,7 +8,7 @@ from kbot.text import KbotError
 
 
 @pytest.mark.parametrize(
-    ("values", "said"),
+    ("values", "message"),
     [
         ("{a: &a [*a]}", "its aliases stand for too many values"),
         ("&a {a: {b: *a}}", "its aliases stand for too many values"),
@@ -27,11 +27,11 @@ from kbot.text import KbotError
     ],
 )
 @pytest.mark.parametrize("verb", [("topic", "pub", "--once"), ("service", "call")])
-def test_values_that_no_message_holds(
-    verb: tuple[str, ...], values: str, said: str, capsys: pytest.CaptureFixture[str]
+def test_values_that_do_not_fit_the_message(
+    verb: tuple[str, ...], values: str, message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run([*verb, "/name", values]) == 2
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err
 
 
 def test_a_bomb_of_aliases_is_bounded() -> None:
@@ -41,7 +41,7 @@ def test_a_bomb_of_aliases_is_bounded() -> None:
         read_values(("\n".join(lines),), "{}")
 
 
-def test_what_is_repeated_and_what_is_written_well_is_taken() -> None:
+def test_aliases_and_valid_values_are_accepted() -> None:
     assert read_values(("{a: &a [1], b: *a, c: 1.0e+308, d: '1e3', e: 1.5e-3}",), "{}") == {
         "a": [1],
         "b": [1],
@@ -52,6 +52,6 @@ def test_what_is_repeated_and_what_is_written_well_is_taken() -> None:
     assert read_word("e1", "VALUE", "0.5") == "e1"
 
 
-def test_what_only_one_of_two_parsers_reads_is_taken() -> None:
+def test_values_that_only_one_of_two_parsers_reads_are_accepted() -> None:
     assert read_word("[a?, '1e3']", "VALUE", "0.5") == ["a?", "1e3"]
     assert read_word("{a:{b: 1}}", "VALUE", "0.5") == {"a": {"b": 1}}

@@ -1,4 +1,4 @@
-"""`kbot view` as a person runs it."""
+"""Tests the command `kbot view`."""
 
 import re
 import signal
@@ -18,7 +18,7 @@ def view(*words: str) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.parametrize(
-    ("name", "content", "said"),
+    ("name", "content", "message"),
     [
         ("missing.xacro", None, "does not exist"),
         ("empty.urdf", b"", "the file is empty"),
@@ -28,15 +28,15 @@ def view(*words: str) -> subprocess.CompletedProcess[str]:
         ("world.sdf", b"<sdf/>", "not a robot"),
     ],
 )
-def test_what_is_no_robot_is_said_and_exits_2(
-    tmp_path: Path, name: str, content: bytes | None, said: str
+def test_a_file_that_is_not_a_robot_is_reported_with_exit_status_2(
+    tmp_path: Path, name: str, content: bytes | None, message: str
 ) -> None:
     file = tmp_path / name
     if content is not None:
         file.write_bytes(content)
     ended = view(str(file))
     assert ended.returncode == 2
-    assert said in ended.stderr
+    assert message in ended.stderr
     assert "Traceback" not in ended.stderr
     assert ended.stdout == ""
 
@@ -49,7 +49,7 @@ def test_name_equals_value_is_explained() -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT for one process")
 @pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
-def test_it_serves_until_it_is_ended(tmp_path: Path, ending: signal.Signals) -> None:
+def test_view_serves_until_it_is_stopped(tmp_path: Path, ending: signal.Signals) -> None:
     file = tmp_path / "r.urdf"
     file.write_text(ROBOT)
     command = [sys.executable, "-m", "kbot", "view", str(file), "--no-browser", "--port", "0"]

@@ -1,4 +1,4 @@
-"""`kbot where` leads from a name or a place in the result to what was written."""
+"""Tests that `kbot where` leads from a name or a position in the result to the source."""
 
 import json
 from pathlib import Path
@@ -35,13 +35,13 @@ def test_a_definition(robot: str, name: str, place: str, capsys: pytest.CaptureF
     assert f"{robot}:{place} '{name}'" in capsys.readouterr().out
 
 
-def test_a_place_in_the_result(robot: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_position_in_the_result(robot: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["where", robot, "7:30", "--json"]) == 0
     (found,) = json.loads(capsys.readouterr().out)["found"]
     assert (found["name"], found["line"]) == ("link@w", 3)
     assert found["bindings"][0]["name"] == "width"
 
 
-def test_an_unknown_name_has_a_neighbour(robot: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unknown_name_has_a_suggestion(robot: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["where", robot, "left_whel"]) == 2
     assert "did you mean 'left_wheel'" in capsys.readouterr().err

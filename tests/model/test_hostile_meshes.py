@@ -1,4 +1,4 @@
-"""Mesh files that lie about themselves: each is one clear error, before it fills the memory."""
+"""Tests mesh files with false sizes: each is one clear error, before it fills the memory."""
 
 import base64
 import json
@@ -98,26 +98,26 @@ def load(folder: Path, extension: str, content: bytes) -> Any:
 
 
 @pytest.mark.parametrize("extension", FORMATS)
-def test_the_files_of_these_tests_are_meshes(tmp_path: Path, extension: str) -> None:
+def test_the_unchanged_files_of_these_tests_are_valid_meshes(tmp_path: Path, extension: str) -> None:
     assert load(tmp_path, extension, FORMATS[extension](POINTS, (0, 1, 2))).faces.tolist() == [[0, 1, 2]]
 
 
 @pytest.mark.parametrize("index", [3, 99, 2**31 - 1])
-@pytest.mark.parametrize("extension", [name for name in FORMATS if name != "stl"])  # which has no indices
+@pytest.mark.parametrize("extension", [name for name in FORMATS if name != "stl"])  # STL has no indices
 def test_an_index_out_of_range_is_an_error(tmp_path: Path, extension: str, index: int) -> None:
-    message = f"triangle with vertex {index}, of 3|out of bounds|no triangle"
+    message = f"triangle with vertex index {index}, but only 3|out of bounds|no triangle"
     with pytest.raises(KbotError, match=message):
         load(tmp_path, extension, FORMATS[extension](POINTS, (0, 1, index)))
 
 
 def test_a_negative_index_is_an_error(tmp_path: Path) -> None:
-    with pytest.raises(KbotError, match=r"a\.ply has a triangle with vertex -1, of 3 that count from 0"):
+    with pytest.raises(KbotError, match=r"a\.ply has a triangle with vertex index -1, but only 3 vertices"):
         load(tmp_path, "ply", ply(POINTS, (0, 1, -1)))
 
 
 @pytest.mark.parametrize("extension", [name for name in FORMATS if name not in ("obj", "dae")])
 @pytest.mark.parametrize("value", [NAN, float("inf"), 3e38])
-def test_a_vertex_nowhere_is_an_error(tmp_path: Path, extension: str, value: float) -> None:
+def test_a_vertex_beyond_the_limit_is_an_error(tmp_path: Path, extension: str, value: float) -> None:
     with pytest.raises(KbotError, match=r"a vertex that is not finite|a vertex at 3e"):
         load(tmp_path, extension, FORMATS[extension]((value, *POINTS[1:]), (0, 1, 2)))
 
@@ -125,13 +125,13 @@ def test_a_vertex_nowhere_is_an_error(tmp_path: Path, extension: str, value: flo
 @pytest.mark.parametrize(
     "head", [{"vertices": 1_000_000_000}, {"faces": 1_000_000_000}, {"vertices": 2**64}, {"vertices": -1}]
 )
-def test_a_head_that_claims_too_much_is_an_error(tmp_path: Path, head: dict[str, int]) -> None:
+def test_a_header_that_declares_too_much_is_an_error(tmp_path: Path, head: dict[str, int]) -> None:
     with pytest.raises(KbotError, match=r"cannot be read|no triangle"):
         load(tmp_path, "ply", ply(POINTS, (0, 1, 2), **head))
 
 
 @pytest.mark.parametrize("extension", ["gltf", "glb"])
-def test_an_accessor_without_a_buffer_is_bounded(tmp_path: Path, extension: str) -> None:
+def test_an_accessor_without_a_buffer_is_limited(tmp_path: Path, extension: str) -> None:
     claim = [
         {"componentType": 5126, "count": 1_000_000_000, "type": "VEC3"},
         {"bufferView": 1, "componentType": 5125, "count": 3, "type": "SCALAR"},
@@ -147,7 +147,7 @@ def test_a_mesh_that_is_placed_too_often_is_an_error(tmp_path: Path) -> None:
 
 
 def test_nodes_that_place_nodes_are_counted_first(tmp_path: Path) -> None:
-    """Each of 30 nodes places the next one twice: 2^31 - 1 nodes and a scene's two."""
+    """Each of 30 nodes places the next one twice: 2^31 - 1 nodes, plus the scene's two."""
     chain = "".join(
         f'<node id="n{i}"><instance_node url="#n{i + 1}"/><instance_node url="#n{i + 1}"/></node>'
         for i in range(30)
@@ -163,7 +163,7 @@ def test_nodes_that_place_nodes_are_counted_first(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
-def test_entities_are_refused(tmp_path: Path, encoding: str) -> None:
+def test_entities_are_rejected(tmp_path: Path, encoding: str) -> None:
     head = f'<?xml version="1.0" encoding="{encoding}"?>'
     text = head + '<!DOCTYPE c [<!ENTITY a SYSTEM "file:///etc/passwd">]>' + COLLADA.partition("?>")[2]
     with pytest.raises(KbotError, match="it declares XML entities"):
@@ -186,14 +186,14 @@ def test_an_archive_is_not_unpacked(tmp_path: Path) -> None:
         ("dae", COLLADA.encode().replace(b"<scene>", b"<triangles/>" * 20_000), "it has 20001 primitives"),
     ],
 )
-def test_parts_that_take_minutes_are_an_error(
+def test_contents_that_take_minutes_are_an_error(
     tmp_path: Path, extension: str, content: bytes, message: str
 ) -> None:
     with pytest.raises(KbotError, match=message):
         load(tmp_path, extension, content)
 
 
-def test_a_file_that_is_huge_is_not_read(tmp_path: Path) -> None:
+def test_a_huge_file_is_not_read(tmp_path: Path) -> None:
     with (tmp_path / "a.stl").open("wb") as file:
         file.truncate(1 << 40)  # a sparse file: a terabyte of zeros
     with pytest.raises(KbotError, match="it has 1099511627776 bytes, more than"):
@@ -260,12 +260,12 @@ def test_an_expensive_mesh_is_an_error_before_it_is_loaded(
 @pytest.mark.parametrize(
     "uri", ["/etc/passwd", "../../../../etc/passwd", "http://127.0.0.1:9/a", "/dev/zero"]
 )
-def test_buffers_of_elsewhere_are_not_read(tmp_path: Path, uri: str) -> None:
+def test_buffers_outside_the_package_are_not_read(tmp_path: Path, uri: str) -> None:
     with pytest.raises(KbotError, match=re.escape(uri)):
         load(tmp_path, "gltf", gltf(POINTS, (0, 1, 2), uri))
 
 
-def test_files_that_a_mesh_names_are_bounded_together(
+def test_the_total_size_of_referenced_files_is_limited(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("kbot.model._mesh_files.MOST_NAMED_BYTES", 10 << 10)
@@ -291,8 +291,8 @@ def png(width: int, height: int, rows: bytes = b"") -> bytes:
 
 @pytest.mark.filterwarnings("ignore::PIL.Image.DecompressionBombWarning")
 @pytest.mark.parametrize(("size", "drawn"), [(9, 9), (2100, MOST_PIXELS), (9000, 0), (50_000, 0)])
-def test_a_texture_is_bounded(tmp_path: Path, size: int, drawn: int) -> None:
-    """One of too many pixels is not drawn, as one that is missing; it is not decoded either."""
+def test_textures_are_limited(tmp_path: Path, size: int, drawn: int) -> None:
+    """A texture with too many pixels is treated as missing. It is not decoded."""
     rows = (b"\0" + b"\xff" * 4 * size) * size if drawn else b""
     (tmp_path / "a.png").write_bytes(png(size, size, rows))
     (tmp_path / "a.mtl").write_text("newmtl m\nmap_Kd a.png\n")
@@ -307,7 +307,7 @@ def test_a_texture_is_bounded(tmp_path: Path, size: int, drawn: int) -> None:
         ("m.dae", "<COLLADA/>"),
     ],
 )
-def test_the_error_of_a_damaged_file_has_no_words_of_python(name: str, text: str, tmp_path: Path) -> None:
+def test_the_error_of_a_damaged_file_has_no_python_message(name: str, text: str, tmp_path: Path) -> None:
     (tmp_path / name).write_text(text)
     with pytest.raises(KbotError) as refused:
         load_mesh(str(tmp_path / name))

@@ -1,4 +1,4 @@
-"""From files and unsaved text to robots, with what expansion and reading say together."""
+"""Tests loading robots from files and unsaved text, with the diagnostics of expansion and reading."""
 
 import pytest
 
@@ -23,14 +23,14 @@ def test_kbot_is_the_shipped_robot(tmp_path, monkeypatch):
     assert resolve_robot_path("./kbot") == "./kbot"
 
 
-def test_errors_of_expansion_and_of_reading_are_told_together():
+def test_errors_of_expansion_and_reading_are_reported_together():
     loaded = load_robot_text(BROKEN, "bot.xacro")
     assert [(d.code[0], d.origin.span.line) for d in loaded.diagnostics] == [("X", 4), ("U", 5)]
     with pytest.raises(DescriptionError):
         loaded.require()
 
 
-def test_what_could_not_be_expanded_is_not_told_again():
+def test_consequences_of_expansion_errors_are_not_reported():
     loaded = load_robot_text(BROKEN.replace("fixd", "fixed"), "bot.xacro")
     assert [d.code[0] for d in loaded.diagnostics] == ["X"]
     assert loaded.robot is not None
@@ -38,7 +38,7 @@ def test_what_could_not_be_expanded_is_not_told_again():
     assert loaded.has_errors
 
 
-def test_errors_know_the_macro_that_made_them():
+def test_errors_have_the_macro_call_in_their_origin():
     text = """<robot name="bot" xmlns:xacro="http://www.ros.org/wiki/xacro">
   <xacro:macro name="wheel" params="side">
     <link name="${side}_wheel"/>
@@ -70,7 +70,7 @@ def test_meshes_are_found_around_the_file(tmp_path):
 @pytest.mark.parametrize(
     "content", [b"", b"\x89PNG\r\n\x1a\n\x00", b"a: 1\nb: 2\n", b"<robot name='r'><link", b"<sdf/>"]
 )
-def test_what_is_no_robot_never_raises(tmp_path, content):
+def test_files_that_are_not_robots_never_raise(tmp_path, content):
     path = tmp_path / "file.urdf"
     path.write_bytes(content)
     loaded = load_robot(path)

@@ -1,4 +1,4 @@
-"""Mesh files written by hand or by trimesh, read back."""
+"""Tests reading mesh files that were written by hand or by trimesh."""
 
 import subprocess
 import sys
@@ -70,7 +70,7 @@ def test_scale_applies_to_bounds(box, tmp_path):
     assert high - low == pytest.approx([2, 1, 3])
 
 
-def test_a_surface_inside_out_holds_as_much(box, tmp_path):
+def test_a_surface_that_is_inside_out_has_the_same_volume(box, tmp_path):
     box.invert()
     path = str(tmp_path / "box.stl")
     box.export(path)
@@ -90,7 +90,7 @@ def test_an_open_surface_has_no_volume(tmp_path):
         ("a.stl", bytes(range(128, 228)), "it is no .stl file"),
         ("a.dae", b"<COLLADA", "cannot be read"),
         ("a.obj", b"", "cannot be read|no triangle"),
-        ("a.txt", b"hello", "of no known format"),
+        ("a.txt", b"hello", "has an unknown format"),
     ],
 )
 def test_broken_files_are_one_clear_error(tmp_path, name, content, message):
@@ -116,7 +116,7 @@ def test_a_file_that_changes_is_read_again(box, tmp_path):
     assert load_mesh(str(path)).vertices.max() == pytest.approx(2 * before)
 
 
-def test_a_texture_that_is_gone_is_no_traceback_on_stderr(tmp_path):
+def test_a_missing_texture_prints_no_traceback(tmp_path):
     texture = (
         '<newparam sid="f"><surface type="2D"><init_from>i</init_from></surface></newparam>'
         '<newparam sid="t"><sampler2D><source>f</source></sampler2D></newparam>'

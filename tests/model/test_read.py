@@ -1,4 +1,4 @@
-"""What the reader makes of good and of broken URDF."""
+"""Tests the reader with correct and broken URDF."""
 
 import math
 
@@ -30,7 +30,7 @@ def findings(text: str) -> list[tuple[str, int, str]]:
     return [(d.code, d.origin.span.line, d.origin.span.text) for d in read(text).diagnostics]
 
 
-def test_a_robot_in_full():
+def test_a_complete_robot():
     reading = read(
         robot(
             "<material name='red'><color rgba='1 0 0 1'/></material>",
@@ -53,27 +53,32 @@ def test_a_robot_in_full():
             "<gazebo reference='arm'/>",
         )
     )
-    got = reading.require()
+    result = reading.require()
     assert not reading.diagnostics
-    assert (got.name, got.root, list(got.links), list(got.joints)) == ("r", "base", ["base", "arm"], ["j"])
-    visual = got.links["base"].visuals[0]
+    assert (result.name, result.root, list(result.links), list(result.joints)) == (
+        "r",
+        "base",
+        ["base", "arm"],
+        ["j"],
+    )
+    visual = result.links["base"].visuals[0]
     assert isinstance(visual.geometry, Box)
     assert visual.geometry.size == (1, 2, 3)
     assert visual.material is not None
     assert visual.material.rgba == (1, 0, 0, 1)
-    arm = got.links["arm"]
+    arm = result.links["arm"]
     assert arm.inertial is not None
     assert (arm.inertial.mass, arm.inertial.iyy, arm.inertial.pose.xyz) == (2, 2, (0, 0, 1))
     assert isinstance(arm.collisions[0].geometry, Cylinder)
     assert arm.collisions[0].geometry.length == 10
     assert arm.collisions[0].pose.rpy == (0, 1.5, 0)
-    j = got.joints["j"]
+    j = result.joints["j"]
     assert (j.type, j.axis, j.pose.xyz) == (JointType.REVOLUTE, (0, 0, 1), (1, 2, 3))
     assert j.limit is not None
     assert (j.limit.lower, j.limit.upper, j.limit.effort, j.limit.velocity) == (-1, 1, 5, 6)
     assert j.dynamics is not None
     assert (j.dynamics.damping, j.dynamics.friction) == (0.1, 0)
-    assert [e.tag for e in got.extensions] == ["gazebo"]
+    assert [e.tag for e in result.extensions] == ["gazebo"]
     assert j.child_origin.span.text == "arm"
 
 
@@ -164,7 +169,7 @@ def test_each_fault_is_reported_once_where_it_was_written(name):
 
 @pytest.mark.parametrize("digits", ["\uff11", "\u0661", "1\u00a0", "1_0", "0x1"])
 def test_numbers_are_written_in_ascii_as_for_strtod(digits):
-    """Full-width and Arabic digits, a no-break space: Python reads them as numbers, ROS does not."""
+    """Python reads full-width and Arabic digits and no-break spaces as numbers, ROS does not."""
     text = f'<robot name="r"><link name="a"/><link name="b"/>{JOINT.format(digits)}</robot>'
     found = read_robot(parse_xml(Source("r.urdf", text))).diagnostics
     assert {d.code for d in found} == {"U012"}
@@ -174,7 +179,7 @@ def test_numbers_are_written_in_ascii_as_for_strtod(digits):
 JOINT = """<joint name="j" type="fixed"><parent link="a"/><child link="b"/><origin xyz="{0} 0 0"/></joint>"""
 
 
-def test_nearest_names_are_offered():
+def test_nearest_names_are_suggested():
     text = robot(link("base_link"), link("b"), joint("j", "bse_link", "b", "fixd"))
     hints = [d.hint for d in read(text).diagnostics]
     assert hints == ["did you mean 'fixed'?"]
@@ -190,7 +195,7 @@ def test_many_faults_in_one_run():
     assert [code for code, _, _ in findings(text)] == ["U013"] * 5 + ["U012"] * 3
 
 
-def test_robot_with_errors_is_still_there_but_not_given_out():
+def test_a_robot_with_errors_exists_but_require_raises():
     text = robot(
         link(
             "a",
@@ -205,7 +210,7 @@ def test_robot_with_errors_is_still_there_but_not_given_out():
         reading.require()
 
 
-def test_the_same_fault_in_two_places_is_two_findings_and_leaves_no_shape():
+def test_the_same_fault_in_two_places_is_two_findings():
     shape = "<geometry><sphere radius='${r}'/></geometry>"
     reading = read(robot(link("a", f"<visual>{shape}</visual>\n<collision>{shape}</collision>")))
     assert [d.origin.span.line for d in reading.diagnostics] == [2, 3]
@@ -225,7 +230,7 @@ def test_without_a_tree_there_is_no_robot():
 
 def test_first_definition_of_a_material_counts():
     visual = "<visual><geometry><sphere radius='1'/></geometry><material name='{}'>{}</material></visual>"
-    got = read(
+    result = read(
         robot(
             "<material name='red'><color rgba='1 0 0 1'/></material>",
             link("a", visual.format("red", "<color rgba='0 1 0 1'/>")),
@@ -235,15 +240,15 @@ def test_first_definition_of_a_material_counts():
             *(joint(f"j{x}", "a", x) for x in "bcd"),
         )
     ).require()
-    colors = {name: part.visuals[0].material.rgba for name, part in got.links.items()}
+    colors = {name: part.visuals[0].material.rgba for name, part in result.links.items()}
     assert colors == {"a": (1, 0, 0, 1), "b": (0, 0, 1, 1), "c": (0, 0, 1, 1), "d": None}
 
 
-def test_a_mesh_that_is_not_found_is_no_error_of_the_reader():
-    got = read(
+def test_a_missing_mesh_is_not_an_error_of_the_reader():
+    result = read(
         robot(link("a", "<visual><geometry><mesh filename='package://no/a.stl'/></geometry></visual>"))
     )
-    mesh = got.require().links["a"].visuals[0].geometry
+    mesh = result.require().links["a"].visuals[0].geometry
     assert isinstance(mesh, Mesh)
     assert (mesh.uri, mesh.path, mesh.scale) == ("package://no/a.stl", None, (1, 1, 1))
 
@@ -260,7 +265,7 @@ def test_every_expanded_robot_of_the_corpus_is_read(shared):
             assert reading.require().links, file
 
 
-def test_numbers_with_commas_between_them_are_told_of_blanks():
+def test_numbers_separated_by_commas_have_a_hint():
     (found,) = read(
         robot(link("a"), link("b"), joint("j", "a", "b", inside="<origin xyz='0.15,0,0'/>"))
     ).diagnostics

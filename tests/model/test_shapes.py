@@ -1,4 +1,4 @@
-"""How far shapes reach, against points on them."""
+"""Compares the extents of shapes with points on their surfaces."""
 
 import math
 
@@ -22,7 +22,7 @@ SHAPES = {
 
 @pytest.mark.parametrize("name", SHAPES)
 @given(direction=st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda d: math.hypot(*d) > 0.1))
-def test_reach_is_not_exceeded_and_is_met(name, direction):
+def test_spans_are_exact(name, direction):
     shape = SHAPES[name]
     unit = np.array(direction) / math.hypot(*direction)
     surface = {
@@ -52,13 +52,13 @@ def _ring(radius, z):
     return np.column_stack([radius * np.cos(u), radius * np.sin(u), np.full_like(u, z)])
 
 
-def test_bounds_of_a_turned_box():
+def test_bounds_of_a_rotated_box():
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     low, high = bounds(SHAPES["box"], turn)
     assert high == pytest.approx([0.1, 0.15, 0.05])
     assert low == pytest.approx([-0.1, -0.15, -0.05])
 
 
-def test_a_mesh_without_file_measures_nothing():
+def test_a_mesh_without_a_file_has_no_bounds():
     mesh = Mesh("package://no/where.stl", None, (1.0, 1.0, 1.0), HERE)
     assert bounds(mesh) is None

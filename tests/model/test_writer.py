@@ -1,4 +1,4 @@
-"""What is written is read back the same, over real robots."""
+"""Tests that written robots are read back unchanged, with real robots."""
 
 from dataclasses import fields, is_dataclass
 
@@ -17,7 +17,7 @@ FILES = [
 
 
 def without_origins(value: object) -> object:
-    """The value as plain data, the places where it was written left out."""
+    """The value as plain data, without origins."""
     if isinstance(value, Element):
         children = [c for c in value.children if isinstance(c, Element) or c.value.strip()]
         return (value.tag, value.attributes, [without_origins(c) for c in children])
@@ -44,7 +44,7 @@ def test_round_trip_of_real_robots(shared, file):
     assert without_origins(again(robot)) == without_origins(robot)
 
 
-def test_round_trip_of_what_real_robots_seldom_have():
+def test_round_trip_of_rare_features():
     text = """<robot name='r &amp; "s"'>
     <link name='a'><collision name='c'><geometry><capsule radius='.1' length='.2'/></geometry></collision>
       <visual><geometry><mesh filename='file:///x.dae' scale='1 -1 .5'/></geometry>

@@ -1,4 +1,4 @@
-"""The pre-commit hooks, installed and run by pre-commit itself, and the GitHub action's steps."""
+"""Installs and runs the pre-commit hooks with pre-commit, and runs the steps of the GitHub action."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FAILS = ROOT / "tests" / "checks" / "fixtures" / "J107" / "fails.xacro"
 
 
 def run(*words: str | Path, cwd: Path, **variables: str) -> subprocess.CompletedProcess[str]:
-    """Run a program without this environment's own, so that nothing finds the kbot under test by chance."""
+    """Run a program without this Python environment, so that it cannot find the kbot under test."""
     own = str(Path(sys.executable).parent)
     path = os.pathsep.join(p for p in os.environ.get("PATH", "").split(os.pathsep) if p != own)
     inherited = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "VIRTUAL_ENV", "GIT_"))}
@@ -34,7 +34,7 @@ def git(*words: str | Path, cwd: Path) -> str:
 
 @pytest.fixture(scope="module")
 def published(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A repository with one commit: what git has of this one, as it stands in the working tree."""
+    """A repository with one commit: the tracked files of this repository, with their current content."""
     if not shutil.which("git") or not (ROOT / ".git").exists():
         pytest.skip("this is no git repository")
     folder = tmp_path_factory.mktemp("published")
@@ -50,13 +50,13 @@ def published(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Where pre-commit keeps the environments that it makes."""
+    """The folder in which pre-commit keeps its environments."""
     return tmp_path_factory.mktemp("pre-commit")
 
 
 @pytest.fixture
 def repository(tmp_path: Path, published: Path) -> Path:
-    """A user's repository: a robot of one finding, and a configuration that names ours."""
+    """A user's repository: a robot with one finding, and a configuration that names KBot's repository."""
     rev = git("rev-parse", "HEAD", cwd=published).strip()
     hooks = [{"id": "kbot-check"}, {"id": "kbot-fix"}]
     config = {"repos": [{"repo": str(published), "rev": rev, "hooks": hooks}]}
@@ -86,7 +86,7 @@ def test_the_check_hook_is_installed_fails_on_a_finding_and_passes_without(
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_the_fix_hook_mends_and_says_so(repository: Path, store: Path) -> None:
+def test_the_fix_hook_fixes_and_reports_it(repository: Path, store: Path) -> None:
     words = ("run", "kbot-fix", "--all-files")
     done = pre_commit(*words, cwd=repository, store=store)
     assert done.returncode == 1, done.stdout + done.stderr
@@ -113,7 +113,7 @@ def test_the_steps_of_the_action_install_annotate_fail_and_drive(tmp_path: Path,
         pytest.skip("there is no bash")
     action = yaml.safe_load((published / "action.yml").read_text("utf-8"))
     given = {
-        **{f"inputs.{name}": str(one["default"]) for name, one in action["inputs"].items()},
+        **{f"inputs.{name}": str(entry["default"]) for name, entry in action["inputs"].items()},
         "inputs.sarif": "out.sarif",
         "steps.python.outputs.python-path": sys.executable,
     }
@@ -130,7 +130,7 @@ def test_the_steps_of_the_action_install_annotate_fail_and_drive(tmp_path: Path,
     find, install, check, drive = action["runs"]["steps"]
     assert "inputs.script != ''" in drive["if"]
     assert find["uses"].startswith("actions/setup-python@")
-    said = ""
+    output = ""
     for step, status in ((install, 0), (check, 1), (drive, 0)):
         variables = {
             name: re.sub(r"\$\{\{ *(\S+) *\}\}", lambda m: given[m[1]], str(value))
@@ -140,8 +140,8 @@ def test_the_steps_of_the_action_install_annotate_fail_and_drive(tmp_path: Path,
         words = ("bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", step["run"])
         done = run(*words, cwd=folder, **variables, **runner)
         assert done.returncode == status, done.stdout + done.stderr
-        said += done.stdout
-    assert "::warning file=robot.xacro,line=" in said
-    assert '"distance_m"' in said
+        output += done.stdout
+    assert "::warning file=robot.xacro,line=" in output
+    assert '"distance_m"' in output
     assert (folder / "drive.png").read_bytes().startswith(b"\x89PNG")
     assert '"ruleId": "J107"' in (folder / "out.sarif").read_text("utf-8")

@@ -1,4 +1,4 @@
-"""Clients that misbehave do not fill the log, and a fault of KBot is one line with a crash file."""
+"""Tests that bad clients do not fill the log, and that an internal error is one line with a crash file."""
 
 import asyncio
 import logging
@@ -20,7 +20,7 @@ def messages(caplog: pytest.LogCaptureFixture) -> list[str]:
     return [record.getMessage() for record in caplog.records]
 
 
-def test_after_the_first_few_only_their_number_is_logged(caplog: pytest.LogCaptureFixture) -> None:
+def test_later_complaints_are_only_counted(caplog: pytest.LogCaptureFixture) -> None:
     now = 0.0
     complaints = Complaints(logging.getLogger("complaints"), clock=lambda: now)
     for number in range(FIRST + 1000):
@@ -48,7 +48,7 @@ def test_a_fault_has_a_crash_file_once(caplog: pytest.LogCaptureFixture, crash_f
     assert all("ValueError: no such thing" in file.read_text() for file in files)
 
 
-def test_a_callback_that_fails_is_one_line(caplog: pytest.LogCaptureFixture, crash_folder: Path) -> None:
+def test_a_failed_callback_is_one_line(caplog: pytest.LogCaptureFixture, crash_folder: Path) -> None:
     async def run() -> None:
         loop = asyncio.get_running_loop()
         loop.set_exception_handler(Complaints(logging.getLogger("complaints")).loop_fault)

@@ -1,4 +1,4 @@
-"""Names that people give, as names of files."""
+"""Tests the conversion of user-defined names to file names."""
 
 from pathlib import Path
 
@@ -30,14 +30,14 @@ from kbot.text.file_names import plain_file_name
         ("\ud800", "_"),
     ],
 )
-def test_a_name_as_that_of_a_file(name, file):
+def test_a_name_becomes_a_valid_file_name(name, file):
     assert plain_file_name(name) == file
 
 
 @pytest.mark.parametrize("letter", ["a", "ä", "機", "🤖"])
-def test_a_long_name_leaves_room_for_a_date_and_an_ending(letter, tmp_path):
+def test_a_long_name_leaves_room_for_a_date_and_a_suffix(letter, tmp_path):
     name = plain_file_name(letter * 10_000)
     assert 40 <= len(name) <= 100
     file = Path(tmp_path, f"{name}-20260101-120000-99.mcap.bookmarks.yaml")
-    file.touch()  # within the 255 bytes that file systems take
+    file.touch()  # within the 255 bytes that file systems allow
     assert file.parent == tmp_path

@@ -1,4 +1,4 @@
-"""Files are read with one clear error, and written whole or not at all."""
+"""Tests reading files with clear errors, and writing files completely or not at all."""
 
 import codecs
 import os
@@ -30,7 +30,7 @@ def test_reading(tmp_path: Path) -> None:
     assert code(tmp_path / "latin") == "F005"
 
 
-def test_a_package_in_the_place_of_a_description_is_told_of_its_files(tmp_path: Path) -> None:
+def test_a_package_instead_of_a_description_lists_its_files(tmp_path: Path) -> None:
     (tmp_path / "urdf").mkdir()
     (tmp_path / "urdf" / "arm.xacro").touch()
     (tmp_path / "urdf" / "notes.txt").touch()
@@ -46,7 +46,7 @@ def message(path: Path | str) -> str:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no devices among its files")
-def test_what_may_never_end_is_refused(tmp_path: Path) -> None:
+def test_files_that_may_never_end_are_rejected(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "link").symlink_to("/dev/zero")
     for name in (tmp_path / "pipe", tmp_path / "link", Path("/dev/zero"), Path("/dev/null")):
@@ -63,11 +63,13 @@ def test_a_pipe_of_the_shell_is_read_to_its_end() -> None:
         assert read_source(f"/dev/fd/{reading}").text == "<a>" + " " * 5000 + "</a>"
 
 
-def test_an_empty_name_and_a_link_to_nothing(tmp_path: Path) -> None:
+def test_an_empty_name_and_a_broken_link(tmp_path: Path) -> None:
     assert message("") == "a file name is empty"
     (tmp_path / "robot.xacro").symlink_to(tmp_path / "gone.xacro")
-    said = f"{tmp_path / 'robot.xacro'} is a symbolic link to {tmp_path / 'gone.xacro'}, which does not exist"
-    assert message(tmp_path / "robot.xacro") == said
+    expected = (
+        f"{tmp_path / 'robot.xacro'} is a symbolic link to {tmp_path / 'gone.xacro'}, which does not exist"
+    )
+    assert message(tmp_path / "robot.xacro") == expected
 
 
 @pytest.mark.parametrize(
@@ -101,7 +103,7 @@ def test_other_encodings_are_read_and_kept(tmp_path: Path, declared: str | None,
         ("iso-8859-1", b"", "latin-1"),
         ("UTF-16", codecs.BOM_UTF16_LE, "utf-16-le"),
         ("UTF-16", codecs.BOM_UTF16_BE, "utf-16-be"),
-        ("UTF-8", codecs.BOM_UTF16_BE, "utf-16-be"),  # the mark has the last word
+        ("UTF-8", codecs.BOM_UTF16_BE, "utf-16-be"),  # the byte order mark overrides the declaration
         ("UTF-16BE", b"", "utf-16-be"),
         ("UTF-16", b"", "utf-16-le"),
     ],
@@ -118,12 +120,12 @@ def test_a_file_keeps_its_mark_and_its_encoding(
 
 
 def test_files_are_rewritten_all_or_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    one, two = tmp_path / "one", tmp_path / "folder" / "two"
+    first, two = tmp_path / "one", tmp_path / "folder" / "two"
     two.parent.mkdir()
-    one.write_text("a")
+    first.write_text("a")
     two.write_text("b")
     with pytest.raises(KbotError, match="two has changed in the meantime"):
-        rewrite({str(one): ("a", "A"), str(two): ("c", "C")})
+        rewrite({str(first): ("a", "A"), str(two): ("c", "C")})
 
     make = tempfile.mkstemp
 
@@ -134,17 +136,15 @@ def test_files_are_rewritten_all_or_none(tmp_path: Path, monkeypatch: pytest.Mon
 
     monkeypatch.setattr(tempfile, "mkstemp", read_only)
     with pytest.raises(KbotError, match=r"two cannot be written \(no file was changed\): Permission denied"):
-        rewrite({str(one): ("a", "A"), str(two): ("b", "B")})
-    assert (one.read_text(), two.read_text()) == ("a", "b")
+        rewrite({str(first): ("a", "A"), str(two): ("b", "B")})
+    assert (first.read_text(), two.read_text()) == ("a", "b")
     assert sorted(p.name for p in tmp_path.rglob("*")) == ["folder", "one", "two"]
     monkeypatch.undo()
-    rewrite({str(one): ("a", "A"), str(two): ("b", "B")})
-    assert (one.read_text(), two.read_text()) == ("A", "B")
+    rewrite({str(first): ("a", "A"), str(two): ("b", "B")})
+    assert (first.read_text(), two.read_text()) == ("A", "B")
 
 
-def test_what_is_saved_while_others_are_made_ready_is_kept(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_edit_saved_during_a_rewrite_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "robot.xacro"
     path.write_text("old")
     make = tempfile.mkstemp
@@ -159,17 +159,17 @@ def test_what_is_saved_while_others_are_made_ready_is_kept(
     assert path.read_text() == "saved"
 
 
-def test_a_file_for_reading_only_is_left_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_read_only_file_is_not_changed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "robot.xacro"
     path.write_text("old")
-    monkeypatch.setattr(os, "access", lambda path, mode: mode != os.W_OK)  # root may write everywhere
+    monkeypatch.setattr(os, "access", lambda path, mode: mode != os.W_OK)  # root can write everywhere
     with pytest.raises(KbotError, match="cannot be written: Permission denied"):
         rewrite({str(path): ("old", "new")})
     assert path.read_text() == "old"
 
 
 @pytest.mark.parametrize("name", ["us-ascii", "UTF-8"])
-def test_bytes_that_are_not_of_the_declared_encoding(tmp_path: Path, name: str) -> None:
+def test_bytes_that_do_not_match_the_declared_encoding(tmp_path: Path, name: str) -> None:
     path = tmp_path / "robot.xacro"
     path.write_bytes(f'<?xml version="1.0" encoding="{name}"?><robot name="Räder"/>'.encode("latin-1"))
     assert code(path) == "F005"
@@ -177,21 +177,21 @@ def test_bytes_that_are_not_of_the_declared_encoding(tmp_path: Path, name: str) 
 
 
 @pytest.mark.parametrize("name", ["UTF-16", "shift_jis", "klingon"])
-def test_an_encoding_that_the_bytes_cannot_be_in(tmp_path: Path, name: str) -> None:
+def test_an_encoding_that_is_not_possible(tmp_path: Path, name: str) -> None:
     path = tmp_path / "robot.xacro"
     path.write_bytes(f'<?xml version="1.0" encoding="{name}"?><robot name="r"/>'.encode())
     assert code(path) == "F005"
     assert name in message(path)
 
 
-def test_a_missing_file_has_a_neighbour(tmp_path: Path) -> None:
+def test_a_missing_file_has_a_suggestion(tmp_path: Path) -> None:
     (tmp_path / "robot.xacro").write_text("<a/>")
     with pytest.raises(DescriptionError) as caught:
         read_source(tmp_path / "robt.xacro")
     assert caught.value.diagnostics[0].hint == "did you mean 'robot.xacro'?"
 
 
-def test_writing_replaces_the_whole_and_keeps_the_mode(tmp_path: Path) -> None:
+def test_writing_replaces_the_file_and_keeps_its_mode(tmp_path: Path) -> None:
     path = tmp_path / "out"
     path.write_text("old and longer")
     path.chmod(0o640)
@@ -215,18 +215,18 @@ def test_a_device_is_written_to_and_not_replaced() -> None:
     assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
 
 
-def test_a_folder_that_is_not_there_is_one_sentence(tmp_path: Path) -> None:
+def test_a_missing_folder_is_one_clear_error(tmp_path: Path) -> None:
     with pytest.raises(KbotError, match="cannot be written"):
         write_text(tmp_path / "none" / "out", "text")
 
 
-def test_an_address_of_windows_names_a_drive() -> None:
+def test_a_file_uri_on_windows_has_a_drive() -> None:
     assert from_file_uri("/C:/robot/a.stl", windows=True) == "C:/robot/a.stl"
     assert from_file_uri("/C:/robot/a.stl", windows=False) == "/C:/robot/a.stl"
     assert from_file_uri("/robot/a.stl", windows=True) == "/robot/a.stl"
 
 
-def test_a_missing_file_is_named_where_it_is_beneath_the_working_directory(
+def test_a_missing_file_is_found_below_the_working_directory(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -237,11 +237,11 @@ def test_a_missing_file_is_named_where_it_is_beneath_the_working_directory(
     with pytest.raises(DescriptionError) as error:
         read_source("robot.xacro")
     assert error.value.diagnostics[0].hint == f"did you mean {Path('mine/urdf/robot.xacro')}?"
-    with pytest.raises(DescriptionError) as error:  # an include, of which a file may have hundreds
+    with pytest.raises(DescriptionError) as error:  # as for an include: a file may have hundreds
         read_source("robot.xacro", from_pipe=False)
     assert error.value.diagnostics[0].hint == ""
     (tmp_path / "robot").mkdir()
     (tmp_path / "robot/robot.xacro").write_text("<robot/>")
-    with pytest.raises(DescriptionError) as error:  # which of the two is meant is not known
+    with pytest.raises(DescriptionError) as error:  # two candidates are ambiguous
         read_source("robot.xacro")
     assert error.value.diagnostics[0].hint == ""

@@ -1,12 +1,12 @@
-"""Python's limit of recursion, raised by several at once."""
+"""Tests several simultaneous changes of Python's recursion limit."""
 
 import sys
 
 from kbot.text.recursion import recursion_limit
 
 
-def test_the_limit_is_what_the_one_that_needs_most_needs_and_in_the_end_as_before() -> None:
-    """As two threads do: the first leaves while the second is still deep within."""
+def test_the_highest_limit_applies_and_the_old_one_returns() -> None:
+    """As with two threads: the first one ends while the second one is still recursing."""
     before = sys.getrecursionlimit()
     first, second = recursion_limit(before + 100), recursion_limit(before + 300)
     with first:

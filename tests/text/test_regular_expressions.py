@@ -41,7 +41,7 @@ POOL = [*map(chr, range(0x20, 0x7F)), "\n", "\t", "\u00e9", "\u00b2", "\u0663"]
 
 @dataclass(frozen=True)
 class Expression:
-    """A pattern as it is written at a place of the source, and the methods that it is used with."""
+    """A pattern in the source, and the methods that use it."""
 
     place: str
     pattern: str | bytes
@@ -50,7 +50,7 @@ class Expression:
 
 
 def written(node: ast.expr) -> Any:
-    """The constant that an expression is, with `name` for what is known only when it runs."""
+    """The constant value of an expression, with `name` for parts that are known only at run time."""
     match node:
         case ast.Constant():
             return node.value
@@ -94,7 +94,7 @@ def expressions() -> Iterator[Expression]:
                 methods = frozenset(m for user in users for m in used(parsed(user), name))
                 if node in at_once:
                     methods = frozenset({at_once[node]})
-                elif not methods:  # it is passed on: whatever the module does with an expression
+                elif not methods:  # it is passed on, so the module may use any method
                     methods = frozenset(m for of, m in calls(tree) if of != "re" and m in METHODS[:5])
             else:
                 methods = frozenset({function.attr})
@@ -106,7 +106,7 @@ def expressions() -> Iterator[Expression]:
 
 
 def expressions_of_the_page() -> Iterator[Expression]:
-    """Those that web/src gives a name; what they use is the same in Python's language."""
+    """The named patterns in web/src. Their syntax is also valid in Python."""
     for path in sorted(PAGE.rglob("*.ts")):
         text = path.read_text("utf-8")
         for match in re.finditer(r"^const \w+ = /(.+)/([gimsuy]*);$", text, re.MULTILINE):
@@ -135,7 +135,7 @@ def used(tree: ast.Module, name: str) -> set[str]:
 
 
 class Attack:
-    """The texts that an expression is attacked by."""
+    """The texts that attack an expression."""
 
     def __init__(self, pattern: str | bytes, flags: int) -> None:
         text = pattern.decode("latin-1") if isinstance(pattern, bytes) else pattern
@@ -146,10 +146,10 @@ class Attack:
         for character in POOL:
             kinds_of.setdefault(tuple(test(character) for test in tests), character)
         self.letters = list(kinds_of.values())
-        """One character of each kind that the expression tells apart."""
+        """One character of each kind that the expression distinguishes."""
 
     def texts(self) -> Iterator[Callable[[int], str]]:
-        """Functions that make a text of the number of repetitions."""
+        """Functions from a number of repetitions to a text."""
         seen = set()
         for before, body in self._loops(self.tree, ""):
             pumps = list(dict.fromkeys((*self.letters, body, before + body, before)))
@@ -160,7 +160,7 @@ class Attack:
                         yield lambda n, b=begin, f=first, s=second, e=end: b + f * n + s * n + e
 
     def _loops(self, tree: Any, before: str) -> Iterator[tuple[str, str]]:
-        """A text that leads to each unbounded repetition, and one that it repeats."""
+        """For each unbounded repetition: a text that leads to it, and a text that it repeats."""
         for node in tree:
             for inner in self._inner(node):
                 if node[0] in REPEATS and node[1][1] is kinds.MAXREPEAT:
@@ -169,14 +169,14 @@ class Attack:
             before += self._sample([node])
 
     def _bodies(self, tree: Any) -> Iterator[str]:
-        """What a repetition repeats: each of its alternatives."""
+        """The alternatives that a repetition repeats."""
         branches = [node for node in self._nodes(tree) if node[0] is kinds.BRANCH]
         yield self._sample(tree)
         for branch in branches:
             yield from (self._sample(alternative) for alternative in branch[1][1])
 
     def _sample(self, tree: Any) -> str:
-        """A short text that fits."""
+        """A short text that matches."""
         parts = []
         for node in tree:
             kind, value = node
@@ -217,7 +217,7 @@ class Attack:
         return node[0] in (kinds.LITERAL, kinds.NOT_LITERAL, kinds.ANY, kinds.IN)
 
     def _test(self, node: Any) -> Callable[[str], bool]:
-        """Whether a character fits a node."""
+        """Whether a character matches a node."""
         from re import _compiler  # type: ignore[attr-defined]  # not in the stubs of `re`
 
         tree = _parser.SubPattern(self.tree.state, [node])
@@ -235,7 +235,7 @@ def cpu_s(run: Callable[[Any], object], text: Any) -> float:
 
 
 def worst(expression: Expression) -> str:
-    """The first text whose time grows faster than its length, in words; empty where there is none."""
+    """A description of the first text whose time grows faster than its length, or an empty text."""
     compiled = re.compile(expression.pattern, expression.flags)
     methods = {ANCHORED.get(m, "findall") for m in expression.methods or ("match", "fullmatch", "search")}
     for make in Attack(expression.pattern, expression.flags).texts():
@@ -245,7 +245,9 @@ def worst(expression: Expression) -> str:
                 text = make(size)
                 given = text.encode() if isinstance(expression.pattern, bytes) else text
                 now = cpu_s(run, given)
-                if now > CERTAIN_S and cpu_s(run, given) > CERTAIN_S:  # a second time: one may be disturbed
+                if (
+                    now > CERTAIN_S and cpu_s(run, given) > CERTAIN_S
+                ):  # measured twice, because one measurement may be disturbed
                     return f"{method} of {make(3)!r}, with {size} repetitions for 3: {now:.2f} s of CPU time"
                 if size in SIZES:
                     if before and now < GROWTH * before:
@@ -258,7 +260,7 @@ EXPRESSIONS = [*expressions(), *expressions_of_the_page()]
 
 
 @pytest.mark.parametrize("expression", EXPRESSIONS, ids=lambda e: e.place)
-def test_the_time_grows_no_faster_than_the_text(expression: Expression) -> None:
+def test_the_time_is_linear_in_the_length(expression: Expression) -> None:
     assert worst(expression) == ""
 
 
@@ -266,13 +268,13 @@ def test_the_time_grows_no_faster_than_the_text(expression: Expression) -> None:
     ("pattern", "method"),
     [
         (r"(a+)+b", "match"),  # exponential
-        (r"(?:\s|<!--.*?-->)*<robot", "match"),  # exponential: a comment may end at the end of a later one
+        (r"(?:\s|<!--.*?-->)*<robot", "match"),  # exponential: a comment may extend to the end of a later one
         (r"""([^\s<>/="']+)\s*(=?)\s*\Z""", "search"),  # cubic
-        (r"[0-9]+\.?[0-9]*", "fullmatch"),  # quadratic: a row of digits is divided anywhere
+        (r"[0-9]+\.?[0-9]*", "fullmatch"),  # quadratic: a row of digits can be split anywhere
         (r"\s*(.*?)\s*", "fullmatch"),
-        (r"<!--.*?-->", "search"),  # quadratic: each of many beginnings looks for an end
+        (r"<!--.*?-->", "search"),  # quadratic: each of many starts searches for an end
         (r"\w+=", "search"),  # quadratic: from each letter on
     ],
 )
-def test_an_expression_that_takes_longer_is_found(pattern: str, method: str) -> None:
+def test_a_slow_expression_is_detected(pattern: str, method: str) -> None:
     assert worst(Expression("", pattern, 0, frozenset({method})))

@@ -1,4 +1,4 @@
-"""What a diagnostic looks like to people and to programs."""
+"""Tests the text and JSON output of diagnostics."""
 
 import json
 import re
@@ -20,7 +20,7 @@ def diagnostic(span: Span, **more: object) -> Diagnostic:
     return Diagnostic("U001", Severity.ERROR, "unknown attribute 'radious'", Origin(span), **more)
 
 
-def test_the_caret_stands_under_the_exact_span_after_a_tab() -> None:
+def test_the_caret_is_under_the_exact_span_after_a_tab() -> None:
     text = render_text([diagnostic(span_of("radious"), hint="did you mean 'radius'?")])
     assert text == (
         "robot.xacro:2:17: error: unknown attribute 'radious' [U001]\n"
@@ -57,7 +57,7 @@ def test_the_stack_names_macros_and_includes_innermost_first() -> None:
     ]
 
 
-def test_a_deep_stack_is_shortened_in_text_and_whole_in_json() -> None:
+def test_a_deep_stack_is_shortened_in_text_but_not_in_json() -> None:
     call = None
     for depth in range(100):
         call = Call("macro", f"m{depth}", span_of("<robot>"), call)
@@ -70,7 +70,7 @@ def test_a_deep_stack_is_shortened_in_text_and_whole_in_json() -> None:
     assert len(to_json(found)["stack"]) == 100
 
 
-def test_nothing_is_wrapped_without_a_width_and_notes_are_with_one() -> None:
+def test_notes_are_wrapped_only_with_a_width() -> None:
     hint = "word " * 60
     found = diagnostic(span_of("radious"), hint=hint.strip())
     assert hint.strip() in render_text([found])
@@ -88,14 +88,14 @@ def test_a_long_line_is_cropped_around_its_caret(at: int) -> None:
     assert shown[carets.index("^") : carets.rindex("^") + 1] == "HERE"
 
 
-def test_color_only_when_asked_and_the_words_stay_the_same() -> None:
+def test_color_is_optional_and_does_not_change_the_text() -> None:
     found = diagnostic(span_of("radious"), hint="h", related=(Related("here", Origin(span_of("robot"))),))
     plain, colored = render_text([found]), render_text([found], color=True)
     assert "\x1b" not in plain
     assert re.sub(r"\x1b\[[0-9;]*m", "", colored) == plain
 
 
-def test_a_file_cannot_steer_the_terminal() -> None:
+def test_a_file_cannot_control_the_terminal() -> None:
     source = Source("evil\x1b[2J.xacro", '<a b="\x1b[31m\x07"/>')
     text = render_text([Diagnostic("U1", Severity.ERROR, "bad \x1b]0;x\x07 name", Origin(source.whole()))])
     assert "\x1b" not in text
@@ -108,7 +108,7 @@ def test_no_origin_gives_one_line_and_nulls() -> None:
     assert to_json(found)["line"] is None
 
 
-def test_json_holds_related_places_and_the_fix() -> None:
+def test_json_contains_related_places_and_the_fix() -> None:
     fix = Fix("rename", (Edit(span_of("radious"), "radius"),), safe=True)
     found = diagnostic(
         span_of("radious"), related=(Related("declared here", Origin(span_of("robot"))),), fix=fix
@@ -133,17 +133,17 @@ def test_count_names_each_severity_once() -> None:
     assert count([]) == ""
 
 
-def test_files_below_the_working_directory_are_named_relative_to_it(tmp_path, monkeypatch):
-    """However they were found: as they were given, or by the absolute path of a package."""
+def test_paths_below_the_working_directory_are_relative(tmp_path, monkeypatch):
+    """For paths as they were given, and for absolute paths of a package."""
     monkeypatch.chdir(tmp_path)
     inner, beside = str(tmp_path / "rover" / "robot.xacro"), f"{tmp_path}2/robot.xacro"
-    for path, told in ((inner, "rover/robot.xacro"), ("robot.xacro", "robot.xacro"), (beside, beside)):
+    for path, path_shown in ((inner, "rover/robot.xacro"), ("robot.xacro", "robot.xacro"), (beside, beside)):
         span = Span(Source(path, "<robot/>"), 0, 8)
         call = Call("macro", "m", span)
         found = Diagnostic(
             "X000", Severity.INFO, "said", Origin(span, call), "", (Related("here", Origin(span)),)
         )
         text = render_text([found])
-        assert text.startswith(f"{told}:1:1: info: said")
-        assert f"called at {told}:1:1\n" in text
-        assert f"= {told}:1:1: here\n" in text
+        assert text.startswith(f"{path_shown}:1:1: info: said")
+        assert f"called at {path_shown}:1:1\n" in text
+        assert f"= {path_shown}:1:1: here\n" in text

@@ -1,4 +1,4 @@
-"""The nearest valid names to a misspelt one."""
+"""Tests the suggestions for misspelled names."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ LINKS = ["base_link", "imu_link", "laser_link", "left_wheel_link", "right_wheel_
         ("laser_lnk", "laser_link"),
     ],
 )
-def test_a_slip_of_the_fingers_is_understood(name: str, first: str) -> None:
+def test_a_typing_mistake_is_corrected(name: str, first: str) -> None:
     assert nearest(name, LINKS)[0] == first
 
 
 @pytest.mark.parametrize("name", ["bulkhead_link", "arm_mount_link", "x_link", "camera"])
-def test_an_ending_that_all_have_is_no_likeness(name: str) -> None:
+def test_a_common_ending_does_not_make_names_similar(name: str) -> None:
     assert did_you_mean(name, LINKS) == ""
 
 
@@ -82,7 +82,7 @@ def test_a_fixed_vocabulary_has_no_letters_for_sides() -> None:
     assert did_you_mean("siml", ["sim", "view"], sides=False) == "did you mean 'sim'?"
 
 
-def test_without_candidates_nothing_is_near() -> None:
+def test_without_candidates_there_is_no_suggestion() -> None:
     assert nearest("base_link", []) == []
 
 
@@ -97,18 +97,18 @@ def test_without_candidates_nothing_is_near() -> None:
         ("Base_Link", "base_link"),
     ],
 )
-def test_one_slip_of_one_name_is_sure(written: str, meant: str) -> None:
+def test_one_slip_from_a_single_name_is_certain(written: str, meant: str) -> None:
     assert did_you_mean(written, LINKS).sure == meant
 
 
-def test_of_two_near_names_neither_is_sure() -> None:
+def test_two_similar_names_are_not_certain() -> None:
     hint = did_you_mean("whee", ["wheel", "wheek"])
     assert hint == "did you mean 'wheek' or 'wheel'?"
     assert hint.sure == ""
 
 
 def test_many_names_are_compared_quickly() -> None:
-    """An unknown name costs less than a microsecond a known one: 5,000 of each stay within 10 s."""
+    """An unknown name takes less than a microsecond per known name: 5,000 of each stay within 10 s."""
     known = [f"link_{i}_left" for i in range(5000)]
     begin = time.process_time()
     for i in range(100):

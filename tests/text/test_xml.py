@@ -1,4 +1,4 @@
-"""Positions of everything in an XML text, to the byte."""
+"""Tests the exact positions of all parts of an XML text."""
 
 import pytest
 
@@ -12,7 +12,7 @@ TEXT = """<?xml version="1.0"?>
 </robot>"""
 
 
-def test_every_node_knows_what_was_written() -> None:
+def test_every_node_has_its_source_text() -> None:
     document = parse_document(Source("f", TEXT))
     root = document.root
     assert root.origin.span.text == """<robot name='a>b' é="ü">"""
@@ -115,7 +115,7 @@ def test_malformed_xml_is_explained(text: str, message: str, hint: str, begin: s
         ("<a>" * 1500 + "</a>" * 1500, "P005", 1, 301),
     ],
 )
-def test_what_is_wrong_is_one_diagnostic_at_its_place(text: str, code: str, line: int, column: int) -> None:
+def test_an_error_is_one_diagnostic_at_its_position(text: str, code: str, line: int, column: int) -> None:
     with pytest.raises(DescriptionError) as caught:
         parse_xml(Source("f", text))
     (diagnostic,) = caught.value.diagnostics
@@ -134,7 +134,7 @@ def test_what_is_wrong_is_one_diagnostic_at_its_place(text: str, code: str, line
         ('\n<?xml version="1.0"?>\n<robot name="r"/>', '<?xml version="1.0"?>\n<robot name="r"/>'),
     ],
 )
-def test_a_known_slip_of_the_first_lines_has_its_hint_and_its_fix(text: str, mended: str) -> None:
+def test_common_mistakes_in_the_first_lines_have_a_hint_and_a_fix(text: str, mended: str) -> None:
     with pytest.raises(DescriptionError) as caught:
         parse_xml(Source("f", text))
     (diagnostic,) = caught.value.diagnostics
@@ -147,7 +147,7 @@ def test_a_known_slip_of_the_first_lines_has_its_hint_and_its_fix(text: str, men
     parse_xml(Source("f", mended))
 
 
-def test_a_prefix_declared_within_holds_only_there() -> None:
+def test_a_prefix_is_valid_only_inside_its_element() -> None:
     parse_xml(Source("f", '<a><b xmlns:x="u"><x:c x:d="1"/></b></a>'))
     with pytest.raises(DescriptionError):
         parse_xml(Source("f", '<a><b xmlns:x="u"><x:c/></b><x:c/></a>'))

@@ -1,5 +1,4 @@
-"""The reader of YAML has bounds, which every caller has; it knows where values were written, and where a text
-is wrong."""
+"""Tests the limits of the YAML reader for all its callers, and the positions of values and errors."""
 
 import math
 from collections.abc import Callable
@@ -32,16 +31,16 @@ READERS: dict[str, Callable[[str], object]] = {
 @pytest.mark.parametrize("text", ["[" * 100_000, "{a: " * 100_000, "a: &x " + "[" * 100_000])
 class TestDeepNesting:
     @pytest.mark.parametrize("reader", READERS)
-    def test_it_is_refused(self, reader: str, text: str) -> None:
+    def test_hostile_yaml_is_rejected(self, reader: str, text: str) -> None:
         with pytest.raises((YamlError, KbotError), match=r"nested|recursion"):
             READERS[reader](text)
 
-    def test_a_map_is_refused(self, text: str, tmp_path: Path) -> None:
+    def test_a_hostile_map_is_rejected(self, text: str, tmp_path: Path) -> None:
         (tmp_path / "map.yaml").write_text(text)
         with pytest.raises(KbotError, match="nested more than 100 levels deep"):
             read_map(tmp_path / "map.yaml")
 
-    def test_xacro_refuses_it(self, text: str, tmp_path: Path) -> None:
+    def test_xacro_rejects_hostile_yaml(self, text: str, tmp_path: Path) -> None:
         (tmp_path / "deep.yaml").write_text(text)
         robot = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro"
             name="${xacro.load_yaml('deep.yaml')}"/>"""
@@ -49,7 +48,7 @@ class TestDeepNesting:
             expand_text(robot, tmp_path / "r.xacro", root_dir=str(tmp_path)).require()
 
 
-def test_a_launch_file_with_a_null_character_is_refused() -> None:
+def test_a_launch_file_with_a_null_character_is_rejected() -> None:
     with pytest.raises(DescriptionError, match="the YAML cannot be read"):
         READERS["a launch file"]("launch: \0")
 
@@ -70,18 +69,18 @@ LARGE = 2**61 - 1
 
 @pytest.mark.parametrize("reader", READERS)
 @pytest.mark.parametrize("text", [f"{ALIASES}launch: *a19\n", "launch: &a [group: *a]", "launch: &a {a: *a}"])
-def test_aliases_that_stand_for_very_many_values_are_refused(reader: str, text: str) -> None:
+def test_aliases_that_stand_for_too_many_values_are_rejected(reader: str, text: str) -> None:
     with pytest.raises((YamlError, KbotError), match="too many values"):
         READERS[reader](text)
 
 
-def test_aliases_that_nest_too_deeply_are_refused() -> None:
+def test_aliases_that_nest_too_deeply_are_rejected() -> None:
     text = "a0: &a0 [1]\n" + "".join(f"a{i}: &a{i} [*a{i - 1}]\n" for i in range(1, 200))
     with pytest.raises(YamlError, match="its aliases"):
         load_yaml(text)
 
 
-def test_a_document_of_too_many_values_is_refused() -> None:
+def test_a_document_with_too_many_values_is_rejected() -> None:
     def read(text: str) -> Any:
         return read_yaml(Source("a.yaml", text), PLAIN, 20).data
 
@@ -93,7 +92,7 @@ def test_a_document_of_too_many_values_is_refused() -> None:
         check_nesting("[" + "1, " * 60 + "]", 20)
 
 
-def test_keys_that_can_have_one_hash_are_refused() -> None:
+def test_keys_that_may_share_one_hash_are_rejected() -> None:
     assert len(load_yaml("".join(f"{k * LARGE}: 1\n" for k in range(100)))) == 100
     merged = "a: &a {" + ", ".join(f"{k * LARGE}: 1" for k in range(200)) + "}\n"
     for text in (merged, f"{merged}b: {{<<: *a}}\n"):
@@ -126,7 +125,7 @@ XACRO_REFUSES = {
 
 
 @pytest.mark.parametrize("what", XACRO_REFUSES)
-def test_xacro_refuses_yaml_that_takes_too_much(what: str, tmp_path: Path) -> None:
+def test_xacro_rejects_too_expensive_yaml(what: str, tmp_path: Path) -> None:
     text, error = XACRO_REFUSES[what]
     (tmp_path / "h.yaml").write_text(text)
     robot = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="${xacro.load_yaml('h.yaml')}"/>"""
@@ -152,7 +151,7 @@ alias: *b
         (("True",), (3, 1)),  # YAML 1.1 reads it as a truth value
         (("alias",), (4, 1)),
         (("alias", "l", "0"), (1, 21)),
-        (("merged", "absent", "x"), (2, 1)),  # the nearest value above
+        (("merged", "absent", "x"), (2, 1)),  # the nearest value above it
     ],
 )
 def test_each_value_has_a_span(keys: tuple[str, ...], place: tuple[int, int]) -> None:
@@ -194,20 +193,20 @@ def test_an_error_has_a_place(text: str, problem: str, place: tuple[int, int]) -
     assert (caught.value.span.line, caught.value.span.column) == place
 
 
-def test_a_dialect_says_what_scalars_are() -> None:
+def test_a_dialect_defines_the_types_of_scalars() -> None:
     assert read_yaml(Source("a.yaml", "a: [1, yes, 2020-01-01]"), TEXT).data == {
         "a": ["1", "yes", "2020-01-01"]
     }
     assert load_yaml("!degrees 180", Dialect({"!degrees": lambda text: math.radians(float(text))})) == math.pi
 
 
-def test_what_only_the_loader_in_python_reads_is_read() -> None:
+def test_texts_that_only_the_loader_in_python_accepts_are_read() -> None:
     document = read_yaml(Source("a.yaml", "b: |\n  \tc\na: {b:{c: 1}}\n"))
     assert document.data == {"b": "\tc\n", "a": {"b": {"c": 1}}}
     assert document.span("a", "b", "c").column == 8
 
 
-def test_bounds_hold_for_it_too() -> None:
+def test_limits_apply_to_the_loader_in_python_too() -> None:
     for text in ("[" * 101 + "a:{b: 1}", "{a:{b: &b [*b]}}"):
         with pytest.raises(YamlError, match=r"it is nested more than 100 levels deep|too many values"):
             load_yaml(text)

@@ -1,4 +1,4 @@
-"""Makes the helpers beside these tests importable."""
+"""Makes the helpers next to these tests importable."""
 
 import sys
 from pathlib import Path

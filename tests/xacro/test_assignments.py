@@ -1,4 +1,4 @@
-"""A typed `name:=value`: an argument, else a top-level property, else an error."""
+"""Tests `name:=value`: it sets an argument or else a top-level property. Other names are errors."""
 
 from pathlib import Path
 
@@ -17,7 +17,7 @@ def write(path: Path, *lines: str) -> Path:
 
 
 def expanded(file: Path, given: Assignments) -> list[dict[str, str]]:
-    """The attributes of the plain elements, with what was typed."""
+    """The attributes of the plain elements, expanded with the typed values."""
     document = expand(file, given.arguments, properties=given.properties).require().document
     assert document is not None
     return [element.attributes for element in document.elements()]
@@ -83,7 +83,7 @@ def test_every_top_level_definition_is_overridden(
     assert expanded(file, given) == [{"p": "9"}]
 
 
-def test_a_value_that_a_property_has_in_between_is_overridden_too(tmp_path: Path) -> None:
+def test_intermediate_values_of_a_property_are_overridden_too(tmp_path: Path) -> None:
     file = write(
         tmp_path / "r.xacro",
         '<xacro:property name="p" value="1"/><a p="${p}"/><xacro:property name="p" value="2"/><a p="${p}"/>',
@@ -94,7 +94,7 @@ def test_a_value_that_a_property_has_in_between_is_overridden_too(tmp_path: Path
     assert given.notes[1] == "the property q is set to 9"
 
 
-def test_properties_of_macros_and_namespaces_and_blocks_are_not_of_the_top_level(tmp_path: Path) -> None:
+def test_properties_of_macros_and_namespaces_and_blocks_are_not_overridden(tmp_path: Path) -> None:
     write(tmp_path / "part.xacro", '<xacro:property name="inner" value="5"/>')
     file = write(
         tmp_path / "r.xacro",
@@ -163,7 +163,7 @@ def test_a_number_may_become_a_word_that_causes_no_error(tmp_path: Path, value: 
     assert resolve_names(file, {"p": value}).properties == {"p": value}
 
 
-def test_a_file_with_errors_makes_no_name_unknown(tmp_path: Path) -> None:
+def test_in_a_file_with_errors_no_name_is_unknown(tmp_path: Path) -> None:
     file = write(
         tmp_path / "r.xacro",
         '<xacro:include filename="none.xacro"/>',

@@ -1,6 +1,6 @@
-"""Random documents give the same result, or both an error, here and in the official package.
+"""Tests random documents: KBot and the official package have the same result, or both have an error.
 
-KBOT_DIFFERENTIAL_EXAMPLES says how many; the nightly run takes 20,000.
+KBOT_DIFFERENTIAL_EXAMPLES is the number of documents. The nightly run uses 20,000.
 """
 
 import os

@@ -1,4 +1,4 @@
-"""What errors say: stack, other places, nearest names."""
+"""Tests the content of errors: stack, other places, nearest names."""
 
 from pathlib import Path
 
@@ -29,7 +29,7 @@ def test_an_undefined_property_is_one_error_with_every_place_that_uses_it() -> N
     assert [str(related.origin) for related in error.related] == ["f.xacro:3:7", "f.xacro:3:21"]
 
 
-def test_the_nearest_names_are_told() -> None:
+def test_the_nearest_names_are_suggested() -> None:
     text = f'{HEAD}<xacro:property name="wheel_radius" value="1"/><a x="${{wheel_raduis}}"/></r>'
     (error,) = expand_text(text).diagnostics
     assert error.hint == "did you mean 'wheel_radius'?"
@@ -41,28 +41,28 @@ def test_the_span_covers_the_expression() -> None:
     assert error.origin.span.text == "${gone + 1}"
 
 
-def test_what_a_failed_include_would_have_defined_is_not_missed() -> None:
+def test_names_that_a_failed_include_may_define_are_not_reported() -> None:
     text = f'{HEAD}<xacro:include filename="gone.xacro"/>\n<xacro:wheel/>\n<a x="${{from_there}}"/></r>'
     (error,) = expand_text(text).diagnostics
     assert error.code == "X117"
     assert [related.origin.span.line for related in error.related] == [3, 4]
 
 
-def test_expansion_goes_on_after_errors() -> None:
+def test_expansion_continues_after_errors() -> None:
     expansion = expand_text(f'{HEAD}<a x="${{gone}}"/><b/></r>')
     assert expansion.document is not None
     assert [e.tag for e in expansion.document.elements()] == ["a", "b"]
     assert not expansion.ok
 
 
-def test_a_property_that_is_defined_too_late_is_pointed_at() -> None:
+def test_a_late_definition_is_shown_for_an_undefined_property() -> None:
     text = f'{HEAD}<a x="${{width}}"/>\n<xacro:property name="width" value="1"/></r>'
     (error,) = expand_text(text, "f").diagnostics
     assert error.hint == "it is defined only further down. Define it before its first use"
     assert [(r.message, str(r.origin)) for r in error.related] == [("defined here", "f:3:37")]
 
 
-def test_half_of_a_character_is_no_text() -> None:
+def test_a_lone_surrogate_is_an_error() -> None:
     found = expand_text(
         f"{HEAD}<a x=\"1 ${{'\\ud800'}}\"/>\n<b y=\"${{'\\ud83e\\udd16'}}\" z=\"${{'\U0001f916'}}\"/></r>",
         "f.xacro",

@@ -1,4 +1,4 @@
-"""What fuzzing found: each input ends, and says what is wrong if anything is."""
+"""Tests inputs that fuzzing found: each one ends, with errors if it has any."""
 
 from pathlib import Path
 

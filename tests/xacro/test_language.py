@@ -1,4 +1,4 @@
-"""The language feature by feature: what goes in, what must come out."""
+"""Tests each feature of the language: input and expected output."""
 
 # ruff: noqa: E501 - a table of documents, one to a line
 
@@ -13,7 +13,7 @@ MACRO = '<xacro:macro name="m" params="{params}"><a {attributes}/></xacro:macro>
 
 
 def result(body: str, **arguments: str) -> str:
-    """What stands within the root element, line ends and indentation taken away."""
+    """The content of the root element, without line ends and indentation."""
     expansion = expand_text(f"{HEAD}{body}</r>", arguments=arguments).require()
     assert expansion.document is not None
     lines = [line.strip() for line in expansion.plain_text.splitlines()[1:]]
@@ -227,7 +227,7 @@ def test_yaml_with_units(tmp_path: Path) -> None:
     assert expansion.dependencies == (str(tmp_path / "p.yaml"),)
 
 
-def test_yaml_that_is_kept_is_not_changed_by_a_description(tmp_path: Path) -> None:
+def test_a_description_cannot_change_cached_yaml(tmp_path: Path) -> None:
     (tmp_path / "p.yaml").write_text("l: [1]\n")
     (tmp_path / "main.xacro").write_text(
         f"{HEAD}<xacro:property name=\"p\" value=\"${{xacro.load_yaml('p.yaml')['l']}}\"/>${{p.append(2)}}${{p}}</r>"
@@ -236,7 +236,7 @@ def test_yaml_that_is_kept_is_not_changed_by_a_description(tmp_path: Path) -> No
     assert expand(tmp_path / "main.xacro").require().text == first
 
 
-def test_an_edit_is_seen_and_only_the_changed_file_is_parsed_again(tmp_path: Path) -> None:
+def test_only_an_edited_file_is_parsed_again(tmp_path: Path) -> None:
     (tmp_path / "main.xacro").write_text(f'{HEAD}<xacro:include filename="a.xacro"/></r>')
     (tmp_path / "a.xacro").write_text(f"{HEAD}<one/></r>")
     first = expand(tmp_path / "main.xacro").require()
@@ -248,7 +248,7 @@ def test_an_edit_is_seen_and_only_the_changed_file_is_parsed_again(tmp_path: Pat
     assert first.document.source is second.document.source
 
 
-def test_properties_given_by_the_caller_take_the_place_of_top_level_ones() -> None:
+def test_properties_of_the_caller_replace_top_level_ones() -> None:
     body = '<xacro:property name="r" value="1"/><xacro:property name="d" value="${2 * r}"/><a d="${d}"/>'
     expansion = expand_text(f"{HEAD}{body}</r>", properties={"r": 4, "rr": 1})
     assert expansion.document is not None
@@ -256,13 +256,13 @@ def test_properties_given_by_the_caller_take_the_place_of_top_level_ones() -> No
     assert [d.code for d in expansion.diagnostics] == ["X207"]
 
 
-def test_an_argument_that_nobody_declares_is_a_warning() -> None:
+def test_an_undeclared_argument_is_a_warning() -> None:
     expansion = expand_text(f'{HEAD}<xacro:arg name="width" default="1"/></r>', arguments={"widht": "2"})
     assert [(d.code, d.hint) for d in expansion.diagnostics] == [("X206", "did you mean 'width'?")]
     assert expansion.ok
 
 
-def test_what_a_description_says_is_told() -> None:
+def test_messages_of_a_description_are_reported() -> None:
     expansion = expand_text(f"{HEAD}${{xacro.warning('mind', 2)}}${{xacro.message('hello')}}</r>")
     assert [(d.code, d.message) for d in expansion.diagnostics] == [("X302", "mind 2"), ("X301", "hello")]
 
@@ -273,7 +273,7 @@ def test_a_plain_urdf_passes_through() -> None:
 
 
 @pytest.mark.parametrize("case", ["missing", "folder", "empty", "binary", "image"])
-def test_what_is_no_description_is_one_diagnostic(tmp_path: Path, case: str) -> None:
+def test_a_text_that_is_not_a_description_is_one_diagnostic(tmp_path: Path, case: str) -> None:
     path = tmp_path / "x"
     code = {"missing": "F001", "folder": "F002", "empty": "P002", "binary": "F005", "image": "P001"}[case]
     if case == "folder":

@@ -1,4 +1,4 @@
-"""Hostile descriptions end in one clear error, whatever they try."""
+"""Tests that hostile descriptions end with one clear error."""
 
 import contextlib
 
@@ -67,7 +67,7 @@ def codes(body: str, limits: Limits | None = None) -> list[str]:
         "[('b' * 10**6).count('a') for i in python.range(10**5)]",
     ],
 )
-def test_expressions_are_bounded(expression: str) -> None:
+def test_expressions_are_limited(expression: str) -> None:
     with pytest.raises(XacroError) as caught:
         evaluate(expression)
     assert caught.value.code == "X190"
@@ -86,7 +86,7 @@ def test_expressions_are_bounded(expression: str) -> None:
         "python.type('A', (), {})",
     ],
 )
-def test_python_is_out_of_reach(expression: str) -> None:
+def test_expressions_cannot_reach_python(expression: str) -> None:
     with pytest.raises(XacroError) as caught:
         evaluate(expression)
     assert caught.value.code == "X191"
@@ -119,7 +119,7 @@ def test_attributes_lead_only_to_data(expression: str) -> None:
 @pytest.mark.parametrize(
     "name", ["open", "eval", "exec", "getattr", "print", "input", "compile", "globals", "object"]
 )
-def test_dangerous_functions_are_not_there(name: str) -> None:
+def test_dangerous_functions_do_not_exist(name: str) -> None:
     with pytest.raises(XacroError) as caught:
         evaluate(name)
     assert caught.value.code == "X103"
@@ -159,7 +159,7 @@ def test_limits_can_be_raised() -> None:
     assert evaluate("2**40000", Limits(bits=50_000)) == 2**40000
 
 
-def test_macros_that_double_are_bounded() -> None:
+def test_doubling_macros_are_limited() -> None:
     macros = "".join(
         f'<xacro:macro name="m{i}"><xacro:m{i + 1}/><xacro:m{i + 1}/></xacro:macro>' for i in range(40)
     )
@@ -174,37 +174,37 @@ def test_macro_recursion_is_as_deep_as_in_the_official_package() -> None:
     assert codes(body + '<xacro:m n="100000"/>') == ["X190"]
 
 
-def test_text_in_all_is_bounded() -> None:
+def test_the_total_text_is_limited() -> None:
     leaves = '<a x="${s}"/>' * 100
     body = f"""<xacro:property name="s" value="${{'x' * 1000}}"/>{leaves}"""
     assert codes(body, Limits(text=50_000)) == ["X190"]
 
 
-def test_deep_nesting_is_bounded() -> None:
+def test_deep_nesting_is_limited() -> None:
     assert codes("<a>" * 900 + "</a>" * 900) == []
     assert codes("<a>" * 2000 + "</a>" * 2000) == ["P005"]
 
 
-def test_a_nested_list_that_shares_its_parts_is_not_written_out() -> None:
+def test_a_nested_list_with_shared_parts_is_not_written() -> None:
     properties = "".join(f'<xacro:property name="l{i + 1}" value="${{[l{i}] * 10}}"/>' for i in range(12))
     body = f'<xacro:property name="l0" value="${{[1]}}"/>{properties}<a x="${{l12}}"/>'
     assert codes(body) == ["X190"]
 
 
-def test_a_file_of_too_many_nodes_is_not_kept() -> None:
+def test_a_file_with_too_many_nodes_is_rejected() -> None:
     assert codes("<a/>" * 600, Limits(nodes=500)) == ["P006"]
     assert codes("<!---->" * 600, Limits(nodes=500)) == ["P006"]
 
 
-def test_a_text_of_too_many_expressions_is_not_taken_apart() -> None:
+def test_a_text_with_too_many_expressions_is_rejected() -> None:
     assert codes("${1}" * 60_000) == ["X190"]
 
 
-def test_many_errors_end_the_run() -> None:
+def test_too_many_errors_stop_the_expansion() -> None:
     body = "".join(f'<a x="${{undefined_{i}}}"/>' for i in range(100))
     assert codes(body, Limits(errors=10)) == ["X103"] * 10 + ["X199"]
 
 
-def test_entities_are_refused() -> None:
+def test_entities_are_rejected() -> None:
     text = '<!DOCTYPE r [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><r>&b;</r>'
     assert [d.code for d in expand_text(text).diagnostics] == ["P003"]

@@ -1,4 +1,4 @@
-"""The parameters of macros, taken apart as the official package does, but in bounded time."""
+"""Tests that parameters of macros are parsed as in the official package, but in bounded time."""
 
 import pytest
 from hypothesis import given, settings
@@ -45,5 +45,5 @@ def test_same_as_official(text: str) -> None:
 @pytest.mark.parametrize(
     "text", ["a:=" + "[" * 5000 + "'x", "a:=" + "'" * 301 + '"', "a:=" + "'x\"y" * 200 + "'\""]
 )
-def test_unbalanced_quotes_take_no_time(text: str) -> None:
+def test_unbalanced_quotes_are_parsed_quickly(text: str) -> None:
     assert parse_parameters(text)[0].name.startswith("a")

@@ -1,4 +1,4 @@
-"""Packages are found in the documented order, and named by their manifest."""
+"""Tests that packages are found in the documented order, by the name in their manifest."""
 
 import os
 from pathlib import Path
@@ -16,7 +16,7 @@ def package(folder: Path, name: str) -> Path:
     return folder
 
 
-def test_the_order(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_packages_are_searched_in_order(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     robot = package(tmp_path / "ws/robot", "robot")
     near = package(tmp_path / "ws/p", "p")
     ros = package(tmp_path / "ros/p", "p")
@@ -31,7 +31,7 @@ def test_the_order(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert Packages([str(tmp_path / "given")], around).find("p") == str(given)
 
 
-def test_a_package_is_known_by_its_manifest_and_not_by_its_folder(tmp_path: Path) -> None:
+def test_a_package_has_the_name_in_its_manifest_not_that_of_its_folder(tmp_path: Path) -> None:
     folder = package(tmp_path / "ws/some_folder", "real_name")
     packages = Packages([str(tmp_path / "ws")])
     assert packages.find("real_name") == str(folder)
@@ -39,7 +39,7 @@ def test_a_package_is_known_by_its_manifest_and_not_by_its_folder(tmp_path: Path
         packages.find("some_folder")
 
 
-def test_the_nearest_name_is_told(tmp_path: Path) -> None:
+def test_the_nearest_name_is_suggested(tmp_path: Path) -> None:
     package(tmp_path / "ws/kbot_description_2", "my_description")
     with pytest.raises(PackageNotFound, match="did you mean 'my_description'"):
         Packages([str(tmp_path / "ws")]).find("my_descripton")

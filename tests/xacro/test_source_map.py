@@ -1,4 +1,4 @@
-"""The source map leads from the result back to what was written."""
+"""Tests that the source map leads from the result to the source."""
 
 import json
 from pathlib import Path
@@ -32,7 +32,7 @@ def test_an_element_by_name(expansion: Expansion) -> None:
     assert [(call.name, str(call.span)) for call in trace.origin.stack] == [("wheel", "robot.xacro:9:3")]
 
 
-def test_an_attribute_by_its_place_in_the_result(expansion: Expansion) -> None:
+def test_an_attribute_by_its_position_in_the_result(expansion: Expansion) -> None:
     lines = expansion.text.splitlines()
     number = next(n for n, line in enumerate(lines, 1) if "cylinder" in line)
     column = lines[number - 1].index('radius="') + 3
@@ -45,14 +45,14 @@ def test_an_attribute_by_its_place_in_the_result(expansion: Expansion) -> None:
     assert [(b.name, b.value) for b in radius.inputs] == [("size", 0.3)]
 
 
-def test_a_line_alone_is_its_element(expansion: Expansion) -> None:
+def test_a_line_without_column_is_its_first_element(expansion: Expansion) -> None:
     number = next(n for n, line in enumerate(expansion.text.splitlines(), 1) if "<link" in line)
     trace = expansion.source_map.at(number)
     assert trace is not None
     assert trace.name == "link 'left_wheel'"
 
 
-def test_every_element_of_the_result_knows_its_source(expansion: Expansion) -> None:
+def test_every_element_of_the_result_has_a_source(expansion: Expansion) -> None:
     for trace in expansion.source_map.elements():
         assert trace.origin.span.text.startswith(f"<{trace.element.tag}")
         assert trace.output.text.startswith(f"<{trace.element.tag}")
@@ -76,7 +76,7 @@ def test_json(expansion: Expansion) -> None:
     assert (radius["name"], radius["value"]) == ("radius", 0.15)
 
 
-def test_attributes_set_by_a_tag_know_the_tag(tmp_path: Path) -> None:
+def test_attributes_set_by_a_tag_have_the_tag_as_origin(tmp_path: Path) -> None:
     text = '<r xmlns:xacro="http://www.ros.org/wiki/xacro"><l>\n<xacro:attribute name="a" value="b"/></l></r>'
     document = expand_text(text, "f").require().document
     assert document is not None

@@ -1,4 +1,4 @@
-"""The work of expressions is charged before it is done: hostile ones end in X190.
+"""Tests that work is charged before it is done: hostile expressions end with X190.
 
 CPU time is that of the process, so the machine's load does not matter. The bound is ten times what any of
 these takes. Without the charge each takes far longer, or more memory than the machine has.
@@ -32,7 +32,7 @@ COLLIDING = 2305843009213693951
 
 
 def codes(body: str) -> list[str]:
-    """The codes of the errors of a description, expanded in bounded CPU time."""
+    """The error codes of a description, after expanding it in bounded CPU time."""
     start = time.process_time()
     expansion = expand_text(f"{HEAD}{body}</robot>", "f.xacro", limits=LIMITS)
     assert time.process_time() - start < MOST_CPU_S
@@ -43,14 +43,14 @@ def codes(body: str) -> list[str]:
 
 
 def evaluate(expression: str, limits: Limits) -> object:
-    """The value of an expression, also of one with braces, which no `${…}` can hold."""
+    """The value of an expression. It may contain braces, which `${…}` does not allow."""
     run = Run("f.xacro", {}, Packages(), limits, ".")
     with recursion_limit(9000):  # as in an expansion
         return compiled(expression)(Scope(run))
 
 
 HOSTILE = [
-    # searches: length times length
+    # searches: quadratic in the length
     "('a' * 3000000).rfind('ab' + 'a' * 1000000)",
     "('a' * 3000000).rindex('ab' + 'a' * 1000000)",
     "('a' * 3000000).find('a' * 1000000 + 'b')",
@@ -73,7 +73,7 @@ HOSTILE = [
     "xacro.tokenize('a' * 1000000, 'b' * 1000000)",
     "('\\xe9' * 1000000).encode('punycode')",
     "('\\xe9' * 1000000).encode('ascii', 'namereplace')",
-    # keys that all have one hash
+    # keys that share one hash
     f"len(dict.fromkeys(python.range(0, {COLLIDING} * 100000, {COLLIDING})))",
     f"len(python.set(python.range(0, {COLLIDING} * 100000, {COLLIDING})))",
     f"len(python.frozenset(python.range(0, {COLLIDING} * 100000, {COLLIDING})))",
@@ -89,7 +89,7 @@ HOSTILE = [
     f"python.set(python.range(10000)) | python.set(python.range(1, {COLLIDING} * 15000, {COLLIDING}))",
     "python.set([(-1 if i & 1 else -2, -1 if i & 2 else -2, i >> 2) for i in python.range(10**5)])",
     "len(python.set([python.complex(-1000003 * k, k) for k in python.range(100000)]))",
-    # nested values whose parts are shared
+    # nested values with shared parts
     "[t := (1,), [t := (t, t) for i in python.range(60)], python.hash(t)]",
     "[t := (1,), [t := (t, t) for i in python.range(60)], {t: 1}]",
     "[t := (1,), u := (1,), [(t := (t, t), u := (u, u)) for i in python.range(60)], t == u]",
@@ -111,19 +111,19 @@ HOSTILE = [
     "''.join(['x' * 1000000] * 1000)",
     "'a'.translate(['x' * 3000000] * 98) * 2",
     "f'{x}{x}{x}{x}{x}' if [x := 'a' * 1000000] else 0",
-    # whole numbers of many digits
+    # integers with many digits
     "[x * x for x in [2**16000 - 1] for i in python.range(10**6)]",
     "[x // y for x in [2**16000 - 1] for y in [2**8000 - 1] for i in python.range(10**6)]",
     "[str(x) for x in [2**14000] for i in python.range(10**6)]",
     "[-x for x in [2**16000] for i in python.range(10**6)]",
     "int('f' * 4000000, 16)",
     "python.sum([2**16000] * 1000000)",
-    # iterators that never end, or take from each other too deeply
+    # endless iterators, and iterators that are nested too deeply
     "[x.extend(python.enumerate(x)) for x in [[1]]]",
     "[x.extend(map(str, x)) for x in [[1]]]",
     "[m := [1], [m := map(str, m) for i in python.range(10000)], list(m)]",
     "[m := [1], [m := (lambda g: (i for i in g))(m) for i in python.range(10000)], list(m)]",
-    # bodies of loops and functions that are long themselves
+    # long bodies of loops and functions
     "[" + "+".join(["1.0"] * 2000) + " for i in python.range(10**6)]",
     "list(map(lambda i: " + "+".join(["1.0"] * 2000) + ", python.range(10**6)))",
     "[{1: 1} for i in python.range(4 * 10**6)]",
@@ -142,7 +142,7 @@ HOSTILE = [
     # functions with many parameters
     f"[f() for f in [lambda {','.join(f'a{i}=1' for i in range(2000))}: 0] for i in python.range(10**5)]",
     f"[f(**d) for f in [lambda {','.join(f'a{i}' for i in range(2500))}: 0] for d in [dict([('a' + str(i), 1) for i in python.range(2500)])] for i in python.range(1000)]",
-    # texts of which each character becomes a text, and short texts of wide characters
+    # texts that are split into characters, and short texts of wide characters
     "[list(t) for t in ['\u2028' * 100000] for i in python.range(8)]",
     "[python.tuple(t) for t in ['\u2028' * 100000] for i in python.range(8)]",
     "[python.sorted(t) for t in ['\u2028' * 100000] for i in python.range(8)]",
@@ -156,7 +156,7 @@ HOSTILE = [
 
 
 @pytest.mark.parametrize("expression", HOSTILE)
-def test_work_is_refused_before_it_is_done(expression: str) -> None:
+def test_work_is_rejected_before_it_is_done(expression: str) -> None:
     start = time.process_time()
     with pytest.raises(LimitFault):
         evaluate(expression, LIMITS)
@@ -191,7 +191,7 @@ def test_work_is_refused_before_it_is_done(expression: str) -> None:
         ("-(2**100)", "-1267650600228229401496703205376"),
     ],
 )
-def test_charged_calls_give_what_python_gives(expression: str, value: str) -> None:
+def test_charged_calls_have_the_results_of_python(expression: str, value: str) -> None:
     assert str(evaluate(expression, Limits())) == value
 
 
@@ -200,13 +200,13 @@ def test_every_function_has_a_cost() -> None:
     assert [f for f in functions if f not in FUNCTIONS] == []
 
 
-def test_methods_that_search_hash_or_grow_have_a_cost_of_their_own() -> None:
+def test_methods_that_search_hash_or_grow_have_a_separate_cost() -> None:
     unlisted = {
         kind.__name__: {n for n in names if METHODS[kind].get(n, measured) is measured} - {"maketrans"}
         for kind, names in _PUBLIC.items()
         if kind in METHODS
     }
-    # each of these goes once through what it is given and makes no more than a few times as much
+    # each of these goes through its arguments once, and its result is at most a few times as large
     assert unlisted["str"] <= {
         *("capitalize", "casefold", "lower", "swapcase", "title", "upper", "removeprefix", "removesuffix"),
         *("isalnum", "isalpha", "isascii", "isdecimal", "isdigit", "isidentifier", "islower", "isnumeric"),
@@ -219,7 +219,7 @@ def test_methods_that_search_hash_or_grow_have_a_cost_of_their_own() -> None:
 
 
 @pytest.mark.parametrize("count", [27, 60])
-def test_properties_that_double_are_bounded(count: int) -> None:
+def test_doubling_properties_are_limited(count: int) -> None:
     doubled = "".join(f'<xacro:property name="p{i + 1}" value="${{p{i}}}${{p{i}}}"/>\n' for i in range(count))
     body = f'<xacro:property name="p0" value="aaaaaaaaaa"/>\n{doubled}<a x="${{p{count}}}"/>'
     expansion = expand_text(f"{HEAD}{body}</robot>", "f.xacro")
@@ -254,14 +254,14 @@ def test_properties_that_double_are_bounded(count: int) -> None:
         + '<xacro:insert_block name="b"/>' * 2000,
         # a macro with a long text, many times
         '<xacro:macro name="m"><a x="' + "a" * 100_000 + '"/></xacro:macro>' + "<xacro:m/>" * 2000,
-        # many short elements, each behind a long indentation
+        # many short elements with long indentation
         "<a>" * 900 + "<b/>" * 50_000 + "</a>" * 900,
-        # many attributes with nothing in them
+        # many empty attributes
         '<xacro:macro name="m"><a '
         + " ".join(f"x{i}=\"${{''}}\"" for i in range(1000))
         + "/></xacro:macro>"
         + "<xacro:m/>" * 5000,
-        # many pieces with nothing in them
+        # many empty pieces
         '<xacro:macro name="m"><a x="' + "${''}" * 40_000 + '"/></xacro:macro>' + "<xacro:m/>" * 500,
         # a macro with a long expression, many times
         '<xacro:macro name="m"><a x="${1' + "+1" * 2400 + '}"/></xacro:macro>' + "<xacro:m/>" * 700,
@@ -285,7 +285,7 @@ def test_properties_that_double_are_bounded(count: int) -> None:
         "default parameters",
     ],
 )
-def test_what_grows_by_repetition_is_bounded(body: str) -> None:
+def test_growth_by_repetition_is_limited(body: str) -> None:
     assert codes(body) == ["X190"]
 
 
@@ -307,7 +307,7 @@ def test_a_number_of_too_many_digits_is_one_error(expression: str) -> None:
 
 
 @pytest.mark.parametrize("text", ["$" * 400_000, "${" * 200_000, "$(" * 200_000], ids=["$", "${", "$("])
-def test_a_row_of_dollars_is_read_once(text: str) -> None:
+def test_a_row_of_dollars_is_read_in_linear_time(text: str) -> None:
     assert codes(f'<a x="{text}"/>') == ["X101"]
 
 
@@ -315,7 +315,7 @@ MERGES_A_KEY_ONCE = tuple(map(int, yaml.__version__.split(".")[:3])) >= (6, 0, 4
 """Since then merges do not double the keys of a mapping."""
 
 
-def test_yaml_data_is_bounded(tmp_path: Path) -> None:
+def test_yaml_data_is_limited(tmp_path: Path) -> None:
     doubling = "a0: &a0 {x: 1, y: 2}\n" + "".join(
         f"a{i + 1}: &a{i + 1} {{<<: [*a{i}, *a{i}], k{i}: 1}}\n" for i in range(40)
     )

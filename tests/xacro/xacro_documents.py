@@ -1,4 +1,4 @@
-"""Random xacro documents that exercise scopes, macros, blocks, conditions and expressions together."""
+"""Generates random xacro documents that combine scopes, macros, blocks, conditions and expressions."""
 
 # ruff: noqa: E501 - a table of pieces of documents
 
@@ -25,7 +25,7 @@ def _operations(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
     return st.one_of(
         st.tuples(inner, binary, inner).map(" ".join),
         st.tuples(inner, st.sampled_from(["+", "-", "*", "/"]), inner).map("".join),
-        # which computed numbers are one object is CPython's own affair, and changes with its version
+        # which computed numbers are the same object depends on the version of CPython
         st.tuples(inner, st.sampled_from(["is", "is not"]), st.sampled_from(["None", "True"])).map(" ".join),
         inner.map(lambda e: f"({e})"),
         inner.map(lambda e: f"-{e}"),
@@ -82,7 +82,7 @@ conditions = st.one_of(
 
 
 def quoted(value: str) -> str:
-    """A value as an attribute holds it."""
+    """A value as text in an attribute."""
     return value.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")
 
 
