@@ -190,7 +190,7 @@ def test_rosbag_record_records(package: Path) -> None:
     node = program(
         package,
         "wait.py",
-        "import kbot\nfrom kbot.messages import Odometry\nnode = kbot.Node('wait')\nheard = []\n"
+        "import kbot\nfrom kbot.messages import Odometry\nnode = kbot.Node('wait')\nreceived = []\n"
         "def on_message(m):\n"
         "    received.append(m)\n"
         "    if len(received) > 5: node.close()\n"

@@ -87,7 +87,7 @@ def test_an_open_surface_has_no_volume(tmp_path):
     ("name", "content", "message"),
     [
         ("a.stl", b"not a mesh", "cannot be read|no triangle"),
-        ("a.stl", bytes(range(128, 228)), "it is no .stl file"),
+        ("a.stl", bytes(range(128, 228)), "it is not a .stl file"),
         ("a.dae", b"<COLLADA", "cannot be read"),
         ("a.obj", b"", "cannot be read|no triangle"),
         ("a.txt", b"hello", "has an unknown format"),

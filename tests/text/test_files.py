@@ -36,7 +36,7 @@ def test_a_package_instead_of_a_description_lists_its_files(tmp_path: Path) -> N
     (tmp_path / "urdf" / "notes.txt").touch()
     with pytest.raises(DescriptionError) as caught:
         read_source(tmp_path)
-    assert caught.value.diagnostics[0].hint == f"name a file in it: {tmp_path / 'urdf' / 'arm.xacro'}"
+    assert caught.value.diagnostics[0].hint == f"choose a file in it: {tmp_path / 'urdf' / 'arm.xacro'}"
 
 
 def message(path: Path | str) -> str:
@@ -64,7 +64,7 @@ def test_a_pipe_of_the_shell_is_read_to_its_end() -> None:
 
 
 def test_an_empty_name_and_a_broken_link(tmp_path: Path) -> None:
-    assert message("") == "a file name is empty"
+    assert message("") == "the file name is empty"
     (tmp_path / "robot.xacro").symlink_to(tmp_path / "gone.xacro")
     expected = (
         f"{tmp_path / 'robot.xacro'} is a symbolic link to {tmp_path / 'gone.xacro'}, which does not exist"
@@ -154,7 +154,7 @@ def test_an_edit_saved_during_a_rewrite_is_kept(tmp_path: Path, monkeypatch: pyt
         return make(prefix=prefix, dir=dir)
 
     monkeypatch.setattr(tempfile, "mkstemp", saved_meanwhile)
-    with pytest.raises(KbotError, match="changed meanwhile"):
+    with pytest.raises(KbotError, match="changed in the meantime"):
         rewrite({str(path): ("old", "new")})
     assert path.read_text() == "saved"
 
