@@ -1,4 +1,4 @@
-"""Refuses a robot that no longer drives straight, turns true, or knows where it is.
+"""Test that a robot drives straight, turns by the right angle, and has correct odometry.
 
     kbot sim robot.xacro --headless --script drive_straight.py --plot drive.png
 
@@ -16,16 +16,16 @@ def drive(sim: Simulation) -> None:
     sim.cmd_vel(0.0, 0.0)
     sim.run(1.0)
     pose = sim.ground_truth.pose
-    assert abs(pose.x - 2.0) < 0.01, "two metres ahead"
-    assert abs(pose.y) < 0.005, "and not aside"
+    assert abs(pose.x - 2.0) < 0.01, "drives two metres ahead"
+    assert abs(pose.y) < 0.005, "drives straight"
 
     sim.cmd_vel(0.0, 1.0)
     sim.run(2 * pi)
     sim.cmd_vel(0.0, 0.0)
     sim.run(1.0)
     turned = degrees(sim.ground_truth.pose.yaw - pose.yaw)
-    assert abs(turned - 360.0) < 1.0, "once round"
+    assert abs(turned - 360.0) < 1.0, "turns once around"
 
     odometry, truth = sim.odometry.pose, sim.ground_truth.pose
     off = hypot(odometry.x - truth.x, odometry.y - truth.y)
-    assert off < 0.001, "odometry within a millimetre"
+    assert off < 0.001, "odometry is correct to a millimetre"
