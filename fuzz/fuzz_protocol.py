@@ -75,7 +75,7 @@ class Wire:
 
 SIMULATION = kbot.Simulation(kbot.load("kbot"))
 LINK = PeerLink(lambda text: None)
-LINK.services = gazebo_services("empty")
+LINK.services = gazebo_services()
 LINK.attach(SIMULATION, Feed(SIMULATION.bus, lambda: SIMULATION.clock.nanoseconds))
 BRIDGES: dict[str, Any] = {
     "foxglove": foxglove.FoxgloveBridge(LINK, port=0),

@@ -120,7 +120,7 @@ def test_parameter_files_of_plugins_are_not_read_from_elsewhere(running: Running
     )
     answer = spawn(running, xml)
     assert not answer.success
-    assert "not found in the models and packages of this machine" in answer.status_message
+    assert "is not in the models and packages of this machine" in answer.status_message
 
 
 def test_a_symbolic_link_out_of_the_folder_is_not_followed(

@@ -17,7 +17,7 @@ from kbot.world.sdf.reach import Reach
 from kbot.world.sdf.values import SdfValues
 from kbot.xacro import Packages
 
-NOT_IN_REACH = "{} not found in the models and packages of this machine"
+NOT_IN_REACH = "{} is not in the models and packages of this machine"
 """The message for a file that a peer names. It does not reveal whether the file exists elsewhere."""
 
 WHOLE = re.compile("[0-9]{1,9}")
