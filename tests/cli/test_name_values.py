@@ -240,7 +240,7 @@ def test_a_page_keeps_the_typed_property_with_every_save(mine: Path) -> None:
     read_again()
     assert radius() == 0.06
     assert value() == (0.04, 0.06)
-    session.obey(SetParameter("property", "wheel_radius", 0.05), 1)
+    session.handle(SetParameter("property", "wheel_radius", 0.05), 1)
     read_again()
     assert radius() == 0.05
     mine.write_text(MINE.replace("wheel_radius", "radius"))

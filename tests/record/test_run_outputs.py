@@ -27,7 +27,7 @@ def test_changed_description_is_recorded_to_its_own_file(tmp_path: Path) -> None
     file.write_text(SQUARE.format(height=0.1))
     reports: list[str] = []
     outputs = RunOutputs(reports.append, RecordOptions(str(tmp_path / "run.mcap")))
-    session = open_session(str(file), simulate=True, attend=lambda sim: outputs.join(sim, "", "empty"))
+    session = open_session(str(file), simulate=True, on_start=lambda sim: outputs.join(sim, "", "empty"))
     for _ in range(10):
         session.advance(0.02)
     file.write_text(SQUARE.format(height=0.3))

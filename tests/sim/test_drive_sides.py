@@ -17,7 +17,7 @@ from kbot.model.load import load_robot, load_robot_text
 from kbot.navigation.simulated import require_turning
 from kbot.sim import Simulation
 from kbot.text import KbotError
-from kbot.workbench.session.driven_session import why_not
+from kbot.workbench.session.driven_session import reason_not_driving
 
 LEFT, RIGHT = "left_wheel_joint", "right_wheel_joint"
 YAML = """controller_manager:
@@ -129,7 +129,7 @@ def test_drive_with_one_joint_on_both_sides_does_not_move(named):
     reason = f"its drive names the joint '{LEFT}' both as left and as right"
     with pytest.raises(KbotError, match=f"robot 'kbot' cannot drive: {reason}"):
         sim.cmd_vel(0.2, 0.0)
-    assert why_not(robot) == reason  # the page shows the reason
+    assert reason_not_driving(robot) == reason  # the page shows the reason
     sim.run(0.5)
     assert abs(sim.ground_truth.pose.x) < 1e-3
 
@@ -158,7 +158,7 @@ def test_drive_with_a_joint_twice_on_one_side_does_not_move(named, left, right, 
     sim = Simulation(robot)
     assert codes(sim) == ["D131"]
     joint = LEFT if side == "left" else RIGHT
-    assert why_not(robot) == f"its drive names the joint '{joint}' twice as {side}"
+    assert reason_not_driving(robot) == f"its drive names the joint '{joint}' twice as {side}"
     with pytest.raises(KbotError, match=f"'{joint}' twice as {side}"):
         sim.cmd_vel(0.2, 0.0)
 

@@ -204,6 +204,6 @@ def test_page_drives_a_steered_base(base, tmp_path, monkeypatch):
     assert about.cannot_drive == ""
     assert min(about.linear_limit, about.angular_limit) > 0.0
     for _ in range(20):
-        session.obey(Drive(0.3, 0.0), 1)
+        session.handle(Drive(0.3, 0.0), 1)
         session.advance(0.1)
     assert session.state().odometry[0] == pytest.approx(0.55, abs=0.05)

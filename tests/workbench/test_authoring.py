@@ -43,13 +43,13 @@ def values(session: Session) -> dict[str, tuple[float, float]]:
 def test_a_parameter_changes_the_robot_and_not_the_file(session: Session, xacro: Path) -> None:
     text, asked = xacro.read_text(), []
     session.wants_reading = lambda: asked.append(True)
-    session.obey(SetParameter("arg", "wheel_radius", 0.05), 1)
+    session.handle(SetParameter("arg", "wheel_radius", 0.05), 1)
     assert asked
     read_anew(session)
     assert wheel_height(session) == pytest.approx(0.05)
     assert values(session)["wheel_radius"] == (0.035, 0.05)
     assert xacro.read_text() == text
-    session.obey(DropParameters(), 1)
+    session.handle(DropParameters(), 1)
     read_anew(session)
     assert wheel_height(session) == pytest.approx(0.035)
 
@@ -64,38 +64,38 @@ def test_a_property_changes_the_robot_too(tmp_path: Path) -> None:
 </robot>"""
     )
     session = open_session(str(file), simulate=False)
-    session.obey(SetParameter("property", "high", 2.5), 1)
+    session.handle(SetParameter("property", "high", 2.5), 1)
     read_anew(session)
     assert session.state().poses[7 + 2] == pytest.approx(2.5)
 
 
 def test_kept_values_are_written_and_undone(session: Session, xacro: Path) -> None:
     text = xacro.read_text()
-    session.obey(SetParameter("arg", "wheel_radius", 0.05), 1)
-    session.obey(SetParameter("arg", "base_len", 0.2), 1)
-    session.obey(KeepParameters(), 1)
+    session.handle(SetParameter("arg", "wheel_radius", 0.05), 1)
+    session.handle(SetParameter("arg", "base_len", 0.2), 1)
+    session.handle(KeepParameters(), 1)
     read_anew(session)
     changed = text.replace('"wheel_radius" default="0.035"', '"wheel_radius" default="0.05"')
     assert xacro.read_text() == changed.replace('"base_len" default="0.16"', '"base_len" default="0.2"')
     assert values(session)["wheel_radius"] == (0.05, 0.05)
     assert session.shown.authoring.parameters().undo == "new values of wheel_radius, base_len"
     kept = xacro.read_text()
-    session.obey(Undo(), 1)
+    session.handle(Undo(), 1)
     assert xacro.read_text() == text
     with pytest.raises(KbotError, match="nothing to undo"):
-        session.obey(Undo(), 1)
+        session.handle(Undo(), 1)
     assert session.shown.authoring.parameters().redo == "new values of wheel_radius, base_len"
-    session.obey(Redo(), 1)
+    session.handle(Redo(), 1)
     assert xacro.read_text() == kept
-    with pytest.raises(KbotError, match="nothing to do again"):
-        session.obey(Redo(), 1)
+    with pytest.raises(KbotError, match="nothing to redo"):
+        session.handle(Redo(), 1)
 
 
 def test_values_given_on_the_command_line_are_shown(xacro: Path) -> None:
     session = open_session(str(xacro), simulate=False, arguments={"wheel_radius": "0.04"})
     assert values(session)["wheel_radius"] == (0.035, 0.04)
-    session.obey(SetParameter("arg", "wheel_radius", 0.06), 1)
-    session.obey(DropParameters(), 1)
+    session.handle(SetParameter("arg", "wheel_radius", 0.06), 1)
+    session.handle(DropParameters(), 1)
     read_anew(session)
     assert wheel_height(session) == pytest.approx(0.04)
 
@@ -120,8 +120,8 @@ def choices(tmp_path: Path) -> Session:
 def test_of_several_definitions_the_one_that_counts_is_changed(tmp_path: Path) -> None:
     session = choices(tmp_path)
     assert values(session)["high"] == (1.5, 1.5)
-    session.obey(SetParameter("property", "high", 2.5), 1)
-    session.obey(KeepParameters(), 1)
+    session.handle(SetParameter("property", "high", 2.5), 1)
+    session.handle(KeepParameters(), 1)
     assert Path(session.shown.file).read_text() == CHOICES.replace('"1.5"', '"2.5"')
 
 
@@ -130,12 +130,12 @@ def test_what_is_true_or_false_is_changed_in_its_spelling(tmp_path: Path) -> Non
     truths = {p.name for p in session.shown.authoring.parameters().parameters if p.is_truth}
     assert truths == {"tall", "wide"}
     assert values(session)["tall"] == (1.0, 1.0)
-    session.obey(SetParameter("arg", "tall", 0.0), 1)
-    session.obey(SetParameter("property", "wide", 1.0), 1)
+    session.handle(SetParameter("arg", "tall", 0.0), 1)
+    session.handle(SetParameter("property", "wide", 1.0), 1)
     read_anew(session)
     assert session.state().poses[7 : 7 + 3] == pytest.approx((3.0, 0.0, 0.5))
     assert values(session)["high"] == (0.5, 0.5)
-    session.obey(KeepParameters(), 1)
+    session.handle(KeepParameters(), 1)
     kept = CHOICES.replace('"true"', '"false"').replace('"False"', '"True"')
     assert Path(session.shown.file).read_text() == kept
 
@@ -143,7 +143,7 @@ def test_what_is_true_or_false_is_changed_in_its_spelling(tmp_path: Path) -> Non
 def test_an_unknown_parameter_is_refused(session: Session) -> None:
     for kind, name in (("arg", "control"), ("property", "wheel_radius"), ("arg", "nothing")):
         with pytest.raises(KbotError, match="plain number"):
-            session.obey(SetParameter(kind, name, 1.0), 1)
+            session.handle(SetParameter(kind, name, 1.0), 1)
 
 
 def test_only_plain_numbers_of_the_top_level_are_parameters(xacro: Path) -> None:
@@ -157,26 +157,26 @@ def test_a_number_is_edited_where_it_stands(session: Session, xacro: Path) -> No
     text = xacro.read_text()
     line = 1 + text[: text.index("0.035")].count("\n")
     column = text.splitlines()[line - 1].index("0.035") + 1
-    session.obey(EditSource(str(xacro), line, column, "0.035", "0.045"), 1)
+    session.handle(EditSource(str(xacro), line, column, "0.035", "0.045"), 1)
     assert xacro.read_text() == text.replace("0.035", "0.045")
     with pytest.raises(KbotError, match="has changed"):
-        session.obey(EditSource(str(xacro), line, column, "0.035", "0.055"), 1)
+        session.handle(EditSource(str(xacro), line, column, "0.035", "0.055"), 1)
     for bad in ('0"/><link name="x', "<", "a\nb", "&lt;"):
         with pytest.raises(KbotError, match="cannot hold"):
-            session.obey(EditSource(str(xacro), line, column, "0.045", bad), 1)
+            session.handle(EditSource(str(xacro), line, column, "0.045", bad), 1)
     for bad in ("abc", "1 2", "nan", "1e999", "1_0", "0x10", "", "${}"):
         with pytest.raises(KbotError, match="no finite number"):
-            session.obey(EditSource(str(xacro), line, column, "0.045", bad), 1)
+            session.handle(EditSource(str(xacro), line, column, "0.045", bad), 1)
     assert xacro.read_text() == text.replace("0.035", "0.045")
     was = "0.045"
     for good in ("-.5e-1", "3.", "${2 * pi}", "$(arg base_len)"):
-        session.obey(EditSource(str(xacro), line, column, was, good), 1)
+        session.handle(EditSource(str(xacro), line, column, was, good), 1)
         was = good
     assert xacro.read_text() == text.replace("0.035", "$(arg base_len)")
     with pytest.raises(KbotError, match="not part of this description"):
-        session.obey(EditSource("/etc/hostname", 1, 1, "a", "b"), 1)
+        session.handle(EditSource("/etc/hostname", 1, 1, "a", "b"), 1)
     with pytest.raises(KbotError, match="has no line"):
-        session.obey(EditSource(str(xacro), 100_000, 1, "", "1"), 1)
+        session.handle(EditSource(str(xacro), 100_000, 1, "", "1"), 1)
 
 
 def test_the_robot_that_ships_is_not_changed() -> None:
@@ -194,9 +194,9 @@ def test_a_fix_is_carried_out(session: Session, xacro: Path) -> None:
     read_anew(session)
     findings = session.findings()
     index = next(i for i, finding in enumerate(findings.findings) if finding.fix and "rpy" in finding.message)
-    with pytest.raises(KbotError, match="look at them again"):
-        session.obey(ApplyFix(findings.serial - 1, index), 1)
-    session.obey(ApplyFix(findings.serial, index), 1)
+    with pytest.raises(KbotError, match="Look at the new list"):
+        session.handle(ApplyFix(findings.serial - 1, index), 1)
+    session.handle(ApplyFix(findings.serial, index), 1)
     assert macros.read_text() == good
     read_anew(session)
     assert not any("rpy" in finding.message for finding in session.findings().findings)

@@ -39,7 +39,7 @@ def test_several_edits_are_carried_out_together_or_not_at_all(tmp_path: Path) ->
     with pytest.raises(KbotError, match="has changed"):
         editor.apply("numbers", [one, three])
     assert first.read_text() == "ä one two"
-    with pytest.raises(KbotError, match="two changes"):
+    with pytest.raises(KbotError, match="two edits overlap"):
         editor.apply("numbers", [one, (Edit(Span(a, 4, 8), ""), "ne t")])
 
 

@@ -30,7 +30,7 @@ def run(session: Session, seconds: float) -> None:
 @pytest.mark.parametrize("angle", [0.0, 90.0, 225.0])
 def test_a_kick_goes_where_it_is_aimed_at(session: Session, angle: float) -> None:
     x, y = np.cos(np.radians(angle)), np.sin(np.radians(angle))
-    session.obey(Kick(x, y, 0.5), 1)
+    session.handle(Kick(x, y, 0.5), 1)
     run(session, 0.04)
     gone = np.array(session.state().poses[:3])
     # thrown up at 0.5 m/s too, so that for a tenth of a second nothing brakes it
@@ -39,11 +39,11 @@ def test_a_kick_goes_where_it_is_aimed_at(session: Session, angle: float) -> Non
 
 
 def test_other_robots_and_things_are_pushed_too(session: Session) -> None:
-    session.obey(Spawn("robot", 1.0, 0.0, 0.0, 0.0, 0.1, 0.1, 0.1), 1)
-    session.obey(Spawn("box", -1.0, 0.0, 0.0, 0.0, 0.1, 0.1, 0.1), 1)
+    session.handle(Spawn("robot", 1.0, 0.0, 0.0, 0.0, 0.1, 0.1, 0.1), 1)
+    session.handle(Spawn("box", -1.0, 0.0, 0.0, 0.0, 0.1, 0.1, 0.1), 1)
     run(session, 0.3)
-    session.obey(Push("robot_2/base_link", 30.0, 0.0, 0.0, 0.2), 1)
-    session.obey(Push("box_1", 0.0, 200.0, 0.0, 0.2), 1)
+    session.handle(Push("robot_2/base_link", 30.0, 0.0, 0.0, 0.2), 1)
+    session.handle(Push("box_1", 0.0, 200.0, 0.0, 0.2), 1)
     run(session, 0.4)
     poses = np.array(session.state().bodies).reshape(-1, 7)
     names = [body.name for body in session.scene.bodies]
@@ -53,8 +53,8 @@ def test_other_robots_and_things_are_pushed_too(session: Session) -> None:
 
 
 def test_faults_are_told_and_ended(session: Session) -> None:
-    session.obey(Disturb("payload", "base_link", 0.5, 3.0), 1)
-    session.obey(Disturb("blocked", "left_wheel_joint", 0.0, 1.0), 1)
+    session.handle(Disturb("payload", "base_link", 0.5, 3.0), 1)
+    session.handle(Disturb("blocked", "left_wheel_joint", 0.0, 1.0), 1)
     session._motion._sim.disturbances.schedule(LostCommands(0.25), at=2.0)
     told = session.state().faults
     assert [(one.words, one.start, one.stop) for one in told] == [
@@ -68,11 +68,11 @@ def test_faults_are_told_and_ended(session: Session) -> None:
         "start": 0.0,
         "stop": 3.0,
     }
-    session.obey(EndFault(told[0].number), 1)
+    session.handle(EndFault(told[0].number), 1)
     run(session, 1.1)
     assert [one.number for one in session.state().faults] == [told[2].number]
     with pytest.raises(KbotError, match="no fault 1"):
-        session.obey(EndFault(told[0].number), 1)
+        session.handle(EndFault(told[0].number), 1)
 
 
 def test_a_run_starts_again_with_another_seed() -> None:
@@ -85,10 +85,10 @@ def test_a_run_starts_again_with_another_seed() -> None:
     session = open_session("kbot", simulate=True, world="maze:size=3", arguments={"lidar": "true"}, seed=4)
     assert session.about().seed == 4
     first = scans(session)
-    session.obey(SetWorld("maze:size=3", 5), 1)
+    session.handle(SetWorld("maze:size=3", 5), 1)
     assert session.about().seed == 5
     other = scans(session)
-    session.obey(SetWorld("maze:size=3", 4), 1)
+    session.handle(SetWorld("maze:size=3", 4), 1)
     assert scans(session) == first
     assert other != first
     assert other == pytest.approx(first, abs=0.05)  # the same walls, with other noise

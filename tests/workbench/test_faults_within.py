@@ -28,7 +28,7 @@ def refusal(connection: Any, text: str) -> str:
 def test_a_message_that_fails_is_answered(driving: tuple[str, Session], monkeypatch: Any) -> None:
     address, session = driving
     with connect(socket_address(address)) as page:
-        monkeypatch.setattr(session, "obey", broken)
+        monkeypatch.setattr(session, "handle", broken)
         say(page, type="reset")
         assert refusal(page, "failed") == FAILED
         monkeypatch.undo()

@@ -76,13 +76,13 @@ def test_a_recording_of_ros_needs_its_robot_and_tf(tmp_path: Path) -> None:
         ("/tf", 1e9 + 30.2, moved(1e9 + 30.2, "arm", "slide", (0.25, 0, 0))),
     )
     session = played_session(path)
-    session.obey(Seek(30.2), 1)
+    session.handle(Seek(30.2), 1)
     state = session.state()
     assert state.time == pytest.approx(1e9 + 30.2, abs=1e-3)
     assert state.positions == pytest.approx((0.5, 0.25), abs=1e-6)
     assert state.poses[:3] == pytest.approx((4.0, 2.0, 0.0))
     assert {name for name, _ in state.frames} == {"map", "odom"}
-    session.obey(Seek(10.5), 1)
+    session.handle(Seek(10.5), 1)
     assert session.state().poses[:3] == pytest.approx((2.0, 2.0, 0.0))
 
 
@@ -94,7 +94,7 @@ def test_joint_states_alone_will_do(tmp_path: Path) -> None:
         ("/arm/joint_states", 1.6, JointState(Header(), ("rail",), (-0.5,))),
     )
     session = played_session(path)
-    session.obey(Seek(0.6), 1)
+    session.handle(Seek(0.6), 1)
     assert session.state().positions == (0.75, -0.5)
 
 
@@ -115,9 +115,9 @@ def test_another_robot_s_joints_are_not_the_shown_one_s(tmp_path: Path, own: str
         ),
     )
     session = played_session(path)
-    session.obey(Seek(1.2), 1)
+    session.handle(Seek(1.2), 1)
     assert session.state().positions == (0.25, -0.25)
-    session.obey(Pause(paused=False), 1)
+    session.handle(Pause(paused=False), 1)
     session.advance(1.0)
     assert session.state().positions == (0.5, -0.5)
     making = session.series([Field.named("state positions.shoulder")], 0.0, 2.2)
@@ -136,7 +136,7 @@ def test_a_robot_is_shown_by_the_namespace_that_was_noted(tmp_path: Path) -> Non
         sim.run(0.5)
         other.publish(JointState(Header(), ("left_wheel_joint",), (99.0,)))
     session = played_session(path)
-    session.obey(Seek(1.0), 1)
+    session.handle(Seek(1.0), 1)
     joints = dict(zip(sim.joint_positions, session.state().positions, strict=False))
     assert joints["left_wheel_joint"] == pytest.approx(sim.joint_positions["left_wheel_joint"], abs=1e-6)
 
@@ -179,7 +179,7 @@ def test_a_recording_that_broke_off_is_played_to_its_last_whole_chunk(tmp_path: 
     session = played_session(str(tmp_path / "broken.mcap"))
     end = session.timeline().end
     assert 5.0 < end < 25.0
-    session.obey(Seek(end), 1)
+    session.handle(Seek(end), 1)
     assert session.state().poses[0] == pytest.approx(end)
 
 
@@ -194,7 +194,7 @@ def test_only_what_is_looked_at_is_read(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr(mcap_file, "chunk_records", lambda *a: read.append(a) or chunk_records(*a))
     session = played_session(path)
     for at in (380.0, 3.0, 200.0):
-        session.obey(Seek(at), 1)
+        session.handle(Seek(at), 1)
         assert session.state().poses[0] == pytest.approx(at, abs=0.021)
     assert 10 < len(read) < 200 < count_of_chunks(path) / 2
 

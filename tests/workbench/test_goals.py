@@ -38,7 +38,7 @@ def session(xacro: Path):
 
 def test_a_goal_of_a_page_is_driven_to(session):
     states = _states(session)
-    session.obey(_goal(0.6, 0.6), 1)
+    session.handle(_goal(0.6, 0.6), 1)
     _advance(session, 14.0)
     assert states == ["accepted", "driving", "reached"]
     x, y, _ = session.state().odometry
@@ -48,24 +48,24 @@ def test_a_goal_of_a_page_is_driven_to(session):
 
 def test_the_keys_and_stop_take_the_wheels(session):
     states = _states(session)
-    session.obey(_goal(1.2, 1.2), 1)
+    session.handle(_goal(1.2, 1.2), 1)
     _advance(session, 1.5)
     assert session.state().command != (0.0, 0.0)
-    session.obey(Drive(0.0, 0.5), 1)
+    session.handle(Drive(0.0, 0.5), 1)
     assert states[-1] == "cancelled: driven by hand"
     _advance(session, 0.2)
     assert session.state().command == (0.0, 0.5)
-    session.obey(Stop(), 1)
-    session.obey(_goal(1.2, 1.2), 1)
+    session.handle(Stop(), 1)
+    session.handle(_goal(1.2, 1.2), 1)
     _advance(session, 1.5)
     assert states[-1] == "driving"
-    session.obey(Stop(), 2)
+    session.handle(Stop(), 2)
     assert states[-1] == "cancelled: stopped by hand"
     assert session.state().command == (0.0, 0.0)
 
 
 def test_a_goal_outlives_a_save(session):
-    session.obey(_goal(0.6, 0.6), 1)
+    session.handle(_goal(0.6, 0.6), 1)
     _advance(session, 2.0)
     session.adopt(session.read())
     states = _states(session)

@@ -37,7 +37,7 @@ def session(tmp_path: Path) -> Session:
 
 def told(session: Session, name: str) -> dict[str, tuple[str, ...]]:
     """The values of each text that stands where a hint says."""
-    source = session.obey(OpenSource(str(Path(session.shown.file).with_name(name))), 1)[0]
+    source = session.handle(OpenSource(str(Path(session.shown.file).with_name(name))), 1)[0]
     assert isinstance(source, SourceText)
     lines = source.text.split("\n")
     return {
@@ -62,7 +62,7 @@ def test_each_expression_has_its_value_and_in_a_macro_one_for_each_call(session:
 
 
 def test_values_are_those_on_show_and_of_the_text_on_show(session: Session) -> None:
-    session.obey(SetParameter("arg", "length", 0.5), 1)
+    session.handle(SetParameter("arg", "length", 0.5), 1)
     session.adopt(session.read())
     assert told(session, "robot.xacro")["$(arg length) 0.2 ${third}"] == ("0.5 0.2 0.333333",)
     file = Path(session.shown.file)
@@ -78,6 +78,6 @@ def test_of_many_calls_a_few_values_are_told(tmp_path: Path) -> None:
         f'<parent link="base"/><child link="l${{n}}"/></joint></xacro:macro>{calls}</robot>'
     )
     session = open_session(str(tmp_path / "robot.xacro"), simulate=False)
-    source = session.obey(OpenSource(session.shown.file), 1)[0]
+    source = session.handle(OpenSource(session.shown.file), 1)[0]
     assert isinstance(source, SourceText)
     assert next((hint.values, hint.more) for hint in source.hints) == (("l0", "l1", "l2", "l3"), True)

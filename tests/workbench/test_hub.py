@@ -49,13 +49,13 @@ def test_a_slow_page_gets_the_newest_of_each_kind() -> None:
 def test_time_that_goes_on_is_told_before_what_was_said_at_its_moment() -> None:
     """A page forgets what topics said when it comes to another moment."""
     client = Hub().join()
-    client.put_time(timeline(end=1.0, live=False))
+    client.put_timeline(timeline(end=1.0, live=False))
     client.put_topic("/plan", json.dumps({"type": "message"}))
-    client.put_time(timeline(end=2.0, live=False))
+    client.put_timeline(timeline(end=2.0, live=False))
     first, second = sent_by(client)
     assert (first["type"], first["end"], second["type"]) == ("timeline", 2.0, "message")
     client.put_topic("/plan", json.dumps({"type": "message"}))
-    client.put_time(timeline(end=3.0, live=True))
+    client.put_timeline(timeline(end=3.0, live=True))
     assert [message["type"] for message in sent_by(client)] == ["message", "timeline"]
 
 
@@ -91,11 +91,11 @@ def test_a_page_that_answers_late_has_no_more_than_two_beats_under_way() -> None
         await tell(0, 100)
         assert beats() == 25  # one that never answers is told all
         for _ in range(beats()):
-            client.heard()
+            client.count_answer()
         await tell(100, 100)
         assert beats() == 27
         assert got[-2]["time"] == 107
-        client.heard()
+        client.count_answer()
         await tell(200, 1)
         assert got[-1]["time"] == 200  # and all between is dropped
         await tell(201, 100)

@@ -21,7 +21,7 @@ from kbot.workbench.topics.marker_state import MarkerState
 
 
 def standing(state: MarkerState, now: int = 0) -> list[tuple[str, int]]:
-    first, *rest = state.standing(now).markers
+    first, *rest = state.current(now).markers
     assert first.action == DELETE_ALL  # so that a page that missed some forgets them
     return [(marker.ns, marker.id) for marker in rest]
 

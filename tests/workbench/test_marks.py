@@ -12,24 +12,24 @@ from kbot.workbench.timeline.marks import Marks
 
 def test_they_are_in_the_order_of_their_moments_and_keep_their_numbers() -> None:
     known = Marks()
-    known.obey(Mark(5.0, 5.0))
-    known.obey(Mark(2.0, 2.0))
+    known.handle(Mark(5.0, 5.0))
+    known.handle(Mark(2.0, 2.0))
     assert [(one.number, one.at, one.note) for one in known.view.all] == [
         (2, 2.0, "Bookmark 2"),
         (1, 5.0, "Bookmark 1"),
     ]
-    known.obey(NoteMark(1, "the wall"))
-    known.obey(RemoveMark(2))
-    known.obey(RemoveMark(2))  # another page was faster
-    known.obey(Mark(1.0, 1.0))
+    known.handle(NoteMark(1, "the wall"))
+    known.handle(RemoveMark(2))
+    known.handle(RemoveMark(2))  # another page was faster
+    known.handle(Mark(1.0, 1.0))
     assert [(one.number, one.note) for one in known.view.all] == [(3, "Bookmark 1"), (1, "the wall")]
 
 
 def test_those_of_a_recording_stand_beside_it(tmp_path: Path) -> None:
     recording = str(tmp_path / "run.mcap")
     known = Marks(recording)
-    known.obey(Mark(1.5, 101.5))
-    known.obey(NoteMark(1, "\u00fcber: die # Schwelle"))
+    known.handle(Mark(1.5, 101.5))
+    known.handle(NoteMark(1, "\u00fcber: die # Schwelle"))
     assert (tmp_path / "run.mcap.bookmarks.yaml").is_file()
     assert Marks(recording).view == known.view
     assert Marks(str(tmp_path / "other.mcap")).view.all == ()
@@ -39,27 +39,27 @@ def test_a_file_that_is_none_is_told_of_and_stays_as_it_is(tmp_path: Path) -> No
     file = tmp_path / "run.mcap.bookmarks.yaml"
     file.write_text("- at: 1.0\n  time: 1.0\n  note: fine\n- at: soon\n")
     known = Marks(str(tmp_path / "run.mcap"))
-    assert f"{file}:4: a bookmark has 'at' and 'time'" in known.note
+    assert f"{file}:4: a bookmark needs 'at' and 'time'" in known.note
     assert known.view.all == ()
-    with pytest.raises(KbotError, match="no others can be set"):
-        known.obey(Mark(1.0, 1.0))
+    with pytest.raises(KbotError, match="you cannot set new ones"):
+        known.handle(Mark(1.0, 1.0))
     assert "soon" in file.read_text()
 
 
 def test_where_nothing_can_be_written_no_bookmark_is_set(tmp_path: Path) -> None:
     known = Marks(str(tmp_path / "gone" / "run.mcap"))
     with pytest.raises(KbotError, match="cannot be written"):
-        known.obey(Mark(1.0, 1.0))
+        known.handle(Mark(1.0, 1.0))
     assert known.view.all == ()
 
 
 def test_there_is_an_end_to_them(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(marks, "MOST", 2)
     known = Marks()
-    known.obey(Mark(1.0, 1.0))
-    known.obey(Mark(2.0, 2.0))
-    with pytest.raises(KbotError, match="2 bookmarks are set: remove some"):
-        known.obey(Mark(3.0, 3.0))
+    known.handle(Mark(1.0, 1.0))
+    known.handle(Mark(2.0, 2.0))
+    with pytest.raises(KbotError, match="the limit of 2 bookmarks is reached"):
+        known.handle(Mark(3.0, 3.0))
 
 
 @pytest.mark.parametrize(
@@ -86,9 +86,9 @@ def test_a_file_of_another_program_is_not_taken_for_ours(tmp_path: Path) -> None
     text = "- at: 1.0\n  time: 1.0\n  note: fine\n  colour: red\n"
     file.write_text(text)
     known = Marks(str(tmp_path / "run.mcap"))
-    assert f"{file}:4: a bookmark has no 'colour'" in known.note
-    with pytest.raises(KbotError, match="no others can be set"):
-        known.obey(Mark(1.0, 1.0))
+    assert f"{file}:4: unknown field 'colour' in a bookmark" in known.note
+    with pytest.raises(KbotError, match="you cannot set new ones"):
+        known.handle(Mark(1.0, 1.0))
     assert file.read_text() == text
 
 
@@ -102,17 +102,17 @@ def test_comments_in_the_file_are_not_lost(comment: str, tmp_path: Path) -> None
     known = Marks(str(tmp_path / "run.mcap"))
     assert [one.note for one in known.view.all] == ["fine"]
     with pytest.raises(KbotError, match="has comments, which would be lost"):
-        known.obey(Mark(2.0, 2.0))
+        known.handle(Mark(2.0, 2.0))
     assert (file.read_text(), len(known.view.all)) == (text, 1)
 
 
 def test_what_looks_like_a_comment_in_a_note_is_none(tmp_path: Path) -> None:
     recording = str(tmp_path / "run.mcap")
     known = Marks(recording)
-    known.obey(Mark(1.0, 1.0))
-    known.obey(NoteMark(1, "first\n# second\nthird # fourth"))
+    known.handle(Mark(1.0, 1.0))
+    known.handle(NoteMark(1, "first\n# second\nthird # fourth"))
     again = Marks(recording)
-    again.obey(Mark(2.0, 2.0))
+    again.handle(Mark(2.0, 2.0))
     assert [one.note for one in Marks(recording).view.all] == [
         "first\n# second\nthird # fourth",
         "Bookmark 1",
@@ -122,15 +122,15 @@ def test_what_looks_like_a_comment_in_a_note_is_none(tmp_path: Path) -> None:
 def test_an_edit_by_hand_is_not_written_over(tmp_path: Path) -> None:
     recording, file = str(tmp_path / "run.mcap"), tmp_path / "run.mcap.bookmarks.yaml"
     known = Marks(recording)
-    known.obey(Mark(1.0, 1.0))
+    known.handle(Mark(1.0, 1.0))
     by_hand = file.read_text().replace("Bookmark 1", "by hand")
     file.write_text(by_hand)
     with pytest.raises(KbotError, match="has changed since it was read"):
-        known.obey(Mark(2.0, 2.0))
+        known.handle(Mark(2.0, 2.0))
     assert file.read_text() == by_hand
     assert [one.note for one in known.view.all] == ["Bookmark 1"]
     file.unlink()
-    known.obey(Mark(2.0, 2.0))
+    known.handle(Mark(2.0, 2.0))
     assert len(Marks(recording).view.all) == 2
 
 
@@ -138,5 +138,5 @@ def test_a_file_with_a_tab_before_a_value_is_written(tmp_path: Path) -> None:
     file = tmp_path / "run.mcap.bookmarks.yaml"
     file.write_text("- at:\t1.0\n  time: 1.0\n  note: fine\n")
     known = Marks(str(tmp_path / "run.mcap"))
-    known.obey(Mark(2.0, 2.0))
+    known.handle(Mark(2.0, 2.0))
     assert [one.at for one in known.view.all] == [1.0, 2.0]

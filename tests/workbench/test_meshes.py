@@ -230,7 +230,7 @@ def test_a_robot_beside_the_one_on_show_brings_no_mesh_from_elsewhere_either(
     own: Path, elsewhere: Path
 ) -> None:
     simulations: list[Simulation] = []
-    session = open_session("kbot", simulate=True, package_path=(str(own),), attend=simulations.append)
+    session = open_session("kbot", simulate=True, package_path=(str(own),), on_start=simulations.append)
     told: list[FromServer] = []
     session.announce = told.append
     from_own = '<visual><geometry><mesh filename="package://robot/meshes/box.stl"/></geometry></visual>'
@@ -242,5 +242,5 @@ def test_a_robot_beside_the_one_on_show_brings_no_mesh_from_elsewhere_either(
     (part,) = guest.parts
     assert session.meshes.packed(part.mesh) is not None
     (refused,) = (message.reason for message in told if isinstance(message, Refused))
-    assert refused.startswith(f"guest/a: the mesh file://{elsewhere} lies outside")
+    assert refused.startswith(f"guest/a: the mesh file://{elsewhere} is outside")
     assert session.missing_meshes() == [refused]

@@ -10,7 +10,7 @@ import pytest
 from kbot.workbench.protocol import AskSeries, Timeline
 from kbot.workbench.serve import serving
 from kbot.workbench.serving.hub import Client
-from kbot.workbench.serving.plotting import Asked, Plotting
+from kbot.workbench.serving.plotting import Plotting, Request
 from kbot.workbench.session.session import Session
 
 from .conftest import until
@@ -57,13 +57,13 @@ def test_a_step_back_leaves_the_present_however_late_the_timeline_is(
     page = open_page(driving[0])
     slider = page.get_by_role("slider", name="Moment on show")
     until(lambda: float(slider.evaluate("s => s.max")) > 0.5)
-    put_time = Client.put_time
+    put_timeline = Client.put_timeline
 
     def put_answers_alone(self: Client, timeline: Timeline) -> None:
         if timeline.asked is not None:
-            put_time(self, timeline)
+            put_timeline(self, timeline)
 
-    monkeypatch.setattr(Client, "put_time", put_answers_alone)
+    monkeypatch.setattr(Client, "put_timeline", put_answers_alone)
     now = page.evaluate("kbot.time")
     until(lambda: page.evaluate("kbot.time") > now + 1.0)
     slider.press("ArrowLeft")
@@ -76,7 +76,7 @@ def test_a_slow_answer_is_waited_for_while_time_goes_on(
     address = driving[0]
     answer = Plotting._answer
 
-    async def answer_late(self: Plotting, client: Client, what: Asked) -> None:
+    async def answer_late(self: Plotting, client: Client, what: Request) -> None:
         if isinstance(what, AskSeries):
             await asyncio.sleep(3.0)
         await answer(self, client, what)

@@ -40,7 +40,7 @@ def test_the_page_records_to_a_file(page: Any, tmp_path: Path) -> None:
     assert summary.seconds > 0.9
     assert {"/robot_description", "/odom", "/joint_states", "/tf"} <= summary.topics.keys()
     played = played_session(str(tmp_path / name))
-    played.obey(Seek(1e6), 1)
+    played.handle(Seek(1e6), 1)
     assert played.state().poses[0] == pytest.approx(state_of(page.session).odometry[0], abs=0.05)
 
 

@@ -205,20 +205,18 @@ def test_what_was_said_once_stays_when_time_is_told_of_later(
     address, session = driving
     path = PlannedPath(WORLD, (PoseStamped(WORLD, pose()), PoseStamped(WORLD, pose(1.0))))
     do(session, lambda motion: motion.bus.advertise("/plan", PlannedPath, latched=True).publish(path))
-    publishes_clock, tell_time = threading.Event(), Past.tell_time
+    tells_time, tell_time = threading.Event(), Past.send_timeline
     monkeypatch.setattr(
         Past,
-        "tell_time",
-        lambda past, client, again=False: (
-            tell_time(past, client, again) if publishes_clock.is_set() else None
-        ),
+        "send_timeline",
+        lambda past, client, again=False: tell_time(past, client, again) if tells_time.is_set() else None,
     )
     page = open_page(address)
     show = Show(page, Speaker(session))
     show.add("Path", "/plan")
     until(lambda: show.status("Path").endswith("/plan"))
     assert page.locator(".timeline").is_hidden()
-    publishes_clock.set()
+    tells_time.set()
     until(lambda: page.locator(".timeline").is_visible())
     page.evaluate("kbot.drawn()")
     assert "heard" not in show.status("Path")

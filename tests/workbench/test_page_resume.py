@@ -72,9 +72,9 @@ def test_a_simulation_goes_on_from_the_moment_on_show(
     page.get_by_role("button", name="Resume from here").click()
     until(lambda: not is_past(page) and state_of(session).odometry[0] < 0.6)
     until(lambda: state_of(session).command == (0.0, 0.0))
-    told = page.get_by_role("log").get_by_text("The simulation goes on from")
+    told = page.get_by_role("log").get_by_text("The simulation continues from")
     until(lambda: told.count() == 1)
-    assert "the recording holds both ways" in told.inner_text()
+    assert "The recording contains both runs" in told.inner_text()
     until(lambda: "goes on from" in other.locator(".log").text_content())  # whoever else looks is told too
     assert not session.paused
     assert not page.get_by_role("button", name="Resume from here").is_visible()

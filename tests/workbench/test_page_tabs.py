@@ -107,4 +107,4 @@ def test_many_tabs_stay_in_step_and_come_back_after_a_restart(
         assert [text for text in tabs.complaints if "ERR_CONNECTION_REFUSED" not in text] == []
         tabs.context.close()
         until(lambda: len(hubs[1]) == 0)
-    assert not any(anew.topics.heard_by(number) for number in range(1, 50))
+    assert not any(anew.topics.subscribed_by(number) for number in range(1, 50))

@@ -145,7 +145,7 @@ def test_a_topic_has_a_rate_before_it_is_opened(driving: tuple[str, Session], op
     until(lambda: rate.count() == 1 and rate.inner_text() == "50 Hz")
     assert page.locator("[data-topic='/cmd_vel'] .rate").inner_text() == "in"
     assert page.locator("[data-topic='/plan'] .rate").inner_text() == "not counted"
-    assert "/odom" not in driving[1].topics._heard
+    assert "/odom" not in driving[1].topics._subscriptions
 
 
 def test_a_world_starts_with_other_parameters(driving: tuple[str, Session], open_page: OpenPage) -> None:

@@ -40,12 +40,12 @@ def player(tmp_path: Path, xacro: Path) -> Session:
     simulated = open_session(str(xacro), simulate=True, seed=1)
     simulated.recording.folder = str(tmp_path)
     with serving(simulated):
-        simulated.obey(RecordRun(True), 1)
+        simulated.handle(RecordRun(True), 1)
         until(lambda: (view := simulated.recording.view()) is not None and view.seconds > 6.0)
         view = simulated.recording.view()
         assert view is not None
         path = view.file
-        simulated.obey(RecordRun(False), 1)
+        simulated.handle(RecordRun(False), 1)
     session = played_session(path)
     session.paused = session.waits_for_page = True
     return session

@@ -18,8 +18,8 @@ from kbot.tf.robot_state_publisher import RobotStatePublisher
 from kbot.workbench.protocol import ApplyFix, Drive, EditSource, Pause, Reset, Seek, SetLoop, Undo
 from kbot.workbench.session.played_session import played_session
 from kbot.workbench.session.session import Session
+from kbot.workbench.timeline.driven_paths import TrailPoint
 from kbot.workbench.timeline.series import Making, SeriesTable
-from kbot.workbench.timeline.ways import TrailPoint
 
 pytestmark = pytest.mark.usefixtures("keeps_up")
 
@@ -54,7 +54,7 @@ def shown(session: Session) -> np.ndarray:
 
 def seek(session: Session, milliseconds: int) -> None:
     start = session._motion._run.index.start
-    session.obey(Seek(milliseconds * 1e-3 - start * 1e-9), 1)
+    session.handle(Seek(milliseconds * 1e-3 - start * 1e-9), 1)
 
 
 def test_any_moment_is_as_it_was(run: Run) -> None:
@@ -81,22 +81,22 @@ def test_it_plays_from_where_it_stands_and_stops_at_the_end(run: Run) -> None:
     played = shown(session)
     seek(session, 1500)
     assert np.allclose(shown(session), played)
-    session.obey(Pause(paused=True), 1)
+    session.handle(Pause(paused=True), 1)
     session.advance(0.5)
     assert session.state().time == pytest.approx(1.5)
-    session.obey(Pause(paused=False), 1)
+    session.handle(Pause(paused=False), 1)
     while not session.paused:
         session.advance(0.1)
     assert session.state().time == pytest.approx(3.0)
-    session.obey(Pause(paused=False), 1)
+    session.handle(Pause(paused=False), 1)
     assert session.timeline().at == 0.0
-    session.obey(SetLoop(loop=True), 1)
+    session.handle(SetLoop(loop=True), 1)
     seek(session, 2990)
     session.advance(0.1)
     session.advance(0.1)
     assert session.timeline().at == pytest.approx(0.1)
     assert not session.paused
-    session.obey(Reset(), 1)
+    session.handle(Reset(), 1)
     assert session.timeline().at == 0.0
 
 
@@ -111,7 +111,7 @@ def test_what_topics_said_is_said_again(run: Run) -> None:
     assert "/scan" not in session.timeline().silent
     session.advance(0.6)
     assert [scan.header.stamp.nanoseconds // 1_000_000 for scan in heard[-3:]] == [600, 800, 1000]
-    session.obey(Seek(0.0), 1)
+    session.handle(Seek(0.0), 1)
     assert "/scan" in session.timeline().silent
 
 
@@ -134,8 +134,8 @@ def test_rates_are_told_before_anybody_hears_a_topic_and_stay_wherever_one_goes(
 
 def test_a_recording_goes_as_it_went(run: Run) -> None:
     session = played_session(str(run.path))
-    with pytest.raises(KbotError, match="a recording is played"):
-        session.obey(Drive(0.1, 0.0), 1)
+    with pytest.raises(KbotError, match="a recording is played back"):
+        session.handle(Drive(0.1, 0.0), 1)
 
 
 def test_the_trail_is_the_way_of_the_whole_recording(run: Run) -> None:
@@ -154,7 +154,7 @@ def test_the_trail_is_the_way_of_the_whole_recording(run: Run) -> None:
 
 
 def whole(session: Session) -> list[TrailPoint]:
-    making = session.way(0.01) if session.way is not None else iter(())
+    making = session.recorded_path(0.01) if session.recorded_path is not None else iter(())
     while True:
         try:
             next(making)
@@ -182,6 +182,6 @@ def test_its_robot_is_not_changed(run: Run) -> None:
         ApplyFix(session.findings().serial, 0),
         Undo(),
     ):
-        with pytest.raises(KbotError, match="of a recording, which is not changed"):
-            session.obey(change, 1)
+        with pytest.raises(KbotError, match="part of a recording and cannot be changed"):
+            session.handle(change, 1)
     assert Path(file).read_text(encoding="utf-8") == text

@@ -72,28 +72,28 @@ def test_a_seek_into_the_damage_shows_the_nearest_moment_that_is_whole(
 ) -> None:
     path, start, end = damaged(whole, tmp_path / "bad.mcap", *chunks)
     session = played_session(str(path))
-    words = rf"damaged from {start:.2f} s to {end:.2f} s; shown is"
+    words = rf"damaged from {start:.2f} s to {end:.2f} s\. The nearest readable time is"
     with pytest.raises(KbotError, match=rf"{words} {start:.2f} s"):
-        session.obey(Seek(start + 0.1), 1)
+        session.handle(Seek(start + 0.1), 1)
     assert at(session) == pytest.approx(start, abs=1e-3)
     assert session.state().poses[0] == pytest.approx(SPEED * start, abs=0.05)
     with pytest.raises(KbotError, match=rf"{words} {end:.2f} s"):
-        session.obey(Seek(end - 0.1), 1)
+        session.handle(Seek(end - 0.1), 1)
     assert at(session) == pytest.approx(end, abs=1e-3)
     assert session.state().poses[0] == pytest.approx(SPEED * end, abs=0.05)
-    session.obey(Seek(end + 0.2), 1)  # also where what is looked back for lies in the damage
+    session.handle(Seek(end + 0.2), 1)  # also where what is looked back for lies in the damage
     assert session.state().poses[0] == pytest.approx(SPEED * (end + 0.2), abs=0.05)
 
 
 def test_playing_goes_past_the_damage_and_says_so(whole: Path, tmp_path: Path) -> None:
     path, start, end = damaged(whole, tmp_path / "bad.mcap", 6)
     session = played_session(str(path))
-    session.obey(Seek(start - 0.05), 1)
-    session.obey(Pause(paused=True), 1)
-    with pytest.raises(KbotError, match="it goes on from there"):
-        session.obey(Advance(0.1), 1)
+    session.handle(Seek(start - 0.05), 1)
+    session.handle(Pause(paused=True), 1)
+    with pytest.raises(KbotError, match="Playback continues after it"):
+        session.handle(Advance(0.1), 1)
     assert at(session) == pytest.approx(end, abs=1e-3)
-    session.obey(Advance(0.2), 1)
+    session.handle(Advance(0.2), 1)
     assert at(session) == pytest.approx(end + 0.2, abs=1e-3)
 
 
@@ -107,10 +107,10 @@ def test_damage_at_the_end_leaves_the_rest(whole: Path, tmp_path: Path) -> None:
     path, start, _ = damaged(whole, tmp_path / "bad.mcap", len(spans(whole)) - 1)
     session = played_session(str(path))
     with pytest.raises(KbotError, match="is damaged from"):
-        session.obey(Seek(1e6), 1)
+        session.handle(Seek(1e6), 1)
     assert at(session) == pytest.approx(start, abs=1e-3)
-    session.obey(Pause(paused=False), 1)
-    with pytest.raises(KbotError, match="nothing follows"):
+    session.handle(Pause(paused=False), 1)
+    with pytest.raises(KbotError, match="That is its end"):
         session.advance(0.5)
     assert session.paused
 

@@ -25,7 +25,7 @@ def recorder(sim: Simulation, path: Path, **more: str) -> Recorder:
 
 def seek(session: Session, seconds: float) -> None:
     start = session._motion._run.index.start
-    session.obey(Seek(seconds - start * 1e-9), 1)
+    session.handle(Seek(seconds - start * 1e-9), 1)
 
 
 def moving(session: Session) -> dict[str, np.ndarray]:
@@ -62,7 +62,7 @@ def test_everything_stands_where_it_truly_stood(run: tuple[Path, dict]) -> None:
     session = played_session(str(path))
     for at in (1.9, 0.4, 1.2, 0.7, 2.0, 1.0):
         seek(session, at)
-        session._look_around()
+        session._send_changes()
         there = moving(session)
         for name, pose in truth[at].items():
             if name != "robot":
@@ -77,7 +77,7 @@ def test_things_come_and_go_as_they_did(run: tuple[Path, dict]) -> None:
     assert session.about().world == "boxes"
     for at, crate, second in ((1.9, False, True), (0.3, False, False), (1.2, True, False)):
         seek(session, at)
-        session._look_around()
+        session._send_changes()
         names = {body.name for body in session.scene.bodies}
         assert names >= walls
         assert ("crate" in names, "second/base_link" in names) == (crate, second)
@@ -104,7 +104,7 @@ def test_models_of_sdf_come_too(tmp_path: Path) -> None:
     session = played_session(str(tmp_path / "run.mcap"))
     assert "ball" not in " ".join(body.name for body in session.scene.bodies)
     seek(session, 1.0)
-    session._look_around()
+    session._send_changes()
     there = moving(session)
     assert there
     for name, pose in rolled.items():
@@ -116,7 +116,7 @@ def test_a_part_of_a_recording_is_shown_in_the_same_world(run: tuple[Path, dict]
     copy_recording(str(path), str(tmp_path / "part.mcap"), start=1.1, end=1.9)
     session = played_session(str(tmp_path / "part.mcap"))
     seek(session, 1.4)
-    session._look_around()
+    session._send_changes()
     assert "crate" in {body.name for body in session.scene.bodies}
     root = session._motion.moment().poses["base_footprint"].matrix
     assert np.allclose(root, truth[1.4]["robot"], atol=1e-3)
@@ -140,8 +140,8 @@ def test_a_world_that_is_not_here_is_told_of(tmp_path: Path) -> None:
     with recorder(sim, tmp_path / "run.mcap", world="hall.world"):
         sim.run(0.2)
     session = played_session(str(tmp_path / "run.mcap"))
-    assert "The world 'hall.world' of the recording cannot be shown" in session.note
-    assert "cannot be shown" in json.dumps([getattr(m, "reason", "") for m in session.greeting(1)])
+    assert "The recording's world 'hall.world' cannot be displayed" in session.note
+    assert "cannot be displayed" in json.dumps([getattr(m, "reason", "") for m in session.greeting(1)])
     assert session.scene.bodies == ()
 
 
@@ -152,7 +152,7 @@ def test_one_that_broke_off_is_shown_with_a_word_of_it(tmp_path: Path, name: str
     sim.run(0.5)
     lost.flush()  # and then nothing more, as after a kill
     session = played_session(str(path))
-    assert session.note.startswith(f"{path} is not whole: it was not closed")
+    assert session.note.startswith(f"{path} is incomplete: it was not closed")
     assert session.note.endswith("what can be read is shown.")
     lost.close()
     assert played_session(str(path)).note == ""

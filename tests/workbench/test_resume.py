@@ -42,7 +42,7 @@ class Desk:
             self.session.advance(0.02)
             state = self.session.state()
             self.states[round(state.time, 2)] = state
-            self.past.tell_state(state)
+            self.past.send_state(state)
 
     def trail(self, resets: int | None = None) -> Trail:
         making = self.past.trail(self.session.state().resets if resets is None else resets)
@@ -72,12 +72,12 @@ def test_it_stands_as_it_did_and_is_not_driven(desk: Desk) -> None:
     then = dict(desk.states)
     told = desk.resume(2.1)
     state = desk.session.state()
-    assert f"goes on from {state.time:.2f} s" in told
+    assert f"continues from {state.time:.2f} s" in told
     assert state.time == pytest.approx(2.1, abs=0.11)
     before = then[round(state.time, 2)]
     assert state.poses == before.poses
     assert state.positions == before.positions
-    assert desk.client.looks_at is None
+    assert desk.client.displayed_time is None
     assert not desk.session.paused
     assert before.command == (0.3, 0.6)
     assert state.command == (0.0, 0.0)
@@ -115,7 +115,7 @@ def test_the_trail_goes_on_from_the_way_that_led_there(desk: Desk) -> None:
 def test_a_reset_begins_another_way(desk: Desk) -> None:
     desk.sim.cmd_vel(0.3, 0.0)
     desk.run(2.0)
-    desk.session.obey(Reset(), 1)
+    desk.session.handle(Reset(), 1)
     desk.run(0.5)
     assert (desk.trail().x, desk.trail().y) == ((0.0,), (0.0,))
     assert len(desk.trail(0).x) > 20
@@ -154,7 +154,7 @@ def test_a_recorded_run_that_was_set_back_is_done_again_bit_for_bit(
 ) -> None:
     sim = desk.sim
     if kind == "page":
-        desk.session.obey(RecordRun(True), 1)
+        desk.session.handle(RecordRun(True), 1)
         path = str(desk.session.recording.view().file)
         end: Callable[[], None] = desk.session.recording.end
     else:
@@ -165,7 +165,7 @@ def test_a_recorded_run_that_was_set_back_is_done_again_bit_for_bit(
     desk.sim.models.spawn_thing("box", "crate", 2.0, 2.0, 0.2, 0.0, (0.1, 0.1, 0.1))
     desk.run(1.5)
     told = desk.resume(2.0)
-    assert ("the recording holds both ways" in told) == (kind == "page")
+    assert ("The recording contains both runs" in told) == (kind == "page")
     desk.sim.cmd_vel(-0.2, 0.0)
     desk.run(2.2)
     desk.resume(desk.session.state().at - 1.0)  # back on the second way
@@ -194,7 +194,7 @@ def test_a_bag_that_cannot_hold_it_says_so(desk: Desk, tmp_path: Path) -> None:
 
 def test_who_looks_at_what_is_has_nothing_to_go_on_from(desk: Desk) -> None:
     desk.run(1.0)
-    with pytest.raises(KbotError, match="go back to a moment first"):
+    with pytest.raises(KbotError, match="go back in time first"):
         desk.past.resume(desk.client)
 
 
@@ -215,7 +215,7 @@ def test_another_robot_does_not_go_on_from_where_one_was(desk: Desk) -> None:
     desk.session._enter("empty", 0)
     desk.run(2.0)
     desk.past.seek(desk.client, 1.0)
-    with pytest.raises(KbotError, match="no state is saved there, for the robot or its world was another"):
+    with pytest.raises(KbotError, match="no state of this robot and world is saved for that time"):
         desk.past.resume(desk.client)
     desk.past.seek(desk.client, 4.5)
     desk.past.resume(desk.client)

@@ -187,11 +187,11 @@ def test_a_copy_has_a_fixed_frame_that_rviz_hears_of(
 ) -> None:
     session = driving[1]
     for chosen, frame in (({}, "odom"), ({"frame": ""}, "odom"), ({"frame": "left_wheel"}, "left_wheel")):
-        (answer,) = session.obey(SaveDisplays(kind, {"globals": chosen, "displays": []}), 1)
+        (answer,) = session.handle(SaveDisplays(kind, {"globals": chosen, "displays": []}), 1)
         assert isinstance(answer, DisplaysText)
         options = yaml.safe_load(answer.text)["Visualization Manager"]["Global Options"]
         assert options == {"Fixed Frame": frame}
-    (answer,) = session.obey(SaveDisplays("kbot", {"globals": {}, "displays": []}), 1)
+    (answer,) = session.handle(SaveDisplays("kbot", {"globals": {}, "displays": []}), 1)
     assert isinstance(answer, DisplaysText)
     assert "odom" not in answer.text
 

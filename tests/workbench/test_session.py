@@ -65,25 +65,25 @@ def test_joints_stand_at_zero_or_the_limit_nearest_to_it(arm: Path) -> None:
 
 def test_presets_and_limits(arm: Path) -> None:
     session = open_session(str(arm), simulate=False)
-    session.obey(SetJoints("centre"), 1)
+    session.handle(SetJoints("centre"), 1)
     assert positions(session) == [0.5, 1.0]
-    session.obey(SetJoint("shoulder", 7.0), 1)
+    session.handle(SetJoint("shoulder", 7.0), 1)
     assert positions(session) == [2.0, 1.0]
-    session.obey(SetJoints("random"), 1)
+    session.handle(SetJoints("random"), 1)
     first = positions(session)
     assert -1 <= first[0] <= 2
     assert 0.5 <= first[1] <= 1.5
-    session.obey(SetJoints("random"), 1)
+    session.handle(SetJoints("random"), 1)
     assert positions(session) != first
-    session.obey(Reset(), 1)
+    session.handle(Reset(), 1)
     assert positions(session) == [0.0, 0.5]
     with pytest.raises(KbotError, match="no joint 'wrist'"):
-        session.obey(SetJoint("wrist", 0.0), 1)
+        session.handle(SetJoint("wrist", 0.0), 1)
 
 
 def test_a_changed_description_keeps_the_joints(arm: Path) -> None:
     session = open_session(str(arm), simulate=False)
-    session.obey(SetJoint("shoulder", 1.75), 1)
+    session.handle(SetJoint("shoulder", 1.75), 1)
     arm.write_text(ARM.replace('upper="2"', 'upper="1.25"').replace("elbow", "knee"))
     messages = session.adopt(session.read())
     (scene,) = of(Scene, messages)
@@ -128,24 +128,24 @@ def test_only_the_descriptions_own_files_are_shown(arm: Path, tmp_path: Path) ->
     other = tmp_path / "other.txt"
     other.write_text("secret")
     session = open_session(str(arm), simulate=False)
-    (source,) = session.obey(OpenSource(str(arm)), 1)
+    (source,) = session.handle(OpenSource(str(arm)), 1)
     assert isinstance(source, SourceText)
     assert source.owners[1] == ("base",)
     assert source.owners[4] == ("upper",)  # a joint belongs to the link it carries
     with pytest.raises(KbotError, match="not part of this description"):
-        session.obey(OpenSource(str(other)), 1)
+        session.handle(OpenSource(str(other)), 1)
 
 
 def test_time_passes_as_it_is_told(xacro: Path) -> None:
     session = open_session(str(xacro), simulate=True)
-    session.obey(SetSpeed(0.5), 1)
+    session.handle(SetSpeed(0.5), 1)
     session.advance(0.1)
     assert session.state().time == pytest.approx(0.05, abs=0.0021)
-    session.obey(Pause(True), 1)
+    session.handle(Pause(True), 1)
     assert not session.advance(1.0)
-    session.obey(Advance(0.1), 1)
+    session.handle(Advance(0.1), 1)
     assert session.state().time == pytest.approx(0.15, abs=0.0021)
-    session.obey(Reset(), 1)
+    session.handle(Reset(), 1)
     state = session.state()
     assert (state.time, state.resets) == (0.0, 1)
 
@@ -153,28 +153,28 @@ def test_time_passes_as_it_is_told(xacro: Path) -> None:
 def test_a_slow_machine_steps_all_of_what_is_asked_for(xacro: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     session = open_session(str(xacro), simulate=True)
     monkeypatch.setattr("kbot.workbench.driving.driving.BUSY_SECONDS", 0.0)
-    session.obey(Advance(0.5), 1)
+    session.handle(Advance(0.5), 1)
     assert session.state().time == pytest.approx(0.5, abs=1e-9)
 
 
 def test_who_drives_is_known_and_only_the_driver_lets_go(xacro: Path) -> None:
     session = open_session(str(xacro), simulate=True)
-    session.obey(Drive(0.2, 0.0), 1)
-    session.obey(Drive(0.0, 0.0), 2)
+    session.handle(Drive(0.2, 0.0), 1)
+    session.handle(Drive(0.0, 0.0), 2)
     assert session.state().driver == 1
     assert session.state().command == (0.2, 0.0)
     session.leave(2)
     assert session.state().driver == 1
-    session.obey(Stop(), 2)
+    session.handle(Stop(), 2)
     assert session.state().command == (0.0, 0.0)
-    session.obey(Drive(0.1, 0.0), 2)
+    session.handle(Drive(0.1, 0.0), 2)
     session.leave(2)
     assert session.state().command == (0.0, 0.0)
 
 
 def test_silence_stops_the_robot(xacro: Path) -> None:
     session = open_session(str(xacro), simulate=True)
-    session.obey(Drive(0.2, 0.0), 1)
+    session.handle(Drive(0.2, 0.0), 1)
     for _ in range(4):
         session.advance(0.1)
     assert session.state().command == (0.2, 0.0)
@@ -185,14 +185,14 @@ def test_silence_stops_the_robot(xacro: Path) -> None:
 
 def drive_on(session: Session, linear: float, seconds: float) -> State:
     for _ in range(round(seconds / 0.1)):
-        session.obey(Drive(linear, 0.0), 1)
+        session.handle(Drive(linear, 0.0), 1)
         session.advance(0.1)
     return session.state()
 
 
 def test_a_changed_robot_goes_on_from_where_it_is(xacro: Path) -> None:
     session = open_session(str(xacro), simulate=True)
-    session.obey(Drive(0.1, 1.0), 1)
+    session.handle(Drive(0.1, 1.0), 1)
     session.advance(0.5)
     before = drive_on(session, 0.3, 1.0)
     xacro.write_text(
@@ -222,7 +222,7 @@ def test_a_robot_without_wheels_says_why_it_cannot_drive(arm: Path) -> None:
     session = open_session(str(arm), simulate=True)
     assert "continuous" in session.about().cannot_drive
     with pytest.raises(KbotError, match="cannot drive"):
-        session.obey(Drive(0.1, 0.0), 1)
+        session.handle(Drive(0.1, 0.0), 1)
 
 
 def test_another_world_starts_again(xacro: Path) -> None:
@@ -230,7 +230,7 @@ def test_another_world_starts_again(xacro: Path) -> None:
     session.announce = told.append
     drive_on(session, 0.2, 0.5)
     assert "boxes" in [world.name for world in session.about().worlds]
-    session.obey(SetWorld("boxes:count=3", 0), 1)
+    session.handle(SetWorld("boxes:count=3", 0), 1)
     state = session.state()
     assert (state.time, state.resets, state.command) == (0.0, 1, (0.0, 0.0))
     assert session.about().world == "boxes"
@@ -238,36 +238,36 @@ def test_another_world_starts_again(xacro: Path) -> None:
     assert isinstance(scene, Scene)
     assert len(scene.bodies) == 3
     with pytest.raises(KbotError, match="did you mean 'maze'"):
-        session.obey(SetWorld("mase", 0), 1)
+        session.handle(SetWorld("mase", 0), 1)
     assert session.about().world == "boxes"
     drive_on(session, 0.2, 0.5)
 
 
 def test_a_push_moves_the_robot(xacro: Path) -> None:
     session = open_session(str(xacro), simulate=True)
-    session.obey(Push("base_link", 0.0, 0.0, 40.0, 0.1), 1)  # 40 N lift 1.15 kg
+    session.handle(Push("base_link", 0.0, 0.0, 40.0, 0.1), 1)  # 40 N lift 1.15 kg
     session.advance(0.1)
     assert session.state().poses[2] > 0.05
     with pytest.raises(KbotError, match="no body, 'base_lnk': did you mean 'base_link'"):
-        session.obey(Push("base_lnk", 1.0, 0.0, 0.0, 0.1), 1)
+        session.handle(Push("base_lnk", 1.0, 0.0, 0.0, 0.1), 1)
     arm_less = open_session(str(xacro), simulate=False)
     for message in (Push("base_link", 1.0, 0.0, 0.0, 0.1), SetWorld("boxes", 0)):
         with pytest.raises(KbotError, match="kbot sim"):
-            arm_less.obey(message, 1)
+            arm_less.handle(message, 1)
 
 
 @pytest.mark.parametrize("mend", ["reset", "save"])
 def test_a_run_that_diverged_is_shown_as_it_last_was(xacro: Path, mend: str) -> None:
     session = open_session(str(xacro), simulate=True)
-    session.obey(Push("left_wheel", 500.0, 0.0, 0.0, 1.0), 1)  # a hundred times what the robot weighs
+    session.handle(Push("left_wheel", 500.0, 0.0, 0.0, 1.0), 1)  # a hundred times what the robot weighs
     with pytest.raises(DescriptionError, match="diverged"):
-        session.obey(Advance(1.0), 1)
+        session.handle(Advance(1.0), 1)
     assert np.isfinite(session.state().poses).all()
     if mend == "reset":
-        session.obey(Reset(), 1)
+        session.handle(Reset(), 1)
     else:
         session.adopt(session.read())
-    session.obey(Pause(False), 1)
+    session.handle(Pause(False), 1)
     start = session.state()
     assert max(map(abs, start.odometry)) < 1e-3
     assert drive_on(session, 0.2, 0.5).odometry[0] > 0.05

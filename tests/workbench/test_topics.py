@@ -93,7 +93,7 @@ def test_of_many_messages_pages_get_the_newest() -> None:
 def test_a_page_goes_on_hearing_in_another_world() -> None:
     session = open_session("kbot", simulate=True, world="boxes", arguments=LIDAR)
     session.topics.subscribe("/scan", 1)
-    session.obey(SetWorld("empty", 0), 1)
+    session.handle(SetWorld("empty", 0), 1)
     for _ in range(5):
         session.advance(0.1)
     ((_, frame, _),) = session.topics.news()
@@ -181,8 +181,8 @@ def test_a_page_speaks_on_what_is_meant_for_it() -> None:
     relay.publish("/cmd_vel", "geometry_msgs/msg/Twist", {"linear": {"x": 0.5}})
     assert heard == [Twist(Vector3(0.5))]
     for topic, kind, message, said in (
-        ("/secret", "geometry_msgs/msg/Twist", {}, "may not speak on /secret"),
-        ("/robot/cmd_vel", "geometry_msgs/msg/Twist", {}, "nobody hears /robot/cmd_vel"),
+        ("/secret", "geometry_msgs/msg/Twist", {}, "may not publish on /secret"),
+        ("/robot/cmd_vel", "geometry_msgs/msg/Twist", {}, "/robot/cmd_vel has no subscriber"),
         ("/cmd_vel", "std_msgs/msg/String", {}, "carries geometry_msgs/msg/Twist"),
         ("/cmd_vel", "geometry_msgs/msg/Twist", {"linea": {}}, "did you mean 'linear'"),
         ("/cmd_vel", "geometry_msgs/msg/Twist", {"linear": {"x": "1"}}, "a number is expected"),
@@ -221,7 +221,7 @@ def test_frames_hang_together_whichever_end_is_known() -> None:
 
 def test_the_odometry_frame_is_where_the_wheels_started() -> None:
     session = open_session("kbot", simulate=True)
-    session.obey(Drive(0.2, 0.5), 1)
+    session.handle(Drive(0.2, 0.5), 1)
     for _ in range(4):
         session.advance(0.1)
     state = session.state()

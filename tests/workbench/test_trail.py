@@ -42,10 +42,10 @@ def aside(session: Session) -> Transform:
 
 PUT: dict[str, Act] = {
     "a peer": lambda s: sim(s).models.set_model_state("kbot", aside(s)),
-    "the page": lambda s: s.obey(MoveModel("kbot", 0.1, 0.04, 0.0, 0.0), 1),
+    "the page": lambda s: s.handle(MoveModel("kbot", 0.1, 0.04, 0.0, 0.0), 1),
     "2D pose estimate": lambda s: s.topics.bus.publish("initialpose", PoseWithCovarianceStamped()),
     "a peer's reset": lambda s: sim(s).snapshots.reset_world(),
-    "the page's reset of the world": lambda s: s.obey(ResetPart("world"), 1),
+    "the page's reset of the world": lambda s: s.handle(ResetPart("world"), 1),
 }
 
 
@@ -57,13 +57,13 @@ def driven(session: Session, put: Act, is_paused: bool) -> Trail:
         sim(session).cmd_vel(0.3, 0.0)
         for _ in range(count):
             session.advance(0.05)
-            past.tell_state(session.state())
+            past.send_state(session.state())
 
     drive(20)
     session.paused = is_paused
     put(session)
     session.advance(0.05)
-    past.tell_state(session.state())
+    past.send_state(session.state())
     session.paused = False
     drive(20)
     making = past.trail(session.state().resets)

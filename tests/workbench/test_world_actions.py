@@ -30,8 +30,8 @@ def run(session: Session, seconds: float) -> None:
 def test_what_comes_and_goes_is_told_to_every_page(session: Session) -> None:
     told: list[object] = []
     session.announce = told.append
-    session.obey(spawn("box", 0.5), 1)
-    session.obey(spawn("robot", -0.5), 1)
+    session.handle(spawn("box", 0.5), 1)
+    session.handle(spawn("robot", -0.5), 1)
     things = [message for message in told if isinstance(message, Things)]
     assert [message.revision for message in things] == [2, 3]
     (box, *links) = things[-1].bodies
@@ -40,8 +40,8 @@ def test_what_comes_and_goes_is_told_to_every_page(session: Session) -> None:
     assert [link.name for link in links] == [f"robot_2/{link.name}" for link in session.scene.links]
     assert len(session.state().bodies) == 7 * len(things[-1].bodies)
     assert session.state().revision == session.scene.revision == 3
-    session.obey(Delete("robot_2/left_wheel"), 1)
-    session.obey(Delete("box_1"), 1)
+    session.handle(Delete("robot_2/left_wheel"), 1)
+    session.handle(Delete("box_1"), 1)
     assert session.scene.bodies == ()
     assert session.state().bodies == ()
 
@@ -53,9 +53,9 @@ def test_a_world_that_a_program_changes_is_shown_too(session: Session) -> None:
 
 
 def test_what_is_put_elsewhere_stands_there(session: Session) -> None:
-    session.obey(spawn("crate", 0.5), 1)
-    session.obey(MoveModel("crate_1", 0.8, 0.1, 0.0, 1.0), 1)
-    session.obey(MoveModel(session.scene.robot, -0.3, 0.2, 5.0, 0.5), 1)
+    session.handle(spawn("crate", 0.5), 1)
+    session.handle(MoveModel("crate_1", 0.8, 0.1, 0.0, 1.0), 1)
+    session.handle(MoveModel(session.scene.robot, -0.3, 0.2, 5.0, 0.5), 1)
     run(session, 0.2)
     assert session.state().bodies[:2] == pytest.approx((0.8, 0.1), abs=1e-3)
     x, y, z = session.state().poses[:3]
@@ -76,13 +76,13 @@ def test_the_map_has_what_was_put_in_the_way(session: Session) -> None:
         "geometry_msgs/PoseStamped",
         {"header": {"stamp": stamp, "frame_id": "world"}, "pose": pose},
     )
-    session.obey(goal, 1)
+    session.handle(goal, 1)
     cancel = Publish("move_base/cancel", "actionlib_msgs/GoalID", {"stamp": stamp, "id": ""})
     while "driving" not in states:
         run(session, 0.02)
-    session.obey(cancel, 1)
-    session.obey(spawn("barrel", 1.0), 1)
-    session.obey(goal, 1)
+    session.handle(cancel, 1)
+    session.handle(spawn("barrel", 1.0), 1)
+    session.handle(goal, 1)
     for _ in range(400):
         run(session, 0.02)
         if states[-1] not in ("accepted", "driving") and not states[-1].startswith("cancelled"):
@@ -94,7 +94,7 @@ def test_faults_last_as_long_as_they_are_asked_for(session: Session) -> None:
     robot = session._motion._sim.robots.first
     model, _ = session._motion._sim.engine.current()
     before = model.body_mass[robot.body.index("base_link")]
-    session.obey(Disturb("payload", "base_link", 0.5, 0.2), 1)
+    session.handle(Disturb("payload", "base_link", 0.5, 0.2), 1)
     run(session, 0.1)
     assert model.body_mass[robot.body.index("base_link")] == pytest.approx(before + 0.5)
     run(session, 0.2)
@@ -102,13 +102,13 @@ def test_faults_last_as_long_as_they_are_asked_for(session: Session) -> None:
 
 
 def test_time_and_the_world_start_again_apart(session: Session) -> None:
-    session.obey(MoveModel(session.scene.robot, 1.0, 0.0, 0.0, 0.0), 1)
+    session.handle(MoveModel(session.scene.robot, 1.0, 0.0, 0.0, 0.0), 1)
     run(session, 0.5)
-    session.obey(ResetPart("time"), 1)
+    session.handle(ResetPart("time"), 1)
     assert session.state().time == 0.0
     assert session.state().poses[0] == pytest.approx(1.0, abs=1e-3)
     run(session, 0.5)
-    session.obey(ResetPart("world"), 1)
+    session.handle(ResetPart("world"), 1)
     assert session.state().time == pytest.approx(0.5, abs=0.01)
     assert session.state().poses[0] == pytest.approx(0.0, abs=1e-3)
 
@@ -129,21 +129,21 @@ def test_time_and_the_world_start_again_apart(session: Session) -> None:
 )
 def test_what_cannot_be_done_is_said(session: Session, message: object, said: str) -> None:
     with pytest.raises(KbotError, match=said):
-        session.obey(message, 1)
+        session.handle(message, 1)
 
 
 def test_nothing_of_it_where_nothing_is_simulated() -> None:
     with pytest.raises(KbotError, match="kbot sim"):
-        open_session("kbot", simulate=False).obey(spawn("crate", 1.0), 1)
+        open_session("kbot", simulate=False).handle(spawn("crate", 1.0), 1)
 
 
 def test_there_is_a_bound_to_what_pages_add(session: Session) -> None:
     for index in range(MOST_MODELS):
-        session.obey(spawn("box", 1.0 + index), 1)
-    with pytest.raises(KbotError, match="delete some first"):
-        session.obey(spawn("box", 0.0, 5.0), 1)
-    session.obey(Delete("box_1"), 1)
-    session.obey(spawn("box", 0.0, 5.0), 1)
+        session.handle(spawn("box", 1.0 + index), 1)
+    with pytest.raises(KbotError, match="Delete some first"):
+        session.handle(spawn("box", 0.0, 5.0), 1)
+    session.handle(Delete("box_1"), 1)
+    session.handle(spawn("box", 0.0, 5.0), 1)
 
 
 @pytest.mark.parametrize(

@@ -119,7 +119,7 @@ def command(
                 arguments=given.arguments,
                 properties=given.properties,
                 package_path=package_path,
-                show=lambda shown: outputs.show(shown, to_urdf(shown.robot), shown.robot.name),
+                on_show=lambda shown: outputs.show(shown, to_urdf(shown.robot), shown.robot.name),
             )
         session.display_file = displays or session.display_file
         serve_session(session, address)

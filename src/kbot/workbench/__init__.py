@@ -1,1 +1,1 @@
-"""The workbench: the server of the page that shows and drives a robot."""
+"""The workbench: the server of the page that displays and drives a robot."""

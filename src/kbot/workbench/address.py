@@ -1,4 +1,4 @@
-"""The page's address: binds it before anything is served, and opens a browser at it."""
+"""The page's address: bind it before anything is served, and open a browser there."""
 
 from __future__ import annotations
 
@@ -17,32 +17,35 @@ from kbot.text import KbotError
 from kbot.workbench.serving.access import Access, bracketed
 
 FIRST_PORT, LAST_PORT = 8300, 8399
+"""The ports that are tried without --port."""
 SEND_BUFFER = 64 * 1024
+"""Bytes of the socket's send buffer. A small one keeps few messages in flight to a slow page."""
 
 
 @dataclass(frozen=True, slots=True)
 class Address:
-    """A bound address: who asks there waits until it is served."""
+    """A bound address. Clients that connect wait until it is served."""
 
     listening: socket.socket
     access: Access
 
     @property
     def url(self) -> str:
-        """With the token, where one is needed."""
+        """The URL, with the token if one is needed."""
         host, port, token = self.access.host, self.access.port, self.access.token
         return f"http://{bracketed(host)}:{port}/" + (f"?token={token}" if token else "")
 
 
 @contextmanager
 def bound(host: str, port: int | None, *, open_browser: bool = False) -> Iterator[Address]:
-    """An address until the end of the block. `port` None takes the first free one from 8300 on, 0 any. A
-    browser starts beside what is still to be loaded, and waits.
+    """Bind an address until the end of the block.
 
-    Where `host` is reached from other machines the address carries a token, which the page needs.
+    `port` None takes the first free port from 8300, 0 any free port. The browser starts while the rest of
+    KBot is still loading, and waits for the server. If other machines can reach `host`, the address has a
+    token that the page needs.
 
     Raises:
-        KbotError: every port asked for is in use, or the address is not this machine's.
+        KbotError: all requested ports are in use, or the address is not this machine's.
     """
     with _bind(host, port) as listening:
         token = None if is_loopback(host) else secrets.token_urlsafe(18)
@@ -57,23 +60,27 @@ def _bind(host: str, port: int | None) -> socket.socket:
     try:
         family = socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)[0][0]
     except (OSError, UnicodeError):
-        raise KbotError(f"--host {host}: no such address") from None
+        raise KbotError(f"--host {host}: unknown address") from None
     for candidate in ports:
         try:
             listening = socket.create_server((host, candidate), family=family)
-            # inherited by each connection: little is under way to a page that reads slowly
+            # connections inherit it
             listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
             return listening
         except PermissionError:
             if port is None:
-                continue  # Windows keeps some of them for itself
-            raise KbotError(f"--port {candidate} may not be served on without more rights") from None
+                continue  # Windows reserves some ports
+            raise KbotError(f"--port {candidate}: permission denied. Choose another port") from None
         except OSError as error:
             if error.errno not in (errno.EADDRINUSE, errno.EACCES):
-                raise KbotError(f"--host {host} cannot be served on: {error.strerror}") from None
+                raise KbotError(f"--host {host}: cannot listen on this address: {error.strerror}") from None
     if port is None:
-        raise KbotError(f"the ports {FIRST_PORT} to {LAST_PORT} are all in use; name another with --port")
-    raise KbotError(f"port {port} is in use; name another with --port, or leave it out to get a free one")
+        raise KbotError(
+            f"the ports {FIRST_PORT} to {LAST_PORT} are all in use. Choose another one with --port"
+        )
+    raise KbotError(
+        f"port {port} is in use. Choose another one with --port, or omit --port to use a free one"
+    )
 
 
 def _open(url: str) -> None:
@@ -83,7 +90,7 @@ def _open(url: str) -> None:
 
 
 def _has_display() -> bool:
-    """Whether a browser could open a window; without one `webbrowser` may take over the terminal."""
+    """Return whether a browser could open a window. Without one, `webbrowser` may take over the terminal."""
     if sys.platform.startswith("linux"):
         return bool(environ.get("DISPLAY") or environ.get("WAYLAND_DISPLAY"))
     return True

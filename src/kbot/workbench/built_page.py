@@ -1,4 +1,4 @@
-"""The files of the built page, in memory. Only these are served."""
+"""The files of the built page, in memory. The server serves only these."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ _GREETING = b'id="greeting">'
 class PageFile:
     """A file as it is sent.
 
-    `packed` is what gzip makes of its bytes, where that was laid beside it; `scripts` are the digests of the
-    scripts that stand in it, as a Content-Security-Policy names them.
+    `packed` is the gzip file beside it, if there is one. `scripts` are the digests of its inline scripts, as
+    a Content-Security-Policy names them.
     """
 
     kind: str
@@ -40,10 +40,10 @@ class PageFile:
 
 
 def load_page(folder: Path = FOLDER) -> dict[str, PageFile]:
-    """Every file of the page by its path in the address.
+    """Return every file of the page by its path in the address.
 
     Raises:
-        KbotError: the page was not built.
+        KbotError: the page is not built.
     """
     files = {
         "/" + file.relative_to(folder).as_posix(): _load(file)
@@ -68,13 +68,14 @@ def _digest(script: bytes) -> str:
 
 
 def with_greeting(page: bytes, messages: Iterable[str]) -> bytes:
-    """The page's HTML with what a page is told first, each as JSON text, so that it can draw at once."""
+    """Insert the first messages, as JSON text, into the page's HTML, so that the page can draw at once."""
     greeting = f"[{','.join(messages)}]".replace("<", "\\u003c").encode()
     return page.replace(_GREETING, _GREETING + greeting, 1)
 
 
 def takes_gzip(accepted: Iterable[str]) -> bool:
-    """Whether a client with these Accept-Encoding headers reads gzip; with a quality of 0 it does not."""
+    """Return whether a client with these Accept-Encoding headers accepts gzip. A quality of 0 means that it
+    does not."""
     for coding in ",".join(accepted).lower().split(","):
         name, _, quality = coding.partition(";")
         if name.strip() == "gzip":

@@ -1,4 +1,4 @@
-"""Shows a robot or a simulation in a notebook: the page that `kbot export` saves, in a frame."""
+"""Show a robot or a simulation in a notebook: the page that `kbot export` saves, in a frame."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from kbot.sim import Simulation
 from kbot.sim import Snapshot as Moment
 from kbot.text import KbotError
 from kbot.text.files import write_text
-from kbot.workbench.driving.mover import Moment as Standing
+from kbot.workbench.driving.mover import Moment as MoverState
 from kbot.workbench.driving.mover import flat
 from kbot.workbench.driving.sliders import Sliders
 from kbot.workbench.protocol import SetJoint, State
@@ -28,13 +28,13 @@ from kbot.workbench.source.overrides import Overrides
 
 @dataclass(frozen=True, slots=True)
 class NotebookPage:
-    """The result of `show()`: notebooks display it, `save` writes it to a file. `page` is its HTML."""
+    """The result of `show()`. Notebooks display it, and `save` writes it to a file. `page` is its HTML."""
 
-    page: str = field(repr=False)  # a megabyte, which notebooks keep the text of too
+    page: str = field(repr=False)  # about a megabyte, which notebooks would also store as text
     height: int
 
     def _repr_html_(self) -> str:
-        """A frame of its own, so that nothing of the page and of the notebook meets."""
+        """Return the page in an iframe, so that page and notebook do not affect each other."""
         return (
             f'<iframe srcdoc="{escape(self.page)}" style="width: 100%; height: {self.height}px; border: 0"'
             ' title="KBot" allow="fullscreen"></iframe>'
@@ -50,34 +50,39 @@ class NotebookPage:
 
 
 def show_robot(robot: RobotModel, joints: Mapping[str, float] | None, height: int) -> NotebookPage:
-    """A robot with sliders for its joints, which stand as `joints` say at first (rad, m).
+    """Return a robot with sliders for its joints, which start at `joints` (rad, m).
 
     Raises:
         KbotError: an unknown joint.
     """
-    session = Session(_Read(_reading(robot)), "view", Sliders)
+    session = Session(_LoadedReader(_reading(robot)), "view", Sliders)
     for name, position in (joints or {}).items():
-        session.obey(SetJoint(name, float(position)), 0)
+        session.handle(SetJoint(name, float(position)), 0)
     return NotebookPage(saved_page(session, robot), height)
 
 
 def show_simulation(simulation: Simulation, moments: Sequence[Moment], height: int) -> NotebookPage:
-    """A simulation as it stands; with `moments` a slider over them.
+    """Return a simulation in its current state, or with `moments` a slider over them.
 
     Raises:
-        KbotError: a moment is another simulation's.
+        KbotError: a moment is of another simulation.
     """
     if isinstance(moments, str) or not isinstance(moments, Sequence):
-        raise KbotError(f"snapshots are a list of what state() gave, not {reprlib.repr(moments)}")
-    session = _looking_at(simulation)
+        raise KbotError(
+            f"snapshots must be a list of values that state() returned, not {reprlib.repr(moments)}"
+        )
+    session = _display_session(simulation)
     states = list(_states(session, simulation, moments)) if moments else []
     return NotebookPage(saved_page(session, simulation.robot, states), height)
 
 
-def _looking_at(simulation: Simulation) -> Session:
+def _display_session(simulation: Simulation) -> Session:
     reading = _reading(simulation.robot)
     return Session(
-        _Read(reading), "sim", lambda robot: _Still(robot, simulation=simulation), simulation.world
+        _LoadedReader(reading),
+        "sim",
+        lambda robot: _StillView(robot, simulation=simulation),
+        simulation.world,
     )
 
 
@@ -89,16 +94,16 @@ def _states(session: Session, simulation: Simulation, moments: Sequence[Moment])
         simulation.timestep,
         simulation.contacts,
         start=simulation.start,
-    )  # so that looking at them leaves the simulation, and what is recorded of it, alone
-    on_show = _looking_at(twin)
+    )  # a copy, so that restoring moments does not change the simulation or its recording
+    display = _display_session(twin)
     for moment in moments:
         twin.restore(moment)
-        yield replace(on_show.state(), revision=session.scene.revision)
+        yield replace(display.state(), revision=session.scene.revision)
 
 
 @dataclass
-class _Still(Sliders):
-    """A simulation that is only looked at."""
+class _StillView(Sliders):
+    """A simulation that is only displayed."""
 
     simulation: Simulation | None = None
 
@@ -106,7 +111,7 @@ class _Still(Sliders):
     def controls(self) -> Mapping[str, Control]:
         return {} if self.simulation is not None else super().controls
 
-    def moment(self) -> Standing:
+    def moment(self) -> MoverState:
         if self.simulation is None:
             return super().moment()
         simulation = self.simulation
@@ -123,8 +128,8 @@ class _Still(Sliders):
 
 
 @dataclass
-class _Read:
-    """A description that was read already."""
+class _LoadedReader:
+    """A description that is already read."""
 
     reading: DescriptionReading
     overrides: Overrides = field(default_factory=lambda: Overrides(None))
@@ -135,7 +140,7 @@ class _Read:
 
 
 def _reading(robot: RobotModel) -> DescriptionReading:
-    """What a robot was read from, where it knows."""
+    """Return what a robot was read from, if it is known."""
     loaded: Loaded | None = getattr(robot, "loaded", None)
     if loaded is None:
         return DescriptionReading(robot, True, None, (), (robot.name,))

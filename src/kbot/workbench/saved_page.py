@@ -1,4 +1,4 @@
-"""Makes one HTML file that shows a robot without a server."""
+"""Make one HTML file that displays a robot without a server."""
 
 from __future__ import annotations
 
@@ -28,11 +28,12 @@ _ALLOWED = (
 def saved_page(
     session: Session, robot: RobotModel, states: Sequence[State] = (), folder: Path = FOLDER
 ) -> str:
-    """The HTML of a session, which shows `robot`, with sliders for its joints; with `states` of its
-    scene a slider over those moments instead.
+    """Return the HTML of a session that displays `robot`, with sliders for its joints.
+
+    With `states` of its scene it has a slider over those states instead.
 
     Raises:
-        KbotError: the page was not built.
+        KbotError: the page is not built.
     """
     try:
         script = (folder / "offline" / "page.js").read_text("utf-8").replace("</script", "<\\/script")
@@ -43,7 +44,8 @@ def saved_page(
     greeting = [
         json.loads(encode(message))
         for message in session.greeting(0)
-        if is_checked or not isinstance(message, Findings)  # what nobody looked for is not told of as none
+        if is_checked
+        or not isinstance(message, Findings)  # without checks, an empty list would claim that there are none
     ]
     saved = {
         "greeting": greeting,
@@ -64,8 +66,10 @@ def saved_page(
 
 
 def kinematics(robot: RobotModel, scene: Scene) -> dict[str, object]:
-    """How the links hang together, as `web/src/offline/kinematics.ts` reads it: frames in m and quaternions,
-    in the order of the scene's links and joints."""
+    """Return the tree of links as `web/src/offline/kinematics.ts` reads it.
+
+    Frames are in m and quaternions, in the order of the scene's links and joints.
+    """
     links = {link.name: index for index, link in enumerate(scene.links)}
     joints = {joint.name: index for index, joint in enumerate(scene.joints)}
     hinges = [_hinge(robot.parent_joint.get(name), links, joints) for name in links]
@@ -116,7 +120,7 @@ def _sources(session: Session) -> Iterator[Any]:  # Any: JSON
         try:
             yield json.loads(encode(session.shown.source(file)))
         except KbotError:
-            continue  # it is gone since it was read: the page has no such text to show
+            continue  # the file was deleted after it was read: the page shows no text for it
 
 
 def _meshes(session: Session) -> Iterator[tuple[str, str]]:
@@ -130,5 +134,5 @@ def _meshes(session: Session) -> Iterator[tuple[str, str]]:
 
 
 def _in_html(value: object) -> str:
-    """JSON that no HTML parser takes for the end of a script."""
+    """Return JSON in which no HTML parser finds the end of a script."""
     return json.dumps(value, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")

@@ -1,4 +1,4 @@
-"""Opens a session and serves it at an address."""
+"""Open a session and serve it at an address."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from kbot.workbench.source.description import DescriptionFile
 from kbot.world import load_world
 
 if TYPE_CHECKING:
-    from kbot.workbench.driving.driving import Attend
+    from kbot.workbench.driving.driving import OnStart
 
 ORIGIN = PlanarPose()
 
@@ -36,16 +36,17 @@ def open_session(
     seed: int = 0,
     contacts: str = "recipe",
     package_path: Sequence[str] = (),
-    attend: Attend = lambda simulation: None,
-    show: Callable[[Sliders], None] = lambda shown: None,
+    on_start: OnStart = lambda simulation: None,
+    on_show: Callable[[Sliders], None] = lambda sliders: None,
     start: PlanarPose = ORIGIN,
 ) -> Session:
-    """Read a description (or `kbot`, the robot that ships) and make it ready to be shown or driven.
-    `attend` is told of each simulation before it first moves, `show` of each robot that is only shown;
-    `start` is where the robot stands at first.
+    """Read a description (or `kbot`, the robot that ships) and prepare it to be displayed or driven.
+
+    `on_start` is called with each simulation before it first moves, `on_show` with each robot that is only
+    displayed. `start` is the robot's initial pose.
 
     Raises:
-        DescriptionError: it makes no robot; with everything that is wrong.
+        DescriptionError: it does not describe a usable robot. The error holds all findings.
         KbotError: there is no such world.
     """
     description = DescriptionFile(resolve_robot_path(path), arguments, package_path, properties=properties)
@@ -53,8 +54,8 @@ def open_session(
         # lazy in this module: it loads the engine
         from kbot.workbench.session.driven_session import driven_session
 
-        return driven_session(description, load_world(world), world, seed, contacts, attend, start)
-    setting = SliderSetting(attend=show)
+        return driven_session(description, load_world(world), world, seed, contacts, on_start, start)
+    setting = SliderSetting(on_start=on_show)
     return Session(description, "view", lambda robot: Sliders(robot, setting=setting))
 
 
@@ -63,15 +64,15 @@ def serve_session(session: Session, address: Address) -> None:
     server = Server(session, address.access)
     with suppress(KeyboardInterrupt):
         asyncio.run(_run_until_ended(server, address.listening, _welcome(session, address.url)))
-    _say("\n")
+    _print("\n")
 
 
 @contextmanager
 def serving(session: Session, host: str = "127.0.0.1", port: int | None = 0) -> Iterator[str]:
-    """Serve a session on a thread of its own; yields the address.
+    """Serve a session on its own thread. Yields the address.
 
     Raises:
-        KbotError: the address is taken or not this machine's.
+        KbotError: the address is in use or not this machine's.
     """
     with bound(host, port) as address:
         server = Server(session, address.access)
@@ -109,28 +110,28 @@ def _welcome(session: Session, address: str) -> str:
         if about.mode == "sim" and not about.cannot_drive
         else f"It cannot drive: {about.cannot_drive}"
         if about.mode == "sim"
-        else "P pauses and goes on; the line below the picture goes anywhere."
+        else "P pauses and continues; the timeline below the picture goes to any time."
         if about.mode == "play"
-        else "Move the sliders; save the file to see it change."
+        else "Move the sliders; save the file to see its changes."
     )
     where = f" in the world '{about.world}'" if about.world else ""
-    return f"{session.scene.robot}{where} is at  {address}\n{keys}  Ctrl-C here ends.\n"
+    return f"{session.scene.robot}{where} is at  {address}\n{keys}  Ctrl-C here stops KBot.\n"
 
 
-def _say(text: str) -> None:
+def _print(text: str) -> None:
     sys.stdout.write(text)
     sys.stdout.flush()
 
 
 async def _run_until_ended(server: Server, listening: socket.socket, welcome: str) -> None:
-    """Serve until Ctrl-C or SIGTERM, which cancel the run in order where the loop can hear them."""
+    """Serve until Ctrl-C or SIGTERM, which cancel the run cleanly if the loop can handle signals."""
     loop = asyncio.get_running_loop()
     serving = loop.create_task(server.run(listening))
     for number in (signal.SIGINT, signal.SIGTERM):
         try:
             loop.add_signal_handler(number, serving.cancel)
         except (NotImplementedError, RuntimeError, ValueError):
-            break  # Windows, or not the main thread: Ctrl-C raises KeyboardInterrupt
-    _say(welcome)
+            break  # on Windows and outside the main thread, Ctrl-C raises KeyboardInterrupt instead
+    _print(welcome)
     with suppress(asyncio.CancelledError):
         await serving

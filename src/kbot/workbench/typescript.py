@@ -1,7 +1,7 @@
-"""Generates the page's TypeScript types and tables from Python.
+"""Generate the page's TypeScript types and tables from Python.
 
-`python -m kbot.workbench.typescript > web/src/protocol.ts` writes the messages of the page. The argument
-`messages` writes the messages of topics, for `web/src/messages.ts`; `kinds` the displays, for
+`python -m kbot.workbench.typescript > web/src/protocol.ts` writes the page's messages. The argument
+`messages` writes the messages of topics for `web/src/messages.ts`, and `kinds` the displays for
 `web/src/displays/kinds.ts`.
 """
 
@@ -33,7 +33,7 @@ _PRIMITIVES = {
 
 
 def generate() -> str:
-    """The whole TypeScript file, one interface for each dataclass."""
+    """Return the TypeScript of the protocol, with one interface for each dataclass."""
     seen: dict[type, None] = {}
     for union in (protocol.FromServer, protocol.FromPage):
         for message in typing.get_args(union):
@@ -47,7 +47,7 @@ def generate() -> str:
 
 
 def generate_messages() -> str:
-    """The types of what topics carry, arrays as a binary frame brings them."""
+    """Return the types of topic messages, with arrays as they are in a binary frame."""
     parts = ["// Generated from src/kbot/messages; do not edit.\n"]
     for home in (types, sensing, navigation, control, visualization):
         own = (value for value in vars(home).values() if getattr(value, "__module__", "") == home.__name__)
@@ -56,20 +56,20 @@ def generate_messages() -> str:
 
 
 def generate_kinds() -> str:
-    """The kinds of displays, as data."""
+    """Return the kinds of displays, as data."""
     parts = ["// Generated from src/kbot/workbench/displays; do not edit.\n"]
     parts += [_interface(cls, ("rviz",)) for cls in (property.Property, property.DisplayKind)]
     for name, kind, table in (("GLOBALS", "Property", GLOBALS), ("KINDS", "DisplayKind", KINDS)):
-        rows = ",\n".join(f"  {json.dumps(_spare(dataclasses.asdict(row)))}" for row in table)
+        rows = ",\n".join(f"  {json.dumps(_without_file_fields(dataclasses.asdict(row)))}" for row in table)
         parts.append(f"export const {name}: readonly {kind}[] = [\n{rows},\n];\n")
     return "\n".join(parts)
 
 
-def _spare(row: Any) -> Any:  # noqa: ANN401 - rows of any class
-    """Without what only files need."""
+def _without_file_fields(row: Any) -> Any:  # noqa: ANN401 - rows of any class
+    """Remove the fields that only display files need."""
     if isinstance(row, dict):
-        return {name: _spare(value) for name, value in row.items() if name != "rviz"}
-    return [_spare(item) for item in row] if isinstance(row, list | tuple) else row
+        return {name: _without_file_fields(value) for name, value in row.items() if name != "rviz"}
+    return [_without_file_fields(item) for item in row] if isinstance(row, list | tuple) else row
 
 
 def _collect(cls: type, seen: dict[type, None]) -> None:

@@ -1,1 +1,1 @@
-"""What moves the robot in the page: joint sliders, or the simulation."""
+"""What moves the robot in the page: joint sliders or the simulation."""

@@ -1,4 +1,4 @@
-"""Publishes the contacts of the simulated robot and their forces, as markers on `/contacts`."""
+"""Publish the contact forces on the simulated robot as markers on `/contacts`."""
 
 from __future__ import annotations
 
@@ -18,12 +18,16 @@ from kbot.workbench.topics.marker_state import CLEAR
 
 TOPIC = "/contacts"
 RATE = 25.0
+"""Hz of simulated time."""
 YELLOW = ColorRGBA(1.0, 0.84, 0.04, 1.0)
 
 
 class ContactForces:
-    """Says an arrow for each force on the robot, from the point it acts at, to those who listen. A force as
-    large as the robot's weight is as long as the robot's radius."""
+    """Publishes an arrow for each force on the robot, starting at the contact point, while there are
+    subscribers.
+
+    A force equal to the robot's weight is drawn as long as the robot's radius.
+    """
 
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation
@@ -33,16 +37,17 @@ class ContactForces:
         self._length = (
             float(np.linalg.norm(high - low)) / 2 / max(total_mass(simulation.robot) * gravity, 1e-9)
         )
-        simulation.clock.every(RATE, self._say)
+        simulation.clock.every(RATE, self._publish)
 
-    def _say(self) -> None:
+    def _publish(self) -> None:
         if self._publisher.has_subscribers:
             header = Header(self._simulation.clock.stamp, WORLD)
             markers = (self._marker(header, number, *force) for number, force in enumerate(self.forces()))
             self._publisher.publish(MarkerArray((CLEAR, *markers)))
 
     def forces(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Place (3,) in m and force on the robot (3,) in N of each contact, in the world."""
+        """Return the position (3,) in m and the force on the robot (3,) in N of each contact, in the world
+        frame."""
         model, data = self._simulation.engine.current()
         own = np.zeros(model.ngeom, dtype=bool)
         own[own_geometries(model, self._simulation.robots.first.name)] = True
@@ -53,7 +58,7 @@ class ContactForces:
             if first == second or contact.exclude:
                 continue
             mujoco.mj_contactForce(model, data, index, wrench)
-            # the rows of the frame are the contact's axes; the force is that of the first shape on the second
+            # The rows of the frame are the contact's axes. The force acts from the first shape on the second.
             force = contact.frame.reshape(3, 3).T @ wrench[:3]
             found.append((contact.pos.copy(), force if second else -force))
         return found

@@ -49,27 +49,28 @@ from kbot.workbench.timeline.series import Field
 from kbot.world import World, load_world, parameters
 
 BUSY_SECONDS = 0.03
-"""The longest that one call steps, in wall time, so that the server keeps answering."""
+"""Longest wall-clock time that one call may step, so that the server keeps responding."""
 STEPS_AT_ONCE = 20
+"""Steps between two checks of the wall-clock time."""
 SAME_PLACE = 0.005
-"""Metres within which a robot stands where it stood."""
+"""Metres within which a robot counts as being at its earlier position."""
 
-Attend: TypeAlias = Callable[[Simulation], None]
-"""Told of each simulation before it first moves: the first one, and those that take its place."""
+OnStart: TypeAlias = Callable[[Simulation], None]
+"""Called with each simulation before it first moves, including those that replace the first one."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunSetup:
-    """What stays when the robot changes."""
+    """What stays the same when the robot changes."""
 
     world: World
-    named: str
-    """What named the world."""
-    first: str
-    """What named the world of the start: besides those that are built in, pages may choose that one."""
+    world_name: str
+    """The name or file that the world was started with."""
+    first_world_name: str
+    """The same of the first world. Pages may choose it in addition to the built-in worlds."""
     seed: int
     contacts: str
-    attend: Attend
+    on_start: OnStart
     start: PlanarPose
     naming: Naming
 
@@ -78,7 +79,7 @@ class Driving:
     """A running simulation."""
 
     def __init__(self, robot: RobotModel, setup: RunSetup, simulation: Simulation | None = None) -> None:
-        """Starts a simulation, or goes on with one.
+        """Start a simulation, or continue an existing one.
 
         Raises:
             DescriptionError: the robot cannot be simulated.
@@ -96,14 +97,14 @@ class Driving:
         self.loop = False
         self.note = ""
         self._frames = ForeignFrames(self._sim.bus)
-        mount_declared(self._sim, strict=False)  # the findings say what is wrong with the declarations
+        mount_declared(self._sim, strict=False)  # the findings report errors in the declarations
         ContactForces(self._sim)
         self._goals = Goals(self._sim, in_background=True)
         NavigationTopics(self._sim, self._goals)
         self._actions = WorldActions(self._sim)
         self._out_of_world = OutOfWorld(self._sim)
-        self._sim.bus.advertise("clicked_point", PointStamped)  # pages speak on it, to whoever listens
-        setup.attend(self._sim)
+        self._sim.bus.advertise("clicked_point", PointStamped)  # pages publish on it
+        setup.on_start(self._sim)
         self._shown = self._moment()
 
     @property
@@ -134,15 +135,15 @@ class Driving:
         return self._sim.run_errands()
 
     def moment(self) -> Moment:
-        """As it stands; a run that failed is shown as it last was, until it is reset."""
-        if not self._sim.engine.has_failed and self._knows_its_place():
+        """Return the current state. A failed run keeps its last state until it is reset."""
+        if not self._sim.engine.has_failed and self._has_finite_pose():
             self._shown = self._moment()
         return self._shown
 
     def _is_finite(self) -> bool:
-        return not self._sim.engine.has_diverged and self._knows_its_place()
+        return not self._sim.engine.has_diverged and self._has_finite_pose()
 
-    def _knows_its_place(self) -> bool:
+    def _has_finite_pose(self) -> bool:
         pose, twist = self._sim.odometry.pose, self._sim.odometry.twist
         return bool(np.isfinite((pose.x, pose.y, pose.yaw, twist.x, twist.yaw)).all())
 
@@ -150,7 +151,7 @@ class Driving:
         sim = self._sim
         pose, twist = sim.odometry.pose, sim.odometry.twist
         poses = sim.link_poses()
-        self._out_of_world.look()
+        self._out_of_world.update()
         return Moment(
             time=sim.time,
             positions=sim.joint_positions,
@@ -161,13 +162,13 @@ class Driving:
             twist=(twist.x, twist.yaw),
             odometry=(pose.x, pose.y, pose.yaw),
             faults=faults(sim),
-            fallen=self._out_of_world.now,
+            fallen=self._out_of_world.fallen,
             jumps=sim.robots.first.jumps,
         )
 
     @property
     def _commanded(self) -> tuple[float, float]:
-        """m/s forward and rad/s turning that the robot is asked for."""
+        """The commanded speed: m/s forward and rad/s turning."""
         twist = self._sim.robots.first.commanded_twist
         return twist.x, twist.yaw
 
@@ -176,8 +177,10 @@ class Driving:
             yield from self._sim.robots[name].body.link_poses().values()
 
     def _odometry_frame(self, poses: Mapping[str, Transform]) -> Frames:
-        """Where the odometry starts from as of this very moment, for tf tells it once a control period; that
-        of each robot whose frames have a prefix too."""
+        """Return the current pose of the odometry frame, also of each robot whose frames have a prefix.
+
+        The tf publisher updates this frame only once per control period.
+        """
         found: dict[str, tuple[str, Transform]] = {}
         for number, robot in enumerate(self._sim.robots.values()):
             if robot.settings is not None:
@@ -196,8 +199,8 @@ class Driving:
             self._sim.step(count)
             self._owed -= count * step
             if time.monotonic() - start > BUSY_SECONDS:
-                self._owed = 0.0  # the machine cannot follow: simulated time falls behind
-        self._out_of_world.look()
+                self._owed = 0.0  # the machine is too slow: simulated time falls behind
+        self._out_of_world.update()
         return self._sim.time - before
 
     def reset(self) -> None:
@@ -215,11 +218,11 @@ class Driving:
 
     def set_joint(self, name: str, position: float) -> None:
         if name not in self.controls:
-            raise KbotError(f"'{name}' follows the simulation: the description has no controller for it")
+            raise KbotError(f"the joint '{name}' cannot be set: the description has no controller for it")
         self._sim.robots.first.set_joint(name, position)
 
     def set_joints(self, preset: Literal["zero", "centre", "random"]) -> None:
-        raise KbotError("joints follow the simulation here: kbot view sets them by hand")
+        raise KbotError("the simulation moves the joints. Use kbot view to set them by hand")
 
     def act(self, action: Action) -> None:
         if isinstance(action, MoveModel) and model_of(self._sim, action.name) == self._sim.robots.first.name:
@@ -227,7 +230,7 @@ class Driving:
         if isinstance(action, ResetPart):
             self._goals.cancel("the simulation was reset")
         if isinstance(action, JointSpeed) and action.name not in self.controls:
-            raise KbotError(f"'{action.name}' has no controller")
+            raise KbotError(f"the joint '{action.name}' has no controller")
         self._actions.do(action)
         if isinstance(action, Spawn | Delete):
             self._goals.world_changed()
@@ -248,7 +251,7 @@ class Driving:
         return None
 
     def seek(self, at: float) -> None:
-        raise KbotError("a simulation goes on from where it is")
+        raise KbotError("a simulation cannot seek: that needs a recording")
 
     def save(self) -> tuple[Snapshot, int] | None:
         if not self._is_finite():
@@ -258,40 +261,41 @@ class Driving:
 
     def resume(self, saved: object) -> None:
         if not isinstance(saved, Snapshot):
-            raise KbotError("that is no state of a simulation")
+            raise KbotError("this is not a saved state of a simulation")
         self._sim.restore(saved)
-        if any(self._commanded):  # by who drove then, and does not now
+        if any(self._commanded):  # whoever drove at that time does not drive now
             self._sim.cmd_vel(0.0, 0.0)
-        self._goals.cancel("the simulation was set back")
+        self._goals.cancel("the simulation was set back to an earlier time")
         self._goals.world_changed()
         self._owed = 0.0
 
     def record(self, recording: RunRecording) -> None:
-        recording.begin(self._sim, self._setup.named)
+        recording.begin(self._sim, self._setup.world_name)
 
     def replace(self, robot: RobotModel) -> Driving:
-        """Go on with the changed robot where this one stands, or from the start where that is nowhere."""
+        """Continue with the changed robot at its current pose, or at the start pose if the current one is
+        invalid."""
         other = Driving(robot, self._setup, self._sim.with_robot(robot) if self._is_finite() else None)
         if self._goals.is_driving and self._goals.status is not None:
             with suppress(KbotError):  # a robot that can no longer drive has no goal
                 other._goals.go(self._goals.status.goal)
         other.paused = self.paused
-        if not other._stands_as(self):
-            other.note = "The robot no longer fits where it stood: it is at its start again."
+        if not other._is_at_place_of(self):
+            other.note = "The robot no longer fits at its position. It is back at its start pose."
         if other._sim.models.attachments < self._sim.models.attachments:
-            other.note += " " * bool(other.note) + "What was attached to what is no more has been let go."
+            other.note += " " * bool(other.note) + "Attachments to links that no longer exist were released."
         return other
 
-    def _stands_as(self, before: Driving) -> bool:
-        here, there = (one.moment().poses[one._sim.robot.root].translation[:2] for one in (self, before))
+    def _is_at_place_of(self, before: Driving) -> bool:
+        here, there = (run.moment().poses[run._sim.robot.root].translation[:2] for run in (self, before))
         return bool(np.abs(here - there).max() < SAME_PLACE)
 
     def enter(self, world: str, seed: int) -> tuple[Driving, World]:
-        """The robot at the start of another world."""
-        if world != self._setup.first:
-            parameters(world)  # a page opens no other file
+        """Return the robot at the start of another world."""
+        if world != self._setup.first_world_name:
+            parameters(world)  # raises for a file: a page may not open any other world file
         place = load_world(world)
-        setup = dataclasses.replace(self._setup, world=place, named=world, seed=seed, start=ORIGIN)
+        setup = dataclasses.replace(self._setup, world=place, world_name=world, seed=seed, start=ORIGIN)
         other = Driving(self._sim.robot, setup)
         other.paused = self.paused
         return other, setup.world

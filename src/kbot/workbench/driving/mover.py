@@ -19,7 +19,7 @@ from kbot.world import World
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """How things stand: poses in the world, and speeds as forward m/s and turning rad/s."""
+    """The state at one time: poses in the world, and speeds as forward m/s and turning rad/s."""
 
     time: float
     positions: Mapping[str, float]
@@ -32,15 +32,15 @@ class Moment:
     faults: tuple[FaultView, ...] = ()
     fallen: tuple[FallenView, ...] = ()
     jumps: int = 0
-    """How often the robot was put elsewhere."""
+    """How often the robot was moved to another place without driving there."""
 
 
 class Mover(Protocol):
-    """One way to move a robot."""
+    """A way to move the robot."""
 
     @property
     def world(self) -> str:
-        """The frame that poses are in."""
+        """The frame of the poses."""
         ...
 
     @property
@@ -50,95 +50,96 @@ class Mover(Protocol):
     def clock(self) -> Clock: ...
 
     paused: bool
-    """Whether time waits."""
+    """Whether time stands still."""
 
     note: str
-    """What is to be told of how it took the place of another, empty for nothing."""
+    """A notice for the user about how it replaced another mover, or empty."""
 
     @property
     def seed(self) -> int:
-        """That of whatever is random."""
+        """The seed of everything random."""
         ...
 
     def moment(self) -> Moment: ...
 
     def run_errands(self) -> bool:
-        """Do what others asked for; whether anything may have changed."""
+        """Run the tasks that other threads requested. Returns whether anything may have changed."""
         ...
 
     def advance(self, seconds: float) -> float:
-        """Let time pass; the simulated seconds that did, less where the machine cannot follow."""
+        """Advance time. Returns the simulated seconds that passed, which are fewer on a slow machine."""
         ...
 
     def reset(self) -> None: ...
 
     def drive(self, linear: float, angular: float) -> None:
-        """Raises KbotError where the robot cannot drive."""
+        """Raises KbotError if the robot cannot drive."""
         ...
 
     def push(self, link: str, force: tuple[float, float, float], seconds: float) -> None:
-        """A force in N along the world's axes. Raises KbotError where nothing moves by itself."""
+        """Apply a force in N along the world axes. Raises KbotError if nothing is simulated."""
         ...
 
     def set_joint(self, name: str, position: float) -> None:
-        """Raises KbotError where there is no such joint, or joints are not set by hand."""
+        """Raises KbotError if there is no such joint, or if joints cannot be set by hand."""
         ...
 
     def set_joints(self, preset: Literal["zero", "centre", "random"]) -> None: ...
 
     def act(self, action: Action) -> None:
-        """Change the running world. Raises KbotError where that cannot be done."""
+        """Change the running world. Raises KbotError if the action is not possible."""
         ...
 
     @property
     def controls(self) -> Mapping[str, Control]:
-        """What each joint may be told; nothing where it is not there."""
+        """The command that each joint accepts. Joints without one are missing."""
         ...
 
     @property
     def present(self) -> tuple[World | None, Mapping[str, RobotModel]]:
-        """The world as it is now, and the robots beside the one on show."""
+        """The current world, and the robots besides the one on display."""
         ...
 
     loop: bool
-    """Whether what has an end begins again there."""
+    """Whether playback restarts at the end."""
 
     @property
     def timeline(self) -> Timeline | None:
-        """Where it stands in a recording that is played; None where none is."""
+        """The position in the recording that is played back, or None."""
         ...
 
     def series(self, fields: Sequence[Field], start: float, end: float) -> Making | None:
-        """How numbers went from `start` to `end` seconds of it; None where none is played."""
+        """Values from `start` to `end` seconds of the recording that is played back, or None."""
         ...
 
     def seek(self, at: float) -> None:
-        """Go to a time in s from the recording's start. Raises KbotError where none is played."""
+        """Go to a time in s from the recording's start. Raises KbotError if no recording is played back."""
         ...
 
     def record(self, recording: RunRecording) -> None:
-        """Let what happens be recorded. Raises KbotError where nothing is simulated, or see `begin`."""
+        """Start recording. Raises KbotError if nothing is simulated, or as `RunRecording.begin`."""
         ...
 
     def save(self) -> tuple[object, int] | None:
-        """All that what follows depends on, and its size in bytes; None where nothing goes on by itself."""
+        """Return the complete state and its size in bytes, or None if nothing is simulated."""
         ...
 
     def resume(self, saved: object) -> None:
-        """Go on from what `save` gave, not driven. Raises KbotError: it is of another simulation."""
+        """Continue from a state that `save` returned, at rest. Raises KbotError if it is of another
+        simulation."""
         ...
 
     def replace(self, robot: RobotModel) -> Mover:
-        """The same with a changed robot, standing as this one does. Raises KbotError."""
+        """Return the mover of a changed robot at the same pose. Raises KbotError."""
         ...
 
     def enter(self, world: str, seed: int) -> tuple[Mover, World]:
-        """The same robot at the start of another world. Raises KbotError."""
+        """Return the mover of the same robot at the start of another world. Raises KbotError."""
         ...
 
 
 def flat(transforms: Iterable[Transform]) -> tuple[float, ...]:
-    """x, y, z, qx, qy, qz, qw of each, one after the other, to a nanometre."""
+    """Return x, y, z, qx, qy, qz, qw of each transform in one flat tuple, rounded to a nanometre."""
     numbers: list[float] = []
     for transform in transforms:
         numbers += transform.translation.tolist()

@@ -21,25 +21,30 @@ from kbot.workbench.timeline.recording import RunRecording
 from kbot.workbench.timeline.series import Field
 from kbot.world import World
 
-SAID_RATE = 10.0
-"""Hz at which joint states and transforms are said, as joint_state_publisher does."""
+PUBLISH_RATE = 10.0
+"""Publishing rate of joint states and transforms in Hz: the default of joint_state_publisher."""
 
 
 @dataclass(frozen=True, slots=True)
 class SliderSetting:
-    """What stays when the robot changes: where joints start (rad or m), how often they are said (Hz), and
-    who is told of each robot that is shown. With `zeros` they start there, as joint_state_publisher has it;
-    without where the hardware of ros2_control says."""
+    """What stays the same when the robot changes.
+
+    Joints start at `zeros` (rad or m), as in joint_state_publisher, or without `zeros` where ros2_control's
+    hardware starts. `rate` is the publishing rate in Hz. `on_start` is called with each robot that is
+    displayed.
+    """
 
     zeros: Mapping[str, float] | None = None
-    rate: float = SAID_RATE
-    attend: Callable[[Sliders], None] = lambda sliders: None
+    rate: float = PUBLISH_RATE
+    on_start: Callable[[Sliders], None] = lambda sliders: None
 
 
 @dataclass
 class Sliders:
-    """Joints put where the sliders stand; nothing moves by itself. Says `joint_states`, `/tf` and
-    `/tf_static` to those who listen."""
+    """Joints at the positions of the sliders. Nothing moves by itself.
+
+    It publishes `joint_states`, `/tf` and `/tf_static` while there are subscribers.
+    """
 
     robot: RobotModel
     positions: dict[str, float] = field(default_factory=dict)
@@ -57,13 +62,13 @@ class Sliders:
         self._tree = FrameTree(self.robot)
         self._joint_states = self.bus.advertise("joint_states", JointState, rate=self.setting.rate)
         RobotStatePublisher(self.robot, self.bus, self.clock)
-        self._timer = self.clock.every(self.setting.rate, self._say)
+        self._timer = self.clock.every(self.setting.rate, self._publish)
         self._joints = {j.name: j for j in self.robot.movable_joints if j.mimic is None}
         kept = {name: self.positions[name] for name in self._joints if name in self.positions}
         zeros = self.setting.zeros
         start = {**(initial_positions(self.robot) if zeros is None else zeros), **kept}
-        self.positions = {name: _held(j, start.get(name, 0.0)) for name, j in self._joints.items()}
-        self.setting.attend(self)
+        self.positions = {name: _clamped(j, start.get(name, 0.0)) for name, j in self._joints.items()}
+        self.setting.on_start(self)
 
     @property
     def world(self) -> str:
@@ -83,13 +88,13 @@ class Sliders:
         self.set_joints("zero")
 
     def drive(self, linear: float, angular: float) -> None:
-        raise KbotError("nothing is simulated here, so the robot cannot drive: kbot sim does it")
+        raise KbotError("the robot cannot drive, because nothing is simulated here. Use kbot sim")
 
     def push(self, link: str, force: tuple[float, float, float], seconds: float) -> None:
-        raise KbotError("nothing is simulated here, so nothing can be pushed: kbot sim does it")
+        raise KbotError("nothing can be pushed, because nothing is simulated here. Use kbot sim")
 
     def act(self, action: Action) -> None:
-        raise KbotError("nothing is simulated here, so there is no world to change: kbot sim has one")
+        raise KbotError("there is no world to change, because nothing is simulated here. Use kbot sim")
 
     @property
     def controls(self) -> Mapping[str, Control]:
@@ -107,26 +112,26 @@ class Sliders:
         return None
 
     def seek(self, at: float) -> None:
-        raise KbotError("nothing moves here by itself, so there is no time to go to")
+        raise KbotError("there is no time to seek, because nothing is simulated here")
 
     def save(self) -> None:
         return None
 
     def resume(self, saved: object) -> None:
-        raise KbotError("nothing moves here by itself, so there is nothing to go on from")
+        raise KbotError("there is nothing to resume, because nothing is simulated here")
 
     def record(self, recording: RunRecording) -> None:
-        raise KbotError("nothing is simulated here, so there is nothing to record: kbot sim does it")
+        raise KbotError("there is nothing to record, because nothing is simulated here. Use kbot sim")
 
     def enter(self, world: str, seed: int) -> tuple[Mover, World]:
-        raise KbotError("nothing is simulated here, so there is no world: kbot sim has them")
+        raise KbotError("there is no world to choose, because nothing is simulated here. Use kbot sim")
 
     def set_joint(self, name: str, position: float) -> None:
         joint = self._joints.get(name)
         if joint is None:
             hint = did_you_mean(name, self._joints)
-            raise KbotError(f"no joint {name!r} that can be set by hand" + (f": {hint}" if hint else ""))
-        self.positions[name] = _held(joint, position)
+            raise KbotError(f"there is no joint {name!r} to set by hand" + (f": {hint}" if hint else ""))
+        self.positions[name] = _clamped(joint, position)
 
     def set_joints(self, preset: Literal["zero", "centre", "random"]) -> None:
         for name, joint in self._joints.items():
@@ -138,20 +143,20 @@ class Sliders:
                     wanted = (lower + upper) / 2
                 case "random":
                     wanted = self.choice.uniform(lower, upper)
-            self.positions[name] = _held(joint, wanted)
+            self.positions[name] = _clamped(joint, wanted)
 
     def replace(self, robot: RobotModel) -> Sliders:
         self._timer.cancel()
         return Sliders(robot, self.positions, self.choice, self.clock, self.paused, self.setting)
 
-    def _say(self) -> None:
+    def _publish(self) -> None:
         header = Header(self.clock.stamp)
         if self._joint_states.has_subscribers:
             positions = self._all_positions()
             self._joint_states.publish(JointState(header, tuple(positions), tuple(positions.values())))
 
     def _all_positions(self) -> dict[str, float]:
-        """Those of mimic joints too."""
+        """Return all positions, including those of mimic joints."""
         found = dict(self.positions)
         for joint in self.robot.movable_joints:
             scale, offset, at, seen = 1.0, 0.0, joint, {joint.name}
@@ -167,8 +172,8 @@ class Sliders:
         return found
 
 
-def _held(joint: Joint, position: float) -> float:
-    """The position within the joint's range; a continuous one turns without end."""
+def _clamped(joint: Joint, position: float) -> float:
+    """Return the position clamped to the joint's range. A continuous joint has no range."""
     if joint.type is JointType.CONTINUOUS:
         return position
     lower, upper = slider_range(joint)

@@ -1,4 +1,4 @@
-"""What a page may do to a running world: spawn, delete, move and push objects, and inject faults."""
+"""What a page can do to a running world: spawn, delete, move and push objects, and inject faults."""
 
 from __future__ import annotations
 
@@ -27,30 +27,32 @@ from kbot.workbench.protocol import (
 from kbot.world.things import BOX, THINGS
 
 ROBOT = "robot"
-"""What stands for one more of the robot on show."""
-SPAWNED = (*THINGS, ROBOT)
+"""The name with which pages request another robot like the one on display."""
+SPAWNABLE = (*THINGS, ROBOT)
 MOST_MODELS = 60
+"""Objects and robots that pages may add."""
 MOST_FAULTS = 200
+"""Faults that pages may inject."""
 DROP = 0.005
-"""Metres above the place that a thing is dropped from."""
+"""Metres above the chosen place from which an object is dropped."""
 
 
 def model_of(simulation: Simulation, name: str) -> str:
-    """The robot or thing that something belongs to which a page names: `robot_2/base_link`, or a body."""
+    """Return the robot or object that a page's name (`robot_2/base_link`, or a body) belongs to."""
     owner = name.partition("/")[0]
     return owner if owner in simulation.robots else name
 
 
 class WorldActions:
-    """Does what pages ask of a simulation, within bounds of how much."""
+    """Carries out what pages request of a simulation, within limits."""
 
     def __init__(self, simulation: Simulation) -> None:
         self._sim = simulation
-        self._at_first = len(simulation.world.bodies) + len(simulation.robots)
+        self._initial_count = len(simulation.world.bodies) + len(simulation.robots)
         self._faults = 0
 
     def do(self, action: Action) -> None:
-        """Raises KbotError: it cannot be done; the text says why."""
+        """Carry out an action. Raises KbotError with the reason if it is not possible."""
         sim = self._sim
         match action:
             case Spawn():
@@ -70,19 +72,19 @@ class WorldActions:
             case JointSpeed(name=name, velocity=velocity):
                 sim.robots.first.command_joints({name: velocity}, Interface.VELOCITY)
 
-    def _spawn(self, asked: Spawn) -> None:
+    def _spawn(self, request: Spawn) -> None:
         sim = self._sim
-        if len(sim.world.bodies) + len(sim.robots) - self._at_first >= MOST_MODELS:
-            raise KbotError(f"{MOST_MODELS} things were added already: delete some first")
-        if asked.what == ROBOT:
+        if len(sim.world.bodies) + len(sim.robots) - self._initial_count >= MOST_MODELS:
+            raise KbotError(f"the limit of {MOST_MODELS} added objects is reached. Delete some first")
+        if request.what == ROBOT:
             number = next(n for n in range(2, MOST_MODELS + 3) if f"robot_{n}" not in sim.robots)
-            sim.models.spawn_model(sim.robot, f"robot_{number}", asked.x, asked.y, asked.yaw)
+            sim.models.spawn_model(sim.robot, f"robot_{number}", request.x, request.y, request.yaw)
             return
-        size = (asked.length, asked.width, asked.height) if asked.what == BOX else None
-        sim.models.spawn_thing(asked.what, None, asked.x, asked.y, asked.z + DROP, asked.yaw, size)
+        size = (request.length, request.width, request.height) if request.what == BOX else None
+        sim.models.spawn_thing(request.what, None, request.x, request.y, request.z + DROP, request.yaw, size)
 
     def _move(self, model: str, x: float, y: float, z: float, yaw: float) -> None:
-        """A robot stands where it is put; a thing falls from there."""
+        """Move a model. A robot is placed on the ground, an object falls from its new pose."""
         robot = self._sim.robots.get(model)
         if robot is None:
             self._sim.models.set_model_state(model, Transform.from_xyz_rpy((x, y, z), (0.0, 0.0, yaw)))
@@ -91,31 +93,34 @@ class WorldActions:
             robot.cmd_vel(0.0, 0.0)
         self._sim.models.set_pose(x, y, yaw, model)
 
-    def _disturb(self, asked: Disturb) -> None:
+    def _disturb(self, request: Disturb) -> None:
         sim = self._sim
         if self._faults >= MOST_FAULTS:
-            raise KbotError(f"{MOST_FAULTS} faults were asked for already: start again in a world for more")
-        sim.disturbances.schedule(_fault(asked), sim.time, asked.seconds)
+            raise KbotError(
+                f"the limit of {MOST_FAULTS} faults is reached. Start the world again to inject more"
+            )
+        sim.disturbances.schedule(_fault(request), sim.time, request.seconds)
         self._faults += 1
 
 
-def _fault(asked: Disturb) -> Fault:
-    match asked.fault:
+def _fault(request: Disturb) -> Fault:
+    match request.fault:
         case "slip":
-            return Slip(asked.target, asked.value)
+            return Slip(request.target, request.value)
         case "payload":
-            return Payload(asked.target, asked.value)
+            return Payload(request.target, request.value)
         case "blocked":
-            return BlockedJoint(asked.target)
+            return BlockedJoint(request.target)
         case _:
-            return SilentTopic(asked.target)
+            return SilentTopic(request.target)
 
 
 def push(simulation: Simulation, name: str, force: tuple[float, float, float], seconds: float) -> None:
-    """Push a link of the robot on show, a link of another (`robot_2/base_link`), or a body of the world.
+    """Push a link of the robot on display, a link of another robot (`robot_2/base_link`), or a body of the
+    world.
 
     Raises:
-        KbotError: there is nothing of that name, or it stands still for good.
+        KbotError: nothing has this name, or it is static.
     """
     owner, _, link = name.partition("/")
     if link and owner in simulation.robots:
@@ -125,14 +130,16 @@ def push(simulation: Simulation, name: str, force: tuple[float, float, float], s
 
 
 def faults(simulation: Simulation) -> tuple[FaultView, ...]:
-    """What goes wrong now, or will."""
+    """Return the active and the scheduled faults."""
     return tuple(
-        FaultView(one.number, _words(one.fault), one.start, one.stop if isfinite(one.stop) else None)
-        for one in simulation.disturbances.faults
+        FaultView(
+            entry.number, _describe(entry.fault), entry.start, entry.stop if isfinite(entry.stop) else None
+        )
+        for entry in simulation.disturbances.faults
     )
 
 
-def _words(fault: Fault) -> str:
+def _describe(fault: Fault) -> str:
     match fault:
         case Slip(link=link, friction=friction):
             return f"{link} slips: friction {friction:g}"
@@ -148,7 +155,7 @@ def _words(fault: Fault) -> str:
 
 
 def joint_controls(simulation: Simulation) -> Mapping[str, Literal["position", "velocity"]]:
-    """How each joint that has a controller is told where to go."""
+    """Return the command that each joint with a controller accepts."""
     robot = simulation.robots.first
     controls: dict[str, Literal["position", "velocity"]] = {}
     for controller in robot.joints.control.controllers:
@@ -163,5 +170,5 @@ def joint_controls(simulation: Simulation) -> Mapping[str, Literal["position", "
 
 
 def other_robots(simulation: Simulation) -> Mapping[str, RobotModel]:
-    """Those besides the one on show."""
+    """Return the robots besides the one on display."""
     return {name: robot.robot for name, robot in list(simulation.robots.items())[1:]}

@@ -1,1 +1,1 @@
-"""Meshes for the page: which files may be served, their bytes, and simpler ones."""
+"""Meshes for the page: which files it may load, their bytes, and simplified versions."""

@@ -1,4 +1,4 @@
-"""Reads meshes that markers name, so that the page fetches them from the server."""
+"""Load the meshes that markers refer to, so that the page can fetch them from the server."""
 
 from __future__ import annotations
 
@@ -13,16 +13,17 @@ from kbot.xacro.packages import PackageNotFound, Packages
 
 
 class MarkerMeshes:
-    """Puts a mesh's id in the place of its `package://` address; of what cannot be read, nothing."""
+    """Replaces the `package://` address of a mesh with its id, or with an empty string if it cannot be
+    loaded."""
 
     def __init__(self, meshes: MeshStore, around: str, package_path: Sequence[str] = ()) -> None:
-        """Packages are looked for as those of the description `around` which they are."""
+        """`around` is the description whose packages are searched."""
         self._meshes = meshes
         self._packages = Packages(package_path, around)
         self._ids: dict[str, str] = {}
 
     def __call__(self, message: object) -> object:
-        """The message as pages take it."""
+        """Return the message as it is sent to pages."""
         if isinstance(message, MarkerArray) and any(m.type == MESH_RESOURCE for m in message.markers):
             return MarkerArray(tuple(self._prepared(marker) for marker in message.markers))
         if isinstance(message, Marker):
@@ -44,7 +45,7 @@ class MarkerMeshes:
             return ""
         try:
             folder = Path(self._packages.find(rest.partition("/")[0])).resolve()
-            # only what lies in the package: markers may come from other programs
+            # only files inside the package, because other programs may publish markers
             return self._meshes.add_file(path) if Path(path).resolve().is_relative_to(folder) else ""
         except (KbotError, PackageNotFound):
             return ""

@@ -1,4 +1,4 @@
-"""Which mesh files a page may show: those in the description's own folders and in packages."""
+"""The mesh files that a page may display: those in the description's own folders and in packages."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from kbot.xacro.packages import Packages, lies_in_package, package_around
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Confined:
-    """A robot whose visuals name no file from elsewhere; those that are, with a finding for each."""
+    """A robot without visuals from other folders, the files that were removed, and a finding for each."""
 
     robot: RobotModel
     outside: frozenset[str]
@@ -20,8 +20,11 @@ class Confined:
 
 
 class MeshRoots:
-    """The package around a description (without one its folder and the one above, for the usual `../meshes/`)
-    and every package that is found from there. Symbolic links are followed before it is decided."""
+    """The package around a description and every package that is found from there.
+
+    A description outside any package may use its own folder and the one above, for the usual `../meshes/`.
+    Symbolic links are resolved before the check.
+    """
 
     def __init__(self, description: str, packages: Packages) -> None:
         self._packages = packages
@@ -31,7 +34,7 @@ class MeshRoots:
         self._known: dict[str, bool] = {}
 
     def allow(self, mesh: Mesh) -> bool:
-        """Whether the file that a mesh names lies within, or is not there at all."""
+        """Return whether a mesh's file is inside these folders, or missing."""
         path = mesh.path
         if path is None:
             return not mesh.uri.startswith(("http://", "https://"))
@@ -44,8 +47,10 @@ class MeshRoots:
 
 
 def confine(robot: RobotModel, roots: MeshRoots) -> Confined:
-    """The robot without the files of visuals from elsewhere. Collisions keep theirs, for physics; the page is
-    not sent them."""
+    """Remove the files of visuals outside the roots.
+
+    Collisions keep theirs for physics, but those are not sent to the page.
+    """
     outside: dict[str, Diagnostic] = {}
     for link in robot.links.values():
         for mesh in (part.geometry for part in link.shapes):
@@ -54,10 +59,10 @@ def confine(robot: RobotModel, roots: MeshRoots) -> Confined:
             outside[mesh.path or mesh.uri] = Diagnostic(
                 "F008",
                 Severity.ERROR,
-                f"{link.name}: the mesh {mesh.uri} lies outside the description's own folders and"
-                " all packages; it is not shown",
+                f"{link.name}: the mesh {mesh.uri} is outside the description's own folders and"
+                " all packages. It is not displayed",
                 mesh.origin,
-                "put it into the robot's package, or name the folder of its package with --package-path",
+                "move it into the robot's package, or add the folder of its package with --package-path",
             )
     if not outside:
         return Confined(robot, frozenset(), ())

@@ -1,4 +1,4 @@
-"""Reduces meshes of very many triangles for display. Physics and checks keep the whole mesh."""
+"""Simplify meshes with very many triangles for display. Physics and checks use the original mesh."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ import numpy as np
 from kbot.model.meshes import MeshPart, Texture
 
 MOST_TRIANGLES = 200_000
-"""What a mesh file may have before it is simplified."""
+"""Triangles of a mesh file above which it is simplified."""
 WANTED_TRIANGLES = 100_000
-_LEFT_ALONE = 500  # a part so small is not worth the loss
+"""Triangles of a simplified mesh file, about."""
+_SMALL_PART = 500  # simplifying a part with so few triangles is not worth the loss
 
 
 def triangle_count(parts: Sequence[MeshPart]) -> int:
@@ -19,10 +20,12 @@ def triangle_count(parts: Sequence[MeshPart]) -> int:
 
 
 def simplify(parts: Sequence[MeshPart], wanted: int = WANTED_TRIANGLES) -> tuple[MeshPart, ...]:
-    """About `wanted` triangles in all, by collapsing the edges whose loss is seen least (quadric error
-    metrics: Garland and Heckbert, 1997)."""
+    """Reduce parts to about `wanted` triangles in all.
+
+    It collapses the edges with the least visible loss (quadric error metrics: Garland and Heckbert, 1997).
+    """
     kept = min(1.0, wanted / max(1, triangle_count(parts)))
-    return tuple(_lighter(part, kept) if len(part.faces) > _LEFT_ALONE else part for part in parts)
+    return tuple(_lighter(part, kept) if len(part.faces) > _SMALL_PART else part for part in parts)
 
 
 def _lighter(part: MeshPart, kept: float) -> MeshPart:
@@ -30,7 +33,7 @@ def _lighter(part: MeshPart, kept: float) -> MeshPart:
     import trimesh
 
     vertices, faces, texture = part.vertices, part.faces, part.texture
-    if texture is None:  # STL has each corner of each triangle on its own: nothing hangs together
+    if texture is None:  # STL repeats the corners of each triangle: join them, so that edges can collapse
         joined = trimesh.Trimesh(vertices, faces, process=False)
         joined.merge_vertices()
         vertices, faces = joined.vertices, joined.faces
@@ -41,7 +44,7 @@ def _lighter(part: MeshPart, kept: float) -> MeshPart:
     )
     if texture is not None:
         _, _, became = fast_simplification.replay_simplification(points, corners, collapses)
-        uv = np.zeros((len(fewer), 2))  # the mean of those that became one
+        uv = np.zeros((len(fewer), 2))  # the mean of the vertices that were merged
         np.add.at(uv, became, texture.uv)
         uv /= np.maximum(np.bincount(became, minlength=len(fewer)), 1)[:, None]
         texture = Texture(uv, texture.image)

@@ -1,6 +1,6 @@
-"""Meshes of the scene by opaque ids, as triangles that the page reads without a parser.
+"""The meshes of a scene by opaque ids, as triangles that the page reads without a parser.
 
-The page never names a path, so nothing outside a scene can be asked for.
+A page never sends a path, so it cannot request a file outside the scene.
 """
 
 from __future__ import annotations
@@ -22,35 +22,35 @@ from kbot.workbench.meshes.simplify import MOST_TRIANGLES, simplify, triangle_co
 
 @dataclass(frozen=True, slots=True)
 class Lightened:
-    """A mesh file that is drawn with fewer triangles than it has."""
+    """Triangle counts of a simplified mesh file."""
 
     before: int
     after: int
 
 
 class MeshStore:
-    """Mesh files and meshes in memory under ids that stand for their content."""
+    """Mesh files and meshes in memory, under ids that are derived from their content."""
 
     def __init__(self) -> None:
         self._parts: dict[str, Sequence[MeshPart]] = {}
         self._packed: dict[str, bytes] = {}
         self._files: dict[str, tuple[Sequence[MeshPart], str]] = {}
         self.lightened: dict[str, Lightened] = {}
-        """The very large mesh files by their path."""
+        """The simplified mesh files by path."""
         self.refused: frozenset[str] = frozenset()
-        """Files that are not for the page."""
+        """Files that the page may not load."""
 
     def add_file(self, path: str) -> str:
-        """The id of a mesh file's triangles, of fewer ones where they are very many.
+        """Return the id of a mesh file's triangles, which are simplified if there are very many.
 
         Raises:
-            KbotError: the file cannot be read, or is not for the page.
+            KbotError: the file cannot be read, or the page may not load it.
         """
         if path in self.refused:
-            raise KbotError(f"the mesh {path} lies outside the description's folders and all packages")
+            raise KbotError(f"the mesh {path} is outside the description's folders and all packages")
         parts = load_mesh(path).parts
         known, mesh = self._files.get(path, ((), ""))
-        if known is parts:  # as long as the file does not change
+        if known is parts:  # the file has not changed
             return mesh
         drawn, before = parts, triangle_count(parts)
         self.lightened.pop(path, None)
@@ -62,15 +62,16 @@ class MeshStore:
         return mesh
 
     def add_triangles(self, vertices: NDArray[np.float64], faces: NDArray[np.integer]) -> str:
-        """The id of triangles: `vertices` (n, 3) in metres, `faces` (m, 3) indices."""
+        """Return the id of triangles: `vertices` (n, 3) in metres, `faces` (m, 3) indices."""
         return self._add((MeshPart(vertices, faces.astype(np.int64), None),))
 
     def packed(self, mesh: str) -> bytes | None:
-        """The triangles of an id, None when there is no such mesh.
+        """Return the triangles of an id, or None if there is no such mesh.
 
-        Little-endian: the length of a JSON head (uint32), the head padded to four bytes, then for
-        each part in it `vertices` times three float32, `triangles` times three uint32 and, where it has an
-        `image`, `vertices` times two float32 and that many bytes of a picture, padded to four bytes.
+        The format is little-endian: the length of a JSON head (uint32), then the head padded to four bytes.
+        For each part in it follow `vertices` times three float32 and `triangles` times three uint32. A part
+        with an `image` continues with `vertices` times two float32 and that many bytes of an image, padded to
+        four bytes.
         """
         packed = self._packed.get(mesh)
         if packed is None and (parts := self._parts.get(mesh)) is not None:
@@ -113,7 +114,7 @@ def _padded(data: bytes, filling: bytes) -> bytes:
 
 
 def _image(texture: Texture) -> bytes:
-    """A photograph stays a JPEG, everything else becomes a PNG."""
+    """Encode a texture: photographs as JPEG, everything else as PNG."""
     packed, image = io.BytesIO(), texture.image
     if image.format == "JPEG":
         image.convert("RGB").save(packed, "JPEG", quality=90)

@@ -1,1 +1,1 @@
-"""Plays back a recorded run in the page."""
+"""Play back a recorded run in the page."""

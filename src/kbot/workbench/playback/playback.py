@@ -1,4 +1,4 @@
-"""A recording in the page: played back, paused, at any rate, from any time, in a loop."""
+"""A recording in the page: played back, paused, at any speed, from any time, in a loop."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from kbot.text import KbotError
 from kbot.tf.static_transforms import add_static_transforms
 from kbot.workbench.driving.mover import Moment, flat
 from kbot.workbench.playback.recorded_moves import RecordedMoves
+from kbot.workbench.playback.recorded_path import world_from_root
 from kbot.workbench.playback.recorded_run import TF_STATIC, RecordedRun, RecordedState
 from kbot.workbench.playback.recorded_series import series_of_run
-from kbot.workbench.playback.recorded_way import world_from_root
 from kbot.workbench.playback.recorded_world import RecordedWorld
 from kbot.workbench.protocol import Action, Timeline
 from kbot.workbench.scene.foreign_frames import WORLD, ForeignFrames
@@ -32,8 +32,10 @@ from kbot.world import World
 
 @dataclass(frozen=True, slots=True)
 class Damage:
-    """From when on nothing can be read until when; nanoseconds of the recording's clock. `before` and `after`
-    are the nearest moments that are whole, None where there is none."""
+    """A damaged part of a recording, in nanoseconds of its clock.
+
+    `before` and `after` are the nearest readable times, or None.
+    """
 
     start: int
     end: int
@@ -41,18 +43,18 @@ class Damage:
     after: int | None
 
     def nearest(self, nanoseconds: int) -> int:
-        """The moment to show instead of one within."""
+        """Return the readable time that is nearest to a damaged one."""
         whole = [moment for moment in (self.before, self.after) if moment is not None]
         return min(whole, key=lambda moment: abs(moment - nanoseconds), default=nanoseconds)
 
-    def told(self, first: int) -> str:
-        """In words, by the time since `first`."""
+    def describe(self, first: int) -> str:
+        """Describe the damage, in seconds since `first`."""
         start, end = (self.start - first) * 1e-9, (self.end - first) * 1e-9
         return f"the recording is damaged from {start:.2f} s to {end:.2f} s"
 
 
 def damage_at(index: Index, nanoseconds: int) -> Damage | None:
-    """The damage that a moment lies in; None where it is whole. Raises KbotError: the file is gone."""
+    """Return the damage at a time, or None. Raises KbotError if the file is missing."""
     span = index.damage(nanoseconds)
     if span is None:
         return None
@@ -61,21 +63,21 @@ def damage_at(index: Index, nanoseconds: int) -> Damage | None:
 
 
 class PlayedRun:
-    """Says on its bus what was recorded, as time passes; the robot stands as /tf and /joint_states tell."""
+    """Publishes a recording on its bus as time passes. The robot's pose is from /tf and /joint_states."""
 
     def __init__(
         self,
         robot: RobotModel,
         run: RecordedRun,
         world: RecordedWorld,
-        attend: Callable[[PlayedRun], None] = lambda playback: None,
+        on_start: Callable[[PlayedRun], None] = lambda playback: None,
     ) -> None:
-        """`attend` is told of it before it plays, and of each that takes its place."""
-        self._robot, self._run, self._world, self._attend = robot, run, world, attend
-        self._told = RecordedState(robot)
+        """`on_start` is called with the run before it plays, and with each run that replaces it."""
+        self._robot, self._run, self._world, self._on_start = robot, run, world, on_start
+        self._recorded = RecordedState(robot)
         self.bus, self.clock = Bus(), Clock()
         self.errands: list[Callable[[], bool]] = []
-        """What is to be done between two steps, also while it is paused."""
+        """Tasks to run between two steps, also while playback is paused."""
         self.loop = False
         self.note = ""
         self._silent: set[str] = set()
@@ -85,14 +87,14 @@ class PlayedRun:
         }
         self._moves = RecordedMoves(run)
         self._frames = ForeignFrames(self.bus)
-        self._frames.poses({}, {})  # hears from here on
-        self._listen()
+        self._frames.poses({}, {})  # subscribes to the transforms
+        self._subscribe()
         self._go_to(0.0)
-        attend(self)
+        on_start(self)
 
     @property
     def description(self) -> str:
-        """The robot's URDF, as it was recorded."""
+        """The robot's URDF in the recording."""
         return Path(self._run.description).read_text(encoding="utf-8")
 
     @property
@@ -132,49 +134,53 @@ class PlayedRun:
         )
 
     def seek(self, at: float) -> None:
-        """Go to a time in s from the start; what holds then is said at once.
+        """Go to a time in s from the start, and publish the latest messages at that time.
 
         Raises:
-            KbotError: the recording is damaged there; it stands at the nearest moment where it is whole.
+            KbotError: the recording is damaged there. It displays the nearest readable time.
         """
-        told = self._go_to(at)
-        if told:
-            raise KbotError(told)
+        damage = self._go_to(at)
+        if damage:
+            raise KbotError(damage)
 
     def _go_to(self, at: float) -> str:
-        """As `seek`; what is to be told of damage, empty for nothing."""
+        """Do the same as `seek`, but return the description of a damage, or an empty string."""
         index = self._run.index
         wanted = min(index.start + round(max(0.0, at) * 1e9), index.end)
         damage = damage_at(index, wanted)
         now = wanted if damage is None else damage.nearest(wanted)
         self.clock.set(now)
         self._silent.clear()
-        self._told.forget()
+        self._recorded.forget()
         self._world.go_to(now)
         self._frames.forget()
         for message in self._run.statics:
             add_static_transforms(self.bus, message)
-        self._say_moves()
+        self._publish_moves()
         for topic, (publisher, _) in self._publishers.items():
             if publisher.has_subscribers:
-                self._say(topic)
+                self._publish_latest(topic)
         if damage is None:
             return ""
-        return f"{damage.told(index.start)}; shown is {(now - index.start) * 1e-9:.2f} s"
+        return (
+            f"{damage.describe(index.start)}. The nearest readable time is {(now - index.start) * 1e-9:.2f} s"
+        )
 
     def advance(self, seconds: float) -> float:
-        """Say what is due, in its order.
+        """Publish the messages of the next seconds, in order.
 
         Raises:
-            KbotError: a message cannot be read; or it was gone past a damage, which is told.
+            KbotError: a message cannot be read, or playback skipped a damaged part.
         """
         before, end = self.clock.nanoseconds, self._run.index.end
         until = min(before + round(seconds * 1e9), end)
         damage = damage_at(self._run.index, until)
         if damage is not None:
             self._pass_over(damage)
-        heard = [topic for topic, (publisher, _) in self._publishers.items() if publisher.has_subscribers]
-        for entry in self._run.index.between(heard, before, until):
+        subscribed = [
+            topic for topic, (publisher, _) in self._publishers.items() if publisher.has_subscribers
+        ]
+        for entry in self._run.index.between(subscribed, before, until):
             self.clock.advance_to(max(entry.nanoseconds, self.clock.nanoseconds))
             publisher, kind = self._publishers[entry.topic]
             self._silent.discard(entry.topic)
@@ -184,7 +190,7 @@ class PlayedRun:
             else:
                 publisher.publish(message)
         self.clock.advance_to(until)
-        self._world.pass_by(before, until)
+        self._world.apply_changes(before, until)
         if until >= end:
             if self.loop:
                 self.seek(0.0)
@@ -194,33 +200,33 @@ class PlayedRun:
 
     def _pass_over(self, damage: Damage) -> None:
         start = self._run.index.start
-        told = damage.told(start)
+        text = damage.describe(start)
         if damage.after is None:
             self._is_paused = True
-            raise KbotError(f"{told}, its end: nothing follows")
+            raise KbotError(f"{text}. That is its end")
         self._go_to((damage.after - start) * 1e-9)
-        raise KbotError(f"{told}; it goes on from there")
+        raise KbotError(f"{text}. Playback continues after it")
 
     def moment(self) -> Moment:
-        told = self._told
-        positions = told.positions()
+        recorded = self._recorded
+        positions = recorded.positions()
         root = self._world_from_root()
-        links = {name: root @ pose for name, pose in told.tree.poses(positions).items()}
+        links = {name: root @ pose for name, pose in recorded.tree.poses(positions).items()}
         return Moment(
             time=self._run.seconds_at(self.clock.nanoseconds),
-            positions={name: positions.get(name, 0.0) for name in told.movable},
+            positions={name: positions.get(name, 0.0) for name in recorded.movable},
             poses=links,
             bodies=flat(self._world.poses()),
             frames=self._frames.poses(links, {}),
-            twist=told.twist,
-            odometry=told.odometry,
+            twist=recorded.twist,
+            odometry=recorded.odometry,
         )
 
     def _world_from_root(self) -> Transform:
-        return world_from_root(self._run, self._robot, self._told, self._world.pose(self._robot.root))
+        return world_from_root(self._run, self._robot, self._recorded, self._world.pose(self._robot.root))
 
     def series(self, fields: Sequence[Field], start: float, end: float) -> Making:
-        """How numbers went from `start` to `end` seconds of the recording."""
+        """Return values from `start` to `end` seconds of the recording."""
         return series_of_run(self._run, self._robot, fields, start, end)
 
     def run_errands(self) -> bool:
@@ -252,7 +258,7 @@ class PlayedRun:
         _refuse()
 
     def record(self, recording: RunRecording) -> None:
-        raise KbotError("this is a recording already: kbot bag cut makes a part of it a file")
+        raise KbotError("this is already a recording. Use kbot bag cut to save a part of it")
 
     @property
     def controls(self) -> Mapping[str, Control]:
@@ -263,8 +269,8 @@ class PlayedRun:
         return self._world.present
 
     def replace(self, robot: RobotModel) -> PlayedRun:
-        """The same moment with a changed robot."""
-        other = PlayedRun(robot, self._run, self._world, self._attend)
+        """Return the same time with a changed robot."""
+        other = PlayedRun(robot, self._run, self._world, self._on_start)
         other._go_to((self.clock.nanoseconds - self._run.index.start) * 1e-9)
         other.loop, other.paused = self.loop, self.paused
         return other
@@ -274,27 +280,31 @@ class PlayedRun:
 
     def _advertise(self, name: str, kind: type) -> Publisher[Any]:
         return self.bus.advertise(
-            name, kind, latched=name in LATCHED, on_subscribe=self._sayer(name), rate=self._run.rate(name)
+            name,
+            kind,
+            latched=name in LATCHED,
+            on_subscribe=self._publish_latest_of(name),
+            rate=self._run.rate(name),
         )
 
-    def _listen(self) -> None:
+    def _subscribe(self) -> None:
         for name in {*self._run.of_robot, *self._run.odometry} & self._run.topics.keys():
-            hear = self._world.hear if name == POSES_TOPIC else self._told.hear
-            self.bus.subscribe(name, self._run.topics[name], hear)
+            receive = self._world.receive if name == POSES_TOPIC else self._recorded.receive
+            self.bus.subscribe(name, self._run.topics[name], receive)
 
-    def _say_moves(self) -> None:
+    def _publish_moves(self) -> None:
         for topic, message in self._moves.until(self.clock.nanoseconds):
             self._publishers[topic][0].publish(message)
 
-    def _sayer(self, topic: str) -> Callable[[], None]:
+    def _publish_latest_of(self, topic: str) -> Callable[[], None]:
         if topic in self._run.moves:
-            return self._say_moves
-        return lambda: self._say(topic)
+            return self._publish_moves
+        return lambda: self._publish_latest(topic)
 
-    def _say(self, topic: str) -> None:
-        """Say what a topic said last until now."""
+    def _publish_latest(self, topic: str) -> None:
+        """Publish the latest message of a topic."""
         if topic in self._run.moves:
-            return  # told by `_say_moves`, all frames and joints of it
+            return  # `_publish_moves` publishes the latest pose of all its frames and joints
         entry = self._run.index.newest(topic, self.clock.nanoseconds)
         if entry is None:
             self._silent.add(topic)
@@ -304,4 +314,4 @@ class PlayedRun:
 
 
 def _refuse() -> NoReturn:
-    raise KbotError("a recording is played: it goes as it went")
+    raise KbotError("a recording is played back and cannot be changed")

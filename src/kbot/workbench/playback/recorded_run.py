@@ -27,7 +27,7 @@ from kbot.workbench.scene.foreign_frames import plain, read_transform
 
 
 class RecordedState:
-    """Hears messages one after the other, and keeps what holds since the last of each."""
+    """Receives messages one after the other, and holds the latest values."""
 
     def __init__(self, robot: RobotModel) -> None:
         self._robot = robot
@@ -42,12 +42,12 @@ class RecordedState:
         """m/s forward and rad/s turning."""
 
     def forget(self) -> None:
-        """Start anew; odometry holds until there is another."""
+        """Forget frames and joints. Odometry is kept until the next message."""
         self._edges.clear()
         self._positions.clear()
 
-    def hear(self, message: Any) -> None:  # noqa: ANN401 - whatever a topic carries
-        """Take in a message of tf, joint states or odometry; others are passed over."""
+    def receive(self, message: Any) -> None:  # noqa: ANN401 - a message of any type
+        """Receive a message of tf, joint states or odometry. Other messages are ignored."""
         if isinstance(message, TFMessage):
             for stamped in message.transforms:
                 transform = read_transform(stamped)
@@ -58,16 +58,16 @@ class RecordedState:
                 if name in self.movable and math.isfinite(position):
                     self._positions[name] = float(position)
         elif isinstance(message, Odometry):
-            self._hear_odometry(message)
+            self._receive_odometry(message)
 
-    def _hear_odometry(self, message: Odometry) -> None:
+    def _receive_odometry(self, message: Odometry) -> None:
         pose, speed = message.pose.pose, message.twist.twist
         numbers = (pose.position.x, pose.position.y, pose.orientation.yaw, speed.linear.x, speed.angular.z)
         if all(map(math.isfinite, numbers)):
             self.odometry, self.twist = numbers[:3], numbers[3:]
 
     def positions(self) -> dict[str, float]:
-        """Joints as they are told, or as tf has it where they are not; rad and m."""
+        """Return joint positions (rad, m) from joint states, otherwise from tf."""
         found = dict(self._positions)
         for name, joint in self.movable.items():
             parent, moved = self._edges.get(joint.child, ("", None))
@@ -83,7 +83,7 @@ class RecordedState:
         return found
 
     def top_from(self, frame: str) -> tuple[str, Transform]:
-        """The topmost frame that tf tells of, and where a frame is in it."""
+        """Return the topmost frame on tf above a frame, and the pose of the frame in it."""
         pose, seen = Transform.identity(), {frame}
         while frame in self._edges:
             frame, parent_from_child = self._edges[frame]
@@ -98,31 +98,32 @@ STRING, TF, JOINT_STATE = "std_msgs/msg/String", "tf2_msgs/msg/TFMessage", "sens
 DESCRIPTION, JOINT_STATES = "robot_description", "joint_states"
 TF_STATIC, TF_OF_ALL = "/tf_static", ("/tf", "/tf_static", POSES_TOPIC)
 FIRST_SECONDS = 2.0
-"""At the start and at the end of a recording, in which every frame is taken to be told of once."""
+"""Seconds at the start and at the end of a recording in which every frame is expected once."""
 MOST_STATIC_BYTES = 1 << 24
-"""Of /tf_static: 100,000 transforms, which take 2 s to read. A robot has less than 1000."""
+"""Limit for /tf_static: 100,000 transforms, which take 2 s to read. A robot has less than 1000."""
 OTHER_CLOCK = 5.0
-"""Seconds between a message's stamp and its recording, from which on they are of different clocks."""
+"""Seconds between a message's stamp and its recording time from which they count as different clocks."""
 
 
 class RecordedRun:
-    """Open while it is in use. `description` is a file with the URDF of the recording's robot."""
+    """An open recording. `description` is a file with the URDF of the recorded robot."""
 
     def __init__(self, path: str) -> None:
-        """Raises KbotError: no such recording, or it does not hold what is needed to show it."""
+        """Raises KbotError if there is no such recording, or if it does not contain what is needed to display
+        it."""
         self.path = path
         self.index = open_index(path)
         notes = self.index.notes
         self.facts = notes.get("kbot") or notes.get("kbot.cut", {})
-        """What KBot's recorder wrote down of the run; nothing where another made the recording."""
+        """What KBot's recorder stored about the run. It is empty for recordings of other programs."""
         self.topics = {
             name: kind
             for name, type_name in sorted(self.index.topics.items())
             if (kind := known_type(type_name)) is not None
         }
-        """Names and types of what can be shown."""
+        """Names and types of the topics that can be displayed."""
         self.moves = [name for name, kind in self.index.topics.items() if kind in (TF, JOINT_STATE)]
-        """The topics that tell where the robot is and how its joints stand."""
+        """The topics with the robot's pose and its joint positions."""
         described, text = self._find_description()
         own = self._namespace(described)
         joints = [name for name in self.moves if self.index.topics[name] == JOINT_STATE]
@@ -131,22 +132,23 @@ class RecordedRun:
             *_among(joints, {f"{own}/{JOINT_STATES}"}, {f"/{JOINT_STATES}"}, _within(own, joints)),
             *_among(frames, {*TF_OF_ALL, *_within(own, frames)} if own else set(TF_OF_ALL)),
         ]
-        """Those of them that tell of the robot on show, not of another with joints of the same names."""
+        """The topics in `moves` of the robot on display, not of another robot with the same joint names."""
         odometry = [name for name, kind in self.topics.items() if kind is Odometry]
+        """The odometry topic of the robot, if there is one."""
         self.odometry = _among(odometry, {f"{own}/odom"}, _within(own, odometry))[:1]
         """The topic that tells what the wheels tell, if there is one."""
         self.description = self._write(text)
         if not self.moves:
             raise KbotError(
-                f"{path} has neither /tf nor /joint_states, so nothing would move: record one of them too"
+                f"{path} has neither /tf nor /joint_states, so nothing would move. Record one of them too"
             )
         self.statics = self._read_statics()
         self.stamp_offset = self._offset()
-        """Nanoseconds from the recording's clock to that of the stamps in it."""
+        """Nanoseconds from the recording's clock to the clock of its stamps."""
 
     @property
     def start(self) -> Transform:
-        """Where the robot stood in the world when its odometry was at zero."""
+        """The robot's pose in the world when its odometry was at zero."""
         try:
             x, y, yaw = map(float, parse_json(self.facts["start"]))
         except (KeyError, ValueError, TypeError):
@@ -155,37 +157,39 @@ class RecordedRun:
 
     @property
     def seed(self) -> int:
-        """What chance began from in the run, 0 where that is not said."""
-        told = self.facts.get("seed", "0")
-        return int(told) if told.isdecimal() else 0
+        """The seed of the recorded run, or 0 if it was not stored."""
+        seed = self.facts.get("seed", "0")
+        return int(seed) if seed.isdecimal() else 0
 
     @property
     def seconds(self) -> float:
         return (self.index.end - self.index.start) * 1e-9
 
     def rate(self, topic: str) -> float:
-        """Messages a second, on the average; 0 where it said one or none, or that is not known."""
+        """Return the mean number of messages per second; 0 for fewer than two messages or if it is
+        unknown."""
         count = self.index.counts.get(topic, 0)
         return count / self.seconds if count > 1 and self.seconds > 0.0 else 0.0
 
     def seconds_at(self, nanoseconds: int) -> float:
-        """The stamps of messages at a time of the recording's clock."""
+        """Convert a time of the recording's clock to the stamps of its messages, in s."""
         return (nanoseconds + self.stamp_offset) * 1e-9
 
-    def read(self, entry: RecordedMessage) -> Any:  # noqa: ANN401 - whatever its type says
-        """The message, None where KBot has no such type. Raises KbotError: the bytes are none."""
+    def read(self, entry: RecordedMessage) -> Any:  # noqa: ANN401 - a message of the topic's type
+        """Return the message, or None for a type that KBot does not have. Raises KbotError if the bytes are
+        invalid."""
         kind = self.topics.get(entry.topic)
         return None if kind is None else decode_cdr(entry.cdr, kind)
 
     def samples(self) -> Iterator[RecordedMessage]:
-        """What is said of movement at the start and at the end."""
+        """Yield messages about movement at the start and at the end."""
         span = round(FIRST_SECONDS * 1e9)
         start, end = self.index.start, self.index.end
         yield from self.index.between(self.moves, start - 1, min(start + span, end))
         yield from self.index.between(self.moves, max(start + span, end - span), end)
 
     def _read_statics(self) -> list[TFMessage]:
-        """Every message on /tf_static. Raises KbotError: they are too many to be held."""
+        """Return all messages on /tf_static. Raises KbotError if there are too many to hold in memory."""
         statics, left = [], MOST_STATIC_BYTES
         for entry in self.index.between((TF_STATIC,), self.index.start - 1, self.index.end):
             left -= len(entry.data)
@@ -196,18 +200,19 @@ class RecordedRun:
         return statics
 
     def _find_description(self) -> tuple[str, str]:
-        """Topic and text of the robot on show: that at the root, where there is one."""
+        """Return topic and text of the robot on display. A description in the root namespace comes first."""
         for name in sorted(self.index.topics, key=lambda name: name.count("/")):
             if self.index.topics[name] == STRING and name.endswith(f"/{DESCRIPTION}"):
                 entry = self.index.newest(name, self.index.end)
                 if entry is not None and (text := str(entry.message().data)).strip():
                     return name, text
         raise KbotError(
-            f"{self.path} has no /{DESCRIPTION}, so there is no robot to show: record that topic too"
+            f"{self.path} has no /{DESCRIPTION}, so there is no robot to show. Record that topic too"
         )
 
     def _namespace(self, described: str) -> str:
-        """Of the robot on show, as `/a`, empty for the root: as it was noted, or where its description is."""
+        """Return the robot's namespace, for example `/a`: the stored one, otherwise that of its
+        description."""
         try:
             _, namespace, _ = parse_json(self.facts["naming"])
         except (KeyError, ValueError, TypeError):
@@ -236,7 +241,7 @@ def _within(namespace: str, topics: Iterable[str]) -> set[str]:
 
 
 def _among(topics: list[str], *wanted: Collection[str]) -> list[str]:
-    """Those of the first of the wanted sets of which there is any; all where there is none."""
+    """Return the topics in the first of the wanted sets that any of them is in, otherwise all topics."""
     for names in wanted:
         if found := [name for name in topics if name in names]:
             return found

@@ -1,4 +1,4 @@
-"""Series of numbers over time from a recording, for plots."""
+"""Values over time from a recording, for plots."""
 
 from __future__ import annotations
 
@@ -10,30 +10,30 @@ from kbot.workbench.playback.recorded_run import RecordedRun, RecordedState
 from kbot.workbench.timeline.series import MOST_MOMENTS, Field, Making, SeriesTable, number_at
 
 FINEST = 0.02
-"""Seconds between two moments, at the least."""
+"""Least seconds between two values."""
 PIECE = 1.0
-"""Seconds that are read at once."""
+"""Seconds that are read in one step."""
 
 
 def series_of_run(
     run: RecordedRun, robot: RobotModel, fields: Sequence[Field], start: float, end: float
 ) -> Making:
-    """What was said from `start` to `end` seconds of a recording, at moments evenly spaced."""
+    """Return values from `start` to `end` seconds of a recording, evenly spaced."""
     index = run.index
-    topics = {one.topic for one in fields if one.topic in run.topics}
+    topics = {field.topic for field in fields if field.topic in run.topics}
     moving = (
         [name for name in (*run.of_robot, *run.odometry) if name != POSES_TOPIC]
-        if any(not one.topic for one in fields)
+        if any(not field.topic for field in fields)
         else []
     )
-    told, newest = RecordedState(robot), dict[str, object]()
+    recorded, newest = RecordedState(robot), dict[str, object]()
     first = index.start + round(start * 1e9)
     last = min(index.start + round(end * 1e9), index.end)
     for topic in (*topics, *moving):
         entry = index.newest(topic, first)
         if entry is not None:
             message = run.read(entry)
-            told.hear(message)
+            recorded.receive(message)
             newest[topic] = message
     step = max(round(FINEST * 1e9), (last - first) // MOST_MOMENTS + 1)
     table = SeriesTable(is_thinned=step > FINEST * 1e9)
@@ -41,9 +41,9 @@ def series_of_run(
     def row(moment: int) -> tuple[float | None, ...]:
         if index.damage(moment) is not None:
             return (None,) * len(fields)
-        state: dict[str, object] = {"odometry": told.odometry, "twist": told.twist}
-        if any(one.path[0] == "positions" for one in fields if not one.topic):
-            state["positions"] = told.positions()
+        state: dict[str, object] = {"odometry": recorded.odometry, "twist": recorded.twist}
+        if any(field.path[0] == "positions" for field in fields if not field.topic):
+            state["positions"] = recorded.positions()
         return tuple(number_at(newest.get(f.topic) if f.topic else state, f.path) for f in fields)
 
     due, after = first, first
@@ -55,7 +55,7 @@ def series_of_run(
                 due += step
             message = run.read(entry)
             if entry.topic in moving:
-                told.hear(message)
+                recorded.receive(message)
             if entry.topic in topics:
                 newest[entry.topic] = message
         after = until

@@ -25,36 +25,38 @@ from kbot.world.things import model_of_sdf, thing
 from kbot.world.world import Body
 
 KEPT = 200
+"""Most spawned models of each kind that are cached."""
 
 Present = tuple[World | None, Mapping[str, RobotModel]]
 
 
 class RecordedWorld:
-    """What is there at the moment that was gone to last, and its poses as they were heard."""
+    """What is in the world at the displayed time, and the poses received for it."""
 
     def __init__(self, run: RecordedRun) -> None:
         self._run = run
         self.note = ""
-        """Why no world is shown; empty if one is shown or none was recorded."""
+        """Why no world is displayed; empty if one is, or if none was recorded."""
         self._built: World | None = None
-        named = run.facts.get("world")
-        if named is not None:
+        world_name = run.facts.get("world")
+        if world_name is not None:
             try:
-                self._built = load_world(named)
+                self._built = load_world(world_name)
             except (KbotError, OSError) as error:
-                self.note = f"The world '{named}' of the recording cannot be shown: {error}"
+                self.note = f"The recording's world '{world_name}' cannot be displayed: {error}"
         self._text = "[]"
         self.present: Present = (self._built, {})
-        """The world, and the robots beside the one on show."""
+        """The world, and the robots besides the one on display."""
         self._poses: dict[str, Transform] = {}
 
     def go_to(self, nanoseconds: int) -> None:
-        """Find out what is there at a time; poses are heard anew. Raises KbotError: that cannot be read."""
+        """Find what is in the world at a time, and forget all poses. Raises KbotError if it cannot be
+        read."""
         self._poses.clear()
         self._take(self._run.index.newest(WORLD_TOPIC, nanoseconds))
 
-    def pass_by(self, after: int, until: int) -> None:
-        """Find out what came and went in that time. Raises KbotError: that cannot be read."""
+    def apply_changes(self, after: int, until: int) -> None:
+        """Apply the changes between two times. Raises KbotError if they cannot be read."""
         for entry in self._run.index.between((WORLD_TOPIC,), after, until):
             self._take(entry)
 
@@ -65,22 +67,22 @@ class RecordedWorld:
         try:
             self.present = self._after(self._built, parse_json(text))
         except (ValueError, LookupError, TypeError) as error:
-            raise KbotError(f"what {self._run.path} says of its world cannot be read: {error}") from None
+            raise KbotError(f"the world in {self._run.path} cannot be read: {error}") from None
         self._text = text
 
-    def hear(self, message: TFMessage) -> None:
-        """Take in true poses."""
+    def receive(self, message: TFMessage) -> None:
+        """Receive true poses."""
         for stamped in message.transforms:
             pose = read_transform(stamped)
             if pose is not None:
                 self._poses[stamped.child_frame_id] = pose
 
     def pose(self, name: str) -> Transform | None:
-        """Where something truly was; None where that was not recorded."""
+        """Return the true pose of something, or None if it was not recorded."""
         return self._poses.get(name)
 
     def poses(self) -> Iterator[Transform]:
-        """Poses of everything that moves, in the order of the page's scene."""
+        """Yield the poses of everything that moves, in the order of the page's scene."""
         world, others = self.present
         for body in world.bodies if world is not None else ():
             if not body.is_static:
@@ -107,7 +109,7 @@ class RecordedWorld:
 
 @lru_cache(KEPT)
 def _thing(change: str) -> Body:
-    """A thing that was spawned. Cached: each message of the journal repeats all changes before it."""
+    """Return a spawned object. It is cached, because each journal message repeats all earlier changes."""
     values = parse_json(change)
     pose = Transform.from_xyz_rpy((values["x"], values["y"], values["z"]), (0.0, 0.0, values["yaw"]))
     return thing(values["kind"], values["name"], pose, values["size"] and tuple(values["size"]))

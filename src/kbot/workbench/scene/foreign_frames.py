@@ -19,23 +19,27 @@ Edges = Mapping[str, tuple[str, Transform]]
 
 
 class ForeignFrames:
-    """Hears the transforms of a bus, and hangs those that the robot does not have itself on those it has."""
+    """Subscribes to the transforms of a bus, and connects frames that the robot does not have to those it
+    has."""
 
     def __init__(self, bus: Bus) -> None:
         self._bus = bus
         self._seen = -1
-        self._heard: dict[str, Subscription] = {}
+        self._subscriptions: dict[str, Subscription] = {}
         self._edges: dict[str, tuple[str, Transform]] = {}
         """`parent_from_child`, by child."""
 
     def forget(self) -> None:
-        """Start anew, as time did."""
+        """Forget all transforms, for example after time was reset."""
         self._edges.clear()
 
     def poses(self, links: Mapping[str, Transform], own: Frames) -> Frames:
-        """Every frame that hangs on the `links`, given as `world_from_link`, or on the robot's `own` frames,
-        which come first. Where nobody says where `map` is, it is the world."""
-        self._listen()
+        """Return every frame that is connected to the `links` (as `world_from_link`) or to the robot's `own`
+        frames.
+
+        `own` frames come first. If no transform places `map`, it equals the world.
+        """
+        self._subscribe()
         at = {WORLD: Transform.identity(), **links, **{name: pose for name, (_, pose) in own.items()}}
         found = dict(own)
         edges = _placed(
@@ -49,15 +53,15 @@ class ForeignFrames:
             _placed(edges, at, found)
         return found
 
-    def _listen(self) -> None:
+    def _subscribe(self) -> None:
         if self._bus.changes == self._seen:
             return
         for topic in TOPICS:
-            if topic in self._bus.topics and topic not in self._heard:
-                self._heard[topic] = self._bus.subscribe(topic, TFMessage, self._hear)
+            if topic in self._bus.topics and topic not in self._subscriptions:
+                self._subscriptions[topic] = self._bus.subscribe(topic, TFMessage, self._receive)
         self._seen = self._bus.changes
 
-    def _hear(self, message: TFMessage) -> None:
+    def _receive(self, message: TFMessage) -> None:
         for transform in message.transforms:
             parent_from_child = read_transform(transform)
             if parent_from_child is not None:
@@ -68,19 +72,19 @@ class ForeignFrames:
 
 
 def frame_for_peers(frames: Frames, root: str) -> str:
-    """The frame that what is told on tf hangs on, which `world` is no part of: that of the odometry, or the
-    robot's `root` where it has none."""
+    """Return the topmost frame on tf without `world`: the odometry frame, or the robot's `root` if there is
+    none."""
     above = (name for name, (parent, _) in frames.items() if name != MAP and parent in (WORLD, MAP))
     return next(above, root)
 
 
 def plain(frame: str) -> str:
-    """A frame's name as ROS 2 has it: without the slash that old ROS puts before it."""
+    """Return a frame's name as in ROS 2, without the leading slash of early ROS 1."""
     return frame.lstrip("/")
 
 
 def read_transform(stamped: TransformStamped) -> Transform | None:
-    """`parent_from_child`; None where the numbers are none, as a quaternion of zeros."""
+    """Return `parent_from_child`, or None for invalid numbers such as a zero quaternion."""
     moved, turned = stamped.transform.translation, stamped.transform.rotation
     numbers = (moved.x, moved.y, moved.z, turned.x, turned.y, turned.z, turned.w)
     if not all(map(math.isfinite, numbers)) or not any(numbers[3:]):
@@ -90,7 +94,7 @@ def read_transform(stamped: TransformStamped) -> Transform | None:
 
 
 def _placed(edges: Edges, at: dict[str, Transform], found: dict[str, tuple[str, Transform]]) -> Edges:
-    """Put in place all that hangs on what is in place already; returns the edges that do not."""
+    """Place all frames that are connected to placed ones, and return the remaining edges."""
     while True:
         waiting = {}
         for child, (parent, parent_from_child) in edges.items():

@@ -1,4 +1,4 @@
-"""Builds the scene that the page draws, from robot and world."""
+"""Build the scene that the page draws, from robot and world."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ from kbot.world.world import Rgba, World
 Control: TypeAlias = Literal["none", "position", "velocity"]
 
 USUAL_SPEED = 10.0
-"""rad/s or m/s of a joint that says no limit."""
+"""Speed in rad/s or m/s of a joint without a velocity limit."""
 OWN_COLOURS = (-1.0, -1.0, -1.0, -1.0)
-"""Stands for the colours that a mesh file brings."""
+"""Marks a mesh that has the colours of its file."""
 
 
 def build_scene(
@@ -53,10 +53,12 @@ def build_scene(
     controls: Mapping[str, Control],
     others: Mapping[str, RobotModel],
 ) -> Scene:
-    """The scene of a robot, alone (on a floor beneath its lowest point) or `on_ground` in a world; `frame` is
-    the one that states have their poses in; `controls` says what each joint may be told, `others` are the
-    robots beside the one on show, by name. Where there is a world, links have the colours that Gazebo gives
-    them; without one, those that rviz does."""
+    """Build the scene of a robot, alone on a floor under its lowest point, or `on_ground` in a world.
+
+    `frame` is the frame of the poses in states. `controls` are the commands that joints accept. `others` are
+    the robots besides the one on display, by name. With a world, links have the colours that Gazebo gives
+    them. Without one, they have those of rviz.
+    """
     low, high = visible_bounds(robot)
     colours = link_colours(robot) if world is not None else {}
     return Scene(
@@ -76,7 +78,7 @@ def build_scene(
 def all_bodies(
     world: World | None, others: Mapping[str, RobotModel], meshes: MeshStore
 ) -> tuple[BodyView, ...]:
-    """The world's bodies, then each link of the robots beside the one on show, as `name/link`."""
+    """Return the world's bodies, then each link of the robots besides the one on display, as `name/link`."""
     links = (
         _other_link(f"{name}/{link.name}", link, link_colours(robot).get(link.name), meshes)
         for name, robot in others.items()
@@ -107,7 +109,7 @@ def _link(robot: RobotModel, link: Link, meshes: MeshStore, painted: Rgba | None
 def _shapes(
     parts: Iterable[Visual | Collision], meshes: MeshStore, painted: Rgba | None = None
 ) -> Iterator[Shape]:
-    """`painted`: a colour that counts instead of the parts' own."""
+    """Yield the shapes of parts. `painted` is a colour that replaces the parts' own."""
     for part in parts:
         material = part.material if isinstance(part, Visual) else None
         rgba = painted or (material.rgba if material and material.rgba else UNPAINTED)
@@ -124,7 +126,7 @@ def _shapes(
                 try:
                     mesh = meshes.add_file(path or "")
                 except KbotError:
-                    continue  # the checks say so, at the line
+                    continue  # the checks report it at its line
                 kind, size = "mesh", scale
                 if not (painted or (material and material.rgba)):
                     rgba = OWN_COLOURS
@@ -133,15 +135,15 @@ def _shapes(
 
 
 def position_quaternion(pose: Transform) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Translation (3,) and quaternion x, y, z, w as plain floats."""
+    """Return translation (3,) and quaternion x, y, z, w as plain floats."""
     return tuple(pose.translation.tolist()), pose.quaternion_xyzw
 
 
 def _inertia(inertial: Inertial) -> InertiaView | None:
-    """The box of even density with the same mass and principal moments; None where there is none.
+    """Return the box of uniform density with the same mass and principal moments, or None without a mass.
 
-    A box has I_x = m (y^2 + z^2) / 12 and so on, so x^2 = 6 (I_y + I_z - I_x) / m. The moments of a
-    real body obey the triangle inequality, which keeps the squares positive.
+    A box has I_x = m (y^2 + z^2) / 12 and so on, so x^2 = 6 (I_y + I_z - I_x) / m. The moments of a real body
+    obey the triangle inequality, which keeps the squares positive.
     """
     if not inertial.mass > 0.0 or not np.isfinite(inertial.tensor).all():
         return None
@@ -172,7 +174,7 @@ def _joint(joint: Joint, control: Control) -> JointView:
 
 
 def slider_range(joint: Joint) -> tuple[float, float]:
-    """Where a joint may be put by hand: its limits, else a full turn or a metre each way."""
+    """Return the range of a joint's slider: its limits, otherwise half a turn or a metre each way."""
     reach = 1.0 if joint.type is JointType.PRISMATIC else math.pi
     lower, upper = joint.range
     return (lower, upper) if lower < upper < math.inf else (-reach, reach)

@@ -23,8 +23,10 @@ from kbot.world.world import (
 
 
 def world_view(world: World, meshes: MeshStore) -> tuple[BodyView, ...]:
-    """Every body that has something to draw, and those that move, whose poses a state has in this order;
-    level ground at z = 0 is the page's own grid."""
+    """Return every body that has something to draw or that moves. The poses in states are in this order.
+
+    Level ground at z = 0 is skipped, because it is the page's own grid.
+    """
     bodies = (_body(body, meshes) for body in world.bodies)
     return tuple(body for body in bodies if body.parts or body.moving)
 
@@ -75,7 +77,7 @@ def _parts(body: Body, meshes: MeshStore) -> Iterator[Shape]:
 
 
 def kind_and_size(shape: Box | Cylinder | Sphere | Capsule) -> tuple[ShapeKind, tuple[float, ...]]:
-    """What the page calls a shape, of a world or of a robot, and its numbers in metres."""
+    """Return the page's name of a shape, of a world or of a robot, and its dimensions in m."""
     match shape:
         case Box(size=size):
             return "box", size

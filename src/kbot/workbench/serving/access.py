@@ -1,4 +1,4 @@
-"""Access to the server: checks Host, Origin and token, and sets the headers of every response."""
+"""Access to the server: check Host, Origin and token, and set the headers of every response."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ HTTP_PORT = 80
 
 @dataclass(frozen=True, slots=True)
 class Access:
-    """The address served at, and the token asked for where that is not this machine alone."""
+    """The served address, and the token that is needed if other machines can reach it."""
 
     host: str
     port: int
     token: str | None
 
     def refuses(self, path: str, host: str | None, origins: Sequence[str], secret: bool) -> str | None:
-        """Why a request is refused, or None if it is accepted. `secret` things need the token. `host` is None
-        for a request without exactly one Host header.
+        """Return why a request is refused, or None if it is accepted.
 
+        `secret` resources need the token. `host` is None for a request without exactly one Host header.
         Without a token, Host has to be one of this machine's names, because a foreign name can resolve here
         (DNS rebinding). A page of another site is always refused.
         """
@@ -49,17 +49,17 @@ class Access:
 
 
 def bracketed(host: str) -> str:
-    """The host as it stands in an address: IPv6 in brackets."""
+    """Return the host as it is written in a URL: IPv6 in brackets."""
     return f"[{host}]" if ":" in host else host
 
 
 def security_headers(host: str, scripts: Iterable[str] = ()) -> dict[str, str]:
-    """Headers that keep the page to itself: it loads from and speaks to this server and nobody else.
+    """Return headers that restrict the page to this server: it loads from and connects to nothing else.
 
-    `scripts` are the digests of those that may stand in the page itself, as `sha256-...`.
+    `scripts` are the digests of inline scripts, as `sha256-...`.
     """
-    # no Cross-Origin-Opener-Policy: the page hears nothing from a window that opened it, and for that header
-    # a browser makes another process when it has the page's first bytes, a tenth of the time to the picture
+    # No Cross-Origin-Opener-Policy: the page ignores messages from its opener, and the header makes browsers
+    # start another process after the first bytes, which takes a tenth of the time to the first picture.
     known = "".join(f" '{digest}'" for digest in scripts)
     policy = (
         f"default-src 'none'; script-src 'self'{known}; style-src 'self'; font-src 'self'; "

@@ -1,4 +1,4 @@
-"""Detects changed files by their time, size and identity."""
+"""Detect changed files by their time, size and identity."""
 
 from __future__ import annotations
 
@@ -8,30 +8,31 @@ import os
 from collections.abc import Iterable
 
 POLL_SECONDS = 0.04
+"""Seconds between two looks at the files."""
 
 Signature = tuple[tuple[int, int, int] | None, ...]
 
 
 class Watcher:
-    """Waits for a change of any of its files; a file that is missing is watched too."""
+    """Waits for a change of any of its files, including missing ones."""
 
     def __init__(self, files: Iterable[str], read: int) -> None:
-        """They were read at `read`, a wall time in ns: what changed since then is news."""
+        """`read` is the wall-clock time in ns at which they were read. Later changes count as new."""
         self._files: tuple[str, ...] = ()
         self._seen: Signature = ()
         self.watch(files, read)
 
     def watch(self, files: Iterable[str], read: int) -> None:
-        """Watch these files instead. Those watched before keep what was seen of them."""
+        """Watch these files instead. Files that were already watched keep their last state."""
         known = dict(zip(self._files, self._seen, strict=True))
         self._files = tuple(files)
         self._seen = tuple(known[file] if file in known else _stamp(file, read) for file in self._files)
 
     async def changed(self) -> None:
-        """Return once a file has changed and has then been still for one poll.
+        """Return when a file has changed and has then been unchanged for one poll.
 
-        An editor may write in pieces, or move a new file into place: a missing file is given a
-        few polls to come back.
+        An editor may write in several steps, or replace the file with a new one. A missing file therefore
+        gets a few polls to reappear.
         """
         while (now := _signature(self._files)) == self._seen:
             await asyncio.sleep(POLL_SECONDS)
@@ -43,7 +44,7 @@ class Watcher:
         self._seen = now
 
     def _misses(self, now: Signature) -> bool:
-        """Whether a file is gone that was there."""
+        """Return whether a file has disappeared."""
         return any(there is None and was is not None for there, was in zip(now, self._seen, strict=True))
 
 
@@ -52,10 +53,11 @@ def _signature(files: tuple[str, ...]) -> Signature:
 
 
 def _stamp(file: str, until: float = math.inf) -> tuple[int, int, int] | None:
-    """None where there is and can be no such file, or one that was changed after a wall time in ns."""
+    """Return None for a missing file, an impossible name, or a file changed after `until` (wall-clock time in
+    ns)."""
     try:
         status = os.stat(file)  # noqa: PTH116 - five times cheaper than Path.stat, and done often
-    except (OSError, ValueError):  # a name that a file cannot have, as one with a null character
+    except (OSError, ValueError):  # an impossible name, for example with a null character
         return None
     if status.st_mtime_ns > until:
         return None

@@ -9,43 +9,49 @@ from collections.abc import Awaitable, Callable, Iterable, Iterator
 from kbot.workbench.protocol import Beat, FromServer, Scene, SourceText, State, Things, Timeline
 from kbot.workbench.protocol.codec import encode
 
-MAX_PAGES = 500  # each takes a file descriptor, of which a process often has 1024
+MAX_PAGES = 500  # each page uses a file descriptor, and the limit of a process is often 1024
 
 ROUNDS_IN_A_BEAT = 4
-"""A round is all that waits for a page at one time."""
+"""A beat is sent after this many rounds. A round is all messages that wait for a page at one time."""
 _BEAT = encode(Beat())
 
 
 class Client:
-    """One page. What waits for it is one message of each kind, and no more than two beats are under way to
-    it, wherever on the way they are kept: a slow page drops frames and never grows a queue."""
+    """One page.
+
+    Only the newest message of each kind waits for it, and at most two unanswered beats are in flight. A slow
+    page therefore drops frames, and no queue grows.
+    """
 
     def __init__(self, number: int) -> None:
         self.number = number
-        self.looks_at: float | None = None
-        """The moment that it is shown of what was, None where it is shown what is."""
-        self.asked: float | None = None
-        """The moment that it asked for last."""
+        self.displayed_time: float | None = None
+        """The earlier time that the page displays, or None for the present."""
+        self.requested_time: float | None = None
+        """The time that the page requested last."""
         self.scene: str | bytes = ""
-        """The scene it was shown last, while it looks back."""
+        """The scene that the page received last while it displays an earlier time."""
         self.silent: tuple[str, ...] = ()
-        """Topics that had said nothing until that moment."""
+        """Topics without a message until that time."""
         self.timeline: Timeline | None = None
-        """What it was told of time."""
+        """The timeline that was sent last."""
         self._waiting: dict[str, str | bytes] = {}
         self._news = asyncio.Event()
         self._beats = 0
-        """That are not answered."""
+        """The number of unanswered beats."""
         self._answers: asyncio.Event | None = None
-        """Set when one is; None where the page answers none."""
+        """Set when a beat is answered; None if the page never answers."""
 
     def put(self, message: FromServer, text: str | None = None) -> None:
-        """Queue a message; an older one of its kind that was not sent yet is dropped."""
+        """Queue a message. It replaces an unsent message of the same kind."""
         self._queue(_key(message), text if text is not None else encode(message))
 
-    def put_time(self, timeline: Timeline) -> None:
-        """Queue what there is to go back to. What is said after it is of the moment that it tells of, so one
-        that tells of the same moment takes the place of the one that waits."""
+    def put_timeline(self, timeline: Timeline) -> None:
+        """Queue a timeline.
+
+        Messages after it belong to the time in it. It therefore replaces an unsent timeline only if that
+        shows the same time.
+        """
         before, self.timeline = self.timeline, timeline
         key = _key(timeline)
         is_same = before is not None and (before.live, before.silent) == (timeline.live, timeline.silent)
@@ -55,7 +61,7 @@ class Client:
             self.put(timeline)
 
     def put_frame(self, key: str, frame: str | bytes) -> None:
-        """Queue a message that is encoded, by what it is newer of."""
+        """Queue an encoded message. It replaces an unsent one with the same key."""
         self._queue(key, frame)
 
     def put_topic(self, topic: str, frame: str | bytes) -> None:
@@ -68,7 +74,7 @@ class Client:
         self._news.set()
 
     async def pump(self, send: Callable[[str | bytes], Awaitable[None]]) -> None:
-        """Send what waits, for ever."""
+        """Send queued messages until cancelled."""
         for count in itertools.count(1):
             await self._news.wait()
             for _ in range(len(self._waiting)):
@@ -83,15 +89,15 @@ class Client:
                     self._answers.clear()
                     await self._answers.wait()
 
-    def heard(self) -> None:
-        """The page has answered a beat."""
+    def count_answer(self) -> None:
+        """Count the answer to a beat."""
         self._answers = self._answers or asyncio.Event()
         self._beats = max(0, self._beats - 1)
         self._answers.set()
 
 
 def _key(message: FromServer) -> str:
-    """What a message is newer of."""
+    """Return the key of a message. A newer message with the same key replaces it."""
     match message:
         case SourceText(file=file):
             return f"source:{file}"
@@ -120,18 +126,18 @@ class Hub:
         return iter(tuple(self._clients.values()))
 
     def publish(self, message: FromServer, text: str | None = None) -> None:
-        """Queue a message for every page that it is for; it is encoded once."""
+        """Queue a message for every page that should receive it. It is encoded once."""
         if not self._clients:
             return
         text = encode(message) if text is None else text
         is_of_now = isinstance(message, Scene | Things | State)
         for client in self._clients.values():
-            if client.looks_at is None or not is_of_now:
+            if client.displayed_time is None or not is_of_now:
                 client.put(message, text)
 
-    def hand_out(self, topic: str, frame: str | bytes, pages: Iterable[int]) -> None:
-        """Queue a topic's newest message for those pages that hear it and look at what is."""
+    def send_topic(self, topic: str, frame: str | bytes, pages: Iterable[int]) -> None:
+        """Queue a topic's newest message for those of the `pages` that display the present."""
         for page in pages:
             client = self._clients.get(page)
-            if client is not None and client.looks_at is None:
+            if client is not None and client.displayed_time is None:
                 client.put_topic(topic, frame)

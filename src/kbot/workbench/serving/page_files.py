@@ -1,4 +1,4 @@
-"""Answers HTTP requests: the page's files, meshes by id, and downloads."""
+"""Answer HTTP requests: the page's files, meshes by id, and downloads."""
 
 from __future__ import annotations
 
@@ -34,8 +34,11 @@ def response(
     kept: str = "no-store",
     scripts: Iterable[str] = (),
 ) -> Response:
-    """A whole answer; `kind` is its media type, `kept` how long a browser may keep it, `scripts` the digests
-    of those within it."""
+    """Return a complete response.
+
+    `kind` is its media type, `kept` how long a browser may cache it, and `scripts` are the digests of its
+    inline scripts.
+    """
     headers = Headers(
         {
             "Content-Type": kind,
@@ -49,11 +52,11 @@ def response(
 
 
 EXPORTS = {"/export/robot.glb": "model/gltf-binary", "/export/robot.html": "application/octet-stream"}
-"""Media types; the page's HTML is to be saved, not opened beside the page."""
+"""Media types. The HTML is sent as a download, so that it is not opened in the page's origin."""
 
 
 async def exported(session: Session, path: str, host: str) -> Response:
-    """One of `EXPORTS`, made on another thread."""
+    """Return one of `EXPORTS`, made on another thread."""
     robot, positions = session.standing()
     if path == "/export/robot.glb":
         body = await asyncio.to_thread(glb, robot, positions)
@@ -62,8 +65,9 @@ async def exported(session: Session, path: str, host: str) -> Response:
     return response(http.HTTPStatus.OK, host, body, EXPORTS[path])
 
 
-def described(path: str, host: str) -> Response:
-    """The answer without the file, whose length is not known before it is made."""
+def export_headers(path: str, host: str) -> Response:
+    """Return the headers of an export. The length is missing, because it is unknown before the file is
+    made."""
     answer = response(http.HTTPStatus.OK, host, b"", EXPORTS[path])
     del answer.headers["Content-Length"]
     return answer
@@ -73,40 +77,42 @@ _FOR_EVER = "max-age=31536000, immutable"
 
 
 class PageFiles:
-    """What a session's server gives to who may have it."""
+    """Answers requests for the files of a session, if access is granted."""
 
     def __init__(self, session: Session, access: Access, complaints: Complaints) -> None:
         self._session, self._access, self._complaints = session, access, complaints
         self._page = load_page()
 
     async def answer(self, connection: ServerConnection, request: Request) -> Response | None:
-        """An answer to a plain request; None lets a WebSocket handshake go on. A request that fails ends no
-        other."""
+        """Answer a plain request, or return None to continue with a WebSocket handshake.
+
+        A failing request does not affect others.
+        """
         try:
             found = self._answer(request)
             return await found if isinstance(found, Awaitable) else found
         except KbotError as error:
             reason = str(error)
         except Exception as error:  # noqa: BLE001 - logged, and answered
-            # A client can invent any number of paths, so only the kind of request is named.
+            # a client can invent any number of paths, so only the kind of request is logged
             kind = request.path.partition("?")[0].lstrip("/").partition("/")[0][:20]
             reason = self._complaints.fault(f"GET /{kind}", error)
         return response(http.HTTPStatus.INTERNAL_SERVER_ERROR, "", f"500: {reason}\n".encode())
 
     def _answer(self, request: Request) -> Response | Awaitable[Response] | None:
-        # older releases of websockets refuse every other method themselves, and name none
+        # older releases of websockets accept only GET, and their request has no method
         method = getattr(request, "method", "GET")
         if method not in ("GET", "HEAD"):
-            answer = response(http.HTTPStatus.METHOD_NOT_ALLOWED, "", b"405: only GET and HEAD\n")
+            answer = response(http.HTTPStatus.METHOD_NOT_ALLOWED, "", b"405: only GET and HEAD are allowed\n")
             answer.headers["Allow"] = "GET, HEAD"
             return answer
         try:
             path = urlsplit(request.path).path
         except ValueError:
-            return response(http.HTTPStatus.BAD_REQUEST, "", b"400: that is no address\n")
+            return response(http.HTTPStatus.BAD_REQUEST, "", b"400: malformed address\n")
         found = self._found(path, request, method == "HEAD")
         if method == "HEAD" and isinstance(found, Response):
-            found.body = b""  # its length stays in the headers
+            found.body = b""  # the headers keep its length
         return found
 
     def _found(
@@ -129,16 +135,16 @@ class PageFiles:
         elif path.startswith(RECORDING):
             return self._recording(path.removeprefix(RECORDING), served, only_headers)
         elif path in EXPORTS:
-            return described(path, served) if only_headers else exported(self._session, path, served)
+            return export_headers(path, served) if only_headers else exported(self._session, path, served)
         elif path in self._page:
             return self._page_file(path, request, served)
-        return response(http.HTTPStatus.NOT_FOUND, served, b"404: there is no such page\n")
+        return response(http.HTTPStatus.NOT_FOUND, served, b"404: page not found\n")
 
     async def _recording(self, name: str, host: str, only_headers: bool) -> Response:
-        """A recording that a page made, read on another thread."""
+        """Return a recording that a page made, read on another thread."""
         body = await asyncio.to_thread(self._session.recording.content, name)
         if body is None:
-            return response(http.HTTPStatus.NOT_FOUND, host, b"404: there is no such recording\n")
+            return response(http.HTTPStatus.NOT_FOUND, host, b"404: recording not found\n")
         answer = response(http.HTTPStatus.OK, host, body, "application/octet-stream")
         if only_headers:
             answer.body = b""

@@ -1,4 +1,4 @@
-"""Makes the plots that pages ask for in small steps, so that the server keeps responding."""
+"""Make the plots that pages request in small steps, so that the server keeps responding."""
 
 from __future__ import annotations
 
@@ -14,36 +14,36 @@ from kbot.workbench.serving.hub import Client
 from kbot.workbench.serving.past import Past
 from kbot.workbench.timeline.series import Field, SeriesTable
 
-Asked: TypeAlias = AskSeries | AskTrail | DrawPlot
+Request: TypeAlias = AskSeries | AskTrail | DrawPlot
 
 
 class Plotting:
-    """Answers each page's newest question; an older one that is not answered yet is given up."""
+    """Answers each page's newest request. A newer request of the same type cancels an unanswered one."""
 
     def __init__(self, past: Past, complaints: Complaints) -> None:
         self._past, self._complaints = past, complaints
         self._answering: dict[tuple[int, str], asyncio.Task[None]] = {}
 
-    def ask(self, client: Client, asked: Asked) -> None:
-        """Raises KbotError: what is asked for does not fit together."""
-        if not isinstance(asked, AskTrail):
-            _check(asked)
-        key = client.number, asked.type
-        self._give_up(key)
-        self._answering[key] = asyncio.create_task(self._answer(client, asked))
+    def request_plot(self, client: Client, request: Request) -> None:
+        """Start a request. Raises KbotError if its fields are inconsistent."""
+        if not isinstance(request, AskTrail):
+            _check(request)
+        key = client.number, request.type
+        self._cancel(key)
+        self._answering[key] = asyncio.create_task(self._answer(client, request))
 
     def leave(self, client: Client) -> None:
-        """The page is gone."""
+        """Cancel the requests of a page that has disconnected."""
         for key in [key for key in self._answering if key[0] == client.number]:
-            self._give_up(key)
+            self._cancel(key)
 
-    def _give_up(self, key: tuple[int, str]) -> None:
+    def _cancel(self, key: tuple[int, str]) -> None:
         task = self._answering.pop(key, None)
         if task is not None:
             task.cancel()
 
-    async def _answer(self, client: Client, asked: Asked) -> None:
-        making = self._making(asked)
+    async def _answer(self, client: Client, request: Request) -> None:
+        making = self._making(request)
         try:
             while True:
                 next(making)
@@ -52,34 +52,36 @@ class Plotting:
             client.put(done.value)
         except KbotError as error:
             client.put(Refused(str(error)))
-        except Exception as error:  # noqa: BLE001 - one question that fails ends no others
-            client.put(Refused(self._complaints.fault(asked.type, error)))
+        except Exception as error:  # noqa: BLE001 - a failing request does not end others
+            client.put(Refused(self._complaints.fault(request.type, error)))
 
-    def _making(self, asked: Asked) -> Generator[None, None, FromServer]:
-        if isinstance(asked, AskTrail):
-            return (yield from self._past.trail(asked.resets))
-        fields = [Field.named(name) for name in asked.fields]
-        return _answer_to(asked, (yield from self._past.series(fields, asked.start, asked.end)))
-
-
-def _check(asked: AskSeries | DrawPlot) -> None:
-    if asked.end < asked.start:
-        raise KbotError(f"a plot goes from a moment to a later one, not from {asked.start} to {asked.end}")
-    if isinstance(asked, DrawPlot) and len(asked.labels) != len(asked.fields):
-        raise KbotError(f"{len(asked.fields)} fields have as many labels, not {len(asked.labels)}")
+    def _making(self, request: Request) -> Generator[None, None, FromServer]:
+        if isinstance(request, AskTrail):
+            return (yield from self._past.trail(request.resets))
+        fields = [Field.named(name) for name in request.fields]
+        return _answer_to(request, (yield from self._past.series(fields, request.start, request.end)))
 
 
-def _answer_to(asked: AskSeries | DrawPlot, table: SeriesTable) -> FromServer:
-    columns = table.columns(len(asked.fields))
-    if isinstance(asked, AskSeries):
+def _check(request: AskSeries | DrawPlot) -> None:
+    if request.end < request.start:
+        raise KbotError(f"the end of a plot must be after its start, not {request.start} to {request.end}")
+    if isinstance(request, DrawPlot) and len(request.labels) != len(request.fields):
+        raise KbotError(
+            f"{len(request.fields)} fields need {len(request.fields)} labels, not {len(request.labels)}"
+        )
+
+
+def _answer_to(request: AskSeries | DrawPlot, table: SeriesTable) -> FromServer:
+    columns = table.columns(len(request.fields))
+    if isinstance(request, AskSeries):
         return Series(
-            asked.number,
-            asked.start,
-            asked.end,
+            request.number,
+            request.start,
+            request.end,
             table.is_thinned,
             tuple(table.at),
             tuple(table.time),
             columns,
         )
-    curves = [Curve(label, values) for label, values in zip(asked.labels, columns, strict=True)]
-    return PlotDrawn(plot_svg(table.time, curves, round(asked.width), round(asked.height), asked.theme))
+    curves = [Curve(label, values) for label, values in zip(request.labels, columns, strict=True)]
+    return PlotDrawn(plot_svg(table.time, curves, round(request.width), round(request.height), request.theme))

@@ -51,18 +51,21 @@ from kbot.workbench.session.session import Session
 log = logging.getLogger(__name__)
 
 FRAME_SECONDS = 1 / 60
+"""Seconds between two steps of the simulation."""
 STATE_SECONDS = 1 / 50
+"""Least seconds between two states that are sent."""
 UNSEEN_SECONDS = 1 / 10
-"""Between two states that are kept of what no page sees."""
+"""Seconds between two states that are kept while no page is open."""
 TOPICS_SECONDS = 1.0
+"""Seconds between two checks of the list of topics."""
 TIMELINE_SECONDS = 0.25
+"""Seconds between two checks of the timeline."""
 SIGNS_OF_LIFE = 4
-"""Every so many times that time is looked at it is told of where nothing is new: pages know by it that the
-server does not hang."""
+"""The timeline is sent unchanged every so many checks, so that pages notice a hanging server."""
 CLOSING_SECONDS = 1.0
-"""How long pages have to take leave."""
+"""Seconds that pages have to close their connection."""
 AFTER_FAULT_SECONDS = 1.0
-"""Before what failed within is tried again."""
+"""Seconds before a failed task is tried again."""
 _CHANGE_NOTHING = (
     OpenSource
     | Drive
@@ -78,7 +81,7 @@ _CHANGE_NOTHING = (
     | RemoveMark
     | BeatReply
 )
-"""What pages ask for that is answered, or seen when time passes."""
+"""Messages that change no state, or only as time passes."""
 
 
 class Server:
@@ -105,7 +108,7 @@ class Server:
             sock=listening,
             process_request=self._files.answer,
             compression=None,
-            close_timeout=CLOSING_SECONDS,  # of a page that does not answer
+            close_timeout=CLOSING_SECONDS,  # for a page that does not answer
             max_size=MAX_MESSAGE,
             max_queue=8,
             server_header=None,
@@ -114,8 +117,8 @@ class Server:
         try:
             async with asyncio.TaskGroup() as tasks:
                 tasks.create_task(self._keep_time())
-                tasks.create_task(self._tell_topics())
-                tasks.create_task(self._tell_time())
+                tasks.create_task(self._send_topics())
+                tasks.create_task(self._send_timeline())
                 tasks.create_task(self._follow_files())
                 tasks.create_task(self._follow_page())
                 try:
@@ -124,7 +127,7 @@ class Server:
                     self.session.recording.end()
         finally:
             sockets.close()
-            with contextlib.suppress(TimeoutError):  # a browser may hold one open that asks for nothing
+            with contextlib.suppress(TimeoutError):  # a browser may keep an idle connection open
                 async with asyncio.timeout(CLOSING_SECONDS):
                     await sockets.wait_closed()
 
@@ -139,12 +142,12 @@ class Server:
         session = self.session
         for message in session.greeting(client.number):
             client.put(message)
-        if self._topics is not None:  # as they are now: while there was no page nobody looked
+        if self._topics is not None:  # the current list: it is not updated while no page is open
             client.put(session.topics.topics())
         pump = asyncio.create_task(client.pump(connection.send))
         try:
             async for data in connection:
-                self._hear(client, data)
+                self._receive(client, data)
         except ConnectionClosed:
             pass
         finally:
@@ -156,15 +159,15 @@ class Server:
             session.leave(client.number)
             self._changed = True
 
-    def _hear(self, client: Client, data: str | bytes) -> None:
+    def _receive(self, client: Client, data: str | bytes) -> None:
         message: FromPage | None = None
         try:
             message = decode(data)
             if isinstance(message, Seek):
-                client.asked = message.at
+                client.requested_time = message.at
             match message:
                 case BeatReply():
-                    client.heard()
+                    client.count_answer()
                 case Subscribe(topic=topic):
                     self._subscribe(client, topic)
                 case Unsubscribe(topic=topic):
@@ -176,33 +179,35 @@ class Server:
                 case Resume():
                     self.past.resume(client)
                 case AskSeries() | AskTrail() | DrawPlot():
-                    self._plotting.ask(client, message)
+                    self._plotting.request_plot(client, message)
                 case Mark() | NoteMark() | RemoveMark():
-                    self.session.marks.obey(message)
+                    self.session.marks.handle(message)
                     self.hub.publish(self.session.marks.view)
                 case _:
-                    for answer in self.session.obey(message, client.number):
+                    for answer in self.session.handle(message, client.number):
                         client.put(answer)
         except KbotError as error:
             if isinstance(error, BadMessage):
                 self._complaints.add(f"page {client.number}: {error}")
             client.put(Refused(str(error)))
-        except Exception as error:  # noqa: BLE001 - one fault does not end the server
-            what = message.type if message is not None else "a message of a page"
+        except Exception as error:  # noqa: BLE001 - a fault does not end the server
+            what = message.type if message is not None else "a page's message"
             client.put(Refused(self._complaints.fault(what, error)))
         if not isinstance(message, _CHANGE_NOTHING):
             self._changed = True
 
     def _subscribe(self, client: Client, topic: str) -> None:
         frame = self.session.topics.subscribe(topic, client.number)
-        if client.looks_at is not None:
-            self.past.seek(client, client.looks_at)
+        if client.displayed_time is not None:
+            self.past.seek(client, client.displayed_time)
         elif frame is not None:
             client.put_topic(topic, frame)
 
     async def _keep_time(self) -> None:
-        """Let simulated time follow wall time, and tell of each new state at most fifty times a second, for
-        later also where no page sees it."""
+        """Advance simulated time with wall-clock time, and send new states at most fifty times a second.
+
+        While no page is open, states are only kept for later.
+        """
         before = sent = time.monotonic()
         while True:
             await asyncio.sleep(FRAME_SECONDS)
@@ -213,12 +218,12 @@ class Server:
                 apart = STATE_SECONDS if len(self.hub) else UNSEEN_SECONDS
                 if self._changed and now - sent >= apart - FRAME_SECONDS / 2:
                     self._changed, sent = False, now
-                    self.past.tell_state(self.session.state())
+                    self.past.send_state(self.session.state())
                 for topic, frame, pages in self.session.topics.news():
-                    self.past.tell_topic(topic, frame, pages)
+                    self.past.send_topic(topic, frame, pages)
 
-    async def _tell_topics(self) -> None:
-        """Say once a second which topics there are, where that changed."""
+    async def _send_topics(self) -> None:
+        """Send the list of topics if it has changed, once a second."""
         while True:
             await asyncio.sleep(TOPICS_SECONDS)
             with self._surviving("listing topics"):
@@ -227,8 +232,8 @@ class Server:
                     self._topics = topics
                     self.hub.publish(topics)
 
-    async def _tell_time(self) -> None:
-        """Say to each page what there is to go back to, and how a recording grows."""
+    async def _send_timeline(self) -> None:
+        """Send the timeline to each page, with the size of a running recording."""
         for count in itertools.count(1):
             await asyncio.sleep(TIMELINE_SECONDS)
             with self._surviving("sending the timeline"):
@@ -236,7 +241,7 @@ class Server:
                 if failure is not None:
                     self.hub.publish(Refused(str(failure)))
                 for client in self.hub:
-                    self.past.tell_time(client, again=count % SIGNS_OF_LIFE == 0)
+                    self.past.send_timeline(client, again=count % SIGNS_OF_LIFE == 0)
                 if (recorded := self.session.recording.take_ended()) is not None:
                     self.hub.publish(recorded)
 
@@ -252,44 +257,45 @@ class Server:
 
     @contextlib.contextmanager
     def _surviving(self, doing: str) -> Iterator[None]:
-        """Report an unforeseen error to every page, and go on: it ends neither the server nor a recording."""
+        """Report an unexpected error to every page and continue. It ends neither the server nor a
+        recording."""
         try:
             yield
-        except Exception as error:  # noqa: BLE001 - reported, and survived
+        except Exception as error:  # noqa: BLE001 - reported to the pages
             self.hub.publish(Refused(self._complaints.fault(doing, error)))
 
     async def _follow_files(self) -> None:
-        """Show the description anew each time one of its files changes."""
+        """Display the description again when one of its files changes."""
         shown = self.session.shown
         watcher = Watcher(shown.watched, shown.began)
         while True:
             try:
                 await watcher.changed()
-            except Exception as error:  # noqa: BLE001 - logged, and the files are watched again
+            except Exception as error:  # noqa: BLE001 - logged, then watched again
                 self._complaints.fault("watching the files", error)
                 await asyncio.sleep(AFTER_FAULT_SECONDS)
                 continue
-            await self._read_anew()
+            await self._read_again()
             watcher.watch(shown.watched, shown.began)
 
     async def _follow_page(self) -> None:
-        """Show the description anew when a page changed it; of many changes at once the last is shown."""
+        """Display the description again when a page changes it. After many changes only the last is read."""
         wanted = asyncio.Event()
         self.session.wants_reading = wanted.set
         while True:
             await wanted.wait()
             wanted.clear()
-            await self._read_anew()
+            await self._read_again()
 
-    async def _read_anew(self) -> None:
+    async def _read_again(self) -> None:
         async with self._reading:
-            with self._surviving("reading the description anew"):
+            with self._surviving("reading the description again"):
                 await self._take_reading()
 
     async def _take_reading(self) -> None:
         try:
             reading = await asyncio.to_thread(self.session.read)
-        except KbotError as error:  # the configuration of the checks, which is no part of the robot
+        except KbotError as error:  # an error in the configuration of the checks, not in the robot
             self.hub.publish(Refused(str(error)))
             return
         known = self.session.missing_meshes()

@@ -1,24 +1,26 @@
-"""Decides which page drives: one at a time, and none if it stops sending."""
+"""Decide which page drives: one at a time, and none after it stops sending."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 DEADMAN_SECONDS = 0.5
+"""Seconds without a message from the driving page after which the robot stops."""
 NOBODY = 0
+"""The number of no page."""
 
 
 class Deadman:
-    """The switch that a driver keeps pressing; pages are known by their numbers."""
+    """The dead man's switch of the driving page. Pages are identified by their numbers."""
 
     def __init__(self, move: Callable[[float, float], None]) -> None:
-        """`move` drives the robot, m/s forward and rad/s turning."""
+        """`move` drives the robot, in m/s forward and rad/s turning."""
         self.driver = NOBODY
         self._move = move
         self._quiet_for = 0.0
 
     def drive(self, linear: float, angular: float, client: int) -> None:
-        """A page drives, or lets go; one that does not drive has nothing to let go of."""
+        """Drive the robot from a page. Zero speeds stop it, but only from the page that drives."""
         stands = linear == 0.0 and angular == 0.0
         if stands and client != self.driver:
             return
@@ -26,21 +28,21 @@ class Deadman:
         self.driver, self._quiet_for = NOBODY if stands else client, 0.0
 
     def stop(self) -> None:
-        """The robot stops, whoever drove."""
+        """Stop the robot, whichever page drives."""
         self.release()
         self._move(0.0, 0.0)
 
     def release(self) -> None:
-        """Nobody drives from here on; the robot is told nothing."""
+        """Forget the driving page without a command to the robot."""
         self.driver = NOBODY
 
     def leave(self, client: int) -> None:
-        """A page is gone."""
+        """Stop the robot if the page that disconnected was driving."""
         if client == self.driver:
             self.stop()
 
     def pass_time(self, wall_seconds: float) -> None:
-        """Stop the robot where its driver has by now been silent for too long."""
+        """Stop the robot if the driving page has been silent for too long."""
         self._quiet_for += wall_seconds
         if self.driver != NOBODY and self._quiet_for > DEADMAN_SECONDS:
             self.stop()

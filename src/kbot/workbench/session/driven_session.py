@@ -9,8 +9,8 @@ from kbot.kinematics.planar_pose import PlanarPose
 from kbot.model import RobotModel
 from kbot.sim.naming import ROOT_NAMING, Naming
 from kbot.sim.simulation import ORIGIN
-from kbot.workbench.driving.driving import Attend, Driving, RunSetup
-from kbot.workbench.driving.world_actions import SPAWNED
+from kbot.workbench.driving.driving import Driving, OnStart, RunSetup
+from kbot.workbench.driving.world_actions import SPAWNABLE
 from kbot.workbench.protocol import WorldChoice, WorldParameter
 from kbot.workbench.session.offers import Offers
 from kbot.workbench.session.session import Session
@@ -22,54 +22,57 @@ from kbot.world.builtin.registry import parameters
 def driven_session(
     reader: Reader,
     world: World,
-    named: str,
+    world_name: str,
     seed: int,
     contacts: str,
-    attend: Attend = lambda simulation: None,
+    on_start: OnStart = lambda simulation: None,
     start: PlanarPose = ORIGIN,
     naming: Naming = ROOT_NAMING,
 ) -> Session:
-    """A session whose robot is simulated, and starts at `start` in the world, which `named` names; `naming`
-    says where its topics are.
+    """Return a session whose robot is simulated, starting at `start` in the world that `world_name` names.
+
+    `naming` sets the namespace of its topics.
 
     Raises:
-        DescriptionError: it makes no robot, or one that cannot be simulated.
+        DescriptionError: it does not describe a robot, or one that cannot be simulated.
     """
-    setup = RunSetup(world, named, named, seed, contacts, attend, start, naming)
+    setup = RunSetup(world, world_name, world_name, seed, contacts, on_start, start, naming)
     return Session(
         reader,
         "sim",
         lambda robot: Driving(robot, setup),
         world,
-        Offers(why_not, limits, partial(world_choices, named), named, SPAWNED),
+        Offers(reason_not_driving, limits, partial(world_choices, world_name), world_name, SPAWNABLE),
     )
 
 
-def world_choices(first: str, named: str) -> tuple[WorldChoice, ...]:
-    """The built-in worlds, and that of the start where it is a file; `named` is the present one, as in
-    `boxes:count=20`."""
-    present = built_in(named)
+def world_choices(first: str, world_name: str) -> tuple[WorldChoice, ...]:
+    """Return the built-in worlds, preceded by the first world if it is a file.
+
+    `first` names the world of the start and `world_name` the current one, for example `boxes:count=20`.
+    """
+    present = built_in(world_name)
     files = () if built_in(first) else (WorldChoice(first, ()),)
     return files + tuple(
         WorldChoice(
             name,
             tuple(
                 WorldParameter(key, float(value), isinstance(value, int))
-                for key, value in parameters(named if name == present else name).items()
+                for key, value in parameters(world_name if name == present else name).items()
             ),
         )
         for name in BUILDERS
     )
 
 
-def why_not(robot: RobotModel) -> str:
-    """Why a robot cannot drive, empty when it can."""
+def reason_not_driving(robot: RobotModel) -> str:
+    """Return why a robot cannot drive, or an empty string."""
     drive = find_drive(robot)
     return drive.reason if isinstance(drive, NoDrive) else ""
 
 
 def limits(robot: RobotModel) -> tuple[float, float]:
-    """Forward m/s and turning rad/s for full: brisk for the robot's size, and 1 m/s at most."""
+    """Return m/s forward and rad/s turning at full speed: brisk for the robot's size, and 1 m/s at most."""
     drive = find_drive(robot)
     if isinstance(drive, NoDrive):
         return 0.0, 0.0

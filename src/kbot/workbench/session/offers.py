@@ -17,14 +17,17 @@ Mode: TypeAlias = Literal["view", "sim", "play"]
 
 @dataclass(frozen=True, slots=True)
 class Offers:
-    """What pages may ask for. `cannot_drive` says why a robot cannot drive, or nothing; `limits` its greatest
-    speed in m/s and turning speed in rad/s; `worlds` are those to choose from, with the parameters that the
-    name of the present one, `named`, gives; `things` are what can be spawned."""
+    """What pages may request.
+
+    `cannot_drive` returns why a robot cannot drive, or an empty string. `limits` returns its greatest forward
+    speed in m/s and turning speed in rad/s. `worlds` returns the worlds to choose from, given the current one
+    (`world_name`). `things` can be spawned.
+    """
 
     cannot_drive: Callable[[RobotModel], str] = lambda robot: ""
     limits: Callable[[RobotModel], tuple[float, float]] = lambda robot: (0.0, 0.0)
-    worlds: Callable[[str], tuple[WorldChoice, ...]] = lambda named: ()
-    named: str = ""
+    worlds: Callable[[str], tuple[WorldChoice, ...]] = lambda world_name: ()
+    world_name: str = ""
     things: tuple[str, ...] = ()
 
 
@@ -39,18 +42,22 @@ def about(
     folder: str,
     client: int,
 ) -> About:
-    """What the page of that number is told."""
+    """Return the description of the session for a page."""
     linear, angular = offers.limits(shown.robot)
     return About(
         file=shown.file,
         played=played,
         mode=mode,
-        world=(built_in(offers.named) or offers.named) if offers.named else world.name if world else "",
+        world=(built_in(offers.world_name) or offers.world_name)
+        if offers.world_name
+        else world.name
+        if world
+        else "",
         cannot_drive=offers.cannot_drive(shown.robot),
         linear_limit=linear,
         angular_limit=angular,
         files=shown.files,
-        worlds=offers.worlds(offers.named),
+        worlds=offers.worlds(offers.world_name),
         things=offers.things,
         seed=seed,
         folder=folder,

@@ -1,4 +1,4 @@
-"""A session that plays a recording."""
+"""A session that plays back a recording."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from kbot.workbench.playback.playback import PlayedRun
+from kbot.workbench.playback.recorded_path import RecordedPath
 from kbot.workbench.playback.recorded_run import RecordedRun
-from kbot.workbench.playback.recorded_way import RecordedWay
 from kbot.workbench.playback.recorded_world import RecordedWorld
 from kbot.workbench.session.session import Session
 from kbot.workbench.source.description import DescriptionFile
@@ -17,14 +17,15 @@ from kbot.workbench.timeline.marks import Marks
 def played_session(
     path: str,
     package_path: Sequence[str] = (),
-    attend: Callable[[PlayedRun], None] = lambda playback: None,
+    on_start: Callable[[PlayedRun], None] = lambda playback: None,
 ) -> Session:
-    """A session that plays a recording; meshes are looked for in packages around it too. `attend` is told of
-    what plays it.
+    """Return a session that plays back a recording.
+
+    Meshes are also searched in packages around the recording. `on_start` is called with what plays it back.
 
     Raises:
-        DescriptionError: its description makes no robot.
-        KbotError: no such recording, or it does not hold what is needed to show it.
+        DescriptionError: its description does not make a robot.
+        KbotError: there is no such recording, or it does not contain what is needed to display it.
     """
     run = RecordedRun(path)
     world = RecordedWorld(run)
@@ -32,11 +33,11 @@ def played_session(
     session = Session(
         DescriptionFile(run.description, None, (*package_path, around)),
         "play",
-        lambda robot: PlayedRun(robot, run, world, attend),
+        lambda robot: PlayedRun(robot, run, world, on_start),
     )
     session.played, session.marks = path, Marks(path)
-    session.way = RecordedWay(run, session.shown.robot)
-    broken = run.index.broken and f"{path} is not whole: {run.index.broken}; what can be read is shown."
+    session.recorded_path = RecordedPath(run, session.shown.robot)
+    broken = run.index.broken and f"{path} is incomplete: {run.index.broken}. The readable part is shown."
     session.note = " ".join(note for note in (broken, world.note, session.marks.note) if note)
     session.topics.counts = False
     session.paused = False

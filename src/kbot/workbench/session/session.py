@@ -10,7 +10,7 @@ from kbot.workbench.displays.display_file import DisplayFile
 from kbot.workbench.driving.mover import Moment, Mover, flat
 from kbot.workbench.meshes.markers import MarkerMeshes
 from kbot.workbench.meshes.store import MeshStore
-from kbot.workbench.playback.recorded_way import RecordedWay
+from kbot.workbench.playback.recorded_path import RecordedPath
 from kbot.workbench.protocol import (
     About,
     Action,
@@ -66,7 +66,7 @@ def state_message(
     resets: int,
     at: float,
 ) -> State:
-    """The state of the robot in the scene of a revision, its numbers as short as they can be seen."""
+    """Return the state of the robot in the scene of a revision. Numbers are rounded to what is visible."""
     return State(
         revision=revision,
         time=round(moment.time, 6),
@@ -90,11 +90,11 @@ def state_message(
     )
 
 
-def carry_out(order: FromPage, motion: Mover) -> bool:
-    """Whether it was something for a motion, which is then done.
+def apply_to_mover(order: FromPage, motion: Mover) -> bool:
+    """Apply a message if it is for the mover. Returns whether it is.
 
     Raises:
-        KbotError: it cannot be done; the text says why.
+        KbotError: the message cannot be carried out. The text is the reason.
     """
     match order:
         case SetJoint(name=name, position=position):
@@ -106,7 +106,7 @@ def carry_out(order: FromPage, motion: Mover) -> bool:
         case Advance(seconds=seconds):
             motion.paused = True
             while seconds > 1e-6 and (done := motion.advance(seconds)) > 0.0:
-                seconds -= done  # a slow machine does it in several goes
+                seconds -= done  # a slow machine needs several calls
         case Seek(at=at):
             motion.seek(at)
         case SetLoop(loop=loop):
@@ -119,11 +119,11 @@ def carry_out(order: FromPage, motion: Mover) -> bool:
 
 
 NOTHING = Offers()
-RECORDED = "the robot is that of a recording, which is not changed"
+RECORDED = "the robot is part of a recording and cannot be changed"
 
 
 class Session:
-    """One robot on show. Everything here runs on the server's loop but `read`, which only reads."""
+    """One displayed robot. Everything runs on the server's loop except `read`, which only reads."""
 
     def __init__(
         self,
@@ -133,10 +133,10 @@ class Session:
         world: World | None = None,
         offers: Offers = NOTHING,
     ) -> None:
-        """Reads the description; `make_motion` makes what moves the robot.
+        """Read the description. `make_motion` makes what moves the robot.
 
         Raises:
-            DescriptionError: it makes no robot, or one with errors.
+            DescriptionError: it does not describe a robot, or one with errors.
         """
         self.mode = mode
         self._offers = offers
@@ -145,41 +145,42 @@ class Session:
         self.display_file = DisplayFile()
         self.recording = RunRecording()
         self.played = ""
-        """The recording on show, empty where none is."""
+        """The recording on display, or empty."""
         self.waits_for_page = False
-        """Whether it goes on when the first page is there."""
+        """Whether it starts paused and continues when the first page connects."""
         self.marks = Marks()
         self.wants_reading: Callable[[], None] = lambda: None
-        """Called when the description is to be read anew, without waiting for its files to change."""
+        """Called to read the description again without waiting for its files to change."""
         self.announce: Callable[[FromServer], None] = lambda message: None
-        """Tells every page."""
+        """Sends a message to every page."""
         self.along: Callable[[float], float] = lambda time: time
-        """Where a simulated time, which is now, is along the timeline."""
-        self.way: RecordedWay | None = None
-        """That of the recording that is played."""
+        """Converts the current simulated time to a time on the timeline."""
+        self.recorded_path: RecordedPath | None = None
+        """The path in the recording that is played back."""
         self._motion = make_motion(self.shown.robot)
         for_page = MarkerMeshes(self.meshes, self.shown.file, self.shown.package_path)
         self.note = ""
-        """What pages are to know at once, such as what is not shown."""
+        """A notice for new pages, for example about what is not displayed."""
         self.topics = TopicRelay(self._motion.bus, lambda: self._motion.clock.nanoseconds, for_page)
         self.speed = 1.0
         self.rate = 0.0
         self._resets = 0
         self._deadman = Deadman(lambda linear, angular: self._motion.drive(linear, angular))
         self._scene = ShownScene(self.shown, self.meshes, self._motion, world, on_ground=mode != "view")
-        self.shown.look()
+        self.shown.collect_findings()
 
     @property
     def scene(self) -> Scene:
-        """All that is drawn."""
+        """Everything that is drawn."""
         return self._scene.scene
 
     def read(self) -> DescriptionReading:
-        """Read the description again; may run on another thread."""
+        """Read the description again. May run on another thread."""
         return self.shown.read()
 
     def adopt(self, reading: DescriptionReading) -> list[FromServer]:
-        """Take over a new reading, and say what changed; a broken one keeps the last good robot."""
+        """Use a new reading, and return messages about the changes. An unusable reading keeps the last valid
+        robot."""
         refused = self.shown.take(reading, self._replace)
         messages: list[FromServer] = [Refused(refused)] if refused else []
         if not self.shown.is_stale:
@@ -188,14 +189,14 @@ class Session:
             self.recording.end()
             self.topics.attach(self._motion.bus)
             messages.append(self._scene.build(self._motion))
-        self.shown.look()
+        self.shown.collect_findings()
         return [self.about(), *messages, self.findings(), self.shown.authoring.parameters(), self.state()]
 
     def _replace(self, robot: RobotModel) -> None:
         self._motion = self._motion.replace(robot)
 
     def greeting(self, client: int) -> list[FromServer]:
-        """What a page is told first."""
+        """Return the first messages for a page."""
         if self.waits_for_page and client != NOBODY:
             self.waits_for_page = self.paused = False
         parts = (self.scene, self.findings(), self.shown.authoring.parameters(), self.state())
@@ -205,11 +206,11 @@ class Session:
         return [self.about(client), *([settings] if settings is not None else []), *parts, *marks, *note]
 
     def missing_meshes(self) -> list[str]:
-        """What is said of meshes that are not there, or not for the page."""
+        """Return the findings about meshes that are missing, or that the page may not load."""
         return [*self.shown.missing_meshes(), *self._scene.outside]
 
     def standing(self) -> tuple[RobotModel, dict[str, float]]:
-        """The robot on show, and where the joints stand that follow no other; rad, m."""
+        """Return the robot on display, and the positions (rad, m) of its joints without mimic joints."""
         positions = self._motion.moment().positions
         free = (joint.name for joint in self.shown.robot.movable_joints if joint.mimic is None)
         return self.shown.robot, {name: positions[name] for name in free if name in positions}
@@ -249,7 +250,7 @@ class Session:
 
     @property
     def paused(self) -> bool:
-        """Whether time waits; a page may say so, and who calls Gazebo's services."""
+        """Whether time stands still. A page or a client of Gazebo's services can set it."""
         return self._motion.paused
 
     @paused.setter
@@ -257,19 +258,19 @@ class Session:
         self._motion.paused = paused
 
     def timeline(self) -> Timeline | None:
-        """That of the recording that is played; None where none is."""
+        """Return the timeline of the recording that is played back, or None."""
         return self._motion.timeline
 
     def series(self, fields: Sequence[Field], start: float, end: float) -> Making | None:
-        """How numbers went in the recording that is played; None where none is."""
+        """Return values of the recording that is played back, or None."""
         return self._motion.series(fields, start, end)
 
     def advance(self, wall_seconds: float) -> bool:
-        """Let wall time pass; whether anything may have changed."""
+        """Advance by wall-clock time. Returns whether anything may have changed."""
         self._deadman.pass_time(wall_seconds)
         if self.mode == "view":
             self._motion.advance(wall_seconds)
-        changed = self._motion.run_errands() | self._look_around()
+        changed = self._motion.run_errands() | self._send_changes()
         if self.mode == "view" or self.paused or wall_seconds <= 0.0:
             return changed
         done = self._motion.advance(wall_seconds * self.speed)
@@ -278,27 +279,30 @@ class Session:
 
     @property
     def run(self) -> object:
-        """Another one for another robot or world."""
+        """The current mover. Another robot or world has another one."""
         return self._motion
 
     def save(self) -> tuple[object, int] | None:
-        """What `resume` goes on from, and its size in bytes."""
+        """Return what `resume` needs, and its size in bytes."""
         return self._motion.save()
 
     def resume(self, saved: object) -> None:
-        """Let the simulation go on from a saved state; where the robot was driven then it stops. Raises
-        KbotError: robots came or went since."""
+        """Continue the simulation from a saved state. A robot that was being driven stops.
+
+        Raises:
+            KbotError: robots were added or deleted since.
+        """
         self._motion.resume(saved)
         self.paused = False
         self._resets += 1
         self._deadman.release()
-        self._look_around()
+        self._send_changes()
 
-    def obey(self, message: FromPage, client: int) -> list[FromServer]:
-        """Do what a page asks, and answer to it alone.
+    def handle(self, message: FromPage, client: int) -> list[FromServer]:
+        """Carry out a page's message, and return the answers for this page.
 
         Raises:
-            KbotError: it cannot be done; the text says why.
+            KbotError: the message cannot be carried out. The text is the reason.
         """
         match message:
             case Drive(linear=linear, angular=angular):
@@ -329,22 +333,22 @@ class Session:
                 self.recording.end()
             case OpenSource(file=file):
                 return [self.shown.source(file)]
-            case _ if carry_out(message, self._motion):
+            case _ if apply_to_mover(message, self._motion):
                 self._resets += isinstance(message, ResetPart | Seek)
-                self._look_around()
+                self._send_changes()
             case _:
-                if self.shown.authoring.obey(message):
+                if self.shown.authoring.handle(message):
                     self.wants_reading()
         return []
 
     def leave(self, client: int) -> None:
-        """A page is gone; if it was driving, the robot stops."""
+        """Forget a page that has disconnected. If it was driving, the robot stops."""
         self.topics.leave(client)
         self._deadman.leave(client)
 
     def _enter(self, name: str, seed: int) -> None:
         self._motion, self._scene.world = self._motion.enter(name, seed)
-        self._offers = replace(self._offers, named=name)
+        self._offers = replace(self._offers, world_name=name)
         self.recording.end()
         self.topics.attach(self._motion.bus)
         self._resets += 1
@@ -353,10 +357,10 @@ class Session:
         for message in (self.about(), scene, self.state()):
             self.announce(message)
 
-    def _look_around(self) -> bool:
-        """Tell every page where things or other robots came or went; whether they did."""
+    def _send_changes(self) -> bool:
+        """Send new objects and other robots to every page. Returns whether there are changes."""
         known = self.missing_meshes()
-        things = self._scene.look_around(self._motion)
+        things = self._scene.update(self._motion)
         if things is None:
             return False
         self.announce(things)

@@ -14,7 +14,7 @@ from kbot.world.world import World
 
 
 class ShownScene:
-    """What the pages draw; each change of it has a `revision` of its own."""
+    """What the pages draw. Each change increments `revision`."""
 
     def __init__(
         self,
@@ -25,17 +25,17 @@ class ShownScene:
         *,
         on_ground: bool,
     ) -> None:
-        """`on_ground`: the robot stands where the frame of the poses has its floor."""
+        """`on_ground` means that the floor is at z = 0 of the frame of the poses."""
         self._shown, self._meshes, self._on_ground = shown, meshes, on_ground
         self.world = world
         self.revision = 0
         self.outside: tuple[str, ...] = ()
-        """What is said of meshes from elsewhere of robots beside the one on show; they are not sent."""
+        """Findings about meshes of other robots that the page may not load. They are not sent."""
         self.scene = self.build(motion)
 
     def build(self, motion: Mover) -> Scene:
-        """All of it anew."""
-        others = self._look(motion)
+        """Build the whole scene again."""
+        others = self._take_present(motion)
         self.scene = build_scene(
             self._shown.robot,
             self.world,
@@ -48,18 +48,18 @@ class ShownScene:
         )
         return self.scene
 
-    def look_around(self, motion: Mover) -> Things | None:
-        """What is there now besides the robot, where anything came or went."""
+    def update(self, motion: Mover) -> Things | None:
+        """Return the bodies of the world if any were added or deleted."""
         world, others = motion.present
         if world is self._present[0] and others == self._present[1]:
             return None
-        shown = self._look(motion)
+        shown = self._take_present(motion)
         bodies = all_bodies(self.world, shown, self._meshes)
         self.scene = dataclasses.replace(self.scene, revision=self.revision, bodies=bodies)
         return Things(self.revision, bodies)
 
-    def _look(self, motion: Mover) -> dict[str, RobotModel]:
-        """The robots beside the one on show, as a page may see them."""
+    def _take_present(self, motion: Mover) -> dict[str, RobotModel]:
+        """Return the robots besides the one on display, without the meshes that pages may not load."""
         self._present = world, others = motion.present
         self.world = world or self.world
         self.revision += 1

@@ -1,4 +1,4 @@
-"""Edits the description from the page: values, source edits, fixes, undo."""
+"""Edit the description from the page: values, source edits, fixes, undo."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Written:
-    """A number in a file, or a word for true or false, which is then 1 or 0: the span of it."""
+class WrittenValue:
+    """A number in a file, or a word for true or false, which counts as 1 or 0."""
 
     kind: str
     name: str
@@ -47,16 +47,18 @@ class Written:
         return self.span.text in TRUTHS
 
     def text_of(self, value: float) -> str:
-        """Another value as it is written in its place."""
+        """Return another value in the notation of this one."""
         if not self.is_truth:
             return number_text(value)
         word = "true" if value else "false"
         return word.capitalize() if self.span.text[0].isupper() else word
 
 
-def written_parameters(expansion: Expansion | None) -> tuple[Written, ...]:
-    """Defaults of arguments and properties of the top level, in the order they are written, file by file. Of
-    several definitions it is the one that counted."""
+def written_parameters(expansion: Expansion | None) -> tuple[WrittenValue, ...]:
+    """Return the defaults of arguments and top-level properties in the order of the files.
+
+    If there are several definitions, the one in effect is returned.
+    """
     if expansion is None or expansion.scope is None:
         return ()
     files = {file: index for index, file in enumerate((expansion.path, *expansion.dependencies))}
@@ -64,34 +66,37 @@ def written_parameters(expansion: Expansion | None) -> tuple[Written, ...]:
         *_written("arg", expansion.defaults.values()),
         *_written("property", expansion.scope.values.values()),
     ]
-    return tuple(sorted(found, key=lambda one: (files.get(one.span.file, len(files)), one.span.start)))
-
-
-def parameters_for_page(written: Iterable[Written], overrides: Overrides) -> tuple[Parameter, ...]:
     return tuple(
-        Parameter(
-            kind="arg" if one.kind == "arg" else "property",
-            name=one.name,
-            written=one.value,
-            value=overrides.value(one.kind, one.name, one.value),
-            is_truth=one.is_truth,
-            place=place_of_span(one.span),
-        )
-        for one in written
+        sorted(found, key=lambda number: (files.get(number.span.file, len(files)), number.span.start))
     )
 
 
-def _written(kind: str, bindings: Iterable[Binding]) -> Iterator[Written]:
+def parameters_for_page(written: Iterable[WrittenValue], overrides: Overrides) -> tuple[Parameter, ...]:
+    return tuple(
+        Parameter(
+            kind="arg" if number.kind == "arg" else "property",
+            name=number.name,
+            written=number.value,
+            value=overrides.value(number.kind, number.name, number.value),
+            is_truth=number.is_truth,
+            place=place_of_span(number.span),
+        )
+        for number in written
+    )
+
+
+def _written(kind: str, bindings: Iterable[Binding]) -> Iterator[WrittenValue]:
     for binding in bindings:
         node, origin = binding.node, binding.origin
         if node is None or origin is None:
             continue
         value = value_of(node.attributes.get(binding.attribute, ""))
         if value is not None:
-            yield Written(kind, binding.name, value, origin.span)
+            yield WrittenValue(kind, binding.name, value, origin.span)
 
 
 MOST_UNDONE = 200
+"""Changes that can be undone."""
 _EXPRESSION = re.compile(r"\$\{[^$}]+\}|\$\([^$)]+\)")
 _NOT_IN_AN_ATTRIBUTE = frozenset("<>&\"'\r\n\0")
 
@@ -102,11 +107,11 @@ class _Change:
     texts: tuple[tuple[str, str, str], ...]
     """File, its text before, its text after."""
     spot: tuple[str, int] | None = None
-    """File and offset of a single value: changing it again and again, as a drag does, is one change."""
+    """File and offset of a single value. Repeated changes of it, as in a drag, count as one change."""
 
 
 class Editor:
-    """Writes changes, and remembers them to take them back."""
+    """Writes changes, and keeps them for undo."""
 
     def __init__(self) -> None:
         self._done: list[_Change] = []
@@ -114,25 +119,25 @@ class Editor:
 
     @property
     def undo_title(self) -> str:
-        """What `undo` would take back; empty when there is nothing."""
+        """The title of the change that `undo` would undo, or empty."""
         return self._done[-1].title if self._done else ""
 
     @property
     def redo_title(self) -> str:
-        """What `redo` would do again; empty when there is nothing."""
+        """The title of the change that `redo` would redo, or empty."""
         return self._undone[-1].title if self._undone else ""
 
     def replace(self, file: str, line: int, column: int, was: str, text: str) -> None:
-        """Replace the number that stands at a line and column (1-based) within an attribute.
+        """Replace the number at a line and column (1-based) within an attribute.
 
         Raises:
-            KbotError: something else stands there now, or the text does not belong in an attribute, or is
-                neither a finite number nor makes one when it is expanded.
+            KbotError: the text there has changed, the new text is not allowed in an attribute, or it is
+                neither a finite number nor an expression.
         """
         if _NOT_IN_AN_ATTRIBUTE & set(text):
-            raise KbotError("a value cannot hold quotes, angle brackets, & or line ends")
+            raise KbotError("a value cannot contain quotes, angle brackets, & or line breaks")
         if not _is_value(text):
-            raise KbotError(f"{text!r} is no finite number, nor does it hold ${{…}} or $(…)")
+            raise KbotError(f"{text!r} is neither a finite number nor an expression with ${{…}} or $(…)")
         source = read_source(file)
         start = source.offset(line, column)
         end = start + len(was.encode())
@@ -143,10 +148,10 @@ class Editor:
     def apply(
         self, title: str, edits: Sequence[tuple[Edit, str]], spot: tuple[str, int] | None = None
     ) -> None:
-        """Carry out edits, each with the text that it replaces; all of them or none.
+        """Write all edits or none, each with the text that it replaces.
 
         Raises:
-            KbotError: a file has changed meanwhile, cannot be written, or is KBot's own.
+            KbotError: a file has changed meanwhile, cannot be written, or ships with KBot.
         """
         by_file: dict[str, list[tuple[Edit, str]]] = {}
         for edit, was in edits:
@@ -163,39 +168,41 @@ class Editor:
         self._undone.clear()
 
     def undo(self) -> None:
-        """Take back the last change; what was changed elsewhere since stays.
+        """Undo the last change. Later changes at other places are kept.
 
         Raises:
-            KbotError: there is none, or what it wrote was changed since.
+            KbotError: there is none, or its text was changed since.
         """
         if not self._done:
             raise KbotError("there is nothing to undo")
-        texts = _swapped([(file, after, before) for file, before, after in self._done[-1].texts])
+        texts = _replace_texts([(file, after, before) for file, before, after in self._done[-1].texts])
         change = self._done.pop()
         self._undone.append(replace(change, texts=tuple((file, put, was) for file, was, put in texts)))
 
     def redo(self) -> None:
-        """Do again what was taken back last; what was changed elsewhere since stays.
+        """Redo the change that was undone last. Later changes at other places are kept.
 
         Raises:
-            KbotError: there is nothing, or what was there was changed since.
+            KbotError: there is none, or the text there was changed since.
         """
         if not self._undone:
-            raise KbotError("there is nothing to do again")
-        texts = _swapped(self._undone[-1].texts)
+            raise KbotError("there is nothing to redo")
+        texts = _replace_texts(self._undone[-1].texts)
         self._done.append(replace(self._undone.pop(), texts=tuple(texts)))
 
 
-def _swapped(texts: Iterable[tuple[str, str, str]]) -> list[tuple[str, str, str]]:
-    """Put texts in the place of others, by file that to be replaced and that to be put; as what was on disk
-    was replaced by what."""
+def _replace_texts(texts: Iterable[tuple[str, str, str]]) -> list[tuple[str, str, str]]:
+    """Replace texts, given as file, text to replace and new text.
+
+    Returns the file, the text on disk before, and the text written.
+    """
     done = []
     for file, was, put in texts:
         now = read_source(file).text
         text = put if now == was else _merged(now, was, put)
         if text is None:
             raise KbotError(
-                f"{Path(file).name} was changed at this place since: change it back where that was done"
+                f"{Path(file).name} was changed at this place since. Change it back in your editor"
             )
         done.append((file, now, text))
     rewrite({file: (now, text) for file, now, text in done})
@@ -203,11 +210,13 @@ def _swapped(texts: Iterable[tuple[str, str, str]]) -> list[tuple[str, str, str]
 
 
 def _merged(now: str, was: str, put: str) -> str | None:
-    """A text with the lines in which `put` differs from `was`; None where those of `was` do not stand in it
-    once, beside one of their neighbours."""
+    """Apply the lines in which `put` differs from `was` to the text `now`.
+
+    Returns None unless the lines of `was` occur exactly once, next to one of their neighbours.
+    """
     old, new, lines = (text.splitlines(keepends=True) for text in (was, put, now))
-    head = _same(old, new)
-    tail = min(_same(old[::-1], new[::-1]), len(old) - head, len(new) - head)
+    head = _count_equal(old, new)
+    tail = min(_count_equal(old[::-1], new[::-1]), len(old) - head, len(new) - head)
     middle = old[head : len(old) - tail]
     above, below = old[head - 1 : head], old[len(old) - tail : len(old) - tail + 1]
     found = [
@@ -223,10 +232,11 @@ def _merged(now: str, was: str, put: str) -> str | None:
     return "".join([*lines[:at], *new[head : len(new) - tail], *lines[at + len(middle) :]])
 
 
-def _same(one: Sequence[str], other: Sequence[str]) -> int:
-    """How many lines are the same from the start."""
+def _count_equal(first: Sequence[str], second: Sequence[str]) -> int:
+    """Return the number of equal lines at the start."""
     return next(
-        (n for n, (a, b) in enumerate(zip(one, other, strict=False)) if a != b), min(len(one), len(other))
+        (n for n, (a, b) in enumerate(zip(first, second, strict=False)) if a != b),
+        min(len(first), len(second)),
     )
 
 
@@ -238,15 +248,15 @@ def _is_value(text: str) -> bool:
 
 def _changed(file: str, edits: Iterable[tuple[Edit, str]]) -> tuple[str, str, str]:
     if Path(file).absolute().is_relative_to(SHIPPED):
-        raise KbotError("this robot ships with KBot and is not changed: work on a copy of its package")
+        raise KbotError("this robot ships with KBot and cannot be changed. Work on a copy of its package")
     source = read_source(file)
     data, at = source.data, len(source.data) + 1
     for edit, was in sorted(edits, key=lambda both: both[0].span.start, reverse=True):
         start, end = edit.span.start, edit.span.end
         if end > at:
-            raise KbotError("two changes of the same place")
+            raise KbotError("two edits overlap")
         if data[start:end] != was.encode():
-            raise KbotError(f"{Path(file).name} has changed: look at it again")
+            raise KbotError(f"{Path(file).name} has changed. Open it again")
         data, at = data[:start] + edit.replacement.encode() + data[end:], start
     return file, source.text, data.decode()
 
@@ -255,42 +265,43 @@ CHANGES = (SetParameter, DropParameters, KeepParameters, EditSource, ApplyFix, U
 
 
 class Authoring:
-    """What the page may change of a description, and what it has changed.
+    """What the page may change in a description, and what it has changed.
 
-    `overrides` are those that the description is read with.
+    The description is read with `overrides`.
     """
 
-    def __init__(self, overrides: Overrides, why_not: str = "") -> None:
-        """`why_not` says why nothing may be changed, empty where it may."""
+    def __init__(self, overrides: Overrides, read_only_reason: str = "") -> None:
+        """`read_only_reason` is the reason why nothing may be changed, or empty."""
         self.overrides = overrides
-        self._why_not = why_not
+        self._read_only_reason = read_only_reason
         self._editor = Editor()
         self._files: tuple[str, ...] = ()
-        self._written: tuple[Written, ...] = ()
+        self._written: tuple[WrittenValue, ...] = ()
         self._findings: tuple[Diagnostic, ...] = ()
         self.serial = 0
 
-    def look_at(self, reading: DescriptionReading, findings: tuple[Diagnostic, ...]) -> None:
-        """Take note of a new reading, and of its findings in the order the page has them."""
+    def take_reading(self, reading: DescriptionReading, findings: tuple[Diagnostic, ...]) -> None:
+        """Use a new reading, and its findings in the page's order."""
         self._files = reading.files
         self._written = written_parameters(reading.expansion)
         self._findings = findings
         self.serial += 1
 
     def parameters(self) -> Parameters:
-        if self._why_not:
+        if self._read_only_reason:
             return Parameters((), "", "")
         parameters = parameters_for_page(self._written, self.overrides)
         return Parameters(parameters, self._editor.undo_title, self._editor.redo_title)
 
-    def obey(self, message: FromPage) -> bool:
-        """Do what a page asks; whether it was a change of the description, which is then to be read anew.
+    def handle(self, message: FromPage) -> bool:
+        """Carry out a page's message. Returns whether it changed the description, which must then be read
+        again.
 
         Raises:
-            KbotError: it cannot be done; the text says why.
+            KbotError: the message cannot be carried out. The text is the reason.
         """
-        if self._why_not and isinstance(message, CHANGES):
-            raise KbotError(self._why_not)
+        if self._read_only_reason and isinstance(message, CHANGES):
+            raise KbotError(self._read_only_reason)
         match message:
             case SetParameter(kind=kind, name=name, value=value):
                 self.overrides.set(kind, name, self._find(kind, name).text_of(value))
@@ -312,11 +323,11 @@ class Authoring:
                 return False
         return True
 
-    def _find(self, kind: str, name: str) -> Written:
-        for one in self._written:
-            if (one.kind, one.name) == (kind, name):
-                return one
-        raise KbotError(f"there is no {kind} {name!r} whose value is a plain number, true or false")
+    def _find(self, kind: str, name: str) -> WrittenValue:
+        for number in self._written:
+            if (number.kind, number.name) == (kind, name):
+                return number
+        raise KbotError(f"there is no {kind} {name!r} with a plain number, true or false")
 
     def _keep(self) -> None:
         changed = [(self._find(*key), text) for key, text in self.overrides.changed.items()]
@@ -328,7 +339,7 @@ class Authoring:
 
     def _fix(self, serial: int, index: int) -> None:
         if serial != self.serial or index >= len(self._findings):
-            raise KbotError("the findings have changed: look at them again")
+            raise KbotError("the findings have changed. Look at the new list")
         fix = self._findings[index].fix
         if fix is None:
             raise KbotError("this finding has no fix")

@@ -1,4 +1,4 @@
-"""Reads the description from disk for the workbench: a robot or none, and all findings."""
+"""Read the description from disk for the workbench: a robot or none, and all findings."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class DescriptionReading:
-    """One reading: `usable` when it makes a robot without an error on the way; `findings` say more.
+    """One reading of a description. `usable` means that it describes a robot without errors.
 
-    `files` are all that it was read from, the description itself first; `meshes` the mesh files that it
-    names, there or not; `outside` those that are not for the page. `began` is the wall time, in ns, from
-    which on a change of a file may not be in it.
+    `files` are all files that it was read from, the description first. `meshes` are its mesh files, existing
+    or not, and `outside` those that the page may not load. `began` is the wall-clock time in ns after which
+    changes of files may be missing.
     """
 
     robot: RobotModel | None
@@ -36,11 +36,11 @@ class DescriptionReading:
 
     @property
     def document(self) -> Element | None:
-        """The root element of what the description was expanded to."""
+        """The root element of the expanded description."""
         return self.expansion.document if self.expansion is not None else None
 
     def require(self) -> RobotModel:
-        """The robot.
+        """Return the robot.
 
         Raises:
             DescriptionError: the reading is not usable.
@@ -54,7 +54,7 @@ class DescriptionFile:
     """A xacro or URDF file with the arguments it is expanded with.
 
     The findings are those of the file with the values given on the command line and the arguments set in the
-    page. Only the picture shows the properties set in the page.
+    page. Properties set in the page only affect what is displayed.
     """
 
     def __init__(
@@ -65,14 +65,14 @@ class DescriptionFile:
         alter: Callable[[RobotModel], RobotModel] = lambda robot: robot,
         properties: Mapping[str, str] | None = None,
     ) -> None:
-        """`alter` makes of the robot that is written the one that is shown."""
+        """`alter` converts the robot in the file to the one that is displayed."""
         self.path = path
         self.overrides = Overrides(arguments, properties)
         self.package_path = tuple(package_path)
         self._alter = alter
 
     def read(self) -> DescriptionReading:
-        """Expand, read and check the file as it is now. Never raises for faults of the description."""
+        """Expand, read and check the current file. Never raises for errors in the description."""
         from kbot.checks import check_file  # lazy in this module: start-up time
         from kbot.model.load import load_robot
         from kbot.workbench.meshes.roots import MeshRoots, confine
@@ -108,7 +108,7 @@ def _mesh_files(robot: RobotModel, packages: Packages) -> tuple[str, ...]:
 
 
 def findings_of_sensors(robot: RobotModel) -> tuple[Diagnostic, ...]:
-    """What is wrong with the sensors that a robot declares."""
+    """Return the findings about the sensors that a robot declares."""
     tags = ("gazebo", "ros2_control")
     if not any(e.tag in tags and e.find("sensor") is not None for e in robot.extensions):
         return ()

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 TRUTHS = {"true": 1.0, "True": 1.0, "false": 0.0, "False": 0.0}
-"""Words for true and false, which pages have as 1 and 0."""
+"""Words for true and false, which pages receive as 1 and 0."""
 
 
 class Overrides:
-    """Values of arguments and properties: given on the command line, then set in the page."""
+    """Values of arguments and properties: those given on the command line, then those set in the page."""
 
     def __init__(
         self, arguments: Mapping[str, str] | None = None, properties: Mapping[str, str] | None = None
@@ -31,7 +31,7 @@ class Overrides:
 
     @property
     def changed(self) -> dict[tuple[str, str], str]:
-        """What was set in the page, by kind and name."""
+        """The values set in the page, by kind and name."""
         return dict(self._set)
 
     def set(self, kind: str, name: str, text: str) -> None:
@@ -41,17 +41,19 @@ class Overrides:
         self._set.clear()
 
     def value(self, kind: str, name: str, written: float) -> float:
-        """What the picture shows for a number that is `written`."""
+        """Return the displayed value of a number that is `written` in the file."""
         text = self._set.get((kind, name), self._given.get((kind, name)))
         value = None if text is None else value_of(text)
         return written if value is None else value
 
     def _of(self, kind: str) -> dict[str, str]:
-        return {name: text for (one, name), text in {**self._given, **self._set}.items() if one == kind}
+        return {
+            name: text for (of_kind, name), text in {**self._given, **self._set}.items() if of_kind == kind
+        }
 
 
 def value_of(text: str) -> float | None:
-    """The number that a text spells, 1 or 0 for a word for true or false; None where it spells neither."""
+    """Return the number in a text, 1 or 0 for a word for true or false, and None for anything else."""
     try:
         value = TRUTHS[text] if text in TRUTHS else float(text)
     except ValueError:
@@ -60,7 +62,7 @@ def value_of(text: str) -> float | None:
 
 
 def number_text(value: float) -> str:
-    """A number as one writes it: nine digits at most, no exponent where it is of everyday size."""
+    """Return a number with at most nine digits, without an exponent for everyday magnitudes."""
     text = f"{value:.9g}"
     if "e" in text and 1e-6 <= abs(value) < 1e9:
         text = f"{value:.15f}".rstrip("0").rstrip(".")

@@ -1,4 +1,4 @@
-"""Finds the link that each piece of source text belongs to, through macros and includes."""
+"""Find the link that each piece of source text belongs to, through macros and includes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class _Piece:
 
 
 class Ownership:
-    """Spans of an expanded document's links and joints; a joint belongs to the link it carries."""
+    """Spans of the links and joints of an expanded document. A joint belongs to its child link."""
 
     def __init__(self, document: Element | None) -> None:
         self._pieces: dict[str, list[_Piece]] = defaultdict(list)
@@ -31,7 +31,7 @@ class Ownership:
                     self._pieces[span.file].append(_Piece(span.start, span.end, call.caller, link))
 
     def link_at(self, origin: Origin | None) -> str:
-        """The link whose text an origin lies in, by the narrowest element around it; empty when none."""
+        """Return the link of the smallest element around an origin, or an empty string."""
         if origin is None:
             return ""
         around = list(self._around(origin.span))
@@ -40,7 +40,7 @@ class Ownership:
         return best.link if best else ""
 
     def lines(self, span: Span) -> tuple[tuple[str, ...], ...]:
-        """For each line of a text, the links it belongs to: several where a macro made several."""
+        """Return the links of each line of a text. There are several where a macro made several."""
         owners: dict[int, tuple[int, dict[str, None]]] = {}
         for piece in self._pieces.get(span.file, ()):
             first = span.source.line_column(piece.start)[0]

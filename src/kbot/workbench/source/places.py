@@ -10,26 +10,26 @@ from kbot.workbench.source.ownership import Ownership
 
 
 def place(origin: Origin | None) -> Place | None:
-    """Where an origin is, as the page marks it."""
+    """Return the place of an origin for the page."""
     return place_of_span(origin.span) if origin is not None else None
 
 
 def place_of_span(span: Span) -> Place:
-    """The part of a span that stands on its first line, at least one character of it."""
+    """Return the first line of a span, at least one character long."""
     line, column = span.source.line_column(span.start)
     rest = len(span.source.line(line)) - column + 1
     width = len(span.text.split("\n", 1)[0].rstrip("\r"))
     return Place(span.file, line, column, max(1, min(width, rest)))
 
 
-def gravest_first(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """Errors, then warnings, then the rest, each in their order."""
+def by_severity(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """Sort errors before warnings before the rest, each in their order."""
     order = tuple(Severity)
     return tuple(sorted(diagnostics, key=lambda diagnostic: order.index(diagnostic.severity)))
 
 
 def findings_for_page(diagnostics: Iterable[Diagnostic], ownership: Ownership) -> tuple[Finding, ...]:
-    """Diagnostics for the page, in the same order."""
+    """Return diagnostics for the page, in the same order."""
     return tuple(_finding(diagnostic, ownership) for diagnostic in diagnostics)
 
 

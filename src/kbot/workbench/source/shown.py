@@ -1,4 +1,4 @@
-"""The description that is shown: the last reading that made a robot, the latest one, and its findings."""
+"""The displayed description: the last usable reading, the latest one, and its findings."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from kbot.workbench.source.authoring import Authoring
 from kbot.workbench.source.description import DescriptionReading
 from kbot.workbench.source.overrides import Overrides
 from kbot.workbench.source.ownership import Ownership
-from kbot.workbench.source.places import findings_for_page, gravest_first, place_of_span
+from kbot.workbench.source.places import by_severity, findings_for_page, place_of_span
 from kbot.xacro.packages import Packages
 
 if TYPE_CHECKING:
@@ -26,28 +26,30 @@ if TYPE_CHECKING:
 
 
 MOST_VALUES = 4
-"""Values of one place that are told: a macro gives one for each of its calls."""
+"""Values listed for one place. A macro has one for each of its calls."""
 MOST_CHARACTERS = 60
+"""Characters of a listed value."""
 
 
 class Hints:
-    """Values of an expanded document's attributes, and of the properties and parameters that it was made
-    from, where they are written as expressions."""
+    """Values of expressions in an expanded document: of attributes, and of the properties and parameters they
+    use."""
 
     def __init__(self, document: Element | None) -> None:
         self._values: dict[str, dict[tuple[int, int], dict[str, Span]]] = {}
-        """By file and place: each value in words, with the place."""
-        told: set[int] = set()
+        """By file and place: each value as text, with its span."""
+        seen: set[int] = set()
         for element in (document, *document.descendants()) if document is not None else ():
             if element.is_plain:
                 continue
             for name, value in element.attributes.items():
-                self._tell(element.attribute_origin(name).span, value)
+                self._add(element.attribute_origin(name).span, value)
             for bindings in (element.inputs or {}).values():
-                self._tell_bindings(bindings, told)
+                self._add_bindings(bindings, seen)
 
     def of(self, source: Source) -> tuple[Hint, ...]:
-        """Those of a file, in their order; none where it is another text than the one that was expanded."""
+        """Return the hints of a file in their order, or none if the file has changed since it was
+        expanded."""
         found = sorted(self._values.get(source.path, {}).items())
         return tuple(
             Hint(place_of_span(span), tuple(list(values)[:MOST_VALUES]), len(values) > MOST_VALUES)
@@ -55,30 +57,30 @@ class Hints:
             if (span := next(iter(values.values()))).source.data == source.data
         )
 
-    def _tell(self, span: Span, value: object) -> None:
+    def _add(self, span: Span, value: object) -> None:
         if "$" in span.text:
             places = self._values.setdefault(span.file, {})
             places.setdefault((span.start, span.end), {}).setdefault(_shown(value), span)
 
-    def _tell_bindings(self, bindings: Iterable[Binding], told: set[int]) -> None:
-        for binding in _all_of(bindings, told):
+    def _add_bindings(self, bindings: Iterable[Binding], seen: set[int]) -> None:
+        for binding in _all_of(bindings, seen):
             origin = binding.origin
             if origin is not None and isinstance(binding.value, str | int | float | bool):
-                self._tell(origin.span, binding.value)
+                self._add(origin.span, binding.value)
 
 
-def _all_of(bindings: Iterable[Binding], told: set[int]) -> Iterator[Binding]:
+def _all_of(bindings: Iterable[Binding], seen: set[int]) -> Iterator[Binding]:
     waiting = list(bindings)
     while waiting:
         binding = waiting.pop()
-        if id(binding) not in told:
-            told.add(id(binding))
+        if id(binding) not in seen:
+            seen.add(id(binding))
             yield binding
             waiting += binding.inputs
 
 
 def _shown(value: object) -> str:
-    """As one writes it: numbers with six digits."""
+    """Return a value as text, with numbers rounded to six digits."""
     text = " ".join(map(_short, str(value).split()))
     return text if len(text) <= MOST_CHARACTERS else f"{text[: MOST_CHARACTERS - 1]}\u2026"
 
@@ -92,7 +94,7 @@ def _short(word: str) -> str:
 
 
 class Reader(Protocol):
-    """Reads the description as it is now."""
+    """Reads the current description."""
 
     overrides: Overrides
     package_path: tuple[str, ...]
@@ -101,16 +103,16 @@ class Reader(Protocol):
 
 
 class ShownDescription:
-    """A reading that makes no robot leaves the last good one on show, which is then stale."""
+    """The displayed description. An unusable reading keeps the last valid robot, which is then stale."""
 
-    def __init__(self, reader: Reader, meshes: MeshStore, why_not: str = "") -> None:
-        """Reads the description; `why_not` says why pages may not change it, empty where they may.
+    def __init__(self, reader: Reader, meshes: MeshStore, read_only_reason: str = "") -> None:
+        """Read the description. `read_only_reason` is the reason why pages may not change it, or empty.
 
         Raises:
-            DescriptionError: it makes no robot, or one with errors.
+            DescriptionError: it does not describe a robot, or one with errors.
         """
         self._reader, self._meshes = reader, meshes
-        self.authoring = Authoring(reader.overrides, why_not)
+        self.authoring = Authoring(reader.overrides, read_only_reason)
         self._good = self._latest = reader.read()
         self.robot = self._good.require()
         self.is_stale = False
@@ -129,17 +131,17 @@ class ShownDescription:
 
     @property
     def is_written(self) -> bool:
-        """Whether it was read from a file, so that there is something to find faults in."""
+        """Whether it was read from a file, so that it was checked."""
         return self._latest.expansion is not None
 
     @property
     def watched(self) -> tuple[str, ...]:
-        """Those, and the mesh files that it names: what is shown anew when it changes."""
+        """The description's files and mesh files. A change of one is displayed."""
         return (*self._latest.files, *self._latest.meshes)
 
     @property
     def began(self) -> int:
-        """Wall time in ns at which the last reading of them began."""
+        """Wall-clock time in ns at which the last reading began."""
         return self._latest.began
 
     @property
@@ -147,17 +149,19 @@ class ShownDescription:
         return self._reader.package_path
 
     def confine(self, robot: RobotModel) -> Confined:
-        """Another robot beside this one, without the meshes that are not for the page."""
+        """Remove the meshes that the page may not load from another robot."""
         packages = Packages(self.package_path, around=self.file)
         return confine(robot, MeshRoots(self.file, packages))
 
     def read(self) -> DescriptionReading:
-        """Read the description again; may run on another thread."""
+        """Read the description again. May run on another thread."""
         return self._reader.read()
 
     def take(self, reading: DescriptionReading, use: Callable[[RobotModel], None]) -> str:
-        """Take over a new reading, and hand its robot to `use`, which may refuse it with a KbotError; why it
-        did, else nothing."""
+        """Use a new reading, and pass its robot to `use`, which may refuse it with a KbotError.
+
+        Returns the reason of the refusal, or an empty string.
+        """
         self._latest = reading
         self._ownership = Ownership(reading.document)
         self._hints = None
@@ -175,25 +179,25 @@ class ShownDescription:
         self._meshes.refused = reading.outside
         return ""
 
-    def look(self) -> None:
-        """Take note of what was found; the scene's meshes are there by now."""
+    def collect_findings(self) -> None:
+        """Collect the findings. It must run after the scene's meshes are loaded."""
         notes = lightened_meshes(self.robot, self._meshes)
-        self._findings = gravest_first((*self._latest.findings, *notes))
-        self.authoring.look_at(self._latest, self._findings)
+        self._findings = by_severity((*self._latest.findings, *notes))
+        self.authoring.take_reading(self._latest, self._findings)
 
     def findings(self) -> Findings:
         found = findings_for_page(self._findings, self._ownership)
         return Findings(self.authoring.serial, self.is_stale, found)
 
     def missing_meshes(self) -> list[str]:
-        """What is said of meshes that are not there."""
+        """Return the findings about missing meshes as text."""
         return missing_meshes(self._findings)
 
     def source(self, file: str) -> SourceText:
-        """The text of one of the description's files.
+        """Return the text of one of the description's files.
 
         Raises:
-            KbotError: another file is asked for, or it cannot be read.
+            KbotError: the file is not part of the description, or cannot be read.
         """
         if file not in self._latest.files and file not in self._good.files:
             raise KbotError(f"{file} is not part of this description")

@@ -11,17 +11,20 @@ from itertools import pairwise
 Frame = str | bytes
 
 NOTHING = b""
-"""In place of a frame: its key told nothing any more."""
+"""Takes the place of a frame when its key has ended."""
 KEPT_SECONDS = 300.0
+"""Seconds of the timeline that are kept."""
 MOST_BYTES = 64_000_000
+"""Bytes that are kept."""
 CHUNK_SECONDS = 1.0
+"""A chunk is packed after this many seconds, or CHUNK_BYTES bytes."""
 CHUNK_BYTES = 1_000_000
 BYTES_A_SECOND = 500_000.0
-"""Of one key: large frames, as images are, are kept less often than they come."""
+"""Kept bytes per second of one key. Large frames such as images are kept less often than they arrive."""
 
 
 class _Chunk:
-    """Frames of about a second, packed together once it is over."""
+    """The frames of about one second, compressed when it is over."""
 
     def __init__(self, start: float) -> None:
         self.start = start
@@ -52,20 +55,22 @@ class _Chunk:
         self._frames = []
 
     def newest(self, at: float) -> dict[str, Frame]:
-        """The last frame of each key until `at`."""
+        """Return the last frame of each key until `at`."""
         count = bisect_right(self._times, at)
         last = {self._keys[index]: index for index in range(count)}
         return dict(zip(last, self._unpacked(last.values()), strict=True))
 
-    def told(self, keys: Collection[str], after: float, until: float) -> list[tuple[float, str, Frame]]:
-        """When, of what and what, in order."""
+    def frames_between(
+        self, keys: Collection[str], after: float, until: float
+    ) -> list[tuple[float, str, Frame]]:
+        """Return time, key and frame in order."""
         low, high = bisect_right(self._times, after), bisect_right(self._times, until)
         which = [index for index in range(low, high) if self._keys[index] in keys]
         times, names = (self._times[i] for i in which), (self._keys[i] for i in which)
         return list(zip(times, names, self._unpacked(which), strict=True))
 
     def count(self, key: str, after: float, until: float) -> int:
-        """How often a key was told of."""
+        """Return the number of frames of a key."""
         low, high = bisect_right(self._times, after), bisect_right(self._times, until)
         return self._keys[low:high].count(key)
 
@@ -79,16 +84,16 @@ class _Chunk:
 
 
 class History:
-    """Encoded messages by the moment they were told, each moment whole: the newest of every key until then.
+    """Encoded messages by time. For each time, the newest message of every key is available.
 
-    The timeline counts seconds of simulated time, and goes on where that is set to another by a reset. What
-    is older than `KEPT_SECONDS`, or too much for `MOST_BYTES`, is forgotten.
+    The timeline counts seconds of simulated time, and continues when a reset sets the clock. Messages older
+    than `KEPT_SECONDS`, or beyond `MOST_BYTES`, are deleted.
     """
 
     def __init__(self) -> None:
         self._chunks: deque[_Chunk] = deque()
         self._before: dict[str, bytes | str] = {}
-        """What was said last of keys that no chunk tells of any more."""
+        """The last frames of keys that are in no chunk any more."""
         self._not_before: dict[str, float] = {}
         self._time: float | None = None
         self.end = 0.0
@@ -103,24 +108,24 @@ class History:
         return sum(chunk.size for chunk in self._chunks) + sum(map(len, self._before.values()))
 
     def pass_to(self, time: float) -> float:
-        """Simulated time, in s, is this now; where that is along the timeline."""
+        """Set the current simulated time in s, and return the time on the timeline."""
         if self._time is not None:
             self.end += max(0.0, time - self._time)
         self._time = time
         return self.end
 
     def set_clock(self) -> None:
-        """Simulated time is about to be another, without having passed."""
+        """Announce that simulated time will jump without having passed."""
         self._time = None
 
     def add_some(self, key: str, frame: Frame) -> None:
-        """As `add`, but of what comes often and is large not everything."""
+        """Do the same as `add`, but skip frames of a key above BYTES_A_SECOND."""
         if self.end >= self._not_before.get(key, 0.0):
             self._not_before[key] = self.end + len(frame) / BYTES_A_SECOND
             self.add(key, frame)
 
     def add(self, key: str, frame: Frame) -> None:
-        """Keep what was told now."""
+        """Keep a frame of the current time."""
         last = self._chunks[-1] if self._chunks else None
         if last is None or self.end - last.start >= CHUNK_SECONDS or last.size >= CHUNK_BYTES:
             if last is not None:
@@ -130,12 +135,12 @@ class History:
         self._chunks[-1].add(self.end, key, frame)
 
     def end_of(self, key: str) -> None:
-        """Nothing is told of a key from now on: what it told does not hold any more."""
+        """End a key: its last frame does not apply any more."""
         self._not_before.pop(key, None)
         self.add(key, NOTHING)
 
     def at(self, moment: float, keys: Iterable[str]) -> dict[str, Frame]:
-        """What was told last of these keys until a moment; those of which nothing holds are left out."""
+        """Return the last frames of these keys until a time, without those that have ended."""
         return {key: frame for key, frame in self._newest(moment, keys).items() if frame != NOTHING}
 
     def _newest(self, moment: float, keys: Iterable[str]) -> dict[str, Frame]:
@@ -152,15 +157,15 @@ class History:
     def between(
         self, keys: Collection[str], after: float, until: float
     ) -> Iterator[list[tuple[float, str, Frame]]]:
-        """What was told of keys after a moment and until another, about a second at once; `NOTHING` where a
-        key ended."""
+        """Yield frames of keys after one time and until another, in lists of about a second. `NOTHING` marks
+        the end of a key."""
         for chunk in tuple(self._chunks):
             if chunk.start > until:
                 return
-            yield chunk.told(keys, after, until)
+            yield chunk.frames_between(keys, after, until)
 
     def count(self, key: str, after: float, until: float) -> int:
-        """How often a key was told of in that time."""
+        """Return the number of frames of a key in that time."""
         return sum(chunk.count(key, after, until) for chunk in self._chunks)
 
     @property

@@ -17,15 +17,15 @@ if TYPE_CHECKING:
     from kbot.sim import Simulation
 
 ADDRESS = "/recording/"
-MOST_GIVEN = 500_000_000
-"""Bytes of a recording that a page is given: it goes through memory."""
+MOST_DOWNLOADED = 500_000_000
+"""Bytes of a recording that a page can download. It is loaded into memory."""
 
 
 class RunRecording:
-    """One recording at a time, in `folder`, each in a file of its own."""
+    """One recording at a time, each in a new file in `folder`."""
 
     def __init__(self, folder: str = "") -> None:
-        """`folder` empty is the one that KBot was started in."""
+        """An empty `folder` means the current folder."""
         self.folder = folder or str(Path.cwd())
         self._recorder: Recorder | None = None
         self._simulation: Simulation | None = None
@@ -34,15 +34,15 @@ class RunRecording:
         self._made: dict[str, str] = {}
 
     def begin(self, simulation: Simulation, world: str) -> None:
-        """Record from now on; `world` is the text that named the world.
+        """Start recording. `world` is the name or file of the world.
 
         Raises:
-            KbotError: the run is recorded already, or the file cannot be made.
+            KbotError: the run is already being recorded, or the file cannot be created.
         """
         if simulation.journal.write is not None:
             what = f"to {self._recorder.path}" if self._recorder is not None else "by --record"
-            raise KbotError(f"the run is recorded already, {what}")
-        self.end()  # an earlier one that broke off
+            raise KbotError(f"the run is already being recorded {what}")
+        self.end()  # an earlier recording that failed
         feed = Feed(simulation.bus, lambda: simulation.clock.nanoseconds)
         self._recorder = Recorder(simulation, feed, self._new_name(simulation.robot.name), world=world)
         self._simulation, self._since = simulation, simulation.time
@@ -59,32 +59,32 @@ class RunRecording:
             self._recorder = self._simulation = None
 
     def take_ended(self) -> Recorded | None:
-        """A recording that has ended, told once."""
+        """Return a recording that has ended, once."""
         if not self._ended:
             return None
         file = self._ended.pop(0)
-        return Recorded(file, f"{ADDRESS}{quote(Path(file).name)}" if _size(file) <= MOST_GIVEN else "")
+        return Recorded(file, f"{ADDRESS}{quote(Path(file).name)}" if _size(file) <= MOST_DOWNLOADED else "")
 
     def content(self, name: str) -> bytes | None:
-        """A recording that was made, by the last part of its address; None where it is not there, or too
+        """Return a finished recording by the last part of its address, or None if it is missing or too
         large."""
         file = self._made.get(unquote(name))
-        if file is None or _size(file) > MOST_GIVEN:
+        if file is None or _size(file) > MOST_DOWNLOADED:
             return None
         try:
             return Path(file).read_bytes()
         except OSError:
-            return None  # somebody took it away
+            return None  # the file was deleted
 
     def take_failure(self) -> KbotError | None:
-        """Why the recording broke off, told once; it has ended then."""
+        """Return why the recording failed, once. The recording has then ended."""
         failure = self._recorder.failure if self._recorder is not None else None
         if failure is not None:
             self.end()
         return failure
 
     def view(self) -> RecordingView | None:
-        """How far it is."""
+        """Return the progress of the recording."""
         if self._recorder is None or self._simulation is None:
             return None
         seconds = max(0.0, round(self._simulation.time - self._since, 1))
@@ -97,7 +97,7 @@ class RunRecording:
 
 
 def _size(file: str) -> int:
-    """In bytes; 0 where somebody took the file away."""
+    """Return the size in bytes, or 0 if the file was deleted."""
     try:
         return Path(file).stat().st_size
     except OSError:

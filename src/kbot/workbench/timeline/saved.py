@@ -9,19 +9,20 @@ from kbot.text import KbotError
 from kbot.workbench.timeline.history import KEPT_SECONDS
 
 EVERY = 0.2
-"""Seconds of the timeline between two states that are saved."""
+"""Seconds of the timeline between two saved states."""
 ALL_FOR, THEN_EVERY = 60.0, 25
-"""Seconds for which all are kept; of older ones every 25th is, one in 5 s."""
+"""Seconds for which all states are kept. Of older ones every 25th is kept, one in 5 s."""
 MOST_BYTES = 200_000_000
+"""Bytes that are kept."""
 
 
 @dataclass(frozen=True, slots=True)
 class Saved:
-    """A state that was taken `at` seconds along the timeline, at a simulated time in s; `size` in bytes."""
+    """A state saved `at` seconds on the timeline and at a simulated `time` in s; `size` in bytes."""
 
     number: int
     lap: int
-    """Another one each time that the simulation was set back."""
+    """Increases each time that the simulation is set back."""
     at: float
     time: float
     state: object
@@ -29,7 +30,7 @@ class Saved:
 
 
 class SavedStates:
-    """Those of one run; of the one before nothing can go on."""
+    """The states of one run. The states of an earlier run cannot be resumed."""
 
     def __init__(self) -> None:
         self._all: list[Saved] = []
@@ -38,13 +39,13 @@ class SavedStates:
 
     @property
     def size(self) -> int:
-        """Bytes held, about."""
+        """Bytes held, approximately."""
         return sum(saved.size for saved in self._all)
 
     def keep(
         self, at: float, time: float, run: object, take: Callable[[], tuple[object, int] | None]
     ) -> None:
-        """Take a state where one is due; `take` gives it with its size, or nothing where there is none."""
+        """Save a state if one is due. `take` returns it with its size, or None if there is none."""
         if run is not self._run:
             self._run, self._all = run, []
         is_anew = not self._all or time < self._all[-1].time
@@ -61,14 +62,14 @@ class SavedStates:
             del self._all[0]
 
     def nearest(self, at: float, run: object) -> Saved:
-        """The one to go on from instead of a moment. Raises KbotError: none is near."""
+        """Return the state to resume instead of a time. Raises KbotError if none is near."""
         known = self._all if run is self._run else []
         if not known:
-            raise KbotError("no state is saved yet of this robot and world that could be gone on from")
+            raise KbotError("no state of this robot and world is saved yet")
         if at < known[0].at - EVERY:
             raise KbotError(
-                "no state is saved there, for the robot or its world was another then: the first to go on "
-                f"from comes {known[0].at - at:.1f} s later"
+                "no state of this robot and world is saved for that time. The first one is "
+                f"{known[0].at - at:.1f} s later"
             )
         lap = max((saved.lap for saved in known if saved.at <= at), default=known[0].lap)
         return min((saved for saved in known if saved.lap == lap), key=lambda saved: abs(saved.at - at))

@@ -1,4 +1,4 @@
-"""Series of numbers over the last minutes, for plots."""
+"""Values over the last minutes, for plots."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from typing import Any
 from kbot.workbench.timeline.history import NOTHING, Frame, History
 
 SCENE, STATE, TOPIC = "scene", "state", "topic:"
-"""By what the history keeps what it was told."""
+"""The keys of the history."""
 MOST_MOMENTS = 3000
-"""More than a picture has columns."""
+"""More rows than a plot has columns."""
 OF_STATE = "state"
 
 Number = float | None
@@ -23,7 +23,7 @@ Number = float | None
 
 @dataclass(slots=True)
 class SeriesTable:
-    """Moments along the timeline, what the simulation's clock said then, and a row of values for each."""
+    """Times on the timeline and by the simulation's clock, with a row of values for each."""
 
     at: list[float] = field(default_factory=list)
     time: list[float] = field(default_factory=list)
@@ -31,39 +31,39 @@ class SeriesTable:
     is_thinned: bool = False
 
     def add(self, at: float, time: float, row: tuple[Number, ...]) -> None:
-        """A moment that is told of again, as when it is paused, counts as it was told last."""
+        """Add a row. It replaces the last one at the same time, for example while paused."""
         if self.at and round(at, 4) <= self.at[-1]:
-            for told in (self.at, self.time, self.rows):
-                told.pop()
+            for column in (self.at, self.time, self.rows):
+                column.pop()
         self.at.append(round(at, 4))
         self.time.append(round(time, 6))
         self.rows.append(row)
 
     def columns(self, count: int) -> tuple[tuple[Number, ...], ...]:
-        """A list of values for each of so many fields."""
+        """Return a list of values for each of `count` fields."""
         return tuple(zip(*self.rows, strict=True)) if self.rows else ((),) * count
 
 
 Making = Generator[None, None, SeriesTable]
-"""A table in the making, which may be left alone for a while at each `None`."""
+"""A table in the making. The caller can pause at each `None`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """Where a number is: on a topic, none for the state, and in its message."""
+    """Where to find a number: the topic (empty for the state), and the path in its message."""
 
     topic: str
     path: tuple[str, ...]
 
     @classmethod
     def named(cls, text: str) -> Field:
-        """Of `/topic path.to.it`, or `state path.to.it`."""
+        """Parse `/topic path.to.field` or `state path.to.field`."""
         topic, _, path = text.partition(" ")
         return cls("" if topic == OF_STATE else topic, tuple(path.split(".")))
 
 
-def number_at(message: Any, path: Sequence[str]) -> Number:  # noqa: ANN401 - whatever a topic carries
-    """The number at a path of a message, plain or not; a truth is 0 or 1; None where there is none."""
+def number_at(message: Any, path: Sequence[str]) -> Number:  # noqa: ANN401 - a message of any type
+    """Return the number at a path of a message, 0 or 1 for a boolean, or None."""
     value = message
     for key in path:
         try:
@@ -79,8 +79,9 @@ def number_at(message: Any, path: Sequence[str]) -> Number:  # noqa: ANN401 - wh
 
 
 def series_of_history(history: History, fields: Sequence[Field], start: float, end: float) -> Making:
-    """What was kept from `start` to `end`: a row for each state, with what topics had said until then."""
-    keys = {STATE, SCENE, *(TOPIC + one.topic for one in fields if one.topic)}
+    """Return kept values from `start` to `end`: a row for each state, with the latest message of each
+    topic."""
+    keys = {STATE, SCENE, *(TOPIC + field.topic for field in fields if field.topic)}
     before = start - 1e-9
     table = SeriesTable()
     stride = math.ceil(history.count(STATE, before, end) / MOST_MOMENTS)
@@ -88,9 +89,9 @@ def series_of_history(history: History, fields: Sequence[Field], start: float, e
     newest: dict[str, Any] = {key: _read(frame) for key, frame in history.at(before, keys - {STATE}).items()}
     joints = _joints(newest.get(SCENE))
     count = 0
-    for told in history.between(keys, before, end):
+    for frames in history.between(keys, before, end):
         unread: dict[str, Frame] = {}
-        for at, key, frame in told:
+        for at, key, frame in frames:
             if key == SCENE:
                 joints = _joints(_read(frame))
             elif key != STATE:
@@ -104,8 +105,8 @@ def series_of_history(history: History, fields: Sequence[Field], start: float, e
                 state = json.loads(frame)
                 state["positions"] = dict(zip(joints, state["positions"], strict=False))
                 row = (
-                    number_at(state if not one.topic else newest.get(TOPIC + one.topic), one.path)
-                    for one in fields
+                    number_at(state if not field.topic else newest.get(TOPIC + field.topic), field.path)
+                    for field in fields
                 )
                 table.add(at, state["time"], tuple(row))
         newest.update({key: _read(frame) for key, frame in unread.items()})
@@ -117,8 +118,8 @@ def _joints(scene: Mapping[str, Any] | None) -> list[str]:
     return [joint["name"] for joint in scene["joints"]] if scene else []
 
 
-def _read(frame: Frame) -> Any:  # noqa: ANN401 - whatever a topic carries
-    """A topic's message, or a scene, as plain values; large arrays are left out. None where nothing holds."""
+def _read(frame: Frame) -> Any:  # noqa: ANN401 - a message of any type
+    """Return a topic's message or a scene as plain values without large arrays. None if the key has ended."""
     if frame == NOTHING:
         return None
     if isinstance(frame, bytes):

@@ -1,4 +1,4 @@
-"""Relays topics of the bus to pages, and messages of pages to the bus. Each message is encoded once."""
+"""Relay topics of the bus to pages, and messages of pages to the bus. Each message is encoded once."""
 
 from __future__ import annotations
 
@@ -24,11 +24,14 @@ from kbot.workbench.protocol import Topics, TopicView
 from kbot.workbench.topics.marker_state import MarkerState
 
 _ALIGNED = 8
+"""Arrays in a binary frame are aligned to this many bytes, so that the page can use them in place."""
 
 
 def encode_packet(packet: Packet, is_latched: bool = False) -> str | bytes:
-    """One message of a topic, said before it was asked for where it `is_latched`: text, or bytes where fields
-    of it are arrays or bytes."""
+    """Encode one message of a topic: as text, or as bytes if it has array or bytes fields.
+
+    `is_latched` means that it was published before the page subscribed.
+    """
     message: Any = packet.message  # Any: each topic has its own type
     fields: dict[str, Any] = {}
     arrays: dict[str, list[object]] = {}
@@ -75,41 +78,42 @@ FROM_PAGE = (
     "clicked_point",
     "cmd_vel",
 )
-"""What a page may speak on, in any namespace."""
+"""Topics that a page may publish, in any namespace."""
 MOST_RATE = 30.0
+"""Messages and bytes per second of one topic that are sent to pages."""
 MOST_BYTES = 20e6
 """Messages and bytes a second of one topic that go to pages."""
 MOST_TOPICS = 256
-"""Topics that a page may wait for."""
+"""Topics that a page may subscribe to."""
 COUNTED_SECONDS = 2.0
-"""Seconds of simulated time over which a rate is counted."""
+"""Seconds of simulated time over which a rate is measured."""
 
 Frame = str | bytes
 
 
-class _Heard:
-    """A topic that somebody hears: its newest message, and when the last ones came."""
+class _Subscription:
+    """A topic with subscribed pages: its newest message, and the times of the last ones."""
 
     def __init__(self) -> None:
         self.newest: Packet | None = None
         self.is_new = False
         self.is_latched = False
-        """Whether it was said before anybody heard the topic."""
+        """Whether it was published before any page subscribed."""
         self.not_before = 0.0
-        """Wall time before which pages get no further message."""
+        """Wall-clock time before which pages receive no further message."""
         self.times: deque[int] = deque(maxlen=200)
         self.markers = MarkerState()
 
     def receive(self, packet: Packet) -> None:
         if self.times and packet.nanoseconds < self.times[-1]:
-            self.times.clear()  # time began anew
+            self.times.clear()  # time was reset
         if isinstance(packet.message, Marker | MarkerArray):
             self.markers.take(packet.message)
         self.newest, self.is_new, self.is_latched = packet, True, False
         self.times.append(packet.nanoseconds)
 
     def rate(self, now: int) -> float:
-        """Hz of simulated time."""
+        """Return the rate in Hz of simulated time."""
         recent = [t for t in self.times if now - t <= COUNTED_SECONDS * 1e9]
         if len(recent) < 2 or recent[-1] == recent[0]:
             return 0.0
@@ -117,49 +121,51 @@ class _Heard:
 
 
 class TopicRelay:
-    """Hears a topic while a page wants it, wherever the bus comes and goes. For the server's loop alone."""
+    """Subscribes to a topic while a page needs it, also when the bus is replaced. Only for the server's
+    loop."""
 
     def __init__(
         self, bus: Bus, now: Callable[[], int], for_page: Callable[[object], object] = lambda message: message
     ) -> None:
-        """`now` tells the time in nanoseconds; `for_page` makes of a message what pages are sent."""
+        """`now` returns the time in nanoseconds. `for_page` converts a message to what pages receive."""
         self._wanted: dict[str, set[int]] = {}
-        self._heard: dict[str, _Heard] = {}
+        self._subscriptions: dict[str, _Subscription] = {}
         self._bus, self._now, self._for_page = bus, now, for_page
         self._feed = Feed(bus, now)
         self._known = -1
-        """How much of the bus's changes was looked at."""
+        """The number of the bus's changes that are processed."""
         self.counts = True
-        """Whether what is heard is counted; otherwise rates are what the bus says, as in a recording that is
-        gone about in."""
+        """Whether rates are measured. Otherwise they are those of the bus, for example in a recording with
+        seeks."""
         self.ended: Callable[[str], None] = lambda topic: None
-        """Told of each topic that is not heard any more, of which nobody knows what it says."""
+        """Called with each topic that is not subscribed any more, because its messages are unknown from then
+        on."""
 
     @property
     def bus(self) -> Bus:
-        """Where the topics are."""
+        """The bus of the topics."""
         return self._bus
 
     def attach(self, bus: Bus) -> None:
-        """Go on with another bus."""
+        """Continue with another bus."""
         if bus is self._bus:
             return
-        for topic in tuple(self._heard):
+        for topic in tuple(self._subscriptions):
             self._end(topic)
         self._bus, self._feed = bus, Feed(bus, self._now)
-        self._listen()
+        self._update_subscriptions()
 
     def subscribe(self, topic: str, page: int) -> Frame | None:
-        """Let a page hear a topic, also one that is not there yet; what it said last, if it is known.
+        """Subscribe a page to a topic, which may not exist yet. Returns the latest message, if it is known.
 
         Raises:
-            KbotError: the page hears very many topics, or the name is none.
+            KbotError: the page subscribes to too many topics, or the name is invalid.
         """
         name = absolute(topic)
         if sum(page in pages for pages in self._wanted.values()) >= MOST_TOPICS:
-            raise KbotError(f"a page may hear {MOST_TOPICS} topics at once")
+            raise KbotError(f"a page can subscribe to {MOST_TOPICS} topics at most")
         self._wanted.setdefault(name, set()).add(page)
-        self._listen()
+        self._update_subscriptions()
         return self.newest(name)
 
     def unsubscribe(self, topic: str, page: int) -> None:
@@ -171,41 +177,41 @@ class TopicRelay:
             self._end(name)
 
     def _end(self, topic: str) -> None:
-        heard = self._heard.pop(topic, None)
-        if heard is not None:
-            self._feed.close(topic, heard.receive)
+        subscription = self._subscriptions.pop(topic, None)
+        if subscription is not None:
+            self._feed.close(topic, subscription.receive)
             self.ended(topic)
 
-    def heard_by(self, page: int) -> list[str]:
-        """The topics that a page wants."""
+    def subscribed_by(self, page: int) -> list[str]:
+        """Return the topics that a page subscribes to."""
         return [topic for topic, pages in self._wanted.items() if page in pages]
 
     def newest(self, topic: str) -> Frame | None:
-        """What a topic that is heard said last, if it did."""
-        heard = self._heard.get(topic)
-        if heard is None or heard.newest is None:
+        """Return the latest message of a subscribed topic, or None."""
+        subscription = self._subscriptions.get(topic)
+        if subscription is None or subscription.newest is None:
             return None
-        return self._encoded(heard, heard.newest, is_latched=True)
+        return self._encoded(subscription, subscription.newest, is_latched=True)
 
     def leave(self, page: int) -> None:
-        """The page is gone."""
-        for topic in self.heard_by(page):
+        """Unsubscribe a page that has disconnected."""
+        for topic in self.subscribed_by(page):
             self.unsubscribe(topic, page)
 
     def news(self) -> list[tuple[str, Frame, frozenset[int]]]:
-        """Topic, its newest message and the pages that hear it, of every topic that said something."""
-        self._listen()
+        """Return topic, newest message and subscribed pages of every topic with a new message."""
+        self._update_subscriptions()
         wall, found = time.monotonic(), []
-        for topic, heard in self._heard.items():
-            if heard.is_new and heard.newest is not None and wall >= heard.not_before:
-                frame = self._encoded(heard, heard.newest, heard.is_latched)
-                heard.is_new = False
-                heard.not_before = wall + max(1.0 / MOST_RATE, len(frame) / MOST_BYTES)
+        for topic, subscription in self._subscriptions.items():
+            if subscription.is_new and subscription.newest is not None and wall >= subscription.not_before:
+                frame = self._encoded(subscription, subscription.newest, subscription.is_latched)
+                subscription.is_new = False
+                subscription.not_before = wall + max(1.0 / MOST_RATE, len(frame) / MOST_BYTES)
                 found.append((topic, frame, frozenset(self._wanted[topic])))
         return found
 
     def topics(self) -> Topics:
-        """What there is to hear, by name."""
+        """Return all topics that pages can subscribe to, by name."""
         inputs = self._bus.inputs
         return Topics(
             tuple(
@@ -215,49 +221,52 @@ class TopicRelay:
         )
 
     def _rate(self, topic: str) -> float | None:
-        heard = self._heard.get(topic)
-        if heard is not None and self.counts:
-            rate: float | None = heard.rate(self._now())
+        subscription = self._subscriptions.get(topic)
+        if subscription is not None and self.counts:
+            rate: float | None = subscription.rate(self._now())
         else:
             rate = self._bus.rate(topic) or None
         return None if rate is None else float(f"{rate:.3g}")
 
     def publish(self, topic: str, kind: str, message: dict[str, Any]) -> None:
-        """Say what a page says.
+        """Publish a page's message.
 
         Raises:
-            KbotError: pages may not speak on that topic, nobody hears it, or it is not of the topic's type.
+            KbotError: pages may not publish on that topic, it has no subscriber, or the message is of another
+                type.
         """
         name = absolute(topic)
         if not name.endswith(tuple(f"/{allowed}" for allowed in FROM_PAGE)):
-            raise KbotError(f"a page may not speak on {name}: it may on {', '.join(FROM_PAGE)}")
+            raise KbotError(f"a page may not publish on {name}, only on {', '.join(FROM_PAGE)}")
         message_type = self._bus.topics.get(name)
         if message_type is None or not (name in self._bus.inputs or message_type is PointStamped):
             hint = did_you_mean(name, sorted(self._bus.inputs))
-            raise KbotError(f"nobody hears {name}" + (f": {hint}" if hint else ""))
+            raise KbotError(f"{name} has no subscriber" + (f": {hint}" if hint else ""))
         if known_type(kind) is not message_type:
             raise KbotError(f"{name} carries {ros_name(message_type)}, not {kind}")
         self._bus.publish(name, from_plain(message, message_type))
 
-    def _encoded(self, heard: _Heard, packet: Packet, is_latched: bool) -> Frame:
+    def _encoded(self, subscription: _Subscription, packet: Packet, is_latched: bool) -> Frame:
         message = packet.message
-        if isinstance(message, Marker | MarkerArray):  # a marker stands until it is deleted: none is lost
-            message = heard.markers.standing(self._now())
+        if isinstance(
+            message, Marker | MarkerArray
+        ):  # a marker is valid until it is deleted, so none may be lost
+            message = subscription.markers.current(self._now())
         message = self._for_page(message)
         if message is not packet.message:
             packet = Packet(packet.topic, message, packet.nanoseconds)
         return encode_packet(packet, is_latched)
 
-    def _listen(self) -> None:
-        """Hear what is wanted and has come up, and no more what is gone."""
-        if len(self._heard) == len(self._wanted) and self._bus.changes == self._known:
+    def _update_subscriptions(self) -> None:
+        """Subscribe to requested topics that have appeared, and unsubscribe from those that are gone."""
+        if len(self._subscriptions) == len(self._wanted) and self._bus.changes == self._known:
             return
         offered = self._feed.offered()
-        for topic in tuple(self._heard.keys() - offered.keys()):
+        for topic in tuple(self._subscriptions.keys() - offered.keys()):
             self._end(topic)
         for topic in self._wanted:
-            if topic in offered and topic not in self._heard:
-                heard = self._heard[topic] = _Heard()
-                self._feed.open(topic, heard.receive)
-                heard.is_latched = True  # what it said while it was opened
+            if topic in offered and topic not in self._subscriptions:
+                subscription = self._subscriptions[topic] = _Subscription()
+                self._feed.open(topic, subscription.receive)
+                subscription.is_latched = True  # messages that arrived while it was opened are latched
         self._known = self._bus.changes

@@ -16,40 +16,45 @@ from kbot.record.world_recorder import POSES_TOPIC
 from kbot.text.json_text import parse_json
 from kbot.workbench.playback.recorded_run import TF, RecordedRun, RecordedState
 from kbot.workbench.scene.foreign_frames import MAP, WORLD, read_transform
-from kbot.workbench.timeline.ways import TrailPoint, Way
+from kbot.workbench.timeline.driven_paths import DrivenPath, TrailPoint
 
 MOST_PLACES = 3000
+"""Most points of a path that are read."""
 Finding = Generator[None, None, list[TrailPoint]]
-"""A way that is being read, which may be left alone for a while at each `None`."""
+"""A path that is being read. The caller can pause at each `None`."""
 FINEST = 0.05
-"""Seconds between two places, at the least."""
+"""Least seconds between two points."""
 PIECE = 1.0
-"""Seconds that are read at once."""
+"""Seconds that are read in one step."""
 LONG_SILENCE = 60
-"""Pieces without a message, after which the next message is looked for."""
+"""Steps without a message after which reading skips to the next message."""
 FASTEST = 30.0
-"""m/s that a robot drives at the most: what is further was not driven."""
+"""Highest speed of a robot in m/s. A longer distance was not driven."""
 QUICKEST, ASIDE = 5.0, 0.1
-"""m/s² that it gains at the most, and m by which what it was told to drive may be wrong."""
+"""Highest acceleration in m/s², and tolerance in m of the distance that odometry reports."""
 PUTS = frozenset({"place", "reset", "reset_world", "restore", "set_model_state", "set_pose"})
-"""What is done to a simulation, by its journal, that puts a robot elsewhere."""
+"""Actions in a simulation's journal that move a robot to another place."""
 
 
 def world_from_root(
-    run: RecordedRun, robot: RobotModel, told: RecordedState, truth: Transform | None
+    run: RecordedRun, robot: RobotModel, recorded: RecordedState, truth: Transform | None
 ) -> Transform:
-    """Where the robot truly was, or else as tf has it; what odometry tells is from where it started."""
+    """Return the recorded true pose of the robot, otherwise its pose on tf. Odometry starts at
+    `run.start`."""
     if truth is not None:
         return truth
-    top, pose = told.top_from(robot.root)
+    top, pose = recorded.top_from(robot.root)
     return pose if top in (WORLD, MAP) else run.start @ pose
 
 
 @dataclass(frozen=True, slots=True)
-class WayPoint:
-    """Where the robot was at a time of the recording's clock and one of the messages' stamps, in
-    nanoseconds; how fast by its odometry, in m/s, nan where none was heard yet. With `put` it was put there,
-    as is told."""
+class PathPoint:
+    """The robot's position at a time, in nanoseconds of the recording's clock (`at`) and of the message
+    stamps (`stamp`).
+
+    `speed` is by odometry in m/s, nan before the first odometry. `put` means that the journal reports a move
+    to this place.
+    """
 
     at: int
     stamp: int
@@ -58,15 +63,15 @@ class WayPoint:
     put: bool
 
 
-class RecordedWay:
-    """Found out when it is first asked for."""
+class RecordedPath:
+    """The path of a recording. It is read when it is first requested."""
 
     def __init__(self, run: RecordedRun, robot: RobotModel) -> None:
         self._run, self._robot = run, robot
         self._known: list[TrailPoint] | None = None
 
     def __call__(self, spacing: float) -> Finding:
-        """Its places, in m, at least `spacing` apart."""
+        """Return the points of the path in m, at least `spacing` apart."""
         if self._known is None:
             self._known = yield from _found(self._run, self._robot, spacing)
         return self._known
@@ -77,24 +82,25 @@ def _found(run: RecordedRun, robot: RobotModel, spacing: float) -> Finding:
     for piece in _places(run, robot):
         places += piece
         yield
-    # a simulation of KBot's tells what was done to it, and pushes go unnoticed by its odometry
-    told_speeds = not run.facts and any(place.speed > 0.0 for place in places)
-    way, before = Way(0, 0.0), None
+    # KBot's own recordings have a journal of moves. Their odometry does not notice pushes, so its speed is
+    # not used.
+    has_speeds = not run.facts and any(place.speed > 0.0 for place in places)
+    way, before = DrivenPath(0, 0.0), None
     for place in places:
-        is_jump = before is not None and (place.put or _was_put(before, place, told_speeds))
+        is_jump = before is not None and (place.put or _was_put(before, place, has_speeds))
         way.add((place.at - run.index.start) * 1e-9, *place.xy, spacing, is_jump)
         before = place
     return way.points
 
 
-def _places(run: RecordedRun, robot: RobotModel) -> Iterator[list[WayPoint]]:
-    """Those that are told in each piece of the recording."""
+def _places(run: RecordedRun, robot: RobotModel) -> Iterator[list[PathPoint]]:
+    """Yield the points in each piece of the recording."""
     index = run.index
     moves = [POSES_TOPIC] if POSES_TOPIC in run.topics else _transforms(run)
     topics, name = [COMMANDS_TOPIC, *moves, *run.odometry], _name(run, robot)
-    told, speed = RecordedState(robot), math.nan
+    recorded, speed = RecordedState(robot), math.nan
     for message in run.statics:
-        told.hear(message)
+        recorded.receive(message)
     every = max(round(FINEST * 1e9), (index.end - index.start) // MOST_PLACES)
     last, put, due, due_speed, after = index.start, -1, index.start, index.start, index.start - 1
     silent = 0
@@ -110,24 +116,24 @@ def _places(run: RecordedRun, robot: RobotModel) -> Iterator[list[WayPoint]]:
                     due_speed, speed = now + every, _speed(run.read(entry))
             elif now >= due or entry.topic != POSES_TOPIC:
                 message = run.read(entry)
-                told.hear(message)
+                recorded.receive(message)
                 if now < due:
                     continue
                 due = now + every
                 truth = _truth(message, robot.root) if entry.topic == POSES_TOPIC else None
-                x, y, _ = world_from_root(run, robot, told, truth).translation
-                # what was done at the moment of a place may have come before it or after
-                found.append(WayPoint(now, _stamp(message), (float(x), float(y)), speed, put >= last))
+                x, y, _ = world_from_root(run, robot, recorded, truth).translation
+                # an action at the same time as a point may have happened before or after it
+                found.append(PathPoint(now, _stamp(message), (float(x), float(y)), speed, put >= last))
                 last = now
         after = until
         yield found
-        if silent == LONG_SILENCE:  # as where a message was stamped by another clock
+        if silent == LONG_SILENCE:  # for example after a message with a stamp of another clock
             following = next(iter(index.between(topics, after, index.end)), None)
             after, silent = index.end if following is None else following.nanoseconds - 1, 0
 
 
 def _name(run: RecordedRun, robot: RobotModel) -> str:
-    """What the robot was called in the simulation."""
+    """Return the robot's name in the simulation."""
     try:
         name, *_ = parse_json(run.facts["naming"])
     except (KeyError, ValueError, TypeError):
@@ -136,26 +142,29 @@ def _name(run: RecordedRun, robot: RobotModel) -> str:
 
 
 def _puts(entry: RecordedMessage, robot: str) -> bool:
-    """Whether the journal tells that the robot was put elsewhere."""
+    """Return whether a journal entry moved the robot to another place."""
     note = read_fields(entry)
     return note.get("do") in PUTS and note.get("robot", note.get("model", robot)) == robot
 
 
-def _was_put(before: WayPoint, now: WayPoint, told_speeds: bool) -> bool:
-    """Whether it cannot have driven from one place to the next: faster than any robot or, where odometry
-    tells speeds, than it was. Messages that were late by their stamps tell of a longer time."""
+def _was_put(before: PathPoint, now: PathPoint, has_speeds: bool) -> bool:
+    """Return whether the robot cannot have driven from one point to the next.
+
+    That is the case if it is faster than any robot or, with `has_speeds`, than its own odometry. Messages
+    that arrived late have stamps that are further apart, so the longer time counts.
+    """
     away, seconds = math.dist(before.xy, now.xy), (now.at - before.at) * 1e-9
     if away > FASTEST * seconds:
         return True
     speed = max(before.speed, now.speed)
-    if not told_speeds or math.isnan(speed):
+    if not has_speeds or math.isnan(speed):
         return False
     driving = max(seconds, (now.stamp - before.stamp) * 1e-9)
     return away > speed * driving + QUICKEST * seconds**2 + ASIDE
 
 
 def _speed(odometry: object) -> float:
-    """m/s over the ground, nan where it is none."""
+    """Return the speed over the ground in m/s, or nan if it is unknown."""
     if not isinstance(odometry, Odometry):
         return math.nan
     linear = odometry.twist.twist.linear
@@ -164,7 +173,7 @@ def _speed(odometry: object) -> float:
 
 
 def _stamp(message: TFMessage) -> int:
-    return max((one.header.stamp.nanoseconds for one in message.transforms), default=0)
+    return max((stamped.header.stamp.nanoseconds for stamped in message.transforms), default=0)
 
 
 def _transforms(run: RecordedRun) -> list[str]:
@@ -172,5 +181,5 @@ def _transforms(run: RecordedRun) -> list[str]:
 
 
 def _truth(message: TFMessage, root: str) -> Transform | None:
-    found = (read_transform(one) for one in message.transforms if one.child_frame_id == root)
+    found = (read_transform(stamped) for stamped in message.transforms if stamped.child_frame_id == root)
     return next(found, None)
