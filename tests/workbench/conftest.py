@@ -1,4 +1,4 @@
-"""A robot to show, a server that shows it, and a real browser that looks."""
+"""Fixtures: a robot to display, a server that displays it, and a real browser."""
 
 import shutil
 import time
@@ -41,7 +41,7 @@ def xacro(package: Path) -> Path:
 
 @pytest.fixture
 def viewing(xacro: Path) -> Iterator[str]:
-    """Address of a workbench with sliders for the copied robot."""
+    """The address of a workbench with sliders for the copied robot."""
     with serving(open_session(str(xacro), simulate=False)) as address:
         yield address
 
@@ -56,7 +56,7 @@ def driving(xacro: Path) -> Iterator[tuple[str, Session]]:
 
 @pytest.fixture
 def keeps_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Simulated time does not fall behind, however slow the machine is: sessions are told how much passes."""
+    """Keep simulated time from falling behind on a slow machine. Sessions are given the time that passes."""
     monkeypatch.setattr("kbot.workbench.driving.driving.BUSY_SECONDS", float("inf"))
 
 
@@ -76,7 +76,7 @@ def pages(browser: Any) -> Pages:
 
 @pytest.fixture
 def open_page(pages: Pages) -> Iterator[Callable[..., Any]]:
-    """Opens an address and waits for its first picture; a script error or a blocked load fails the test."""
+    """Open an address and wait for its first picture. A script error or a blocked load fails the test."""
     opened = []
 
     def open_one(address: str, **options: Any) -> Any:
@@ -97,14 +97,14 @@ READY = """() => !!window.kbot && kbot.frames > 0 && kbot.revision > 0
 
 
 def wait_for_page(page: Any) -> None:
-    """Wait until a page that is loading can be worked with: its panels are there, its server hears it, and
-    nothing in it moves any more."""
+    """Wait until a loading page is ready: its panels exist, its server receives it, and nothing in it
+    moves."""
     until(lambda: page.evaluate(READY))
     page.evaluate("document.fonts.ready.then(() => kbot.drawn())")
 
 
 def until(condition: Callable[[], Any], seconds: float = 60.0) -> Any:
-    """Wait for a condition and return what it gave; fails when it does not come true in time."""
+    """Wait for a condition and return its value. Fails after a timeout."""
     end = time.monotonic() + seconds
     while not (result := condition()):
         assert time.monotonic() < end, "it did not come true in time"

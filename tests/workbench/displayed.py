@@ -1,4 +1,4 @@
-"""A page with displays, and what is at a place of the world in its picture."""
+"""A page with displays, and what its picture shows at places of the world."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -23,7 +23,7 @@ ASIDE = "document.querySelectorAll('.toolbar, .tools').forEach((e) => (e.style.d
 
 
 class Show:
-    """One page, whose simulation is paused at its start, with nothing shown but what a test adds."""
+    """A page whose simulation is paused at its start. It displays only what a test adds."""
 
     def __init__(self, page: Any, bus: Speaker) -> None:
         self.page, self.bus = page, bus
@@ -35,7 +35,7 @@ class Show:
         chooser.select_option(choice)
         row = self.row(kind)
         until(lambda: row.locator(".head[aria-expanded=true]").count())
-        until(lambda: row.locator(".lamp[aria-label]").count())  # its first status, which `tell` reads
+        until(lambda: row.locator(".lamp[aria-label]").count())  # its first status, which `publish` reads
 
     def row(self, kind: str) -> Any:
         return self.page.locator(f".display[data-display={kind}]").last
@@ -55,22 +55,22 @@ class Show:
     def status(self, kind: str) -> str:
         return str(self.row(kind).locator(".lamp").get_attribute("aria-label"))
 
-    def tell(self, kind: str, topic: str, message: object) -> None:
-        """Publish until the page shows that it heard."""
+    def publish(self, kind: str, topic: str, message: object) -> None:
+        """Publish until the page shows that it has received the message."""
 
-        def heard() -> bool:
+        def is_received() -> bool:
             self.bus.publish(topic, message)
-            status = self.status(kind)  # read once: it may change from one of the words to another
+            status = self.status(kind)  # read once, because it may change meanwhile
             return not any(word in status for word in ("heard", "no topic", "loaded", "off"))
 
-        until(heard)
+        until(is_received)
         self.page.evaluate("kbot.drawn()")
 
     def look(self, eye: tuple[float, float, float], at: tuple[float, float, float]) -> None:
         self.page.evaluate(f"kbot.look({list(eye)}, {list(at)})")
 
     def pixels(self, points: Any) -> np.ndarray:
-        """Row and column of each point (n, 3) of the world, (n, 2)."""
+        """Return row and column (n, 2) of each point (n, 3) of the world."""
         camera = self.page.evaluate("kbot.camera()")
         clip = np.array(camera["clipFromWorld"]).reshape(4, 4)
         seen = (
@@ -83,17 +83,17 @@ class Show:
         return np.stack([rows, columns], axis=1).astype(int)
 
     def colours(self, *points: tuple[float, float, float]) -> np.ndarray:
-        """What is seen at places of the world, (n, 3) in 0..255."""
+        """Return the colours at places of the world, (n, 3) in 0..255."""
         at = self.pixels(points)
         return screenshot(self.page)[at[:, 0], at[:, 1]].astype(int)
 
     def mask(self, rgb: tuple[int, int, int], within: int = 40) -> np.ndarray:
-        """Where the picture has about a colour, (height, width)."""
+        """Return where the picture has approximately a colour, (height, width)."""
         result: np.ndarray = np.abs(screenshot(self.page).astype(int) - rgb).max(axis=2) < within
         return result
 
     def extent(self, mask: np.ndarray) -> np.ndarray:
-        """Lowest and highest row and column of a mask, (2, 2)."""
+        """Return the lowest and highest row and column of a mask, (2, 2)."""
         found = np.argwhere(mask)
         return np.array([found.min(axis=0), found.max(axis=0)])
 
@@ -102,8 +102,10 @@ class Show:
 def showing(
     open_page: OpenPage, topics: dict[str, type], world: str = "empty", **options: Any
 ) -> Iterator[Show]:
-    """A page of a paused simulation with topics that a test publishes on. Only the floor is shown, without
-    lines, and the robot not at all."""
+    """Open a page of a paused simulation with topics that a test publishes on.
+
+    Only the floor is displayed, without lines and without the robot.
+    """
     session = open_session("kbot", simulate=True, world=world, **options)
     session.paused = True
     bus = session.topics.bus
@@ -118,7 +120,7 @@ def showing(
         try:
             yield show
         finally:
-            page.goto("about:blank")  # it would look for its server
+            page.goto("about:blank")  # it would try to reconnect
 
 
 def pose(x: float = 0.0, y: float = 0.0, z: float = 0.0, yaw: float = 0.0) -> Pose:

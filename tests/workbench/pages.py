@@ -1,4 +1,4 @@
-"""Pages of one browser, which tests use one after the other: one that is there loads in half the time."""
+"""Pages of one browser that tests use one after the other. A reused page loads in half the time."""
 
 from typing import Any
 from urllib.parse import urlsplit
@@ -36,14 +36,14 @@ keeps a whole core busy."""
 
 
 class Pages:
-    """What a page showed, what it remembers and what is held down ends when it is given back."""
+    """Hands out pages. What a page displayed, stored and held down is reset when it is given back."""
 
     def __init__(self, browser: Any) -> None:
         self._browser = browser
         self._idle: dict[str, list[Any]] = {}
 
     def open(self, address: str, **options: Any) -> Any:
-        """A page of a browser with these options that loads; `complaints` are its script errors and blocked
+        """Open a page of a browser with these options. `complaints` are its script errors and blocked
         loads."""
         kind = repr(sorted(options.items()))
         idle = self._idle.setdefault(kind, [])
@@ -55,7 +55,7 @@ class Pages:
     def give_back(self, page: Any) -> None:
         if page.is_closed():
             return
-        if page.origin == "":  # files share one memory
+        if page.origin == "":  # all files share one storage
             page.close()
             return
         for key in HELD:
@@ -78,6 +78,6 @@ class Pages:
 
 
 def address_origin(address: str) -> str:
-    """`http://host:port` of an address, empty for that of a file."""
+    """Return `http://host:port` of an address, or an empty string for a file."""
     parts = urlsplit(address)
     return f"{parts.scheme}://{parts.netloc}" if parts.netloc else ""

@@ -15,9 +15,9 @@ DRAWN = """async () => {
 
 
 def screenshot(page: Any) -> np.ndarray:
-    """The picture as a person sees it, with all that lies over it, (height, width, 3) in 0..255.
+    """Return the visible page, (height, width, 3) in 0..255.
 
-    Asks the browser itself: Playwright's own would wait until a picture that moves stands still.
+    It asks the browser directly. Playwright's own screenshot would wait until a moving picture stands still.
     """
     if not hasattr(page, "tools"):
         page.tools = page.context.new_cdp_session(page)
@@ -26,32 +26,33 @@ def screenshot(page: Any) -> np.ndarray:
 
 
 def decode_png(data: bytes) -> np.ndarray:
-    """Its pixels without their opacity, (height, width, 3) in 0..255."""
+    """Return the pixels of a PNG without opacity, (height, width, 3) in 0..255."""
     with Image.open(BytesIO(data)) as image:
         return np.asarray(image.convert("RGB"))
 
 
 def blue(image: np.ndarray) -> np.ndarray:
-    """Where the picture is as blue as KBot's plate, (height, width)."""
+    """Return where the picture is as blue as KBot's plate, (height, width)."""
     r, g, b = (image[..., i].astype(int) for i in range(3))
     return (b > 90) & (r < b // 2) & (g < b // 2)
 
 
 def middle(mask: np.ndarray) -> tuple[float, float]:
-    """Mean column and row of a mask."""
+    """Return mean column and row of a mask."""
     rows, columns = np.nonzero(mask)
     return float(columns.mean()), float(rows.mean())
 
 
 def id_image(page: Any) -> tuple[np.ndarray, list[str]]:
-    """Index of the link at each pixel by the page's own buffer, (height, width), -1 for none; the links."""
+    """Return the link index at each pixel from the page's id buffer, (height, width), -1 for none, and the
+    links."""
     seen = page.evaluate("kbot.ids()")
     runs = np.array(seen["runs"]).reshape(-1, 2)
     return np.repeat(runs[:, 0], runs[:, 1]).reshape(seen["height"], seen["width"]), seen["links"]
 
 
 def pixels_per_metre(page: Any) -> float:
-    """How large a metre on the ground is in the middle of the picture."""
+    """Return the scale of the picture at the ground in its middle."""
     camera = page.evaluate("kbot.camera()")
     clip = np.array(camera["clipFromWorld"]).reshape(4, 4)
     ends = []

@@ -1,7 +1,7 @@
-"""Where each link must be in a picture: the model's triangles through a camera into a depth buffer.
+"""Where each link must be in a picture: the model's triangles, projected by a camera into a depth buffer.
 
-Shares nothing with the page but the camera's matrix: shapes are cut into triangles here, and poses come
-from the model's kinematics.
+It shares only the camera's matrix with the page. Shapes are triangulated here, and poses come from the
+model's kinematics.
 """
 
 from collections.abc import Iterator, Mapping
@@ -27,9 +27,10 @@ def link_image(
     moved: Mapping[str, Transform] | None = None,
     joints: Mapping[str, float] | None = None,
 ) -> np.ndarray:
-    """Index of the foremost link at each pixel, -1 for none, CONTESTED for two at once; (height, width).
+    """Return the index of the foremost link at each pixel (height, width), -1 for none, CONTESTED for two at
+    once.
 
-    `moved` puts a link elsewhere in its own frame.
+    `moved` displaces a link in its own frame.
     """
     image = np.full((height, width), -1)
     depth = np.full((height, width), np.inf)
@@ -47,7 +48,7 @@ def link_image(
 
 
 def overlap(first: np.ndarray, second: np.ndarray) -> float:
-    """Shared part of two masks, of all that either covers."""
+    """Return the intersection of two masks as a share of their union."""
     return float((first & second).sum() / (first | second).sum())
 
 
@@ -69,7 +70,7 @@ def _draw(
         area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
         if abs(area) < 1e-12:
             continue
-        # pixels whose middle may lie within
+        # pixels whose centre may be inside
         left, right = max(0, ceil(min(x0, x1, x2) - 0.5)), min(width, floor(max(x0, x1, x2) + 0.5))
         top, bottom = max(0, ceil(min(y0, y1, y2) - 0.5)), min(height, floor(max(y0, y1, y2) + 0.5))
         if left >= right or top >= bottom:
@@ -95,7 +96,7 @@ def _draw(
 
 
 def _triangles(shape: Geometry) -> Iterator[np.ndarray]:
-    """Triangles (n, 3, 3) of a shape, in metres."""
+    """Return the triangles (n, 3, 3) of a shape, in metres."""
     match shape:
         case Box(size=size):
             corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * size / 2
@@ -119,7 +120,7 @@ def _arc(radius: float, z: float, start: float, end: float) -> list[tuple[float,
 
 
 def _turned(profile: list[tuple[float, float]]) -> np.ndarray:
-    """The surface that a profile (radius, z) sweeps about z."""
+    """Return the surface of revolution of a profile (radius, z) about z."""
     angles = np.linspace(0.0, 2 * np.pi, AROUND + 1)
     radius, z = np.array(profile).T
     rings = np.stack(

@@ -1,6 +1,6 @@
-"""Files of both versions of rviz, as they write them."""
+"""Display files as both versions of rviz write them."""
 
-# as rviz 1 writes it; and as rviz 2 does, with another view
+# as rviz 1 writes it, and as rviz 2 does with another view
 RVIZ1 = """\
 Panels:
   - Class: rviz/Displays

@@ -1,4 +1,4 @@
-"""A session that is served, from a test: it is for the thread alone that the simulation runs in."""
+"""Access to a served session from a test. Only the thread of the simulation may use it."""
 
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -10,9 +10,9 @@ from kbot.workbench.session.session import Session
 Answer = TypeVar("Answer")
 
 
-def asked(session: Session, question: Callable[[], Answer], changes: bool = False) -> Answer:
-    """Ask between two steps, where the simulation runs: a served session is for that thread alone. Pages
-    are told where it `changes` something."""
+def run_between_steps(session: Session, question: Callable[[], Answer], changes: bool = False) -> Answer:
+    """Run a function between two steps, on the thread of the simulation. With `changes` pages receive the new
+    state."""
     answer: Future[Answer] = Future()
     advance = session.advance
 
@@ -20,7 +20,7 @@ def asked(session: Session, question: Callable[[], Answer], changes: bool = Fals
         session.advance = advance  # it was for one step
         try:
             answer.set_result(question())
-        except Exception as error:  # noqa: BLE001 - raised where it was asked
+        except Exception as error:  # noqa: BLE001 - raised in the test
             answer.set_exception(error)
         return advance(wall_seconds) or changes
 
@@ -29,27 +29,27 @@ def asked(session: Session, question: Callable[[], Answer], changes: bool = Fals
 
 
 def state_of(session: Session) -> State:
-    """How things stand in a session that is served."""
-    return asked(session, session.state)
+    """Return the state of a served session."""
+    return run_between_steps(session, session.state)
 
 
 class Speaker:
-    """Publishes where the simulation runs, between two steps: a bus is for that thread alone."""
+    """Publishes on the thread of the simulation, between two steps."""
 
     def __init__(self, session: Session) -> None:
         self._session, self._bus = session, session.topics.bus
 
     def publish(self, topic: str, message: object) -> None:
-        asked(self._session, lambda: self._bus.publish(topic, message), changes=True)
+        run_between_steps(self._session, lambda: self._bus.publish(topic, message), changes=True)
 
 
-def hear(session: Session, topic: str, kind: type) -> list[Any]:
-    """What is said on a topic from now on; subscribed to where the simulation runs."""
+def collect(session: Session, topic: str, kind: type) -> list[Any]:
+    """Collect the messages of a topic from now on."""
     heard: list[Any] = []
-    asked(session, lambda: session.topics.bus.subscribe(topic, kind, heard.append))
+    run_between_steps(session, lambda: session.topics.bus.subscribe(topic, kind, heard.append))
     return heard
 
 
 def do(session: Session, what: Callable[[Any], None]) -> None:
-    """Act on what moves the robot, between two steps of it."""
-    asked(session, lambda: what(session._motion), changes=True)
+    """Run a function on the mover, between two of its steps."""
+    run_between_steps(session, lambda: what(session._motion), changes=True)

@@ -1,4 +1,4 @@
-"""Who may speak to the server."""
+"""Which clients the server accepts."""
 
 import socket
 
@@ -14,12 +14,12 @@ SHARED = Access("0.0.0.0", 8300, "secret")
 @pytest.mark.parametrize(
     "host", ["127.0.0.1:8300", "localhost:8300", "[::1]:8300", f"{socket.gethostname()}:8300"]
 )
-def test_this_machines_names_are_welcome(host: str) -> None:
+def test_names_of_this_machine_are_accepted(host: str) -> None:
     assert LOCAL.refuses("/", host, (), secret=False) is None
     assert LOCAL.refuses("/ws", host, [f"http://{host}"], secret=True) is None
 
 
-def test_the_port_of_http_may_be_left_out() -> None:
+def test_the_default_http_port_can_be_omitted() -> None:
     assert Access("127.0.0.1", 80, None).refuses("/", "localhost", (), secret=False) is None
     assert Access("127.0.0.1", 80, None).refuses("/", "localhost:8300", (), secret=False) is not None
 
@@ -40,7 +40,7 @@ def test_a_foreign_origin_is_refused(origin: str) -> None:
     assert SHARED.refuses("/ws?token=secret", "10.0.0.2:8300", [origin], secret=True) is not None
 
 
-def test_each_of_several_origins_is_checked() -> None:
+def test_every_origin_is_checked() -> None:
     own, foreign = "http://127.0.0.1:8300", "http://evil.example"
     for origins in ([own, foreign], [foreign, own]):
         assert LOCAL.refuses("/ws", "127.0.0.1:8300", origins, secret=True) is not None
@@ -53,7 +53,7 @@ def test_other_machines_need_the_token() -> None:
     assert SHARED.refuses("/", "10.0.0.2:8300", (), secret=False) is None
 
 
-def test_loopback_is_told_from_the_rest() -> None:
+def test_loopback_addresses_are_recognized() -> None:
     assert is_loopback("127.0.0.1")
     assert is_loopback("127.9.9.9")
     assert is_loopback("::1")
@@ -63,7 +63,7 @@ def test_loopback_is_told_from_the_rest() -> None:
     assert bracketed("::1") == "[::1]"
 
 
-def test_the_page_may_load_from_its_own_server_only() -> None:
+def test_the_page_loads_only_from_its_own_server() -> None:
     policy = security_headers("127.0.0.1:8300")["Content-Security-Policy"]
     rules = dict(rule.strip().split(" ", 1) for rule in policy.split(";"))
     assert rules["default-src"] == "'none'"

@@ -12,14 +12,14 @@ HERE = "127.0.0.1"
 
 @pytest.fixture
 def opened(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """What browsers were opened with."""
+    """The addresses that browsers were opened with."""
     urls: list[str] = []
     monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setattr(address, "_open", urls.append)
     return urls
 
 
-def test_a_port_in_use_is_said_and_opens_nothing(opened: list[str]) -> None:
+def test_a_port_in_use_is_an_error_and_opens_no_browser(opened: list[str]) -> None:
     with bound(HERE, 0) as first:
         port = first.access.port
         with pytest.raises(KbotError, match=f"port {port} is in use"), bound(HERE, port, open_browser=True):
@@ -27,7 +27,7 @@ def test_a_port_in_use_is_said_and_opens_nothing(opened: list[str]) -> None:
     assert opened == []
 
 
-def test_without_a_port_the_next_free_one_is_taken() -> None:
+def test_without_a_port_the_next_free_port_is_used() -> None:
     with bound(HERE, None) as first, bound(HERE, None) as second:
         ports = first.access.port, second.access.port
     assert FIRST_PORT <= ports[0] < ports[1]
@@ -50,7 +50,7 @@ def test_a_browser_is_opened_at_the_address_with_its_token(opened: list[str], ho
     assert ("?token=" in where.url) == (host != HERE)
 
 
-def test_who_asks_before_it_is_served_waits() -> None:
+def test_a_client_that_connects_before_serving_waits() -> None:
     answers: list[bytes] = []
     with bound(HERE, 0) as where:
         asking = threading.Thread(target=lambda: answers.append(urllib.request.urlopen(where.url).read()))

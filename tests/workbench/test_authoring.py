@@ -27,7 +27,7 @@ def session(xacro: Path) -> Session:
     return open_session(str(xacro), simulate=False)
 
 
-def read_anew(session: Session) -> None:
+def read_again(session: Session) -> None:
     session.adopt(session.read())
 
 
@@ -40,21 +40,21 @@ def values(session: Session) -> dict[str, tuple[float, float]]:
     return {p.name: (p.written, p.value) for p in session.shown.authoring.parameters().parameters}
 
 
-def test_a_parameter_changes_the_robot_and_not_the_file(session: Session, xacro: Path) -> None:
+def test_a_parameter_changes_the_robot_but_not_the_file(session: Session, xacro: Path) -> None:
     text, asked = xacro.read_text(), []
     session.wants_reading = lambda: asked.append(True)
     session.handle(SetParameter("arg", "wheel_radius", 0.05), 1)
     assert asked
-    read_anew(session)
+    read_again(session)
     assert wheel_height(session) == pytest.approx(0.05)
     assert values(session)["wheel_radius"] == (0.035, 0.05)
     assert xacro.read_text() == text
     session.handle(DropParameters(), 1)
-    read_anew(session)
+    read_again(session)
     assert wheel_height(session) == pytest.approx(0.035)
 
 
-def test_a_property_changes_the_robot_too(tmp_path: Path) -> None:
+def test_a_property_changes_the_robot(tmp_path: Path) -> None:
     file = tmp_path / "r.xacro"
     file.write_text(
         """<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r">
@@ -65,16 +65,16 @@ def test_a_property_changes_the_robot_too(tmp_path: Path) -> None:
     )
     session = open_session(str(file), simulate=False)
     session.handle(SetParameter("property", "high", 2.5), 1)
-    read_anew(session)
+    read_again(session)
     assert session.state().poses[7 + 2] == pytest.approx(2.5)
 
 
-def test_kept_values_are_written_and_undone(session: Session, xacro: Path) -> None:
+def test_kept_values_are_written_and_can_be_undone(session: Session, xacro: Path) -> None:
     text = xacro.read_text()
     session.handle(SetParameter("arg", "wheel_radius", 0.05), 1)
     session.handle(SetParameter("arg", "base_len", 0.2), 1)
     session.handle(KeepParameters(), 1)
-    read_anew(session)
+    read_again(session)
     changed = text.replace('"wheel_radius" default="0.035"', '"wheel_radius" default="0.05"')
     assert xacro.read_text() == changed.replace('"base_len" default="0.16"', '"base_len" default="0.2"')
     assert values(session)["wheel_radius"] == (0.05, 0.05)
@@ -96,7 +96,7 @@ def test_values_given_on_the_command_line_are_shown(xacro: Path) -> None:
     assert values(session)["wheel_radius"] == (0.035, 0.04)
     session.handle(SetParameter("arg", "wheel_radius", 0.06), 1)
     session.handle(DropParameters(), 1)
-    read_anew(session)
+    read_again(session)
     assert wheel_height(session) == pytest.approx(0.04)
 
 
@@ -117,7 +117,7 @@ def choices(tmp_path: Path) -> Session:
     return open_session(str(tmp_path / "r.xacro"), simulate=False)
 
 
-def test_of_several_definitions_the_one_that_counts_is_changed(tmp_path: Path) -> None:
+def test_the_definition_in_effect_is_changed(tmp_path: Path) -> None:
     session = choices(tmp_path)
     assert values(session)["high"] == (1.5, 1.5)
     session.handle(SetParameter("property", "high", 2.5), 1)
@@ -125,14 +125,14 @@ def test_of_several_definitions_the_one_that_counts_is_changed(tmp_path: Path) -
     assert Path(session.shown.file).read_text() == CHOICES.replace('"1.5"', '"2.5"')
 
 
-def test_what_is_true_or_false_is_changed_in_its_spelling(tmp_path: Path) -> None:
+def test_booleans_keep_their_spelling(tmp_path: Path) -> None:
     session = choices(tmp_path)
     truths = {p.name for p in session.shown.authoring.parameters().parameters if p.is_truth}
     assert truths == {"tall", "wide"}
     assert values(session)["tall"] == (1.0, 1.0)
     session.handle(SetParameter("arg", "tall", 0.0), 1)
     session.handle(SetParameter("property", "wide", 1.0), 1)
-    read_anew(session)
+    read_again(session)
     assert session.state().poses[7 : 7 + 3] == pytest.approx((3.0, 0.0, 0.5))
     assert values(session)["high"] == (0.5, 0.5)
     session.handle(KeepParameters(), 1)
@@ -146,14 +146,14 @@ def test_an_unknown_parameter_is_refused(session: Session) -> None:
             session.handle(SetParameter(kind, name, 1.0), 1)
 
 
-def test_only_plain_numbers_of_the_top_level_are_parameters(xacro: Path) -> None:
+def test_only_plain_top_level_numbers_are_parameters(xacro: Path) -> None:
     names = [(one.kind, one.name) for one in written_parameters(expand(xacro))]
     assert ("arg", "base_width") in names
     assert ("arg", "control") not in names
     assert ("property", "base_width") not in names
 
 
-def test_a_number_is_edited_where_it_stands(session: Session, xacro: Path) -> None:
+def test_a_number_is_edited_in_place(session: Session, xacro: Path) -> None:
     text = xacro.read_text()
     line = 1 + text[: text.index("0.035")].count("\n")
     column = text.splitlines()[line - 1].index("0.035") + 1
@@ -187,29 +187,29 @@ def test_the_robot_that_ships_is_not_changed() -> None:
     assert read_source(file).text == text
 
 
-def test_a_fix_is_carried_out(session: Session, xacro: Path) -> None:
+def test_a_fix_is_applied(session: Session, xacro: Path) -> None:
     macros = xacro.with_name("kbot_macros.xacro")
     good = macros.read_text()
     macros.write_text(good.replace('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0" rpy="0 0 0"/>'))
-    read_anew(session)
+    read_again(session)
     findings = session.findings()
     index = next(i for i, finding in enumerate(findings.findings) if finding.fix and "rpy" in finding.message)
     with pytest.raises(KbotError, match="Look at the new list"):
         session.handle(ApplyFix(findings.serial - 1, index), 1)
     session.handle(ApplyFix(findings.serial, index), 1)
     assert macros.read_text() == good
-    read_anew(session)
+    read_again(session)
     assert not any("rpy" in finding.message for finding in session.findings().findings)
 
 
 @pytest.mark.parametrize(
     ("value", "text"), [(0.05, "0.05"), (1.0, "1"), (1e-5, "0.00001"), (-2.5, "-2.5"), (1 / 3, "0.333333333")]
 )
-def test_numbers_are_written_as_people_write_them(value: float, text: str) -> None:
+def test_numbers_are_written_without_needless_digits(value: float, text: str) -> None:
     assert number_text(value) == text
 
 
-def test_overrides_lie_over_what_was_given() -> None:
+def test_overrides_replace_command_line_values() -> None:
     overrides = Overrides({"a": "1", "b": "x"})
     overrides.set("arg", "a", "2")
     overrides.set("property", "c", "3.5")

@@ -1,4 +1,4 @@
-"""Settings of displays in files: KBot's own and those of rviz."""
+"""Display settings in files: KBot's own format and rviz's."""
 
 from pathlib import Path
 
@@ -20,14 +20,14 @@ from kbot.workbench.protocol import DisplaysSaved, DisplaysText
 from .rviz_texts import RVIZ1
 
 
-def test_every_kind_has_properties_that_are_told_apart() -> None:
+def test_properties_of_a_kind_have_distinct_names() -> None:
     assert len({kind.name for kind in KINDS}) == len(KINDS)
     for kind in KINDS:
         names = [property.name for property in kind.properties]
         assert len(set(names)) == len(names), kind.name
 
 
-def test_own_files_say_all_that_is_set() -> None:
+def test_own_files_store_every_setting() -> None:
     settings = DisplaySettings(
         {"frame": "map", "light": 0.5},
         (
@@ -66,14 +66,14 @@ def test_own_files_say_all_that_is_set() -> None:
         (f"displays: 0x{'f' * 5000}\n", "a.kbot.yaml:1: not YAML: a number is too large"),
     ],
 )
-def test_malformed_files_say_what_is_wrong_and_where(text: str, said: str) -> None:
+def test_malformed_files_are_reported_with_the_line(text: str, said: str) -> None:
     with pytest.raises(KbotError) as caught:
         read_settings(text, "a.kbot.yaml")
     assert said in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
-def test_a_page_saves_to_the_file_it_came_from(tmp_path: Path) -> None:
+def test_a_page_saves_to_its_file(tmp_path: Path) -> None:
     path = tmp_path / "robot.rviz"
     path.write_text(RVIZ1)
     file = DisplayFile(str(path))
@@ -93,7 +93,7 @@ def test_a_page_saves_to_the_file_it_came_from(tmp_path: Path) -> None:
     assert path.read_text() == before
 
 
-def test_a_file_that_is_not_there_is_made_when_it_is_saved(tmp_path: Path) -> None:
+def test_a_missing_file_is_created_on_save(tmp_path: Path) -> None:
     path = tmp_path / "new.kbot.yaml"
     file = DisplayFile(str(path))
     assert not path.exists()
@@ -107,7 +107,7 @@ def test_a_file_that_is_not_there_is_made_when_it_is_saved(tmp_path: Path) -> No
         DisplayFile("robot.urdf")
 
 
-def test_a_frame_held_still_goes_before_the_files_own(tmp_path: Path) -> None:
+def test_a_given_fixed_frame_replaces_the_files_own(tmp_path: Path) -> None:
     path = tmp_path / "seen.rviz"
     path.write_text(RVIZ1)
     for file, others in ((DisplayFile(str(path)), True), (DisplayFile(), False)):

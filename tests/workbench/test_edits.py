@@ -1,4 +1,4 @@
-"""Changes of a description's text, taken back and done again, beside those of an editor."""
+"""Undo and redo of changes to a description, beside changes of an editor."""
 
 from pathlib import Path
 
@@ -22,7 +22,7 @@ def test_dragging_one_number_is_one_change(tmp_path: Path) -> None:
     assert file.read_text() == "x 1.0 y 2.0"
 
 
-def test_several_edits_are_carried_out_together_or_not_at_all(tmp_path: Path) -> None:
+def test_edits_are_written_together_or_not_at_all(tmp_path: Path) -> None:
     first, second = tmp_path / "a", tmp_path / "b"
     first.write_text("ä one two")
     second.write_text("three")
@@ -43,7 +43,7 @@ def test_several_edits_are_carried_out_together_or_not_at_all(tmp_path: Path) ->
         editor.apply("numbers", [one, (Edit(Span(a, 4, 8), ""), "ne t")])
 
 
-def test_a_change_made_elsewhere_is_not_undone(tmp_path: Path) -> None:
+def test_a_change_of_an_editor_is_not_undone(tmp_path: Path) -> None:
     file = tmp_path / "a"
     file.write_text("1")
     editor = Editor()
@@ -62,7 +62,7 @@ def test_a_change_made_elsewhere_is_not_undone(tmp_path: Path) -> None:
     assert editor.redo_title == ""
 
 
-def test_what_was_saved_elsewhere_stays_where_a_change_is_undone_and_done_again(tmp_path: Path) -> None:
+def test_other_lines_of_an_editor_survive_undo_and_redo(tmp_path: Path) -> None:
     file = tmp_path / "a"
     file.write_bytes(b"one\r\ntwo 2\r\nthree\r\nfour 4\r\nfive\r\n")
     editor = Editor()
@@ -81,9 +81,7 @@ def test_what_was_saved_elsewhere_stays_where_a_change_is_undone_and_done_again(
 
 
 @pytest.mark.parametrize("saved", ["a\nx 9\nb\n", "x 2\n", "a\nb\n", "a\nx 2\nx 2\nb\n", "q\nx 2\nq\n"])
-def test_where_the_changed_line_is_gone_doubled_or_elsewhere_nothing_is_undone(
-    tmp_path: Path, saved: str
-) -> None:
+def test_undo_is_refused_if_the_changed_line_is_missing_or_ambiguous(tmp_path: Path, saved: str) -> None:
     file = tmp_path / "a"
     file.write_text("a\nx 1\nb\n")
     editor = Editor()

@@ -85,7 +85,7 @@ def test_a_transparent_picture_covers_what_the_model_covers(
     assert overlap(image[..., 3] > 127, expected) > 0.985
 
 
-def test_a_picture_elsewhere_fails_the_same_measure(xacro: Path) -> None:
+def test_a_displaced_picture_fails_the_same_measure(xacro: Path) -> None:
     robot = load_robot(str(xacro)).require()
     look = Look(400, 300, transparent=True)
     things = robot_alone(robot)
@@ -95,7 +95,7 @@ def test_a_picture_elsewhere_fails_the_same_measure(xacro: Path) -> None:
     assert overlap(image[..., 3] > 127, link_image(robot, clip, 400, 300) >= 0) < 0.985
 
 
-def test_an_opaque_picture_has_the_robot_on_the_floor(xacro: Path) -> None:
+def test_an_opaque_picture_shows_the_robot_on_the_floor(xacro: Path) -> None:
     robot = load_robot(str(xacro)).require()
     looks = [Look(400, 300, 270.0, 89.0, theme=theme) for theme in ("dark", "light")]
     things = robot_alone(robot)
@@ -111,9 +111,7 @@ def test_an_opaque_picture_has_the_robot_on_the_floor(xacro: Path) -> None:
     assert light[5, 5].min() > 200
 
 
-def test_without_opengl_one_sentence_says_what_to_install(
-    xacro: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_opengl_the_error_says_what_to_install(xacro: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def nothing(width: int, height: int) -> None:
         raise KbotError("cameras need off-screen OpenGL, which is not available: install it")
 
@@ -123,7 +121,7 @@ def test_without_opengl_one_sentence_says_what_to_install(
 
 
 @pytest.mark.parametrize("size", [(0, 10), (10, 0), (10_000, 10)])
-def test_no_picture_has_such_a_size(size: tuple[int, int]) -> None:
+def test_invalid_picture_sizes_are_refused(size: tuple[int, int]) -> None:
     with pytest.raises(KbotError, match="width and height must be 1 to 8192 pixels"):
         Look(*size)
 
@@ -134,7 +132,7 @@ def read_glb(data: bytes) -> dict:
     return json.loads(data[20 : 20 + length])
 
 
-def test_the_nodes_of_a_model_file_are_the_links(arm: Path) -> None:
+def test_the_nodes_of_a_glb_file_are_the_links(arm: Path) -> None:
     robot = load_robot(str(arm)).require()
     nodes = read_glb(glb(robot))["nodes"]
     children = {n["name"]: {nodes[i]["name"] for i in n.get("children", ())} for n in nodes}
@@ -144,20 +142,20 @@ def test_the_nodes_of_a_model_file_are_the_links(arm: Path) -> None:
     assert children["hand"] == set()
 
 
-def test_a_model_file_stands_as_the_joints_say_y_up(arm: Path) -> None:
+def test_a_glb_file_is_y_up_and_has_the_given_joint_positions(arm: Path) -> None:
     robot, joints = load_robot(str(arm)).require(), {"shoulder": 0.6, "slide": 0.05}
     scene = trimesh.load_scene(io.BytesIO(glb(robot, joints)), file_type="glb")
     for name, pose in FrameTree(robot).poses(joints).items():
         matrix, _ = scene.graph[name]
         assert matrix == pytest.approx(Y_UP_FROM_Z_UP @ pose.matrix, abs=1e-6)
-    # glTF: y is up, the front looks along z; REP 103: z is up, ahead is x
+    # glTF: y is up and the front faces +z. REP 103: z is up and the front faces +x
     up, ahead = Y_UP_FROM_Z_UP @ (0, 0, 1, 1), Y_UP_FROM_Z_UP @ (1, 0, 0, 1)
     assert up == pytest.approx((0, 1, 0, 1))
     assert ahead == pytest.approx((0, 0, 1, 1))
     assert np.linalg.det(Y_UP_FROM_Z_UP) == pytest.approx(1.0)
 
 
-def test_colours_of_a_model_file_are_linear_and_may_show_through(arm: Path) -> None:
+def test_colours_of_a_glb_file_are_linear_with_opacity(arm: Path) -> None:
     document = read_glb(glb(load_robot(str(arm)).require()))
     (material,) = [m for m in document["materials"] if m["name"] == "upper/visual_0"]
     # sRGB 0.5 is 0.2140 in linear light (IEC 61966-2-1)
@@ -177,7 +175,7 @@ def test_normals_are_sharp_at_edges_and_smooth_elsewhere() -> None:
     assert np.einsum("ij,ij->i", vertices, normals).min() > 0.999
 
 
-def test_the_tree_has_every_link_and_joint_once(arm: Path) -> None:
+def test_the_tree_contains_every_link_and_joint_once(arm: Path) -> None:
     root = ET.fromstring(tree_svg(load_robot(str(arm)).require()))
     tips = [group.find(f"{SVG}title").text for group in root.iter(f"{SVG}g")]
     assert sorted(tips) == sorted(
@@ -199,7 +197,7 @@ SHAPES = {
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_shapes_without_volume_are_drawn_as_far_as_they_are_seen(tmp_path: Path, shape: str) -> None:
+def test_shapes_without_volume_are_drawn_if_visible(tmp_path: Path, shape: str) -> None:
     file = tmp_path / "triangle.stl"
     trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]).export(file)
     urdf = tmp_path / "odd.urdf"
@@ -218,7 +216,7 @@ def test_shapes_without_volume_are_drawn_as_far_as_they_are_seen(tmp_path: Path,
 
 
 @pytest.mark.parametrize("kind", ["png", "glb"])
-def test_too_many_triangles_of_all_visuals_are_an_error(
+def test_too_many_triangles_in_all_visuals_are_an_error(
     kind: str, tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
     """250,001 triangles in a mesh that two visuals show."""

@@ -1,4 +1,4 @@
-"""Kicks, pushes and faults that pages ask for, and a seed to start again with."""
+"""Kicks, pushes and faults that pages request, and restarting with a seed."""
 
 import json
 from math import inf
@@ -28,17 +28,17 @@ def run(session: Session, seconds: float) -> None:
 
 
 @pytest.mark.parametrize("angle", [0.0, 90.0, 225.0])
-def test_a_kick_goes_where_it_is_aimed_at(session: Session, angle: float) -> None:
+def test_a_kick_moves_the_robot_in_its_direction(session: Session, angle: float) -> None:
     x, y = np.cos(np.radians(angle)), np.sin(np.radians(angle))
     session.handle(Kick(x, y, 0.5), 1)
     run(session, 0.04)
     gone = np.array(session.state().poses[:3])
-    # thrown up at 0.5 m/s too, so that for a tenth of a second nothing brakes it
+    # also kicked up at 0.5 m/s, so that nothing brakes it for a tenth of a second
     assert gone[:2] == pytest.approx((0.04 * x, 0.04 * y), abs=0.002)
     assert gone[2] == pytest.approx(0.04 * 0.5 - 9.81 * 0.04**2 / 2, abs=0.003)
 
 
-def test_other_robots_and_things_are_pushed_too(session: Session) -> None:
+def test_other_robots_and_objects_can_be_pushed(session: Session) -> None:
     session.handle(Spawn("robot", 1.0, 0.0, 0.0, 0.0, 0.1, 0.1, 0.1), 1)
     session.handle(Spawn("box", -1.0, 0.0, 0.0, 0.0, 0.1, 0.1, 0.1), 1)
     run(session, 0.3)
@@ -49,10 +49,10 @@ def test_other_robots_and_things_are_pushed_too(session: Session) -> None:
     names = [body.name for body in session.scene.bodies]
     assert poses[names.index("robot_2/base_link"), 0] > 1.02
     assert poses[names.index("box_1"), 1] > 0.02
-    assert abs(session.state().poses[0]) < 1e-3  # and the one on show was not
+    assert abs(session.state().poses[0]) < 1e-3  # the robot on display was not pushed
 
 
-def test_faults_are_told_and_ended(session: Session) -> None:
+def test_faults_are_listed_and_can_be_ended(session: Session) -> None:
     session.handle(Disturb("payload", "base_link", 0.5, 3.0), 1)
     session.handle(Disturb("blocked", "left_wheel_joint", 0.0, 1.0), 1)
     session._motion._sim.disturbances.schedule(LostCommands(0.25), at=2.0)
@@ -75,7 +75,7 @@ def test_faults_are_told_and_ended(session: Session) -> None:
         session.handle(EndFault(told[0].number), 1)
 
 
-def test_a_run_starts_again_with_another_seed() -> None:
+def test_a_run_restarts_with_another_seed() -> None:
     def scans(session: Session) -> list[float]:
         heard: list[float] = []
         session.topics.bus.subscribe("/scan", LaserScan, lambda m: heard.extend(m.ranges[:20]))

@@ -1,4 +1,4 @@
-"""A fault of KBot's own ends neither the server nor what it records."""
+"""An internal error of KBot ends neither the server nor its recording."""
 
 import logging
 from pathlib import Path
@@ -10,7 +10,7 @@ from websockets.sync.client import connect
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .test_server import get, hear, say, socket_address
+from .test_server import get, receive, send, socket_address
 
 FAILED = "KBot could not process this: ZeroDivisionError: a bug; please report it"
 
@@ -20,23 +20,23 @@ def broken(*_: Any) -> Any:
 
 
 def refusal(connection: Any, text: str) -> str:
-    while text not in (reason := str(hear(connection, "refused")["reason"])):
+    while text not in (reason := str(receive(connection, "refused")["reason"])):
         pass
     return reason
 
 
-def test_a_message_that_fails_is_answered(driving: tuple[str, Session], monkeypatch: Any) -> None:
+def test_a_failing_message_is_answered(driving: tuple[str, Session], monkeypatch: Any) -> None:
     address, session = driving
     with connect(socket_address(address)) as page:
         monkeypatch.setattr(session, "handle", broken)
-        say(page, type="reset")
+        send(page, type="reset")
         assert refusal(page, "failed") == FAILED
         monkeypatch.undo()
-        say(page, type="set_speed", factor=2.0)
+        send(page, type="set_speed", factor=2.0)
         until(lambda: session.speed == 2.0)
 
 
-def test_a_run_that_fails_is_paused(driving: tuple[str, Session], monkeypatch: Any) -> None:
+def test_a_failing_run_is_paused(driving: tuple[str, Session], monkeypatch: Any) -> None:
     address, session = driving
     with connect(socket_address(address)) as page:
         monkeypatch.setattr(session._motion, "advance", broken)
@@ -44,52 +44,52 @@ def test_a_run_that_fails_is_paused(driving: tuple[str, Session], monkeypatch: A
         until(lambda: session.paused)
         monkeypatch.undo()
         before = session._motion.clock.nanoseconds
-        say(page, type="pause", paused=False)
+        send(page, type="pause", paused=False)
         until(lambda: session._motion.clock.nanoseconds > before)
 
 
-def test_a_reading_that_fails_leaves_the_robot(
+def test_a_failing_reading_keeps_the_robot(
     driving: tuple[str, Session], xacro: Path, monkeypatch: Any
 ) -> None:
     address, session = driving
     with connect(socket_address(address)) as page:
-        hear(page, "state")
+        receive(page, "state")
         monkeypatch.setattr(session, "read", broken)
         xacro.write_text(xacro.read_text() + "<!-- changed -->\n")
         assert refusal(page, "failed") == FAILED
     assert get(address, "/")[0] == 200
 
 
-def test_files_are_watched_on_after_a_fault(
+def test_files_are_still_watched_after_an_error(
     driving: tuple[str, Session], xacro: Path, monkeypatch: Any, caplog: pytest.LogCaptureFixture
 ) -> None:
     address, _ = driving
     with connect(socket_address(address)) as page, caplog.at_level(logging.ERROR):
-        hear(page, "state")
+        receive(page, "state")
         monkeypatch.setattr("kbot.workbench.serving.file_watcher._signature", broken)
         until(lambda: "watching the files failed" in caplog.text)
         assert "internal error (ZeroDivisionError)" in caplog.text
         monkeypatch.undo()
         xacro.write_text(xacro.read_text().replace('"base_len" default="0.16"', '"base_len" default="0.2"'))
-        until(lambda: "'value': 0.2" in str(hear(page, "parameters")))
+        until(lambda: "'value': 0.2" in str(receive(page, "parameters")))
 
 
-def test_a_plot_that_fails_is_answered(driving: tuple[str, Session], monkeypatch: Any) -> None:
+def test_a_failing_plot_is_answered(driving: tuple[str, Session], monkeypatch: Any) -> None:
     address, _ = driving
     with connect(socket_address(address)) as page:
         monkeypatch.setattr("kbot.workbench.serving.past.Past.series", broken)
-        say(page, type="ask_series", number=1, fields=["state twist.0"], start=0.0, end=1.0)
+        send(page, type="ask_series", number=1, fields=["state twist.0"], start=0.0, end=1.0)
         assert refusal(page, "failed") == FAILED
         monkeypatch.undo()
-        say(page, type="ask_series", number=2, fields=["state twist.0"], start=0.0, end=1.0)
-        assert hear(page, "series")["number"] == 2
+        send(page, type="ask_series", number=2, fields=["state twist.0"], start=0.0, end=1.0)
+        assert receive(page, "series")["number"] == 2
 
 
 @pytest.mark.parametrize(
     ("path", "part"),
     [("/export/robot.glb", "kbot.workbench.serving.page_files.glb"), ("/mesh/1", "MeshStore.packed")],
 )
-def test_a_request_that_fails_is_answered(
+def test_a_failing_request_is_answered(
     driving: tuple[str, Session], path: str, part: str, monkeypatch: Any, caplog: pytest.LogCaptureFixture
 ) -> None:
     address, _ = driving
@@ -103,7 +103,7 @@ def test_a_request_that_fails_is_answered(
 
 
 @pytest.mark.parametrize(("target", "name"), [("robot", "robot"), ("?robot", ""), ("//robot/x", "robot")])
-def test_an_unusual_target_that_fails_is_answered(
+def test_a_failing_request_with_an_unusual_target_is_answered(
     driving: tuple[str, Session], target: str, name: str, monkeypatch: Any, caplog: pytest.LogCaptureFixture
 ) -> None:
     address, _ = driving

@@ -1,4 +1,4 @@
-"""Recordings of other programs: what a robot is shown by, and what is said where something is missing."""
+"""Recordings of other programs: what is needed to display a robot, and the errors if it is missing."""
 
 from pathlib import Path
 
@@ -33,7 +33,7 @@ TILTED = """<robot name="arm"><link name="base"/><link name="arm"/><link name="s
 
 
 def write(path: Path, *packets: tuple[str, float, object]) -> str:
-    """An MCAP file as any program of ROS 2 would write it, with nothing of KBot's own in it."""
+    """Write an MCAP file as a ROS 2 program would, without anything specific to KBot."""
     with path.open("wb") as stream:
         writer = Writer(stream, chunk_size=2000)
         writer.start("ros2", "test")
@@ -59,8 +59,9 @@ def moved(
     return TFMessage((TransformStamped(Header(stamp, parent), child, transform),))
 
 
-def test_a_recording_of_ros_needs_its_robot_and_tf(tmp_path: Path) -> None:
-    """One frame was told of once, long before the others; joints are read from tf: 0.5 rad about the axis."""
+def test_a_ros_recording_needs_only_description_and_tf(tmp_path: Path) -> None:
+    """One frame was published once, long before the others. Joints are read from tf: 0.5 rad about the
+    axis."""
     turned = (
         np.sin(0.15) * np.cos(0.25),
         -np.sin(0.15) * np.sin(0.25),
@@ -86,7 +87,7 @@ def test_a_recording_of_ros_needs_its_robot_and_tf(tmp_path: Path) -> None:
     assert session.state().poses[:3] == pytest.approx((2.0, 2.0, 0.0))
 
 
-def test_joint_states_alone_will_do(tmp_path: Path) -> None:
+def test_joint_states_without_tf_are_sufficient(tmp_path: Path) -> None:
     path = write(
         tmp_path / "joints.mcap",
         ("/arm/robot_description", 1.0, String(TILTED)),
@@ -102,8 +103,8 @@ def test_joint_states_alone_will_do(tmp_path: Path) -> None:
     ("own", "other"),
     [("", "/robot_2"), ("/robot1", "/robot2"), ("/robot2", "/robot1"), ("/robot2", "")],
 )
-def test_another_robot_s_joints_are_not_the_shown_one_s(tmp_path: Path, own: str, other: str) -> None:
-    """The other has joints of the same names, and speaks just before and after each time."""
+def test_joints_of_another_robot_are_ignored(tmp_path: Path, own: str, other: str) -> None:
+    """The other robot has joints of the same names, and publishes just before and after each message."""
     names = ("shoulder", "rail")
     path = write(
         tmp_path / "two.mcap",
@@ -126,8 +127,8 @@ def test_another_robot_s_joints_are_not_the_shown_one_s(tmp_path: Path, own: str
     assert rows == {None, 0.0, 0.25, 0.5}
 
 
-def test_a_robot_is_shown_by_the_namespace_that_was_noted(tmp_path: Path) -> None:
-    """KBot keeps the description at the root, wherever its robot speaks."""
+def test_the_stored_namespace_selects_the_robots_topics(tmp_path: Path) -> None:
+    """KBot stores the description at the root, whatever the namespace of the robot."""
     sim = Simulation(kbot.load("kbot"), naming=Naming(namespace="robot2"))
     path = str(tmp_path / "named.mcap")
     other = sim.bus.advertise("/robot1/joint_states", JointState)
@@ -141,7 +142,7 @@ def test_a_robot_is_shown_by_the_namespace_that_was_noted(tmp_path: Path) -> Non
     assert joints["left_wheel_joint"] == pytest.approx(sim.joint_positions["left_wheel_joint"], abs=1e-6)
 
 
-def test_what_is_missing_is_one_clear_sentence(tmp_path: Path) -> None:
+def test_a_missing_topic_is_one_clear_error(tmp_path: Path) -> None:
     no_robot = write(tmp_path / "a.mcap", ("/tf", 0.0, moved(0.0, "odom", "base", (0, 0, 0))))
     with pytest.raises(KbotError, match="has no /robot_description, so there is no robot to show"):
         played_session(no_robot)
@@ -154,10 +155,8 @@ def test_what_is_missing_is_one_clear_sentence(tmp_path: Path) -> None:
         played_session(str(tmp_path / "d.mcap"))
 
 
-def test_static_transforms_that_are_too_many_are_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """They are all held; a hostile recording has gigabytes of them in a few kilobytes."""
+def test_too_many_static_transforms_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """All are held in memory. A hostile recording has gigabytes of them in a few kilobytes."""
     monkeypatch.setattr("kbot.workbench.playback.recorded_run.MOST_STATIC_BYTES", 100)
     path = write(
         tmp_path / "static.mcap",
@@ -168,7 +167,7 @@ def test_static_transforms_that_are_too_many_are_refused(
         played_session(path)
 
 
-def test_a_recording_that_broke_off_is_played_to_its_last_whole_chunk(tmp_path: Path) -> None:
+def test_an_incomplete_recording_plays_to_its_last_complete_chunk(tmp_path: Path) -> None:
     path = write(
         tmp_path / "whole.mcap",
         ("/robot_description", 0.0, String(TILTED)),
@@ -183,8 +182,8 @@ def test_a_recording_that_broke_off_is_played_to_its_last_whole_chunk(tmp_path: 
     assert session.state().poses[0] == pytest.approx(end)
 
 
-def test_only_what_is_looked_at_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A moment of a long recording is found by the index: opening it and going about reads few chunks."""
+def test_only_displayed_parts_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A time in a long recording is found by the index. Opening and seeking read few chunks."""
     path = write(
         tmp_path / "long.mcap",
         ("/robot_description", 0.0, String(TILTED)),

@@ -1,4 +1,4 @@
-"""Goals given from a page: driven to in a served simulation, given up for the keys, kept over a save."""
+"""Goals from a page: reached in a served simulation, cancelled by keys, kept over a save."""
 
 import time
 from pathlib import Path
@@ -36,7 +36,7 @@ def session(xacro: Path):
     return open_session(str(xacro), simulate=True, world="maze:size=3,seed=3")
 
 
-def test_a_goal_of_a_page_is_driven_to(session):
+def test_a_goal_of_a_page_is_reached(session):
     states = _states(session)
     session.handle(_goal(0.6, 0.6), 1)
     _advance(session, 14.0)
@@ -46,7 +46,7 @@ def test_a_goal_of_a_page_is_driven_to(session):
     assert session.state().command == (0.0, 0.0)
 
 
-def test_the_keys_and_stop_take_the_wheels(session):
+def test_keys_and_stop_cancel_the_goal(session):
     states = _states(session)
     session.handle(_goal(1.2, 1.2), 1)
     _advance(session, 1.5)
@@ -64,7 +64,7 @@ def test_the_keys_and_stop_take_the_wheels(session):
     assert session.state().command == (0.0, 0.0)
 
 
-def test_a_goal_outlives_a_save(session):
+def test_a_goal_continues_after_a_save(session):
     session.handle(_goal(0.6, 0.6), 1)
     _advance(session, 2.0)
     session.adopt(session.read())
@@ -73,7 +73,7 @@ def test_a_goal_outlives_a_save(session):
     assert states[-1] == "reached"
 
 
-def test_a_sensor_that_is_ill_declared_is_found_at_its_line(tmp_path: Path):
+def test_an_invalid_sensor_is_reported_at_its_line(tmp_path: Path):
     text = """<robot name="r"><link name="base_link"/>
 <gazebo reference="base_link">
 <sensor type="ray" name="scan"><ray><scan><horizontal>

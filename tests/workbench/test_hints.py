@@ -1,4 +1,4 @@
-"""What expressions came to, told beside them: through macros, includes and properties."""
+"""Values of expressions, listed beside them: through macros, includes and properties."""
 
 from pathlib import Path
 
@@ -35,8 +35,8 @@ def session(tmp_path: Path) -> Session:
     return open_session(str(tmp_path / "robot.xacro"), simulate=False)
 
 
-def told(session: Session, name: str) -> dict[str, tuple[str, ...]]:
-    """The values of each text that stands where a hint says."""
+def hint_values(session: Session, name: str) -> dict[str, tuple[str, ...]]:
+    """Return the values at each text with a hint."""
     source = session.handle(OpenSource(str(Path(session.shown.file).with_name(name))), 1)[0]
     assert isinstance(source, SourceText)
     lines = source.text.split("\n")
@@ -47,30 +47,30 @@ def told(session: Session, name: str) -> dict[str, tuple[str, ...]]:
     }
 
 
-def test_each_expression_has_its_value_and_in_a_macro_one_for_each_call(session: Session) -> None:
-    assert told(session, "robot.xacro") == {
+def test_an_expression_in_a_macro_has_a_value_for_each_call(session: Session) -> None:
+    assert hint_values(session, "robot.xacro") == {
         "${0.1 / 0.3}": ("0.333333",),
         "${third / 2}": ("0.166667",),
         "$(arg length) 0.2 ${third}": ("0.3 0.2 0.333333",),
         "${1 * 1}": ("1",),
     }
-    assert told(session, "wheel.xacro") == {
+    assert hint_values(session, "wheel.xacro") == {
         "${side}_wheel": ("left_wheel", "right_wheel"),
         "${side}": ("left", "right"),
         "0 ${sign * radius} 0": ("0 0.166667 0", "0 -0.166667 0"),
     }
 
 
-def test_values_are_those_on_show_and_of_the_text_on_show(session: Session) -> None:
+def test_values_belong_to_the_displayed_text(session: Session) -> None:
     session.handle(SetParameter("arg", "length", 0.5), 1)
     session.adopt(session.read())
-    assert told(session, "robot.xacro")["$(arg length) 0.2 ${third}"] == ("0.5 0.2 0.333333",)
+    assert hint_values(session, "robot.xacro")["$(arg length) 0.2 ${third}"] == ("0.5 0.2 0.333333",)
     file = Path(session.shown.file)
     file.write_text("<!-- saved, and not read yet -->" + file.read_text())
-    assert told(session, "robot.xacro") == {}
+    assert hint_values(session, "robot.xacro") == {}
 
 
-def test_of_many_calls_a_few_values_are_told(tmp_path: Path) -> None:
+def test_only_a_few_values_of_many_calls_are_listed(tmp_path: Path) -> None:
     calls = "".join(f'<xacro:one n="{n}"/>' for n in range(9))
     (tmp_path / "robot.xacro").write_text(
         '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="base"/>'

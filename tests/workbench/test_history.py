@@ -1,4 +1,4 @@
-"""The last minutes, kept: each moment whole, and no more of them than there is room for."""
+"""The messages of the last minutes: complete at every time, in bounded memory."""
 
 import random
 
@@ -20,7 +20,7 @@ def filled(seconds: int) -> History:
     return past
 
 
-def test_every_moment_is_what_was_told_last_until_then() -> None:
+def test_every_time_has_the_last_messages_until_then() -> None:
     past = filled(20)
     for step in (0, 1, 49, 50, 51, 123, 700, 998, 999):
         assert past.at(step / 50, ("state", "scan", "map", "nothing")) == {
@@ -31,14 +31,14 @@ def test_every_moment_is_what_was_told_last_until_then() -> None:
     assert past.at(19.98, ("map",)) == {"map": b"the map"}
 
 
-def test_what_was_not_told_yet_is_not_there() -> None:
+def test_later_messages_are_missing() -> None:
     past = filled(3)
     past.add("late", "late")
     assert past.at(1.0, ("late",)) == {}
     assert past.at(past.end, ("late",)) == {"late": "late"}
 
 
-def test_only_the_last_minutes_are_kept_but_of_everything_the_last_word() -> None:
+def test_only_the_last_minutes_are_kept_and_the_last_message_of_every_key() -> None:
     past = filled(400)
     assert past.end == pytest.approx(399.98)
     assert past.end - past.start == pytest.approx(history.KEPT_SECONDS, abs=2 * history.CHUNK_SECONDS)
@@ -46,7 +46,7 @@ def test_only_the_last_minutes_are_kept_but_of_everything_the_last_word() -> Non
     assert past.at(past.start + 0.001, ("state",)) == {"state": f"state {round(past.start * 50)}"}
 
 
-def test_memory_is_bounded_whatever_comes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_memory_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(history, "MOST_BYTES", 1_000_000)
     noise = random.Random(1)
     past = History()
@@ -57,7 +57,7 @@ def test_memory_is_bounded_whatever_comes(monkeypatch: pytest.MonkeyPatch) -> No
     assert past.at(past.end, ("state",))
 
 
-def test_large_frames_are_kept_less_often_than_they_come() -> None:
+def test_large_frames_are_kept_less_often_than_they_arrive() -> None:
     past = History()
     image = bytes(1_000_000)
     for step in range(100):
@@ -69,7 +69,7 @@ def test_large_frames_are_kept_less_often_than_they_come() -> None:
     assert past.at(2.1, ("image",))["image"][-1:] == b"x"
 
 
-def test_what_ended_does_not_hold_any_more() -> None:
+def test_ended_keys_have_no_message() -> None:
     past = filled(3)
     past.end_of("scan")
     past.pass_to(10.0)
@@ -80,7 +80,7 @@ def test_what_ended_does_not_hold_any_more() -> None:
     assert past.at(10.0, ("scan",)) == {"scan": b"anew"}
 
 
-def test_all_time_that_passed_is_on_the_timeline() -> None:
+def test_the_timeline_counts_all_simulated_time() -> None:
     past = filled(3)
     past.pass_to(10.0)
     assert past.end == pytest.approx(10.0)
@@ -91,7 +91,7 @@ def test_all_time_that_passed_is_on_the_timeline() -> None:
     assert past.end == pytest.approx(10.5)
 
 
-def test_the_timeline_goes_on_over_a_reset() -> None:
+def test_the_timeline_continues_over_a_reset() -> None:
     past = filled(5)
     past.pass_to(0.0)
     past.add("state", "anew")

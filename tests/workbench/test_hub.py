@@ -1,4 +1,4 @@
-"""The pages that are connected, and what waits for them."""
+"""The connected pages, and the messages that wait for them."""
 
 import asyncio
 import json
@@ -16,7 +16,7 @@ def timeline(end: float, live: bool) -> Timeline:
 
 
 def sent_by(client: Client) -> list[dict[str, object]]:
-    """What the page is sent before it would have to wait."""
+    """Return what the page is sent before it would have to wait."""
     sent: list[dict[str, object]] = []
 
     async def keep(text: str) -> None:
@@ -32,7 +32,7 @@ def sent_by(client: Client) -> list[dict[str, object]]:
     return sent
 
 
-def test_a_slow_page_gets_the_newest_of_each_kind() -> None:
+def test_a_slow_page_receives_the_newest_message_of_each_kind() -> None:
     client = Hub().join()
     for tick in range(10_000):
         client.put(state(tick / 50))
@@ -46,8 +46,8 @@ def test_a_slow_page_gets_the_newest_of_each_kind() -> None:
     assert {(m["file"], m["text"]) for m in sent[2:]} == {("a", "2"), ("b", "1")}
 
 
-def test_time_that_goes_on_is_told_before_what_was_said_at_its_moment() -> None:
-    """A page forgets what topics said when it comes to another moment."""
+def test_the_timeline_is_sent_before_the_messages_of_its_time() -> None:
+    """A page forgets the messages of topics when it displays another time."""
     client = Hub().join()
     client.put_timeline(timeline(end=1.0, live=False))
     client.put_topic("/plan", json.dumps({"type": "message"}))
@@ -59,7 +59,7 @@ def test_time_that_goes_on_is_told_before_what_was_said_at_its_moment() -> None:
     assert [message["type"] for message in sent_by(client)] == ["message", "timeline"]
 
 
-def test_all_pages_are_told_until_they_leave() -> None:
+def test_all_pages_receive_messages_until_they_disconnect() -> None:
     hub = Hub()
     first, second = hub.join(), hub.join()
     assert first.number != second.number
@@ -70,7 +70,7 @@ def test_all_pages_are_told_until_they_leave() -> None:
     assert len(hub) == 1
 
 
-def test_a_page_that_answers_late_has_no_more_than_two_beats_under_way() -> None:
+def test_a_slow_page_has_at_most_two_unanswered_beats() -> None:
     client = Hub().join()
     got: list[dict[str, object]] = []
 
@@ -78,7 +78,7 @@ def test_a_page_that_answers_late_has_no_more_than_two_beats_under_way() -> None
         async def take(text: str | bytes) -> None:
             got.append(json.loads(text))
 
-        async def tell(start: int, rounds: int) -> None:
+        async def publish(start: int, rounds: int) -> None:
             for tick in range(start, start + rounds):
                 client.put(state(tick))
                 for _ in range(5):
@@ -88,17 +88,17 @@ def test_a_page_that_answers_late_has_no_more_than_two_beats_under_way() -> None
             return sum(message["type"] == "beat" for message in got)
 
         pump = asyncio.create_task(client.pump(take))
-        await tell(0, 100)
-        assert beats() == 25  # one that never answers is told all
+        await publish(0, 100)
+        assert beats() == 25  # a page that never answers is sent everything
         for _ in range(beats()):
             client.count_answer()
-        await tell(100, 100)
+        await publish(100, 100)
         assert beats() == 27
         assert got[-2]["time"] == 107
         client.count_answer()
-        await tell(200, 1)
-        assert got[-1]["time"] == 200  # and all between is dropped
-        await tell(201, 100)
+        await publish(200, 1)
+        assert got[-1]["time"] == 200  # everything in between is dropped
+        await publish(201, 100)
         assert beats() == 28
         pump.cancel()
 

@@ -1,4 +1,4 @@
-"""Markers on their way to the page: none is lost, and their meshes are read here."""
+"""Markers on their way to the page: none is lost, and the server loads their meshes."""
 
 from pathlib import Path
 
@@ -20,33 +20,33 @@ from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.topics.marker_state import MarkerState
 
 
-def standing(state: MarkerState, now: int = 0) -> list[tuple[str, int]]:
+def current(state: MarkerState, now: int = 0) -> list[tuple[str, int]]:
     first, *rest = state.current(now).markers
-    assert first.action == DELETE_ALL  # so that a page that missed some forgets them
+    assert first.action == DELETE_ALL  # so that a page that missed some deletes them
     return [(marker.ns, marker.id) for marker in rest]
 
 
-def test_markers_stand_until_they_are_deleted() -> None:
+def test_markers_are_kept_until_they_are_deleted() -> None:
     state = MarkerState()
     state.take(MarkerArray((Marker(ns="a", id=1), Marker(ns="a", id=2), Marker(ns="b", id=1))))
     state.take(Marker(ns="a", id=1, text="again"))
-    assert standing(state) == [("a", 2), ("b", 1), ("a", 1)]
+    assert current(state) == [("a", 2), ("b", 1), ("a", 1)]
     state.take(Marker(ns="a", id=2, action=DELETE))
-    assert standing(state) == [("b", 1), ("a", 1)]
+    assert current(state) == [("b", 1), ("a", 1)]
     state.take(Marker(ns="a", action=DELETE_ALL))
-    assert standing(state) == [("b", 1)]
+    assert current(state) == [("b", 1)]
     state.take(Marker(action=DELETE_ALL))
-    assert standing(state) == []
+    assert current(state) == []
 
 
-def test_a_marker_goes_when_its_life_is_over() -> None:
+def test_a_marker_expires_after_its_lifetime() -> None:
     state = MarkerState()
     state.take(Marker(Header(Time(2)), id=1, lifetime=Duration(1, 500_000_000)))
-    assert standing(state, 3_400_000_000) == [("", 1)]
-    assert standing(state, 3_600_000_000) == []
+    assert current(state, 3_400_000_000) == [("", 1)]
+    assert current(state, 3_600_000_000) == []
 
 
-def test_meshes_are_read_from_packages_and_nowhere_else(tmp_path: Path) -> None:
+def test_meshes_are_read_only_from_packages(tmp_path: Path) -> None:
     package = tmp_path / "things"
     package.mkdir()
     (package / "package.xml").write_text("<package><name>things</name></package>")
@@ -55,19 +55,19 @@ def test_meshes_are_read_from_packages_and_nowhere_else(tmp_path: Path) -> None:
     meshes = MeshStore()
     for_page = MarkerMeshes(meshes, str(package / "robot.urdf"))
 
-    def told(address: str) -> str:
+    def mesh_sent(address: str) -> str:
         marker = for_page(Marker(type=MESH_RESOURCE, mesh_resource=address))
         assert isinstance(marker, Marker)
         return marker.mesh_resource
 
-    assert meshes.packed(told("package://things/box.stl")) is not None
-    assert told("package://things/../box.stl") == ""
-    assert told(f"file://{tmp_path}/box.stl") == ""
-    assert told("package://nothing/box.stl") == ""
-    assert told("package://things/none.stl") == ""
+    assert meshes.packed(mesh_sent("package://things/box.stl")) is not None
+    assert mesh_sent("package://things/../box.stl") == ""
+    assert mesh_sent(f"file://{tmp_path}/box.stl") == ""
+    assert mesh_sent("package://nothing/box.stl") == ""
+    assert mesh_sent("package://things/none.stl") == ""
 
 
-def test_meshes_are_read_from_packages_of_the_package_path(tmp_path: Path) -> None:
+def test_meshes_are_read_from_the_package_path(tmp_path: Path) -> None:
     package = tmp_path / "elsewhere" / "things"
     package.mkdir(parents=True)
     (package / "package.xml").write_text("<package><name>things</name></package>")
@@ -77,9 +77,9 @@ def test_meshes_are_read_from_packages_of_the_package_path(tmp_path: Path) -> No
     marker = Marker(type=MESH_RESOURCE, mesh_resource="package://things/box.stl")
     for paths, is_found in (((str(package),), True), ((), False)):
         meshes = MeshStore()
-        told = MarkerMeshes(meshes, str(robot), paths)(marker)
-        assert isinstance(told, Marker)
-        assert (meshes.packed(told.mesh_resource) is not None) == is_found
+        mesh_sent = MarkerMeshes(meshes, str(robot), paths)(marker)
+        assert isinstance(mesh_sent, Marker)
+        assert (meshes.packed(mesh_sent.mesh_resource) is not None) == is_found
 
 
 @pytest.mark.parametrize(
@@ -92,11 +92,11 @@ def test_meshes_are_read_from_packages_of_the_package_path(tmp_path: Path) -> No
         ("", ""),
     ],
 )
-def test_a_launch_names_the_displays_as_it_does_for_rviz(arguments: str, file: str) -> None:
+def test_a_launch_selects_the_displays_like_rviz(arguments: str, file: str) -> None:
     assert display_config(arguments) == file
 
 
 @pytest.mark.parametrize("arguments", ["-f odom", "-d a.rviz -f odom", "--fixed-frame=odom -d a.rviz"])
-def test_a_launch_names_the_fixed_frame_as_it_does_for_rviz(arguments: str) -> None:
+def test_a_launch_selects_the_fixed_frame_like_rviz(arguments: str) -> None:
     assert fixed_frame(arguments) == "odom"
     assert fixed_frame("-d a.rviz") == ""

@@ -1,4 +1,4 @@
-"""Bookmarks: those of a run, and those of a recording, which stand in a file beside it."""
+"""Bookmarks of a run, and those of a recording in a file beside it."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from kbot.workbench.timeline import marks
 from kbot.workbench.timeline.marks import Marks
 
 
-def test_they_are_in_the_order_of_their_moments_and_keep_their_numbers() -> None:
+def test_bookmarks_are_ordered_by_time_and_keep_their_numbers() -> None:
     known = Marks()
     known.handle(Mark(5.0, 5.0))
     known.handle(Mark(2.0, 2.0))
@@ -25,7 +25,7 @@ def test_they_are_in_the_order_of_their_moments_and_keep_their_numbers() -> None
     assert [(one.number, one.note) for one in known.view.all] == [(3, "Bookmark 1"), (1, "the wall")]
 
 
-def test_those_of_a_recording_stand_beside_it(tmp_path: Path) -> None:
+def test_bookmarks_of_a_recording_are_in_a_file_beside_it(tmp_path: Path) -> None:
     recording = str(tmp_path / "run.mcap")
     known = Marks(recording)
     known.handle(Mark(1.5, 101.5))
@@ -35,7 +35,7 @@ def test_those_of_a_recording_stand_beside_it(tmp_path: Path) -> None:
     assert Marks(str(tmp_path / "other.mcap")).view.all == ()
 
 
-def test_a_file_that_is_none_is_told_of_and_stays_as_it_is(tmp_path: Path) -> None:
+def test_an_invalid_file_is_reported_and_not_changed(tmp_path: Path) -> None:
     file = tmp_path / "run.mcap.bookmarks.yaml"
     file.write_text("- at: 1.0\n  time: 1.0\n  note: fine\n- at: soon\n")
     known = Marks(str(tmp_path / "run.mcap"))
@@ -46,14 +46,14 @@ def test_a_file_that_is_none_is_told_of_and_stays_as_it_is(tmp_path: Path) -> No
     assert "soon" in file.read_text()
 
 
-def test_where_nothing_can_be_written_no_bookmark_is_set(tmp_path: Path) -> None:
+def test_no_bookmark_is_set_if_the_file_cannot_be_written(tmp_path: Path) -> None:
     known = Marks(str(tmp_path / "gone" / "run.mcap"))
     with pytest.raises(KbotError, match="cannot be written"):
         known.handle(Mark(1.0, 1.0))
     assert known.view.all == ()
 
 
-def test_there_is_an_end_to_them(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_number_of_bookmarks_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(marks, "MOST", 2)
     known = Marks()
     known.handle(Mark(1.0, 1.0))
@@ -73,7 +73,7 @@ def test_there_is_an_end_to_them(monkeypatch: pytest.MonkeyPatch) -> None:
         ("2020-13-45", "is not a valid timestamp: month must be in 1..12"),
     ],
 )
-def test_a_value_that_yaml_cannot_make_is_told_of_at_its_line(at: str, words: str, tmp_path: Path) -> None:
+def test_an_invalid_yaml_value_is_reported_at_its_line(at: str, words: str, tmp_path: Path) -> None:
     file = tmp_path / "run.mcap.bookmarks.yaml"
     file.write_text(f"- at: 1.0\n  time: 1.0\n  note: fine\n- at: {at}\n  time: 1.0\n  note: odd\n")
     known = Marks(str(tmp_path / "run.mcap"))
@@ -81,7 +81,7 @@ def test_a_value_that_yaml_cannot_make_is_told_of_at_its_line(at: str, words: st
     assert words in known.note
 
 
-def test_a_file_of_another_program_is_not_taken_for_ours(tmp_path: Path) -> None:
+def test_a_file_of_another_program_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "run.mcap.bookmarks.yaml"
     text = "- at: 1.0\n  time: 1.0\n  note: fine\n  colour: red\n"
     file.write_text(text)
@@ -106,7 +106,7 @@ def test_comments_in_the_file_are_not_lost(comment: str, tmp_path: Path) -> None
     assert (file.read_text(), len(known.view.all)) == (text, 1)
 
 
-def test_what_looks_like_a_comment_in_a_note_is_none(tmp_path: Path) -> None:
+def test_a_hash_sign_in_a_note_is_not_a_comment(tmp_path: Path) -> None:
     recording = str(tmp_path / "run.mcap")
     known = Marks(recording)
     known.handle(Mark(1.0, 1.0))
@@ -119,7 +119,7 @@ def test_what_looks_like_a_comment_in_a_note_is_none(tmp_path: Path) -> None:
     ]
 
 
-def test_an_edit_by_hand_is_not_written_over(tmp_path: Path) -> None:
+def test_a_manual_edit_is_not_overwritten(tmp_path: Path) -> None:
     recording, file = str(tmp_path / "run.mcap"), tmp_path / "run.mcap.bookmarks.yaml"
     known = Marks(recording)
     known.handle(Mark(1.0, 1.0))
@@ -134,7 +134,7 @@ def test_an_edit_by_hand_is_not_written_over(tmp_path: Path) -> None:
     assert len(Marks(recording).view.all) == 2
 
 
-def test_a_file_with_a_tab_before_a_value_is_written(tmp_path: Path) -> None:
+def test_a_file_with_a_tab_before_a_value_can_be_changed(tmp_path: Path) -> None:
     file = tmp_path / "run.mcap.bookmarks.yaml"
     file.write_text("- at:\t1.0\n  time: 1.0\n  note: fine\n")
     known = Marks(str(tmp_path / "run.mcap"))

@@ -1,4 +1,4 @@
-"""Meshes on their way to the page: textures, very large ones, and those that are not there."""
+"""Meshes on their way to the page: textured, very large, and missing ones."""
 
 import json
 import logging
@@ -31,7 +31,7 @@ QUAD = (
 
 @pytest.fixture
 def textured(tmp_path: Path) -> Path:
-    """A square with a picture of another folder of its package: red above, blue below."""
+    """A square with an image from another folder of its package: red above, blue below."""
     (tmp_path / "package.xml").write_text("<package><name>p</name></package>")
     for folder in ("meshes", "textures"):
         (tmp_path / folder).mkdir()
@@ -43,16 +43,16 @@ def textured(tmp_path: Path) -> Path:
     return tmp_path / "meshes" / "quad.obj"
 
 
-def test_a_texture_of_the_package_comes_with_the_mesh(textured: Path) -> None:
+def test_a_texture_in_the_package_is_loaded_with_the_mesh(textured: Path) -> None:
     (part,) = load_mesh(str(textured)).parts
     assert part.texture is not None
     assert part.texture.image.size == (8, 8)
-    assert part.rgba == pytest.approx((0.5, 0.0, 0.5, 1.0))  # the mean of as much red as blue
+    assert part.rgba == pytest.approx((0.5, 0.0, 0.5, 1.0))  # the mean of equal parts of red and blue
     low = part.vertices[:, 1] < 0.5
     assert (part.texture.uv[low, 1] == 0.0).all()
 
 
-def test_a_texture_from_elsewhere_is_not_read(textured: Path) -> None:
+def test_a_texture_outside_the_package_is_not_read(textured: Path) -> None:
     outside = textured.parents[2] / "secret.png"
     Image.new("RGB", (4, 4)).save(outside)
     (textured.parent / "quad.mtl").write_text("newmtl m\nKd 0 1 0\nmap_Kd ../../../secret.png\n")
@@ -60,7 +60,7 @@ def test_a_texture_from_elsewhere_is_not_read(textured: Path) -> None:
     assert part.texture is None
 
 
-def test_a_packed_mesh_carries_its_picture(textured: Path) -> None:
+def test_a_packed_mesh_contains_its_texture(textured: Path) -> None:
     store = MeshStore()
     packed = store.packed(store.add_file(str(textured)))
     assert packed is not None
@@ -76,13 +76,13 @@ def test_a_packed_mesh_carries_its_picture(textured: Path) -> None:
 
 def test_a_very_large_mesh_keeps_its_shape_with_fewer_triangles() -> None:
     ball = trimesh.creation.icosphere(subdivisions=6)
-    soup = ball.triangles.reshape(-1, 3)  # as STL has it: no corner shared
+    soup = ball.triangles.reshape(-1, 3)  # as in STL, no corner is shared
     (part,) = simplify((MeshPart(soup, np.arange(len(soup)).reshape(-1, 3), None),), 8000)
     assert 7000 < len(part.faces) <= 8100
     assert np.abs(np.linalg.norm(part.vertices, axis=1) - 1.0).max() < 0.005
 
 
-def test_a_simplified_texture_stays_where_it_lies() -> None:
+def test_a_simplified_mesh_keeps_its_texture_coordinates() -> None:
     n = 60
     x, y = np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n))
     vertices = np.stack([x, y, 0.05 * np.sin(6 * x)], axis=-1).reshape(-1, 3)
@@ -96,7 +96,7 @@ def test_a_simplified_texture_stays_where_it_lies() -> None:
     assert np.abs(part.texture.uv - part.vertices[:, :2]).max() < 0.06
 
 
-def test_a_large_mesh_is_drawn_lighter_with_a_note_at_its_line(
+def test_a_large_mesh_is_simplified_with_a_note_at_its_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(store, "MOST_TRIANGLES", 1000)
@@ -115,7 +115,7 @@ def test_a_large_mesh_is_drawn_lighter_with_a_note_at_its_line(
     assert triangle_count(load_mesh(str(tmp_path / "ball.stl")).parts) == 5120  # for physics and checks
 
 
-def test_a_mesh_that_goes_missing_later_is_told_again(
+def test_a_mesh_that_goes_missing_later_is_reported_again(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     trimesh.creation.box((1, 1, 1)).export(tmp_path / "box.stl")
@@ -130,7 +130,7 @@ def test_a_mesh_that_goes_missing_later_is_told_again(
 
 
 def shown_meshes(description: Path, mesh: str, package_path: tuple[str, ...] = ()) -> tuple[int, list[str]]:
-    """How many of the description's two parts the page can draw, and the codes of what is found."""
+    """Return how many of the description's two parts the page can draw, and the codes of the findings."""
     description.parent.mkdir(parents=True, exist_ok=True)
     description.write_text(URDF.format(mesh=mesh))
     session = open_session(str(description), simulate=False, package_path=package_path)
@@ -150,7 +150,7 @@ def make_package(folder: Path, name: str) -> Path:
 
 @pytest.fixture
 def elsewhere(tmp_path: Path) -> Path:
-    """A mesh of no package."""
+    """A mesh outside any package."""
     folder = tmp_path / "far" / "away"
     folder.mkdir(parents=True)
     trimesh.creation.box((1, 1, 1)).export(folder / "secret.stl")
@@ -175,7 +175,7 @@ def own(tmp_path: Path) -> Path:
         "https://127.0.0.1:9/secret.stl",
     ],
 )
-def test_a_mesh_from_elsewhere_is_not_sent_to_the_page(own: Path, elsewhere: Path, mesh: str) -> None:
+def test_a_mesh_outside_packages_is_not_sent_to_the_page(own: Path, elsewhere: Path, mesh: str) -> None:
     (own / "meshes" / "linked.stl").symlink_to(elsewhere)
     shown, codes = shown_meshes(own / "urdf" / "r.urdf", mesh.format(own=own, elsewhere=elsewhere))
     assert shown == 0
@@ -191,7 +191,7 @@ def test_a_mesh_from_elsewhere_is_not_sent_to_the_page(own: Path, elsewhere: Pat
         "../meshes/box.stl",
     ],
 )
-def test_a_mesh_of_the_own_package_is_shown_however_it_is_named(own: Path, mesh: str) -> None:
+def test_a_mesh_of_the_own_package_is_shown_for_every_form_of_address(own: Path, mesh: str) -> None:
     shown, codes = shown_meshes(own / "urdf" / "r.urdf", mesh.format(own=own))
     assert shown == 2
     assert "F008" not in codes
@@ -204,7 +204,7 @@ def test_a_mesh_of_a_package_on_the_path_is_shown(own: Path, tmp_path: Path) -> 
     assert shown_meshes(file, f"file://{parts}/meshes/box.stl", (str(parts),))[0] == 2
 
 
-def test_a_package_that_is_installed_by_links_to_its_source_is_shown(own: Path, tmp_path: Path) -> None:
+def test_a_package_installed_with_symlinks_is_shown(own: Path, tmp_path: Path) -> None:
     source = make_package(tmp_path / "src" / "deep" / "parts", "parts")
     share = tmp_path / "install" / "share" / "parts"
     (share / "meshes").mkdir(parents=True)
@@ -217,7 +217,7 @@ def test_a_package_that_is_installed_by_links_to_its_source_is_shown(own: Path, 
     assert "F008" not in codes
 
 
-def test_a_mesh_from_elsewhere_is_not_in_a_saved_model(own: Path, elsewhere: Path) -> None:
+def test_a_mesh_outside_packages_is_not_in_a_saved_model(own: Path, elsewhere: Path) -> None:
     file = own / "urdf" / "r.urdf"
     file.parent.mkdir()
     file.write_text(URDF.format(mesh=f"file://{elsewhere}"))
@@ -226,13 +226,11 @@ def test_a_mesh_from_elsewhere_is_not_in_a_saved_model(own: Path, elsewhere: Pat
     assert visual.geometry.path is None
 
 
-def test_a_robot_beside_the_one_on_show_brings_no_mesh_from_elsewhere_either(
-    own: Path, elsewhere: Path
-) -> None:
+def test_another_robots_meshes_outside_packages_are_not_sent(own: Path, elsewhere: Path) -> None:
     simulations: list[Simulation] = []
     session = open_session("kbot", simulate=True, package_path=(str(own),), on_start=simulations.append)
-    told: list[FromServer] = []
-    session.announce = told.append
+    findings_seen: list[FromServer] = []
+    session.announce = findings_seen.append
     from_own = '<visual><geometry><mesh filename="package://robot/meshes/box.stl"/></geometry></visual>'
     text = URDF.replace("<collision>", f"{from_own}<collision>").format(mesh=f"file://{elsewhere}")
     (file := own / "guest.urdf").write_text(text)
@@ -241,6 +239,6 @@ def test_a_robot_beside_the_one_on_show_brings_no_mesh_from_elsewhere_either(
     guest = next(body for body in session.scene.bodies if body.name == "guest/a")
     (part,) = guest.parts
     assert session.meshes.packed(part.mesh) is not None
-    (refused,) = (message.reason for message in told if isinstance(message, Refused))
+    (refused,) = (message.reason for message in findings_seen if isinstance(message, Refused))
     assert refused.startswith(f"guest/a: the mesh file://{elsewhere} is outside")
     assert session.missing_meshes() == [refused]

@@ -1,4 +1,5 @@
-"""What a notebook shows of a robot and a simulation: run by a real Jupyter, opened in a real browser."""
+"""What a notebook displays of a robot and a simulation, run by a real Jupyter and opened in a real
+browser."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -29,15 +30,15 @@ sim.show(moments, height=400)""",
 )
 
 
-def test_the_page_is_kept_once() -> None:
+def test_the_page_is_stored_once() -> None:
     shown = kbot.load("kbot").show()
     assert "<iframe" in shown._repr_html_()
-    assert len(repr(shown)) < 100  # notebooks keep it beside the HTML, and a terminal prints it
+    assert len(repr(shown)) < 100  # notebooks store it beside the HTML, and a terminal prints it
 
 
 @pytest.fixture(scope="module")
 def notebook(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A notebook that Jupyter has run, as the HTML that it makes of it."""
+    """The HTML of a notebook that Jupyter has run."""
     cells = [nbformat.v4.new_code_cell(text) for text in CELLS]
     read = nbformat.v4.new_notebook(cells=cells)
     NotebookClient(read, timeout=300, startup_timeout=300, kernel_name="python3").execute()
@@ -57,7 +58,7 @@ def page(notebook: Path, pages: Pages) -> Iterator[Any]:
 
 
 def shown(page: Any, number: int) -> tuple[Any, Callable[[], np.ndarray]]:
-    """What the cell of that number shows: its frame, and what makes a picture of it."""
+    """Return what the cell of that number displays: its frame, and a function that returns its picture."""
     element = page.locator("iframe").nth(number)
     element.scroll_into_view_if_needed()
     frame = element.element_handle().content_frame()
@@ -80,14 +81,14 @@ def test_a_robot_is_drawn_and_its_sliders_move_it(page: Any) -> None:
     until(lambda: frame.evaluate("kbot.poses()") != before)
 
 
-def test_a_simulation_is_drawn_and_a_slider_goes_through_what_was(page: Any) -> None:
+def test_a_simulation_is_drawn_with_a_slider_over_its_states(page: Any) -> None:
     frame, picture = shown(page, 1)
     until(lambda: blue(picture()).sum() > 1000)
 
     def x() -> float:
         return float(frame.evaluate("kbot.poses()[0]"))
 
-    end = 0.4 - 0.02  # 2 s at 0.2 m/s, less the speeding up
+    end = 0.4 - 0.02  # 2 s at 0.2 m/s, less the acceleration
     slider = frame.get_by_role("slider", name="Moment", exact=True)
     slider.press("End")
     until(lambda: abs(x() - end) < 0.02)
@@ -97,7 +98,7 @@ def test_a_simulation_is_drawn_and_a_slider_goes_through_what_was(page: Any) -> 
 
 
 def findings(path: Path, pages: Pages) -> list[str] | None:
-    """Codes in the panel of findings of a page that was saved; None where it has no such panel."""
+    """Return the codes in the findings panel of a saved page, or None if it has no such panel."""
     page = pages.open(path.as_uri(), viewport={"width": 900, "height": 700})
     until(lambda: page.evaluate("!!window.kbot && kbot.frames > 1"))
     codes = page.locator("#findings .finding .code").all_inner_texts()
@@ -108,16 +109,16 @@ def findings(path: Path, pages: Pages) -> list[str] | None:
 
 @pytest.fixture
 def faulty(tmp_path: Path) -> Path:
-    """A robot that can be simulated, and that `kbot check` says something of."""
+    """A robot that can be simulated, and that `kbot check` reports findings about."""
     file = tmp_path / "faulty.urdf"
-    moment = '<inertia ixx="9" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'  # 9 > 1 + 1: no body has that
+    moment = '<inertia ixx="9" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'  # impossible: 9 > 1 + 1
     box = '<visual><geometry><box size="1 1 1"/></geometry></visual>'
     inertial = f'<inertial><mass value="1"/>{moment}</inertial>'
     file.write_text(f'<robot name="faulty"><link name="base">{inertial}{box}</link></robot>')
     return file
 
 
-def test_the_findings_are_those_that_the_check_has(faulty: Path, tmp_path: Path, pages: Pages) -> None:
+def test_the_findings_equal_those_of_the_check(faulty: Path, tmp_path: Path, pages: Pages) -> None:
     told = sorted(finding.code for finding in check_file(str(faulty)))
     assert "I105" in told
     robot = kbot.load(faulty)
@@ -130,11 +131,11 @@ def test_the_findings_are_those_that_the_check_has(faulty: Path, tmp_path: Path,
     assert findings(tmp_path / "run.html", pages) == told
 
 
-def test_of_what_was_not_checked_nothing_is_said(faulty: Path, tmp_path: Path, pages: Pages) -> None:
+def test_an_unchecked_robot_has_no_findings_panel(faulty: Path, tmp_path: Path, pages: Pages) -> None:
     kbot.Simulation(str(faulty)).show().save(tmp_path / "run.html")
     assert findings(tmp_path / "run.html", pages) is None
 
 
-def test_a_joint_that_is_misspelt_is_told_the_one_that_is_meant() -> None:
+def test_a_misspelt_joint_gets_a_suggestion() -> None:
     with pytest.raises(kbot.KbotError, match=r"no joint 'left_wheel_jont' .*did you mean 'left_wheel_joint'"):
         kbot.load("kbot").show({"left_wheel_jont": 1.0})

@@ -1,4 +1,4 @@
-"""The page in a real browser: what a person does, and what a person sees."""
+"""The page in a real browser: user actions, and what is visible."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -15,13 +15,13 @@ from .test_page_driving import reading, standing
 OpenPage = Callable[..., Any]
 
 
-def test_another_world_is_chosen_in_every_tab(driving: tuple[str, Session], open_page: OpenPage) -> None:
+def test_choosing_another_world_changes_every_tab(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page, other = open_page(driving[0]), open_page(driving[0])
     page.get_by_role("combobox", name="World").select_option("boxes")
     for tab in (page, other):
         until(lambda tab=tab: tab.evaluate("kbot.revision") == 2)
         assert tab.get_by_role("combobox", name="World").input_value() == "boxes"
-        until(lambda tab=tab: others(tab).sum() > 100)  # boxes are in the picture
+        until(lambda tab=tab: others(tab).sum() > 100)  # the picture shows boxes
 
 
 def test_a_slider_turns_the_wheel_in_every_tab(viewing: str, open_page: OpenPage) -> None:
@@ -35,8 +35,8 @@ def test_a_slider_turns_the_wheel_in_every_tab(viewing: str, open_page: OpenPage
     until(lambda: other.get_by_label("left_wheel_joint in degrees").input_value() == "0.0")
 
 
-def test_a_slider_is_seen_in_the_pixels(xacro: Path, viewing: str, open_page: OpenPage) -> None:
-    # an arm in the wheel's place, so that a turn shows
+def test_a_slider_changes_the_picture(xacro: Path, viewing: str, open_page: OpenPage) -> None:
+    # an arm in place of the wheel, so that its rotation is visible
     macros = xacro.with_name("kbot_macros.xacro")
     text = macros.read_text().replace('<cylinder radius="${wheel_radius}" length="${wheel_width}"/>', "", 1)
     text = text.replace("<geometry>\n          \n", '<geometry>\n          <box size="0.07 0.01 0.01"/>\n', 1)
@@ -52,9 +52,7 @@ def test_a_slider_is_seen_in_the_pixels(xacro: Path, viewing: str, open_page: Op
     assert (before & after).sum() < 0.6 * (before | after).sum()
 
 
-def test_a_save_shows_the_new_robot_from_the_same_place(
-    xacro: Path, viewing: str, open_page: OpenPage
-) -> None:
+def test_a_save_shows_the_new_robot_in_the_same_view(xacro: Path, viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     page.get_by_label("left_wheel_joint", exact=True).fill("1")
     until(lambda: page.get_by_label("left_wheel_joint in degrees").input_value() == "57.3")
@@ -70,7 +68,7 @@ def test_a_save_shows_the_new_robot_from_the_same_place(
     assert after.sum() > 1.3 * before.sum()
 
 
-def test_a_save_keeps_a_driven_robot_where_it_is(
+def test_a_driven_robot_keeps_its_pose_when_its_file_is_saved(
     xacro: Path, driving: tuple[str, Session], open_page: OpenPage
 ) -> None:
     page = open_page(driving[0])
@@ -89,7 +87,7 @@ def test_a_save_keeps_a_driven_robot_where_it_is(
     page.keyboard.up("w")
 
 
-def test_a_broken_file_keeps_the_last_good_robot_and_says_where(
+def test_a_broken_file_keeps_the_last_valid_robot_and_is_reported(
     xacro: Path, viewing: str, open_page: OpenPage
 ) -> None:
     page = open_page(viewing)
@@ -114,9 +112,7 @@ def test_a_broken_file_keeps_the_last_good_robot_and_says_where(
     until(lambda: abs(blue(screenshot(page)).sum() - whole) < 0.02 * whole)
 
 
-def test_a_tag_that_is_not_closed_leads_to_where_it_is_opened(
-    xacro: Path, viewing: str, open_page: OpenPage
-) -> None:
+def test_an_unclosed_tag_links_to_its_opening(xacro: Path, viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     good = xacro.read_text()
     opened = good.index("<robot")
@@ -130,7 +126,7 @@ def test_a_tag_that_is_not_closed_leads_to_where_it_is_opened(
     assert here.get_attribute("data-line") == str(1 + good[:opened].count("\n"))
 
 
-def test_a_finding_shows_its_line_and_lights_up_its_link(
+def test_a_finding_shows_its_line_and_highlights_its_link(
     xacro: Path, viewing: str, open_page: OpenPage
 ) -> None:
     page = open_page(viewing)
@@ -145,7 +141,7 @@ def test_a_finding_shows_its_line_and_lights_up_its_link(
     assert page.locator("[role=tab][aria-selected=true]").inner_text() == "kbot_macros.xacro"
     assert page.locator(".caret").count() == 1
     assert page.locator("#links [aria-selected=true]").inner_text().startswith("caster_wheel")
-    page.keyboard.press("Escape")  # closes the source, and lets go of the link
+    page.keyboard.press("Escape")  # closes the source, and deselects the link
     until(lambda: page.locator("#source").is_hidden())
     card.get_by_role("button").first.click()
     page.get_by_role("button", name="Close the source").click()
@@ -155,7 +151,7 @@ def test_a_finding_shows_its_line_and_lights_up_its_link(
     until(lambda: screenshot(page)[caster, 1].mean() > before[caster, 1].mean() + 30)  # red turns amber
 
 
-def test_a_link_shows_the_line_it_is_written_on(viewing: str, xacro: Path, open_page: OpenPage) -> None:
+def test_a_link_shows_its_line(viewing: str, xacro: Path, open_page: OpenPage) -> None:
     page = open_page(viewing)
     page.locator("#links").get_by_role("button", name="base_link").click()
     here = until(lambda: page.locator(".line.here").count() and page.locator(".line.here"))
@@ -164,7 +160,7 @@ def test_a_link_shows_the_line_it_is_written_on(viewing: str, xacro: Path, open_
     assert here.get_attribute("data-line") == str(line)
 
 
-def test_a_click_in_the_picture_chooses_the_link(viewing: str, open_page: OpenPage) -> None:
+def test_a_click_in_the_picture_selects_the_link(viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     page.evaluate("kbot.look([0, -0.001, 1.0], [0, 0, 0])")
     at = page.evaluate("kbot.where('base_link')")
@@ -176,7 +172,7 @@ def test_a_click_in_the_picture_chooses_the_link(viewing: str, open_page: OpenPa
     assert page.locator("#links [aria-selected=true]").inner_text().startswith("base_link")
 
 
-def test_displays_change_the_picture_and_are_remembered(viewing: str, open_page: OpenPage) -> None:
+def test_displays_change_the_picture_and_are_stored(viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     whole = mask(page, "base_link").sum()
     for option in ("collision", "inertia", "frames", "names", "grid"):
@@ -192,7 +188,7 @@ def test_displays_change_the_picture_and_are_remembered(viewing: str, open_page:
     assert page.locator("[data-option=visual]").get_attribute("aria-pressed") == "false"
 
 
-def test_dark_and_light(viewing: str, open_page: OpenPage) -> None:
+def test_the_theme_can_be_dark_or_light(viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing, color_scheme="dark")
     dark = screenshot(page).mean()
     page.keyboard.press("t")
@@ -204,7 +200,7 @@ def test_dark_and_light(viewing: str, open_page: OpenPage) -> None:
 
 
 def mask(page: Any, link: str) -> np.ndarray:
-    """Where a link is in the picture, by the page's own buffer of ids; (height, width)."""
+    """Return where a link is in the picture, by the page's id buffer; (height, width)."""
     page.evaluate("kbot.drawn()")
     ids, links = id_image(page)
     result: np.ndarray = ids == links.index(link)
@@ -212,7 +208,7 @@ def mask(page: Any, link: str) -> np.ndarray:
 
 
 def others(page: Any) -> np.ndarray:
-    """Where in the picture is something that is no link, (height, width)."""
+    """Return where the picture shows something that is not a link, (height, width)."""
     page.evaluate("kbot.drawn()")
     ids, links = id_image(page)
     result: np.ndarray = ids >= len(links)

@@ -1,4 +1,4 @@
-"""The page for all people: what axe finds, the keyboard, a narrow page, a large zoom."""
+"""Accessibility of the page: axe, the keyboard, a narrow page, a large zoom."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -10,7 +10,7 @@ from kbot.workbench.protocol import Notice, Refused
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .served import asked, state_of
+from .served import run_between_steps, state_of
 
 OpenPage = Callable[..., Any]
 
@@ -27,7 +27,7 @@ def axe() -> str:
 
 @pytest.mark.parametrize("theme", ["dark", "light"])
 @pytest.mark.parametrize("size", SIZES)
-def test_axe_finds_nothing(
+def test_axe_reports_no_violations(
     driving: tuple[str, Session], open_page: OpenPage, axe: str, theme: str, size: str
 ) -> None:
     width, height = SIZES[size]
@@ -43,9 +43,7 @@ def test_axe_finds_nothing(
         assert [(v["impact"], v["id"], v["nodes"][0]["html"]) for v in found] == []
 
 
-def test_colours_that_the_system_forces_hide_no_state(
-    driving: tuple[str, Session], open_page: OpenPage, axe: str
-) -> None:
+def test_forced_colours_hide_no_state(driving: tuple[str, Session], open_page: OpenPage, axe: str) -> None:
     page = open_page(driving[0], color_scheme="dark", forced_colors="active")
     page.locator("#links [data-link=left_wheel]").click()
     until(lambda: page.locator("#links [aria-selected=true]").count() == 1)
@@ -55,14 +53,14 @@ def test_colours_that_the_system_forces_hide_no_state(
 
     assert ground(".chips [aria-pressed=true]") != ground(".chips [aria-pressed=false]")
     assert ground("#links [aria-selected=true]") != ground("#links [aria-selected=false]")
-    # green, and nothing where it is off
+    # green, or nothing if it is off
     assert ground(".lamp[data-level=ok]") != ground(".lamp[data-level=off]")
     page.evaluate(axe)
     found = page.evaluate("axe.run()")["violations"]
     assert [(v["impact"], v["id"], v["nodes"][0]["html"]) for v in found] == []
 
 
-def test_everything_is_reached_by_the_keyboard(driving: tuple[str, Session], open_page: OpenPage) -> None:
+def test_everything_is_reachable_by_keyboard(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0])
     missing = {
         "World",
@@ -105,7 +103,7 @@ def test_a_phone_shows_one_panel_at_a_time(driving: tuple[str, Session], open_pa
         assert shown == [name.lower()]
     chosen = page.locator(".sheets [aria-pressed=true]")
     assert chosen.all_inner_texts() == ["Drive"]
-    for key in ("l", "y"):  # the plots, then the topics take the place of the panel
+    for key in ("l", "y"):  # first the plots, then the topics replace the panel
         page.keyboard.press(key)
         until(lambda: page.locator("#drive").is_hidden() and chosen.count() == 0)
     page.keyboard.press("y")
@@ -130,9 +128,7 @@ HEARD = """() => {
 """Writes down what a screen reader would say by itself."""
 
 
-def test_numbers_that_run_are_not_told_one_after_the_other(
-    driving: tuple[str, Session], open_page: OpenPage
-) -> None:
+def test_changing_numbers_are_not_announced(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0])
     slider = page.get_by_role("slider", name="left_wheel_joint")
     first = slider.get_attribute("aria-valuetext")
@@ -145,9 +141,9 @@ def test_numbers_that_run_are_not_told_one_after_the_other(
     assert page.get_by_label("Odometry: x in m").inner_text() != "0.000"
     assert slider.get_attribute("aria-valuetext") != first
     assert page.evaluate("heard") == []
-    page.keyboard.press("k")  # what happens once is told
+    page.keyboard.press("k")  # single events are announced
     until(lambda: page.get_by_role("button", name="1 bookmark").is_visible())
-    asked(driving[1], lambda: driving[1].announce(Notice("Well done.")))
+    run_between_steps(driving[1], lambda: driving[1].announce(Notice("Well done.")))
     until(lambda: page.evaluate("heard") != [])
 
 
@@ -162,14 +158,14 @@ OVERLAPS = """([one, other]) => {
     [(360, 740), (390, 844), (844, 390), (640, 400)],
     ids=["small", "phone", "phone on its side", "zoomed"],
 )
-def test_tools_and_notices_leave_each_other_room(
+def test_tools_and_notices_do_not_overlap(
     driving: tuple[str, Session], open_page: OpenPage, size: tuple[int, int]
 ) -> None:
     width, height = size
     page = open_page(driving[0], viewport={"width": width, "height": height})
     until(lambda: page.locator(".timeline").is_visible())
     reason = "this cannot be done, and the reason takes a line or two to tell"
-    asked(driving[1], lambda: driving[1].announce(Refused(reason)))
+    run_between_steps(driving[1], lambda: driving[1].announce(Refused(reason)))
     until(lambda: page.locator(".notice.info").is_visible())
     for one, other in (
         (".tools", ".looks"),
@@ -199,7 +195,7 @@ COVERED = """() => [...document.querySelectorAll("button, select, summary, input
     [(390, 844), (844, 390), (320, 640), (195, 422)],
     ids=["phone", "phone on its side", "small", "half a phone"],
 )
-def test_everything_is_within_reach_on_a_small_screen(
+def test_everything_is_reachable_on_a_small_screen(
     driving: tuple[str, Session], open_page: OpenPage, size: tuple[int, int]
 ) -> None:
     width, height = size

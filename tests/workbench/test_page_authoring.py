@@ -1,4 +1,4 @@
-"""Changing the description in the page, as a person does it."""
+"""Changing the description in the page, as a user does."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -20,7 +20,7 @@ OpenPage = Callable[..., Any]
 
 
 def length_in_source(page: Any) -> Any:
-    """The number of `base_len` in the source, which is opened there."""
+    """Open the source, and return the element of the number `base_len` in it."""
     page.locator("[data-parameter=base_len] .name").click()
     number = page.locator(".line.here .t-number")
     until(lambda: number.count() == 1)
@@ -41,9 +41,7 @@ def test_a_parameter_is_dragged_kept_and_undone(xacro: Path, viewing: str, open_
     until(lambda: abs(blue(screenshot(page)).sum() - before) < 0.02 * before)
 
 
-def test_a_check_mark_stands_for_what_is_true_or_false(
-    xacro: Path, viewing: str, open_page: OpenPage
-) -> None:
+def test_a_boolean_has_a_check_mark(xacro: Path, viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     length = '<xacro:property name="base_len" value='
     choice = '<xacro:property name="long" value="false"/>'
@@ -65,7 +63,7 @@ def test_a_check_mark_stands_for_what_is_true_or_false(
     until(lambda: not box.is_checked())
 
 
-def test_a_number_in_the_source_is_typed_anew(xacro: Path, viewing: str, open_page: OpenPage) -> None:
+def test_a_number_in_the_source_can_be_typed(xacro: Path, viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     number = length_in_source(page)
     assert xacro.read_text().startswith('<?xml version="1.0"')
@@ -81,7 +79,7 @@ def test_a_number_in_the_source_is_typed_anew(xacro: Path, viewing: str, open_pa
     until(lambda: '"base_len" default="0.16"' in xacro.read_text())
 
 
-def test_a_number_is_changed_undone_and_done_again_by_keys_alone(
+def test_a_number_is_changed_undone_and_redone_by_keyboard(
     xacro: Path, viewing: str, open_page: OpenPage
 ) -> None:
     page = open_page(viewing)
@@ -111,7 +109,7 @@ def test_a_number_is_changed_undone_and_done_again_by_keys_alone(
     until(source.get_by_role("button", name="Redo").is_hidden)
 
 
-def test_a_change_is_undone_after_an_editor_saved_another_line(
+def test_undo_works_after_an_editor_saved_another_line(
     xacro: Path, viewing: str, open_page: OpenPage
 ) -> None:
     page = open_page(viewing)
@@ -130,7 +128,7 @@ def test_a_change_is_undone_after_an_editor_saved_another_line(
     )
 
 
-def test_what_is_no_number_is_refused_and_the_old_one_stays(
+def test_invalid_numbers_are_refused_and_the_old_one_is_kept(
     xacro: Path, viewing: str, open_page: OpenPage
 ) -> None:
     page, text = open_page(viewing), xacro.read_text()
@@ -168,8 +166,8 @@ def test_the_robot_of_a_recording_is_read_only(tmp_path: Path, open_page: OpenPa
         page.goto("about:blank")
 
 
-def test_what_expressions_came_to_stands_beside_them(viewing: str, open_page: OpenPage) -> None:
-    """And where a parameter is dragged, it is what the picture shows."""
+def test_expressions_have_their_values_beside_them(viewing: str, open_page: OpenPage) -> None:
+    """While a parameter is dragged, the values are those in the picture."""
     page = open_page(viewing)
     page.locator("#links").get_by_role("button", name="base_link").click()
     line = page.locator(".line").filter(has_text='<box size="${')
@@ -185,7 +183,7 @@ def test_what_expressions_came_to_stands_beside_them(viewing: str, open_page: Op
 def test_a_number_in_the_source_is_dragged(xacro: Path, viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     number = length_in_source(page)
-    number.hover()  # which waits until it stands still
+    number.hover()  # hover waits until the element stands still
     box = number.bounding_box()
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
     page.mouse.move(x, y)
@@ -207,7 +205,7 @@ LEFT_OF_CARET = """caret => {
 }"""
 
 
-def test_a_caret_stands_below_its_place_in_a_line_with_tabs(
+def test_a_caret_is_below_its_column_in_a_line_with_tabs(
     xacro: Path, viewing: str, open_page: OpenPage
 ) -> None:
     page, macros = open_page(viewing), xacro.with_name("kbot_macros.xacro")
@@ -217,11 +215,11 @@ def test_a_caret_stands_below_its_place_in_a_line_with_tabs(
     card.locator(".finding").click()
     until(lambda: page.locator(".caret").count() == 1)
     caret = page.locator(".caret .text").evaluate(LEFT_OF_CARET)
-    first = page.locator(".line.here .t-number").nth(3)  # after the three of the axis
+    first = page.locator(".line.here .t-number").nth(3)  # after the three numbers of the axis
     assert caret == pytest.approx(first.bounding_box()["x"], abs=1.0)
 
 
-def test_a_fix_is_carried_out_by_a_click(xacro: Path, viewing: str, open_page: OpenPage) -> None:
+def test_a_click_applies_a_fix(xacro: Path, viewing: str, open_page: OpenPage) -> None:
     page, macros = open_page(viewing), xacro.with_name("kbot_macros.xacro")
     good = macros.read_text()
     macros.write_text(good.replace('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0" rpy="0 0 0"/>'))

@@ -1,4 +1,4 @@
-"""The scene as a camera sees it: where its intrinsics say, with its picture beneath and above."""
+"""The scene from a camera's viewpoint: placed by its intrinsics, with its image behind and above."""
 
 import base64
 from collections.abc import Callable, Iterator
@@ -26,20 +26,20 @@ SEEN = (0.3, -0.2, 2.0)
 
 @pytest.fixture
 def show(open_page: OpenPage) -> Iterator[Show]:
-    """A camera that took a picture all green, and a red ball that it did not see."""
+    """A camera with an all-green image, and a red ball that is not in the image."""
     topics = {"/eye/image_raw": Image, "/eye/camera_info": CameraInfo, "/ball": PointStamped}
     with showing(open_page, topics) as one:
         one.add("PointStamped", "/ball")
         one.set("PointStamped", "radius", "0.1")
         one.set("PointStamped", "colour", "#ff0000")
-        one.tell("PointStamped", "/ball", PointStamped(WORLD, Point(*SEEN)))
+        one.publish("PointStamped", "/ball", PointStamped(WORLD, Point(*SEEN)))
         one.add("Camera", "/eye/image_raw")
         one.set("Camera", "rendering", "background")
         yield one
 
 
 def take(show: Show, cx: float = CX, tx: float = 0.0) -> None:
-    """Publish the picture and how it was taken, until the page shows the scene over it."""
+    """Publish the image and its camera_info until the page shows the scene over it."""
     green = np.full((HEIGHT, WIDTH, 3), GREEN, np.uint8)
 
     def is_shown() -> bool:
@@ -53,15 +53,18 @@ def take(show: Show, cx: float = CX, tx: float = 0.0) -> None:
 
 
 def pixels(show: Show) -> np.ndarray:
-    """What the window shows, (height, width, 3)."""
+    """Return the pixels of the window, (height, width, 3)."""
     show.page.evaluate("kbot.drawn()")
     address = show.page.locator(".camera-view canvas").evaluate("canvas => canvas.toDataURL()")
     return decode_png(base64.b64decode(address.partition(",")[2])).astype(int)
 
 
 def ball(show: Show) -> tuple[float, float]:
-    """Middle of the red in the window: column and row of pixel edges, as intrinsics count them; nan where
-    little is red yet."""
+    """Return the centre of the red area in the window: column and row of pixel edges, as intrinsics count
+    them.
+
+    It is nan while there is little red.
+    """
     image = pixels(show)
     rows, columns = np.nonzero((image[..., 0] > image[..., 1] + 30) & (image[..., 0] > image[..., 2] + 30))
     if image.shape[:2] != (HEIGHT, WIDTH) or len(rows) <= 50:
@@ -69,7 +72,7 @@ def ball(show: Show) -> tuple[float, float]:
     return float(columns.mean()) + 0.5, float(rows.mean()) + 0.5
 
 
-def test_the_scene_lies_over_the_picture_where_the_intrinsics_say(show: Show) -> None:
+def test_the_intrinsics_place_the_scene_over_the_image(show: Show) -> None:
     take(show)
     x, y, z = SEEN
     expected = (FX * x / z + CX, FY * y / z + CY)
@@ -77,18 +80,18 @@ def test_the_scene_lies_over_the_picture_where_the_intrinsics_say(show: Show) ->
     assert not np.allclose(ball(show), (FX * x / z + WIDTH / 2, FY * y / z + HEIGHT / 2), atol=2.0)
     take(show, cx=CX + 20.0)
     until(lambda: np.allclose(ball(show), (expected[0] + 20.0, expected[1]), atol=0.7))
-    take(show, tx=-FX * 0.1)  # the right one of two, 0.1 m beside the frame
+    take(show, tx=-FX * 0.1)  # the right camera of a pair, 0.1 m beside the frame
     until(lambda: np.allclose(ball(show), (FX * (x - 0.1) / z + CX, expected[1]), atol=0.7))
 
 
-def test_zoom_enlarges_the_scene_about_its_middle(show: Show) -> None:
+def test_zoom_enlarges_the_scene_about_its_centre(show: Show) -> None:
     take(show)
     show.set("Camera", "zoom", "2")
     x, y, z = SEEN
     until(lambda: np.allclose(ball(show), (2 * FX * x / z + CX, 2 * FY * y / z + CY), atol=0.7))
 
 
-def test_the_picture_is_behind_the_scene_over_it_or_both(show: Show) -> None:
+def test_the_image_is_behind_the_scene_over_it_or_both(show: Show) -> None:
     take(show)
     x, y, z = SEEN
     row, column = round(FY * y / z + CY), round(FX * x / z + CX)
@@ -111,14 +114,14 @@ def test_the_picture_is_behind_the_scene_over_it_or_both(show: Show) -> None:
     until(lambda: np.abs(colours()[0] - GREEN).max() < 3)
 
 
-def test_a_camera_sees_the_displays_that_are_chosen(show: Show) -> None:
+def test_a_camera_shows_the_selected_displays(show: Show) -> None:
     take(show)
     until(lambda: np.isfinite(ball(show)).all())
     show.row("Camera").get_by_text("Visibility").click()
     seen = show.row("Camera").get_by_label("PointStamped of Camera")
     seen.uncheck()
     until(lambda: np.isnan(ball(show)).all())
-    # it is there yet in the picture itself
+    # the main picture still shows it
     show.look((0.0, -1.0, 3.0), SEEN)
     until(lambda: show.mask((255, 0, 0), 90).any())
     head = show.row("PointStamped").locator(".head")
@@ -131,7 +134,7 @@ def test_a_camera_sees_the_displays_that_are_chosen(show: Show) -> None:
     until(lambda: np.isfinite(ball(show)).all())
 
 
-def test_a_camera_without_intrinsics_says_so(show: Show) -> None:
+def test_a_camera_without_intrinsics_is_reported(show: Show) -> None:
     picture = Image(WORLD, 2, 2, "rgb8", 0, 6, bytes(12))
 
     def reason(publish_info: bool) -> str:

@@ -1,4 +1,4 @@
-"""The list of displays: by mouse and by keys, remembered, saved and opened."""
+"""The list of displays: by mouse and keyboard, stored, saved and opened."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -28,7 +28,7 @@ def head(page: Any, name: str) -> Any:
     return page.locator("#displays .head", has_text=name).first
 
 
-def test_displays_are_moved_renamed_and_removed_by_keys(viewing: str, open_page: OpenPage) -> None:
+def test_displays_are_moved_renamed_and_removed_by_keyboard(viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     before = names(page)
     assert before[:3] == ["Grid", "RobotModel", "TF"]
@@ -52,7 +52,7 @@ def test_displays_are_moved_renamed_and_removed_by_keys(viewing: str, open_page:
     assert names(page) == before
 
 
-def test_a_display_opens_with_its_settings_and_says_how_it_fares(viewing: str, open_page: OpenPage) -> None:
+def test_a_display_opens_with_its_settings_and_status(viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     page.get_by_label("Add a display").select_option("Map")
     row = page.locator(".display[data-display=Map]")
@@ -61,12 +61,12 @@ def test_a_display_opens_with_its_settings_and_says_how_it_fares(viewing: str, o
     until(lambda: "there is no topic of type OccupancyGrid" in lamp.get_attribute("aria-label"))
     row.get_by_label("Show Map").uncheck()
     until(lambda: "not shown" in lamp.get_attribute("aria-label"))
-    # of what there is one at most no second can be added
+    # a display kind with at most one display cannot be added again
     assert page.locator("[aria-label='Add a display'] option[value=TF]").is_disabled()
 
 
 @pytest.mark.parametrize("theme", ["dark", "light"])
-def test_axe_finds_nothing_in_opened_displays(viewing: str, open_page: OpenPage, theme: str) -> None:
+def test_axe_reports_no_violations_in_opened_displays(viewing: str, open_page: OpenPage, theme: str) -> None:
     if not AXE.is_file():
         pytest.skip("axe-core is not installed (npm ci in web/ does it)")
     page = open_page(viewing, color_scheme=theme)
@@ -79,7 +79,7 @@ def test_axe_finds_nothing_in_opened_displays(viewing: str, open_page: OpenPage,
     assert [(v["impact"], v["id"], v["nodes"][0]["html"]) for v in found] == []
 
 
-def test_a_number_that_is_being_typed_is_left_alone(viewing: str, open_page: OpenPage) -> None:
+def test_a_number_is_not_changed_while_it_is_typed(viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     head(page, "Grid").click()
     field = page.get_by_label("Cell size of Grid")
@@ -91,10 +91,10 @@ def test_a_number_that_is_being_typed_is_left_alone(viewing: str, open_page: Ope
     field.fill("1000")
     field.press("Enter")
     head(page, "TF").click()
-    until(lambda: field.input_value() == "100")  # the most there may be
+    until(lambda: field.input_value() == "100")  # the maximum
 
 
-def test_a_page_opens_with_the_configuration_of_rviz_and_saves_to_it(
+def test_a_page_opens_and_saves_an_rviz_configuration(
     xacro: Path, tmp_path: Path, open_page: OpenPage
 ) -> None:
     path = tmp_path / "robot.rviz"
@@ -123,7 +123,7 @@ def test_a_page_opens_with_the_configuration_of_rviz_and_saves_to_it(
         page.goto("about:blank")
 
 
-def test_settings_are_kept_as_a_copy_and_opened_again(
+def test_a_copy_of_the_settings_is_saved_and_opened_again(
     viewing: str, tmp_path: Path, open_page: OpenPage
 ) -> None:
     page = open_page(viewing)
@@ -147,7 +147,7 @@ SPECK = "<visual><geometry><sphere radius='1e-4'/></geometry></visual>"
 
 
 @pytest.mark.parametrize("shape", ["", SPECK], ids=["bare", "speck"])
-def test_a_robot_without_shapes_is_told_of_and_casts_no_shadow(
+def test_a_robot_without_shapes_is_reported_and_casts_no_shadow(
     tmp_path: Path, open_page: OpenPage, shape: str
 ) -> None:
     (tmp_path / "r.urdf").write_text(f"<robot name='r'><link name='a'>{shape}</link></robot>")
@@ -166,7 +166,7 @@ def test_a_robot_without_shapes_is_told_of_and_casts_no_shadow(
         page.goto("about:blank")
 
 
-def test_a_robot_tells_of_meshes_that_are_missing(tmp_path: Path, open_page: OpenPage) -> None:
+def test_the_robot_display_reports_missing_meshes(tmp_path: Path, open_page: OpenPage) -> None:
     file = tmp_path / "arm.urdf"
     file.write_text(
         '<robot name="arm"><link name="base"><visual><geometry><box size="1 1 1"/></geometry></visual></link>'

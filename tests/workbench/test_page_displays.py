@@ -1,4 +1,4 @@
-"""Each display by its pixels: what a message says is drawn where it says."""
+"""Each display by its pixels: a message is drawn where it should be."""
 
 from collections.abc import Callable
 from typing import Any
@@ -33,12 +33,12 @@ RED, GREEN = (255, 0, 0), (0, 255, 0)
 
 
 def covariance(x: float, y: float, yaw: float) -> tuple[float, ...]:
-    """6x6 of variances in the plane."""
+    """Return a 6x6 covariance with variances in the plane."""
     return tuple(np.diag([x, y, 0.0, 0.0, 0.0, yaw]).ravel().tolist())
 
 
-def test_a_wall_a_lidar_sees_is_drawn_where_it_stands(open_page: OpenPage) -> None:
-    # a straight wall at x = 1 m: a beam at an angle goes 1 / cos(angle) far
+def test_a_scanned_wall_is_drawn_at_its_place(open_page: OpenPage) -> None:
+    # a straight wall at x = 1 m: the range of a beam at an angle is 1 / cos(angle)
     angles = np.linspace(-0.6, 0.6, 121)
     scan = LaserScan(
         WORLD,
@@ -53,7 +53,7 @@ def test_a_wall_a_lidar_sees_is_drawn_where_it_stands(open_page: OpenPage) -> No
         show.page.evaluate(FROM_ABOVE)
         show.add("LaserScan", "/laser")
         show.set("LaserScan", "colour", "#00ff00")
-        show.tell("LaserScan", "/laser", scan)
+        show.publish("LaserScan", "/laser", scan)
         seen = np.argwhere(show.mask(GREEN))
         low, high = show.pixels([(1.0, 1.0 * np.tan(0.6), 0.0), (1.0, -1.0 * np.tan(0.6), 0.0)])
         assert len(seen) > 500
@@ -69,7 +69,7 @@ def test_a_scan_is_drawn_in_its_own_frame(open_page: OpenPage) -> None:
         show.page.evaluate(FROM_ABOVE)
         show.add("LaserScan", "/laser")
         show.set("LaserScan", "colour", "#00ff00")
-        show.tell("LaserScan", "/laser", scan)
+        show.publish("LaserScan", "/laser", scan)
         # its beams are 2 cm above the tops of the wheels, which are at 0.07 m
         middle = np.argwhere(show.mask(GREEN)).mean(axis=0)
         assert np.abs(middle - show.pixels([(1.0, 0.0, 0.09)])[0]).max() <= 3
@@ -85,18 +85,18 @@ def test_a_path_is_a_line_through_its_poses(open_page: OpenPage) -> None:
         show.page.evaluate(FROM_ABOVE)
         show.add("Path", "/way")
         show.set("Path", "width", "7")
-        show.tell("Path", "/way", path)
+        show.publish("Path", "/way", path)
         on = [(-0.4, 0.0, 0.0), (0.0, 0.0, 0.0), (0.4, 0.0, 0.0), (0.5, 0.3, 0.0)]
         off = [(0.0, 0.1, 0.0), (0.3, 0.3, 0.0), (-0.6, 0.0, 0.0)]
         line = (25, 255, 0)
         assert is_like(show.colours(*on), line)
         assert not any(is_like(show.colours(place), line) for place in off)
-        show.tell("Path", "/way", Path(WORLD))
+        show.publish("Path", "/way", Path(WORLD))
         until(lambda: not show.mask(line).any())
 
 
 def arrows_from(show: Show, colour: str, at: tuple[float, float], length: float, yaw: float) -> None:
-    """Check by pixels that an arrow goes from a place so far in a direction, and no farther."""
+    """Check by pixels that an arrow goes this far from a place in a direction, and not farther."""
     rgb = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)])
     along = np.array([0.3, 0.6, 0.9, 1.08, -0.1]) * length
     image = show.colours(*[(at[0] + np.cos(yaw) * d, at[1] + np.sin(yaw) * d, 0.0) for d in along])
@@ -121,13 +121,13 @@ def test_a_pose_is_an_arrow(open_page: OpenPage, kind: str) -> None:
         show.add(kind, "/it")
         show.set(kind, "colour", "#ff2000")
         show.set(kind, "length", "0.5")
-        show.tell(kind, "/it", message)
+        show.publish(kind, "/it", message)
         arrows_from(show, "#ff2000", (0.2, -0.3), 0.5, 0.8)
         if kind == "PoseArray":
             arrows_from(show, "#ff2000", (-0.6, 0.4), 0.5, 0.0)
 
 
-def test_odometry_keeps_where_it_was_and_shows_how_sure_it_is(open_page: OpenPage) -> None:
+def test_odometry_keeps_earlier_poses_and_shows_covariance(open_page: OpenPage) -> None:
     def odometry(x: float) -> Odometry:
         # one standard deviation: 0.2 m along x and 0.1 m along y
         return Odometry(WORLD, "base_link", PoseWithCovariance(pose(x), covariance(0.04, 0.01, 0.0)))
@@ -137,8 +137,8 @@ def test_odometry_keeps_where_it_was_and_shows_how_sure_it_is(open_page: OpenPag
         show.add("Odometry", "/told")
         show.set("Odometry", "colour", "#ff2000")
         show.set("Odometry", "length", "0.2")
-        show.tell("Odometry", "/told", odometry(-0.8))
-        show.tell("Odometry", "/told", odometry(-0.79))  # not far enough to be kept
+        show.publish("Odometry", "/told", odometry(-0.8))
+        show.publish("Odometry", "/told", odometry(-0.79))  # not far enough to be kept
         for x in (-0.4, 0.0):
             show.bus.publish("/told", odometry(x))
             ((row, column),) = show.pixels([(x + 0.06, 0.0, 0.0)])
@@ -166,8 +166,8 @@ def test_a_twist_is_an_arrow_and_a_ring(open_page: OpenPage) -> None:
         show.set("Twist", "angular", "#0040ff")
         show.set("Twist", "linear_scale", "1")
         show.set("Twist", "angular_scale", "0.15")
-        show.tell("Twist", "/speed", message)
-        # a turn about z of 2 rad/s is a ring of 0.3 m, open in its last quarter
+        show.publish("Twist", "/speed", message)
+        # a rotation about z of 2 rad/s is a ring of 0.3 m, open in its last quarter
         ring = show.colours((0.0, 0.3, 0.0), (-0.3, 0.0, 0.0))
         assert (ring[:, 2] > 120).all()
         assert (ring[:, 0] < 80).all()
@@ -185,7 +185,7 @@ def test_a_wrench_is_an_arrow_along_the_force_and_a_ring_around_the_torque(open_
         show.set("Wrench", "angular", "#0040ff")
         show.set("Wrench", "linear_scale", "0.06")
         show.set("Wrench", "angular_scale", "0.1")
-        show.tell("Wrench", "/force", message)
+        show.publish("Wrench", "/force", message)
         assert (show.colours((0.0, 0.3, 0.0), (-0.3, 0.0, 0.0))[:, 2] > 120).all()  # 3 Nm
         assert show.colours((0.55, 0.0, 0.0))[0, 0] > 120  # 10 N
         assert show.colours((0.65, 0.0, 0.0))[0, 0] < 90
@@ -198,12 +198,12 @@ def test_a_polygon_is_a_closed_line(open_page: OpenPage) -> None:
         show.add("Polygon", "/footprint")
         show.set("Polygon", "colour", "#ff0000")
         show.set("Polygon", "width", "7")
-        show.tell("Polygon", "/footprint", PolygonStamped(WORLD, Polygon(corners)))
+        show.publish("Polygon", "/footprint", PolygonStamped(WORLD, Polygon(corners)))
         assert is_red(show.colours((0.0, -0.3, 0.0), (0.5, 0.0, 0.0), (0.0, 0.0, 0.0))).all()
         assert not is_red(show.colours((0.2, 0.0, 0.0), (0.0, 0.3, 0.0))).any()
 
 
-def test_lines_of_a_path_are_as_wide_in_metres_as_is_asked(open_page: OpenPage) -> None:
+def test_a_path_has_the_requested_width_in_metres(open_page: OpenPage) -> None:
     way = Path(WORLD, (PoseStamped(WORLD, pose(-0.5)), PoseStamped(WORLD, pose(0.5))))
     with showing(open_page, {"/way": Path}) as show:
         show.page.evaluate(FROM_ABOVE)
@@ -211,12 +211,12 @@ def test_lines_of_a_path_are_as_wide_in_metres_as_is_asked(open_page: OpenPage) 
         show.set("Path", "colour", "#ff0000")
         show.set("Path", "style", "billboards")
         show.set("Path", "metres", "0.2")
-        show.tell("Path", "/way", way)
+        show.publish("Path", "/way", way)
         assert is_red(show.colours((0.0, 0.0, 0.0), (0.3, 0.09, 0.0), (-0.3, -0.09, 0.0))).all()
         assert not is_red(show.colours((0.0, 0.12, 0.0), (0.0, -0.12, 0.0))).any()
 
 
-def test_a_range_is_a_cone_as_long_as_what_was_met(open_page: OpenPage) -> None:
+def test_a_range_is_a_cone_of_the_measured_length(open_page: OpenPage) -> None:
     def sonar(distance: float) -> Range:
         return Range(WORLD, field_of_view=0.6, min_range=0.02, max_range=2.0, range=distance)
 
@@ -225,10 +225,10 @@ def test_a_range_is_a_cone_as_long_as_what_was_met(open_page: OpenPage) -> None:
         show.add("Range", "/sonar")
         show.set("Range", "colour", "#ff0000")
         show.set("Range", "alpha", "1")
-        show.tell("Range", "/sonar", sonar(0.8))
+        show.publish("Range", "/sonar", sonar(0.8))
         found = show.extent(show.mask(RED, 12))
         wide = 0.8 * np.tan(0.3)
-        # the edge of a cone that lies flat is where it is widest, its rim half above the ground
+        # the edge of a flat cone is at its widest place, with half of its rim above the ground
         tip, end, edge = show.pixels([(0.0, 0.0, 0.0), (0.8, 0.0, 0.0), (0.8, wide, 0.0)])
         assert abs(found[0, 1] - tip[1]) <= 4
         assert end[1] <= found[1, 1] <= end[1] + 0.15 * (end[1] - tip[1])
@@ -244,6 +244,6 @@ def test_a_point_is_a_ball(open_page: OpenPage) -> None:
         show.add("PointStamped", "/clicked")
         show.set("PointStamped", "colour", "#ff0000")
         show.set("PointStamped", "radius", "0.1")
-        show.tell("PointStamped", "/clicked", PointStamped(WORLD, Point(0.4, 0.3)))
+        show.publish("PointStamped", "/clicked", PointStamped(WORLD, Point(0.4, 0.3)))
         assert is_red(show.colours((0.4, 0.3, 0.0), (0.47, 0.3, 0.0))).all()
         assert not is_red(show.colours((0.53, 0.3, 0.0))).any()

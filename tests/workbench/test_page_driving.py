@@ -1,4 +1,4 @@
-"""Driving in the page, by keys, pad, touch and gamepad; and what stops the robot."""
+"""Driving in the page by keyboard, pad, touch and gamepad, and what stops the robot."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -36,7 +36,7 @@ def test_held_keys_drive_the_robot_across_the_picture(
     page.evaluate(FROM_ABOVE)
     before = middle(blue(screenshot(page)))
     page.keyboard.down("w")
-    until(lambda: state_of(driving[1]).odometry[0] > 0.12)  # it is not to drive out of the picture
+    until(lambda: state_of(driving[1]).odometry[0] > 0.12)  # it must not drive out of the picture
     page.keyboard.up("w")
     until(lambda: reading(page, "x") > 0.12 and standing(page))
     after = middle(blue(screenshot(page)))
@@ -47,12 +47,10 @@ def test_held_keys_drive_the_robot_across_the_picture(
     with_path = screenshot(page).astype(int)
     page.locator("[data-option=trail]").click()
     left = (np.abs(screenshot(page).astype(int) - with_path).sum(axis=2) > 60) & ~robot
-    assert np.ptp(np.nonzero(left)[1]) > 0.03 * pixels_per_metre(page)  # the way it took, behind it
+    assert np.ptp(np.nonzero(left)[1]) > 0.03 * pixels_per_metre(page)  # its trail, behind it
 
 
-def test_where_the_robot_truly_is_stands_beside_its_odometry(
-    driving: tuple[str, Session], open_page: OpenPage
-) -> None:
+def test_the_true_pose_is_shown_beside_odometry(driving: tuple[str, Session], open_page: OpenPage) -> None:
     address, session = driving
     page = open_page(address)
     world = page.get_by_role("group", name="In the world")
@@ -66,7 +64,7 @@ def test_where_the_robot_truly_is_stands_beside_its_odometry(
     assert "not where odometry has it" in world.inner_text()
 
 
-def test_its_heading_is_told_within_half_a_turn(driving: tuple[str, Session], open_page: OpenPage) -> None:
+def test_the_heading_is_shown_within_half_a_turn(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0])
     page.keyboard.down("ArrowLeft")
     until(lambda: state_of(driving[1]).odometry[2] > 3.6)
@@ -77,7 +75,7 @@ def test_its_heading_is_told_within_half_a_turn(driving: tuple[str, Session], op
     assert abs(reading(page, "yaw")) <= 180
 
 
-def test_turning_keys_turn_it_where_it_stands(driving: tuple[str, Session], open_page: OpenPage) -> None:
+def test_turning_keys_turn_the_robot_in_place(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0])
     page.keyboard.down("ArrowLeft")
     until(lambda: reading(page, "yaw") > 30)
@@ -98,7 +96,7 @@ def test_a_page_that_loses_the_keyboard_stops_the_robot(
 
 
 @pytest.mark.parametrize("held", ["key", "pad", "gamepad"])
-def test_what_is_held_when_the_connection_is_lost_does_not_drive_again_by_itself(
+def test_a_key_held_when_the_connection_is_lost_does_not_drive_afterwards(
     xacro: Path, browser: Any, held: str
 ) -> None:
     page = browser.new_page(viewport={"width": 960, "height": 560})
@@ -113,7 +111,7 @@ def test_what_is_held_when_the_connection_is_lost_does_not_drive_again_by_itself
     with serving(session, port=urlsplit(address).port):
         until(lambda: page.inner_text(".status") == "live")
         if held == "key":
-            page.keyboard.down("w")  # its repetition
+            page.keyboard.down("w")  # a key repeat
         elif held == "pad":
             page.mouse.move(*from_middle_of_pad(page, 58))
         begun = state_of(session).time
@@ -125,7 +123,7 @@ def test_what_is_held_when_the_connection_is_lost_does_not_drive_again_by_itself
     page.close()
 
 
-def test_a_key_that_is_held_when_the_computer_falls_asleep_does_not_drive_when_it_wakes(
+def test_a_key_held_when_the_computer_sleeps_does_not_drive_when_it_wakes(
     driving: tuple[str, Session], open_page: OpenPage
 ) -> None:
     address, session = driving
@@ -134,7 +132,7 @@ def test_a_key_that_is_held_when_the_computer_falls_asleep_does_not_drive_when_i
     until(lambda: state_of(session).command[0] > 0.05)
     page.evaluate("() => { const now = Date.now; Date.now = () => now() + 60_000; }")
     until(lambda: state_of(session).command == (0.0, 0.0))
-    page.keyboard.down("w")  # the key's repetition
+    page.keyboard.down("w")  # a key repeat
     begun = state_of(session).time
     until(lambda: state_of(session).time > begun + 0.3)
     assert state_of(session).command == (0.0, 0.0)
@@ -143,7 +141,7 @@ def test_a_key_that_is_held_when_the_computer_falls_asleep_does_not_drive_when_i
     until(lambda: state_of(session).command[0] > 0.05)
 
 
-def test_a_page_that_is_closed_stops_the_robot(driving: tuple[str, Session], open_page: OpenPage) -> None:
+def test_closing_the_page_stops_the_robot(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page, other = open_page(driving[0]), open_page(driving[0])
     page.keyboard.down("w")
     until(lambda: reading(other, "x") > 0.02)
@@ -213,14 +211,14 @@ def test_shift_and_drag_push_the_robot(driving: tuple[str, Session], open_page: 
     page.mouse.move(at["x"], at["y"])
     page.mouse.down()
     page.mouse.move(at["x"], at["y"] - 200)
-    until(lambda: state_of(session).poses[2] > 0.3)  # it is lifted
+    until(lambda: state_of(session).poses[2] > 0.3)  # lifted by the push
     page.mouse.up()
     page.keyboard.up("Shift")
     until(lambda: state_of(session).poses[2] < 0.15)  # and falls, on its wheels or not
 
 
 def reading(page: Any, name: str, place: str = "Odometry") -> float:
-    """A number of the read-out of where the robot is."""
+    """Return a number of the pose readout."""
     return float(
         page.inner_text(f"[aria-label={place!r}] [data-reading={name}]").replace("\u2212", "-") or "nan"
     )
@@ -232,13 +230,13 @@ def standing(page: Any) -> bool:
 
 
 def from_middle_of_pad(page: Any, up: float) -> tuple[float, float]:
-    """So many pixels above it."""
+    """Return a point this many pixels above the middle of the pad."""
     box = page.locator(".pad").bounding_box()
     return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2 - up
 
 
 def hold(page: Any, what: str) -> None:
-    """Go straight ahead by a key, the pad or the gamepad."""
+    """Drive straight ahead by keyboard, pad or gamepad."""
     if what == "key":
         page.keyboard.down("w")
     elif what == "pad":

@@ -1,4 +1,4 @@
-"""How the files of the page are sent: compressed where they may be, with no script but known ones."""
+"""How the page's files are sent: compressed if possible, and with known scripts only."""
 
 import base64
 import gzip
@@ -28,11 +28,11 @@ def get(address: str, **headers: str) -> tuple[bytes, HTTPMessage]:
         (["gzipped, identity"], False),
     ],
 )
-def test_gzip_is_sent_to_those_that_say_they_take_it(accepted: list[str], takes: bool) -> None:
+def test_gzip_is_sent_to_clients_that_accept_it(accepted: list[str], takes: bool) -> None:
     assert takes_gzip(accepted) is takes
 
 
-def test_a_script_is_sent_compressed_and_is_the_same(viewing: str) -> None:
+def test_a_compressed_script_has_the_same_content(viewing: str) -> None:
     html, _ = get(viewing)
     name = re.search(rb'src="\./(assets/[^"]+\.js)"', html)
     assert name is not None
@@ -44,7 +44,7 @@ def test_a_script_is_sent_compressed_and_is_the_same(viewing: str) -> None:
     assert gzip.decompress(packed) == plain
 
 
-def test_the_policy_names_each_script_in_the_page_by_its_digest(viewing: str) -> None:
+def test_the_policy_lists_the_digest_of_each_inline_script(viewing: str) -> None:
     html, told = get(viewing)
     scripts = re.findall(rb"<script>(.*?)</script>", html, re.DOTALL)
     assert scripts

@@ -1,4 +1,4 @@
-"""Which keys drive and stop, wherever the focus is."""
+"""The keys that drive and stop, for every focused element."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -29,9 +29,7 @@ MAST = f"""
 
 
 @pytest.mark.parametrize("focus", ["toggle", "list", "link"])
-def test_space_stops_wherever_the_focus_is(
-    driving: tuple[str, Session], open_page: OpenPage, focus: str
-) -> None:
+def test_space_stops_for_every_focus(driving: tuple[str, Session], open_page: OpenPage, focus: str) -> None:
     address, session = driving
     page = open_page(address)
     place = {"toggle": "[data-option=grid]", "list": "[aria-label=Speed]", "link": "#links button"}[focus]
@@ -54,16 +52,14 @@ def test_arrows_drive_after_a_click_in_the_tree(driving: tuple[str, Session], op
     until(lambda: state_of(session).command == (0.0, 0.0))
 
 
-def test_arrows_walk_the_tree_for_those_who_came_by_keys(viewing: str, open_page: OpenPage) -> None:
+def test_arrows_navigate_the_tree_after_keyboard_focus(viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     page.locator("#links button[data-link=base_footprint]").focus()
     page.keyboard.press("ArrowDown")
     assert page.evaluate("document.activeElement.dataset.link") == "base_link"
 
 
-def test_sliders_and_lists_keep_the_focus_of_those_who_came_by_keys(
-    driving: tuple[str, Session], open_page: OpenPage
-) -> None:
+def test_sliders_and_lists_keep_keyboard_focus(driving: tuple[str, Session], open_page: OpenPage) -> None:
     address, session = driving
     page = open_page(address)
     page.keyboard.press("Tab")
@@ -76,7 +72,7 @@ def test_sliders_and_lists_keep_the_focus_of_those_who_came_by_keys(
     size.focus()
     for _ in range(5):
         page.keyboard.press("ArrowRight")
-    # a hundredth of its range, from 0 to twice the 0.16 that are written, each
+    # each step is a hundredth of its range, from 0 to twice the written 0.16
     number = page.get_by_label("base_len, as a number")
     until(lambda: float(number.input_value()) == pytest.approx(0.176))
     speed = page.get_by_label("Speed", exact=True)
@@ -87,7 +83,7 @@ def test_sliders_and_lists_keep_the_focus_of_those_who_came_by_keys(
 
 
 def drag(page: Any, slider: Any, part: float) -> None:
-    """Pull a slider's thumb to a part of its line, and let go of it above that."""
+    """Drag a slider's thumb to a part of its line, and release it above that."""
     slider.scroll_into_view_if_needed()
     box = slider.bounding_box()
     page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
@@ -97,14 +93,14 @@ def drag(page: Any, slider: Any, part: float) -> None:
 
 
 def commanded(page: Any, session: Session) -> tuple[float, ...]:
-    """What the robot is asked for once all is heard that the page has said."""
+    """Return the commanded speed once all messages of the page are processed."""
     page.keyboard.press("p")
     until(lambda: state_of(session).paused)
     return state_of(session).command
 
 
 def dragged(driving: tuple[str, Session], open_page: OpenPage) -> tuple[Any, Session, Any]:
-    """A page whose slider of the speed limit was dragged just now: the page, its session, the slider."""
+    """A page whose speed limit slider was just dragged: the page, its session, the slider."""
     address, session = driving
     page = open_page(address)
     limit = page.get_by_label("Speed limit in percent")
@@ -112,7 +108,7 @@ def dragged(driving: tuple[str, Session], open_page: OpenPage) -> tuple[Any, Ses
     return page, session, limit
 
 
-def test_arrows_move_the_slider_that_was_dragged_and_not_the_robot(
+def test_arrows_move_a_dragged_slider_and_not_the_robot(
     driving: tuple[str, Session], open_page: OpenPage
 ) -> None:
     page, session, limit = dragged(driving, open_page)
@@ -126,7 +122,7 @@ def test_arrows_move_the_slider_that_was_dragged_and_not_the_robot(
     page.keyboard.up("w")
 
 
-def test_arrows_drive_again_after_a_press_elsewhere(
+def test_arrows_drive_again_after_a_click_elsewhere(
     driving: tuple[str, Session], open_page: OpenPage
 ) -> None:
     page, session, limit = dragged(driving, open_page)
@@ -140,7 +136,7 @@ def test_arrows_drive_again_after_a_press_elsewhere(
 
 @pytest.fixture
 def with_mast(xacro: Path) -> Iterator[tuple[str, Session]]:
-    """A KBot with a mast that is turned by a controller."""
+    """A KBot with a mast that a controller turns."""
     xacro.write_text(xacro.read_text().replace("</robot>", MAST))
     session = open_session(str(xacro), simulate=True, seed=1)
     with serving(session) as address:
@@ -148,7 +144,7 @@ def with_mast(xacro: Path) -> Iterator[tuple[str, Session]]:
 
 
 def turn_by_arrows(page: Any) -> None:
-    """Drag the mast's slider, then go on by keys until it has followed them."""
+    """Drag the mast's slider, then press arrow keys until it has moved."""
     slider = page.get_by_role("slider", name="mast_joint", exact=True)
     number = page.get_by_label("mast_joint in degrees", exact=True)
     drag(page, slider, 0.75)
@@ -156,20 +152,18 @@ def turn_by_arrows(page: Any) -> None:
     before = float(number.input_value())
     page.keyboard.down("ArrowLeft")
     for _ in range(20):
-        page.keyboard.down("ArrowLeft")  # as a key that is held repeats
+        page.keyboard.down("ArrowLeft")  # as a held key repeats
     until(lambda: float(number.input_value()) < before - 10)
 
 
-def test_arrows_after_a_drag_move_the_joint_alone(
-    with_mast: tuple[str, Session], open_page: OpenPage
-) -> None:
+def test_arrows_after_a_drag_move_only_the_joint(with_mast: tuple[str, Session], open_page: OpenPage) -> None:
     address, session = with_mast
     page = open_page(address)
     turn_by_arrows(page)
     assert commanded(page, session) == (0.0, 0.0)
 
 
-def test_arrows_after_a_drag_leave_the_goal_alone(
+def test_arrows_after_a_drag_do_not_cancel_the_goal(
     with_mast: tuple[str, Session], open_page: OpenPage
 ) -> None:
     address, session = with_mast
@@ -195,7 +189,7 @@ def test_a_slider_keeps_the_arrows_when_the_file_is_saved(
     assert commanded(page, session) == (0.0, 0.0)
 
 
-def test_driving_while_paused_says_so(driving: tuple[str, Session], open_page: OpenPage) -> None:
+def test_driving_while_paused_shows_a_notice(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0])
     page.keyboard.press("p")
     until(lambda: page.inner_text(".rate") == "paused")
@@ -204,7 +198,7 @@ def test_driving_while_paused_says_so(driving: tuple[str, Session], open_page: O
     page.keyboard.up("w")
 
 
-def test_an_emptied_number_shows_the_joint_again(viewing: str, open_page: OpenPage) -> None:
+def test_an_emptied_field_shows_the_joint_position_again(viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     number = page.get_by_label("left_wheel_joint in degrees")
     number.fill("30")

@@ -1,4 +1,4 @@
-"""The joints' panel of a robot whose joints are commanded in different ways."""
+"""The joints panel of a robot whose joints accept different commands."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -65,7 +65,7 @@ def value(page: Any, label: str) -> float:
     return float(page.get_by_label(label, exact=True).input_value())
 
 
-def test_joints_go_where_their_controllers_are_told(running: str, open_page: OpenPage) -> None:
+def test_joints_follow_commands_to_their_controllers(running: str, open_page: OpenPage) -> None:
     page = open_page(running)
     page.get_by_label("turn in degrees", exact=True).fill("60")
     page.keyboard.press("Enter")
@@ -82,7 +82,7 @@ def test_joints_go_where_their_controllers_are_told(running: str, open_page: Ope
     until(lambda: seen.add(value(page, "spin in degrees")) or max(seen) - min(seen) > 90)
 
 
-def test_zero_has_no_sign(arm: Path, open_page: OpenPage) -> None:
+def test_zero_is_shown_without_a_sign(arm: Path, open_page: OpenPage) -> None:
     with serving(open_session(str(arm), simulate=False)) as address:
         page = open_page(address)
         number = page.get_by_label("turn in degrees", exact=True)
@@ -95,7 +95,7 @@ def test_zero_has_no_sign(arm: Path, open_page: OpenPage) -> None:
         page.goto("about:blank")
 
 
-def test_units_limits_and_search(arm: Path, open_page: OpenPage) -> None:
+def test_joints_have_units_limits_and_search(arm: Path, open_page: OpenPage) -> None:
     arm.write_text(
         arm.read_text().replace(
             "</robot>",
@@ -129,7 +129,7 @@ def test_units_limits_and_search(arm: Path, open_page: OpenPage) -> None:
         page.goto("about:blank")
 
 
-def test_joints_stand_at_first_where_ros2_control_has_them(
+def test_joints_start_at_the_initial_positions_of_ros2_control(
     arm: Path, tmp_path: Path, open_page: OpenPage
 ) -> None:
     value_of = '<state_interface name="position"><param name="initial_value">{}</param></state_interface>'
@@ -143,7 +143,9 @@ def test_joints_stand_at_first_where_ros2_control_has_them(
     with serving(open_session(str(arm), simulate=False)) as address:
         page = open_page(address)
         assert value(page, "turn in degrees") == pytest.approx(np.degrees(0.5), abs=0.05)
-        assert value(page, "echo in degrees") == pytest.approx(np.degrees(0.25), abs=0.05)  # it follows
+        assert value(page, "echo in degrees") == pytest.approx(
+            np.degrees(0.25), abs=0.05
+        )  # the mimic joint follows
         assert value(page, "lift in millimetres") == pytest.approx(200.0, abs=0.05)
         assert value(page, "spin in degrees") == 0.0
         page.goto("about:blank")
@@ -154,7 +156,7 @@ def test_joints_stand_at_first_where_ros2_control_has_them(
     assert value(page, "lift in millimetres") == pytest.approx(100.0, abs=0.05)
 
 
-def test_a_picture_has_the_joints_where_the_page_has_them(arm: Path, tmp_path: Path) -> None:
+def test_a_saved_picture_has_the_pages_joint_positions(arm: Path, tmp_path: Path) -> None:
     hardware = (
         '<ros2_control name="a" type="system"><joint name="lift"><state_interface name="position">'
         '<param name="initial_value">0.3</param></state_interface></joint></ros2_control></robot>'

@@ -1,4 +1,4 @@
-"""Quick steps add up, and what was asked for last is what comes, however late answers are."""
+"""Quick steps add up, and the last request wins, however late the answers are."""
 
 import asyncio
 from collections.abc import Callable
@@ -14,7 +14,7 @@ from kbot.workbench.serving.plotting import Plotting, Request
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .served import asked, state_of
+from .served import run_between_steps, state_of
 from .test_page_authoring import length_in_source
 from .test_page_plot_recording import played
 from .test_page_plot_time import WIDE, at_line, is_past, line, open_plots, page, plot, shown, table
@@ -24,13 +24,13 @@ __all__ = ["page", "played"]
 OpenPage = Callable[..., Any]
 
 
-def test_quick_keys_in_the_plot_add_up(page: Any) -> None:
+def test_quick_key_presses_in_the_plot_add_up(page: Any) -> None:
     shown(page, page.began + 0.2)
     line(page).focus()
     page.keyboard.press("Home")
     until(lambda: is_past(page))
     low, high = at_line(page), float(line(page).get_attribute("aria-valuemax"))
-    for _ in range(5):  # of a tenth of what is on show
+    for _ in range(5):  # each by a tenth of the displayed range
         page.keyboard.press("PageUp")
     until(lambda: at_line(page) == pytest.approx((low + high) / 2, abs=0.02))
     until(
@@ -40,7 +40,7 @@ def test_quick_keys_in_the_plot_add_up(page: Any) -> None:
     )
 
 
-def test_two_clicks_leave_what_is_now_running(page: Any) -> None:
+def test_two_quick_clicks_do_not_pause_the_simulation(page: Any) -> None:
     shown(page, page.began + 0.2)
     page.keyboard.press("p")
     until(lambda: page.inner_text(".rate") != "paused")
@@ -51,7 +51,7 @@ def test_two_clicks_leave_what_is_now_running(page: Any) -> None:
     assert not is_past(page)
 
 
-def test_a_step_back_leaves_the_present_however_late_the_timeline_is(
+def test_a_step_back_works_with_a_late_timeline(
     driving: tuple[str, Session], open_page: OpenPage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     page = open_page(driving[0])
@@ -70,7 +70,7 @@ def test_a_step_back_leaves_the_present_however_late_the_timeline_is(
     until(lambda: is_past(page))
 
 
-def test_a_slow_answer_is_waited_for_while_time_goes_on(
+def test_a_slow_answer_is_awaited_while_time_continues(
     driving: tuple[str, Session], open_page: OpenPage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     address = driving[0]
@@ -87,7 +87,7 @@ def test_a_slow_answer_is_waited_for_while_time_goes_on(
     until(lambda: len(table(page)) > 20)
 
 
-def test_a_step_goes_from_where_a_recording_has_come_to(played: Session, open_page: OpenPage) -> None:
+def test_a_step_starts_from_the_playback_position(played: Session, open_page: OpenPage) -> None:
     played.speed = 0.5
     with serving(played) as address:
         page = open_page(address, viewport=WIDE)
@@ -96,16 +96,16 @@ def test_a_step_goes_from_where_a_recording_has_come_to(played: Session, open_pa
         slider = page.get_by_role("slider", name="Moment on show")
         box = slider.bounding_box()
         page.mouse.click(box["x"] + box["width"] * 0.2, box["y"] + box["height"] / 2)
-        until(lambda: 1.6 < asked(played, played.timeline).at < 5.0)
+        until(lambda: 1.6 < run_between_steps(played, played.timeline).at < 5.0)
         played.paused = True
-        at = asked(played, played.timeline).at
+        at = run_between_steps(played, played.timeline).at
         until(lambda: slider.evaluate("s => s.valueAsNumber") == pytest.approx(at, abs=0.01))
         page.keyboard.press("ArrowRight")
-        until(lambda: asked(played, played.timeline).at == pytest.approx(at + 0.1, abs=0.02))
+        until(lambda: run_between_steps(played, played.timeline).at == pytest.approx(at + 0.1, abs=0.02))
         page.goto("about:blank")
 
 
-def test_quick_keys_on_a_joint_add_up(viewing: str, open_page: OpenPage) -> None:
+def test_quick_key_presses_on_a_joint_add_up(viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     slider = page.get_by_label("left_wheel_joint", exact=True)
     degrees = page.get_by_label("left_wheel_joint in degrees")
@@ -125,7 +125,7 @@ def test_quick_keys_on_a_joint_add_up(viewing: str, open_page: OpenPage) -> None
     )
 
 
-def test_what_is_being_typed_stays_when_another_tab_changes_something(
+def test_typed_text_is_kept_when_another_tab_changes_something(
     xacro: Path, viewing: str, open_page: OpenPage
 ) -> None:
     page, other = open_page(viewing), open_page(viewing)

@@ -1,4 +1,4 @@
-"""Messages that are not what they say of themselves: displays tell what is wrong, and the page goes on."""
+"""Inconsistent messages: displays report what is wrong, and the page keeps working."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -42,10 +42,10 @@ CLOUDS = {
 }
 
 
-def test_a_cloud_that_is_not_what_it_says_is_told(open_page: OpenPage) -> None:
+def test_an_inconsistent_cloud_is_reported(open_page: OpenPage) -> None:
     with showing(open_page, {"/cloud": PointCloud2}) as show:
         show.add("PointCloud2", "/cloud")
-        show.tell("PointCloud2", "/cloud", replace(WHOLE, width=0, data=b""))
+        show.publish("PointCloud2", "/cloud", replace(WHOLE, width=0, data=b""))
         for words, clouds in CLOUDS.items():
             for one in clouds:
                 show.bus.publish("/cloud", WHOLE)
@@ -54,7 +54,7 @@ def test_a_cloud_that_is_not_what_it_says_is_told(open_page: OpenPage) -> None:
                 until(lambda words=words: words in show.status("PointCloud2"))
 
 
-def test_one_value_that_is_none_leaves_the_others_their_colours(open_page: OpenPage) -> None:
+def test_an_invalid_value_does_not_change_the_colours_of_others(open_page: OpenPage) -> None:
     rows = np.zeros(3, np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4")]))
     rows["x"], rows["intensity"] = (-0.4, 0.0, 0.4), (0.0, 1.0, np.nan)
     fields = tuple(PointField(name, 4 * i) for i, name in enumerate(("x", "y", "z", "intensity")))
@@ -64,7 +64,7 @@ def test_one_value_that_is_none_leaves_the_others_their_colours(open_page: OpenP
         show.add("PointCloud2", "/cloud")
         show.set("PointCloud2", "by", "intensity")
         show.set("PointCloud2", "size", "9")
-        show.tell("PointCloud2", "/cloud", heard)
+        show.publish("PointCloud2", "/cloud", heard)
         # the ends of viridis
         assert is_like(show.colours((-0.4, 0.0, 0.0)), (68, 1, 84))
         assert is_like(show.colours((0.0, 0.0, 0.0)), (253, 231, 37))
@@ -81,10 +81,10 @@ def test_one_value_that_is_none_leaves_the_others_their_colours(open_page: OpenP
     ],
     ids=["short rows", "wide", "high", "yuyv", "short"],
 )
-def test_a_picture_that_is_not_what_it_says_is_told(open_page: OpenPage, picture: Image, words: str) -> None:
+def test_an_inconsistent_image_is_reported(open_page: OpenPage, picture: Image, words: str) -> None:
     with showing(open_page, {"/eye": Image}) as show:
         show.add("Image", "/eye")
-        show.tell("Image", "/eye", Image(WORLD, 1, 1, "mono8", 0, 1, b"\xff"))
+        show.publish("Image", "/eye", Image(WORLD, 1, 1, "mono8", 0, 1, b"\xff"))
         show.bus.publish("/eye", picture)
         until(lambda: words in show.status("Image"))
         show.bus.publish("/eye", Image(WORLD, 1, 1, "mono8", 0, 1, b"\xff"))
@@ -101,36 +101,38 @@ def marker(number: int, kind: int, x: float, **fields: Any) -> Marker:
     )
 
 
-def test_numbers_that_are_none_are_told_and_not_taken_for_zero(open_page: OpenPage) -> None:
+def test_invalid_numbers_are_reported_and_not_drawn_as_zero(open_page: OpenPage) -> None:
     nan = float("nan")
     with showing(open_page, {"/marks": MarkerArray, "/plan": Path}) as show:
         show.page.evaluate(FROM_ABOVE)
         show.add("MarkerArray", "/marks")
         one, other = marker(1, 1, nan), marker(2, 1, 0.6)
-        show.tell("MarkerArray", "/marks", MarkerArray((one, other)))
+        show.publish("MarkerArray", "/marks", MarkerArray((one, other)))
         assert "marker 1 holds numbers that are nan" in show.status("MarkerArray")
         assert is_like(show.colours((0.6, 0.0, 0.0)), (255, 0, 255), 140)
         assert not is_like(show.colours((0.0, 0.0, 0.0)), (255, 0, 255), 140)
         show.add("Path", "/plan")
         at = replace(pose(), position=Point(nan, 0.0, 0.0), orientation=Quaternion(0.0, 0.0, 0.0, 1.0))
-        show.tell("Path", "/plan", Path(WORLD, (PoseStamped(WORLD, at), PoseStamped(WORLD, pose()))))
+        show.publish("Path", "/plan", Path(WORLD, (PoseStamped(WORLD, at), PoseStamped(WORLD, pose()))))
         assert "numbers that are nan" in show.status("Path")
 
 
-def test_markers_of_one_point_or_of_none_are_nothing_to_see(open_page: OpenPage) -> None:
+def test_markers_of_one_point_or_none_are_invisible(open_page: OpenPage) -> None:
     points = ((), (Point(0.1, 0.0, 0.0),))
     odd = [marker(10 * kind + len(some), kind, 0.0, points=some) for kind in range(4, 13) for some in points]
     text = marker(500, 9, 0.0, text="wide " * 20000)
     with showing(open_page, {"/marks": MarkerArray}) as show:
         show.add("MarkerArray", "/marks")
-        show.tell("MarkerArray", "/marks", MarkerArray((*odd, text, marker(1, -1, 0.0), marker(2, 1, 0.4))))
+        show.publish(
+            "MarkerArray", "/marks", MarkerArray((*odd, text, marker(1, -1, 0.0), marker(2, 1, 0.4)))
+        )
         assert "type -1, which there is not" in show.status("MarkerArray")
 
 
 @pytest.mark.parametrize("metres", [0.0, -0.1, float("nan")])
-def test_a_map_of_cells_without_size_is_told(open_page: OpenPage, metres: float) -> None:
+def test_a_map_with_cells_of_zero_size_is_reported(open_page: OpenPage, metres: float) -> None:
     info = MapMetaData(resolution=metres, width=2, height=2, origin=pose())
     with showing(open_page, {"/chart": OccupancyGrid}) as show:
         show.add("Map", "/chart")
-        show.tell("Map", "/chart", OccupancyGrid(WORLD, info, np.zeros(4, np.int8)))
+        show.publish("Map", "/chart", OccupancyGrid(WORLD, info, np.zeros(4, np.int8)))
         assert ("nan" if np.isnan(metres) else f"cells of {metres:g} m") in show.status("Map")

@@ -1,4 +1,4 @@
-"""Maps by their pixels: cells, parts that are told of later, and what lies before them."""
+"""Maps by their pixels: cells, partial updates, and what is in front of them."""
 
 from collections.abc import Callable
 from typing import Any
@@ -28,11 +28,11 @@ def test_a_map_is_drawn_cell_by_cell(open_page: OpenPage) -> None:
         show.page.evaluate(FROM_ABOVE)
         show.add("Map", "/cells")
         show.set("Map", "alpha", "1")
-        show.tell("Map", "/cells", grid)
+        show.publish("Map", "/cells", grid)
         expected = {0: (255, 255, 255), 100: (0, 0, 0), -1: (112, 137, 134)}
         for row in range(2):
             for column in range(3):
-                # x of the grid is up in the world, its y to the left
+                # the grid's x axis points up in the picture, its y axis to the left
                 place = (0.2 - 0.2 * (row + 0.5), -0.3 + 0.2 * (column + 0.5), 0.0)
                 assert is_like(show.colours(place), expected[int(cells[row, column])], 12), (row, column)
         part = OccupancyGridUpdate(WORLD, 1, 1, 2, 1, np.array([100, 0], np.int8))
@@ -45,7 +45,7 @@ def test_a_map_is_drawn_cell_by_cell(open_page: OpenPage) -> None:
         until(lambda: "3 by 3 cells, but 6 values" in show.status("Map"))
 
 
-def test_a_map_may_lie_behind_all_else(open_page: OpenPage) -> None:
+def test_a_map_can_be_drawn_behind_everything_else(open_page: OpenPage) -> None:
     cells = np.full(100, 100, np.int8)
     info = MapMetaData(resolution=0.1, width=10, height=10, origin=pose(-0.5, -0.5, 0.2))
     grid = OccupancyGrid(WORLD, info, cells)
@@ -55,10 +55,10 @@ def test_a_map_may_lie_behind_all_else(open_page: OpenPage) -> None:
         show.add("PointStamped", "/clicked")
         show.set("PointStamped", "colour", "#ff0000")
         show.set("PointStamped", "radius", "0.1")
-        show.tell("PointStamped", "/clicked", red)
+        show.publish("PointStamped", "/clicked", red)
         show.add("Map", "/cells")
         show.set("Map", "alpha", "1")
-        show.tell("Map", "/cells", grid)
+        show.publish("Map", "/cells", grid)
         assert is_like(show.colours((0.0, 0.0, 0.0), (0.3, 0.0, 0.2)), (0, 0, 0), 12)
         show.field("Map", "behind").check()
         until(lambda: is_red(show.colours((0.0, 0.0, 0.0))).all())

@@ -25,7 +25,7 @@ def marker(kind: int, **fields: Any) -> Marker:
 
 SQUARE = tuple(Point(x, y) for x, y in ((-0.4, -0.4), (0.4, -0.4), (0.4, 0.4), (-0.4, 0.4)))
 PAINTED = tuple(ColorRGBA(*rgb, 1.0) for rgb in ((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0)))
-# by type: a marker, places on it and places beside it
+# by type: a marker, places on it and places next to it
 MARKERS = {
     0: (marker(0, scale=Vector3(0.6, 0.1, 0.1)), [(0.1, 0), (0.4, 0)], [(-0.1, 0), (0.7, 0)]),
     1: (marker(1, pose=pose(yaw=np.pi / 4)), [(0, 0), (0.19, 0)], [(0.14, 0.14), (0.24, 0)]),
@@ -57,28 +57,28 @@ def red_at(show: Show, places: list[tuple[float, float]]) -> np.ndarray:
     return is_red(show.colours(*[(x, y, 0.0) for x, y in places]))
 
 
-def test_markers_of_every_shape(open_page: OpenPage) -> None:
+def test_markers_of_every_shape_are_drawn(open_page: OpenPage) -> None:
     with showing(open_page, {"/marks": MarkerArray}) as show:
         show.page.evaluate("kbot.look([0, -0.001, 9], [0, 0, 0])")
         show.add("MarkerArray", "/marks")
         for one, on, beside in MARKERS.values():
             clear = Marker(action=DELETE_ALL)
-            show.tell("MarkerArray", "/marks", MarkerArray((clear, one)))
-            # the one before may still be there
+            show.publish("MarkerArray", "/marks", MarkerArray((clear, one)))
+            # the previous marker may still be there
             until(lambda on=on, beside=beside: red_at(show, on).all() and not red_at(show, beside).any())
 
 
-def test_markers_have_colours_a_point_text_lives_and_namespaces(open_page: OpenPage) -> None:
+def test_markers_have_point_colours_text_lifetimes_and_namespaces(open_page: OpenPage) -> None:
     with showing(open_page, {"/mark": Marker}) as show:
         show.page.evaluate(FROM_ABOVE)
         show.add("Marker", "/mark")
-        show.tell("Marker", "/mark", marker(7, id=1, points=SQUARE, colors=PAINTED))
+        show.publish("Marker", "/mark", marker(7, id=1, points=SQUARE, colors=PAINTED))
         for point, rgb in zip(SQUARE, (RED, GREEN, BLUE, (255, 255, 0)), strict=True):
             colour = show.colours((point.x, point.y, 0.0))[0]
             assert [part > 90 for part in colour] == [part > 0 for part in rgb], rgb
         show.bus.publish("/mark", marker(0, id=1, action=DELETE))
         until(lambda: not show.mask(RED, 90).any())
-        show.tell("Marker", "/mark", marker(9, id=2, text="KBot", scale=Vector3(0.0, 0.0, 0.2)))
+        show.publish("Marker", "/mark", marker(9, id=2, text="KBot", scale=Vector3(0.0, 0.0, 0.2)))
         until(
             lambda: is_red(show.colours((0.0, 0.0, 0.0)).reshape(-1, 3)).any() or show.mask(RED).sum() > 100
         )

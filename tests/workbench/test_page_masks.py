@@ -1,4 +1,4 @@
-"""The picture is right to the pixel: every link's mask against an independent projection of the model."""
+"""The picture is exact to the pixel: every link's mask against an independent projection of the model."""
 
 import math
 from collections.abc import Callable, Collection, Mapping
@@ -56,7 +56,7 @@ f 2 5 4 3
 def picture(
     page: Any, robot: RobotModel, link: str, way: tuple[float, float, float]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The page's ids with a link in the middle of the picture, and the camera's matrix."""
+    """Return the page's ids with a link in the middle of the picture, and the camera's matrix."""
     pose = FrameTree(robot).pose(link, joints=JOINTS)
     visual = robot.links[link].visuals[0]
     middle = (pose @ Transform.from_xyz_rpy(visual.pose.xyz, visual.pose.rpy)).translation
@@ -89,7 +89,7 @@ def pictures(page: Any, robot: RobotModel, only: Collection[str] | None = None) 
 def overlaps(
     taken: Pictures, robot: RobotModel, moved: Mapping[str, Transform] | None = None
 ) -> dict[str, float]:
-    """Each link's least overlap from several sides, for those that are to be seen."""
+    """Return the smallest overlap of each visible link over several views."""
     least: dict[str, float] = {}
     for name, views in taken.items():
         index = list(robot.links).index(name)
@@ -106,7 +106,9 @@ def opened(open_page: OpenPage, address: str) -> Any:
     return open_page(address, viewport={"width": 820, "height": 420})
 
 
-def test_every_link_of_kbot_is_where_the_model_has_it(xacro: Path, viewing: str, open_page: OpenPage) -> None:
+def test_every_link_of_kbot_is_where_the_model_places_it(
+    xacro: Path, viewing: str, open_page: OpenPage
+) -> None:
     page, robot = opened(open_page, viewing), load_robot(str(xacro)).require()
     taken = pictures(page, robot)
     found = overlaps(taken, robot)
@@ -124,7 +126,7 @@ def test_a_hidden_link_fails_the_same_measure(xacro: Path, viewing: str, open_pa
     assert max(overlaps(pictures(page, robot), robot).values()) == 0.0
 
 
-def test_every_shape_is_where_the_model_has_it(tmp_path: Path, open_page: OpenPage) -> None:
+def test_every_shape_is_where_the_model_places_it(tmp_path: Path, open_page: OpenPage) -> None:
     (tmp_path / "pyramid.obj").write_text(PYRAMID)
     file = tmp_path / "shapes.urdf"
     file.write_text(SHAPES.format(mesh=tmp_path / "pyramid.obj"))
@@ -149,7 +151,7 @@ CORPUS = (
 
 
 @pytest.mark.parametrize("entry", CORPUS)
-def test_every_link_of_robots_from_elsewhere_is_where_the_model_has_it(
+def test_every_link_of_foreign_robots_is_where_the_model_places_it(
     entry: str, shared: Path, open_page: OpenPage
 ) -> None:
     file = shared / "corpus" / "expected" / f"{entry}.urdf"
@@ -168,11 +170,11 @@ def test_every_link_of_robots_from_elsewhere_is_where_the_model_has_it(
 
 
 def of_meshes(link: Link) -> bool:
-    """Whether some of it is a mesh; the corpus has none of the files."""
+    """Return whether some of it is a mesh. The corpus has no mesh files."""
     return any(isinstance(visual.geometry, Mesh) for visual in link.visuals)
 
 
 def reach(robot: RobotModel, link: str) -> float | None:
-    """How far what is seen first of a link reaches from its middle, m; None for a mesh without a file."""
+    """Return how far the first visual of a link extends from its centre in m, or None for a missing mesh."""
     parts = body_of(robot.links[link]).visuals
     return parts[0].reach(robot.links[link].visuals[0].pose.xyz) if parts else None

@@ -1,4 +1,4 @@
-"""Measuring as a person does it: the distance is seen before the second click, and a step is taken back."""
+"""Measuring as a user does: the distance is shown before the second click, and a step can be undone."""
 
 import re
 from collections.abc import Callable
@@ -18,7 +18,7 @@ OpenPage = Callable[..., Any]
 
 @pytest.fixture
 def page(driving: tuple[str, Session], open_page: OpenPage) -> Any:
-    """Measuring on a floor that is seen from above."""
+    """A page that measures on a floor seen from above."""
     address, session = driving
     session.paused = True
     page = open_page(address)
@@ -32,14 +32,14 @@ def shown(page: Any) -> list[float]:
 
 
 def drawn(page: Any, x: float, y: float) -> bool:
-    """Whether an orange line goes through a place of the floor."""
+    """Return whether an orange line passes through a place of the floor."""
     box = page.locator(".picture").bounding_box()
     column, row = (round(a - b) for a, b in zip(at(page, x, y), (box["x"], box["y"]), strict=True))
     near = screenshot(page).astype(int)[row - 2 : row + 3, column - 2 : column + 3]
     return bool((near[..., 0] - near[..., 2] > 80).any())
 
 
-def test_the_distance_is_told_while_the_pointer_moves(page: Any) -> None:
+def test_the_distance_is_shown_while_the_pointer_moves(page: Any) -> None:
     page.mouse.click(*at(page, 0.2, 0.6))
     for x in (0.5, 0.8):
         page.mouse.move(*at(page, x, 0.6))
@@ -54,14 +54,14 @@ def test_the_distance_is_told_while_the_pointer_moves(page: Any) -> None:
     until(lambda: shown(page) == pytest.approx([0.6, np.hypot(0.3, 0.3), 45.0], rel=0.02))
 
 
-def test_escape_takes_one_step_back_and_then_leaves(page: Any) -> None:
+def test_escape_undoes_one_step_and_then_leaves_the_tool(page: Any) -> None:
     for place in ((0.2, 0.6), (0.8, 0.6), (0.8, 0.2)):
         page.mouse.click(*at(page, *place))
     page.mouse.move(*at(page, 0.8, 0.9))
-    until(lambda: shown(page) == pytest.approx([0.6, 0.4, 90.0], rel=0.02))  # the third one stays
+    until(lambda: shown(page) == pytest.approx([0.6, 0.4, 90.0], rel=0.02))  # the third point is set
     page.keyboard.press("Escape")
     page.mouse.move(*at(page, 0.8, 0.8))
-    until(lambda: shown(page) == pytest.approx([0.6, 0.2, 90.0], rel=0.02))  # and is set again
+    until(lambda: shown(page) == pytest.approx([0.6, 0.2, 90.0], rel=0.02))  # and can be set again
     page.keyboard.press("Escape")
     page.mouse.move(*at(page, 0.2, 0.9))
     until(lambda: shown(page) == pytest.approx([0.3], rel=0.02))
@@ -72,12 +72,12 @@ def test_escape_takes_one_step_back_and_then_leaves(page: Any) -> None:
     until(lambda: not page.locator(".hint").is_visible())
 
 
-def test_distances_are_measured_by_keys(page: Any) -> None:
+def test_distances_are_measured_by_keyboard(page: Any) -> None:
     page.locator(".picture canvas").focus()
     page.keyboard.press("Enter")
     for _ in range(10):
         page.keyboard.press("ArrowRight")
-    # eighty pixels of the picture, as wide as they are on the floor in its middle
+    # eighty pixels of the picture, at the scale of the floor in its middle
     metre = at(page, 1.0, 0.5)[0] - at(page, 0.0, 0.5)[0]
     until(lambda: shown(page) == pytest.approx([80 / metre], rel=0.03))
     page.keyboard.press("Enter")

@@ -1,4 +1,4 @@
-"""What opens in the page, by keys alone: nothing for axe to find, and nothing wider than the page."""
+"""Menus and dialogs by keyboard: without violations for axe, and not wider than the page."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -53,7 +53,7 @@ def saving(page: Any) -> str:
 
 def bookmarks(page: Any) -> str:
     page.keyboard.press("k")
-    until(lambda: page.locator(".marked").inner_text() == "1")  # the server has it
+    until(lambda: page.locator(".marked").inner_text() == "1")  # the server has received it
     page.locator(".marked").press("Enter")
     return ".timeline:has(:popover-open)"
 
@@ -77,7 +77,7 @@ OPENERS = (world_menu, keys, traffic, plots, saving, bookmarks, settings, tool)
 
 
 @pytest.mark.parametrize("size", SIZES)
-def test_axe_finds_nothing_in_what_opens(
+def test_axe_reports_no_violations_in_menus(
     driving: tuple[str, Session], open_page: OpenPage, axe: str, size: str
 ) -> None:
     width, height, theme = SIZES[size]
@@ -104,7 +104,7 @@ def test_axe_finds_nothing_in_what_opens(
     assert found == {}
 
 
-def test_the_tree_of_links_is_walked_by_keys_alone(viewing: str, open_page: OpenPage) -> None:
+def test_the_tree_of_links_is_navigated_by_keyboard(viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     for _ in range(80):
         page.keyboard.press("Tab")
@@ -118,7 +118,7 @@ def test_the_tree_of_links_is_walked_by_keys_alone(viewing: str, open_page: Open
     for key, link in (
         ("ArrowRight", "base_link"),
         ("ArrowRight", "left_wheel"),
-        ("ArrowRight", "left_wheel"),  # nothing hangs on it
+        ("ArrowRight", "left_wheel"),  # it has no children
         ("ArrowDown", "right_wheel"),
         ("ArrowLeft", "base_link"),
         ("End", "caster_wheel"),
@@ -133,7 +133,7 @@ def test_the_tree_of_links_is_walked_by_keys_alone(viewing: str, open_page: Open
     assert page.locator("#links [aria-selected=true]").inner_text().startswith("base_link")
 
 
-def test_the_save_menu_closes_from_wherever_the_focus_is(viewing: str, open_page: OpenPage) -> None:
+def test_the_save_menu_closes_for_every_focus(viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     for leave in (lambda: page.keyboard.press("Escape"), lambda: page.mouse.click(480, 500)):
         page.locator(".save-menu summary").click()

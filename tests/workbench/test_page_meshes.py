@@ -1,4 +1,4 @@
-"""Mesh files of every format in the picture, and as they change on disk."""
+"""Mesh files of every format in the picture, and their changes on disk."""
 
 import json
 import struct
@@ -44,7 +44,7 @@ COLLADA = """<?xml version="1.0"?>
 
 
 def brick(folder: Path, name: str, factor: float = 1.0) -> None:
-    """A brick in a file, as programs write them."""
+    """Return a brick in a file, as programs write it."""
     box = trimesh.creation.box([size * factor for size in SIZE])
     numbers = " ".join(str(100 * value) for value in box.vertices.ravel())
     corners = " ".join(map(str, box.faces.ravel()))
@@ -73,7 +73,7 @@ FILES = ("binary.stl", "solid.stl", "ascii.stl", "red.obj", "green.dae", "one.gl
 
 
 def wall(shapes: dict[str, str]) -> str:
-    """A robot of links beside one another, each with a shape."""
+    """Return a robot of links next to each other, each with a shape."""
     text = "<link name='base'/>"
     for count, (name, shape) in enumerate(shapes.items()):
         text += f"<link name='{name}'><visual><geometry>{shape}</geometry></visual></link>"
@@ -88,7 +88,7 @@ def box(factor: float = 1.0) -> str:
 
 
 def agree(page: Any, text: str, folder: Path) -> dict[str, float]:
-    """How well each link's mask is that of the description `text`."""
+    """Return how well each link's mask agrees with that of the description `text`."""
     (folder / "expected.urdf").write_text(text)
     robot = load_robot(str(folder / "expected.urdf")).require()
     image, _ = id_image(page)
@@ -118,7 +118,7 @@ def test_each_format_has_its_size_and_its_colour(tmp_path: Path, open_page: Open
         page.goto("about:blank")
 
 
-def test_a_mesh_that_changes_on_disk_changes_in_the_picture(tmp_path: Path, open_page: OpenPage) -> None:
+def test_a_mesh_changed_on_disk_changes_in_the_picture(tmp_path: Path, open_page: OpenPage) -> None:
     file = tmp_path / "wall.urdf"
     file.write_text(wall({"part": "<mesh filename='binary.stl'/>"}))
     with serving(open_session(str(file), simulate=False)) as address:
@@ -144,7 +144,7 @@ def test_a_mesh_that_changes_on_disk_changes_in_the_picture(tmp_path: Path, open
 
 
 @pytest.mark.parametrize(("name", "alpha"), [("red.obj", 1.0), ("glass.obj", 0.25), ("fog.obj", 0.25)])
-def test_a_material_lets_as_much_through_as_it_says(tmp_path: Path, name: str, alpha: float) -> None:
+def test_a_material_has_its_opacity(tmp_path: Path, name: str, alpha: float) -> None:
     brick(tmp_path, name)
     (tmp_path / "r.urdf").write_text(wall({"part": f"<mesh filename='{name}'/>"}))
     session = open_session(str(tmp_path / "r.urdf"), simulate=False)

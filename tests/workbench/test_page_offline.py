@@ -1,4 +1,4 @@
-"""The page as one file: no server, no network, and the same kinematics as Python's."""
+"""The page as one file: without server and network, with the same kinematics as in Python."""
 
 import json
 import re
@@ -31,7 +31,7 @@ def arm(tmp_path: Path) -> Path:
 
 
 def put(page: Any, joint: str, position: float) -> None:
-    """Move a joint's slider, as a hand would."""
+    """Move a joint's slider as a user does."""
     page.evaluate(
         "([name, value]) => { const slider = document.querySelector(`[data-joint=${name}] [type=range]`);"
         " slider.value = value; slider.dispatchEvent(new Event('input')); }",
@@ -66,7 +66,7 @@ def test_a_saved_page_moves_links_as_the_model_does(arm: Path, tmp_path: Path, o
 
 
 @pytest.mark.parametrize("size", [(390, 844), (560, 400), (320, 450)])
-def test_a_narrow_saved_page_has_its_sliders_beside_the_picture(
+def test_a_narrow_saved_page_has_its_sliders_next_to_the_picture(
     size: tuple[int, int], arm: Path, tmp_path: Path, open_page: OpenPage
 ) -> None:
     """A phone, the output of a notebook's cell and a small phone whose browser takes some of its height."""
@@ -84,7 +84,7 @@ def test_a_narrow_saved_page_has_its_sliders_beside_the_picture(
     page.get_by_role("navigation", name="Panels").get_by_role("button", name="Links").click()
     until(page.locator("button[data-link=upper]").is_visible)
     assert not slider.is_visible()
-    assert page.get_by_role("button", name="Drive", exact=True).count() == 0  # nothing drives here
+    assert page.get_by_role("button", name="Drive", exact=True).count() == 0  # a saved page cannot drive
 
 
 def test_a_saved_page_shows_the_line_of_a_link(arm: Path, tmp_path: Path, open_page: OpenPage) -> None:
@@ -95,9 +95,7 @@ def test_a_saved_page_shows_the_line_of_a_link(arm: Path, tmp_path: Path, open_p
     until(lambda: '<link name="upper">' in page.locator("#source").inner_text())
 
 
-def test_a_saved_page_offers_no_changes_that_nobody_would_write(
-    arm: Path, tmp_path: Path, open_page: OpenPage
-) -> None:
+def test_a_saved_page_offers_no_edits(arm: Path, tmp_path: Path, open_page: OpenPage) -> None:
     out = tmp_path / "arm.html"
     arm.write_text(ARM.replace('<axis xyz="', '<axis rpy="0 0 0" xyz="', 1))
     assert run(["export", str(arm), "-o", str(out)]) == 0
@@ -136,7 +134,7 @@ def test_a_notebook_shows_a_robot_in_a_frame(tmp_path: Path, open_page: OpenPage
     ("around", "system", "theme"),
     [("dark", "light", "dark"), ("normal", "dark", "light"), ("light dark", "dark", "dark")],
 )
-def test_a_frame_is_as_dark_as_the_notebook_around_it(
+def test_a_frame_has_the_theme_of_its_notebook(
     around: str, system: Any, theme: str, tmp_path: Path, browser: Any
 ) -> None:
     html = kbot.load("kbot").show()._repr_html_()
@@ -149,8 +147,8 @@ def test_a_frame_is_as_dark_as_the_notebook_around_it(
     page.close()
 
 
-def test_a_frame_follows_when_the_notebook_turns_dark(tmp_path: Path, browser: Any) -> None:
-    """By a mark on its body, as JupyterLab does, or by another style sheet."""
+def test_a_frame_follows_when_the_notebook_changes_its_theme(tmp_path: Path, browser: Any) -> None:
+    """Through a class on its body, as in JupyterLab, or through another style sheet."""
     html = kbot.load("kbot").show()._repr_html_()
     (tmp_path / "notebook.html").write_text(
         "<!doctype html><style>body[data-jp-theme-light=false] { color-scheme: dark }</style>"
@@ -174,9 +172,7 @@ def test_a_frame_follows_when_the_notebook_turns_dark(tmp_path: Path, browser: A
     page.close()
 
 
-def test_a_simulation_is_shown_through_its_moments_and_left_as_it_was(
-    tmp_path: Path, open_page: OpenPage
-) -> None:
+def test_a_simulation_is_shown_at_all_states_and_not_changed(tmp_path: Path, open_page: OpenPage) -> None:
     sim = kbot.Simulation(kbot.load("kbot"), "boxes", seed=3)
     sim.cmd_vel(0.2, 0.4)
     moments, bases = [], []
@@ -197,13 +193,13 @@ def test_a_simulation_is_shown_through_its_moments_and_left_as_it_was(
     assert page.evaluate("kbot.time") == pytest.approx(1.2)
 
 
-def test_a_moment_of_another_simulation_is_refused() -> None:
+def test_a_state_of_another_simulation_is_refused() -> None:
     other = kbot.Simulation(kbot.load("kbot"), "boxes")
     with pytest.raises(KbotError, match="other robots or another world"):
         kbot.Simulation(kbot.load("kbot"), "empty").show([other.state()])
 
 
-def test_a_simulation_as_it_stands_needs_no_moments() -> None:
+def test_the_current_state_of_a_simulation_needs_no_snapshots() -> None:
     page = kbot.Simulation(kbot.load("kbot")).show().page
     saved = re.search(r'id="saved">(.*?)</script>', page)
     assert saved is not None

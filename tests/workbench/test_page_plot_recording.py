@@ -15,7 +15,7 @@ from kbot.workbench.session.played_session import played_session
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .served import asked
+from .served import run_between_steps
 from .test_page_plot_time import WIDE, click, line, once, open_plots, plot
 
 OpenPage = Callable[..., Any]
@@ -23,7 +23,7 @@ OpenPage = Callable[..., Any]
 
 @pytest.fixture
 def played(tmp_path: Path) -> Session:
-    """Six seconds: standing, driving, standing."""
+    """Six seconds: at rest, driving, at rest."""
     sim = Simulation("kbot")
     with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(tmp_path / "run.mcap")):
         for speed in (0.0, 0.25, 0.0):
@@ -34,7 +34,7 @@ def played(tmp_path: Path) -> Session:
     return session
 
 
-def test_a_recording_is_plotted_whole(played: Session, open_page: OpenPage) -> None:
+def test_a_whole_recording_is_plotted(played: Session, open_page: OpenPage) -> None:
     with serving(played) as address:
         page = open_page(address, viewport=WIDE)
         open_plots(page)
@@ -47,19 +47,17 @@ def test_a_recording_is_plotted_whole(played: Session, open_page: OpenPage) -> N
         assert rows[-1, -1] * 0.035 == pytest.approx(0.25 * 2.0, abs=0.03)  # wheel's angle times its radius
         assert page.get_by_role("option", name="forward speed asked").count() == 0
         slider = page.get_by_role("slider", name="Moment on show").bounding_box()
-        for part in np.linspace(0.9, 0.25, 12):  # the line goes where the last of many presses went
+        for part in np.linspace(0.9, 0.25, 12):  # the cursor goes to the last of many clicks
             page.mouse.click(slider["x"] + slider["width"] * part, slider["y"] + slider["height"] / 2)
-        until(lambda: asked(played, played.timeline).at == pytest.approx(1.5, abs=0.1))
+        until(lambda: run_between_steps(played, played.timeline).at == pytest.approx(1.5, abs=0.1))
         until(lambda: abs(line(page).bounding_box()["x"] - plot(page)["x"] - plot(page)["width"] / 4) < 12)
         click(page, 0.5)
-        until(lambda: asked(played, played.timeline).at == pytest.approx(3.0, abs=0.1))
+        until(lambda: run_between_steps(played, played.timeline).at == pytest.approx(3.0, abs=0.1))
         until(lambda: abs(line(page).bounding_box()["x"] - plot(page)["x"] - plot(page)["width"] / 2) < 6)
         page.goto("about:blank")
 
 
-def test_the_topics_of_a_recording_have_their_mean_rates_at_once(
-    played: Session, open_page: OpenPage
-) -> None:
+def test_topics_of_a_recording_have_mean_rates_from_the_start(played: Session, open_page: OpenPage) -> None:
     with serving(played) as address:
         page = open_page(address, viewport=WIDE)
         page.keyboard.press("y")

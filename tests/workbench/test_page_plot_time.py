@@ -1,4 +1,4 @@
-"""Plots and time in the page: what was, going there, looking closer, and taking it along."""
+"""Plots and time in the page: the past, seeking, zooming and saving."""
 
 import re
 from collections.abc import Callable
@@ -37,7 +37,7 @@ which is fewer than a test that waits for its rows may need."""
 
 @pytest.fixture
 def page(driving: tuple[str, Session], open_page: OpenPage) -> Any:
-    """A page of a robot that drove and stands, whose plots were not open meanwhile."""
+    """A page of a robot that drove and stopped while its plots were closed."""
     address, session = driving
     page = open_page(address, viewport=WIDE)
     page.session = session
@@ -66,13 +66,13 @@ def save(page: Any, kind: str) -> str:
 
 
 def table(page: Any) -> np.ndarray:
-    """What is on show: a row a moment, with the time first."""
+    """Return the displayed rows, with the time first."""
     lines = page.evaluate(CSV).splitlines()[1:]
     return np.array([[float(cell) for cell in line.split(",")] for line in lines])
 
 
 def once(page: Any, holds: Callable[[np.ndarray], Any]) -> np.ndarray:
-    """What is on show once something holds for it."""
+    """Return the displayed rows once a condition holds for them."""
     found: list[np.ndarray] = []
 
     def look() -> bool:
@@ -84,7 +84,7 @@ def once(page: Any, holds: Callable[[np.ndarray], Any]) -> np.ndarray:
 
 
 def shown(page: Any, first: float) -> np.ndarray:
-    """The same once it reaches back to a time."""
+    """Return the displayed rows once they start early enough."""
     return once(page, lambda rows: rows[0, 0] <= first)
 
 
@@ -110,7 +110,7 @@ def line(page: Any) -> Any:
 
 
 def at_line(page: Any) -> float:
-    """Seconds along the timeline at which the line stands."""
+    """Return the time of the cursor, in s on the timeline."""
     return float(line(page).get_attribute("aria-valuenow"))
 
 
@@ -118,16 +118,16 @@ def is_past(page: Any) -> bool:
     return bool(page.evaluate("document.documentElement.dataset.time === 'past'"))
 
 
-def test_plots_show_what_was_before_they_were_opened(page: Any) -> None:
+def test_plots_show_values_from_before_they_were_opened(page: Any) -> None:
     rows = shown(page, page.began + 0.2)
-    assert rows[:, 1].max() > 0.2  # it drove, and the plots were closed
+    assert rows[:, 1].max() > 0.2  # it drove while the plots were closed
     assert rows[-1, 0] == pytest.approx(state_of(page.session).time, abs=0.1)
     assert (np.diff(rows[:, 0]) > 0).all()
     way = float(np.trapezoid(rows[:, 1], rows[:, 0]))
     assert way == pytest.approx(state_of(page.session).odometry[0], abs=0.02)
 
 
-def test_plots_show_what_was_while_no_page_was_open(
+def test_plots_show_values_from_while_no_page_was_open(
     driving: tuple[str, Session], open_page: OpenPage
 ) -> None:
     address, session = driving
@@ -140,17 +140,17 @@ def test_plots_show_what_was_while_no_page_was_open(
     page.keyboard.press("p")
     until(lambda: page.inner_text(".rate") == "paused")
     open_plots(page)
-    page.get_by_label("Time on show").select_option("all")  # however long the page took to come
+    page.get_by_label("Time on show").select_option("all")  # however long the page took to load
     rows = once(page, lambda rows: rows[0, 0] < left + 0.5 and rows[-1, 0] > left + 4.0)
     assert np.diff(rows[:, 0]).max() < 0.5
-    assert rows[-1, 0] == pytest.approx(state_of(session).at, abs=0.1)  # nothing reset it: one clock
+    assert rows[-1, 0] == pytest.approx(state_of(session).at, abs=0.1)  # without a reset there is one clock
 
 
-def test_what_is_plotted_of_topics_outlives_the_page(page: Any) -> None:
+def test_plotted_topic_values_survive_closing_the_page(page: Any) -> None:
     name = "/odom twist.twist.linear.x"
     page.keyboard.press("y")
     page.locator("[data-topic='/odom'] .head").click()
-    page.keyboard.press("p")  # so that it says something
+    page.keyboard.press("p")  # so that it publishes
     field = page.locator("[data-topic='/odom']").get_by_role("button", name="twist.twist.linear.x")
     until(field.count)
     field.click()
@@ -158,14 +158,14 @@ def test_what_is_plotted_of_topics_outlives_the_page(page: Any) -> None:
     page.reload()
     wait_for_page(page)
     heard = page.session.topics._wanted
-    until(lambda: "/odom" not in heard)  # nobody looks at it
+    until(lambda: "/odom" not in heard)  # no page subscribes to it
     open_plots(page)
     until(lambda: "/odom" in heard)
     page.get_by_role("button", name=name).click()
     until(lambda: "/odom" not in heard)
 
 
-def test_more_curves_than_colours_are_told_apart(page: Any) -> None:
+def test_more_curves_than_colours_are_distinct(page: Any) -> None:
     chips = page.locator("#plots .chip")
     add = page.get_by_label("Plot another field")
     for field in ("x", "y", "yaw", "left_wheel_joint", "right_wheel_joint", "turning speed asked"):
@@ -178,7 +178,7 @@ def test_more_curves_than_colours_are_told_apart(page: Any) -> None:
     assert rows.shape[1] == 10
 
 
-def test_a_click_goes_there_and_the_line_stands_there(page: Any) -> None:
+def test_a_click_seeks_and_moves_the_cursor(page: Any) -> None:
     rows = shown(page, page.began + 0.2)
     click(page, 0.5)
     middle = (rows[0, 0] + rows[-1, 0]) / 2
@@ -193,12 +193,12 @@ def test_a_click_goes_there_and_the_line_stands_there(page: Any) -> None:
     page.mouse.up()
     wanted = then + 0.2 * (rows[-1, 0] - rows[0, 0])
     until(lambda: abs(page.evaluate("kbot.time") - wanted) < 0.15)
-    assert table(page)[0, 0] == rows[0, 0]  # dragging the line zooms nowhere
+    assert table(page)[0, 0] == rows[0, 0]  # dragging the cursor does not zoom
     page.keyboard.press("Escape")
     until(lambda: not is_past(page))
 
 
-def test_a_drag_looks_closer_and_a_double_click_at_all_again(page: Any) -> None:
+def test_a_drag_zooms_and_a_double_click_resets_the_zoom(page: Any) -> None:
     rows = shown(page, page.began + 0.2)
     drag(page, 0.25, 0.75)
     length = rows[-1, 0] - rows[0, 0]
@@ -208,10 +208,10 @@ def test_a_drag_looks_closer_and_a_double_click_at_all_again(page: Any) -> None:
     box = plot(page)
     page.mouse.dblclick(box["x"] + box["width"] / 2, box["y"] + 20)
     until(lambda: abs(np.ptp(table(page)[:, 0]) - length) < 0.1)
-    until(lambda: not is_past(page))  # two clicks are no click
+    until(lambda: not is_past(page))  # a double click is not a click
 
 
-def test_keys_go_about_in_the_plot(page: Any) -> None:
+def test_keys_navigate_the_plot(page: Any) -> None:
     rows = shown(page, page.began + 0.2)
     line(page).focus()
     page.keyboard.press("Home")
@@ -220,13 +220,13 @@ def test_keys_go_about_in_the_plot(page: Any) -> None:
     until(lambda: page.evaluate("kbot.time") > rows[0, 0] + 0.05 * np.ptp(rows[:, 0]))
     until(lambda: 0.05 * np.ptp(rows[:, 0]) < at_line(page) < 0.5 * np.ptp(rows[:, 0]))
     before = at_line(page)
-    page.keyboard.press("ArrowLeft")  # perhaps less far than to the state before
+    page.keyboard.press("ArrowLeft")  # possibly not as far as the previous state
     until(lambda: at_line(page) < before)
     page.keyboard.press("End")
     until(lambda: not is_past(page))
     for _ in range(4):
         page.keyboard.press("+")
-    page.keyboard.press("ArrowLeft")  # of a hundredth of what is on show
+    page.keyboard.press("ArrowLeft")  # by a hundredth of the displayed range
     until(lambda: is_past(page))
     page.keyboard.press("0")
     until(lambda: abs(np.ptp(table(page)[:, 0]) - np.ptp(rows[:, 0])) < 0.1)
@@ -239,12 +239,12 @@ def test_keys_go_about_in_the_plot(page: Any) -> None:
     until(lambda: line(page).get_attribute("aria-valuetext") == f"{page.evaluate('kbot.time'):.2f} s")
 
 
-def test_where_time_was_set_back_is_marked(page: Any) -> None:
+def test_a_reset_of_time_is_marked(page: Any) -> None:
     shown(page, page.began + 0.2)
     marks = page.locator("#plots .jump")
     assert marks.count() == 0
     page.keyboard.press("r")
-    until(lambda: page.evaluate("kbot.time") < 0.1)  # a reset is not looked into from here
+    until(lambda: page.evaluate("kbot.time") < 0.1)  # the past before a reset is not displayed
     page.keyboard.press("p")
     until(lambda: state_of(page.session).time > 0.5 and page.inner_text(".rate") != "paused")
     page.keyboard.press("p")
@@ -256,13 +256,13 @@ def test_where_time_was_set_back_is_marked(page: Any) -> None:
     before = rows[first - 1, 0] - rows[0, 0]
     after = rows[-1, 0] - rows[first, 0]
     whole = page.locator("#plots .u-over").bounding_box()
-    box = until(marks.bounding_box)  # none while it is drawn anew
-    assert box["y"] + 15 <= whole["y"] + 1  # what it says stands above the curves
+    box = until(marks.bounding_box)  # None while it is redrawn
+    assert box["y"] + 15 <= whole["y"] + 1  # its label is above the curves
     part = (box["x"] - whole["x"]) / whole["width"]
     assert part == pytest.approx(before / (before + after), abs=0.03)
 
 
-def test_the_line_and_the_values_are_of_the_moment_on_show(page: Any) -> None:
+def test_cursor_and_values_belong_to_the_displayed_time(page: Any) -> None:
     rows = shown(page, page.began + 0.2)
     fastest = int(rows[:, 1].argmax())
     click(page, (rows[fastest, 0] - rows[0, 0]) / np.ptp(rows[:, 0]))

@@ -14,7 +14,7 @@ OpenPage = Callable[..., Any]
 X = "[aria-label=Odometry] [data-reading=x]"
 
 
-def test_fields_are_plotted_chosen_and_saved(driving: tuple[str, Session], open_page: OpenPage) -> None:
+def test_fields_are_selected_plotted_and_saved(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0], viewport={"width": 1280, "height": 720}, color_scheme="dark")
     page.keyboard.press("l")
     until(lambda: page.locator("#plots canvas").count() == 1)
@@ -47,6 +47,6 @@ def test_fields_are_plotted_chosen_and_saved(driving: tuple[str, Session], open_
 
 
 def share_of_green(image: np.ndarray) -> float:
-    """How much of a plot's height its third line, here the wheel's angle, takes."""
+    """Return the share of a plot's height that its third curve covers, here the wheel's angle."""
     rows = np.nonzero((image[..., 1] > 150) & (image[..., 0] < 130))[0]
     return float(np.ptp(rows)) / image.shape[0] if len(rows) else 0.0

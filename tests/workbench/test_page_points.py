@@ -1,4 +1,4 @@
-"""Points of clouds and scans: what they are drawn as, how large, and in which colours."""
+"""Points of clouds and scans: their shapes, sizes and colours."""
 
 from collections.abc import Callable
 from typing import Any
@@ -39,13 +39,13 @@ def test_points_of_a_cloud_have_their_places_and_colours(open_page: OpenPage) ->
         show.add("PointCloud2", "/cloud")
         show.set("PointCloud2", "by", "rgb")
         show.set("PointCloud2", "size", "9")
-        show.tell("PointCloud2", "/cloud", cloud(places, [0xFF0000, 0x00FF00, 0x0000FF]))
+        show.publish("PointCloud2", "/cloud", cloud(places, [0xFF0000, 0x00FF00, 0x0000FF]))
         for place, rgb in zip(places, (RED, GREEN, BLUE), strict=True):
             assert is_like(show.colours(place), rgb), place
 
 
 def extent_at(show: Show, place: tuple[float, float, float], metres: float) -> np.ndarray:
-    """Rows and columns, lowest and highest, (2, 2), that so many metres around a place are."""
+    """Return rows and columns, lowest and highest, (2, 2), of a square of this size in m around a place."""
     x, y, z = place
     half = metres / 2
     corners = show.pixels([(x + i * half, y + j * half, z) for i in (-1, 1) for j in (-1, 1)])
@@ -54,7 +54,7 @@ def extent_at(show: Show, place: tuple[float, float, float], metres: float) -> n
 
 @pytest.mark.parametrize("flat", [False, True])
 @pytest.mark.parametrize("style", ["squares", "spheres", "boxes"])
-def test_points_may_be_as_large_as_things(open_page: OpenPage, style: str, flat: bool) -> None:
+def test_points_can_have_a_size_in_metres(open_page: OpenPage, style: str, flat: bool) -> None:
     place = (0.4, 0.2, 0.0)
     with showing(open_page, {"/cloud": PointCloud2}) as show:
         show.page.evaluate(FROM_ABOVE)
@@ -65,17 +65,17 @@ def test_points_may_be_as_large_as_things(open_page: OpenPage, style: str, flat:
         show.set("PointCloud2", "colour", "#ff00ff")
         show.set("PointCloud2", "style", style)
         show.set("PointCloud2", "metres", "0.3")
-        show.tell("PointCloud2", "/cloud", cloud([place], [0]))
-        image = show.mask((255, 0, 255), 140)[:300]  # without the bar below
-        # the top of a box is nearer to the eye, which is 3 m above
+        show.publish("PointCloud2", "/cloud", cloud([place], [0]))
+        image = show.mask((255, 0, 255), 140)[:300]  # without the bar at the bottom
+        # the top of a box is closer to the eye, which is 3 m above
         seen = 0.3 * (3.0 / 2.85 if style == "boxes" and not flat else 1.0)
         assert np.abs(show.extent(image) - extent_at(show, place, seen)).max() <= 4
-        # a ball covers pi / 4 of what a square does
+        # a ball covers pi / 4 of the area of a square
         share = image.sum() / np.prod(np.ptp(show.extent(image), axis=0) + 1)
         assert share == pytest.approx(np.pi / 4 if style == "spheres" else 1.0, abs=0.06)
 
 
-def test_colours_go_between_the_values_that_are_set(open_page: OpenPage) -> None:
+def test_colours_span_the_configured_range(open_page: OpenPage) -> None:
     rows = np.zeros(3, np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("ring", "<u2")]))
     rows["x"], rows["ring"] = (-0.4, 0.0, 0.4), (0, 5, 10)
     fields = tuple(PointField(name, 4 * i) for i, name in enumerate("xyz"))
@@ -88,7 +88,7 @@ def test_colours_go_between_the_values_that_are_set(open_page: OpenPage) -> None
         show.add("PointCloud2", "/cloud")
         show.set("PointCloud2", "size", "12")
         show.set("PointCloud2", "by", "intensity")
-        show.tell("PointCloud2", "/cloud", message)
+        show.publish("PointCloud2", "/cloud", message)
         assert "its points have no intensity" in show.status("PointCloud2")
         show.set("PointCloud2", "channel", "ring")
         show.bus.publish("/cloud", message)
@@ -101,7 +101,7 @@ def test_colours_go_between_the_values_that_are_set(open_page: OpenPage) -> None
             assert is_like(show.colours(place), rgb, 12)
 
 
-def test_older_points_are_coloured_anew_too(open_page: OpenPage) -> None:
+def test_older_points_are_recoloured(open_page: OpenPage) -> None:
     def beam(second: int, metres: float) -> LaserScan:
         return LaserScan(Header(Time(second), "world"), range_max=8.0, ranges=np.array([metres], np.float32))
 
@@ -111,7 +111,7 @@ def test_older_points_are_coloured_anew_too(open_page: OpenPage) -> None:
         show.set("LaserScan", "size", "12")
         show.set("LaserScan", "decay", "100")
         show.set("LaserScan", "colour", "#ff0000")
-        show.tell("LaserScan", "/laser", beam(1, 0.4))
+        show.publish("LaserScan", "/laser", beam(1, 0.4))
         show.bus.publish("/laser", beam(2, 0.8))
         until(lambda: is_like(show.colours((0.4, 0.0, 0.0), (0.8, 0.0, 0.0)), RED))
         show.set("LaserScan", "colour", "#00ff00")

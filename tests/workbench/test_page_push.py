@@ -1,4 +1,4 @@
-"""Pushes, kicks and faults as a person gives them: by dragging, by fields, by keys."""
+"""Pushes, kicks and faults as a user gives them: by dragging, by fields, by keyboard."""
 
 import re
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from kbot.workbench.session.session import Session
 
 from .conftest import until
 from .pictures import blue, middle, screenshot
-from .served import asked, state_of
+from .served import run_between_steps, state_of
 from .test_page_tools import at, drag, from_above, pose, show_what_is, tool
 
 OpenPage = Callable[..., Any]
@@ -28,7 +28,7 @@ def menu(page: Any) -> Any:
 
 
 @pytest.mark.parametrize(("end", "direction"), [((0.0, 0.5), (0, 1)), ((-0.4, -0.4), (-1, -1))])
-def test_the_robot_is_pushed_the_way_one_drags(
+def test_the_robot_is_pushed_in_the_direction_of_the_drag(
     driving: tuple[str, Session], open_page: OpenPage, end: tuple[float, float], direction: tuple[int, int]
 ) -> None:
     address, session = driving
@@ -42,7 +42,7 @@ def test_the_robot_is_pushed_the_way_one_drags(
     assert np.dot(gone, expected) / np.hypot(*gone) > 0.9
 
 
-def test_a_kick_is_given_by_fields_and_seen(driving: tuple[str, Session], open_page: OpenPage) -> None:
+def test_a_kick_is_set_in_fields_and_is_visible(driving: tuple[str, Session], open_page: OpenPage) -> None:
     address, session = driving
     page = open_page(address)
     from_above(page, ABOVE)
@@ -53,7 +53,7 @@ def test_a_kick_is_given_by_fields_and_seen(driving: tuple[str, Session], open_p
     form.get_by_label("Strength").fill("2")
     form.get_by_label("Direction in degrees").fill("90")
     form.get_by_role("button", name="Give it").click()
-    until(lambda: pose(session)[1] > 0.05)  # to the left
+    until(lambda: pose(session)[1] > 0.05)  # moved to the left
     assert abs(pose(session)[0]) < 0.05
     page.keyboard.press("Escape")
 
@@ -65,7 +65,7 @@ def test_a_kick_is_given_by_fields_and_seen(driving: tuple[str, Session], open_p
     assert abs(moved()[0]) < abs(moved()[1])
 
 
-def test_a_thing_is_pushed_but_not_kicked(driving: tuple[str, Session], open_page: OpenPage) -> None:
+def test_an_object_can_be_pushed_but_not_kicked(driving: tuple[str, Session], open_page: OpenPage) -> None:
     address, session = driving
     page = open_page(address)
     from_above(page, ABOVE)
@@ -83,7 +83,7 @@ def test_a_thing_is_pushed_but_not_kicked(driving: tuple[str, Session], open_pag
     until(lambda: state_of(session).bodies[1] > 0.03)
 
 
-def test_a_push_is_aimed_by_keys_alone(driving: tuple[str, Session], open_page: OpenPage) -> None:
+def test_a_push_is_aimed_by_keyboard(driving: tuple[str, Session], open_page: OpenPage) -> None:
     address, session = driving
     page = open_page(address)
     from_above(page, "kbot.look([0, -0.001, 1], [0, 0, 0])")
@@ -95,10 +95,10 @@ def test_a_push_is_aimed_by_keys_alone(driving: tuple[str, Session], open_page: 
         page.keyboard.press("ArrowLeft")
     page.keyboard.press("Enter")
     until(lambda: pose(session)[0] < -0.03)
-    assert state_of(session).command == (0.0, 0.0)  # the arrows did not drive
+    assert state_of(session).command == (0.0, 0.0)  # the arrow keys did not drive
 
 
-def test_faults_are_listed_with_the_time_that_is_left_and_ended(
+def test_faults_are_listed_with_the_remaining_time_and_ended(
     driving: tuple[str, Session], open_page: OpenPage
 ) -> None:
     address, session = driving
@@ -132,7 +132,7 @@ def test_faults_are_listed_with_the_time_that_is_left_and_ended(
     assert page.get_by_role("button", name="World and faults", exact=True).count() == 1
 
 
-def test_a_run_starts_again_with_another_seed(driving: tuple[str, Session], open_page: OpenPage) -> None:
+def test_a_run_restarts_with_another_seed(driving: tuple[str, Session], open_page: OpenPage) -> None:
     address, session = driving
     page = open_page(address)
     opened = menu(page)
@@ -141,10 +141,14 @@ def test_a_run_starts_again_with_another_seed(driving: tuple[str, Session], open
     seed.fill("7")
     revision = page.evaluate("kbot.revision")
     opened.get_by_role("button", name="Start", exact=True).click()
-    until(lambda: asked(session, session.about).seed == 7 and page.evaluate("kbot.revision") > revision)
+    until(
+        lambda: (
+            run_between_steps(session, session.about).seed == 7 and page.evaluate("kbot.revision") > revision
+        )
+    )
     page.get_by_role("combobox", name="World").select_option("boxes")
-    until(lambda: asked(session, session.about).world == "boxes")
-    assert asked(session, session.about).seed == 7
+    until(lambda: run_between_steps(session, session.about).world == "boxes")
+    assert run_between_steps(session, session.about).seed == 7
     menu(page)
     until(lambda: seed.input_value() == "7")
     assert tool(page, "Interact").get_attribute("aria-pressed") == "true"

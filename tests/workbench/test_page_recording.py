@@ -1,4 +1,4 @@
-"""The page records what is on show, and plays it."""
+"""The page records the displayed run and plays it back."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -12,7 +12,7 @@ from kbot.workbench.serve import serving
 from kbot.workbench.session.played_session import played_session
 
 from .conftest import until, wait_for_page
-from .served import asked, state_of
+from .served import run_between_steps, state_of
 from .test_page_time import drag, page, shown_x, slider
 
 __all__ = ["page"]
@@ -21,7 +21,7 @@ OpenPage = Callable[..., Any]
 
 
 def test_the_page_records_to_a_file(page: Any, tmp_path: Path) -> None:
-    page.reload()  # it was told of another folder
+    page.reload()  # it loaded with another folder
     wait_for_page(page)
     record = page.get_by_role("button", name="Record", exact=True)
     until(lambda: record.get_attribute("title") == f"Record to a new file in {tmp_path}")
@@ -44,15 +44,15 @@ def test_the_page_records_to_a_file(page: Any, tmp_path: Path) -> None:
     assert played.state().poses[0] == pytest.approx(state_of(page.session).odometry[0], abs=0.05)
 
 
-def test_a_recording_is_played_and_scrubbed(page: Any, open_page: OpenPage) -> None:
+def test_a_recording_is_played_back_and_scrubbed(page: Any, open_page: OpenPage) -> None:
     page.get_by_role("button", name="Record", exact=True).click()
     until(lambda: page.locator(".recording .name").count())
     page.keyboard.down("w")
     until(lambda: state_of(page.session).odometry[0] > 0.8)
     page.keyboard.up("w")
-    path = asked(page.session, page.session.recording.view).file
+    path = run_between_steps(page.session, page.session.recording.view).file
     page.get_by_role("button", name="End the recording").click()
-    until(lambda: asked(page.session, page.session.recording.view) is None)
+    until(lambda: run_between_steps(page.session, page.session.recording.view) is None)
     session = played_session(path)
     with serving(session) as address:
         player = open_page(address)
@@ -69,10 +69,10 @@ def test_a_recording_is_played_and_scrubbed(page: Any, open_page: OpenPage) -> N
         until(lambda: shown_x(player) < 0.45)
         assert " of " in slider(player).get_attribute("aria-valuetext")
         player.get_by_role("button", name="Loop").click()
-        until(lambda: asked(session, session.timeline).loop)
+        until(lambda: run_between_steps(session, session.timeline).loop)
         assert player.get_by_role("button", name="Record", exact=True).count() == 0
         player.get_by_label("Speed", exact=True).select_option("10")
         player.get_by_role("button", name="Go on").click()
         until(lambda: shown_x(player) > 0.6)
-        until(lambda: shown_x(player) < 0.5)  # it began again
+        until(lambda: shown_x(player) < 0.5)  # playback restarted
         player.goto("about:blank")

@@ -1,4 +1,4 @@
-"""The page when things go wrong, and when there are many of them."""
+"""The page under failures, and when there are many of them."""
 
 import threading
 from collections.abc import Callable
@@ -68,13 +68,13 @@ STATES_BETWEEN_CLEARINGS = 721
 
 
 def inks(page: Any) -> set[str]:
-    """Colours of the numbers that tell how the robot is now."""
+    """Return the colours of the numbers that show the current state."""
     numbers = page.locator(".transport .time, #drive .reading output, #drive .meter output")
     assert numbers.count() == 9  # the time, two speeds and two poses
     return {one.evaluate("e => getComputedStyle(e).color") for one in numbers.all()}
 
 
-def test_a_page_connects_again_to_a_server_that_started_anew(xacro: Path, browser: Any, axe: str) -> None:
+def test_a_page_reconnects_to_a_restarted_server(xacro: Path, browser: Any, axe: str) -> None:
     page = browser.new_page(viewport={"width": 960, "height": 560}, color_scheme="dark")
     with serving(open_session(str(xacro), simulate=True)) as address:
         page.goto(address)
@@ -87,7 +87,7 @@ def test_a_page_connects_again_to_a_server_that_started_anew(xacro: Path, browse
         camera = page.evaluate("kbot.camera()")
     until(lambda: page.get_by_text("The server does not answer.").is_visible())
     assert page.inner_text(".status") == "connection lost"
-    assert inks(page).isdisjoint(live)  # numbers from before look so
+    assert inks(page).isdisjoint(live)  # stale numbers look different
     page.evaluate(axe)
     assert [(v["id"], v["nodes"][0]["html"]) for v in page.evaluate("axe.run()")["violations"]] == []
     xacro.write_text(xacro.read_text().replace('"base_len" default="0.16"', '"base_len" default="0.2"'))
@@ -105,7 +105,7 @@ def test_a_page_connects_again_to_a_server_that_started_anew(xacro: Path, browse
     page.close()
 
 
-def test_a_server_that_says_nothing_is_told_from_one_with_nothing_to_say(
+def test_a_hanging_server_is_distinguished_from_an_idle_one(
     driving: tuple[str, Session], browser: Any
 ) -> None:
     address, session = driving
@@ -148,11 +148,11 @@ def test_a_page_does_not_grow_as_the_description_changes(
         return dict(page.evaluate("kbot.held()"))
 
     before = change(2)
-    after = change(6)  # what one of them left behind would be seen six times
+    after = change(6)  # a leak of one change would show up six times
     assert after == before
 
 
-def test_a_page_that_is_left_open_does_not_grow(driving: tuple[str, Session], browser: Any) -> None:
+def test_an_open_page_does_not_grow(driving: tuple[str, Session], browser: Any) -> None:
     context = browser.new_context(viewport={"width": 640, "height": 400})
     context.add_init_script(KEEP_SOCKETS)
     page = context.new_page()
@@ -168,13 +168,13 @@ def test_a_page_that_is_left_open_does_not_grow(driving: tuple[str, Session], br
     tools = context.new_cdp_session(page)
 
     def held() -> tuple[int, dict[str, int]]:
-        """Bytes of the page's objects, and counts of what its document holds."""
+        """Return the bytes of the page's objects, and counts of its document's nodes."""
         for _ in range(2):
             tools.send("HeapProfiler.collectGarbage")
         heap = tools.send("Runtime.getHeapUsage")["usedSize"]
         return heap, tools.send("Memory.getDOMCounters")
 
-    page.evaluate(HEAR, 12 * STATES_BETWEEN_CLEARINGS)  # the trail, of 8000 points, is full as well
+    page.evaluate(HEAR, 12 * STATES_BETWEEN_CLEARINGS)  # the trail of 8000 points is full too
     heap, document = held()
     page.evaluate(HEAR, 6 * STATES_BETWEEN_CLEARINGS)
     later_heap, later_document = held()
@@ -184,7 +184,7 @@ def test_a_page_that_is_left_open_does_not_grow(driving: tuple[str, Session], br
     context.close()
 
 
-def test_a_slow_page_is_told_less_and_does_not_fall_behind(
+def test_a_slow_page_receives_less_and_does_not_fall_behind(
     driving: tuple[str, Session], browser: Any
 ) -> None:
     address, session = driving
@@ -193,31 +193,35 @@ def test_a_slow_page_is_told_less_and_does_not_fall_behind(
     page.goto(address)
     until(lambda: page.evaluate("!!window.kbot && kbot.time > 0"))
     began = state_of(session).time
-    until(lambda: state_of(session).time > began + 15.0, 300.0)  # without that, ten of them behind
+    until(
+        lambda: state_of(session).time > began + 15.0, 300.0
+    )  # without skipping it would be ten seconds behind
     shown = page.evaluate("kbot.time")
     assert shown > began + 10.0
     page.close()
 
 
-def test_what_was_said_once_stays_when_time_is_told_of_later(
+def test_latched_messages_are_kept_when_the_timeline_arrives_later(
     driving: tuple[str, Session], open_page: OpenPage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     address, session = driving
     path = PlannedPath(WORLD, (PoseStamped(WORLD, pose()), PoseStamped(WORLD, pose(1.0))))
     do(session, lambda motion: motion.bus.advertise("/plan", PlannedPath, latched=True).publish(path))
-    tells_time, tell_time = threading.Event(), Past.send_timeline
+    sends_timeline, send_timeline = threading.Event(), Past.send_timeline
     monkeypatch.setattr(
         Past,
         "send_timeline",
-        lambda past, client, again=False: tell_time(past, client, again) if tells_time.is_set() else None,
+        lambda past, client, again=False: (
+            send_timeline(past, client, again) if sends_timeline.is_set() else None
+        ),
     )
     page = open_page(address)
     show = Show(page, Speaker(session))
     show.add("Path", "/plan")
     until(lambda: show.status("Path").endswith("/plan"))
     assert page.locator(".timeline").is_hidden()
-    tells_time.set()
+    sends_timeline.set()
     until(lambda: page.locator(".timeline").is_visible())
     page.evaluate("kbot.drawn()")
     assert "heard" not in show.status("Path")
-    page.goto("about:blank")  # it would look for its server
+    page.goto("about:blank")  # it would try to reconnect

@@ -1,4 +1,4 @@
-"""In the page: a simulation goes on from a moment of before, recorded worlds, and damaged recordings."""
+"""Resuming a simulation in the page, recorded worlds, and damaged recordings."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -16,7 +16,7 @@ from kbot.workbench.session.played_session import played_session
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .served import asked, do, state_of
+from .served import do, run_between_steps, state_of
 from .test_playback_damage import damaged, whole  # noqa: F401 - a fixture
 
 OpenPage = Callable[..., Any]
@@ -35,21 +35,21 @@ def shown_x(page: Any) -> float:
 
 
 def press(page: Any, part: float) -> None:
-    """Click on the line of time, a part of it from its start."""
+    """Click on the timeline at a part of its length."""
     box = slider(page).bounding_box()
     page.mouse.click(box["x"] + 6 + (box["width"] - 12) * part, box["y"] + box["height"] / 2)
 
 
-def test_a_simulation_goes_on_from_the_moment_on_show(
+def test_a_simulation_resumes_from_the_displayed_time(
     driving: tuple[str, Session], open_page: OpenPage, tmp_path: Path
 ) -> None:
     address, session = driving
     session.recording.folder = str(tmp_path)
     page, other = open_page(address), open_page(address)
-    page.keyboard.press("p")  # so that the recording begins at the start of its run
+    page.keyboard.press("p")  # so that the recording starts with the run
     until(lambda: session.paused)
     page.keyboard.press("r")
-    until(lambda: page.evaluate("kbot.time") == 0.0)  # a reset is not looked into from here
+    until(lambda: page.evaluate("kbot.time") == 0.0)  # the past before a reset is not displayed
     began = state_of(session).at
     page.get_by_role("button", name="Record", exact=True).click()
     until(lambda: page.locator(".recording .name").count())
@@ -61,7 +61,7 @@ def test_a_simulation_goes_on_from_the_moment_on_show(
     page.keyboard.up("w")
     until(lambda: state_of(session).twist[0] == 0.0)
     page.keyboard.press("y")
-    page.keyboard.press("p")  # the line stands still under the hand
+    page.keyboard.press("p")  # the timeline does not move under the pointer
     until(lambda: page.inner_text(".rate") == "paused")
     until(lambda: float(slider(page).evaluate("s => s.max")) == pytest.approx(state_of(session).at, abs=2e-3))
     low, high = (float(slider(page).evaluate(f"s => s.{end}")) for end in ("min", "max"))
@@ -75,17 +75,17 @@ def test_a_simulation_goes_on_from_the_moment_on_show(
     told = page.get_by_role("log").get_by_text("The simulation continues from")
     until(lambda: told.count() == 1)
     assert "The recording contains both runs" in told.inner_text()
-    until(lambda: "goes on from" in other.locator(".log").text_content())  # whoever else looks is told too
+    until(lambda: "continues from" in other.locator(".log").text_content())  # other tabs are notified
     assert not session.paused
     assert not page.get_by_role("button", name="Resume from here").is_visible()
-    file = asked(session, session.recording.view).file
+    file = run_between_steps(session, session.recording.view).file
     page.get_by_role("button", name="End the recording").click()
-    until(lambda: asked(session, session.recording.view) is None)
+    until(lambda: run_between_steps(session, session.recording.view) is None)
     assert replay(file).is_same
     other.close()
 
 
-def test_what_was_dropped_since_is_gone_from_the_picture(
+def test_objects_added_later_disappear_from_the_picture(
     driving: tuple[str, Session], open_page: OpenPage
 ) -> None:
     address, session = driving
@@ -103,7 +103,7 @@ def test_what_was_dropped_since_is_gone_from_the_picture(
 
 @pytest.fixture
 def recorded(tmp_path: Path) -> str:
-    """Towards a wall of boxes that was there from the start, past a crate that comes after 2 s."""
+    """A run towards a wall of boxes that exists from the start, past a crate that is spawned after 2 s."""
     sim = Simulation("kbot", "boxes")
     path = tmp_path / "run.mcap"
     with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(path)):
@@ -123,7 +123,7 @@ def test_a_recording_is_shown_in_its_world(recorded: str, open_page: OpenPage) -
         assert page.locator(".crumbs").inner_text().strip() != ""
         without = pixels(page)
         press(page, 0.75)
-        until(lambda: asked(session, session.timeline).at > 2.5)
+        until(lambda: run_between_steps(session, session.timeline).at > 2.5)
         until(lambda: pixels(page) != without)
         assert {body.name for body in session.scene.bodies} >= {"crate", "box_0"}
         page.close()
@@ -134,7 +134,7 @@ def pixels(page: Any) -> bytes:
     return bytes(page.locator(".picture canvas").first.screenshot())
 
 
-def test_a_damaged_part_is_told_of_in_the_page(
+def test_a_damaged_part_is_reported_in_the_page(
     whole: Path,  # noqa: F811 - the fixture of another file
     tmp_path: Path,
     open_page: OpenPage,
@@ -144,9 +144,9 @@ def test_a_damaged_part_is_told_of_in_the_page(
     session.paused = True
     with serving(session) as address:
         page = open_page(address)
-        press(page, (start + 0.1) / asked(session, session.timeline).end)
+        press(page, (start + 0.1) / run_between_steps(session, session.timeline).end)
         words = page.locator(".notices").get_by_text(f"is damaged from {start:.2f} s to {end:.2f} s")
         until(words.count)
-        assert asked(session, session.timeline).at == pytest.approx(start, abs=0.01)
+        assert run_between_steps(session, session.timeline).at == pytest.approx(start, abs=0.01)
         until(lambda: float(slider(page).evaluate("s => s.value")) == pytest.approx(start, abs=0.05))
         page.close()

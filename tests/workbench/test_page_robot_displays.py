@@ -1,4 +1,4 @@
-"""The robot, its frames and what bears it by their pixels, and the grid they stand on."""
+"""The robot, its frames and contacts by their pixels, and the grid."""
 
 from collections.abc import Callable
 from typing import Any
@@ -17,7 +17,7 @@ OpenPage = Callable[..., Any]
 RED = (255, 0, 0)
 
 
-def test_axes_stand_in_their_frame(open_page: OpenPage) -> None:
+def test_axes_are_drawn_in_their_frame(open_page: OpenPage) -> None:
     with showing(open_page, {}) as show:
         show.page.evaluate(FROM_ABOVE)
         show.add("Axes")
@@ -25,12 +25,12 @@ def test_axes_stand_in_their_frame(open_page: OpenPage) -> None:
         until(lambda: (show.colours((0.4, 0.0, 0.0)) @ (1.0, -1.5, 0.0) > 0).all())  # red along x
         until(lambda: (show.colours((0.0, 0.4, 0.0)) @ (-1.5, 1.0, 0.0) > 0).all())  # green along y
         show.set("Axes", "frame", "left_wheel")
-        # the wheel stands at (0, 0.087); its x axis goes ahead too
+        # the wheel is at (0, 0.087), and its x axis also points ahead
         until(lambda: show.colours((0.4, 0.087, 0.035))[0, 0] > 120)
         assert show.colours((0.4, 0.0, 0.0))[0, 0] < 90
 
 
-def test_a_grid_has_as_many_cells_as_it_is_given(open_page: OpenPage) -> None:
+def test_a_grid_has_the_configured_number_of_cells(open_page: OpenPage) -> None:
     with showing(open_page, {}) as show:
         show.page.evaluate(FROM_ABOVE)
         show.add("Grid")
@@ -44,12 +44,12 @@ def test_a_grid_has_as_many_cells_as_it_is_given(open_page: OpenPage) -> None:
         assert np.count_nonzero(np.diff(np.flatnonzero(row)) > 2) == 4  # five lines
 
 
-def test_another_grid_takes_the_floor_once_the_first_is_gone(open_page: OpenPage) -> None:
+def test_another_grid_draws_the_floor_after_the_first_is_removed(open_page: OpenPage) -> None:
     with showing(open_page, {}) as show:
         show.page.evaluate(FROM_ABOVE)
         show.page.get_by_label("Show Grid", exact=True).check()
         show.add("Grid")
-        for name, value in (("count", "0"), ("colour", "#ff0000")):  # lines without end
+        for name, value in (("count", "0"), ("colour", "#ff0000")):  # endless lines
             show.set("Grid", name, value)
         until(lambda: "another grid is on the floor" in show.status("Grid"))
         assert not show.mask(RED, 90).any()
@@ -59,7 +59,7 @@ def test_another_grid_takes_the_floor_once_the_first_is_gone(open_page: OpenPage
         until(lambda: show.status("Grid") == "fine")
 
 
-def test_the_force_of_the_ground_is_the_weight_of_the_robot(open_page: OpenPage) -> None:
+def test_contact_forces_carry_the_weight_of_the_robot(open_page: OpenPage) -> None:
     from kbot.sim import Simulation
     from kbot.workbench.driving.contact_forces import ContactForces
 
@@ -76,13 +76,13 @@ def test_the_force_of_the_ground_is_the_weight_of_the_robot(open_page: OpenPage)
         show.set("Contacts", "colour", "#ff0000")
         show.page.get_by_role("button", name="Go on").click()
         until(lambda: reds(show).sum() > 100)
-        # the right wheel, nearest to the eye, bears 4.258 N of 11.28 N: 0.189 m of 0.5 m; a tip is thin
+        # the right wheel, nearest to the eye, carries 4.258 N of 11.28 N: 0.189 m of 0.5 m with a thin tip
         (tip,) = show.pixels([(0.0, -0.087, 0.189)])
         until(lambda: abs(show.extent(reds(show))[0, 0] - tip[0]) <= 10)
 
 
 def reds(show: Show) -> np.ndarray:
-    """Where the picture is of any red, (height, width)."""
+    """Return where the picture has any shade of red, (height, width)."""
     image = screenshot(show.page).astype(int)
     return is_red(image.reshape(-1, 3)).reshape(image.shape[:2])
 
@@ -109,18 +109,18 @@ def test_inertia_is_a_box_or_an_ellipsoid_and_parts_can_be_faded(open_page: Open
         until(lambda: violet(show).sum() > 500)
         box = violet(show).sum()
         show.set("RobotModel", "inertia_shape", "ellipsoid")
-        # from above, a rectangle a b against an ellipse with half axes sqrt(5/12) of the sides
+        # from above: a rectangle a b, or an ellipse whose half axes are sqrt(5/12) of the sides
         until(lambda: abs(violet(show).sum() / box - np.pi * 5 / 12) < 0.12)
 
 
 def violet(show: Show) -> np.ndarray:
-    """Where an inertia is."""
+    """Return where an inertia is drawn."""
     r, g, b = np.moveaxis(screenshot(show.page).astype(int), 2, 0)
     result: np.ndarray = (b > 70) & (b > 1.35 * g) & (r > 1.1 * g)
     return result
 
 
-def test_the_fixed_frame_stands_still(open_page: OpenPage) -> None:
+def test_the_fixed_frame_does_not_move(open_page: OpenPage) -> None:
     with showing(open_page, {}) as show:
         page = show.page
         page.get_by_role("button", name="Global options").click()
@@ -132,7 +132,7 @@ def test_the_fixed_frame_stands_still(open_page: OpenPage) -> None:
         page.evaluate("kbot.drawn()")
         wheel = page.evaluate("kbot.where('left_wheel')")
         box = page.locator(".picture canvas").first.bounding_box()
-        # in its own frame the wheel is at the origin, which is looked at
+        # in its own frame the wheel is at the origin, the centre of the view
         assert abs(wheel["x"] - box["x"] - box["width"] / 2) < 1.5
         assert abs(wheel["y"] - box["y"] - box["height"] / 2) < 1.5
         page.get_by_label("Background of the picture", exact=True).fill("#ff0000")
@@ -140,7 +140,7 @@ def test_the_fixed_frame_stands_still(open_page: OpenPage) -> None:
         until(lambda: show.mask(RED, 6).mean() > 0.5)
 
 
-def test_frames_that_tf_tells_of_are_drawn(open_page: OpenPage) -> None:
+def test_frames_on_tf_are_drawn(open_page: OpenPage) -> None:
     marker_frame = TransformStamped(
         Header(frame_id="map"), "beacon", TransformMessage(Vector3(0.6, 0.4), Quaternion())
     )
@@ -154,7 +154,7 @@ def test_frames_that_tf_tells_of_are_drawn(open_page: OpenPage) -> None:
         show.page.get_by_role("button", name="Step").click()
         until(lambda: show.colours((0.7, 0.4, 0.0))[0, 0] > 150)
         assert show.colours((0.6, 0.5, 0.0))[0, 1] > 120
-        assert show.colours((0.1, 0.0, 0.0))[0, 0] < 90  # the filter leaves others out
+        assert show.colours((0.1, 0.0, 0.0))[0, 0] < 90  # the filter hides others
         show.row("TF").get_by_text("Tree").click()
         until(lambda: show.row("TF").locator(".frames li li", has_text="beacon").count())
         arrows = (232, 111, 197)
@@ -163,7 +163,7 @@ def test_frames_that_tf_tells_of_are_drawn(open_page: OpenPage) -> None:
         until(lambda: show.mask(arrows, 30).any())
 
 
-def test_frames_are_chosen_by_patterns_as_in_rviz_and_names_of_one_place_stand_apart(
+def test_frames_are_filtered_like_in_rviz_and_names_do_not_overlap(
     open_page: OpenPage,
 ) -> None:
     axis = [(0.25, 0.0, 0.0), (0.85, 0.4, 0.0)]  # on the x axes of a and b
@@ -188,8 +188,8 @@ def test_frames_are_chosen_by_patterns_as_in_rviz_and_names_of_one_place_stand_a
         show.field("TF", "names").check()
 
         def letters() -> np.ndarray:
-            return show.mask((230, 236, 243), 60)[:300]  # not those of the bar below
+            return show.mask((230, 236, 243), 60)[:300]  # without the bar at the bottom
 
         until(lambda: letters().sum() > 100)
-        # of 22 px each, one above the other
+        # each 22 px high, one above the other
         assert 26 < np.ptp(show.extent(letters())[:, 0]) < 44

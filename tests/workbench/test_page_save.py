@@ -1,4 +1,4 @@
-"""What a person takes out of the page."""
+"""What a user saves from the page."""
 
 import io
 import urllib.request
@@ -22,7 +22,7 @@ def saved(page: Any, label: str) -> bytes:
     return Path(download.value.path()).read_bytes()
 
 
-def test_a_picture_of_any_size_with_and_without_its_floor(viewing: str, open_page: OpenPage) -> None:
+def test_a_picture_is_saved_with_and_without_its_floor(viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     page.locator(".save-menu summary").click()
     page.get_by_label("Width in pixels").fill("640")
@@ -34,13 +34,13 @@ def test_a_picture_of_any_size_with_and_without_its_floor(viewing: str, open_pag
     image = np.asarray(Image.open(io.BytesIO(saved(page, "Picture (PNG)"))))
     assert image[2, 2, 3] == image[-3, -3, 3] == 0
     blue = (image[..., 2] > 90) & (image[..., 0] < 60) & (image[..., 3] == 255)
-    assert 0.02 < blue.mean() < 0.5  # KBot's plate, and nothing behind it
+    assert 0.02 < blue.mean() < 0.5  # KBot's plate, without a background
     page.get_by_label("Width in pixels").fill("0")
     page.get_by_role("button", name="Picture (PNG)").click()
     assert page.get_by_label("Width in pixels").evaluate("e => !e.validity.valid")
 
 
-def test_a_page_and_a_model(viewing: str, open_page: OpenPage) -> None:
+def test_a_page_and_a_model_are_saved(viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     page.locator(".save-menu summary").click()
     assert saved(page, "Model (GLB)").startswith(b"glTF")
@@ -49,7 +49,7 @@ def test_a_page_and_a_model(viewing: str, open_page: OpenPage) -> None:
     assert b'id="saved"' in html
 
 
-def test_a_film(driving: tuple[str, Session], open_page: OpenPage) -> None:
+def test_a_film_is_saved(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0])
     page.locator(".save-menu summary").click()
     page.get_by_role("button", name="Record a film").click()

@@ -1,4 +1,4 @@
-"""The picture has the screen's own pixels, also when the page is enlarged while it is open."""
+"""The picture has the screen's own pixels, also when the open page is zoomed."""
 
 from typing import Any
 
@@ -15,7 +15,7 @@ for (const kind of [WebGLRenderingContext, WebGL2RenderingContext]) {
 """Lets the page take the browser for one that draws with a graphics card."""
 
 
-def test_the_picture_is_as_fine_as_the_screen(viewing: str, browser: Any) -> None:
+def test_the_picture_has_the_resolution_of_the_screen(viewing: str, browser: Any) -> None:
     page = browser.new_page(viewport={"width": 900, "height": 500})
     page.add_init_script(WITH_A_CARD)
     tools = page.context.new_cdp_session(page)
@@ -27,7 +27,7 @@ def test_the_picture_is_as_fine_as_the_screen(viewing: str, browser: Any) -> Non
         return float(canvas.evaluate("c => c.width / c.clientWidth"))
 
     assert ratio() == 1.0
-    for scale in (1.25, 2.0, 1.0):  # as the browser's zoom does it: larger pixels, of which there are fewer
+    for scale in (1.25, 2.0, 1.0):  # as the browser's zoom does: fewer, larger pixels
         size = {"width": round(900 / scale), "height": round(500 / scale)}
         metrics = {**size, "deviceScaleFactor": scale, "mobile": False}
         tools.send("Emulation.setDeviceMetricsOverride", metrics)

@@ -1,4 +1,4 @@
-"""Views from above and from a side: without perspective, and staying so."""
+"""Orthographic views from above and from the sides, which are kept."""
 
 from collections.abc import Callable
 from typing import Any
@@ -19,13 +19,13 @@ def clip(page: Any) -> np.ndarray:
 
 
 def ahead(page: Any) -> np.ndarray:
-    """Unit vector of the world along which the page looks without perspective."""
+    """Return the unit vector of the world along which the page looks in an orthographic view."""
     direction = clip(page)[2, :3]
     return np.asarray(direction / np.linalg.norm(direction))
 
 
 def shown_in(page: Any) -> float:
-    """Pixels a metre across the view."""
+    """Return pixels per metre across the view."""
     return float(np.linalg.norm(clip(page)[0, :3]) / 2 * page.evaluate("kbot.camera().width"))
 
 
@@ -46,7 +46,7 @@ def has_perspective(page: Any) -> bool:
     return not np.allclose(clip(page)[3], (0, 0, 0, 1))
 
 
-def test_the_view_from_above_turns_about_the_vertical_alone(viewing: str, open_page: OpenPage) -> None:
+def test_the_view_from_above_turns_only_about_the_vertical(viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     view(page, "Top").click()
     until(lambda: not has_perspective(page))
@@ -54,25 +54,25 @@ def test_the_view_from_above_turns_about_the_vertical_alone(viewing: str, open_p
     assert np.allclose(ahead(page), (0, 0, -1), atol=2e-3)
     right = clip(page)[0, :2]
     assert right[0] > 0
-    assert abs(right[1]) < 1e-3 * right[0]  # x to the right, y up
+    assert abs(right[1]) < 1e-3 * right[0]  # x points right, y up
     drag(page, 90, 70)
     until(lambda: abs(clip(page)[0, 1]) > 0.2 * abs(clip(page)[0, 0]))
     assert np.allclose(ahead(page), (0, 0, -1), atol=2e-3)
 
 
-def test_a_side_is_looked_from_however_one_drags(viewing: str, open_page: OpenPage) -> None:
+def test_a_drag_does_not_turn_a_side_view(viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     for name, direction in (("Front", (-1, 0, 0)), ("Side", (0, 1, 0))):
         view(page, name).click()
         until(lambda direction=direction: np.allclose(ahead(page), direction, atol=1e-6))
         before = clip(page)[:2, 3]
         drag(page, 60, 40)
-        until(lambda before=before: np.abs(clip(page)[:2, 3] - before).min() > 0.05)  # it was moved
+        until(lambda before=before: np.abs(clip(page)[:2, 3] - before).min() > 0.05)  # the view was moved
         assert np.allclose(ahead(page), direction, atol=1e-6)
         assert not has_perspective(page)
 
 
-def test_a_side_is_left_as_it_was_taken(viewing: str, open_page: OpenPage) -> None:
+def test_a_side_view_is_left_like_it_was_entered(viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     aslant = clip(page)
     view(page, "Top").click()
@@ -81,17 +81,15 @@ def test_a_side_is_left_as_it_was_taken(viewing: str, open_page: OpenPage) -> No
     until(lambda: np.allclose(clip(page), aslant, atol=1e-6))
     view(page, "Side").click()
     until(lambda: not has_perspective(page))
-    page.keyboard.press("o")  # with perspective it is no side any more
+    page.keyboard.press("o")  # a view with perspective is not a side view any more
     until(lambda: has_perspective(page))
     assert view(page, "Side").get_attribute("aria-pressed") == "false"
     before = clip(page)
     drag(page, 60, 40)
-    until(lambda: abs(clip(page)[3, 2] - before[3, 2]) > 0.05)  # it turns again
+    until(lambda: abs(clip(page)[3, 2] - before[3, 2]) > 0.05)  # the view can be turned again
 
 
-def test_an_address_keeps_the_side_and_how_close_it_is(
-    driving: tuple[str, Session], open_page: OpenPage
-) -> None:
+def test_the_address_stores_side_view_and_zoom(driving: tuple[str, Session], open_page: OpenPage) -> None:
     driving[1].paused = True
     page = open_page(driving[0])
     view(page, "Top").click()
@@ -107,7 +105,7 @@ def test_an_address_keeps_the_side_and_how_close_it_is(
     assert np.allclose(ahead(other), (0, 0, -1), atol=2e-3)
 
 
-def test_the_view_is_turned_moved_and_brought_closer_by_keys(
+def test_the_view_is_turned_moved_and_zoomed_by_keyboard(
     driving: tuple[str, Session], open_page: OpenPage
 ) -> None:
     page = open_page(driving[0])
@@ -117,7 +115,7 @@ def test_the_view_is_turned_moved_and_brought_closer_by_keys(
     before = ahead(page)
     for _ in range(6):
         page.keyboard.press("Shift+ArrowRight")
-    # six times five degrees about the vertical
+    # six steps of five degrees about the vertical
     until(lambda: np.isclose(np.degrees(angle(ahead(page)) - angle(before)) % 360, 30, atol=0.1))
     for _ in range(3):
         page.keyboard.press("Shift+ArrowUp")
@@ -129,13 +127,13 @@ def test_the_view_is_turned_moved_and_brought_closer_by_keys(
     until(lambda: np.isclose(shown_in(page), size, rtol=1e-3))
     place = clip(page)[:2, 3]
     page.keyboard.press("Control+ArrowUp")
-    # a twentieth of the picture's height, which is two
+    # a twentieth of the picture's height, which is 2 in clip space
     until(lambda: np.allclose(clip(page)[:2, 3] - place, (0, -0.1), atol=2e-3))
-    assert state_of(driving[1]).command == (0.0, 0.0)  # and the robot was not driven
+    assert state_of(driving[1]).command == (0.0, 0.0)  # the robot was not driven
 
 
 def settled(page: Any) -> str:
-    """The address, when neither it nor the view changes any more; empty before."""
+    """Return the address once neither it nor the view changes any more, otherwise an empty string."""
     address, seen = page.url, clip(page)
     page.wait_for_timeout(300)
     return address if address == page.url and np.allclose(seen, clip(page), atol=1e-4) else ""

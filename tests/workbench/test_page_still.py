@@ -1,4 +1,4 @@
-"""A picture in which nothing moves is not drawn again and again."""
+"""A static picture is not drawn repeatedly."""
 
 from collections.abc import Callable
 from typing import Any
@@ -10,7 +10,7 @@ from .conftest import until
 OpenPage = Callable[..., Any]
 
 
-def test_a_picture_is_drawn_only_where_something_moves(
+def test_a_picture_is_drawn_only_while_something_moves(
     driving: tuple[str, Session], open_page: OpenPage
 ) -> None:
     page = open_page(driving[0])
@@ -20,7 +20,7 @@ def test_a_picture_is_drawn_only_where_something_moves(
         until(lambda: page.evaluate("kbot.time") > start + 0.5)
         return int(page.evaluate("kbot.frames")) - int(frames)
 
-    until(lambda: drawn_in_half_a_second() == 0)  # once the robot has come to rest on its wheels
+    until(lambda: drawn_in_half_a_second() == 0)  # after the robot has settled on its wheels
     page.keyboard.down("w")
     until(lambda: drawn_in_half_a_second() > 1)
     page.keyboard.up("w")

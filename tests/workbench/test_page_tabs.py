@@ -1,4 +1,4 @@
-"""Many tabs of one browser on one server, each at something else."""
+"""Many tabs of one browser on one server, each with another view."""
 
 from functools import partial
 from pathlib import Path
@@ -23,7 +23,7 @@ HALF_WAY_BACK = """(() => { const slider = document.querySelector('.timeline [ty
 
 @pytest.fixture
 def hubs(monkeypatch: pytest.MonkeyPatch) -> list[Hub]:
-    """Those of the servers that are started, with the pages that are connected to each."""
+    """The hubs of the servers that are started, with the pages connected to each."""
     made: list[Hub] = []
 
     def make() -> Hub:
@@ -35,7 +35,7 @@ def hubs(monkeypatch: pytest.MonkeyPatch) -> list[Hub]:
 
 
 class Tabs:
-    """Tabs of one window; `complaints` is what their consoles tell."""
+    """Tabs of one window. `complaints` are the messages of their consoles."""
 
     def __init__(self, browser: Any) -> None:
         self.context = browser.new_context(viewport={"width": 480, "height": 320})
@@ -50,17 +50,17 @@ class Tabs:
 
 
 def each(tabs: list[Any], script: str, value: object, seconds: float = 60.0) -> None:
-    """Wait until a script gives a value in each of some tabs."""
+    """Wait until a script gives a value in each of the tabs."""
     for tab in tabs:
         until(partial(lambda tab: tab.evaluate(script) == value, tab), seconds)
 
 
 def waiting(hub: Hub) -> int:
-    """Messages that wait for any page."""
+    """Return the number of messages that wait for any page."""
     return sum(len(client._waiting) for client in hub)
 
 
-def test_many_tabs_stay_in_step_and_come_back_after_a_restart(
+def test_many_tabs_stay_in_step_and_reconnect_after_a_restart(
     xacro: Path, browser: Any, hubs: list[Hub]
 ) -> None:
     tabs = Tabs(browser)
@@ -96,7 +96,7 @@ def test_many_tabs_stay_in_step_and_come_back_after_a_restart(
     anew = open_session(str(xacro), simulate=True, seed=1)
     with serving(anew, port=urlsplit(address).port):
         each(everyone, LINK, "live")
-        until(lambda: driver.evaluate("kbot.time") != now)  # until then P ends the pause of the first server
+        until(lambda: driver.evaluate("kbot.time") != now)  # until then, P ends the pause of the first server
         driver.keyboard.press("p")
         until(lambda: anew.paused)
         now = state_of(anew).time

@@ -1,4 +1,4 @@
-"""Going back in time in the page, by mouse, touch and keys; bookmarks; recording; recordings played."""
+"""Going back in time in the page by mouse, touch and keyboard; bookmarks; recording; playback."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -11,21 +11,21 @@ from kbot.workbench.serve import open_session, serving
 from kbot.workbench.session.session import Session
 
 from .conftest import until, wait_for_page
-from .served import asked, state_of
+from .served import run_between_steps, state_of
 
 OpenPage = Callable[..., Any]
 
 
 @pytest.fixture
 def page(driving: tuple[str, Session], open_page: OpenPage, tmp_path: Path) -> Any:
-    """A page of a robot that has driven for a while, and stands now."""
+    """A page of a robot that has driven for a while and is at rest."""
     address, session = driving
     session.recording.folder = str(tmp_path)
-    session.paused = True  # so that the line begins when the page comes
+    session.paused = True  # so that the timeline starts when the page connects
     page = open_page(address)
     page.session, page.start = session, state_of(session).time
     session.paused = False
-    # Half a second at rest is 5 % of the line, even if a busy machine makes that 10 s long.
+    # Half a second at rest is 5 % of the timeline, even if a busy machine makes that 10 s long.
     until(lambda: state_of(session).time > page.start + 0.5)
     page.keyboard.down("w")
     until(lambda: state_of(session).odometry[0] > 0.3)
@@ -40,7 +40,7 @@ def slider(page: Any) -> Any:
 
 
 def drag(page: Any, part: float) -> None:
-    """Pull the thumb from where it is to a part of the line."""
+    """Drag the thumb from its place to a part of the timeline."""
     box = until(slider(page).bounding_box)
     at = box["y"] + box["height"] / 2
     now, low, high = (float(slider(page).evaluate(f"s => s.{n}")) for n in ("valueAsNumber", "min", "max"))
@@ -59,34 +59,34 @@ def is_past(page: Any) -> bool:
 
 
 def settled(page: Any) -> float:
-    """The simulated time on show, once the page shows the last moment that it asked for."""
+    """Return the displayed simulated time once the page shows the time that it requested last."""
     until(lambda: is_past(page) and not page.evaluate("kbot.seeks"))
     return float(page.evaluate("kbot.time"))
 
 
-def test_the_robot_stands_where_it_stood(page: Any) -> None:
+def test_the_robot_is_shown_at_its_earlier_pose(page: Any) -> None:
     now = state_of(page.session).odometry[0]
     until(lambda: shown_x(page) == pytest.approx(now, abs=0.01))
     drag(page, 0.05)
     then = settled(page)
     assert shown_x(page) < 0.1
     assert then < state_of(page.session).time - 1
-    assert page.get_by_role("status").filter(has_text="live").count() == 1  # the connection is
+    assert page.get_by_role("status").filter(has_text="live").count() == 1  # the status of the connection
     assert "ago" in slider(page).get_attribute("aria-valuetext")
     until(lambda: page.get_by_label("Simulated time in seconds").inner_text() == f"{then:.2f} s")
-    reading = float(page.inner_text("[data-reading=x]").replace("\u2212", "-"))  # written with the time
+    reading = float(page.inner_text("[data-reading=x]").replace("\u2212", "-"))  # updated with the time
     assert reading == pytest.approx(shown_x(page), abs=2e-3)
     page.session.paused = False
     before = state_of(page.session).time
     until(lambda: state_of(page.session).time > before + 0.5)
-    assert page.evaluate("kbot.time") == then  # the simulation went on, and the picture did not
+    assert page.evaluate("kbot.time") == then  # the simulation continued, and the picture did not
     page.get_by_role("button", name="Live").click()
     until(lambda: not is_past(page) and page.evaluate("kbot.time") > then + 1)
     assert shown_x(page) == pytest.approx(now, abs=0.1)
     until(lambda: slider(page).get_attribute("aria-valuetext").endswith(" s, live"))
 
 
-def test_what_is_told_of_now_says_so_while_one_looks_back(page: Any) -> None:
+def test_live_numbers_are_marked_while_looking_back(page: Any) -> None:
     panels = [page.locator(f"#{name}") for name in ("parameters", "findings")]
     assert not any("as it is now" in panel.inner_text() for panel in panels)
     drag(page, 0.05)
@@ -94,10 +94,10 @@ def test_what_is_told_of_now_says_so_while_one_looks_back(page: Any) -> None:
     assert all("as it is now" in panel.inner_text() for panel in panels)
 
 
-def test_a_moment_without_a_scan_is_no_fault(xacro: Path, open_page: OpenPage) -> None:
+def test_a_time_without_a_scan_is_not_an_error(xacro: Path, open_page: OpenPage) -> None:
     session = open_session(str(xacro), simulate=True, arguments={"lidar": "true"})
     with serving(session) as address:
-        until(lambda: state_of(session).at > 1.0)  # nobody hears the lidar
+        until(lambda: state_of(session).at > 1.0)  # the lidar has no subscriber
         page = open_page(address)
         lamp = page.locator(".display[data-display=LaserScan] .lamp")
         until(lambda: lamp.get_attribute("aria-label").startswith("fine"))
@@ -106,7 +106,7 @@ def test_a_moment_without_a_scan_is_no_fault(xacro: Path, open_page: OpenPage) -
         until(lambda: lamp.get_attribute("aria-label") == "off: nothing of /scan is kept from this moment")
         head = page.locator("#displays .panel-head").bounding_box()
         page.get_by_role("button", name="Live").click()
-        asked(session, lambda: session.topics.bus.advertise("way", Way), changes=True)
+        run_between_steps(session, lambda: session.topics.bus.advertise("way", Way), changes=True)
         chooser = page.get_by_label("Add a display")
         until(lambda: chooser.locator("option[value='Path /way']").count())
         chooser.select_option("Path /way")
@@ -115,7 +115,7 @@ def test_a_moment_without_a_scan_is_no_fault(xacro: Path, open_page: OpenPage) -
         page.goto("about:blank")
 
 
-def test_time_goes_back_by_keys(page: Any) -> None:
+def test_keys_go_back_in_time(page: Any) -> None:
     slider(page).focus()
     now = state_of(page.session).time
     for _ in range(6):
@@ -125,20 +125,20 @@ def test_time_goes_back_by_keys(page: Any) -> None:
     until(lambda: slider(page).evaluate("s => s.valueAsNumber === Number(s.min)"))
     first = settled(page)
     assert shown_x(page) < 0.05
-    for _ in range(10):  # of 0.1 s
+    for _ in range(10):  # by 0.1 s each
         page.keyboard.press("ArrowRight")
     until(lambda: first + 0.8 < settled(page) < first + 1.2)
     page.keyboard.press("End")
     until(lambda: not is_past(page))
 
 
-def test_the_line_says_the_time_that_the_clock_shows(page: Any) -> None:
+def test_the_timeline_shows_the_time_of_the_clock(page: Any) -> None:
     page.keyboard.press("r")
-    until(lambda: page.evaluate("kbot.time") < 1.0)  # a reset is not looked into from here
+    until(lambda: page.evaluate("kbot.time") < 1.0)  # the past before a reset is not displayed
     page.keyboard.press("p")
     until(lambda: page.inner_text(".rate") == "paused")
     state = state_of(page.session)
-    assert state.at > state.time + 1.0  # along the line time went on
+    assert state.at > state.time + 1.0  # time on the timeline continued
     clock = page.get_by_label("Simulated time in seconds")
     until(lambda: clock.inner_text() == f"{state.time:.2f} s")
     until(lambda: slider(page).get_attribute("aria-valuetext") == f"{state.time:.2f} s, live")
@@ -150,7 +150,7 @@ def test_the_line_says_the_time_that_the_clock_shows(page: Any) -> None:
     until(lambda: slider(page).get_attribute("aria-valuetext") == f"{then:.2f} s, 0.1 seconds ago")
 
 
-def test_one_step_back_leaves_what_is_now(page: Any) -> None:
+def test_one_step_back_leaves_the_present(page: Any) -> None:
     page.keyboard.press("p")
     until(lambda: page.inner_text(".rate") == "paused")
     until(lambda: float(slider(page).evaluate("s => s.max")) == round(state_of(page.session).at, 3))
@@ -164,14 +164,17 @@ def test_one_step_back_leaves_what_is_now(page: Any) -> None:
     until(lambda: not is_past(page))
 
 
-def test_who_went_back_by_pointer_goes_on_by_keys(page: Any) -> None:
+def test_keys_continue_after_the_pointer_went_back(page: Any) -> None:
     drag(page, 0.5)
     then = settled(page)
     for _ in range(4):
         page.keyboard.press("ArrowLeft")
     until(lambda: then - 0.6 < page.evaluate("kbot.time") < then - 0.1)
     assert is_past(page)
-    assert state_of(page.session).command == (0.0, 0.0)  # the arrows drive where what is now is on show
+    assert state_of(page.session).command == (
+        0.0,
+        0.0,
+    )  # the arrow keys drive only while the present is displayed
     page.keyboard.press("Escape")
     until(lambda: not is_past(page))
     page.keyboard.down("ArrowLeft")
@@ -179,7 +182,7 @@ def test_who_went_back_by_pointer_goes_on_by_keys(page: Any) -> None:
     page.keyboard.up("ArrowLeft")
 
 
-def test_who_looks_back_sees_whether_time_waits(page: Any) -> None:
+def test_a_page_that_looks_back_shows_whether_time_is_paused(page: Any) -> None:
     drag(page, 0.3)
     until(lambda: is_past(page))
     page.keyboard.press("p")
@@ -188,7 +191,7 @@ def test_who_looks_back_sees_whether_time_waits(page: Any) -> None:
     assert is_past(page)
 
 
-def test_who_drives_sees_what_is(page: Any) -> None:
+def test_driving_returns_to_the_present(page: Any) -> None:
     drag(page, 0.3)
     until(lambda: is_past(page))
     page.keyboard.down("w")
@@ -196,17 +199,17 @@ def test_who_drives_sees_what_is(page: Any) -> None:
     page.keyboard.up("w")
 
 
-def test_each_tab_looks_where_it_wants(page: Any, driving: tuple[str, Session], open_page: OpenPage) -> None:
+def test_each_tab_displays_its_own_time(page: Any, driving: tuple[str, Session], open_page: OpenPage) -> None:
     other = open_page(driving[0])
     drag(page, 0.05)
     until(lambda: is_past(page))
     assert not is_past(other)
     assert shown_x(other) > 0.3
-    drag(other, 0.05)  # a page that came later sees what was before it
+    drag(other, 0.05)  # a page that connects later can display earlier times
     until(lambda: is_past(other) and shown_x(other) < 0.15)
 
 
-def test_bookmarks_are_set_named_and_gone_to(
+def test_bookmarks_are_set_named_and_opened(
     page: Any, driving: tuple[str, Session], open_page: OpenPage
 ) -> None:
     drag(page, 0.2)
@@ -240,7 +243,7 @@ def test_bookmarks_are_set_named_and_gone_to(
     until(lambda: page.evaluate("kbot.time") == second)
 
 
-def test_the_line_of_time_is_for_thumbs_too(driving: tuple[str, Session], open_page: OpenPage) -> None:
+def test_the_timeline_works_by_touch(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0], viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
     until(lambda: page.evaluate("kbot.time") > 3.0)
     box = slider(page).bounding_box()
@@ -255,7 +258,7 @@ def test_the_line_of_time_is_for_thumbs_too(driving: tuple[str, Session], open_p
 
 
 @pytest.mark.parametrize("size", [(390, 844), (640, 400)])
-def test_on_a_narrow_page_all_is_in_reach(
+def test_everything_is_reachable_on_a_narrow_page(
     driving: tuple[str, Session], open_page: OpenPage, size: tuple[int, int]
 ) -> None:
     width, height = size
@@ -264,7 +267,7 @@ def test_on_a_narrow_page_all_is_in_reach(
     until(lambda: page.get_by_role("log").is_visible())
     page.get_by_role("button", name="Plots", exact=True).click()
     until(lambda: page.locator("#plots canvas").count() == 1)
-    until(lambda: not page.get_by_role("log").is_visible())  # one at a time
+    until(lambda: not page.get_by_role("log").is_visible())  # one panel at a time
     tabs = page.get_by_role("navigation", name="Panels")
     for part in (tabs, page.locator("#plots"), page.locator(".timeline"), page.locator(".transport")):
         box = part.bounding_box()

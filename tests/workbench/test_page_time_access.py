@@ -1,4 +1,4 @@
-"""Time, plots and log for all people: what axe finds with all of it open."""
+"""Accessibility of timeline, plots and log."""
 
 from collections.abc import Callable
 from typing import Any
@@ -17,7 +17,7 @@ __all__ = ["axe"]
 
 
 @pytest.mark.parametrize(("theme", "size"), [("dark", (1440, 900)), ("light", (390, 844))])
-def test_axe_finds_nothing_while_one_looks_back(
+def test_axe_reports_no_violations_while_looking_back(
     driving: tuple[str, Session], open_page: OpenPage, axe: str, theme: str, size: tuple[int, int]
 ) -> None:
     page = open_page(
@@ -28,7 +28,7 @@ def test_axe_finds_nothing_while_one_looks_back(
     )
     until(lambda: state_of(driving[1]).at > 2.0)
     page.keyboard.press("y")
-    page.keyboard.press("l")  # a narrow page has room for one of them
+    page.keyboard.press("l")  # a narrow page has room for one panel
     until(lambda: page.locator("#plots canvas").count() == 1)
     page.keyboard.press("k")
     page.get_by_role("slider", name="Moment on show").focus()

@@ -1,4 +1,4 @@
-"""What tools do, as it is seen: a thing that is moved, a point that is said."""
+"""What tools do, by pixels: moved objects and a published point."""
 
 from collections.abc import Callable
 from typing import Any
@@ -17,12 +17,12 @@ ABOVE = "kbot.look([0.2, 0.1999, 3], [0.2, 0.2, 0])"
 
 
 def on_picture(page: Any, x: float, y: float, z: float = 0.0) -> np.ndarray:
-    """Column and row of a place of the world in a screenshot."""
+    """Return column and row of a place of the world in a screenshot."""
     box = page.locator(".picture").bounding_box()
     return np.array(at(page, x, y, z)) - (box["x"], box["y"])
 
 
-def test_the_robot_is_seen_where_it_is_moved_to(driving: tuple[str, Session], open_page: OpenPage) -> None:
+def test_a_moved_robot_is_drawn_at_its_new_place(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0])
     from_above(page, ABOVE)
     before = np.array(middle(blue(screenshot(page))))
@@ -33,7 +33,7 @@ def test_the_robot_is_seen_where_it_is_moved_to(driving: tuple[str, Session], op
     until(lambda: np.linalg.norm(middle(blue(screenshot(page))) - wanted) < 3)
 
 
-def test_a_thing_is_seen_where_it_is_moved_to(driving: tuple[str, Session], open_page: OpenPage) -> None:
+def test_a_moved_object_is_drawn_at_its_new_place(driving: tuple[str, Session], open_page: OpenPage) -> None:
     address, session = driving
     page = open_page(address)
     from_above(page, ABOVE)
@@ -55,7 +55,9 @@ def test_a_thing_is_seen_where_it_is_moved_to(driving: tuple[str, Session], open
     until(lambda: looks_empty(0.5, 0.0) and not looks_empty(0.5, 0.6))
 
 
-def test_a_said_point_is_seen_where_it_was_clicked(driving: tuple[str, Session], open_page: OpenPage) -> None:
+def test_a_published_point_is_drawn_where_it_was_clicked(
+    driving: tuple[str, Session], open_page: OpenPage
+) -> None:
     address, session = driving
     session.paused = True
     page = open_page(address, color_scheme="dark")

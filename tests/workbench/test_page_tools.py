@@ -1,4 +1,4 @@
-"""The tools of the page, used as a person does: by mouse, by touch and by keys."""
+"""The tools of the page, used like a user does: by mouse, touch and keyboard."""
 
 import re
 from collections.abc import Callable, Iterator
@@ -15,7 +15,7 @@ from kbot.workbench.session.session import Session
 
 from .conftest import until
 from .pictures import blue, middle, screenshot
-from .served import hear, state_of
+from .served import collect, state_of
 
 OpenPage = Callable[..., Any]
 FROM_ABOVE = "kbot.look([0.6, 0.5999, 3.6], [0.6, 0.6, 0])"
@@ -30,14 +30,14 @@ def maze(xacro: Path) -> Iterator[tuple[str, Session]]:
 
 
 def from_above(page: Any, look: str = FROM_ABOVE) -> None:
-    """The view stands still above the maze."""
+    """Set a fixed view above the maze."""
     page.keyboard.press("8")
     page.evaluate(look)
     page.evaluate("kbot.drawn()")
 
 
 def at(page: Any, x: float, y: float, z: float = 0.0) -> tuple[float, float]:
-    """Where a place of the world is on the page."""
+    """Return where a place of the world is on the page."""
     camera = page.evaluate("kbot.camera()")
     seen = np.array(camera["clipFromWorld"]).reshape(4, 4) @ (x, y, z, 1.0)
     box = page.locator(".picture canvas").bounding_box()
@@ -59,12 +59,12 @@ def tool(page: Any, name: str) -> Any:
 
 
 def pose(session: Session) -> tuple[float, float, float]:
-    """Where the robot's root is, and its heading."""
+    """Return the position of the robot's root, and its heading."""
     x, y, _, _, _, qz, qw = state_of(session).poses[:7]
     return x, y, 2 * float(np.arctan2(qz, qw))
 
 
-def test_a_clicked_goal_is_driven_to_through_a_maze(maze: tuple[str, Session], open_page: OpenPage) -> None:
+def test_a_clicked_goal_is_reached_through_a_maze(maze: tuple[str, Session], open_page: OpenPage) -> None:
     address, session = maze
     page = open_page(address)
     from_above(page)
@@ -73,7 +73,7 @@ def test_a_clicked_goal_is_driven_to_through_a_maze(maze: tuple[str, Session], o
     page.mouse.move(*goal)
     page.mouse.down()
     page.mouse.move(*at(page, 1.2, 1.5), steps=4)
-    # the way it will look
+    # the goal's heading
     until(lambda: (np.abs(screenshot(page).astype(int) - ARROW).max(axis=2) < 60).sum() > 100)
     page.mouse.up()
     until(lambda: tool(page, "Interact").get_attribute("aria-pressed") == "true")
@@ -84,13 +84,15 @@ def test_a_clicked_goal_is_driven_to_through_a_maze(maze: tuple[str, Session], o
     x, y, yaw = pose(session)
     assert np.hypot(x - 1.2, y - 1.2) < 0.03
     assert abs(yaw - np.pi / 2) < 0.1
-    show_what_is(page, session)
+    wait_for_current_picture(page, session)
     column, row = middle(blue(screenshot(page)))
     box = page.locator(".picture").bounding_box()
-    assert np.hypot(box["x"] + column - goal[0], box["y"] + row - goal[1]) < 12  # and one sees it there
+    assert (
+        np.hypot(box["x"] + column - goal[0], box["y"] + row - goal[1]) < 12
+    )  # and the picture shows it there
 
 
-def test_a_goal_is_given_up(maze: tuple[str, Session], open_page: OpenPage) -> None:
+def test_a_goal_is_cancelled(maze: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(maze[0])
     from_above(page)
     page.keyboard.press("g")
@@ -101,41 +103,41 @@ def test_a_goal_is_given_up(maze: tuple[str, Session], open_page: OpenPage) -> N
     until(lambda: state_of(maze[1]).command == (0.0, 0.0))
 
 
-def test_a_pose_estimate_puts_the_robot_there_by_touch(
-    driving: tuple[str, Session], open_page: OpenPage
-) -> None:
+def test_a_pose_estimate_by_touch_moves_the_robot(driving: tuple[str, Session], open_page: OpenPage) -> None:
     address, session = driving
     page = open_page(address, viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
-    heard = hear(session, "initialpose", PoseWithCovarianceStamped)
+    received = collect(session, "initialpose", PoseWithCovarianceStamped)
     from_above(page, "kbot.look([0.2, 0.1999, 2], [0.2, 0.2, 0])")
     tool(page, "2D pose estimate").tap()
     touch = page.context.new_cdp_session(page)
     for kind, place in (("touchStart", (0.3, 0.2)), ("touchMove", (0.1, 0.2)), ("touchEnd", None)):
         points = [dict(zip("xy", at(page, *place), strict=True))] if place else []
         touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
-    until(lambda: len(heard) == 1)
+    until(lambda: len(received) == 1)
     _, y, yaw = until(lambda: pose(session) if abs(pose(session)[0] - 0.3) < 0.02 else None)
     assert abs(y - 0.2) < 0.02
     assert abs(abs(yaw) - np.pi) < 0.15
-    assert heard[0].header.frame_id == "world"
+    assert received[0].header.frame_id == "world"
 
 
-def test_a_clicked_point_is_that_of_the_surface(maze: tuple[str, Session], open_page: OpenPage) -> None:
+def test_a_clicked_point_is_on_the_surface(maze: tuple[str, Session], open_page: OpenPage) -> None:
     address, session = maze
     session.paused = True
-    page = open_page(address, viewport={"width": 1180, "height": 720})  # nothing lies over the robot
-    heard = hear(session, "clicked_point", PointStamped)
+    page = open_page(address, viewport={"width": 1180, "height": 720})  # nothing covers the robot
+    received = collect(session, "clicked_point", PointStamped)
     from_above(page)
     for place in ((0.6, 0.6, 0.0), (0.0, 0.0, top_of_plate(session))):
         page.keyboard.press("u")
         page.mouse.click(*at(page, *place))
-    until(lambda: len(heard) == 2)
-    assert (heard[0].point.x, heard[0].point.y, heard[0].point.z) == pytest.approx((0.6, 0.6, 0.0), abs=0.008)
-    assert heard[1].point.z == pytest.approx(top_of_plate(session), abs=1e-3)
+    until(lambda: len(received) == 2)
+    assert (received[0].point.x, received[0].point.y, received[0].point.z) == pytest.approx(
+        (0.6, 0.6, 0.0), abs=0.008
+    )
+    assert received[1].point.z == pytest.approx(top_of_plate(session), abs=1e-3)
 
 
-def show_what_is(page: Any, session: Session) -> None:
-    """Wait until the picture is of what happened until now."""
+def wait_for_current_picture(page: Any, session: Session) -> None:
+    """Wait until the picture shows the current state."""
     now = state_of(session).time
     until(lambda: page.evaluate("kbot.time") >= round(now, 6))
     page.evaluate("kbot.drawn()")
@@ -181,7 +183,7 @@ def test_distances_and_an_angle_are_measured_and_drawn(
     )
 
 
-def test_a_place_one_focuses_on_is_in_the_middle(viewing: str, open_page: OpenPage) -> None:
+def test_a_focused_place_is_in_the_middle(viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     from_above(page, "kbot.look([0, -0.5, 1], [0, 0, 0])")
     wanted = (0.1, 0.05, -0.035)
@@ -192,7 +194,7 @@ def test_a_place_one_focuses_on_is_in_the_middle(viewing: str, open_page: OpenPa
     until(lambda: np.hypot(*np.subtract(at(page, *wanted), middle)) < 15)
 
 
-def test_a_thing_is_dropped_chosen_moved_and_deleted(
+def test_an_object_is_added_selected_moved_and_deleted(
     driving: tuple[str, Session], open_page: OpenPage
 ) -> None:
     address, session = driving
@@ -204,23 +206,23 @@ def test_a_thing_is_dropped_chosen_moved_and_deleted(
     page.mouse.click(*at(page, 0.4, 0.4))
     for tab in (page, other):
         until(lambda tab=tab: tab.evaluate("kbot.revision") == revision + 1)
-    until(lambda: abs(state_of(session).bodies[2]) < 1e-3)  # it fell to the ground
+    until(lambda: abs(state_of(session).bodies[2]) < 1e-3)  # it has fallen to the ground
     assert state_of(session).bodies[:2] == pytest.approx((0.4, 0.4), abs=0.02)
     page.keyboard.press("v")
-    show_what_is(page, session)
+    wait_for_current_picture(page, session)
     drag(page, at(page, 0.4, 0.4, 0.2), at(page, 0.7, 0.4, 0.2))
     until(lambda: abs(state_of(session).bodies[0] - 0.7) < 0.03)
     drag(page, at(page, 0.0, 0.0, 0.02), at(page, 0.3, 0.0, 0.02))
     until(lambda: abs(pose(session)[0] - 0.3) < 0.03)
     page.keyboard.press("Escape")
-    show_what_is(page, session)
+    wait_for_current_picture(page, session)
     page.mouse.click(*at(page, 0.7, 0.4, 0.2))
     until(lambda: page.locator(".chosen").inner_text().startswith("crate_1"))
     page.keyboard.press("Delete")
     until(lambda: not state_of(session).bodies and not page.locator(".chosen").is_visible())
 
 
-def test_one_more_robot_is_seen_and_taken_away(driving: tuple[str, Session], open_page: OpenPage) -> None:
+def test_another_robot_is_added_and_deleted(driving: tuple[str, Session], open_page: OpenPage) -> None:
     address, session = driving
     page = open_page(address)
     from_above(page, "kbot.look([0.3, 0.2999, 2.5], [0.3, 0.3, 0])")
@@ -236,17 +238,17 @@ def test_one_more_robot_is_seen_and_taken_away(driving: tuple[str, Session], ope
     until(lambda: abs(blue(screenshot(page)).sum() - one) < 0.1 * one)
 
 
-def test_a_tool_works_by_the_keyboard_alone(driving: tuple[str, Session], open_page: OpenPage) -> None:
+def test_a_tool_works_by_keyboard(driving: tuple[str, Session], open_page: OpenPage) -> None:
     address, session = driving
     session.paused = True
     page = open_page(address)
-    heard = hear(session, "clicked_point", PointStamped)
+    received = collect(session, "clicked_point", PointStamped)
     from_above(page, "kbot.look([0.5, 0.2, 2], [0.5, 0.3, 0])")
     page.keyboard.press("u")
     page.locator(".picture canvas").focus()
     page.keyboard.press("Enter")
-    until(lambda: len(heard) == 1)
-    assert (heard[0].point.x, heard[0].point.y) == pytest.approx((0.5, 0.3), abs=0.01)
+    until(lambda: len(received) == 1)
+    assert (received[0].point.x, received[0].point.y) == pytest.approx((0.5, 0.3), abs=0.01)
     page.keyboard.press("g")
     until(lambda: page.locator(".hint").is_visible())
     page.keyboard.press("Escape")

@@ -1,4 +1,4 @@
-"""Topics, their fields against time, the log, and the menu of the world."""
+"""Topics, plots of their fields, the log, and the world menu."""
 
 from collections.abc import Callable
 from typing import Any
@@ -17,7 +17,7 @@ OpenPage = Callable[..., Any]
 
 
 def opened(page: Any, topic: str) -> Any:
-    """A topic's row, with its fields."""
+    """Open a topic's row, and return it with its fields."""
     page.get_by_role("button", name="Topics and log", exact=True).click()
     row = page.locator(f"[data-topic='{topic}']")
     until(lambda: row.count() == 1)
@@ -31,9 +31,7 @@ def shown(row: Any, field: str) -> float:
     return float(row.locator("dd").nth(at).inner_text() or "nan")
 
 
-def test_a_topic_shows_its_rate_and_its_fields_as_they_come(
-    driving: tuple[str, Session], open_page: OpenPage
-) -> None:
+def test_a_topic_shows_its_rate_and_live_fields(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0], viewport={"width": 1200, "height": 900})
     row = opened(page, "/odom")
     assert "Odometry" in row.locator(".type").inner_text()
@@ -54,7 +52,7 @@ ENDS_SEEN = """fields => [...fields.querySelectorAll("bdi")].every((name) => {
 })"""
 
 
-def test_long_names_of_fields_are_told_apart_beside_the_plots(
+def test_long_field_names_are_distinct_beside_the_plots(
     driving: tuple[str, Session], open_page: OpenPage
 ) -> None:
     page = open_page(driving[0], viewport={"width": 1280, "height": 800})
@@ -88,16 +86,14 @@ def test_a_field_of_a_topic_is_plotted(driving: tuple[str, Session], open_page: 
     column = lines[0].index('"/odom twist.twist.linear.x"')
     own = lines[0].index('"forward speed [m/s]"')
     told = np.array([[float(line[i]) for i in (0, column, own)] for line in lines[1:]])
-    heard = told[~np.isnan(told[:, 1])]
-    assert heard[:, 1].max() > 0.1
-    for time, value, _ in heard:  # the page's own reading of it, now or when it was last told
+    received = told[~np.isnan(told[:, 1])]
+    assert received[:, 1].max() > 0.1
+    for time, value, _ in received:  # the page's own value, current or as of its last message
         near = told[(told[:, 0] > time - 0.3) & (told[:, 0] <= time), 2]
         assert near.min() - 0.01 < value < near.max() + 0.01
 
 
-def test_what_is_refused_and_what_became_of_a_goal_is_in_the_log(
-    driving: tuple[str, Session], open_page: OpenPage
-) -> None:
+def test_the_log_has_refusals_and_results_of_goals(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0], viewport={"width": 1200, "height": 900})
     page.keyboard.press("y")
     log = page.get_by_role("log")
@@ -105,8 +101,8 @@ def test_what_is_refused_and_what_became_of_a_goal_is_in_the_log(
     page.keyboard.press("b")
     page.get_by_label("What to add").select_option("crate")
     page.locator(".picture canvas").focus()
-    page.keyboard.press("Enter")  # at the middle of the picture, where the robot stands
-    page.keyboard.press("Enter")  # and lets go
+    page.keyboard.press("Enter")  # at the middle of the picture, where the robot is
+    page.keyboard.press("Enter")  # and releases
     until(lambda: "'crate' cannot be placed there: robot 'kbot' is in the way" in log.inner_text())
     page.keyboard.press("g")
     page.locator(".picture canvas").focus()
@@ -115,7 +111,7 @@ def test_what_is_refused_and_what_became_of_a_goal_is_in_the_log(
     until(lambda: "Goal reached" in log.inner_text(), seconds=300)
 
 
-def test_a_goal_of_somebody_else_is_refused_in_every_page_and_told_to_none_that_comes_later(
+def test_a_refused_goal_of_another_program_is_shown_only_in_open_pages(
     driving: tuple[str, Session], open_page: OpenPage
 ) -> None:
     address, session = driving
@@ -123,7 +119,7 @@ def test_a_goal_of_somebody_else_is_refused_in_every_page_and_told_to_none_that_
     goal = PoseStamped(Header(frame_id="nowhere"))
     until(lambda: "/navigation_status" in [one.name for one in session.topics.topics().topics])
     until(lambda: session.topics._wanted.get("/navigation_status"))
-    Speaker(session).publish("goal_pose", goal)  # at once, and the first that the page hears
+    Speaker(session).publish("goal_pose", goal)  # at once, as the first message to the page
     shown = page.locator(".goal")
     until(
         lambda: (
@@ -159,7 +155,7 @@ def test_a_world_starts_with_other_parameters(driving: tuple[str, Session], open
     until(lambda: len(driving[1].scene.bodies) == 5)
 
 
-def test_a_fault_of_the_menu_happens(driving: tuple[str, Session], open_page: OpenPage) -> None:
+def test_a_fault_from_the_menu_is_injected(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page, session = open_page(driving[0]), driving[1]
     page.get_by_role("button", name="World and faults").click()
     page.get_by_label("Fault", exact=True).select_option("blocked")

@@ -1,4 +1,4 @@
-"""The way behind the robot: it ends at what is on show, and breaks where nothing was driven."""
+"""The robot's trail: it ends at the displayed time, and breaks where the robot did not drive."""
 
 from collections.abc import Callable
 from typing import Any
@@ -19,7 +19,7 @@ OpenPage = Callable[..., Any]
 
 
 def trail_ends(page: Any) -> float:
-    """x in m where the trail ends, as far as it is seen from above; -inf where none of it is."""
+    """Return x in m of the trail's visible end from above, or -inf if none is visible."""
     with_trail = screenshot(page).astype(int)
     page.keyboard.press("7")
     changed = np.abs(screenshot(page).astype(int) - with_trail).sum(axis=2) > 60
@@ -29,10 +29,10 @@ def trail_ends(page: Any) -> float:
     return float((columns.max() - width / 2) / pixels_per_metre(page)) if columns.size else float("-inf")
 
 
-def test_the_trail_ends_at_the_robot_on_show(page: Any) -> None:
+def test_the_trail_ends_at_the_displayed_robot(page: Any) -> None:
     page.keyboard.press("8")  # the view does not follow
     page.evaluate("kbot.look([0, -0.001, 1.6], [0, 0, 0])")
-    until(lambda: trail_ends(page) > 0.15)  # behind the robot, that hides its last part
+    until(lambda: trail_ends(page) > 0.15)  # behind the robot, which hides its last part
     drag(page, 0.05)
     settled(page)
     until(lambda: shown_x(page) < 0.1 and trail_ends(page) < shown_x(page) + 0.01)
@@ -41,10 +41,10 @@ def test_the_trail_ends_at_the_robot_on_show(page: Any) -> None:
 
 
 @pytest.mark.parametrize("which", ["the page that saw it", "one that came later"])
-def test_the_trail_breaks_where_the_robot_was_put_elsewhere(
+def test_the_trail_breaks_where_the_robot_was_moved(
     page: Any, driving: tuple[str, Session], open_page: OpenPage, which: str
 ) -> None:
-    """Driven from x=0 to 0.3, put to y=0.4, and driven on: nothing is drawn between the two ways."""
+    """Driven from x=0 to 0.3, moved to y=0.4, and driven on: nothing is drawn between the two parts."""
     do(page.session, lambda motion: motion._sim.models.set_pose(0.3, 0.4, 0.0))
     page.keyboard.down("w")
     until(lambda: state_of(page.session).poses[0] > 0.6)
@@ -58,7 +58,7 @@ def test_the_trail_breaks_where_the_robot_was_put_elsewhere(
 
 
 def trail_at(page: Any, x: float, y: float) -> int:
-    """Pixels that the trail changes within 2 cm of a place on the ground."""
+    """Return the number of pixels that the trail changes within 2 cm of a place on the ground."""
     with_trail = screenshot(page).astype(int)
     page.keyboard.press("7")
     changed = np.abs(screenshot(page).astype(int) - with_trail).sum(axis=2) > 60

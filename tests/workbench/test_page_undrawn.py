@@ -1,4 +1,4 @@
-"""A browser that does not draw the picture: everything else is there, and a word of why."""
+"""A browser without WebGL: everything but the picture works, with a notice."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -44,7 +44,7 @@ def page(plain: Any) -> Iterator[Any]:
     assert faults == []
 
 
-def test_without_webgl_there_is_everything_but_the_picture(driving: tuple[str, Session], page: Any) -> None:
+def test_without_webgl_everything_but_the_picture_works(driving: tuple[str, Session], page: Any) -> None:
     address, session = driving
     page.goto(address)
     until(lambda: page.get_by_role("alert").get_by_text(NOT_DRAWN).is_visible())
@@ -74,7 +74,7 @@ def test_a_saved_page_without_webgl_has_its_joints(page: Any, tmp_path: Path) ->
     until(lambda: page.evaluate("kbot.poses().length") > 0)
 
 
-def test_what_the_browser_took_away_is_drawn_again_when_it_is_back(viewing: str, open_page: OpenPage) -> None:
+def test_the_picture_returns_after_a_lost_webgl_context(viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     page.keyboard.press("3")
     page.evaluate("kbot.drawn()")

@@ -1,4 +1,4 @@
-"""What the page says of itself agrees, stays readable, and ends when it is over."""
+"""The page's own information is consistent, readable and up to date."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -36,7 +36,7 @@ RVIZ = """Visualization Manager:
 
 @pytest.fixture
 def player(tmp_path: Path, xacro: Path) -> Session:
-    """A session that plays a recording of some seconds, from when a page is there."""
+    """A session that plays back a recording of some seconds, starting with the first page."""
     simulated = open_session(str(xacro), simulate=True, seed=1)
     simulated.recording.folder = str(tmp_path)
     with serving(simulated):
@@ -51,7 +51,7 @@ def player(tmp_path: Path, xacro: Path) -> Session:
     return session
 
 
-def test_a_recording_begins_with_its_page_and_keys_work_on_its_line(
+def test_playback_starts_with_its_page_and_keys_work_on_the_timeline(
     player: Session, open_page: OpenPage
 ) -> None:
     assert player.paused
@@ -76,7 +76,7 @@ def test_a_recording_begins_with_its_page_and_keys_work_on_its_line(
         page.goto("about:blank")
 
 
-def test_a_new_display_and_its_lamp_agree_with_the_count(viewing: str, open_page: OpenPage) -> None:
+def test_a_new_display_changes_its_lamp_and_the_count(viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     page.get_by_label("Add a display").select_option("Axes")
     page.locator(".display[data-display=Axes] select").first.wait_for()
@@ -87,7 +87,7 @@ def test_a_new_display_and_its_lamp_agree_with_the_count(viewing: str, open_page
     assert lamp.get_attribute("data-level") == "ok"
 
 
-def test_parameters_of_a_broken_file_are_not_known(viewing: str, open_page: OpenPage, xacro: Path) -> None:
+def test_a_broken_file_has_no_parameters(viewing: str, open_page: OpenPage, xacro: Path) -> None:
     page = open_page(viewing)
     text = xacro.read_text()
     xacro.write_text(text.replace("</robot>", ""))
@@ -96,14 +96,14 @@ def test_parameters_of_a_broken_file_are_not_known(viewing: str, open_page: Open
     until(lambda: page.locator("#parameters [data-parameter]").count() > 0)
 
 
-def test_a_reached_goal_is_said_once(driving: tuple[str, Session], open_page: OpenPage) -> None:
+def test_a_reached_goal_is_reported_once(driving: tuple[str, Session], open_page: OpenPage) -> None:
     address, session = driving
     page = open_page(address, viewport={"width": 1200, "height": 900})
     until(lambda: state_of(session).time > 1.0)
     page.keyboard.press("y")
     page.keyboard.press("g")
     page.locator(".picture canvas").focus()
-    page.keyboard.press("Enter")  # where the robot stands
+    page.keyboard.press("Enter")  # the robot's position
     page.keyboard.press("Enter")
     log = page.get_by_role("log")
     until(lambda: "Goal reached" in log.inner_text())
@@ -135,7 +135,7 @@ def test_the_background_of_an_rviz_file_is_behind_everything(
         page.goto("about:blank")
 
 
-def test_the_line_of_time_has_the_room(driving: tuple[str, Session], open_page: OpenPage) -> None:
+def test_the_timeline_uses_the_available_width(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0], viewport={"width": 1400, "height": 900})
     line = page.get_by_role("slider", name="Moment on show")
     until(lambda: line.is_visible())
@@ -157,7 +157,7 @@ def test_the_line_of_time_has_the_room(driving: tuple[str, Session], open_page: 
     assert centre["x"] < x < x + width <= centre["x"] + centre["width"]
 
 
-def test_the_keys_are_read_from_the_top(viewing: str, open_page: OpenPage) -> None:
+def test_the_list_of_keys_opens_at_the_top(viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing, viewport={"width": 1400, "height": 400})
     page.keyboard.press("?")
     keys = page.get_by_role("dialog", name="Keys")

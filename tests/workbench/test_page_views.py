@@ -1,4 +1,4 @@
-"""Where the page looks from."""
+"""The viewpoint of the page."""
 
 from collections.abc import Callable
 from typing import Any
@@ -16,7 +16,7 @@ OpenPage = Callable[..., Any]
 
 
 def share(page: Any, link: str) -> float:
-    """Part of the picture that a link covers."""
+    """Return the share of the picture that a link covers."""
     page.evaluate("kbot.drawn()")
     ids, links = id_image(page)
     return float((ids == links.index(link)).mean())
@@ -56,7 +56,7 @@ def test_an_address_opens_the_same_view(viewing: str, open_page: OpenPage) -> No
     page = open_page(viewing)
     page.keyboard.press("o")
     page.get_by_role("button", name="Side").click()
-    address = page.evaluate("location.href")  # which Playwright comes to know of later
+    address = page.evaluate("location.href")  # Playwright is notified of it later
     other = open_page(address)
     assert "#eye=" in address
     assert np.allclose(clip(page), clip(other), rtol=1e-3, atol=1e-3)
@@ -67,7 +67,7 @@ def test_an_address_opens_the_same_view(viewing: str, open_page: OpenPage) -> No
 def test_an_address_opens_the_same_view_of_a_robot_that_has_moved(
     driving: tuple[str, Session], open_page: OpenPage
 ) -> None:
-    """Told from the robot where it is followed, from the world where it is not."""
+    """It is relative to the robot while it is followed, and to the world otherwise."""
     address, session = driving
     page = open_page(address)
     page.get_by_role("button", name="Top", exact=True).click()
@@ -80,20 +80,20 @@ def test_an_address_opens_the_same_view_of_a_robot_that_has_moved(
     still = page.url
     do(session, lambda motion: motion.act(MoveModel("kbot", 1.0, 0.5, 0.0, 0.0)))
     until(lambda: np.allclose(state_of(session).poses[:2], (1.0, 0.5), atol=0.01))
-    # the same part of the picture: a metre before and half a metre beside
+    # the same part of the picture: a metre ahead and half a metre aside
     expected = start @ np.array([[1, 0, 0, -1.0], [0, 1, 0, -0.5], [0, 0, 1, 0], [0, 0, 0, 1]])
     followed, stays = open_page(along), open_page(still)
     until(lambda: np.allclose(clip(followed), expected, atol=0.02))
     until(lambda: np.allclose(clip(stays), start, atol=0.02))
 
 
-def test_a_view_is_told_from_any_frame(driving: tuple[str, Session], open_page: OpenPage) -> None:
+def test_a_view_is_relative_to_any_frame(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0] + "#eye=1,0.5,0.5&at=0,0,0&frame=left_wheel")
     time = state_of(driving[1]).time
-    until(lambda: state_of(driving[1]).time > time + 0.2)  # and stays there
+    until(lambda: state_of(driving[1]).time > time + 0.2)  # the robot stays there
     seen, size = page.evaluate("kbot.where('left_wheel')"), page.locator(".centre").bounding_box()
     middle = size["x"] + size["width"] / 2, size["y"] + size["height"] / 2
-    assert np.allclose((seen["x"], seen["y"]), middle, atol=25)  # the timeline lies over its foot
+    assert np.allclose((seen["x"], seen["y"]), middle, atol=25)  # the timeline covers its bottom
 
 
 def test_an_address_opens_the_same_kind_of_view(driving: tuple[str, Session], open_page: OpenPage) -> None:
@@ -114,7 +114,7 @@ def test_an_address_opens_the_same_kind_of_view(driving: tuple[str, Session], op
     assert pressed == ["true", "false", "true"]
 
 
-def test_riding_along_looks_ahead_of_the_robot(driving: tuple[str, Session], open_page: OpenPage) -> None:
+def test_ride_looks_ahead_of_the_robot(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0])
     page.keyboard.press("9")
     page.keyboard.down("a")
@@ -128,7 +128,7 @@ def test_riding_along_looks_ahead_of_the_robot(driving: tuple[str, Session], ope
     assert abs(ahead[0] / ahead[3]) < 0.02
 
 
-def test_a_wall_between_does_not_hide_the_robot(driving: tuple[str, Session], open_page: OpenPage) -> None:
+def test_a_wall_in_between_does_not_hide_the_robot(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0])
     page.get_by_role("combobox", name="World").select_option("boxes")
     until(lambda: page.evaluate("kbot.revision") >= 2)
@@ -140,7 +140,7 @@ def test_a_wall_between_does_not_hide_the_robot(driving: tuple[str, Session], op
     assert blue(screenshot(page)).sum() > 200
 
 
-def test_what_is_pressed_looks_it_and_not_as_beneath_the_pointer(viewing: str, open_page: OpenPage) -> None:
+def test_pressed_buttons_look_pressed_under_the_pointer(viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     ortho = page.get_by_role("button", name="Ortho")
 

@@ -1,4 +1,4 @@
-"""The world on show: its parameters, what is told of it, and what happens to those in it."""
+"""The displayed world: its parameters, notices, and falling objects."""
 
 import re
 from collections.abc import Callable, Iterator
@@ -26,14 +26,14 @@ def boxes() -> Iterator[tuple[str, Session]]:
         yield address, session
 
 
-def test_the_world_menu_has_the_parameters_that_the_run_was_started_with(
+def test_the_world_menu_shows_the_parameters_of_the_run(
     boxes: tuple[str, Session], open_page: OpenPage
 ) -> None:
     page = open_page(boxes[0])
     menu = page.locator("#world-menu")
     page.get_by_role("button", name="World and faults").click()
     until(lambda: menu.get_by_label("count").input_value() == "20")
-    assert menu.get_by_label("spread").input_value() == "1.6"  # as when it is not given
+    assert menu.get_by_label("spread").input_value() == "1.6"  # the default
     menu.get_by_label("count").fill("3")
     menu.get_by_role("button", name="Start", exact=True).click()
     until(lambda: len(boxes[1].scene.bodies) == 3)
@@ -46,7 +46,7 @@ def test_the_world_menu_has_the_parameters_that_the_run_was_started_with(
 
 
 @pytest.mark.parametrize("width", [390, 960, 1280])
-def test_what_is_told_covers_no_button(viewing: str, open_page: OpenPage, width: int) -> None:
+def test_notices_cover_no_button(viewing: str, open_page: OpenPage, width: int) -> None:
     page = open_page(viewing, viewport={"width": width, "height": 700})
     sheet = page.locator(".sheets").get_by_role("button", name="Displays")
     if sheet.is_visible():
@@ -84,12 +84,12 @@ def island(tmp_path: Path) -> Iterator[tuple[str, Session]]:
         yield address, session
 
 
-def test_what_falls_out_of_the_world_is_told_and_the_picture_stays(
+def test_fallen_objects_are_reported_and_the_view_does_not_follow(
     island: tuple[str, Session], open_page: OpenPage
 ) -> None:
     address, session = island
     page = open_page(address)
-    until(lambda: state_of(session).time > 1.0)  # it has settled
+    until(lambda: state_of(session).time > 1.0)  # the robot has settled
     start = page.evaluate("kbot.camera().clipFromWorld")
     lamp = page.locator(".display[data-display=World] .lamp")
     assert lamp.get_attribute("aria-label") == "fine"
@@ -107,14 +107,14 @@ def test_what_falls_out_of_the_world_is_told_and_the_picture_stays(
 
     stays = seen()
     until(lambda: state_of(session).fallen[-1].z < -20.0)
-    assert np.allclose(seen(), stays, atol=1e-6)  # nothing is followed into the void
-    session.paused = True  # the box starts beside the floor, so it would fall again at once
+    assert np.allclose(seen(), stays, atol=1e-6)  # the view does not follow falling objects
+    session.paused = True  # the box starts next to the floor, so it would fall again at once
     page.get_by_label("Reset", exact=True).click()
     until(lambda: robot.get_attribute("aria-label") == "fine" == lamp.get_attribute("aria-label"))
     until(lambda: np.allclose(seen(), start, atol=1e-3))
 
 
-def test_a_page_that_comes_after_the_robot_fell_looks_at_the_world(
+def test_a_page_opened_after_the_robot_fell_shows_the_world(
     island: tuple[str, Session], open_page: OpenPage
 ) -> None:
     address, session = island
@@ -126,14 +126,14 @@ def test_a_page_that_comes_after_the_robot_fell_looks_at_the_world(
         clip = np.array(page.evaluate("kbot.camera().clipFromWorld")).reshape(4, 4) @ (*place, 1.0)
         return np.asarray(clip[:2] / clip[3])
 
-    assert np.abs(seen(0.0, 0.0, 0.0)).max() < 0.1  # its middle, in that of the picture
+    assert np.abs(seen(0.0, 0.0, 0.0)).max() < 0.1  # its centre is in the centre of the picture
     assert np.ptp([seen(-0.2, 0.0, 0.0), seen(0.2, 0.0, 0.0)], axis=0).max() > 0.3  # and near
     page.get_by_label("Reset", exact=True).click()
     until(lambda: not state_of(session).fallen)
     until(lambda: np.abs(seen(*page.evaluate("kbot.poses().slice(0, 3)"))).max() < 0.3)
 
 
-def test_a_world_of_a_file_is_left_and_entered_again_and_no_other_file(
+def test_only_the_first_world_file_can_be_chosen_again(
     island: tuple[str, Session], open_page: OpenPage, tmp_path: Path
 ) -> None:
     address, session = island
@@ -153,7 +153,7 @@ def test_a_world_of_a_file_is_left_and_entered_again_and_no_other_file(
         session._motion.enter(str(other), 0)
 
 
-def test_the_topics_of_a_robot_go_with_it(driving: tuple[str, Session], open_page: OpenPage) -> None:
+def test_topics_of_a_deleted_robot_disappear(driving: tuple[str, Session], open_page: OpenPage) -> None:
     address, session = driving
     page = open_page(address)
     do(session, lambda motion: motion.act(Spawn("robot", 0.5, 0.5, 0.0, 0.0, 1.0, 1.0, 1.0)))

@@ -17,8 +17,8 @@ UPPER, LOWER = (255, 0, 0), (0, 0, 255)
 
 
 @pytest.mark.parametrize("ending", ["glb", "obj"])
-def test_a_texture_lies_the_right_way_up(tmp_path: Path, ending: str) -> None:
-    """A board that stands across x, whose picture is red above and blue below; seen from the front."""
+def test_a_texture_is_the_right_way_up(tmp_path: Path, ending: str) -> None:
+    """A board across x with a texture that is red above and blue below, seen from the front."""
     picture = Image.new("RGB", (16, 16), UPPER)
     picture.paste(LOWER, (0, 8, 16, 16))
     corners = np.array([[0, -1, 0], [0, 1, 0], [0, 1, 2], [0, -1, 2]], float)

@@ -1,4 +1,4 @@
-"""Recordings played in the workbench: shown is what was recorded, at any moment, whoever recorded it."""
+"""Playback in the workbench: it displays what was recorded, at any time, by any program."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -26,7 +26,7 @@ pytestmark = pytest.mark.usefixtures("keeps_up")
 
 @dataclass
 class Run:
-    """A recorded run, and how it really went: link poses by time in ms."""
+    """A recorded run and its true course: link poses by time in ms."""
 
     path: Path
     poses: dict[int, np.ndarray] = field(default_factory=dict)
@@ -57,22 +57,22 @@ def seek(session: Session, milliseconds: int) -> None:
     session.handle(Seek(milliseconds * 1e-3 - start * 1e-9), 1)
 
 
-def test_any_moment_is_as_it_was(run: Run) -> None:
+def test_every_time_is_displayed_as_recorded(run: Run) -> None:
     session = played_session(str(run.path))
     root_from = None
     for at in (3000, 200, 2000, 1900, 1000, 2900, 100):
         seek(session, at)
         assert session.state().time == pytest.approx(at * 1e-3)
         poses, joints = shown(session), dict(zip(run.joints[at], session.state().positions, strict=True))
-        # what is recorded is odometry's word of where the robot is, which rolling makes a little other
+        # the recording has the pose of odometry, which differs slightly from the true one
         assert np.abs(poses[:, :3, 3] - run.poses[at][:, :3, 3]).max() < 0.01
         assert np.abs(poses[:, :3, :3] - run.poses[at][:, :3, :3]).max() < 0.03
         assert joints == pytest.approx(run.joints[at], abs=1e-6)
         root_from = poses if root_from is None else root_from
-    assert np.abs(shown(session) - root_from).max() > 0.1  # it did move
+    assert np.abs(shown(session) - root_from).max() > 0.1  # the robot moved
 
 
-def test_it_plays_from_where_it_stands_and_stops_at_the_end(run: Run) -> None:
+def test_playback_starts_at_the_current_time_and_stops_at_the_end(run: Run) -> None:
     session = played_session(str(run.path))
     seek(session, 1000)
     for _ in range(25):
@@ -100,7 +100,7 @@ def test_it_plays_from_where_it_stands_and_stops_at_the_end(run: Run) -> None:
     assert session.timeline().at == 0.0
 
 
-def test_what_topics_said_is_said_again(run: Run) -> None:
+def test_topics_are_republished(run: Run) -> None:
     session = played_session(str(run.path))
     heard: list[LaserScan] = []
     session._motion.bus.subscribe("/scan", LaserScan, heard.append)
@@ -115,30 +115,30 @@ def test_what_topics_said_is_said_again(run: Run) -> None:
     assert "/scan" in session.timeline().silent
 
 
-def test_rates_are_told_before_anybody_hears_a_topic_and_stay_wherever_one_goes(run: Run) -> None:
+def test_rates_are_known_without_subscribers_and_do_not_change_by_seeking(run: Run) -> None:
     """Three seconds: a scan five times a second, odometry fifty times."""
     session = played_session(str(run.path))
 
     def rates() -> dict[str, float | None]:
         return {topic.name: topic.rate for topic in session.topics.topics().topics}
 
-    told = rates()
-    assert told["/scan"] == pytest.approx(5.0, abs=0.2)
-    assert told["/odom"] == pytest.approx(50.0, abs=0.5)
-    assert told["/robot_description"] is None  # said once
+    reported = rates()
+    assert reported["/scan"] == pytest.approx(5.0, abs=0.2)
+    assert reported["/odom"] == pytest.approx(50.0, abs=0.5)
+    assert reported["/robot_description"] is None  # published once
     session.topics.subscribe("/scan", 1)
     for milliseconds in (300, 400, 2000):
         seek(session, milliseconds)
-        assert rates() == told
+        assert rates() == reported
 
 
-def test_a_recording_goes_as_it_went(run: Run) -> None:
+def test_a_recording_cannot_be_driven(run: Run) -> None:
     session = played_session(str(run.path))
     with pytest.raises(KbotError, match="a recording is played back"):
         session.handle(Drive(0.1, 0.0), 1)
 
 
-def test_the_trail_is_the_way_of_the_whole_recording(run: Run) -> None:
+def test_the_trail_is_the_path_of_the_whole_recording(run: Run) -> None:
     session = played_session(str(run.path))
     start = session._motion._run.index.start * 1e-9
     way = whole(session)
@@ -172,7 +172,7 @@ def finished(making: Making) -> SeriesTable:
             return table
 
 
-def test_its_robot_is_not_changed(run: Run) -> None:
+def test_the_robot_of_a_recording_cannot_be_changed(run: Run) -> None:
     session = played_session(str(run.path))
     (file, *_), text = session.shown.files, Path(session.shown.files[0]).read_text(encoding="utf-8")
     at = text.index('"0.0')

@@ -1,4 +1,4 @@
-"""A damaged recording: what is whole is shown, what is not is told in words."""
+"""Damaged recordings: readable parts are displayed, damaged ones are reported."""
 
 from pathlib import Path
 
@@ -35,7 +35,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def spans(path: Path) -> list[tuple[int, int, int, int]]:
-    """Where each chunk is in the file, its length, and its first and last time."""
+    """Return the offset, length, and first and last time of each chunk in the file."""
     with path.open("rb") as stream:
         summary = make_reader(stream).get_summary()
     assert summary is not None
@@ -46,8 +46,8 @@ def spans(path: Path) -> list[tuple[int, int, int, int]]:
 
 
 def damaged(whole: Path, path: Path, *chunks: int) -> tuple[Path, float, float]:
-    """A copy with bytes of chunks turned over; seconds where the first of them begins and the next after the
-    last does."""
+    """Return a copy with inverted bytes in chunks, and in seconds the start of the damage and of the next
+    readable chunk."""
     data = bytearray(whole.read_bytes())
     all_of_them = spans(whole)
     for chunk in chunks:
@@ -67,7 +67,7 @@ def at(session: Session) -> float:
 
 
 @pytest.mark.parametrize("chunks", [(6,), (5, 6)])
-def test_a_seek_into_the_damage_shows_the_nearest_moment_that_is_whole(
+def test_a_seek_into_the_damage_displays_the_nearest_readable_time(
     whole: Path, tmp_path: Path, chunks: tuple[int, ...]
 ) -> None:
     path, start, end = damaged(whole, tmp_path / "bad.mcap", *chunks)
@@ -81,11 +81,11 @@ def test_a_seek_into_the_damage_shows_the_nearest_moment_that_is_whole(
         session.handle(Seek(end - 0.1), 1)
     assert at(session) == pytest.approx(end, abs=1e-3)
     assert session.state().poses[0] == pytest.approx(SPEED * end, abs=0.05)
-    session.handle(Seek(end + 0.2), 1)  # also where what is looked back for lies in the damage
+    session.handle(Seek(end + 0.2), 1)  # also if the latest messages are in the damaged part
     assert session.state().poses[0] == pytest.approx(SPEED * (end + 0.2), abs=0.05)
 
 
-def test_playing_goes_past_the_damage_and_says_so(whole: Path, tmp_path: Path) -> None:
+def test_playback_skips_the_damage_and_reports_it(whole: Path, tmp_path: Path) -> None:
     path, start, end = damaged(whole, tmp_path / "bad.mcap", 6)
     session = played_session(str(path))
     session.handle(Seek(start - 0.05), 1)
@@ -97,13 +97,13 @@ def test_playing_goes_past_the_damage_and_says_so(whole: Path, tmp_path: Path) -
     assert at(session) == pytest.approx(end + 0.2, abs=1e-3)
 
 
-def test_without_its_robot_a_recording_is_refused_in_words(whole: Path, tmp_path: Path) -> None:
+def test_a_recording_without_its_robot_is_refused_with_the_reason(whole: Path, tmp_path: Path) -> None:
     path, _, _ = damaged(whole, tmp_path / "bad.mcap", 0)
     with pytest.raises(KbotError, match="no /robot_description"):
         played_session(str(path))
 
 
-def test_damage_at_the_end_leaves_the_rest(whole: Path, tmp_path: Path) -> None:
+def test_damage_at_the_end_keeps_the_rest_playable(whole: Path, tmp_path: Path) -> None:
     path, start, _ = damaged(whole, tmp_path / "bad.mcap", len(spans(whole)) - 1)
     session = played_session(str(path))
     with pytest.raises(KbotError, match="is damaged from"):
@@ -115,7 +115,7 @@ def test_damage_at_the_end_leaves_the_rest(whole: Path, tmp_path: Path) -> None:
     assert session.paused
 
 
-def test_a_plot_leaves_the_damage_out(whole: Path, tmp_path: Path) -> None:
+def test_a_plot_skips_the_damage(whole: Path, tmp_path: Path) -> None:
     path, start, end = damaged(whole, tmp_path / "bad.mcap", 6)
     session = played_session(str(path))
     making = session.series([Field.named("/odom twist.twist.linear.x")], 0.0, 10.0)

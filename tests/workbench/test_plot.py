@@ -1,4 +1,4 @@
-"""Plots as drawings: what is drawn lies where its numbers say."""
+"""Plots as SVG: curves are where their numbers are."""
 
 import re
 import xml.etree.ElementTree as ElementTree
@@ -17,13 +17,13 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 
 def points(svg: str, name: str) -> np.ndarray:
-    """Places of a curve in pixels, (n, 2)."""
+    """Return the points of a curve in pixels, (n, 2)."""
     path = next(p for p in ElementTree.fromstring(svg).iter(f"{SVG}path") if p.get("id") == name)
     return np.array(re.findall(r"[ML]([-\d.]+) ([-\d.]+)", str(path.get("d"))), dtype=float)
 
 
 def ticks(svg: str, axis: str) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers at an axis, and where they stand in pixels."""
+    """Return the numbers at an axis, and their positions in pixels."""
     texts = ElementTree.fromstring(svg).iter(f"{SVG}text")
     anchor, place = {"x": ("middle", "x"), "y": ("end", "y")}[axis]
     found = [
@@ -35,7 +35,7 @@ def ticks(svg: str, axis: str) -> tuple[np.ndarray, np.ndarray]:
     return numbers, places
 
 
-def test_a_curve_lies_where_the_axes_say() -> None:
+def test_a_curve_matches_its_axes() -> None:
     time = np.linspace(0.0, 6.0, 61)
     svg = plot_svg(time.tolist(), [Curve("sine [m]", np.sin(time).tolist())], 800, 400)
     drawn = points(svg, "sine [m]")
@@ -44,16 +44,16 @@ def test_a_curve_lies_where_the_axes_say() -> None:
     numbers, places = ticks(svg, "y")
     slope, start = np.polyfit(numbers, places, 1)
     assert np.allclose(drawn[:, 1], start + slope * np.sin(time), atol=0.1)
-    assert slope < 0  # up is more
+    assert slope < 0  # larger values are higher
 
 
-def test_it_is_broken_where_nothing_is_known_and_where_time_goes_back() -> None:
+def test_a_curve_breaks_at_missing_values_and_where_time_goes_back() -> None:
     svg = plot_svg([0, 1, 2, 3, 0, 1], [Curve("a", [1, 2, None, 2, 1, 1])], 300, 200)
     assert re.search(r'id="a"[^>]* d="M[^ML]*L[^ML]*M[^ML]*M[^ML]*L[^ML]*"', svg)
 
 
 @pytest.mark.parametrize("values", [[], [None, None], [5.0, 5.0], [0.0, 0.0], [1e300, -1e300]])
-def test_what_hardly_makes_a_plot_is_one_all_the_same(values: list[float | None]) -> None:
+def test_plots_of_few_or_equal_values_are_valid(values: list[float | None]) -> None:
     svg = plot_svg([float(n) for n in range(len(values))], [Curve('<a> & "b"', values)], 300, 200)
     assert ElementTree.fromstring(svg).find(f"{SVG}title").text == '<a> & "b" against time'
     assert "nan" not in svg
@@ -92,11 +92,11 @@ def test_a_topic_of_a_recording_is_plotted(recording: Path, tmp_path: Path) -> N
     way = (drawn[:, 1] - start) / slope
     assert len(drawn) == 100
     assert way[0] == pytest.approx(0.0, abs=0.01)
-    assert way[-1] == pytest.approx(0.2 * 2.0, abs=0.04)  # less what it takes to gather speed
+    assert way[-1] == pytest.approx(0.2 * 2.0, abs=0.04)  # less the acceleration
     assert (np.diff(way) > -1e-3).all()
 
 
-def test_a_table_may_have_some_columns_only(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_table_can_have_selected_columns(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["bag", "export", str(recording), "--topic", "/odom", "--field", "pose.pose.position.x"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == "time,pose.pose.position.x"
@@ -116,7 +116,7 @@ def test_a_table_may_have_some_columns_only(recording: Path, capsys: pytest.Capt
         (["--field", "pose.pose.position.x", "--to", "svg", "--size", "900x20"], "at least 200 pixels"),
     ],
 )
-def test_a_plot_that_cannot_be_is_one_clear_sentence(
+def test_an_impossible_plot_is_one_clear_error(
     recording: Path, capsys: pytest.CaptureFixture[str], words: list[str], told: str
 ) -> None:
     assert run(["bag", "export", str(recording), "--topic", "/odom", *words]) == 2

@@ -1,4 +1,4 @@
-"""The plots' colours are told apart by all people, on paper and in the page."""
+"""The plots' colours are distinct for colour-blind people, on paper and in the page."""
 
 import itertools
 import re
@@ -22,27 +22,27 @@ WHITE = XYZ_FROM_RGB.sum(axis=1)
 
 
 def light(code: str) -> np.ndarray:
-    """Linear light of an sRGB colour, (3,)."""
+    """Return the linear light of an sRGB colour, (3,)."""
     c = np.array([int(code[i : i + 2], 16) for i in (1, 3, 5)]) / 255
     return np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
 
 
 def lab(linear: np.ndarray) -> np.ndarray:
-    """CIE L*a*b*, in which equal distances look about equal."""
+    """Return CIE L*a*b*, in which equal distances look about equal."""
     t = XYZ_FROM_RGB @ np.clip(linear, 0, 1) / WHITE
     x, y, z = np.where(t > 0.008856, np.cbrt(t), 7.787 * t + 16 / 116)
     return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
 
 
 def colours(theme: str) -> list[str]:
-    """Those of six curves, as they are drawn."""
+    """Return the colours of six drawn curves."""
     curves = [Curve(f"c{i}", [0.0, float(i)]) for i in range(6)]
     svg = plot_svg([0.0, 1.0], curves, 400, 300, theme="dark" if theme == "dark" else "light")
     return list(dict.fromkeys(re.findall(r'<path id="c\d"[^>]*stroke="(#\w{6})"', svg)))
 
 
 @pytest.mark.parametrize("theme", ["dark", "light"])
-def test_curves_are_told_apart_by_the_colour_blind(theme: str) -> None:
+def test_curves_are_distinct_for_colour_blind_people(theme: str) -> None:
     drawn = colours(theme)
     assert len(drawn) == 6
     for cones, matrix in SEEN.items():
@@ -52,7 +52,7 @@ def test_curves_are_told_apart_by_the_colour_blind(theme: str) -> None:
 
 
 @pytest.mark.parametrize("theme", ["dark", "light"])
-def test_the_page_has_the_same(theme: str) -> None:
+def test_the_page_has_the_same_colours(theme: str) -> None:
     text = TOKENS.read_text(encoding="utf-8")
     dark, bright = text.split(':root[data-theme="light"]')
     said = re.findall(r"--plot-\d: (#\w{6});", dark if theme == "dark" else bright)

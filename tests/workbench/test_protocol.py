@@ -1,4 +1,4 @@
-"""The messages: the page's types are those of the server, and only good ones are obeyed."""
+"""The protocol: the page's types match the server's, and only valid messages are accepted."""
 
 import json
 import typing
@@ -15,7 +15,7 @@ from kbot.workbench.typescript import generate, generate_kinds, generate_message
 SOURCES = Path(__file__).parents[2] / "web" / "src"
 
 
-def test_the_pages_types_are_generated_from_the_servers() -> None:
+def test_the_pages_types_are_generated_from_the_server() -> None:
     for name, text in (
         ("protocol.ts", generate()),
         ("messages.ts", generate_messages()),
@@ -24,12 +24,12 @@ def test_the_pages_types_are_generated_from_the_servers() -> None:
         assert (SOURCES / name).read_text(encoding="utf-8") == text, name
 
 
-def test_every_message_has_a_type_of_its_own() -> None:
+def test_every_message_has_its_own_type() -> None:
     types = [typing.get_type_hints(cls)["type"] for cls in typing.get_args(FromPage)]
     assert len(set(types)) == len(types)
 
 
-def test_good_messages_are_read() -> None:
+def test_valid_messages_are_decoded() -> None:
     assert decode('{"type": "drive", "linear": 1, "angular": -0.5}') == Drive(1.0, -0.5)
     assert decode('{"type": "set_joint", "name": "j", "position": 0.25}') == SetJoint("j", 0.25)
     assert decode('{"type": "reset"}') == Reset()
@@ -64,10 +64,10 @@ def test_good_messages_are_read() -> None:
         ('"' + "a" * 70_000 + '"', "the limit is 65536"),
     ],
 )
-def test_bad_messages_are_refused_with_the_reason(text: str, said: str) -> None:
+def test_bad_messages_are_refused_with_the_reason(text: str, message: str) -> None:
     with pytest.raises(BadMessage) as caught:
         decode(text)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
     assert len(str(caught.value)) < 300
 
 
@@ -86,13 +86,13 @@ FIELDS = ["linear", "angular", "name", "position", "preset", "paused", "seconds"
 
 
 @given(st.text(max_size=80) | VALUES.map(json.dumps))
-def test_nothing_else_gets_through(text: str) -> None:
+def test_everything_else_is_refused(text: str) -> None:
     with pytest.raises(BadMessage):
         decode(text)
 
 
 @given(st.sampled_from(TYPES), st.dictionaries(st.sampled_from(FIELDS), VALUES, max_size=3))
-def test_any_values_are_read_or_refused(kind: str, fields: dict[str, object]) -> None:
+def test_any_values_are_decoded_or_refused(kind: str, fields: dict[str, object]) -> None:
     try:
         message = decode(json.dumps({**fields, "type": kind}))
     except BadMessage:

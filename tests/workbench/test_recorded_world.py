@@ -1,4 +1,4 @@
-"""A recording is shown in the world it was recorded in, with all that moved, came and went there."""
+"""A recording is displayed in its world, with everything that moved, appeared and disappeared."""
 
 import json
 from pathlib import Path
@@ -29,7 +29,7 @@ def seek(session: Session, seconds: float) -> None:
 
 
 def moving(session: Session) -> dict[str, np.ndarray]:
-    """Where each thing that can move is shown, as x, y, z."""
+    """Return where each movable object is displayed, as x, y, z."""
     names = [body.name for body in session.scene.bodies if body.moving]
     poses = np.reshape(session.state().bodies, (-1, 7))[:, :3]
     return dict(zip(names, poses, strict=True))
@@ -37,8 +37,10 @@ def moving(session: Session) -> dict[str, np.ndarray]:
 
 @pytest.fixture(scope="module", params=["run.mcap", "run.bag", "run"])
 def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict]:
-    """Two seconds in a world with walls: at 0.5 s a box is dropped, at 1 s it is put elsewhere, at 1.5 s it
-    is taken away and another robot comes. What truly was, by time."""
+    """Two seconds in a world with walls, and the true poses by time.
+
+    At 0.5 s a box is added, at 1 s it is moved, at 1.5 s it is deleted and another robot is added.
+    """
     sim = Simulation("kbot", "boxes", start=START)
     path = tmp_path_factory.mktemp("run") / request.param
     truth: dict[float, dict] = {}
@@ -57,7 +59,7 @@ def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
     return path, truth
 
 
-def test_everything_stands_where_it_truly_stood(run: tuple[Path, dict]) -> None:
+def test_everything_is_displayed_at_its_true_pose(run: tuple[Path, dict]) -> None:
     path, truth = run
     session = played_session(str(path))
     for at in (1.9, 0.4, 1.2, 0.7, 2.0, 1.0):
@@ -71,7 +73,7 @@ def test_everything_stands_where_it_truly_stood(run: tuple[Path, dict]) -> None:
         assert np.allclose(root, truth[at]["robot"], atol=1e-3), at
 
 
-def test_things_come_and_go_as_they_did(run: tuple[Path, dict]) -> None:
+def test_objects_appear_and_disappear_as_recorded(run: tuple[Path, dict]) -> None:
     session = played_session(str(run[0]))
     walls = {body.name for body in Simulation("kbot", "boxes").world.bodies} - {"ground_plane"}
     assert session.about().world == "boxes"
@@ -81,7 +83,7 @@ def test_things_come_and_go_as_they_did(run: tuple[Path, dict]) -> None:
         names = {body.name for body in session.scene.bodies}
         assert names >= walls
         assert ("crate" in names, "second/base_link" in names) == (crate, second)
-    for _ in range(12):  # 1.2 s to 1.8 s, as it is played
+    for _ in range(12):  # 1.2 s to 1.8 s, during playback
         session.advance(0.05)
     names = {body.name for body in session.scene.bodies}
     assert "crate" not in names
@@ -94,7 +96,7 @@ BALL = """<sdf version="1.7"><model name="ball"><link name="link"><pose>0 0 0.1 
 <visual name="v"><geometry><sphere><radius>0.1</radius></sphere></geometry></visual></link></model></sdf>"""
 
 
-def test_models_of_sdf_come_too(tmp_path: Path) -> None:
+def test_sdf_models_are_displayed(tmp_path: Path) -> None:
     sim = Simulation("kbot")
     with recorder(sim, tmp_path / "run.mcap"):
         sim.run(0.5)
@@ -122,7 +124,7 @@ def test_a_part_of_a_recording_is_shown_in_the_same_world(run: tuple[Path, dict]
     assert np.allclose(root, truth[1.4]["robot"], atol=1e-3)
 
 
-def test_without_true_poses_it_starts_where_it_stood(tmp_path: Path) -> None:
+def test_without_true_poses_the_robot_starts_at_its_start_pose(tmp_path: Path) -> None:
     sim = Simulation("kbot", "boxes", start=START)
     path = tmp_path / "few.mcap"
     feed = Feed(sim.bus, lambda: sim.clock.nanoseconds)
@@ -135,7 +137,7 @@ def test_without_true_poses_it_starts_where_it_stood(tmp_path: Path) -> None:
     assert any(not body.moving for body in session.scene.bodies)
 
 
-def test_a_world_that_is_not_here_is_told_of(tmp_path: Path) -> None:
+def test_a_missing_world_is_reported(tmp_path: Path) -> None:
     sim = Simulation("kbot")
     with recorder(sim, tmp_path / "run.mcap", world="hall.world"):
         sim.run(0.2)
@@ -146,11 +148,11 @@ def test_a_world_that_is_not_here_is_told_of(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["run.mcap", "run.bag", "run"])
-def test_one_that_broke_off_is_shown_with_a_word_of_it(tmp_path: Path, name: str) -> None:
+def test_an_incomplete_recording_is_displayed_with_a_notice(tmp_path: Path, name: str) -> None:
     sim, path = Simulation("kbot"), tmp_path / name
     lost = recorder(sim, path)
     sim.run(0.5)
-    lost.flush()  # and then nothing more, as after a kill
+    lost.flush()  # and then nothing more, as after kill -9
     session = played_session(str(path))
     assert session.note.startswith(f"{path} is incomplete: it was not closed")
     assert session.note.endswith("what can be read is shown.")

@@ -1,4 +1,4 @@
-"""A recording that a page begins stays in its folder, whatever its robot is called."""
+"""A recording that a page starts stays in its folder, whatever the robot's name."""
 
 from pathlib import Path
 
@@ -16,7 +16,7 @@ BODY = """<link name="base"><inertial><mass value="1"/>
     ("robot", "begins"),
     [("../evil", "___evil-"), ("/tmp/x/abs", "_tmp_x_abs-"), (".", "_-"), ("a" * 300, "a" * 100 + "-")],
 )
-def test_it_is_a_plain_file_in_its_folder(robot: str, begins: str, tmp_path: Path) -> None:
+def test_the_file_is_in_the_folder_and_has_a_plain_name(robot: str, begins: str, tmp_path: Path) -> None:
     folder = tmp_path / "started here"
     folder.mkdir()
     text = f'<robot name="{robot}">{BODY}</robot>'

@@ -1,4 +1,4 @@
-"""A simulation that goes on from a moment of before: what was then holds, and a recording of it is sound."""
+"""Resuming a simulation from an earlier time: the state is restored, and its recording stays valid."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -23,7 +23,7 @@ pytestmark = pytest.mark.usefixtures("keeps_up")
 
 
 class Desk:
-    """A session whose pages are told of, and one page that looks back."""
+    """A session whose messages to pages are collected, and a page that looks back."""
 
     def __init__(self, **options: object) -> None:
         self.session: Session = open_session("kbot", simulate=True, **options)
@@ -66,13 +66,13 @@ def desk(tmp_path: Path) -> Desk:
     return desk
 
 
-def test_it_stands_as_it_did_and_is_not_driven(desk: Desk) -> None:
+def test_the_resumed_robot_has_its_earlier_pose_and_is_not_driven(desk: Desk) -> None:
     desk.sim.cmd_vel(0.3, 0.6)
     desk.run(4.0)
     then = dict(desk.states)
-    told = desk.resume(2.1)
+    notice = desk.resume(2.1)
     state = desk.session.state()
-    assert f"continues from {state.time:.2f} s" in told
+    assert f"continues from {state.time:.2f} s" in notice
     assert state.time == pytest.approx(2.1, abs=0.11)
     before = then[round(state.time, 2)]
     assert state.poses == before.poses
@@ -82,14 +82,14 @@ def test_it_stands_as_it_did_and_is_not_driven(desk: Desk) -> None:
     assert before.command == (0.3, 0.6)
     assert state.command == (0.0, 0.0)
     desk.run(0.5)
-    assert desk.session.state().at == pytest.approx(4.5, abs=0.03)  # the timeline goes on
+    assert desk.session.state().at == pytest.approx(4.5, abs=0.03)  # the timeline continues
     braked = desk.session.state()
     assert np.allclose(braked.twist, 0.0, atol=0.01)
     desk.run(1.0)
     assert np.allclose(desk.session.state().poses, braked.poses, atol=2e-3)
 
 
-def test_the_trail_goes_on_from_the_way_that_led_there(desk: Desk) -> None:
+def test_the_trail_continues_the_path_to_the_resumed_state(desk: Desk) -> None:
     desk.sim.cmd_vel(0.3, 0.0)
     desk.run(4.0)
     then = {state.at: state for state in desk.states.values()}
@@ -107,12 +107,12 @@ def test_the_trail_goes_on_from_the_way_that_led_there(desk: Desk) -> None:
     assert max(led) == pytest.approx(went_on_at, abs=0.02)
     for at, x in zip(first.at, first.x, strict=True):
         assert x == pytest.approx(then[at].poses[0], abs=1e-3)
-    assert min(at for at in second.at if at > 2.1) > 3.9  # what was undone is no part of it
+    assert min(at for at in second.at if at > 2.1) > 3.9  # the undone part is missing
     assert second.y[-1] > 0.2
     assert desk.trail(first.resets) == first
 
 
-def test_a_reset_begins_another_way(desk: Desk) -> None:
+def test_a_reset_starts_another_trail(desk: Desk) -> None:
     desk.sim.cmd_vel(0.3, 0.0)
     desk.run(2.0)
     desk.session.handle(Reset(), 1)
@@ -122,7 +122,7 @@ def test_a_reset_begins_another_way(desk: Desk) -> None:
     assert desk.trail(7).x == ()
 
 
-def test_going_on_from_a_later_moment_lets_no_time_pass(desk: Desk) -> None:
+def test_resuming_a_later_state_does_not_advance_the_timeline(desk: Desk) -> None:
     desk.run(9.0)
     desk.resume(1.0)
     desk.run(1.0)
@@ -132,7 +132,7 @@ def test_going_on_from_a_later_moment_lets_no_time_pass(desk: Desk) -> None:
     assert desk.session.state().at == pytest.approx(11.0, abs=0.1)
 
 
-def test_what_was_dropped_since_is_gone_and_what_was_deleted_is_back(desk: Desk) -> None:
+def test_objects_added_later_disappear_and_deleted_ones_return(desk: Desk) -> None:
     desk.run(1.5)
     desk.sim.models.spawn_thing("box", "early", 2.0, 2.0, 0.2, 0.0, (0.1, 0.1, 0.1))
     desk.run(2.0)
@@ -149,9 +149,7 @@ def test_what_was_dropped_since_is_gone_and_what_was_deleted_is_back(desk: Desk)
 
 
 @pytest.mark.parametrize("kind", ["page", "command line"])
-def test_a_recorded_run_that_was_set_back_is_done_again_bit_for_bit(
-    desk: Desk, tmp_path: Path, kind: str
-) -> None:
+def test_a_resumed_run_replays_bit_for_bit(desk: Desk, tmp_path: Path, kind: str) -> None:
     sim = desk.sim
     if kind == "page":
         desk.session.handle(RecordRun(True), 1)
@@ -164,14 +162,14 @@ def test_a_recorded_run_that_was_set_back_is_done_again_bit_for_bit(
     desk.run(2.5)
     desk.sim.models.spawn_thing("box", "crate", 2.0, 2.0, 0.2, 0.0, (0.1, 0.1, 0.1))
     desk.run(1.5)
-    told = desk.resume(2.0)
-    assert ("The recording contains both runs" in told) == (kind == "page")
+    notice = desk.resume(2.0)
+    assert ("The recording contains both runs" in notice) == (kind == "page")
     desk.sim.cmd_vel(-0.2, 0.0)
     desk.run(2.2)
-    desk.resume(desk.session.state().at - 1.0)  # back on the second way
+    desk.resume(desk.session.state().at - 1.0)  # back on the second run
     desk.sim.cmd_vel(0.0, 1.0)
     desk.run(1.5)
-    desk.resume(1.0)  # and on the first again
+    desk.resume(1.0)  # and on the first one again
     desk.sim.disturbances.apply_body_wrench("base_link", (1.0, 0.0, 0.0), 0.1)
     desk.run(1.0)
     digest = sim.state_sha256()
@@ -182,7 +180,7 @@ def test_a_recorded_run_that_was_set_back_is_done_again_bit_for_bit(
     assert again.simulation.state_sha256() == digest
 
 
-def test_a_bag_that_cannot_hold_it_says_so(desk: Desk, tmp_path: Path) -> None:
+def test_a_bag_that_cannot_store_a_resumed_run_is_reported(desk: Desk, tmp_path: Path) -> None:
     sim, path = desk.sim, str(tmp_path / "run.bag")
     with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), path):
         desk.run(2.0)
@@ -192,13 +190,13 @@ def test_a_bag_that_cannot_hold_it_says_so(desk: Desk, tmp_path: Path) -> None:
         replay(path)
 
 
-def test_who_looks_at_what_is_has_nothing_to_go_on_from(desk: Desk) -> None:
+def test_a_page_that_displays_the_present_cannot_resume(desk: Desk) -> None:
     desk.run(1.0)
     with pytest.raises(KbotError, match="go back in time first"):
         desk.past.resume(desk.client)
 
 
-def test_a_reset_is_not_gone_across(desk: Desk) -> None:
+def test_resuming_does_not_cross_a_reset(desk: Desk) -> None:
     desk.sim.cmd_vel(0.3, 0.0)
     desk.run(3.3)
     desk.session._motion.reset()
@@ -210,7 +208,7 @@ def test_a_reset_is_not_gone_across(desk: Desk) -> None:
     assert desk.session.state().time < 0.1
 
 
-def test_another_robot_does_not_go_on_from_where_one_was(desk: Desk) -> None:
+def test_another_robot_cannot_resume_an_earlier_state(desk: Desk) -> None:
     desk.run(3.0)
     desk.session._enter("empty", 0)
     desk.run(2.0)
@@ -222,7 +220,7 @@ def test_another_robot_does_not_go_on_from_where_one_was(desk: Desk) -> None:
     assert 0.9 < desk.session.state().time < 1.6
 
 
-def test_robots_that_came_since_are_a_reason_said(desk: Desk) -> None:
+def test_robots_added_later_are_reported_as_the_reason(desk: Desk) -> None:
     desk.run(2.0)
     desk.sim.models.spawn_model(desk.sim.robot, "second", -2.0, 0.0, 0.0)
     desk.run(0.5)

@@ -1,4 +1,4 @@
-"""Files of rviz 1 and 2: what is read of them, and what is written back."""
+"""Files of rviz 1 and 2: what is read from them, and what is written back."""
 
 from pathlib import Path
 
@@ -48,7 +48,7 @@ def test_rviz_1_is_read() -> None:
     assert world.kind == "World"
 
 
-def test_what_is_not_shown_is_named() -> None:
+def test_skipped_parts_are_reported() -> None:
     notes = "\n".join(read_rviz(RVIZ1, "robot.rviz").notes)
     lines = [line.strip() for line in RVIZ1.splitlines()]
     imu = 1 + lines.index("- Class: rviz_plugin_tutorials/Imu")
@@ -64,7 +64,7 @@ def test_what_is_not_shown_is_named() -> None:
     assert "moveit_rviz_plugin/Panel in Panels: KBot does not have it; it is kept in the file" in notes
 
 
-def test_our_own_files_of_rviz_are_used_whole(tmp_path: Path) -> None:
+def test_rviz_files_of_kbot_are_read_completely(tmp_path: Path) -> None:
     made = make_package(tmp_path / "my_robot", "my_robot", Sizes())
     ours = Path(kbot.__file__).parent / "robots" / "kbot_description" / "config" / "kbot.rviz"
     files = [ours, *(tmp_path / "my_robot" / path for path in made if path.suffix == ".rviz")]
@@ -86,18 +86,18 @@ def test_rviz_2_is_read_with_its_view_from_above() -> None:
     assert view.flat
     assert view.target == (1.0, 2.0, 0.0)
     assert np.allclose(view.eye[:2], (1.0, 2.0), atol=0.02)
-    assert view.eye[1] < 2.0  # so that y is up in the picture
+    assert view.eye[1] < 2.0  # so that y points up in the picture
 
 
 @pytest.mark.parametrize("text", [RVIZ1, RVIZ2])
-def test_what_is_read_is_written_back_with_all_that_rviz_had(text: str) -> None:
+def test_unknown_parts_of_an_rviz_file_are_written_back(text: str) -> None:
     found = read_rviz(text, "a.rviz")
     again = yaml.safe_load(write_rviz(found.settings, found.document))
     before = yaml.safe_load(text)
     view = before["Visualization Manager"].pop("Views")["Current"]
     now = again["Visualization Manager"].pop("Views")["Current"]
     for display in before["Visualization Manager"]["Displays"]:
-        display["Value"] = True  # which rviz writes beside Enabled
+        display["Value"] = True  # rviz writes it beside Enabled
     for display in again["Visualization Manager"]["Displays"]:
         display["Value"] = True
     assert _tidy(again) == _tidy(before)
@@ -111,7 +111,7 @@ def test_what_is_read_is_written_back_with_all_that_rviz_had(text: str) -> None:
 
 
 def _tidy(value: object) -> object:
-    """Without what displays in groups and unknown ones say of being shown twice."""
+    """Remove the redundant enabled fields of groups and unknown displays."""
     if isinstance(value, dict):
         return {k: _tidy(v) for k, v in value.items() if k != "Value" or not isinstance(v, bool)}
     return [_tidy(item) for item in value] if isinstance(value, list) else value
@@ -152,7 +152,7 @@ def test_changes_are_written_where_rviz_reads_them() -> None:
     assert manager["Tools"] == [{"Class": "rviz/Interact"}]
 
 
-def test_a_new_file_for_rviz_is_one_of_rviz_2() -> None:
+def test_a_new_rviz_file_is_for_rviz_2() -> None:
     text = write_rviz(DisplaySettings({}, (Display("LaserScan", "Lidar", True, {"topic": "/scan"}),)))
     (lidar,) = yaml.safe_load(text)["Visualization Manager"]["Displays"]
     assert lidar["Class"] == "rviz_default_plugins/LaserScan"
@@ -171,7 +171,7 @@ def test_a_new_file_for_rviz_is_one_of_rviz_2() -> None:
         ("Visualization Manager: {\n", "a.rviz:2: not YAML"),
     ],
 )
-def test_malformed_rviz_files_say_what_is_wrong_and_where(text: str, said: str) -> None:
+def test_malformed_rviz_files_are_reported_with_the_line(text: str, said: str) -> None:
     with pytest.raises(KbotError) as caught:
         read_rviz(text, "a.rviz")
     assert said in str(caught.value)
@@ -184,7 +184,7 @@ def test_merged_fields_are_read() -> None:
     assert (fields.fields["b"].line, fields.fields["c"].line) == (1, 2)
 
 
-def test_more_values_than_settings_have_are_refused() -> None:
+def test_too_many_values_are_refused() -> None:
     text = "[" + "1, " * 49_998 + "1]"
     assert len(read_marked(text, "a.rviz").items) == 49_999
     with pytest.raises(KbotError, match=r"a\.rviz:1: not YAML: it contains more than 50,000 values"):
@@ -193,7 +193,7 @@ def test_more_values_than_settings_have_are_refused() -> None:
         read_marked("a: &a [" + "1, " * 300 + "1]\nb: [" + "*a, " * 300 + "*a]", "a.rviz")
 
 
-def test_values_of_no_use_are_named_and_kept() -> None:
+def test_invalid_values_are_reported_and_kept() -> None:
     text = RVIZ2.replace("Alpha: 0.7", "Alpha: much").replace("costmap", "plaid")
     found = read_rviz(text, "a.rviz")
     notes = "\n".join(found.notes)

@@ -1,4 +1,4 @@
-"""What is written for rviz 1 and for rviz 2, and cameras in both."""
+"""Files written for rviz 1 and rviz 2, and cameras in both."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -76,8 +76,8 @@ def test_a_camera_is_read_and_written(package: str) -> None:
         assert entry["Topic"] == {"Value": "/eye/image", "Depth": 5}
 
 
-def test_a_camera_sees_the_displays_that_its_visibility_says() -> None:
-    """In a group, which may be unseen as a whole, too."""
+def test_visibility_selects_the_displays_of_a_camera() -> None:
+    """Also in a group, which can be hidden as a whole."""
     visibility = (
         "{Grid: true, Robot: {TF: false, RobotModel: true, Value: true}, Group: {Map: true, Value: false}}"
     )
@@ -105,7 +105,7 @@ def copied(
     return yaml.safe_load(answer.text), answer.notes
 
 
-def test_a_copy_is_for_the_rviz_that_is_asked_for() -> None:
+def test_a_copy_is_for_the_requested_rviz_version() -> None:
     for kind, package, topic in (
         ("rviz1", "rviz", "/scan"),
         ("rviz2", "rviz_default_plugins", {"Value": "/scan"}),
@@ -115,14 +115,14 @@ def test_a_copy_is_for_the_rviz_that_is_asked_for() -> None:
         assert manager["Displays"][0]["Class"] == f"{package}/LaserScan"
         assert manager["Displays"][0]["Topic"] == topic
         assert all(tool["Class"].startswith(f"{package}/") for tool in manager["Tools"])
-        # the goal as navigation of each ROS hears it
+        # the goal topic of each ROS's navigation
         goal = next(tool["Topic"] for tool in manager["Tools"] if tool["Class"].endswith("/SetGoal"))
         assert goal == ("/move_base_simple/goal" if kind == "rviz1" else {"Value": "/goal_pose"})
         assert any("Speed (Twist) is not saved: rviz 1" in note for note in notes) == (kind == "rviz1")
 
 
 @pytest.mark.parametrize(("kind", "package"), [("rviz1", "rviz"), ("rviz2", "rviz_default_plugins")])
-def test_markers_and_arrays_of_them_have_a_display_each(kind: str, package: str) -> None:
+def test_markers_and_marker_arrays_have_their_own_displays(kind: str, package: str) -> None:
     document, notes = copied(DisplayFile(), kind, MARKS)
     displays = document["Visualization Manager"]["Displays"]
     assert [entry["Class"] for entry in displays] == [f"{package}/Marker", f"{package}/MarkerArray"]
@@ -138,7 +138,7 @@ def test_markers_and_arrays_of_them_have_a_display_each(kind: str, package: str)
 
 
 @pytest.mark.parametrize("package", TOPICS)
-def test_a_copy_keeps_what_the_same_rviz_knows_besides(package: str) -> None:
+def test_a_copy_for_the_same_rviz_keeps_unknown_parts(package: str) -> None:
     own, other = ("rviz1", "rviz2") if package == "rviz" else ("rviz2", "rviz1")
     file = DisplayFile()
     opened = file.open("eye.rviz", CAMERA.format(package=package, topic=TOPICS[package]))
@@ -155,8 +155,8 @@ def test_a_copy_keeps_what_the_same_rviz_knows_besides(package: str) -> None:
     assert any("that only rviz" in note for note in answer.notes)
 
 
-def test_an_empty_file_of_rviz_1_stays_one(tmp_path: Path) -> None:
-    """Its tools tell, where there are no displays."""
+def test_an_empty_rviz_1_file_keeps_its_version(tmp_path: Path) -> None:
+    """Without displays, its tools show the version."""
     path = tmp_path / "robot.rviz"
     path.write_text("Visualization Manager:\n  Displays: []\n  Tools:\n    - Class: rviz/MoveCamera\n")
     file = DisplayFile(str(path))
@@ -166,7 +166,7 @@ def test_an_empty_file_of_rviz_1_stays_one(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("choice", "prefix"), [("rviz1", "rviz"), ("rviz2", "rviz_default_plugins")])
-def test_the_page_keeps_a_copy_for_either_rviz(
+def test_the_page_saves_a_copy_for_both_rviz_versions(
     viewing: str, open_page: OpenPage, choice: str, prefix: str
 ) -> None:
     page = open_page(viewing)
@@ -174,7 +174,7 @@ def test_the_page_keeps_a_copy_for_either_rviz(
         page.get_by_label("Settings of the displays").select_option(choice)
     text = Path(download.value.path()).read_text(encoding="utf-8")
     options = yaml.safe_load(text)["Visualization Manager"]["Global Options"]
-    # the root link, and what is behind everything in the light theme (#eef1f5)
+    # the root link, and the background of the light theme (#eef1f5)
     assert options == {"Fixed Frame": "base_footprint", "Background Color": "238; 241; 245"}
     classes = [entry["Class"] for entry in yaml.safe_load(text)["Visualization Manager"]["Displays"]]
     assert f"{prefix}/Grid" in classes
@@ -182,7 +182,7 @@ def test_the_page_keeps_a_copy_for_either_rviz(
 
 
 @pytest.mark.parametrize("kind", ["rviz1", "rviz2"])
-def test_a_copy_has_a_fixed_frame_that_rviz_hears_of(
+def test_a_copy_has_a_fixed_frame_that_exists_on_tf(
     driving: tuple[str, Session], kind: Literal["rviz1", "rviz2"]
 ) -> None:
     session = driving[1]
@@ -217,7 +217,7 @@ Visualization Manager:
 """
 
 
-def test_points_and_namespaces_are_read_and_only_what_changed_is_written() -> None:
+def test_only_changed_points_and_namespaces_are_written() -> None:
     found = read_rviz(POINTS, "points.rviz")
     cloud, marks = found.settings.displays[:2]
     assert found.notes == ()
@@ -246,7 +246,7 @@ def test_points_and_namespaces_are_read_and_only_what_changed_is_written() -> No
     assert [dict(display.properties) for display in again[:2]] == [told, hidden]
 
 
-def test_an_end_of_the_colours_that_is_no_number_is_named_and_kept() -> None:
+def test_an_invalid_colour_range_is_reported_and_kept() -> None:
     found = read_rviz(POINTS.replace("Max Value: 2.5", "Max Value: top"), "points.rviz")
     assert found.notes == (
         'Cloud, line 6: Autocompute Value Bounds/Max Value is "top": expected a number;'
@@ -258,7 +258,7 @@ def test_an_end_of_the_colours_that_is_no_number_is_named_and_kept() -> None:
 
 
 @pytest.mark.parametrize(("version", "name"), [(1, "rviz/WrenchStamped"), (2, "rviz_default_plugins/Wrench")])
-def test_each_rviz_has_its_name_for_a_wrench(version: Literal[1, 2], name: str) -> None:
+def test_each_rviz_version_has_its_class_for_a_wrench(version: Literal[1, 2], name: str) -> None:
     force = DisplaySettings({}, (Display("Wrench", "Force", True, {"topic": "/f", "linear_scale": 0.5}),))
     text = write_rviz(force, None, version)
     (entry,) = yaml.safe_load(text)["Visualization Manager"]["Displays"]

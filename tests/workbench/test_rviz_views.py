@@ -12,10 +12,10 @@ from kbot.workbench.displays.rviz import read_rviz, write_rviz
 from .rviz_texts import RVIZ1
 
 
-def test_the_orbit_of_rviz_is_an_eye_and_a_target() -> None:
+def test_an_orbit_view_becomes_an_eye_and_a_target() -> None:
     view = read_rviz(RVIZ1, "robot.rviz").settings.view
     assert view is not None
-    # 2 m away from (1, 0, 0), turned to y, 0.5 rad above
+    # 2 m away from (1, 0, 0), towards y, 0.5 rad above
     assert np.allclose(view.eye, (1.0, 2.0 * math.cos(0.5), 2.0 * math.sin(0.5)), atol=1e-6)
     assert view.target == (1.0, 0.0, 0.0)
     assert not view.flat
@@ -29,7 +29,7 @@ def test_the_orbit_of_rviz_is_an_eye_and_a_target() -> None:
         ("XYOrbit", (3.0, 0.0, 0.0)),
     ],
 )
-def test_the_other_views_of_rviz(kind: str, eye: tuple[float, float, float]) -> None:
+def test_other_rviz_views_are_read(kind: str, eye: tuple[float, float, float]) -> None:
     text = f"""\
 Visualization Manager:
   Views:
@@ -56,8 +56,8 @@ Visualization Manager:
     )
 
 
-def test_a_view_is_told_from_its_target_frame() -> None:
-    """As rviz has it: the focal point is in that frame, and goes along with it."""
+def test_a_view_is_relative_to_its_target_frame() -> None:
+    """As in rviz, the focal point is in that frame and moves with it."""
     text = """\
 Visualization Manager:
   Views:

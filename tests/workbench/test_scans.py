@@ -1,4 +1,4 @@
-"""What lidars see, in the page."""
+"""Laser scans in the page."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -14,7 +14,7 @@ OpenPage = Callable[..., Any]
 LIDAR = {"lidar": "true"}
 
 
-def test_the_points_are_in_the_picture(xacro: Path, open_page: OpenPage) -> None:
+def test_scan_points_are_in_the_picture(xacro: Path, open_page: OpenPage) -> None:
     with serving(open_session(str(xacro), simulate=True, world="boxes", arguments=LIDAR)) as address:
         page = open_page(address)
         page.evaluate("kbot.look([0, -0.01, 5], [0, 0, 0])")

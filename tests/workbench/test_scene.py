@@ -1,4 +1,4 @@
-"""What the page is told to draw."""
+"""The scene that the page draws."""
 
 import json
 import struct
@@ -33,8 +33,8 @@ def scene_of(text: str, path: Path, meshes: MeshStore | None = None) -> Scene:
     )
 
 
-def test_an_inertia_is_shown_as_the_box_that_has_it(tmp_path: Path) -> None:
-    # a box of 0.1 x 0.2 x 0.3 m and 2 kg, turned by 30 degrees about x
+def test_an_inertia_is_shown_as_its_equivalent_box(tmp_path: Path) -> None:
+    # a box of 0.1 x 0.2 x 0.3 m and 2 kg, rotated by 30 degrees about x
     x, y, z, m = 0.1, 0.2, 0.3, 2.0
     i = [m / 12 * v for v in (y * y + z * z, x * x + z * z, x * x + y * y)]
     scene = scene_of(
@@ -63,7 +63,7 @@ def rotation(q: np.ndarray) -> np.ndarray:
     )
 
 
-def test_the_grid_lies_beneath_the_robot(tmp_path: Path) -> None:
+def test_the_grid_is_below_the_robot(tmp_path: Path) -> None:
     box = '<link name="a"><visual><geometry><box size="0.2 0.4 0.6"/></geometry></visual></link>'
     scene = scene_of(box, tmp_path)
     assert scene.ground == pytest.approx(-0.3)
@@ -79,7 +79,7 @@ def mesh_link(uri: str, scale: str = "") -> str:
     return f'<link name="a"><visual><geometry>{mesh}</geometry></visual></link>'
 
 
-def test_a_mesh_is_sent_by_an_id_and_as_it_is(tmp_path: Path) -> None:
+def test_a_mesh_is_sent_unchanged_by_its_id(tmp_path: Path) -> None:
     (tmp_path / "t.obj").write_text(TETRAHEDRON)
     meshes = MeshStore()
     scene = scene_of(
@@ -103,7 +103,7 @@ def test_a_mesh_is_sent_by_an_id_and_as_it_is(tmp_path: Path) -> None:
     assert meshes.packed("../t.obj") is None
 
 
-def test_a_mesh_that_is_not_there_is_left_out(tmp_path: Path) -> None:
+def test_a_missing_mesh_is_skipped(tmp_path: Path) -> None:
     scene = scene_of(
         '<link name="a"><visual><geometry><mesh filename="package://no/t.obj"/></geometry></visual></link>',
         tmp_path,
@@ -111,7 +111,7 @@ def test_a_mesh_that_is_not_there_is_left_out(tmp_path: Path) -> None:
     assert scene.links[0].visuals == ()
 
 
-def test_a_world_is_drawn_but_for_the_level_ground(tmp_path: Path) -> None:
+def test_a_world_is_drawn_without_its_level_ground(tmp_path: Path) -> None:
     robot = load_robot_text('<robot name="r"><link name="a"/></robot>', tmp_path / "r.urdf").require()
     world = load_world("boxes")
     scene = build_scene(robot, world, MeshStore(), 1, frame="world", on_ground=True, controls={}, others={})
@@ -119,7 +119,7 @@ def test_a_world_is_drawn_but_for_the_level_ground(tmp_path: Path) -> None:
     assert {part.kind for body in scene.bodies for part in body.parts} == {"box", "cylinder"}
 
 
-def test_in_a_world_colours_are_gazebos_and_without_one_those_of_rviz(tmp_path: Path) -> None:
+def test_colours_are_gazebos_in_a_world_and_rvizs_without_one(tmp_path: Path) -> None:
     shape = (
         '<visual><geometry><box size="1 1 1"/></geometry>'
         '<material name="m"><color rgba="0 1 0 1"/></material></visual>'
@@ -139,7 +139,7 @@ def test_in_a_world_colours_are_gazebos_and_without_one_those_of_rviz(tmp_path: 
     assert (alone.rgba, simulated.rgba) == ((0.0, 1.0, 0.0, 1.0), (1.0, 0.0, 0.0, 1.0))
 
 
-def test_what_lies_where_a_mesh_is_missing_is_in_the_picture(tmp_path: Path) -> None:
+def test_the_place_of_a_missing_mesh_is_in_the_picture(tmp_path: Path) -> None:
     scene = scene_of(
         '<link name="a"/><link name="b"><visual><geometry><mesh filename="package://no/t.obj"/></geometry>'
         '</visual></link><link name="c"><visual><geometry><box size="1 1 1"/></geometry></visual></link>'

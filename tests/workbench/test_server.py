@@ -1,4 +1,4 @@
-"""The server as a program sees it: files, refusals, the socket."""
+"""The server as a client program sees it: files, refusals, the socket."""
 
 import http.client
 import json
@@ -38,13 +38,13 @@ def get(address: str, path: str, **headers: str) -> tuple[int, dict[str, str], b
     return answer.status, {k.lower(): v for k, v in answer.getheaders()}, body
 
 
-def hear(connection: ClientConnection, kind: str) -> dict[str, Any]:
+def receive(connection: ClientConnection, kind: str) -> dict[str, Any]:
     while (message := json.loads(connection.recv(timeout=60)))["type"] != kind:
         pass
     return dict(message)
 
 
-def say(connection: ClientConnection, **message: Any) -> None:
+def send(connection: ClientConnection, **message: Any) -> None:
     connection.send(json.dumps(message))
 
 
@@ -79,7 +79,7 @@ def test_unknown_paths_are_404(viewing: str, path: str) -> None:
     assert "content-security-policy" in headers
 
 
-def test_a_foreign_host_or_origin_gets_nothing(viewing: str) -> None:
+def test_a_foreign_host_or_origin_is_refused(viewing: str) -> None:
     assert get(viewing, "/", host="evil.example")[0] == 403
     assert get(viewing, "/", origin="http://evil.example")[0] == 403
     with (
@@ -90,8 +90,8 @@ def test_a_foreign_host_or_origin_gets_nothing(viewing: str) -> None:
     assert caught.value.response.status_code == 403
 
 
-def test_a_page_that_does_not_answer_is_let_go_of(xacro: Path) -> None:
-    """Long before the 10 s that the library gives it."""
+def test_a_page_that_does_not_answer_is_disconnected(xacro: Path) -> None:
+    """Much earlier than the library's 10 s."""
     session = open_session(str(xacro), simulate=False)
     with serving(session) as address:
         port = urlsplit(address).port
@@ -128,60 +128,60 @@ def test_other_machines_need_the_token_for_the_socket(xacro: Path) -> None:
         with pytest.raises(InvalidStatus), connect(f"ws://127.0.0.1:{port}/ws"):
             pass
         with connect(f"ws://127.0.0.1:{port}/ws?{token}") as connection:
-            assert hear(connection, "about")["mode"] == "view"
+            assert receive(connection, "about")["mode"] == "view"
 
 
-def test_a_page_is_told_everything_first(page: ClientConnection) -> None:
+def test_a_new_page_receives_the_complete_state(page: ClientConnection) -> None:
     kinds = [json.loads(page.recv(timeout=60))["type"] for _ in range(5)]
     assert kinds == ["about", "scene", "findings", "parameters", "state"]
 
 
-def test_bad_messages_are_answered_and_not_obeyed(page: ClientConnection, viewing: str) -> None:
+def test_bad_messages_are_answered_and_ignored(page: ClientConnection, viewing: str) -> None:
     for text in (
         "{",
         '{"type": "fly"}',
         '{"type": "set_joint", "name": "left_wheel_joint", "position": 1e99}',
     ):
         page.send(text)
-        assert hear(page, "refused")["reason"]
+        assert receive(page, "refused")["reason"]
     page.send(b"\x00\x01")
-    assert "binary" in hear(page, "refused")["reason"]
-    say(page, type="drive", linear=0.1, angular=0.0)
-    assert "kbot sim" in hear(page, "refused")["reason"]
-    say(page, type="open_source", file="/etc/passwd")
-    assert "not part of this description" in hear(page, "refused")["reason"]
+    assert "binary" in receive(page, "refused")["reason"]
+    send(page, type="drive", linear=0.1, angular=0.0)
+    assert "kbot sim" in receive(page, "refused")["reason"]
+    send(page, type="open_source", file="/etc/passwd")
+    assert "not part of this description" in receive(page, "refused")["reason"]
     with connect(socket_address(viewing)) as other:
-        assert hear(other, "state")["positions"] == [0.0, 0.0]
+        assert receive(other, "state")["positions"] == [0.0, 0.0]
 
 
-def test_a_message_that_is_too_long_ends_the_connection(page: ClientConnection, viewing: str) -> None:
+def test_a_too_long_message_ends_the_connection(page: ClientConnection, viewing: str) -> None:
     page.send("x" * 200_000)
     with pytest.raises(ConnectionClosed):
-        hear(page, "nothing of the kind")
+        receive(page, "nothing of the kind")
     assert get(viewing, "/")[0] == 200
 
 
-def test_a_joint_that_is_set_is_told_to_all(page: ClientConnection, viewing: str) -> None:
+def test_a_joint_position_is_sent_to_all_pages(page: ClientConnection, viewing: str) -> None:
     with connect(socket_address(viewing)) as other:
-        hear(other, "state")
-        say(page, type="set_joint", name="left_wheel_joint", position=0.75)
+        receive(other, "state")
+        send(page, type="set_joint", name="left_wheel_joint", position=0.75)
         for connection in (page, other):
-            until(lambda connection=connection: hear(connection, "state")["positions"][0] == 0.75)
+            until(lambda connection=connection: receive(connection, "state")["positions"][0] == 0.75)
 
 
 def test_the_source_is_sent_with_its_owners(page: ClientConnection, xacro: Path) -> None:
-    say(page, type="open_source", file=str(xacro))
-    source = hear(page, "source")
+    send(page, type="open_source", file=str(xacro))
+    source = receive(page, "source")
     assert source["text"] == xacro.read_text()
     lines = source["text"].splitlines()
     assert source["owners"][lines.index('  <link name="base_link">')] == ["base_link"]
 
 
-def test_a_page_that_falls_silent_stops_the_robot(driving: tuple[str, Session]) -> None:
+def test_a_silent_page_stops_the_robot(driving: tuple[str, Session]) -> None:
     with connect(socket_address(driving[0])) as connection:
-        say(connection, type="drive", linear=0.2, angular=0.0)
-        until(lambda: hear(connection, "state")["command"] == [0.2, 0.0])
-        until(lambda: hear(connection, "state")["command"] == [0.0, 0.0])
+        send(connection, type="drive", linear=0.2, angular=0.0)
+        until(lambda: receive(connection, "state")["command"] == [0.2, 0.0])
+        until(lambda: receive(connection, "state")["command"] == [0.0, 0.0])
 
 
 @pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "OPTIONS"])
@@ -193,17 +193,17 @@ def test_only_get_and_head_are_answered(viewing: str, method: str) -> None:
     connection.close()
 
 
-def test_one_page_too_many_is_told_so(viewing: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_many_pages_are_refused(viewing: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("kbot.workbench.serving.server.MAX_PAGES", 1)
     with connect(socket_address(viewing)) as first:
-        hear(first, "about")
+        receive(first, "about")
         with connect(socket_address(viewing)) as second, pytest.raises(ConnectionClosed) as caught:
             second.recv(timeout=60)
     assert caught.value.rcvd is not None
     assert caught.value.rcvd.code == 1013
 
 
-def test_rubbish_on_the_port_does_no_harm(viewing: str) -> None:
+def test_garbage_on_the_port_is_harmless(viewing: str) -> None:
     parts = urlsplit(viewing)
     for rubbish in (
         b"\x00" * 64,
@@ -219,7 +219,7 @@ def test_rubbish_on_the_port_does_no_harm(viewing: str) -> None:
     assert get(viewing, "/")[0] == 200
 
 
-def test_an_address_that_is_none_is_refused(viewing: str) -> None:
+def test_a_malformed_address_is_refused(viewing: str) -> None:
     assert get(viewing, "//[")[0] == 400
 
 

@@ -1,4 +1,4 @@
-"""Anything at all said to the server: it is answered, and the server goes on without a traceback."""
+"""Arbitrary data for the server: it answers and continues without a traceback."""
 
 import http.client
 import json
@@ -56,7 +56,7 @@ FIELDS_OF_MESSAGES = st.sampled_from(
 
 
 def meant(hint: Any) -> st.SearchStrategy[Any]:
-    """Values that are let through, at the ends of their range too."""
+    """Valid values, including the limits of their range."""
     bound = None
     if typing.get_origin(hint) is Annotated:
         hint, bound = typing.get_args(hint)
@@ -81,7 +81,7 @@ def meant(hint: Any) -> st.SearchStrategy[Any]:
 
 @st.composite
 def messages(draw: st.DrawFn) -> str:
-    """A message of any type: with what is meant in most fields, and anything in the others."""
+    """A message of any type with valid values in most fields, and anything in the others."""
     kind = draw(st.sampled_from(sorted(KINDS)))
     hints = typing.get_type_hints(KINDS[kind], include_extras=True)
     del hints["type"]
@@ -94,32 +94,34 @@ def messages(draw: st.DrawFn) -> str:
 def served(
     request: pytest.FixtureRequest, xacro: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Iterator[tuple[str, Session]]:
-    monkeypatch.chdir(tmp_path)  # where recordings go
+    monkeypatch.chdir(tmp_path)  # the folder of recordings
     session = open_session(str(xacro), simulate=getattr(request, "param", "view") == "sim")
     with serving(session) as address:
         yield address, session
 
 
 @pytest.fixture
-def say(served: tuple[str, Session]) -> Iterator[Callable[[str | bytes], None]]:
-    """Says something, and returns once the same page has had an answer to what it says next."""
+def send(served: tuple[str, Session]) -> Iterator[Callable[[str | bytes], None]]:
+    """Send something, and return after the same page has received an answer to its next message."""
     with connect(served[0].replace("http:", "ws:") + "ws", max_size=None) as connection:
         count = 0
 
-        def say_one(data: str | bytes) -> None:
+        def send_one(data: str | bytes) -> None:
             nonlocal count
             count += 1
             connection.send(data)
             connection.send(json.dumps({"type": f"canary{count}."}))
-            while f"canary{count}." not in (heard := str(connection.recv(timeout=60))):
-                if heard == '{"type":"beat"}':  # or it is told no more, once it has said that it heard one
+            while f"canary{count}." not in (received := str(connection.recv(timeout=60))):
+                if (
+                    received == '{"type":"beat"}'
+                ):  # a page that answers beats receives nothing more until it answers this one
                     connection.send('{"type":"heard"}')
 
-        yield say_one
+        yield send_one
 
 
 def tracebacks(caplog: pytest.LogCaptureFixture) -> list[str]:
-    """What was logged as an internal error or with a traceback."""
+    """Return what was logged as an internal error or with a traceback."""
     return [
         f"{record.getMessage()}: {record.exc_info}"
         for record in caplog.records
@@ -129,25 +131,25 @@ def tracebacks(caplog: pytest.LogCaptureFixture) -> list[str]:
 
 @pytest.mark.filterwarnings("ignore:The recursion limit")  # reading a description raises it
 @pytest.mark.parametrize("served", ["view", "sim"], indirect=True)
-def test_any_message_is_answered_and_the_server_goes_on(
-    say: Callable[[str | bytes], None], caplog: pytest.LogCaptureFixture
+def test_any_message_is_answered_and_the_server_continues(
+    send: Callable[[str | bytes], None], caplog: pytest.LogCaptureFixture
 ) -> None:
     @SAME_EACH_TIME
     @given(messages())
     def check(text: str) -> None:
-        say(text)
+        send(text)
         assert not tracebacks(caplog)
 
     check()
 
 
 def test_anything_else_is_answered_and_logged(
-    say: Callable[[str | bytes], None], caplog: pytest.LogCaptureFixture
+    send: Callable[[str | bytes], None], caplog: pytest.LogCaptureFixture
 ) -> None:
     @SAME_EACH_TIME
     @given(ANYTHING.map(json.dumps) | st.binary(max_size=200) | st.text(max_size=200))
     def check(data: str | bytes) -> None:
-        say(data)
+        send(data)
         assert not tracebacks(caplog)
 
     check()
@@ -157,12 +159,12 @@ def test_anything_else_is_answered_and_logged(
 @pytest.mark.parametrize(
     "frame", [b"\x81\x82\x00\x00\x00\x00\xff\xfe", b"\xff" * 40, b"\x81\xff" + b"\x7f" * 8 + b"\x00" * 4]
 )
-def test_a_broken_frame_ends_that_connection_alone(
+def test_a_broken_frame_ends_only_its_connection(
     served: tuple[str, Session], frame: bytes, caplog: pytest.LogCaptureFixture
 ) -> None:
     address = served[0].replace("http:", "ws:") + "ws"
     with connect(address) as other, connect(address) as connection:
-        connection.socket.sendall(frame)  # neither masked text in UTF-8, nor a length that is taken
+        connection.socket.sendall(frame)  # neither masked UTF-8 text nor an accepted length
         with pytest.raises(ConnectionClosed):
             drain(connection)
         other.send('{"type": "canary"}')
@@ -195,7 +197,7 @@ ORIGINS = st.sampled_from(
 )
 
 
-def test_no_path_leads_out(served: tuple[str, Session], caplog: pytest.LogCaptureFixture) -> None:
+def test_no_path_leads_outside(served: tuple[str, Session], caplog: pytest.LogCaptureFixture) -> None:
     @SAME_EACH_TIME
     @given(PATHS.map("/".join))
     def check(path: str) -> None:
@@ -213,7 +215,7 @@ def test_no_path_leads_out(served: tuple[str, Session], caplog: pytest.LogCaptur
 
 
 @pytest.mark.parametrize("header", ["Host", "Origin"])
-def test_no_foreign_header_is_welcome(
+def test_foreign_headers_are_refused(
     served: tuple[str, Session], caplog: pytest.LogCaptureFixture, header: str
 ) -> None:
     @SAME_EACH_TIME
@@ -229,7 +231,7 @@ def test_no_foreign_header_is_welcome(
 
 
 def ask(address: str, path: str, *headers: tuple[str, str]) -> tuple[int, bytes]:
-    """Status and body of the answer to a request line as it is given; 400 where the connection is closed."""
+    """Return status and body of the answer to a raw request line; 400 if the connection is closed."""
     parts = urlsplit(address)
     connection = http.client.HTTPConnection(parts.netloc, timeout=60)
     try:

@@ -59,11 +59,11 @@ def of(kind: type, messages: list[FromServer]) -> list[FromServer]:
     return [message for message in messages if isinstance(message, kind)]
 
 
-def test_joints_stand_at_zero_or_the_limit_nearest_to_it(arm: Path) -> None:
+def test_joints_start_at_zero_or_the_nearest_limit(arm: Path) -> None:
     assert positions(open_session(str(arm), simulate=False)) == [0.0, 0.5]
 
 
-def test_presets_and_limits(arm: Path) -> None:
+def test_presets_respect_limits(arm: Path) -> None:
     session = open_session(str(arm), simulate=False)
     session.handle(SetJoints("centre"), 1)
     assert positions(session) == [0.5, 1.0]
@@ -81,7 +81,7 @@ def test_presets_and_limits(arm: Path) -> None:
         session.handle(SetJoint("wrist", 0.0), 1)
 
 
-def test_a_changed_description_keeps_the_joints(arm: Path) -> None:
+def test_a_changed_description_keeps_joint_positions(arm: Path) -> None:
     session = open_session(str(arm), simulate=False)
     session.handle(SetJoint("shoulder", 1.75), 1)
     arm.write_text(ARM.replace('upper="2"', 'upper="1.25"').replace("elbow", "knee"))
@@ -90,10 +90,10 @@ def test_a_changed_description_keeps_the_joints(arm: Path) -> None:
     assert isinstance(scene, Scene)
     assert [joint.name for joint in scene.joints] == ["shoulder", "knee"]
     assert scene.revision == 2
-    assert positions(session) == [1.25, 0.5]  # held within the new limit
+    assert positions(session) == [1.25, 0.5]  # clamped to the new limit
 
 
-def test_a_broken_description_keeps_the_last_good_robot(arm: Path) -> None:
+def test_a_broken_description_keeps_the_last_valid_robot(arm: Path) -> None:
     session = open_session(str(arm), simulate=False)
     arm.write_text(ARM.replace('<link name="lower"/>', ""))
     messages = session.adopt(session.read())
@@ -115,7 +115,7 @@ def test_a_broken_description_keeps_the_last_good_robot(arm: Path) -> None:
     assert not findings.stale
 
 
-def test_a_description_that_is_no_robot_is_refused_at_the_start(tmp_path: Path) -> None:
+def test_a_description_without_a_robot_is_refused_at_the_start(tmp_path: Path) -> None:
     with pytest.raises(DescriptionError, match="does not exist"):
         open_session(str(tmp_path / "no.urdf"), simulate=False)
     broken = tmp_path / "broken.urdf"
@@ -124,19 +124,19 @@ def test_a_description_that_is_no_robot_is_refused_at_the_start(tmp_path: Path) 
         open_session(str(broken), simulate=True)
 
 
-def test_only_the_descriptions_own_files_are_shown(arm: Path, tmp_path: Path) -> None:
+def test_only_files_of_the_description_are_sent(arm: Path, tmp_path: Path) -> None:
     other = tmp_path / "other.txt"
     other.write_text("secret")
     session = open_session(str(arm), simulate=False)
     (source,) = session.handle(OpenSource(str(arm)), 1)
     assert isinstance(source, SourceText)
     assert source.owners[1] == ("base",)
-    assert source.owners[4] == ("upper",)  # a joint belongs to the link it carries
+    assert source.owners[4] == ("upper",)  # a joint belongs to its child link
     with pytest.raises(KbotError, match="not part of this description"):
         session.handle(OpenSource(str(other)), 1)
 
 
-def test_time_passes_as_it_is_told(xacro: Path) -> None:
+def test_time_advances_by_the_given_seconds(xacro: Path) -> None:
     session = open_session(str(xacro), simulate=True)
     session.handle(SetSpeed(0.5), 1)
     session.advance(0.1)
@@ -150,14 +150,14 @@ def test_time_passes_as_it_is_told(xacro: Path) -> None:
     assert (state.time, state.resets) == (0.0, 1)
 
 
-def test_a_slow_machine_steps_all_of_what_is_asked_for(xacro: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_slow_machine_steps_the_whole_requested_time(xacro: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     session = open_session(str(xacro), simulate=True)
     monkeypatch.setattr("kbot.workbench.driving.driving.BUSY_SECONDS", 0.0)
     session.handle(Advance(0.5), 1)
     assert session.state().time == pytest.approx(0.5, abs=1e-9)
 
 
-def test_who_drives_is_known_and_only_the_driver_lets_go(xacro: Path) -> None:
+def test_only_the_driving_page_can_release_the_robot(xacro: Path) -> None:
     session = open_session(str(xacro), simulate=True)
     session.handle(Drive(0.2, 0.0), 1)
     session.handle(Drive(0.0, 0.0), 2)
@@ -190,7 +190,7 @@ def drive_on(session: Session, linear: float, seconds: float) -> State:
     return session.state()
 
 
-def test_a_changed_robot_goes_on_from_where_it_is(xacro: Path) -> None:
+def test_a_changed_robot_continues_at_its_pose(xacro: Path) -> None:
     session = open_session(str(xacro), simulate=True)
     session.handle(Drive(0.1, 1.0), 1)
     session.advance(0.5)
@@ -211,7 +211,7 @@ def test_a_changed_robot_goes_on_from_where_it_is(xacro: Path) -> None:
     assert settled.poses[2] == pytest.approx(0.0, abs=1e-4)
 
 
-def test_a_robot_without_wheels_says_why_it_cannot_drive(arm: Path) -> None:
+def test_a_robot_without_wheels_reports_why_it_cannot_drive(arm: Path) -> None:
     solid = (
         """<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>"""
     )
@@ -225,7 +225,7 @@ def test_a_robot_without_wheels_says_why_it_cannot_drive(arm: Path) -> None:
         session.handle(Drive(0.1, 0.0), 1)
 
 
-def test_another_world_starts_again(xacro: Path) -> None:
+def test_another_world_starts_a_new_run(xacro: Path) -> None:
     session, told = open_session(str(xacro), simulate=True), []
     session.announce = told.append
     drive_on(session, 0.2, 0.5)
@@ -257,9 +257,9 @@ def test_a_push_moves_the_robot(xacro: Path) -> None:
 
 
 @pytest.mark.parametrize("mend", ["reset", "save"])
-def test_a_run_that_diverged_is_shown_as_it_last_was(xacro: Path, mend: str) -> None:
+def test_a_diverged_run_keeps_its_last_state(xacro: Path, mend: str) -> None:
     session = open_session(str(xacro), simulate=True)
-    session.handle(Push("left_wheel", 500.0, 0.0, 0.0, 1.0), 1)  # a hundred times what the robot weighs
+    session.handle(Push("left_wheel", 500.0, 0.0, 0.0, 1.0), 1)  # a hundred times the robot's weight
     with pytest.raises(DescriptionError, match="diverged"):
         session.handle(Advance(1.0), 1)
     assert np.isfinite(session.state().poses).all()

@@ -1,4 +1,4 @@
-"""What pages hear and say on topics."""
+"""Topics that pages subscribe to and publish."""
 
 import json
 import struct
@@ -28,7 +28,7 @@ LIDAR = {"lidar": "true"}
 
 
 def read(frame: str | bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """A frame's header and arrays, by the words of `payload`'s description alone."""
+    """Return a frame's header and arrays, decoded only by the description of `payload`."""
     if isinstance(frame, str):
         return json.loads(frame), {}
     (length,) = struct.unpack_from("<I", frame)
@@ -40,7 +40,7 @@ def read(frame: str | bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     return header, arrays
 
 
-def test_large_arrays_go_as_they_are() -> None:
+def test_large_arrays_are_sent_as_binary() -> None:
     ranges = np.array([1.5, np.inf, -np.inf], np.float32)
     frame = encode_packet(Packet("/scan", LaserScan(Header(), 0.25, ranges=ranges), 1_500_000_000))
     header, arrays = read(frame)
@@ -52,13 +52,13 @@ def test_large_arrays_go_as_they_are() -> None:
     assert arrays["intensities"].size == 0
 
 
-def test_small_messages_are_text_that_json_has() -> None:
+def test_small_messages_are_json() -> None:
     header, arrays = read(encode_packet(Packet("/front", Range(range=float("inf")), 0)))
     assert arrays == {}
     assert header["message"]["range"] is None
 
 
-def test_nobody_is_told_what_nobody_asked_for() -> None:
+def test_only_subscribed_topics_are_sent() -> None:
     bus = Bus()
     relay = TopicRelay(bus, lambda: 0)
     publisher = bus.advertise("/scan", LaserScan)
@@ -72,10 +72,10 @@ def test_nobody_is_told_what_nobody_asked_for() -> None:
     assert not publisher.has_subscribers
 
 
-def test_of_many_messages_pages_get_the_newest() -> None:
+def test_pages_receive_the_newest_of_many_messages() -> None:
     bus = Bus()
     relay = TopicRelay(bus, lambda: 0)
-    relay.subscribe("/front", 1)  # before there is such a topic
+    relay.subscribe("/front", 1)  # before the topic exists
     assert relay.news() == []
     front = bus.advertise("/front", Range)
     assert relay.news() == []
@@ -90,7 +90,7 @@ def test_of_many_messages_pages_get_the_newest() -> None:
     assert read(again)[0]["message"]["range"] == 3.0
 
 
-def test_a_page_goes_on_hearing_in_another_world() -> None:
+def test_subscriptions_continue_in_another_world() -> None:
     session = open_session("kbot", simulate=True, world="boxes", arguments=LIDAR)
     session.topics.subscribe("/scan", 1)
     session.handle(SetWorld("empty", 0), 1)
@@ -102,22 +102,22 @@ def test_a_page_goes_on_hearing_in_another_world() -> None:
     assert arrays["ranges"].size == 360
 
 
-def test_the_list_says_types_rates_and_inputs() -> None:
+def test_the_list_has_types_rates_and_inputs() -> None:
     session = open_session("kbot", simulate=True, arguments=LIDAR)
     session.topics.subscribe("/scan", 1)
     for _ in range(20):
         session.advance(0.1)
     topics = {topic.name: topic for topic in session.topics.topics().topics}
     assert topics["/scan"].kind == "sensor_msgs/msg/LaserScan"
-    assert topics["/scan"].rate == pytest.approx(20.0, rel=0.02)  # as its description says
-    assert topics["/odom"].rate == 50.0  # nobody hears it: by the word of who would say it
-    assert topics["/plan"].rate is None  # said when there is one
+    assert topics["/scan"].rate == pytest.approx(20.0, rel=0.02)  # as in its description
+    assert topics["/odom"].rate == 50.0  # without subscribers: the declared rate
+    assert topics["/plan"].rate is None  # published when there is a plan
     assert topics["/cmd_vel"].is_input
     assert not topics["/odom"].is_input
 
 
-def test_rates_are_right_before_anybody_hears_a_topic() -> None:
-    """Those that are told of topics nobody hears are those that are counted once a page does."""
+def test_rates_are_correct_without_subscribers() -> None:
+    """The declared rates without subscribers equal the measured ones with a subscriber."""
     session = open_session("kbot", simulate=True, arguments={**LIDAR, "camera": "true"})
     StatePublishers(session._motion._sim)
     for _ in range(5):
@@ -140,7 +140,7 @@ def test_a_silent_topic_has_no_rate() -> None:
     assert {one.name: one.rate for one in session.topics.topics().topics}["/odom"] is None
 
 
-def test_what_was_said_before_a_page_came_is_told_as_that() -> None:
+def test_earlier_messages_are_marked_as_latched() -> None:
     bus = Bus()
     relay = TopicRelay(bus, lambda: 0)
     status = bus.advertise("/status", String, latched=True)
@@ -150,14 +150,14 @@ def test_what_was_said_before_a_page_came_is_told_as_that() -> None:
     assert (read(first)[0]["message"]["data"], read(first)[0]["is_latched"]) == ("long ago", True)
     assert [read(frame)[0]["is_latched"] for _, frame, _ in relay.news()] == [True]
     status.publish(String("now"))
-    ((_, frame, _),) = until(relay.news)  # not before its time, for a page takes so many a second
+    ((_, frame, _),) = until(relay.news)  # not earlier, because the rate for a page is limited
     assert (read(frame)[0]["message"]["data"], read(frame)[0]["is_latched"]) == ("now", False)
     second = relay.subscribe("/status", 2)
     assert second is not None
     assert (read(second)[0]["message"]["data"], read(second)[0]["is_latched"]) == ("now", True)
 
 
-def test_sliders_say_joint_states_and_transforms() -> None:
+def test_sliders_publish_joint_states_and_transforms() -> None:
     session = open_session("kbot", simulate=False)
     session.topics.subscribe("/joint_states", 1)
     session.topics.subscribe("/tf", 1)
@@ -172,7 +172,7 @@ def test_sliders_say_joint_states_and_transforms() -> None:
     assert moving | fixed == {link.name for link in session.scene.links if link.parent}
 
 
-def test_a_page_speaks_on_what_is_meant_for_it() -> None:
+def test_a_page_publishes_only_on_allowed_topics() -> None:
     bus, heard = Bus(), []
     relay = TopicRelay(bus, lambda: 0)
     bus.subscribe("/cmd_vel", Twist, heard.append)
@@ -199,12 +199,14 @@ def stamped(parent: str, child: str, x: float, yaw: float = 0.0) -> TransformSta
     return TransformStamped(Header(frame_id=parent), child, TransformMessage(Vector3(x), Quaternion(*turned)))
 
 
-def test_frames_hang_together_whichever_end_is_known() -> None:
+def test_frames_are_connected_from_either_end() -> None:
     bus = Bus()
     tf = bus.advertise("/tf", TFMessage)
     frames = ForeignFrames(bus)
     base = Transform.from_xyz_rpy((1.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-    assert set(frames.poses({"base": base}, {})) == {"map"}  # the world, for nobody says otherwise
+    assert set(frames.poses({"base": base}, {})) == {
+        "map"
+    }  # it equals the world, because no transform places it
     tf.publish(TFMessage((stamped("map", "dock", 7.0),)))
     assert frames.poses({"base": base}, {})["dock"][1].translation[0] == 7.0
     frames.forget()
@@ -227,5 +229,5 @@ def test_the_odometry_frame_is_where_the_wheels_started() -> None:
     state = session.state()
     assert [name for name, _ in state.frames] == ["odom", "map"]
     assert abs(state.odometry[0]) > 0.02
-    # wheels hardly slip on a plane, so that the odometry frame stays where the robot was put
+    # wheels hardly slip on a plane, so the odometry frame stays at the start pose
     assert np.linalg.norm(state.frame_poses[:2]) < 0.002

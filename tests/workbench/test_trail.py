@@ -1,4 +1,4 @@
-"""The robot's way: it breaks where the robot was put elsewhere, live and in recordings."""
+"""The robot's path: it breaks where the robot was moved, live and in recordings."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -35,7 +35,7 @@ def sim(session: Session) -> Simulation:
 
 
 def aside(session: Session) -> Transform:
-    """Half a hand beside where the robot stands, nearer than it drives in half a second."""
+    """Return a position beside the robot that is closer than it drives in half a second."""
     here = sim(session).models.get_model_state("kbot").pose
     return Transform.from_xyz_rpy((0.0, 0.04, 0.0), (0.0, 0.0, 0.0)) @ here
 
@@ -50,7 +50,7 @@ PUT: dict[str, Act] = {
 
 
 def driven(session: Session, put: Act, is_paused: bool) -> Trail:
-    """The trail of a robot that drives, is put elsewhere, and drives again."""
+    """The trail of a robot that drives, is moved, and drives again."""
     past = Past(session, Hub())
 
     def drive(count: int) -> None:
@@ -75,21 +75,21 @@ def driven(session: Session, put: Act, is_paused: bool) -> Trail:
 
 @pytest.mark.parametrize("is_paused", [False, True])
 @pytest.mark.parametrize("who", PUT)
-def test_it_breaks_where_the_robot_is_put_elsewhere(who: str, is_paused: bool) -> None:
+def test_the_trail_breaks_where_the_robot_is_moved(who: str, is_paused: bool) -> None:
     session = open_session("kbot", simulate=True)
     trail = driven(session, PUT[who], is_paused)
     if who == "the page's reset of the world":
-        assert trail.jumps == ()  # a way of its own
+        assert trail.jumps == ()  # a separate path
         assert max(trail.x) < 0.35
         return
     (jump,) = trail.jumps
     places = np.column_stack((trail.x, trail.y))
     lengths = np.hypot(*np.diff(places, axis=0).T)
-    assert lengths.argmax() == jump - 1  # the piece that is not drawn is the one that was not driven
+    assert lengths.argmax() == jump - 1  # the piece without a line is the one that was not driven
     assert np.delete(lengths, jump - 1).max() < 0.02
 
 
-def test_driving_and_being_pushed_breaks_nothing() -> None:
+def test_driving_and_pushes_do_not_break_the_trail() -> None:
     session = open_session("kbot", simulate=True)
     trail = driven(
         session, lambda s: sim(s).models.set_twist((0.0, 1.0, 0.0), (0.0, 0.0, 0.0)), is_paused=False
@@ -99,8 +99,8 @@ def test_driving_and_being_pushed_breaks_nothing() -> None:
 
 
 @pytest.mark.parametrize("file", ["run.mcap", "run.bag", "run"])
-@pytest.mark.parametrize("at", [1.0, 1.013])  # at a moment of which a place is told, and between two
-def test_a_recording_of_kbot_tells_where(tmp_path: Path, file: str, at: float) -> None:
+@pytest.mark.parametrize("at", [1.0, 1.013])  # at the time of a pose, and between two
+def test_a_recording_of_kbot_has_the_moves(tmp_path: Path, file: str, at: float) -> None:
     robot = Simulation(kbot.load("kbot"))
     path = str(tmp_path / file)
     with Recorder(robot, Feed(robot.bus, lambda: robot.clock.nanoseconds), path):
@@ -117,17 +117,17 @@ def test_a_recording_of_kbot_tells_where(tmp_path: Path, file: str, at: float) -
     assert {round(y, 2) for _, y in pieces[-1]} == {0.04}
 
 
-def test_in_a_recording_of_others_what_is_too_far_was_not_driven(tmp_path: Path) -> None:
-    """At 10 m/s, and after 3 s beside its way."""
+def test_too_long_distances_in_foreign_recordings_are_moves(tmp_path: Path) -> None:
+    """At 10 m/s, and after 3 s beside its path."""
 
-    def said(at: float, x: float, y: float) -> tuple[str, float, TFMessage]:
+    def messages(at: float, x: float, y: float) -> tuple[str, float, TFMessage]:
         header = Header(Time.from_nanoseconds(round(at * 1e9)), "odom")
         return "/tf", at, TFMessage((TransformStamped(header, "base", TransformMessage(Vector3(x, y))),))
 
     path = write(
         tmp_path / "real.mcap",
         ("/robot_description", 0.0, String('<robot name="one"><link name="base"/></robot>')),
-        *(said(0.1 * t, 1.0 * t, 0.0 if t < 30 else 5.0) for t in range(60)),
+        *(messages(0.1 * t, 1.0 * t, 0.0 if t < 30 else 5.0) for t in range(60)),
     )
     first, second = pieces_of(played_session(path))
     assert (len(first), len(second)) == (30, 30)
@@ -137,13 +137,16 @@ def test_in_a_recording_of_others_what_is_too_far_was_not_driven(tmp_path: Path)
 @pytest.mark.parametrize(
     ("speed", "late", "jump", "pieces"), [(1.0, 0.0, True, 2), (0.0, 0.0, True, 1), (1.0, 0.8, False, 1)]
 )
-def test_in_a_recording_of_others_what_is_farther_than_its_odometry_tells_was_not_driven(
+def test_distances_beyond_odometry_in_foreign_recordings_are_moves(
     tmp_path: Path, speed: float, late: float, jump: bool, pieces: int
 ) -> None:
-    """A robot that drives 1 m/s is half a metre aside within 0.1 s; where its odometry tells no speed, or
-    what was said comes late and at once, nobody knows."""
+    """A robot that drives 1 m/s is half a metre aside within 0.1 s.
 
-    def said(at: float) -> list[tuple[str, float, object]]:
+    It is unknown whether it was moved if its odometry has no speed, or if messages arrive late and in a
+    burst.
+    """
+
+    def messages(at: float) -> list[tuple[str, float, object]]:
         heard = max(at, 3.0 + late) if at >= 3.0 else at
         header = Header(Time.from_nanoseconds(round(at * 1e9)), "odom")
         moved = TransformStamped(
@@ -155,7 +158,7 @@ def test_in_a_recording_of_others_what_is_farther_than_its_odometry_tells_was_no
     path = write(
         tmp_path / "real.mcap",
         ("/robot_description", 0.0, String('<robot name="one"><link name="base"/></robot>')),
-        *(one for t in range(60) for one in said(0.1 * t)),
+        *(one for t in range(60) for one in messages(0.1 * t)),
     )
     found = pieces_of(played_session(path))
     assert len(found) == pieces
@@ -163,25 +166,25 @@ def test_in_a_recording_of_others_what_is_farther_than_its_odometry_tells_was_no
         assert found[1][0] == (3.0, 0.5)
 
 
-def test_a_message_of_another_clock_does_not_keep_the_way_waiting(tmp_path: Path) -> None:
+def test_a_message_of_another_clock_does_not_block_the_path(tmp_path: Path) -> None:
     """One was stamped 50 years before the others."""
 
-    def said(at: float, x: float) -> tuple[str, float, TFMessage]:
+    def messages(at: float, x: float) -> tuple[str, float, TFMessage]:
         return "/tf", at, TFMessage((TransformStamped(Header(), "base", TransformMessage(Vector3(x))),))
 
     now = 1.6e9
     path = write(
         tmp_path / "real.mcap",
         ("/robot_description", now, String('<robot name="one"><link name="base"/></robot>')),
-        said(0.0, 0.0),
-        *(said(now + 0.1 * t, 0.1 * t) for t in range(60)),
+        messages(0.0, 0.0),
+        *(messages(now + 0.1 * t, 0.1 * t) for t in range(60)),
     )
     steps = sum(1 for _ in Past(played_session(path), Hub()).trail(0))
     assert steps < 1000
 
 
 def pieces_of(session: Session) -> list[list[tuple[float, float]]]:
-    """The places of a recording's way, cut where it breaks."""
+    """Return the points of a recording's path, split where it breaks."""
     past = Past(session, Hub())
     making = past.trail(0)
     while True:

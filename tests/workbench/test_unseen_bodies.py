@@ -1,4 +1,4 @@
-"""Bodies of the world that move and have nothing to be drawn."""
+"""Moving bodies of the world without anything to draw."""
 
 import kbot
 from kbot.kinematics.transform import Transform
@@ -11,7 +11,7 @@ UNSEEN = """<sdf version="1.7"><model name="m"><link name="l"><inertial><mass>1<
 </sdf>"""
 
 
-def test_a_scene_has_a_place_for_each_pose_that_a_state_tells() -> None:
+def test_a_scene_has_a_body_for_each_pose_in_a_state() -> None:
     sim = kbot.Simulation("kbot", "boxes")
     sim.models.spawn_model("kbot", "b", x=1.0)
     sim.models.spawn_sdf(UNSEEN, "m", Transform.from_xyz_rpy((0.0, 2.0, 0.1), (0.0, 0.0, 0.0)))

@@ -1,4 +1,4 @@
-"""Seeing that files changed."""
+"""Detection of changed files."""
 
 import asyncio
 import os
@@ -19,7 +19,7 @@ def wait_for_change(watcher: Watcher, change: object) -> None:
     asyncio.run(run())
 
 
-def test_a_write_a_new_file_and_a_lost_one_are_seen(tmp_path: Path) -> None:
+def test_writes_new_and_deleted_files_are_detected(tmp_path: Path) -> None:
     file, included = tmp_path / "a", tmp_path / "b"
     file.write_text("1")
     watcher = Watcher([str(file), str(included)], time.time_ns())
@@ -31,7 +31,7 @@ def test_a_write_a_new_file_and_a_lost_one_are_seen(tmp_path: Path) -> None:
     wait_for_change(watcher, lambda: moved.replace(file))
 
 
-def test_a_change_between_reading_and_watching_is_seen(tmp_path: Path) -> None:
+def test_a_change_between_reading_and_watching_is_detected(tmp_path: Path) -> None:
     file, other = tmp_path / "a", tmp_path / "b"
     file.write_text("1")
     watcher = Watcher([str(file)], time.time_ns())
@@ -40,7 +40,7 @@ def test_a_change_between_reading_and_watching_is_seen(tmp_path: Path) -> None:
     wait_for_change(watcher, lambda: None)
 
 
-def test_a_change_after_reading_is_seen_though_it_is_watched_later(tmp_path: Path) -> None:
+def test_a_change_after_reading_is_detected_for_files_watched_later(tmp_path: Path) -> None:
     file, included = tmp_path / "a", tmp_path / "b"
     read = time.time_ns()
     for one in (file, included):
@@ -53,7 +53,7 @@ def test_a_change_after_reading_is_seen_though_it_is_watched_later(tmp_path: Pat
     wait_for_change(watcher, lambda: None)
 
 
-def test_a_name_that_no_file_can_have_is_watched_as_one_that_is_missing(tmp_path: Path) -> None:
+def test_an_impossible_file_name_counts_as_missing(tmp_path: Path) -> None:
     file = tmp_path / "a"
     file.write_text("1")
     watcher = Watcher([str(file), f"{tmp_path}/\0", f"{tmp_path}/\ud800"], time.time_ns())

@@ -1,4 +1,4 @@
-"""What a page asks for and is told changes nothing of a run; and where the robot starts is kept to."""
+"""A page's requests do not change a run, and the robot starts at its start pose."""
 
 import pytest
 
@@ -10,8 +10,8 @@ from kbot.workbench.serve import open_session
 pytestmark = pytest.mark.usefixtures("keeps_up")
 
 
-def test_a_run_is_the_same_bit_for_bit_with_a_page_that_watches():
-    """Time passes in the uneven pieces that a page's wall clock gives, and all is read after each."""
+def test_a_run_with_a_page_is_bit_for_bit_the_same():
+    """Time advances in the uneven steps of a page's wall clock, and everything is read after each."""
     simulations: list[Simulation] = []
     session = open_session("kbot", simulate=True, world="boxes", on_start=simulations.append)
     (watched,) = simulations
@@ -29,7 +29,7 @@ def test_a_run_is_the_same_bit_for_bit_with_a_page_that_watches():
     assert watched.odometry == alone.odometry
 
 
-def test_the_robot_starts_where_it_is_put():
+def test_the_robot_starts_at_its_start_pose():
     simulations: list[Simulation] = []
     open_session("kbot", simulate=True, on_start=simulations.append, start=PlanarPose(1.0, -0.5, 2.0))
     pose = simulations[0].ground_truth.pose

@@ -1,4 +1,4 @@
-"""What pages may do to a running world, and what not."""
+"""What pages can do to a running world, and what they cannot."""
 
 import pytest
 
@@ -27,7 +27,7 @@ def run(session: Session, seconds: float) -> None:
         session.advance(0.02)
 
 
-def test_what_comes_and_goes_is_told_to_every_page(session: Session) -> None:
+def test_added_and_deleted_objects_are_sent_to_every_page(session: Session) -> None:
     told: list[object] = []
     session.announce = told.append
     session.handle(spawn("box", 0.5), 1)
@@ -46,13 +46,13 @@ def test_what_comes_and_goes_is_told_to_every_page(session: Session) -> None:
     assert session.state().bodies == ()
 
 
-def test_a_world_that_a_program_changes_is_shown_too(session: Session) -> None:
+def test_changes_by_a_program_are_displayed(session: Session) -> None:
     session._motion._sim.models.spawn_thing("crate", x=1.0)
     assert session.advance(0.0)
     assert [body.name for body in session.scene.bodies] == ["crate_1"]
 
 
-def test_what_is_put_elsewhere_stands_there(session: Session) -> None:
+def test_a_moved_model_is_at_its_new_pose(session: Session) -> None:
     session.handle(spawn("crate", 0.5), 1)
     session.handle(MoveModel("crate_1", 0.8, 0.1, 0.0, 1.0), 1)
     session.handle(MoveModel(session.scene.robot, -0.3, 0.2, 5.0, 0.5), 1)
@@ -60,10 +60,10 @@ def test_what_is_put_elsewhere_stands_there(session: Session) -> None:
     assert session.state().bodies[:2] == pytest.approx((0.8, 0.1), abs=1e-3)
     x, y, z = session.state().poses[:3]
     assert (x, y) == pytest.approx((-0.3, 0.2), abs=1e-3)
-    assert z < 0.1  # a robot is put on the ground
+    assert z < 0.1  # a robot is placed on the ground
 
 
-def test_the_map_has_what_was_put_in_the_way(session: Session) -> None:
+def test_the_map_contains_added_obstacles(session: Session) -> None:
     states: list[str] = []
     session.topics.bus.subscribe("navigation_status", String, lambda m: states.append(m.data))
     stamp = {"sec": 0, "nanosec": 0}
@@ -90,7 +90,7 @@ def test_the_map_has_what_was_put_in_the_way(session: Session) -> None:
     assert "obstacle" in states[-1]
 
 
-def test_faults_last_as_long_as_they_are_asked_for(session: Session) -> None:
+def test_faults_last_the_requested_time(session: Session) -> None:
     robot = session._motion._sim.robots.first
     model, _ = session._motion._sim.engine.current()
     before = model.body_mass[robot.body.index("base_link")]
@@ -101,7 +101,7 @@ def test_faults_last_as_long_as_they_are_asked_for(session: Session) -> None:
     assert model.body_mass[robot.body.index("base_link")] == before
 
 
-def test_time_and_the_world_start_again_apart(session: Session) -> None:
+def test_time_and_world_can_be_reset_separately(session: Session) -> None:
     session.handle(MoveModel(session.scene.robot, 1.0, 0.0, 0.0, 0.0), 1)
     run(session, 0.5)
     session.handle(ResetPart("time"), 1)
@@ -127,17 +127,17 @@ def test_time_and_the_world_start_again_apart(session: Session) -> None:
         (JointSpeed("left_wheel_joint", 1.0), "no controller"),
     ],
 )
-def test_what_cannot_be_done_is_said(session: Session, message: object, said: str) -> None:
+def test_impossible_actions_are_reported(session: Session, message: object, said: str) -> None:
     with pytest.raises(KbotError, match=said):
         session.handle(message, 1)
 
 
-def test_nothing_of_it_where_nothing_is_simulated() -> None:
+def test_world_actions_are_refused_without_a_simulation() -> None:
     with pytest.raises(KbotError, match="kbot sim"):
         open_session("kbot", simulate=False).handle(spawn("crate", 1.0), 1)
 
 
-def test_there_is_a_bound_to_what_pages_add(session: Session) -> None:
+def test_the_number_of_added_objects_is_limited(session: Session) -> None:
     for index in range(MOST_MODELS):
         session.handle(spawn("box", 1.0 + index), 1)
     with pytest.raises(KbotError, match="Delete some first"):
