@@ -15,7 +15,7 @@ from kbot.model.meshes import load_mesh
 
 AROUND, ALONG = 72, 24
 CONTESTED = -2
-"""Where two links are at the same depth, which no depth buffer can tell apart."""
+"""Two links are at the same depth, so a depth buffer cannot choose between them."""
 TIE = 1e-6
 
 

@@ -45,9 +45,9 @@ class Speaker:
 
 def collect(session: Session, topic: str, kind: type) -> list[Any]:
     """Collect the messages of a topic from now on."""
-    heard: list[Any] = []
-    run_between_steps(session, lambda: session.topics.bus.subscribe(topic, kind, heard.append))
-    return heard
+    received: list[Any] = []
+    run_between_steps(session, lambda: session.topics.bus.subscribe(topic, kind, received.append))
+    return received
 
 
 def do(session: Session, what: Callable[[Any], None]) -> None:

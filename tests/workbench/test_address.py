@@ -34,10 +34,10 @@ def test_without_a_port_the_next_free_port_is_used() -> None:
 
 
 @pytest.mark.parametrize(
-    ("host", "said"), [("192.0.2.1", r"192\.0\.2\.1"), ("no.such.host.invalid", "unknown address")]
+    ("host", "expected"), [("192.0.2.1", r"192\.0\.2\.1"), ("no.such.host.invalid", "unknown address")]
 )
-def test_an_address_of_another_machine_is_refused(host: str, said: str) -> None:
-    with pytest.raises(KbotError, match=said), bound(host, 0):
+def test_an_address_of_another_machine_is_refused(host: str, expected: str) -> None:
+    with pytest.raises(KbotError, match=expected), bound(host, 0):
         pass
 
 

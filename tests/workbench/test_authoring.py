@@ -147,7 +147,7 @@ def test_an_unknown_parameter_is_refused(session: Session) -> None:
 
 
 def test_only_plain_top_level_numbers_are_parameters(xacro: Path) -> None:
-    names = [(one.kind, one.name) for one in written_parameters(expand(xacro))]
+    names = [(entry.kind, entry.name) for entry in written_parameters(expand(xacro))]
     assert ("arg", "base_width") in names
     assert ("arg", "control") not in names
     assert ("property", "base_width") not in names

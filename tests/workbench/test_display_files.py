@@ -40,7 +40,7 @@ def test_own_files_store_every_setting() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "expected"),
     [
         ("displays: [", "a.kbot.yaml:1: not YAML"),
         ("displays:\n- kind: Gird\n", "a.kbot.yaml:2: unknown display kind \"Gird\": did you mean 'Grid'?"),
@@ -66,10 +66,10 @@ def test_own_files_store_every_setting() -> None:
         (f"displays: 0x{'f' * 5000}\n", "a.kbot.yaml:1: not YAML: a number is too large"),
     ],
 )
-def test_malformed_files_are_reported_with_the_line(text: str, said: str) -> None:
+def test_malformed_files_are_reported_with_the_line(text: str, expected: str) -> None:
     with pytest.raises(KbotError) as caught:
         read_settings(text, "a.kbot.yaml")
-    assert said in str(caught.value)
+    assert expected in str(caught.value)
     assert "\n" not in str(caught.value)
 
 

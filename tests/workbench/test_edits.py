@@ -28,19 +28,19 @@ def test_edits_are_written_together_or_not_at_all(tmp_path: Path) -> None:
     second.write_text("three")
     a, b = read_source(first), read_source(second)
     editor = Editor()
-    one = (Edit(Span(a, 3, 6), "1"), "one")
+    entry = (Edit(Span(a, 3, 6), "1"), "one")
     two = (Edit(Span(a, 7, 10), "2222"), "two")
     three = (Edit(Span(b, 0, 5), "3"), "three")
-    editor.apply("numbers", [one, two, three])
+    editor.apply("numbers", [entry, two, three])
     assert (first.read_text(), second.read_text()) == ("ä 1 2222", "3")
     editor.undo()
     assert (first.read_text(), second.read_text()) == ("ä one two", "three")
     second.write_text("four")
     with pytest.raises(KbotError, match="has changed"):
-        editor.apply("numbers", [one, three])
+        editor.apply("numbers", [entry, three])
     assert first.read_text() == "ä one two"
     with pytest.raises(KbotError, match="two edits overlap"):
-        editor.apply("numbers", [one, (Edit(Span(a, 4, 8), ""), "ne t")])
+        editor.apply("numbers", [entry, (Edit(Span(a, 4, 8), ""), "ne t")])
 
 
 def test_a_change_of_an_editor_is_not_undone(tmp_path: Path) -> None:

@@ -32,10 +32,10 @@ def test_a_kick_moves_the_robot_in_its_direction(session: Session, angle: float)
     x, y = np.cos(np.radians(angle)), np.sin(np.radians(angle))
     session.handle(Kick(x, y, 0.5), 1)
     run(session, 0.04)
-    gone = np.array(session.state().poses[:3])
+    removed = np.array(session.state().poses[:3])
     # also kicked up at 0.5 m/s, so that nothing brakes it for a tenth of a second
-    assert gone[:2] == pytest.approx((0.04 * x, 0.04 * y), abs=0.002)
-    assert gone[2] == pytest.approx(0.04 * 0.5 - 9.81 * 0.04**2 / 2, abs=0.003)
+    assert removed[:2] == pytest.approx((0.04 * x, 0.04 * y), abs=0.002)
+    assert removed[2] == pytest.approx(0.04 * 0.5 - 9.81 * 0.04**2 / 2, abs=0.003)
 
 
 def test_other_robots_and_objects_can_be_pushed(session: Session) -> None:
@@ -56,31 +56,31 @@ def test_faults_are_listed_and_can_be_ended(session: Session) -> None:
     session.handle(Disturb("payload", "base_link", 0.5, 3.0), 1)
     session.handle(Disturb("blocked", "left_wheel_joint", 0.0, 1.0), 1)
     session._motion._sim.disturbances.schedule(LostCommands(0.25), at=2.0)
-    told = session.state().faults
-    assert [(one.words, one.start, one.stop) for one in told] == [
+    reported = session.state().faults
+    assert [(entry.words, entry.start, entry.stop) for entry in reported] == [
         ("base_link carries 0.5 kg", 0.0, 3.0),
         ("left_wheel_joint is blocked", 0.0, 1.0),
         ("25% of commands are lost", 2.0, None),
     ]
     assert json.loads(encode(session.state()))["faults"][0] == {
-        "number": told[0].number,
+        "number": reported[0].number,
         "words": "base_link carries 0.5 kg",
         "start": 0.0,
         "stop": 3.0,
     }
-    session.handle(EndFault(told[0].number), 1)
+    session.handle(EndFault(reported[0].number), 1)
     run(session, 1.1)
-    assert [one.number for one in session.state().faults] == [told[2].number]
+    assert [entry.number for entry in session.state().faults] == [reported[2].number]
     with pytest.raises(KbotError, match="no fault 1"):
-        session.handle(EndFault(told[0].number), 1)
+        session.handle(EndFault(reported[0].number), 1)
 
 
 def test_a_run_restarts_with_another_seed() -> None:
     def scans(session: Session) -> list[float]:
-        heard: list[float] = []
-        session.topics.bus.subscribe("/scan", LaserScan, lambda m: heard.extend(m.ranges[:20]))
+        received: list[float] = []
+        session.topics.bus.subscribe("/scan", LaserScan, lambda m: received.extend(m.ranges[:20]))
         run(session, 0.2)
-        return [value for value in heard if value < inf]
+        return [value for value in received if value < inf]
 
     session = open_session("kbot", simulate=True, world="maze:size=3", arguments={"lidar": "true"}, seed=4)
     assert session.about().seed == 4

@@ -20,9 +20,9 @@ def _goal(x: float, y: float) -> Publish:
 
 
 def _states(session):
-    heard = []
-    session._motion.bus.subscribe("navigation_status", String, lambda m: heard.append(m.data))
-    return heard
+    received = []
+    session._motion.bus.subscribe("navigation_status", String, lambda m: received.append(m.data))
+    return received
 
 
 def _advance(session, seconds):

@@ -14,7 +14,7 @@ def test_bookmarks_are_ordered_by_time_and_keep_their_numbers() -> None:
     known = Marks()
     known.handle(Mark(5.0, 5.0))
     known.handle(Mark(2.0, 2.0))
-    assert [(one.number, one.at, one.note) for one in known.view.all] == [
+    assert [(entry.number, entry.at, entry.note) for entry in known.view.all] == [
         (2, 2.0, "Bookmark 2"),
         (1, 5.0, "Bookmark 1"),
     ]
@@ -22,7 +22,7 @@ def test_bookmarks_are_ordered_by_time_and_keep_their_numbers() -> None:
     known.handle(RemoveMark(2))
     known.handle(RemoveMark(2))  # another page was faster
     known.handle(Mark(1.0, 1.0))
-    assert [(one.number, one.note) for one in known.view.all] == [(3, "Bookmark 1"), (1, "the wall")]
+    assert [(entry.number, entry.note) for entry in known.view.all] == [(3, "Bookmark 1"), (1, "the wall")]
 
 
 def test_bookmarks_of_a_recording_are_in_a_file_beside_it(tmp_path: Path) -> None:
@@ -100,7 +100,7 @@ def test_comments_in_the_file_are_not_lost(comment: str, tmp_path: Path) -> None
     text = comment.format("- at: 1.0\n  time: 1.0\n  note: fine\n")
     file.write_text(text)
     known = Marks(str(tmp_path / "run.mcap"))
-    assert [one.note for one in known.view.all] == ["fine"]
+    assert [entry.note for entry in known.view.all] == ["fine"]
     with pytest.raises(KbotError, match="has comments, which would be lost"):
         known.handle(Mark(2.0, 2.0))
     assert (file.read_text(), len(known.view.all)) == (text, 1)
@@ -113,7 +113,7 @@ def test_a_hash_sign_in_a_note_is_not_a_comment(tmp_path: Path) -> None:
     known.handle(NoteMark(1, "first\n# second\nthird # fourth"))
     again = Marks(recording)
     again.handle(Mark(2.0, 2.0))
-    assert [one.note for one in Marks(recording).view.all] == [
+    assert [entry.note for entry in Marks(recording).view.all] == [
         "first\n# second\nthird # fourth",
         "Bookmark 1",
     ]
@@ -128,7 +128,7 @@ def test_a_manual_edit_is_not_overwritten(tmp_path: Path) -> None:
     with pytest.raises(KbotError, match="has changed since it was read"):
         known.handle(Mark(2.0, 2.0))
     assert file.read_text() == by_hand
-    assert [one.note for one in known.view.all] == ["Bookmark 1"]
+    assert [entry.note for entry in known.view.all] == ["Bookmark 1"]
     file.unlink()
     known.handle(Mark(2.0, 2.0))
     assert len(Marks(recording).view.all) == 2
@@ -139,4 +139,4 @@ def test_a_file_with_a_tab_before_a_value_can_be_changed(tmp_path: Path) -> None
     file.write_text("- at:\t1.0\n  time: 1.0\n  note: fine\n")
     known = Marks(str(tmp_path / "run.mcap"))
     known.handle(Mark(2.0, 2.0))
-    assert [one.at for one in known.view.all] == [1.0, 2.0]
+    assert [entry.at for entry in known.view.all] == [1.0, 2.0]

@@ -119,16 +119,16 @@ def faulty(tmp_path: Path) -> Path:
 
 
 def test_the_findings_equal_those_of_the_check(faulty: Path, tmp_path: Path, pages: Pages) -> None:
-    told = sorted(finding.code for finding in check_file(str(faulty)))
-    assert "I105" in told
+    reported = sorted(finding.code for finding in check_file(str(faulty)))
+    assert "I105" in reported
     robot = kbot.load(faulty)
     robot.show().save(tmp_path / "robot.html")
-    assert findings(tmp_path / "robot.html", pages) == told
+    assert findings(tmp_path / "robot.html", pages) == reported
     simulation = kbot.Simulation(robot)
     moments = [simulation.state()]
     simulation.step()
     simulation.show([*moments, simulation.state()]).save(tmp_path / "run.html")
-    assert findings(tmp_path / "run.html", pages) == told
+    assert findings(tmp_path / "run.html", pages) == reported
 
 
 def test_an_unchecked_robot_has_no_findings_panel(faulty: Path, tmp_path: Path, pages: Pages) -> None:

@@ -125,7 +125,7 @@ HEARD = """() => {
     }
   }).observe(document.body, { subtree: true, childList: true, characterData: true });
 }"""
-"""Writes down what a screen reader would say by itself."""
+"""Collects what a screen reader would announce."""
 
 
 def test_changing_numbers_are_not_announced(driving: tuple[str, Session], open_page: OpenPage) -> None:
@@ -167,7 +167,7 @@ def test_tools_and_notices_do_not_overlap(
     reason = "this cannot be done, and the reason takes a line or two to tell"
     run_between_steps(driving[1], lambda: driving[1].announce(Refused(reason)))
     until(lambda: page.locator(".notice.info").is_visible())
-    for one, other in (
+    for entry, other in (
         (".tools", ".looks"),
         (".transport", ".looks"),
         (".transport", ".tools"),
@@ -175,7 +175,7 @@ def test_tools_and_notices_do_not_overlap(
         (".notice.info", ".transport"),
         (".notice.info", ".timeline"),
     ):
-        assert not page.evaluate(OVERLAPS, [one, other]), (one, other)
+        assert not page.evaluate(OVERLAPS, [entry, other]), (entry, other)
 
 
 COVERED = """() => [...document.querySelectorAll("button, select, summary, input:not([type=range]), .pad")]

@@ -28,14 +28,14 @@ SEEN = (0.3, -0.2, 2.0)
 def show(open_page: OpenPage) -> Iterator[Show]:
     """A camera with an all-green image, and a red ball that is not in the image."""
     topics = {"/eye/image_raw": Image, "/eye/camera_info": CameraInfo, "/ball": PointStamped}
-    with showing(open_page, topics) as one:
-        one.add("PointStamped", "/ball")
-        one.set("PointStamped", "radius", "0.1")
-        one.set("PointStamped", "colour", "#ff0000")
-        one.publish("PointStamped", "/ball", PointStamped(WORLD, Point(*SEEN)))
-        one.add("Camera", "/eye/image_raw")
-        one.set("Camera", "rendering", "background")
-        yield one
+    with showing(open_page, topics) as entry:
+        entry.add("PointStamped", "/ball")
+        entry.set("PointStamped", "radius", "0.1")
+        entry.set("PointStamped", "colour", "#ff0000")
+        entry.publish("PointStamped", "/ball", PointStamped(WORLD, Point(*SEEN)))
+        entry.add("Camera", "/eye/image_raw")
+        entry.set("Camera", "rendering", "background")
+        yield entry
 
 
 def take(show: Show, cx: float = CX, tx: float = 0.0) -> None:

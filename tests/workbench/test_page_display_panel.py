@@ -175,5 +175,5 @@ def test_the_robot_display_reports_missing_meshes(tmp_path: Path, open_page: Ope
     )
     with serving(open_session(str(file), simulate=False)) as address:
         lamp = open_page(address).locator(".display[data-display=RobotModel] .lamp")
-        said = "error: meshes are missing, see the findings: tool"
-        until(lambda: lamp.get_attribute("aria-label") == said)
+        expected = "error: meshes are missing, see the findings: tool"
+        until(lambda: lamp.get_attribute("aria-label") == expected)

@@ -54,7 +54,7 @@ def test_the_true_pose_is_shown_beside_odometry(driving: tuple[str, Session], op
     address, session = driving
     page = open_page(address)
     world = page.get_by_role("group", name="In the world")
-    until(lambda: [reading(page, one, "In the world") for one in ("x", "y", "yaw")] == [0.0, 0.0, 0.0])
+    until(lambda: [reading(page, entry, "In the world") for entry in ("x", "y", "yaw")] == [0.0, 0.0, 0.0])
     assert "not where odometry has it" not in world.inner_text()
     do(session, lambda motion: motion.act(MoveModel("kbot", 1.2, -0.1, 0.0, np.radians(99.0))))
     until(lambda: reading(page, "x", "In the world") == pytest.approx(1.2, abs=0.002))

@@ -36,18 +36,18 @@ def test_a_compressed_script_has_the_same_content(viewing: str) -> None:
     html, _ = get(viewing)
     name = re.search(rb'src="\./(assets/[^"]+\.js)"', html)
     assert name is not None
-    plain, told = get(viewing + name[1].decode())
-    packed, said = get(viewing + name[1].decode(), **{"Accept-Encoding": "gzip"})
-    assert told["Content-Encoding"] is None
-    assert said["Content-Encoding"] == "gzip"
-    assert int(said["Content-Length"]) == len(packed) < len(plain) / 2
+    plain, reported = get(viewing + name[1].decode())
+    packed, expected = get(viewing + name[1].decode(), **{"Accept-Encoding": "gzip"})
+    assert reported["Content-Encoding"] is None
+    assert expected["Content-Encoding"] == "gzip"
+    assert int(expected["Content-Length"]) == len(packed) < len(plain) / 2
     assert gzip.decompress(packed) == plain
 
 
 def test_the_policy_lists_the_digest_of_each_inline_script(viewing: str) -> None:
-    html, told = get(viewing)
+    html, reported = get(viewing)
     scripts = re.findall(rb"<script>(.*?)</script>", html, re.DOTALL)
     assert scripts
-    allowed = dict(rule.strip().split(" ", 1) for rule in told["Content-Security-Policy"].split(";"))
+    allowed = dict(rule.strip().split(" ", 1) for rule in reported["Content-Security-Policy"].split(";"))
     digests = [base64.b64encode(hashlib.sha256(script).digest()).decode() for script in scripts]
     assert allowed["script-src"].split() == ["'self'", *(f"'sha256-{digest}'" for digest in digests)]

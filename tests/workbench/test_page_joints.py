@@ -134,10 +134,10 @@ def test_joints_start_at_the_initial_positions_of_ros2_control(
 ) -> None:
     value_of = '<state_interface name="position"><param name="initial_value">{}</param></state_interface>'
     joints = {"turn": "0.5", "lift": "0.2", "spin": "soon"}
-    said = "".join(f'<joint name="{name}">{value_of.format(at)}</joint>' for name, at in joints.items())
+    expected = "".join(f'<joint name="{name}">{value_of.format(at)}</joint>' for name, at in joints.items())
     arm.write_text(
         arm.read_text().replace(
-            "</robot>", f'<ros2_control name="a" type="system">{said}</ros2_control></robot>'
+            "</robot>", f'<ros2_control name="a" type="system">{expected}</ros2_control></robot>'
         )
     )
     with serving(open_session(str(arm), simulate=False)) as address:

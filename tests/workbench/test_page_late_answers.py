@@ -111,12 +111,12 @@ def test_quick_key_presses_on_a_joint_add_up(viewing: str, open_page: OpenPage) 
     degrees = page.get_by_label("left_wheel_joint in degrees")
     slider.focus()
     page.keyboard.press("ArrowRight")
-    one = until(lambda: float(degrees.input_value()))
+    entry = until(lambda: float(degrees.input_value()))
     page.keyboard.press("ArrowLeft")
     until(lambda: float(degrees.input_value()) == 0.0)
     for _ in range(20):
         page.keyboard.press("ArrowRight")
-    until(lambda: float(degrees.input_value()) == pytest.approx(20 * one, abs=1.1))
+    until(lambda: float(degrees.input_value()) == pytest.approx(20 * entry, abs=1.1))
     until(
         lambda: (
             slider.evaluate("s => s.valueAsNumber")

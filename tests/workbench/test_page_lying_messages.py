@@ -47,10 +47,10 @@ def test_an_inconsistent_cloud_is_reported(open_page: OpenPage) -> None:
         show.add("PointCloud2", "/cloud")
         show.publish("PointCloud2", "/cloud", replace(WHOLE, width=0, data=b""))
         for words, clouds in CLOUDS.items():
-            for one in clouds:
+            for entry in clouds:
                 show.bus.publish("/cloud", WHOLE)
                 until(lambda: "points" not in show.status("PointCloud2"))
-                show.bus.publish("/cloud", one)
+                show.bus.publish("/cloud", entry)
                 until(lambda words=words: words in show.status("PointCloud2"))
 
 
@@ -58,13 +58,13 @@ def test_an_invalid_value_does_not_change_the_colours_of_others(open_page: OpenP
     rows = np.zeros(3, np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4")]))
     rows["x"], rows["intensity"] = (-0.4, 0.0, 0.4), (0.0, 1.0, np.nan)
     fields = tuple(PointField(name, 4 * i) for i, name in enumerate(("x", "y", "z", "intensity")))
-    heard = PointCloud2(WORLD, 1, 3, fields, False, 16, 48, rows.tobytes())
+    received = PointCloud2(WORLD, 1, 3, fields, False, 16, 48, rows.tobytes())
     with showing(open_page, {"/cloud": PointCloud2}) as show:
         show.page.evaluate(FROM_ABOVE)
         show.add("PointCloud2", "/cloud")
         show.set("PointCloud2", "by", "intensity")
         show.set("PointCloud2", "size", "9")
-        show.publish("PointCloud2", "/cloud", heard)
+        show.publish("PointCloud2", "/cloud", received)
         # the ends of viridis
         assert is_like(show.colours((-0.4, 0.0, 0.0)), (68, 1, 84))
         assert is_like(show.colours((0.0, 0.0, 0.0)), (253, 231, 37))
@@ -106,8 +106,8 @@ def test_invalid_numbers_are_reported_and_not_drawn_as_zero(open_page: OpenPage)
     with showing(open_page, {"/marks": MarkerArray, "/plan": Path}) as show:
         show.page.evaluate(FROM_ABOVE)
         show.add("MarkerArray", "/marks")
-        one, other = marker(1, 1, nan), marker(2, 1, 0.6)
-        show.publish("MarkerArray", "/marks", MarkerArray((one, other)))
+        entry, other = marker(1, 1, nan), marker(2, 1, 0.6)
+        show.publish("MarkerArray", "/marks", MarkerArray((entry, other)))
         assert "marker 1 holds numbers that are nan" in show.status("MarkerArray")
         assert is_like(show.colours((0.6, 0.0, 0.0)), (255, 0, 255), 140)
         assert not is_like(show.colours((0.0, 0.0, 0.0)), (255, 0, 255), 140)

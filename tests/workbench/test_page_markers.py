@@ -61,9 +61,9 @@ def test_markers_of_every_shape_are_drawn(open_page: OpenPage) -> None:
     with showing(open_page, {"/marks": MarkerArray}) as show:
         show.page.evaluate("kbot.look([0, -0.001, 9], [0, 0, 0])")
         show.add("MarkerArray", "/marks")
-        for one, on, beside in MARKERS.values():
+        for entry, on, beside in MARKERS.values():
             clear = Marker(action=DELETE_ALL)
-            show.publish("MarkerArray", "/marks", MarkerArray((clear, one)))
+            show.publish("MarkerArray", "/marks", MarkerArray((clear, entry)))
             # the previous marker may still be there
             until(lambda on=on, beside=beside: red_at(show, on).all() and not red_at(show, beside).any())
 

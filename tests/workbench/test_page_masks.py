@@ -163,7 +163,7 @@ def test_every_link_of_foreign_robots_is_where_the_model_places_it(
         found = overlaps(taken, robot)
         assert len(found) >= 5
         assert min(found.values()) > RIGHT, found
-        name = min(found, key=lambda one: reach(robot, one) or math.inf)
+        name = min(found, key=lambda item: reach(robot, item) or math.inf)
         off = {name: Transform.from_xyz_rpy((0.002 + reach(robot, name) / 25,) * 3, (0.0, 0.0, 0.0))}
         assert overlaps({name: taken[name]}, robot, off)[name] < RIGHT
         page.goto("about:blank")

@@ -78,7 +78,7 @@ def test_a_narrow_saved_page_has_its_sliders_next_to_the_picture(
     before = page.evaluate("kbot.poses()")
     slider.press("End")
     until(lambda: page.evaluate("kbot.poses()") != before)
-    picture, panel = (page.locator(one).bounding_box() for one in (".picture", "#joints"))
+    picture, panel = (page.locator(entry).bounding_box() for entry in (".picture", "#joints"))
     assert min(picture["width"] / size[0], panel["width"] / size[0]) > 0.4
     assert picture["width"] * picture["height"] + panel["width"] * panel["height"] > 0.7 * size[0] * size[1]
     page.get_by_role("navigation", name="Panels").get_by_role("button", name="Links").click()

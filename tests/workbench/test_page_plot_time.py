@@ -157,12 +157,12 @@ def test_plotted_topic_values_survive_closing_the_page(page: Any) -> None:
     until(lambda: page.get_by_role("button", name=name).count() == 1)
     page.reload()
     wait_for_page(page)
-    heard = page.session.topics._wanted
-    until(lambda: "/odom" not in heard)  # no page subscribes to it
+    received = page.session.topics._wanted
+    until(lambda: "/odom" not in received)  # no page subscribes to it
     open_plots(page)
-    until(lambda: "/odom" in heard)
+    until(lambda: "/odom" in received)
     page.get_by_role("button", name=name).click()
-    until(lambda: "/odom" not in heard)
+    until(lambda: "/odom" not in received)
 
 
 def test_more_curves_than_colours_are_distinct(page: Any) -> None:
@@ -250,7 +250,7 @@ def test_a_reset_of_time_is_marked(page: Any) -> None:
     page.keyboard.press("p")
     until(lambda: page.inner_text(".rate") == "paused")
     until(lambda: marks.count() == 1)
-    rows = once(page, lambda told: (np.diff(told[:, 0]) < 0).sum() == 1 and told[-1, 0] > 0.5)
+    rows = once(page, lambda reported: (np.diff(reported[:, 0]) < 0).sum() == 1 and reported[-1, 0] > 0.5)
     first = 1 + int(np.diff(rows[:, 0]).argmin())
     assert marks.inner_text() == f"\u2192 {rows[first, 0]:.2f} s"
     before = rows[first - 1, 0] - rows[0, 0]

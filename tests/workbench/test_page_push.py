@@ -12,7 +12,7 @@ from kbot.workbench.session.session import Session
 from .conftest import until
 from .pictures import blue, middle, screenshot
 from .served import run_between_steps, state_of
-from .test_page_tools import at, drag, from_above, pose, show_what_is, tool
+from .test_page_tools import at, drag, from_above, pose, tool, wait_for_current_picture
 
 OpenPage = Callable[..., Any]
 ABOVE = "kbot.look([0, -0.001, 3], [0, 0, 0])"
@@ -38,8 +38,8 @@ def test_the_robot_is_pushed_in_the_direction_of_the_drag(
     strength(page).fill("40")
     drag(page, at(page, 0.0, 0.0, 0.02), at(page, *end, 0.02))
     expected = np.array(direction) / np.hypot(*direction)
-    gone = until(lambda: pose(session)[:2] if np.hypot(*pose(session)[:2]) > 0.03 else None)
-    assert np.dot(gone, expected) / np.hypot(*gone) > 0.9
+    removed = until(lambda: pose(session)[:2] if np.hypot(*pose(session)[:2]) > 0.03 else None)
+    assert np.dot(removed, expected) / np.hypot(*removed) > 0.9
 
 
 def test_a_kick_is_set_in_fields_and_is_visible(driving: tuple[str, Session], open_page: OpenPage) -> None:
@@ -74,7 +74,7 @@ def test_an_object_can_be_pushed_but_not_kicked(driving: tuple[str, Session], op
     until(lambda: len(state_of(session).bodies) == 7 and abs(state_of(session).bodies[2]) < 1e-3)
     page.keyboard.press("n")
     page.locator(".hint").get_by_label("Push or kick").select_option("kick")
-    show_what_is(page, session)
+    wait_for_current_picture(page, session)
     drag(page, at(page, 0.4, 0.0, 0.1), at(page, 0.4, 0.4, 0.1))
     until(lambda: "Only the robot is kicked" in page.locator(".notices").inner_text())
     page.locator(".hint").get_by_label("Push or kick").select_option("push")

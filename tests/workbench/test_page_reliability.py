@@ -61,7 +61,7 @@ HEAR = """async (count) => {
   }
   await kbot.drawn();
 }"""
-"""What a page hears in some minutes, at once: states, a topic, refusals."""
+"""The messages of several minutes for a page, at once: states, a topic, refusals."""
 
 STATES_BETWEEN_CLEARINGS = 721
 """The plots' last minute grows by these, 3600 and a fifth, before the oldest are forgotten."""
@@ -71,7 +71,7 @@ def inks(page: Any) -> set[str]:
     """Return the colours of the numbers that show the current state."""
     numbers = page.locator(".transport .time, #drive .reading output, #drive .meter output")
     assert numbers.count() == 9  # the time, two speeds and two poses
-    return {one.evaluate("e => getComputedStyle(e).color") for one in numbers.all()}
+    return {entry.evaluate("e => getComputedStyle(e).color") for entry in numbers.all()}
 
 
 def test_a_page_reconnects_to_a_restarted_server(xacro: Path, browser: Any, axe: str) -> None:
@@ -115,8 +115,8 @@ def test_a_hanging_server_is_distinguished_from_an_idle_one(
     wait_for_page(page)
     page.keyboard.press("p")
     until(lambda: session.paused)
-    told = page.evaluate("told")
-    until(lambda: page.evaluate("told") > told + 5)
+    reported = page.evaluate("told")
+    until(lambda: page.evaluate("told") > reported + 5)
     assert page.inner_text(".status") == "live"
     page.keyboard.press("p")
     until(lambda: not session.paused)

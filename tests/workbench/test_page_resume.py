@@ -72,9 +72,9 @@ def test_a_simulation_resumes_from_the_displayed_time(
     page.get_by_role("button", name="Resume from here").click()
     until(lambda: not is_past(page) and state_of(session).odometry[0] < 0.6)
     until(lambda: state_of(session).command == (0.0, 0.0))
-    told = page.get_by_role("log").get_by_text("The simulation continues from")
-    until(lambda: told.count() == 1)
-    assert "The recording contains both runs" in told.inner_text()
+    reported = page.get_by_role("log").get_by_text("The simulation continues from")
+    until(lambda: reported.count() == 1)
+    assert "The recording contains both runs" in reported.inner_text()
     until(lambda: "continues from" in other.locator(".log").text_content())  # other tabs are notified
     assert not session.paused
     assert not page.get_by_role("button", name="Resume from here").is_visible()

@@ -10,7 +10,7 @@ from kbot.workbench.session.session import Session
 from .conftest import until
 from .pictures import blue, middle, screenshot
 from .served import state_of
-from .test_page_tools import at, drag, from_above, show_what_is, tool
+from .test_page_tools import at, drag, from_above, tool, wait_for_current_picture
 
 OpenPage = Callable[..., Any]
 ABOVE = "kbot.look([0.2, 0.1999, 3], [0.2, 0.2, 0])"
@@ -50,7 +50,7 @@ def test_a_moved_object_is_drawn_at_its_new_place(driving: tuple[str, Session], 
     until(lambda: not looks_empty(0.5, 0.0) and looks_empty(0.5, 0.6))
     until(lambda: abs(state_of(session).bodies[2]) < 1e-3)
     page.keyboard.press("v")
-    show_what_is(page, session)
+    wait_for_current_picture(page, session)
     drag(page, at(page, 0.5, 0.0, 0.3), at(page, 0.5, 0.6, 0.3))
     until(lambda: looks_empty(0.5, 0.0) and not looks_empty(0.5, 0.6))
 

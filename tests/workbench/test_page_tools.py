@@ -226,16 +226,16 @@ def test_another_robot_is_added_and_deleted(driving: tuple[str, Session], open_p
     address, session = driving
     page = open_page(address)
     from_above(page, "kbot.look([0.3, 0.2999, 2.5], [0.3, 0.3, 0])")
-    one = blue(screenshot(page)).sum()
+    entry = blue(screenshot(page)).sum()
     page.keyboard.press("b")
     page.get_by_label("What to add").select_option("robot")
     page.mouse.click(*at(page, 0.5, 0.5))
     until(lambda: "robot_2/base_link" in [body.name for body in session.scene.bodies])
-    until(lambda: abs(blue(screenshot(page)).sum() - 2 * one) < 0.3 * one)
+    until(lambda: abs(blue(screenshot(page)).sum() - 2 * entry) < 0.3 * entry)
     page.keyboard.press("Escape")
     page.mouse.click(*at(page, 0.5, 0.5, 0.02))
     page.locator(".chosen").get_by_role("button", name="Delete").click()
-    until(lambda: abs(blue(screenshot(page)).sum() - one) < 0.1 * one)
+    until(lambda: abs(blue(screenshot(page)).sum() - entry) < 0.1 * entry)
 
 
 def test_a_tool_works_by_keyboard(driving: tuple[str, Session], open_page: OpenPage) -> None:

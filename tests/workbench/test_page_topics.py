@@ -85,11 +85,11 @@ def test_a_field_of_a_topic_is_plotted(driving: tuple[str, Session], open_page: 
     lines = [line.split(",") for line in saved.value.path().read_text().splitlines()]
     column = lines[0].index('"/odom twist.twist.linear.x"')
     own = lines[0].index('"forward speed [m/s]"')
-    told = np.array([[float(line[i]) for i in (0, column, own)] for line in lines[1:]])
-    received = told[~np.isnan(told[:, 1])]
+    reported = np.array([[float(line[i]) for i in (0, column, own)] for line in lines[1:]])
+    received = reported[~np.isnan(reported[:, 1])]
     assert received[:, 1].max() > 0.1
     for time, value, _ in received:  # the page's own value, current or as of its last message
-        near = told[(told[:, 0] > time - 0.3) & (told[:, 0] <= time), 2]
+        near = reported[(reported[:, 0] > time - 0.3) & (reported[:, 0] <= time), 2]
         assert near.min() - 0.01 < value < near.max() + 0.01
 
 
@@ -117,7 +117,7 @@ def test_a_refused_goal_of_another_program_is_shown_only_in_open_pages(
     address, session = driving
     page = open_page(address)
     goal = PoseStamped(Header(frame_id="nowhere"))
-    until(lambda: "/navigation_status" in [one.name for one in session.topics.topics().topics])
+    until(lambda: "/navigation_status" in [entry.name for entry in session.topics.topics().topics])
     until(lambda: session.topics._wanted.get("/navigation_status"))
     Speaker(session).publish("goal_pose", goal)  # at once, as the first message to the page
     shown = page.locator(".goal")

@@ -59,9 +59,9 @@ def test_notices_cover_no_button(viewing: str, open_page: OpenPage, width: int) 
     for button in page.locator(".centre button:visible, .centre summary:visible").all():
         other = button.bounding_box()
         apart = any(
-            one[along] + one[size] <= two[along]
+            entry[along] + entry[size] <= two[along]
             for along, size in (("x", "width"), ("y", "height"))
-            for one, two in ((box, other), (other, box))
+            for entry, two in ((box, other), (other, box))
         )
         assert apart, button.get_attribute("aria-label") or button.inner_text()
 
@@ -94,8 +94,8 @@ def test_fallen_objects_are_reported_and_the_view_does_not_follow(
     lamp = page.locator(".display[data-display=World] .lamp")
     assert lamp.get_attribute("aria-label") == "fine"
     do(session, lambda motion: motion.act(Spawn("box", 1.5, 0.0, 0.0, 0.0, 0.2, 0.2, 0.2)))
-    told = page.locator(".notices .info")
-    until(lambda: "box_1 fell out of the world at t=" in told.inner_text())
+    reported = page.locator(".notices .info")
+    until(lambda: "box_1 fell out of the world at t=" in reported.inner_text())
     until(lambda: re.match(r"warning: box_1 fell .* z=-\d+ m now", lamp.get_attribute("aria-label")))
     robot = page.locator(".display[data-display=RobotModel] .lamp")
     assert robot.get_attribute("aria-label") == "fine"

@@ -102,15 +102,15 @@ def test_playback_starts_at_the_current_time_and_stops_at_the_end(run: Run) -> N
 
 def test_topics_are_republished(run: Run) -> None:
     session = played_session(str(run.path))
-    heard: list[LaserScan] = []
-    session._motion.bus.subscribe("/scan", LaserScan, heard.append)
+    received: list[LaserScan] = []
+    session._motion.bus.subscribe("/scan", LaserScan, received.append)
     seek(session, 1990)
-    assert heard[-1].header.stamp == Time(1, 800_000_000)
+    assert received[-1].header.stamp == Time(1, 800_000_000)
     seek(session, 410)
-    assert heard[-1].header.stamp == Time(0, 400_000_000)
+    assert received[-1].header.stamp == Time(0, 400_000_000)
     assert "/scan" not in session.timeline().silent
     session.advance(0.6)
-    assert [scan.header.stamp.nanoseconds // 1_000_000 for scan in heard[-3:]] == [600, 800, 1000]
+    assert [scan.header.stamp.nanoseconds // 1_000_000 for scan in received[-3:]] == [600, 800, 1000]
     session.handle(Seek(0.0), 1)
     assert "/scan" in session.timeline().silent
 

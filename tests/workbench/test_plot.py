@@ -104,7 +104,7 @@ def test_a_table_can_have_selected_columns(recording: Path, capsys: pytest.Captu
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "reported"),
     [
         (["--to", "svg"], "a plot needs --field NAME. The numeric fields of /odom: "),
         (["--field", "pose.pose.positon.x"], "did you mean 'pose.pose.position.x'"),
@@ -117,7 +117,7 @@ def test_a_table_can_have_selected_columns(recording: Path, capsys: pytest.Captu
     ],
 )
 def test_an_impossible_plot_is_one_clear_error(
-    recording: Path, capsys: pytest.CaptureFixture[str], words: list[str], told: str
+    recording: Path, capsys: pytest.CaptureFixture[str], words: list[str], reported: str
 ) -> None:
     assert run(["bag", "export", str(recording), "--topic", "/odom", *words]) == 2
-    assert told in capsys.readouterr().err
+    assert reported in capsys.readouterr().err

@@ -46,14 +46,15 @@ def test_curves_are_distinct_for_colour_blind_people(theme: str) -> None:
     drawn = colours(theme)
     assert len(drawn) == 6
     for cones, matrix in SEEN.items():
-        for one, other in itertools.combinations(drawn, 2):
-            apart = np.linalg.norm(lab(np.array(matrix) @ light(one)) - lab(np.array(matrix) @ light(other)))
-            assert apart > 15, (cones, one, other)
+        for entry, other in itertools.combinations(drawn, 2):
+            first, second = lab(np.array(matrix) @ light(entry)), lab(np.array(matrix) @ light(other))
+            apart = np.linalg.norm(first - second)
+            assert apart > 15, (cones, entry, other)
 
 
 @pytest.mark.parametrize("theme", ["dark", "light"])
 def test_the_page_has_the_same_colours(theme: str) -> None:
     text = TOKENS.read_text(encoding="utf-8")
     dark, bright = text.split(':root[data-theme="light"]')
-    said = re.findall(r"--plot-\d: (#\w{6});", dark if theme == "dark" else bright)
-    assert said == colours(theme)
+    expected = re.findall(r"--plot-\d: (#\w{6});", dark if theme == "dark" else bright)
+    assert expected == colours(theme)

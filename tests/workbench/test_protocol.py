@@ -37,7 +37,7 @@ def test_valid_messages_are_decoded() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("", "not JSON"),
         ("[1]", "not a JSON object"),

@@ -163,7 +163,7 @@ def test_a_new_rviz_file_is_for_rviz_2() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "expected"),
     [
         ("Panels: []\n", "a.rviz:1: not an rviz configuration"),
         ("Visualization Manager:\n  Displays: 3\n", "a.rviz:2: expected a list"),
@@ -171,10 +171,10 @@ def test_a_new_rviz_file_is_for_rviz_2() -> None:
         ("Visualization Manager: {\n", "a.rviz:2: not YAML"),
     ],
 )
-def test_malformed_rviz_files_are_reported_with_the_line(text: str, said: str) -> None:
+def test_malformed_rviz_files_are_reported_with_the_line(text: str, expected: str) -> None:
     with pytest.raises(KbotError) as caught:
         read_rviz(text, "a.rviz")
-    assert said in str(caught.value)
+    assert expected in str(caught.value)
 
 
 def test_merged_fields_are_read() -> None:

@@ -131,7 +131,7 @@ def test_markers_and_marker_arrays_have_their_own_displays(kind: str, package: s
     names = ["/mark", "/marks"]
     assert topics == (names if kind == "rviz1" else [{"Value": name} for name in names])
     read = read_rviz(yaml.safe_dump(document), "again.rviz").settings
-    assert [(one.kind, one.properties["topic"]) for one in read.displays[:2]] == [
+    assert [(item.kind, item.properties["topic"]) for item in read.displays[:2]] == [
         ("Marker", "/mark"),
         ("MarkerArray", "/marks"),
     ]
@@ -235,15 +235,15 @@ def test_only_changed_points_and_namespaces_are_written() -> None:
     before = yaml.safe_load(POINTS)["Visualization Manager"]["Displays"]
     kept = yaml.safe_load(write_rviz(found.settings, found.document))["Visualization Manager"]["Displays"]
     assert [{**entry, **old} for entry, old in zip(kept, before, strict=True)] == kept
-    told = {**cloud.properties, "by": "intensity", "style": "boxes", "high": 9.0}
+    reported = {**cloud.properties, "by": "intensity", "style": "boxes", "high": 9.0}
     hidden = {**marks.properties, "/show": False}
-    changed = DisplaySettings({}, (replace(cloud, properties=told), replace(marks, properties=hidden)))
-    one, two = yaml.safe_load(write_rviz(changed, found.document))["Visualization Manager"]["Displays"]
-    assert (one["Color Transformer"], one["Style"], one["Max Intensity"]) == ("Intensity", "Boxes", 9.0)
-    assert one["Autocompute Value Bounds"] == before[0]["Autocompute Value Bounds"]
+    changed = DisplaySettings({}, (replace(cloud, properties=reported), replace(marks, properties=hidden)))
+    item, two = yaml.safe_load(write_rviz(changed, found.document))["Visualization Manager"]["Displays"]
+    assert (item["Color Transformer"], item["Style"], item["Max Intensity"]) == ("Intensity", "Boxes", 9.0)
+    assert item["Autocompute Value Bounds"] == before[0]["Autocompute Value Bounds"]
     assert two["Namespaces"] == {"": False, "a/b": False}
     again = read_rviz(write_rviz(changed, found.document), "points.rviz").settings.displays
-    assert [dict(display.properties) for display in again[:2]] == [told, hidden]
+    assert [dict(display.properties) for display in again[:2]] == [reported, hidden]
 
 
 def test_an_invalid_colour_range_is_reported_and_kept() -> None:

@@ -226,15 +226,15 @@ def test_a_robot_without_wheels_reports_why_it_cannot_drive(arm: Path) -> None:
 
 
 def test_another_world_starts_a_new_run(xacro: Path) -> None:
-    session, told = open_session(str(xacro), simulate=True), []
-    session.announce = told.append
+    session, reported = open_session(str(xacro), simulate=True), []
+    session.announce = reported.append
     drive_on(session, 0.2, 0.5)
     assert "boxes" in [world.name for world in session.about().worlds]
     session.handle(SetWorld("boxes:count=3", 0), 1)
     state = session.state()
     assert (state.time, state.resets, state.command) == (0.0, 1, (0.0, 0.0))
     assert session.about().world == "boxes"
-    (scene,) = of(Scene, told)
+    (scene,) = of(Scene, reported)
     assert isinstance(scene, Scene)
     assert len(scene.bodies) == 3
     with pytest.raises(KbotError, match="did you mean 'maze'"):
@@ -256,14 +256,14 @@ def test_a_push_moves_the_robot(xacro: Path) -> None:
             arm_less.handle(message, 1)
 
 
-@pytest.mark.parametrize("mend", ["reset", "save"])
-def test_a_diverged_run_keeps_its_last_state(xacro: Path, mend: str) -> None:
+@pytest.mark.parametrize("fix", ["reset", "save"])
+def test_a_diverged_run_keeps_its_last_state(xacro: Path, fix: str) -> None:
     session = open_session(str(xacro), simulate=True)
     session.handle(Push("left_wheel", 500.0, 0.0, 0.0, 1.0), 1)  # a hundred times the robot's weight
     with pytest.raises(DescriptionError, match="diverged"):
         session.handle(Advance(1.0), 1)
     assert np.isfinite(session.state().poses).all()
-    if mend == "reset":
+    if fix == "reset":
         session.handle(Reset(), 1)
     else:
         session.adopt(session.read())

@@ -122,22 +122,22 @@ def test_rates_are_correct_without_subscribers() -> None:
     StatePublishers(session._motion._sim)
     for _ in range(5):
         session.advance(0.1)
-    told = {one.name: one.rate for one in session.topics.topics().topics if one.rate is not None}
-    assert {"/clock", "/odom", "/tf", "/joint_states", "/scan"} <= told.keys()
-    small = [name for name in told if "image" not in name and "camera" not in name]
+    reported = {entry.name: entry.rate for entry in session.topics.topics().topics if entry.rate is not None}
+    assert {"/clock", "/odom", "/tf", "/joint_states", "/scan"} <= reported.keys()
+    small = [name for name in reported if "image" not in name and "camera" not in name]
     for name in small:
         session.topics.subscribe(name, 1)
     for _ in range(30):
         session.advance(0.1)
-    counted = {one.name: one.rate for one in session.topics.topics().topics if one.name in small}
+    counted = {entry.name: entry.rate for entry in session.topics.topics().topics if entry.name in small}
     for name in small:
-        assert counted[name] == pytest.approx(told[name], rel=0.03), name
+        assert counted[name] == pytest.approx(reported[name], rel=0.03), name
 
 
 def test_a_silent_topic_has_no_rate() -> None:
     session = open_session("kbot", simulate=True)
     session.topics.bus.mute("odom")
-    assert {one.name: one.rate for one in session.topics.topics().topics}["/odom"] is None
+    assert {entry.name: entry.rate for entry in session.topics.topics().topics}["/odom"] is None
 
 
 def test_earlier_messages_are_marked_as_latched() -> None:
@@ -163,24 +163,24 @@ def test_sliders_publish_joint_states_and_transforms() -> None:
     session.topics.subscribe("/tf", 1)
     session.topics.subscribe("/tf_static", 1)
     session.advance(0.15)
-    heard = {topic: read(frame)[0]["message"] for topic, frame, _ in session.topics.news()}
-    assert set(heard["/joint_states"]["name"]) == {"left_wheel_joint", "right_wheel_joint"}
+    received = {topic: read(frame)[0]["message"] for topic, frame, _ in session.topics.news()}
+    assert set(received["/joint_states"]["name"]) == {"left_wheel_joint", "right_wheel_joint"}
     moving, fixed = (
-        {t["child_frame_id"] for t in heard[topic]["transforms"]} for topic in ("/tf", "/tf_static")
+        {t["child_frame_id"] for t in received[topic]["transforms"]} for topic in ("/tf", "/tf_static")
     )
     assert moving == {"left_wheel", "right_wheel"}
     assert moving | fixed == {link.name for link in session.scene.links if link.parent}
 
 
 def test_a_page_publishes_only_on_allowed_topics() -> None:
-    bus, heard = Bus(), []
+    bus, received = Bus(), []
     relay = TopicRelay(bus, lambda: 0)
-    bus.subscribe("/cmd_vel", Twist, heard.append)
-    bus.subscribe("/secret", Twist, heard.append)
+    bus.subscribe("/cmd_vel", Twist, received.append)
+    bus.subscribe("/secret", Twist, received.append)
     bus.advertise("/robot/cmd_vel", Twist)
     relay.publish("/cmd_vel", "geometry_msgs/msg/Twist", {"linear": {"x": 0.5}})
-    assert heard == [Twist(Vector3(0.5))]
-    for topic, kind, message, said in (
+    assert received == [Twist(Vector3(0.5))]
+    for topic, kind, message, expected in (
         ("/secret", "geometry_msgs/msg/Twist", {}, "may not publish on /secret"),
         ("/robot/cmd_vel", "geometry_msgs/msg/Twist", {}, "/robot/cmd_vel has no subscriber"),
         ("/cmd_vel", "std_msgs/msg/String", {}, "carries geometry_msgs/msg/Twist"),
@@ -190,8 +190,8 @@ def test_a_page_publishes_only_on_allowed_topics() -> None:
     ):
         with pytest.raises(KbotError) as caught:
             relay.publish(topic, kind, message)
-        assert said in str(caught.value)
-    assert len(heard) == 1
+        assert expected in str(caught.value)
+    assert len(received) == 1
 
 
 def stamped(parent: str, child: str, x: float, yaw: float = 0.0) -> TransformStamped:

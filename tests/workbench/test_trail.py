@@ -147,18 +147,21 @@ def test_distances_beyond_odometry_in_foreign_recordings_are_moves(
     """
 
     def messages(at: float) -> list[tuple[str, float, object]]:
-        heard = max(at, 3.0 + late) if at >= 3.0 else at
+        received = max(at, 3.0 + late) if at >= 3.0 else at
         header = Header(Time.from_nanoseconds(round(at * 1e9)), "odom")
         moved = TransformStamped(
             header, "base", TransformMessage(Vector3(at, 0.5 if jump and at >= 3.0 else 0.0))
         )
         twist = TwistWithCovariance(Twist(Vector3(speed)))
-        return [("/odom", heard, Odometry(header, "base", twist=twist)), ("/tf", heard, TFMessage((moved,)))]
+        return [
+            ("/odom", received, Odometry(header, "base", twist=twist)),
+            ("/tf", received, TFMessage((moved,))),
+        ]
 
     path = write(
         tmp_path / "real.mcap",
         ("/robot_description", 0.0, String('<robot name="one"><link name="base"/></robot>')),
-        *(one for t in range(60) for one in messages(0.1 * t)),
+        *(entry for t in range(60) for entry in messages(0.1 * t)),
     )
     found = pieces_of(played_session(path))
     assert len(found) == pieces

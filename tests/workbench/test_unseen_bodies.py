@@ -15,7 +15,7 @@ def test_a_scene_has_a_body_for_each_pose_in_a_state() -> None:
     sim = kbot.Simulation("kbot", "boxes")
     sim.models.spawn_model("kbot", "b", x=1.0)
     sim.models.spawn_sdf(UNSEEN, "m", Transform.from_xyz_rpy((0.0, 2.0, 0.1), (0.0, 0.0, 0.0)))
-    told = [*sim.models.body_poses(), *(f"b/{link}" for link in sim.robots["b"].robot.links)]
+    reported = [*sim.models.body_poses(), *(f"b/{link}" for link in sim.robots["b"].robot.links)]
     shown = all_bodies(sim.world, other_robots(sim), MeshStore())
-    assert [body.name for body in shown if body.moving] == told
-    assert "m" in told
+    assert [body.name for body in shown if body.moving] == reported
+    assert "m" in reported

@@ -43,9 +43,9 @@ def test_a_change_between_reading_and_watching_is_detected(tmp_path: Path) -> No
 def test_a_change_after_reading_is_detected_for_files_watched_later(tmp_path: Path) -> None:
     file, included = tmp_path / "a", tmp_path / "b"
     read = time.time_ns()
-    for one in (file, included):
-        one.write_text("1")
-        os.utime(one, ns=(read, read - 1_000_000))
+    for entry in (file, included):
+        entry.write_text("1")
+        os.utime(entry, ns=(read, read - 1_000_000))
     watcher = Watcher([str(file)], read)
     included.write_text("2")
     os.utime(included, ns=(read, read + 1_000_000))

@@ -28,11 +28,11 @@ def run(session: Session, seconds: float) -> None:
 
 
 def test_added_and_deleted_objects_are_sent_to_every_page(session: Session) -> None:
-    told: list[object] = []
-    session.announce = told.append
+    reported: list[object] = []
+    session.announce = reported.append
     session.handle(spawn("box", 0.5), 1)
     session.handle(spawn("robot", -0.5), 1)
-    things = [message for message in told if isinstance(message, Things)]
+    things = [message for message in reported if isinstance(message, Things)]
     assert [message.revision for message in things] == [2, 3]
     (box, *links) = things[-1].bodies
     assert box.name == "box_1"
@@ -114,7 +114,7 @@ def test_time_and_world_can_be_reset_separately(session: Session) -> None:
 
 
 @pytest.mark.parametrize(
-    ("message", "said"),
+    ("message", "expected"),
     [
         (spawn("castle", 1.0), "unknown object 'castle'"),
         (spawn("crate", 0.0), "in the way"),
@@ -127,8 +127,8 @@ def test_time_and_world_can_be_reset_separately(session: Session) -> None:
         (JointSpeed("left_wheel_joint", 1.0), "no controller"),
     ],
 )
-def test_impossible_actions_are_reported(session: Session, message: object, said: str) -> None:
-    with pytest.raises(KbotError, match=said):
+def test_impossible_actions_are_reported(session: Session, message: object, expected: str) -> None:
+    with pytest.raises(KbotError, match=expected):
         session.handle(message, 1)
 
 

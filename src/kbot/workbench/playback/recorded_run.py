@@ -134,9 +134,8 @@ class RecordedRun:
         ]
         """The topics in `moves` of the robot on display, not of another robot with the same joint names."""
         odometry = [name for name, kind in self.topics.items() if kind is Odometry]
-        """The odometry topic of the robot, if there is one."""
         self.odometry = _among(odometry, {f"{own}/odom"}, _within(own, odometry))[:1]
-        """The topic that tells what the wheels tell, if there is one."""
+        """The odometry topic of the robot, if there is one."""
         self.description = self._write(text)
         if not self.moves:
             raise KbotError(
