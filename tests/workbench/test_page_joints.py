@@ -143,9 +143,8 @@ def test_joints_start_at_the_initial_positions_of_ros2_control(
     with serving(open_session(str(arm), simulate=False)) as address:
         page = open_page(address)
         assert value(page, "turn in degrees") == pytest.approx(np.degrees(0.5), abs=0.05)
-        assert value(page, "echo in degrees") == pytest.approx(
-            np.degrees(0.25), abs=0.05
-        )  # the mimic joint follows
+        # the mimic joint follows
+        assert value(page, "echo in degrees") == pytest.approx(np.degrees(0.25), abs=0.05)
         assert value(page, "lift in millimetres") == pytest.approx(200.0, abs=0.05)
         assert value(page, "spin in degrees") == 0.0
         page.goto("about:blank")

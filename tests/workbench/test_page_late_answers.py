@@ -40,7 +40,7 @@ def test_quick_key_presses_in_the_plot_add_up(page: Any) -> None:
     )
 
 
-def test_two_quick_clicks_do_not_pause_the_simulation(page: Any) -> None:
+def test_a_double_click_in_the_plot_stays_in_the_present(page: Any) -> None:
     shown(page, page.began + 0.2)
     page.keyboard.press("p")
     until(lambda: page.inner_text(".rate") != "paused")

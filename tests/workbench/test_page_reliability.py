@@ -193,9 +193,8 @@ def test_a_slow_page_receives_less_and_does_not_fall_behind(
     page.goto(address)
     until(lambda: page.evaluate("!!window.kbot && kbot.time > 0"))
     began = state_of(session).time
-    until(
-        lambda: state_of(session).time > began + 15.0, 300.0
-    )  # without skipping it would be ten seconds behind
+    # without skipping it would be ten seconds behind
+    until(lambda: state_of(session).time > began + 15.0, 300.0)
     shown = page.evaluate("kbot.time")
     assert shown > began + 10.0
     page.close()

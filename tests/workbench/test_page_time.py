@@ -171,10 +171,11 @@ def test_keys_continue_after_the_pointer_went_back(page: Any) -> None:
         page.keyboard.press("ArrowLeft")
     until(lambda: then - 0.6 < page.evaluate("kbot.time") < then - 0.1)
     assert is_past(page)
+    # the arrow keys drive only while the present is displayed
     assert state_of(page.session).command == (
         0.0,
         0.0,
-    )  # the arrow keys drive only while the present is displayed
+    )
     page.keyboard.press("Escape")
     until(lambda: not is_past(page))
     page.keyboard.down("ArrowLeft")

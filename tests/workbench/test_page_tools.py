@@ -87,9 +87,8 @@ def test_a_clicked_goal_is_reached_through_a_maze(maze: tuple[str, Session], ope
     wait_for_current_picture(page, session)
     column, row = middle(blue(screenshot(page)))
     box = page.locator(".picture").bounding_box()
-    assert (
-        np.hypot(box["x"] + column - goal[0], box["y"] + row - goal[1]) < 12
-    )  # and the picture shows it there
+    # and the picture shows it there
+    assert np.hypot(box["x"] + column - goal[0], box["y"] + row - goal[1]) < 12
 
 
 def test_a_goal_is_cancelled(maze: tuple[str, Session], open_page: OpenPage) -> None:

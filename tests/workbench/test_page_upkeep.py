@@ -76,7 +76,7 @@ def test_playback_starts_with_its_page_and_keys_work_on_the_timeline(
         page.goto("about:blank")
 
 
-def test_a_new_display_changes_its_lamp_and_the_count(viewing: str, open_page: OpenPage) -> None:
+def test_the_lamp_of_a_new_display_is_green(viewing: str, open_page: OpenPage) -> None:
     page = open_page(viewing)
     page.get_by_label("Add a display").select_option("Axes")
     page.locator(".display[data-display=Axes] select").first.wait_for()

@@ -112,9 +112,8 @@ def send(served: tuple[str, Session]) -> Iterator[Callable[[str | bytes], None]]
             connection.send(data)
             connection.send(json.dumps({"type": f"canary{count}."}))
             while f"canary{count}." not in (received := str(connection.recv(timeout=60))):
-                if (
-                    received == '{"type":"beat"}'
-                ):  # a page that answers beats receives nothing more until it answers this one
+                # once a page has answered a beat, it receives nothing more until it answers the next ones
+                if received == '{"type":"beat"}':
                     connection.send('{"type":"heard"}')
 
         yield send_one

@@ -87,6 +87,7 @@ def _display_session(simulation: Simulation) -> Session:
 
 
 def _states(session: Session, simulation: Simulation, moments: Sequence[Moment]) -> Iterator[State]:
+    # a copy, so that restoring moments does not change the simulation or its recording
     twin = Simulation(
         simulation.robot,
         simulation.world,
@@ -94,7 +95,7 @@ def _states(session: Session, simulation: Simulation, moments: Sequence[Moment])
         simulation.timestep,
         simulation.contacts,
         start=simulation.start,
-    )  # a copy, so that restoring moments does not change the simulation or its recording
+    )
     display = _display_session(twin)
     for moment in moments:
         twin.restore(moment)

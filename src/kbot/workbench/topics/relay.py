@@ -248,9 +248,8 @@ class TopicRelay:
 
     def _encoded(self, subscription: _Subscription, packet: Packet, is_latched: bool) -> Frame:
         message = packet.message
-        if isinstance(
-            message, Marker | MarkerArray
-        ):  # a marker is valid until it is deleted, so none may be lost
+        # a marker is valid until it is deleted, so none may be lost
+        if isinstance(message, Marker | MarkerArray):
             message = subscription.markers.current(self._now())
         message = self._for_page(message)
         if message is not packet.message:
