@@ -155,6 +155,6 @@ def test_an_incomplete_recording_is_displayed_with_a_notice(tmp_path: Path, name
     lost.flush()  # and then nothing more, as after kill -9
     session = played_session(str(path))
     assert session.note.startswith(f"{path} is incomplete: it was not closed")
-    assert session.note.endswith("what can be read is shown.")
+    assert session.note.endswith("The readable part is shown.")
     lost.close()
     assert played_session(str(path)).note == ""
