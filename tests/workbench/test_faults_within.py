@@ -30,7 +30,7 @@ def test_a_failing_message_is_answered(driving: tuple[str, Session], monkeypatch
     with connect(socket_address(address)) as page:
         monkeypatch.setattr(session, "handle", broken)
         send(page, type="reset")
-        assert refusal(page, "failed") == FAILED
+        assert refusal(page, "could not process") == FAILED
         monkeypatch.undo()
         send(page, type="set_speed", factor=2.0)
         until(lambda: session.speed == 2.0)
@@ -40,7 +40,7 @@ def test_a_failing_run_is_paused(driving: tuple[str, Session], monkeypatch: Any)
     address, session = driving
     with connect(socket_address(address)) as page:
         monkeypatch.setattr(session._motion, "advance", broken)
-        assert refusal(page, "failed") == FAILED
+        assert refusal(page, "could not process") == FAILED
         until(lambda: session.paused)
         monkeypatch.undo()
         before = session._motion.clock.nanoseconds
@@ -56,7 +56,7 @@ def test_a_failing_reading_keeps_the_robot(
         receive(page, "state")
         monkeypatch.setattr(session, "read", broken)
         xacro.write_text(xacro.read_text() + "<!-- changed -->\n")
-        assert refusal(page, "failed") == FAILED
+        assert refusal(page, "could not process") == FAILED
     assert get(address, "/")[0] == 200
 
 
@@ -79,7 +79,7 @@ def test_a_failing_plot_is_answered(driving: tuple[str, Session], monkeypatch: A
     with connect(socket_address(address)) as page:
         monkeypatch.setattr("kbot.workbench.serving.past.Past.series", broken)
         send(page, type="ask_series", number=1, fields=["state twist.0"], start=0.0, end=1.0)
-        assert refusal(page, "failed") == FAILED
+        assert refusal(page, "could not process") == FAILED
         monkeypatch.undo()
         send(page, type="ask_series", number=2, fields=["state twist.0"], start=0.0, end=1.0)
         assert receive(page, "series")["number"] == 2
