@@ -89,7 +89,7 @@ def test_a_simulation_is_drawn_with_a_slider_over_its_states(page: Any) -> None:
         return float(frame.evaluate("kbot.poses()[0]"))
 
     end = 0.4 - 0.02  # 2 s at 0.2 m/s, less the acceleration
-    slider = frame.get_by_role("slider", name="Moment", exact=True)
+    slider = frame.get_by_role("slider", name="Recorded state", exact=True)
     slider.press("End")
     until(lambda: abs(x() - end) < 0.02)
     slider.press("Home")

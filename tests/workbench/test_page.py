@@ -100,7 +100,7 @@ def test_a_broken_file_keeps_the_last_valid_robot_and_is_reported(
     assert "base_mas" in message.inner_text()
     until(lambda: blue(screenshot(page)).sum() < 0.05 * whole)
     assert mask(page, "base_link").sum() > 1000
-    page.get_by_role("button", name="Show it").click()
+    page.get_by_role("button", name="Show error").click()
     here = until(lambda: page.locator(".line.here").count() and page.locator(".line.here"))
     assert here.get_attribute("data-line") == str(line)
     caret = page.locator(".caret").inner_text()

@@ -143,7 +143,7 @@ def test_a_camera_without_intrinsics_is_reported(show: Show) -> None:
         show.bus.publish("/eye/image_raw", picture)
         return show.status("Camera")
 
-    until(lambda: "no intrinsics heard on /eye/camera_info" in reason(False))
+    until(lambda: "no CameraInfo received on /eye/camera_info" in reason(False))
     assert not show.page.locator(".camera-view").is_visible()
-    until(lambda: "/eye/camera_info says no projection" in reason(True))
+    until(lambda: "the CameraInfo on /eye/camera_info has no valid projection" in reason(True))
     assert not show.page.locator(".camera-view").is_visible()

@@ -48,7 +48,7 @@ def test_displays_are_moved_renamed_and_removed_by_keyboard(viewing: str, open_p
     page.reload()
     wait_for_page(page)
     assert names(page)[:2] == ["Grid", "Frames of mine"]
-    page.get_by_label("Settings of the displays").select_option("reset")
+    page.get_by_label("Display settings").select_option("reset")
     assert names(page) == before
 
 
@@ -58,9 +58,9 @@ def test_a_display_opens_with_its_settings_and_status(viewing: str, open_page: O
     row = page.locator(".display[data-display=Map]")
     until(lambda: row.locator(".head[aria-expanded=true]").count())
     lamp = row.locator(".lamp")
-    until(lambda: "there is no topic of type OccupancyGrid" in lamp.get_attribute("aria-label"))
+    until(lambda: "no topic of type OccupancyGrid" in lamp.get_attribute("aria-label"))
     row.get_by_label("Show Map").uncheck()
-    until(lambda: "not shown" in lamp.get_attribute("aria-label"))
+    until(lambda: "hidden" in lamp.get_attribute("aria-label"))
     # a display kind with at most one display cannot be added again
     assert page.locator("[aria-label='Add a display'] option[value=TF]").is_disabled()
 
@@ -107,15 +107,15 @@ def test_a_page_opens_and_saves_an_rviz_configuration(
         clip = page.evaluate("kbot.camera()")
         assert clip["width"] > 0
         lamp = page.locator(".globals .lamp")
-        until(lambda: lamp.get_attribute("aria-label") == "error: there is no frame odom")
+        until(lambda: lamp.get_attribute("aria-label") == "error: frame odom does not exist")
         head(page, "Global options").click()
-        page.get_by_text("What of robot.rviz is not shown").click()
+        page.get_by_text("Not supported in robot.rviz").click()
         assert page.locator(".notes li", has_text="rviz_plugin_tutorials/Imu").is_visible()
         head(page, "Grid").click()
         cell = page.get_by_label("Cell size of Grid")
         cell.fill("0.125")
         cell.press("Enter")
-        page.get_by_label("Settings of the displays").select_option("save")
+        page.get_by_label("Display settings").select_option("save")
         until(lambda: f"Saved to {path}" in page.inner_text(".notices"))
         grid = yaml.safe_load(path.read_text())["Visualization Manager"]["Displays"][0]
         assert grid["Cell Size"] == 0.125
@@ -129,17 +129,17 @@ def test_a_copy_of_the_settings_is_saved_and_opened_again(
     page = open_page(viewing)
     page.locator("[data-option=collision]").click()
     with page.expect_download() as waiting:
-        page.get_by_label("Settings of the displays").select_option("kbot")
+        page.get_by_label("Display settings").select_option("kbot")
     copy = tmp_path / waiting.value.suggested_filename
     waiting.value.save_as(copy)
     assert copy.name == "displays.kbot.yaml"
-    page.get_by_label("Settings of the displays").select_option("reset")
+    page.get_by_label("Display settings").select_option("reset")
     assert page.get_attribute("[data-option=collision]", "aria-pressed") == "false"
-    page.get_by_label("A file of displays").set_input_files(copy)
+    page.get_by_label("Display file").set_input_files(copy)
     until(lambda: page.get_attribute("[data-option=collision]", "aria-pressed") == "true")
     broken = tmp_path / "broken.kbot.yaml"
     broken.write_text("displays:\n- kind: Gird\n")
-    page.get_by_label("A file of displays").set_input_files(broken)
+    page.get_by_label("Display file").set_input_files(broken)
     until(lambda: "broken.kbot.yaml:2: unknown display kind" in page.inner_text(".notices"))
 
 
@@ -175,5 +175,5 @@ def test_the_robot_display_reports_missing_meshes(tmp_path: Path, open_page: Ope
     )
     with serving(open_session(str(file), simulate=False)) as address:
         lamp = open_page(address).locator(".display[data-display=RobotModel] .lamp")
-        expected = "error: meshes are missing, see the findings: tool"
+        expected = "error: meshes are missing (see Findings): tool"
         until(lambda: lamp.get_attribute("aria-label") == expected)

@@ -74,7 +74,7 @@ def test_a_scan_is_drawn_in_its_own_frame(open_page: OpenPage) -> None:
         middle = np.argwhere(show.mask(GREEN)).mean(axis=0)
         assert np.abs(middle - show.pixels([(1.0, 0.0, 0.09)])[0]).max() <= 3
         show.bus.publish("/laser", LaserScan(Header(frame_id="nowhere"), range_max=8.0, ranges=ranges))
-        until(lambda: "there is no frame nowhere" in show.status("LaserScan"))
+        until(lambda: "frame nowhere does not exist" in show.status("LaserScan"))
         assert not show.mask(GREEN).any()
 
 

@@ -55,13 +55,13 @@ def test_the_true_pose_is_shown_beside_odometry(driving: tuple[str, Session], op
     page = open_page(address)
     world = page.get_by_role("group", name="In the world")
     until(lambda: [reading(page, entry, "In the world") for entry in ("x", "y", "yaw")] == [0.0, 0.0, 0.0])
-    assert "not where odometry has it" not in world.inner_text()
+    assert "differs from odometry" not in world.inner_text()
     do(session, lambda motion: motion.act(MoveModel("kbot", 1.2, -0.1, 0.0, np.radians(99.0))))
     until(lambda: reading(page, "x", "In the world") == pytest.approx(1.2, abs=0.002))
     assert reading(page, "y", "In the world") == pytest.approx(-0.1, abs=0.002)
     assert reading(page, "yaw", "In the world") == pytest.approx(99.0, abs=0.2)
     assert abs(reading(page, "x")) < 0.002  # no wheel turned
-    assert "not where odometry has it" in world.inner_text()
+    assert "differs from odometry" in world.inner_text()
 
 
 def test_the_heading_is_shown_within_half_a_turn(driving: tuple[str, Session], open_page: OpenPage) -> None:
@@ -199,7 +199,7 @@ def test_pause_step_reset_and_speed(driving: tuple[str, Session], open_page: Ope
     until(lambda: page.evaluate("kbot.time") == 0 and reading(page, "x") == 0)
     page.get_by_role("combobox", name="Speed").select_option("5")
     until(lambda: session.speed == 5.0)
-    page.get_by_role("button", name="Go on").click()
+    page.get_by_role("button", name="Continue").click()
     until(lambda: page.evaluate("kbot.time") > 0.5)
 
 

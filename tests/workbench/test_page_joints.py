@@ -125,7 +125,7 @@ def test_joints_have_units_limits_and_search(arm: Path, open_page: OpenPage) -> 
         page.get_by_label("Search joints").fill("EXTRA_3")
         assert page.locator(".joint:visible").count() == 1
         page.get_by_label("Search joints").fill("nothing")
-        assert page.locator("#joints").inner_text().strip().endswith("No joint is called so.")
+        assert page.locator("#joints").inner_text().strip().endswith("No joint matches.")
         page.goto("about:blank")
 
 

@@ -55,7 +55,7 @@ def test_a_step_back_works_with_a_late_timeline(
     driving: tuple[str, Session], open_page: OpenPage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     page = open_page(driving[0])
-    slider = page.get_by_role("slider", name="Moment on show")
+    slider = page.get_by_role("slider", name="Time shown")
     until(lambda: float(slider.evaluate("s => s.max")) > 0.5)
     put_timeline = Client.put_timeline
 
@@ -93,7 +93,7 @@ def test_a_step_starts_from_the_playback_position(played: Session, open_page: Op
         page = open_page(address, viewport=WIDE)
         page.keyboard.press("p")
         until(lambda: page.get_by_role("button", name="Pause").is_visible())
-        slider = page.get_by_role("slider", name="Moment on show")
+        slider = page.get_by_role("slider", name="Time shown")
         box = slider.bounding_box()
         page.mouse.click(box["x"] + box["width"] * 0.2, box["y"] + box["height"] / 2)
         until(lambda: 1.6 < run_between_steps(played, played.timeline).at < 5.0)

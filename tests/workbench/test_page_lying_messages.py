@@ -29,16 +29,16 @@ CLOUDS = {
         replace(WHOLE, height=FOUR_BILLION),
         replace(WHOLE, data=b""),
     ),
-    "rows are shorter than their points": (
+    "row_step is less than width * point_step": (
         replace(WHOLE, height=FOUR_BILLION, row_step=0),
         replace(WHOLE, height=2, width=4, row_step=40),
     ),
-    "x does not lie within a point": (
+    "x does not fit into point_step": (
         replace(WHOLE, width=FOUR_BILLION, point_step=0, row_step=0),
         replace(WHOLE, fields=(PointField("x", 18), Y, Z)),
     ),
-    "rgb does not lie within a point": (replace(WHOLE, fields=(X, Y, Z, PointField("rgb", 18, 6))),),
-    "z is of datatype 0": (replace(WHOLE, fields=(X, Y, PointField("z", 12, 0))),),
+    "rgb does not fit into point_step": (replace(WHOLE, fields=(X, Y, Z, PointField("rgb", 18, 6))),),
+    "z has the unknown datatype 0": (replace(WHOLE, fields=(X, Y, PointField("z", 12, 0))),),
 }
 
 
@@ -73,9 +73,9 @@ def test_an_invalid_value_does_not_change_the_colours_of_others(open_page: OpenP
 @pytest.mark.parametrize(
     ("picture", "words"),
     [
-        (Image(WORLD, 2, 4, "rgb8", 0, 8, bytes(16)), "rows of 8 bytes, but 4 pixels in rgb8 need 12"),
+        (Image(WORLD, 2, 4, "rgb8", 0, 8, bytes(16)), "step is 8 bytes, but 4 pixels of rgb8 need 12"),
         (Image(WORLD, 1, FOUR_BILLION, "rgb8", 0, 0, b"1"), f"{FOUR_BILLION} pixels in rgb8 need"),
-        (Image(WORLD, FOUR_BILLION, 1, "32FC1", 0, 0, b"1"), "rows of 0 bytes"),
+        (Image(WORLD, FOUR_BILLION, 1, "32FC1", 0, 0, b"1"), "step is 0 bytes"),
         (Image(WORLD, 1, 4, "yuyv", 0, 4, bytes(4)), "4 pixels in yuyv need 8"),
         (Image(WORLD, 2, 2, "bgr8", 0, 6, bytes(11)), "2 by 2 pixels, but 11 bytes"),
     ],
@@ -108,13 +108,13 @@ def test_invalid_numbers_are_reported_and_not_drawn_as_zero(open_page: OpenPage)
         show.add("MarkerArray", "/marks")
         entry, other = marker(1, 1, nan), marker(2, 1, 0.6)
         show.publish("MarkerArray", "/marks", MarkerArray((entry, other)))
-        assert "marker 1 holds numbers that are nan" in show.status("MarkerArray")
+        assert "marker 1 contains numbers that are NaN" in show.status("MarkerArray")
         assert is_like(show.colours((0.6, 0.0, 0.0)), (255, 0, 255), 140)
         assert not is_like(show.colours((0.0, 0.0, 0.0)), (255, 0, 255), 140)
         show.add("Path", "/plan")
         at = replace(pose(), position=Point(nan, 0.0, 0.0), orientation=Quaternion(0.0, 0.0, 0.0, 1.0))
         show.publish("Path", "/plan", Path(WORLD, (PoseStamped(WORLD, at), PoseStamped(WORLD, pose()))))
-        assert "numbers that are nan" in show.status("Path")
+        assert "numbers that are NaN" in show.status("Path")
 
 
 def test_markers_of_one_point_or_none_are_invisible(open_page: OpenPage) -> None:
@@ -126,7 +126,7 @@ def test_markers_of_one_point_or_none_are_invisible(open_page: OpenPage) -> None
         show.publish(
             "MarkerArray", "/marks", MarkerArray((*odd, text, marker(1, -1, 0.0), marker(2, 1, 0.4)))
         )
-        assert "type -1, which there is not" in show.status("MarkerArray")
+        assert "unknown type -1" in show.status("MarkerArray")
 
 
 @pytest.mark.parametrize("metres", [0.0, -0.1, float("nan")])
@@ -135,4 +135,4 @@ def test_a_map_with_cells_of_zero_size_is_reported(open_page: OpenPage, metres: 
     with showing(open_page, {"/chart": OccupancyGrid}) as show:
         show.add("Map", "/chart")
         show.publish("Map", "/chart", OccupancyGrid(WORLD, info, np.zeros(4, np.int8)))
-        assert ("nan" if np.isnan(metres) else f"cells of {metres:g} m") in show.status("Map")
+        assert ("NaN" if np.isnan(metres) else f"resolution is {metres:g} m") in show.status("Map")

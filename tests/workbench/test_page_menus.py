@@ -27,7 +27,7 @@ def axe() -> str:
 
 def world_menu(page: Any) -> str:
     page.get_by_role("button", name="World and faults").press("Enter")
-    page.get_by_role("button", name="Let it happen").press("Enter")
+    page.get_by_role("button", name="Inject").press("Enter")
     return "#world-menu:has(.faults li)"
 
 

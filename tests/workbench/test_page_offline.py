@@ -185,7 +185,7 @@ def test_a_simulation_is_shown_at_all_states_and_not_changed(tmp_path: Path, ope
     assert sim.state_sha256() == before
     shown.save(tmp_path / "sim.html")
     page = open_page((tmp_path / "sim.html").as_uri())
-    slider = page.get_by_role("slider", name="Moment")
+    slider = page.get_by_role("slider", name="Recorded state")
     for index in (19, 4, 11):
         slider.evaluate("(e, value) => { e.value = value; e.dispatchEvent(new Event('input')); }", index)
         base = np.array(page.evaluate("kbot.poses()")).reshape(-1, 7)[1, :3]

@@ -45,8 +45,8 @@ def test_a_whole_recording_is_plotted(played: Session, open_page: OpenPage) -> N
         assert np.allclose(rows[driving, 1], 0.25, atol=0.01)
         assert np.allclose(rows[rows[:, 0] < 1.9, 1], 0.0, atol=0.01)
         assert rows[-1, -1] * 0.035 == pytest.approx(0.25 * 2.0, abs=0.03)  # wheel's angle times its radius
-        assert page.get_by_role("option", name="forward speed asked").count() == 0
-        slider = page.get_by_role("slider", name="Moment on show").bounding_box()
+        assert page.get_by_role("option", name="commanded forward speed").count() == 0
+        slider = page.get_by_role("slider", name="Time shown").bounding_box()
         for part in np.linspace(0.9, 0.25, 12):  # the cursor goes to the last of many clicks
             page.mouse.click(slider["x"] + slider["width"] * part, slider["y"] + slider["height"] / 2)
         until(lambda: run_between_steps(played, played.timeline).at == pytest.approx(1.5, abs=0.1))
@@ -65,9 +65,9 @@ def test_topics_of_a_recording_have_mean_rates_from_the_start(played: Session, o
         until(lambda: rate.count() == 1 and rate.inner_text() == "50 Hz")
         once = page.locator("[data-topic='/robot_description'] .rate")
         assert once.inner_text() == "\u2013"
-        assert "Said once" in once.get_attribute("title")
+        assert "Published once" in once.get_attribute("title")
         page.locator("[data-topic='/odom'] .head").click()
-        moment = page.get_by_role("slider", name="Moment on show")
+        moment = page.get_by_role("slider", name="Time shown")
         for _ in range(3):
             moment.press("ArrowRight")
         until(lambda: page.locator("[data-topic='/odom'] dt button").count() > 3)

@@ -140,7 +140,7 @@ def test_plots_show_values_from_while_no_page_was_open(
     page.keyboard.press("p")
     until(lambda: page.inner_text(".rate") == "paused")
     open_plots(page)
-    page.get_by_label("Time on show").select_option("all")  # however long the page took to load
+    page.get_by_label("Time span").select_option("all")  # however long the page took to load
     rows = once(page, lambda rows: rows[0, 0] < left + 0.5 and rows[-1, 0] > left + 4.0)
     assert np.diff(rows[:, 0]).max() < 0.5
     assert rows[-1, 0] == pytest.approx(state_of(session).at, abs=0.1)  # without a reset there is one clock
@@ -168,7 +168,7 @@ def test_plotted_topic_values_survive_closing_the_page(page: Any) -> None:
 def test_more_curves_than_colours_are_distinct(page: Any) -> None:
     chips = page.locator("#plots .chip")
     add = page.get_by_label("Plot another field")
-    for field in ("x", "y", "yaw", "left_wheel_joint", "right_wheel_joint", "turning speed asked"):
+    for field in ("x", "y", "yaw", "left_wheel_joint", "right_wheel_joint", "commanded turning speed"):
         before = chips.count()
         add.select_option(field)
         until(lambda before=before: chips.count() == before + 1)

@@ -35,7 +35,10 @@ def test_fields_are_selected_plotted_and_saved(driving: tuple[str, Session], ope
         page.get_by_role("button", name="Save the plot").click()
         page.get_by_role("button", name="Save as CSV").click()
     lines = saved.value.path().read_text().splitlines()
-    assert lines[0] == '"time [s]","forward speed [m/s]","forward speed asked [m/s]","left_wheel_joint [rad]"'
+    assert (
+        lines[0]
+        == '"time [s]","forward speed [m/s]","commanded forward speed [m/s]","left_wheel_joint [rad]"'
+    )
     table = np.array([[float(cell) for cell in line.split(",")] for line in lines[1:]])
     assert (np.diff(table[:, 0]) > 0).all()
     x = float(page.inner_text(X).replace("\u2212", "-"))

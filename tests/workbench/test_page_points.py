@@ -89,7 +89,7 @@ def test_colours_span_the_configured_range(open_page: OpenPage) -> None:
         show.set("PointCloud2", "size", "12")
         show.set("PointCloud2", "by", "intensity")
         show.publish("PointCloud2", "/cloud", message)
-        assert "its points have no intensity" in show.status("PointCloud2")
+        assert "the points have no intensity" in show.status("PointCloud2")
         show.set("PointCloud2", "channel", "ring")
         show.bus.publish("/cloud", message)
         until(lambda: "warning" not in show.status("PointCloud2"))

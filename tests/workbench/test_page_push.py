@@ -47,12 +47,12 @@ def test_a_kick_is_set_in_fields_and_is_visible(driving: tuple[str, Session], op
     page = open_page(address)
     from_above(page, ABOVE)
     column, row = middle(blue(screenshot(page)))
-    form = menu(page).locator("form", has=page.get_by_role("heading", name="Push it"))
+    form = menu(page).locator("form", has=page.get_by_role("heading", name="Push the robot"))
     form.get_by_label("Push or kick").select_option("kick")
     assert not form.get_by_label("Link to push").is_visible()
     form.get_by_label("Strength").fill("2")
     form.get_by_label("Direction in degrees").fill("90")
-    form.get_by_role("button", name="Give it").click()
+    form.get_by_role("button", name="Apply").click()
     until(lambda: pose(session)[1] > 0.05)  # moved to the left
     assert abs(pose(session)[0]) < 0.05
     page.keyboard.press("Escape")
@@ -76,7 +76,7 @@ def test_an_object_can_be_pushed_but_not_kicked(driving: tuple[str, Session], op
     page.locator(".hint").get_by_label("Push or kick").select_option("kick")
     wait_for_current_picture(page, session)
     drag(page, at(page, 0.4, 0.0, 0.1), at(page, 0.4, 0.4, 0.1))
-    until(lambda: "Only the robot is kicked" in page.locator(".notices").inner_text())
+    until(lambda: "Only the robot can be kicked" in page.locator(".notices").inner_text())
     page.locator(".hint").get_by_label("Push or kick").select_option("push")
     strength(page).fill("60")
     drag(page, at(page, 0.4, 0.0, 0.1), at(page, 0.4, 0.4, 0.1))
@@ -104,12 +104,12 @@ def test_faults_are_listed_with_the_remaining_time_and_ended(
     address, session = driving
     page = open_page(address)
     opened = menu(page)
-    assert not opened.get_by_role("group", name="Going wrong").is_visible()
-    form = opened.locator("form", has=page.get_by_role("heading", name="Let something go wrong"))
+    assert not opened.get_by_role("group", name="Faults", exact=True).is_visible()
+    form = opened.locator("form", has=page.get_by_role("heading", name="Inject a fault"))
     form.get_by_label("Fault").select_option("payload")
-    form.get_by_label("Befalls").select_option("base_link")
+    form.get_by_label("Target", exact=True).select_option("base_link")
     form.get_by_label("Seconds").fill("600")
-    form.get_by_role("button", name="Let it happen").click()
+    form.get_by_role("button", name="Inject").click()
     row = opened.locator(".faults li")
     until(lambda: row.count() == 1)
     assert row.locator(".words").inner_text() == "base_link carries 0.5 kg"
@@ -127,7 +127,7 @@ def test_faults_are_listed_with_the_remaining_time_and_ended(
     until(lambda: left() == pytest.approx(fault.stop - state_of(session).time, abs=0.11))
     assert page.get_by_role("button", name="World and faults: 1 acting").count() == 1
     row.get_by_role("button", name="End: base_link carries 0.5 kg").click()
-    until(lambda: not opened.get_by_role("group", name="Going wrong").is_visible())
+    until(lambda: not opened.get_by_role("group", name="Faults", exact=True).is_visible())
     assert state_of(session).faults == ()
     assert page.get_by_role("button", name="World and faults", exact=True).count() == 1
 

@@ -29,7 +29,7 @@ def test_the_page_records_to_a_file(page: Any, tmp_path: Path) -> None:
     name = until(lambda: page.locator(".recording .name").inner_text())
     until(lambda: page.locator(".notice").get_by_text(f"Recording to {tmp_path / name}").is_visible())
     until(lambda: page.locator(".recording .size").inner_text() > "0:00.9")
-    page.get_by_role("button", name="End the recording").click()
+    page.get_by_role("button", name="Stop recording").click()
     until(lambda: page.locator(".notice").get_by_text(f"Recorded to {tmp_path / name}.").is_visible())
     with page.expect_download() as saved:
         page.get_by_role("link", name="Download").click()
@@ -51,7 +51,7 @@ def test_a_recording_is_played_back_and_scrubbed(page: Any, open_page: OpenPage)
     until(lambda: state_of(page.session).odometry[0] > 0.8)
     page.keyboard.up("w")
     path = run_between_steps(page.session, page.session.recording.view).file
-    page.get_by_role("button", name="End the recording").click()
+    page.get_by_role("button", name="Stop recording").click()
     until(lambda: run_between_steps(page.session, page.session.recording.view) is None)
     session = played_session(path)
     with serving(session) as address:
@@ -72,7 +72,7 @@ def test_a_recording_is_played_back_and_scrubbed(page: Any, open_page: OpenPage)
         until(lambda: run_between_steps(session, session.timeline).loop)
         assert player.get_by_role("button", name="Record", exact=True).count() == 0
         player.get_by_label("Speed", exact=True).select_option("10")
-        player.get_by_role("button", name="Go on").click()
+        player.get_by_role("button", name="Continue").click()
         until(lambda: shown_x(player) > 0.6)
         until(lambda: shown_x(player) < 0.5)  # playback restarted
         player.goto("about:blank")

@@ -23,7 +23,7 @@ OpenPage = Callable[..., Any]
 
 
 def slider(page: Any) -> Any:
-    return page.get_by_role("slider", name="Moment on show")
+    return page.get_by_role("slider", name="Time shown")
 
 
 def is_past(page: Any) -> bool:
@@ -79,7 +79,7 @@ def test_a_simulation_resumes_from_the_displayed_time(
     assert not session.paused
     assert not page.get_by_role("button", name="Resume from here").is_visible()
     file = run_between_steps(session, session.recording.view).file
-    page.get_by_role("button", name="End the recording").click()
+    page.get_by_role("button", name="Stop recording").click()
     until(lambda: run_between_steps(session, session.recording.view) is None)
     assert replay(file).is_same
     other.close()

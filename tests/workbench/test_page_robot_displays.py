@@ -51,7 +51,7 @@ def test_another_grid_draws_the_floor_after_the_first_is_removed(open_page: Open
         show.add("Grid")
         for name, value in (("count", "0"), ("colour", "#ff0000")):  # endless lines
             show.set("Grid", name, value)
-        until(lambda: "another grid is on the floor" in show.status("Grid"))
+        until(lambda: "another grid draws the floor lines" in show.status("Grid"))
         assert not show.mask(RED, 90).any()
         show.page.locator(".display[data-display=Grid]").first.locator(".head").focus()
         show.page.keyboard.press("Delete")
@@ -74,7 +74,7 @@ def test_contact_forces_carry_the_weight_of_the_robot(open_page: OpenPage) -> No
         show.add("Contacts")
         show.set("Contacts", "scale", "0.5")
         show.set("Contacts", "colour", "#ff0000")
-        show.page.get_by_role("button", name="Go on").click()
+        show.page.get_by_role("button", name="Continue").click()
         until(lambda: reds(show).sum() > 100)
         # the right wheel, nearest to the eye, carries 4.258 N of 11.28 N: 0.189 m of 0.5 m with a thin tip
         (tip,) = show.pixels([(0.0, -0.087, 0.189)])

@@ -52,12 +52,12 @@ def test_a_page_and_a_model_are_saved(viewing: str, open_page: OpenPage) -> None
 def test_a_film_is_saved(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0])
     page.locator(".save-menu summary").click()
-    page.get_by_role("button", name="Record a film").click()
+    page.get_by_role("button", name="Record a video").click()
     frames = page.evaluate("kbot.frames")
     page.keyboard.down("w")
     until(lambda: page.evaluate("kbot.frames") > frames + 5)
     page.keyboard.up("w")
-    assert saved(page, "Stop, and save the film").startswith(b"\x1aE\xdf\xa3")  # EBML, as WebM starts
+    assert saved(page, "Stop and save the video").startswith(b"\x1aE\xdf\xa3")  # EBML, as WebM starts
 
 
 def test_the_first_picture_needs_no_socket(viewing: str, browser: Any) -> None:

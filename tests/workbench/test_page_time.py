@@ -36,7 +36,7 @@ def page(driving: tuple[str, Session], open_page: OpenPage, tmp_path: Path) -> A
 
 
 def slider(page: Any) -> Any:
-    return page.get_by_role("slider", name="Moment on show")
+    return page.get_by_role("slider", name="Time shown")
 
 
 def drag(page: Any, part: float) -> None:
@@ -88,10 +88,10 @@ def test_the_robot_is_shown_at_its_earlier_pose(page: Any) -> None:
 
 def test_live_numbers_are_marked_while_looking_back(page: Any) -> None:
     panels = [page.locator(f"#{name}") for name in ("parameters", "findings")]
-    assert not any("as it is now" in panel.inner_text() for panel in panels)
+    assert not any("current" in panel.inner_text() for panel in panels)
     drag(page, 0.05)
     until(lambda: is_past(page))
-    assert all("as it is now" in panel.inner_text() for panel in panels)
+    assert all("current" in panel.inner_text() for panel in panels)
 
 
 def test_a_time_without_a_scan_is_not_an_error(xacro: Path, open_page: OpenPage) -> None:
@@ -103,7 +103,7 @@ def test_a_time_without_a_scan_is_not_an_error(xacro: Path, open_page: OpenPage)
         until(lambda: lamp.get_attribute("aria-label").startswith("fine"))
         slider(page).press("Home")
         until(lambda: is_past(page))
-        until(lambda: lamp.get_attribute("aria-label") == "off: nothing of /scan is kept from this moment")
+        until(lambda: lamp.get_attribute("aria-label") == "off: no message of /scan is stored for this time")
         head = page.locator("#displays .panel-head").bounding_box()
         page.get_by_role("button", name="Live").click()
         run_between_steps(session, lambda: session.topics.bus.advertise("way", Way), changes=True)
@@ -187,7 +187,7 @@ def test_a_page_that_looks_back_shows_whether_time_is_paused(page: Any) -> None:
     drag(page, 0.3)
     until(lambda: is_past(page))
     page.keyboard.press("p")
-    until(lambda: page.get_by_role("button", name="Go on").is_visible())
+    until(lambda: page.get_by_role("button", name="Continue").is_visible())
     assert page.session.paused
     assert is_past(page)
 
@@ -220,7 +220,7 @@ def test_bookmarks_are_set_named_and_opened(
     drag(page, 0.6)
     until(lambda: page.evaluate("kbot.time") > first + 0.3)
     second = settled(page)
-    page.get_by_role("button", name="Bookmark this moment").click()
+    page.get_by_role("button", name="Bookmark this time").click()
     page.keyboard.press("[")
     until(lambda: page.evaluate("kbot.time") == first)
     page.keyboard.press("]")

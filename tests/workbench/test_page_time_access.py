@@ -31,7 +31,7 @@ def test_axe_reports_no_violations_while_looking_back(
     page.keyboard.press("l")  # a narrow page has room for one panel
     until(lambda: page.locator("#plots canvas").count() == 1)
     page.keyboard.press("k")
-    page.get_by_role("slider", name="Moment on show").focus()
+    page.get_by_role("slider", name="Time shown").focus()
     for _ in range(5):
         page.keyboard.press("PageDown")
     until(lambda: page.evaluate("document.documentElement.dataset.time === 'past'"))

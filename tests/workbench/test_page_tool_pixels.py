@@ -73,7 +73,11 @@ def test_a_published_point_is_drawn_where_it_was_clicked(
         rows, columns = np.nonzero((r > g + 60) & (b > g + 60))
         return np.array([columns.mean(), rows.mean()]) if len(rows) > 20 else np.full(2, np.inf)
 
-    until(lambda: "nothing heard on /clicked_point" in str(row.locator(".lamp").get_attribute("aria-label")))
+    until(
+        lambda: (
+            "no message received on /clicked_point" in str(row.locator(".lamp").get_attribute("aria-label"))
+        )
+    )
     for place in ((0.4, 0.5), (-0.2, 0.3)):
         tool(page, "Publish point").click()
         page.mouse.click(*at(page, *place))

@@ -140,7 +140,7 @@ def test_a_topic_has_a_rate_before_it_is_opened(driving: tuple[str, Session], op
     rate = page.locator("[data-topic='/odom'] .rate")
     until(lambda: rate.count() == 1 and rate.inner_text() == "50 Hz")
     assert page.locator("[data-topic='/cmd_vel'] .rate").inner_text() == "in"
-    assert page.locator("[data-topic='/plan'] .rate").inner_text() == "not counted"
+    assert page.locator("[data-topic='/plan'] .rate").inner_text() == "no rate"
     assert "/odom" not in driving[1].topics._subscriptions
 
 
@@ -159,9 +159,9 @@ def test_a_fault_from_the_menu_is_injected(driving: tuple[str, Session], open_pa
     page, session = open_page(driving[0]), driving[1]
     page.get_by_role("button", name="World and faults").click()
     page.get_by_label("Fault", exact=True).select_option("blocked")
-    page.get_by_label("Befalls", exact=True).select_option("left_wheel_joint")
+    page.get_by_label("Target", exact=True).select_option("left_wheel_joint")
     page.get_by_label("Seconds", exact=True).fill("600")
-    page.get_by_role("button", name="Let it happen").click()
+    page.get_by_role("button", name="Inject").click()
     page.keyboard.press("Escape")
     until(lambda: not page.locator("#world-menu").is_visible())
     page.keyboard.down("w")

@@ -16,7 +16,7 @@ from .served import state_of
 OpenPage = Callable[..., Any]
 
 NOT_DRAWN = "This browser cannot draw the robot"
-TAKEN_AWAY = "The browser took away what the robot is drawn with"
+TAKEN_AWAY = "The browser lost the graphics context"
 
 LOSE = """() => {
   const context = document.querySelector(".picture canvas").getContext("webgl2");
@@ -60,9 +60,9 @@ def test_without_webgl_everything_but_the_picture_works(driving: tuple[str, Sess
         page.keyboard.press(key)
     until(lambda: page.locator("#plots canvas").count() == 1)
     page.locator(".save-menu summary").click()
-    assert page.get_by_role("button", name="Record a film").count() == 0
+    assert page.get_by_role("button", name="Record a video").count() == 0
     page.get_by_role("button", name="Picture (PNG)").click()
-    until(lambda: "this browser cannot draw the picture" in page.inner_text(".notices"))
+    until(lambda: "this browser cannot draw the image" in page.inner_text(".notices"))
 
 
 def test_a_saved_page_without_webgl_has_its_joints(page: Any, tmp_path: Path) -> None:

@@ -59,14 +59,14 @@ def test_playback_starts_with_its_page_and_keys_work_on_the_timeline(
         page = open_page(address)
         until(lambda: state_of(player).at > 0.1)
         page.keyboard.press("Tab")
-        line = page.get_by_role("slider", name="Moment on show")
+        line = page.get_by_role("slider", name="Time shown")
         line.focus()
         page.keyboard.press("p")
-        until(lambda: page.get_by_role("button", name="Go on").is_visible())
+        until(lambda: page.get_by_role("button", name="Continue").is_visible())
         page.keyboard.press("Space")
         until(lambda: page.get_by_role("button", name="Pause").is_visible())
         page.keyboard.press("Space")
-        until(lambda: page.get_by_role("button", name="Go on").is_visible())
+        until(lambda: page.get_by_role("button", name="Continue").is_visible())
         page.keyboard.press("Home")
         until(lambda: state_of(player).at < 0.05)
         page.keyboard.press("k")
@@ -91,7 +91,7 @@ def test_a_broken_file_has_no_parameters(viewing: str, open_page: OpenPage, xacr
     page = open_page(viewing)
     text = xacro.read_text()
     xacro.write_text(text.replace("</robot>", ""))
-    until(lambda: "Not known until the file can be read." in page.locator("#parameters").inner_text())
+    until(lambda: "Unknown until the file can be read." in page.locator("#parameters").inner_text())
     xacro.write_text(text)
     until(lambda: page.locator("#parameters [data-parameter]").count() > 0)
 
@@ -137,7 +137,7 @@ def test_the_background_of_an_rviz_file_is_behind_everything(
 
 def test_the_timeline_uses_the_available_width(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0], viewport={"width": 1400, "height": 900})
-    line = page.get_by_role("slider", name="Moment on show")
+    line = page.get_by_role("slider", name="Time shown")
     until(lambda: line.is_visible())
     live = page.get_by_role("button", name="Live", exact=True)
 

@@ -33,7 +33,7 @@ def test_a_double_click_fills_the_picture_with_a_link(viewing: str, open_page: O
     page.locator("#links").get_by_role("button", name="left_wheel").dblclick()
     until(lambda: share(page, "left_wheel") > 4 * before)
     page.keyboard.press("Escape")
-    page.get_by_role("button", name="See the whole robot").click()
+    page.get_by_role("button", name="Show the whole robot").click()
     until(lambda: abs(share(page, "left_wheel") - before) < 0.3 * before)
 
 

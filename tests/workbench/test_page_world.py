@@ -52,7 +52,7 @@ def test_notices_cover_no_button(viewing: str, open_page: OpenPage, width: int) 
     if sheet.is_visible():
         sheet.click()
     with page.expect_download():
-        page.get_by_label("Settings of the displays").select_option("kbot")
+        page.get_by_label("Display settings").select_option("kbot")
     notice = page.locator(".notices .info")
     until(notice.is_visible)
     box = notice.bounding_box()
@@ -167,7 +167,7 @@ def test_topics_of_a_deleted_robot_disappear(driving: tuple[str, Session], open_
     listed = page.locator("#traffic")
     until(lambda: "robot_2" in listed.inner_text())
     do(session, lambda motion: motion.act(Delete("robot_2/base_link")))
-    until(lambda: "there is no topic /robot_2/odom" in lamp.get_attribute("aria-label"))
+    until(lambda: "topic /robot_2/odom does not exist" in lamp.get_attribute("aria-label"))
     assert of_it.count() == 0
     until(lambda: "robot_2" not in listed.inner_text())
     do(session, lambda motion: motion.act(Spawn("robot", 0.5, 0.5, 0.0, 0.0, 1.0, 1.0, 1.0)))

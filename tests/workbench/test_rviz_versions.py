@@ -171,14 +171,14 @@ def test_the_page_saves_a_copy_for_both_rviz_versions(
 ) -> None:
     page = open_page(viewing)
     with page.expect_download() as download:
-        page.get_by_label("Settings of the displays").select_option(choice)
+        page.get_by_label("Display settings").select_option(choice)
     text = Path(download.value.path()).read_text(encoding="utf-8")
     options = yaml.safe_load(text)["Visualization Manager"]["Global Options"]
     # the root link, and the background of the light theme (#eef1f5)
     assert options == {"Fixed Frame": "base_footprint", "Background Color": "238; 241; 245"}
     classes = [entry["Class"] for entry in yaml.safe_load(text)["Visualization Manager"]["Displays"]]
     assert f"{prefix}/Grid" in classes
-    until(lambda: "Kept as displays.rviz" in page.locator(".notices").inner_text())
+    until(lambda: "Saved as displays.rviz" in page.locator(".notices").inner_text())
 
 
 @pytest.mark.parametrize("kind", ["rviz1", "rviz2"])

@@ -1,4 +1,4 @@
-/** The same angle within half a turn each way, in rad. */
+/** The same angle in rad, wrapped to ±π. */
 export function wrap(angle: number): number {
   return angle - 2 * Math.PI * Math.round(angle / (2 * Math.PI));
 }

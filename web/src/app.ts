@@ -26,53 +26,53 @@ import { TimeTravel } from "./time/travel";
 import { Topics } from "./topics";
 import { PALETTES } from "./view/palette";
 
-/** What the source panel shows: a place, and what is said about it. */
+/** What the source panel shows: a place, and the finding at it. */
 export interface Spot {
   place: Place;
   finding: Finding | null;
 }
 
-/** What the parts of the page share: what the server said, and what is chosen here. */
+/** The state that all parts of the page share: what the server sent and what the user selected. */
 export class App {
   readonly about = new Signal<About | null>(null);
   readonly scene = new Signal<Scene | null>(null);
   readonly state = new Signal<State | null>(null);
   readonly findings = new Signal<Findings | null>(null);
   readonly parameters = new Signal<Parameters | null>(null);
-  /** What was done, in words. */
+  /** The latest notice about something that was done. */
   readonly told = new Signal<{ text: string } | null>(null);
   readonly refused = new Signal<{ reason: string } | null>(null);
   readonly sources = new Signal<ReadonlyMap<string, SourceText>>(new Map());
-  /** The link that was last asked to fill the picture. */
+  /** The link that the view last zoomed to. */
   readonly focused = new Signal<{ link: string } | null>(null);
   readonly selected = new Signal<string>("");
   readonly spot = new Signal<Spot | null>(null);
   readonly plots = new Signal(false);
-  /** How numbers went, as the server said last, and what it drew of them. */
+  /** The latest time series from the server, and the latest plot it drew as SVG. */
   readonly series = new Signal<Series | null>(null);
   readonly drawing = new Signal<PlotDrawn | null>(null);
-  /** The way that the robot took, as the server said last. */
+  /** The robot's trail, as last sent by the server. */
   readonly trail = new Signal<Trail | null>(null);
-  /** A recording that has ended. */
+  /** The recording that ended last. */
   readonly recorded = new Signal<Recorded | null>(null);
-  /** Whether topics and the log are seen. */
+  /** Whether the topics and the log are shown. */
   readonly traffic = new Signal(false);
   readonly topics = new Topics((message) => this.send(message));
-  /** The fields of topics that were ever plotted here. */
+  /** All topic fields that were plotted on this page. */
   readonly topicFields = new Signal<readonly TopicField[]>(rememberedTopics(this.topics));
   readonly options = rememberedOptions();
   readonly displays = new DisplaySet();
-  /** How each display fares, by its number. */
+  /** The status of each display, by its id. */
   readonly statuses = new Signal<ReadonlyMap<number, Status>>(new Map());
-  /** Namespaces of the markers that displays heard of, by the displays' numbers. */
+  /** Marker namespaces that each display received, by the display's id. */
   readonly namespaces = new Signal<ReadonlyMap<number, readonly string[]>>(new Map());
-  /** The file that the displays came from, and what of it is not shown. */
+  /** The file that the displays were loaded from, and notes on unsupported parts of it. */
   readonly displayFile = new Signal<Omit<DisplayFile, "setup" | "type"> | null>(null);
-  /** Whether the browser draws the picture, never could, or lost what it draws with. */
+  /** Whether the browser draws the view, cannot draw it, or lost its WebGL context. */
   readonly drawn = new Signal<"drawn" | "never" | "lost">("drawn");
-  /** A view that a file asks for. */
+  /** The view that a display file asks for. */
   readonly asked = new Signal<LookingFrom | null>(null);
-  /** From where one looks now. */
+  /** Returns the current view, null before there is one. */
   lookingFrom: () => LookingFrom | null = () => null;
   readonly travel = new TimeTravel(this.state, this.topics, (message) => this.send(message));
   readonly theme = rememberedTheme();
@@ -84,7 +84,7 @@ export class App {
     this.connection = connect((message) => this.hear(message));
   }
 
-  /** Whether the description can be changed from here: not in a page that was saved, nor that of a recording. */
+  /** Whether the page can edit the description. A saved page and a recording cannot be edited. */
   get canWrite(): boolean {
     return this.connection.writes && this.about.value?.mode !== "play";
   }
@@ -94,7 +94,7 @@ export class App {
     this.connection.send(message);
   }
 
-  /** Names of all frames there are. */
+  /** The names of all frames. */
   frames(): readonly string[] {
     const world = this.scene.value?.world ?? "";
     const links = (this.scene.value?.links ?? []).map((link) => link.name);
@@ -109,7 +109,7 @@ export class App {
     this.options.set(withOption(this.options.value, name, value));
   }
 
-  /** Asks for the settings in a file that was chosen here. */
+  /** Loads display settings from a file that the user selected. */
   openDisplays(name: string, text: string): void {
     this.awaitsDisplays = true;
     this.send({ type: "open_displays", name, text });
@@ -120,7 +120,7 @@ export class App {
     const view = this.lookingFrom();
     const forRviz =
       kind === "file" ? this.displayFile.value?.file.endsWith(".rviz") === true : kind !== "kbot";
-    // rviz has no themes: what is behind everything is as it is here
+    // rviz has no themes, so its file gets the background colour of the current theme
     const background =
       globals["background"] || `#${PALETTES[this.theme.value].background.toString(16).padStart(6, "0")}`;
     this.send({
@@ -134,7 +134,7 @@ export class App {
     });
   }
 
-  /** Takes over a file's settings: what was changed here since outlives a lost connection. */
+  /** Applies a file's settings, unless they were applied before: a reconnect must not undo changes made here. */
   private takeDisplays({ name, file, setup, notes }: DisplayFile): void {
     this.displayFile.set({ name, file, notes });
     if (!this.awaitsDisplays || !("globals" in setup)) return;
@@ -142,12 +142,12 @@ export class App {
     const { view, ...settings } = { displays: this.displays.setup.displays, ...setup } as unknown as Setup & {
       view?: LookingFrom;
     };
-    // what a file on the server says is asked for anew by each page, and is not this browser's own
+    // every page requests the server's file again, so only a file opened here is stored in the browser
     this.displays.replace(settings, file === "" && name !== "");
     if (view !== undefined) this.asked.set(view);
   }
 
-  /** Plots a number of a topic's messages. */
+  /** Plots a numeric field of a topic. */
   plotTopic(topic: string, path: readonly string[]): void {
     const name = fieldName(topic, path);
     const others = this.topicFields.value.filter((field) => field.name !== name);
@@ -157,7 +157,7 @@ export class App {
     this.topicFields.set([...others, field]);
   }
 
-  /** Shows a place in the source panel, with a finding's words where there is one. */
+  /** Shows a place in the source panel, with the finding at it if any. */
   show(place: Place, finding: Finding | null = null): void {
     if (!this.sources.value.has(place.file)) this.send({ type: "open_source", file: place.file });
     this.spot.set({ place, finding });
@@ -189,13 +189,13 @@ export class App {
         break;
       case "displays_text":
         download(new Blob([message.text], { type: "application/yaml" }), message.name);
-        this.told.set({ text: [`Kept as ${message.name}.`, ...message.notes].join(" ") });
+        this.told.set({ text: [`Saved as ${message.name}.`, ...message.notes].join(" ") });
         break;
       case "displays_saved":
         this.told.set({ text: [`Saved to ${message.file}.`, ...message.notes].join(" ") });
         break;
       case "scene":
-        if (JSON.stringify(message) === JSON.stringify(this.scene.value)) break; // as after a lost connection
+        if (JSON.stringify(message) === JSON.stringify(this.scene.value)) break; // the server sends it again after a reconnect
         if (this.scene.value === null) this.awaitsDisplays = false;
         this.scene.set(message);
         if (!message.links.some((link) => link.name === this.selected.value)) this.selected.set("");
@@ -252,7 +252,7 @@ export class App {
     }
   }
 
-  /** A finding that is no more has nothing to say in the source panel. */
+  /** Updates the finding in the source panel, or removes it once it is fixed. */
   private forgetMended(now: Findings): void {
     const spot = this.spot.value;
     if (spot?.finding == null) return;
@@ -267,7 +267,7 @@ export class App {
     );
   }
 
-  /** The files may have changed: asks anew for the one on show, and forgets the others. */
+  /** The files may have changed, so this requests the open one again and drops the others. */
   private refreshSources(): void {
     const open = this.spot.value?.place.file;
     const kept = open === undefined ? undefined : this.sources.value.get(open);

@@ -6,25 +6,25 @@ export type Link = "connecting" | "live" | "lost" | "full";
 
 export const FIRST_WAIT = 250;
 export const LONGEST_WAIT = 2000;
-/** Seconds in which a server that answers says something, even where nothing changes. */
+/** A server that runs sends something within this many seconds, even if nothing changes. */
 const LONGEST_SILENCE = 5;
-/** The code a server closes with that has as many pages as it serves ("try again later"). */
+/** The WebSocket close code "try again later", which the server sends when too many pages are open. */
 const FULL = 1013;
 
-/** Milliseconds until the attempt to connect after the one that waited so long. */
+/** The delay in ms before the next attempt to connect, after an attempt with the delay `wait`. */
 export function nextWait(wait: number): number {
   return Math.min(wait * 1.6, LONGEST_WAIT);
 }
 
-/** What a page talks through. */
+/** The connection of a page to its server. */
 export interface Line {
   readonly link: Signal<Link>;
-  /** Whether there is somebody who writes files. */
+  /** Whether the server can write files. */
   readonly writes: boolean;
   send(message: FromPage): void;
 }
 
-/** The socket to the server; connects again by itself when it is lost. */
+/** The WebSocket to the server. It reconnects automatically. */
 export class Connection implements Line {
   readonly link = new Signal<Link>("connecting");
   readonly writes = true;
@@ -40,19 +40,20 @@ export class Connection implements Line {
     setInterval(() => this.count(), 1000);
   }
 
-  /** One more second without a word. They are counted: a page that was busy or asleep hears what waits before the next. */
+  /** Counts a second without a message. Counting, unlike a timestamp, is right after the page was busy or asleep: the
+   * messages that are waiting arrive before the next count. */
   private count(): void {
     this.silence += 1;
     if (this.link.value === "live" && this.silence > LONGEST_SILENCE) this.link.set("lost");
   }
 
-  /** What the page was sent along with itself, so that it need not wait for the socket to draw. */
+  /** Reads the first messages from the page itself, so that drawing need not wait for the socket. */
   private hearGreeting(): void {
     const greeting = document.getElementById("greeting")?.textContent;
     for (const message of JSON.parse(greeting || "[]") as FromServer[]) this.hear(message);
   }
 
-  /** Sends a message; one that cannot be sent now is dropped, for it would be stale later. */
+  /** Sends a message. While disconnected, messages are dropped because they would be stale later. */
   send(message: FromPage): void {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }

@@ -1,7 +1,7 @@
 type Child = Node | string | null | undefined | false;
 type Props = Record<string, string | number | boolean | null | undefined | ((event: never) => void)>;
 
-/** An element with properties, attributes and children; `on…` functions become listeners. */
+/** Creates an element with attributes and children. Functions named `on…` become event listeners. */
 export function h<K extends keyof HTMLElementTagNameMap>(
   tag: K,
   props: Props = {},
@@ -21,14 +21,14 @@ export function h<K extends keyof HTMLElementTagNameMap>(
   return element;
 }
 
-/** Writes a text where it is another than before: to put the same one there would lay the page out anew. */
+/** Sets an element's text if it differs. Setting the same text would trigger a layout. */
 export function write(element: HTMLElement, text: string): void {
   const { firstChild } = element;
   if (!(firstChild instanceof Text)) element.textContent = text;
   else if (firstChild.data !== text) firstChild.data = text;
 }
 
-/** A titled part of the page. */
+/** A panel with a title. */
 export function panel(id: string, title: string, head: Child[], ...body: Child[]): HTMLElement {
   return h(
     "section",
@@ -38,27 +38,27 @@ export function panel(id: string, title: string, head: Child[], ...body: Child[]
   );
 }
 
-/** Says of a panel, while a moment that was is on show, that it tells of what is. */
+/** A label that marks a panel as current while the view shows the past. */
 export function ofNow(): HTMLElement {
   return h(
     "span",
-    { class: "of-now", title: "The picture shows a moment that was; this is as it is now" },
-    "as it is now",
+    { class: "of-now", title: "The view shows the past. This panel shows the current state." },
+    "current",
   );
 }
 
-/** A number of so many digits, without a sign on zero. */
+/** A number with a fixed number of decimals, without a minus sign on zero. */
 export function rounded(value: number, digits: number): string {
   const text = value.toFixed(digits);
   return Number(text) === 0 ? (0).toFixed(digits) : text;
 }
 
-/** A number that changes by itself: it is there to be read, and not told at each change to who hears the page. */
+/** A number that changes often. Screen readers read it on request and do not announce each change. */
 export function readout(label: string, props: Props = {}): HTMLOutputElement {
   return h("output", { "aria-label": label, "aria-live": "off", ...props });
 }
 
-/** A button that is on or off. */
+/** A toggle button. */
 export function toggle(
   label: string,
   title: string,
@@ -75,7 +75,7 @@ export function toggle(
   return button;
 }
 
-/** Hands a file to the browser to save. */
+/** Downloads a file. */
 export function download(content: Blob, name: string): void {
   const address = URL.createObjectURL(content);
   h("a", { href: address, download: name }).click();

@@ -12,11 +12,12 @@ const KEYS: Record<string, readonly [number, number]> = {
   KeyD: [0, -1],
   ArrowRight: [0, -1],
 };
+/** Milliseconds between two commands. */
 const SEND_EVERY = 50;
-/** Milliseconds between two commands after which the computer was asleep: keys may have been let go of meanwhile. */
+/** A longer gap in ms between two commands means that the computer slept. Keys may have been released meanwhile. */
 const ASLEEP = 5000;
 
-/** Forward and to the left, from -1 to 1, by a pad and held keys; opposite keys cancel out. */
+/** The stick position (forward, left), each from -1 to 1, of a pad and the held keys. Opposite keys cancel out. */
 export function stickOf(pad: readonly [number, number], held: Iterable<string>): [number, number] {
   let [forward, left] = pad;
   for (const key of held) {
@@ -27,16 +28,16 @@ export function stickOf(pad: readonly [number, number], held: Iterable<string>):
   return [clamp(forward), clamp(left)];
 }
 
-/** Turns held keys and the pad into commands, twenty a second while held, and zero on release. What is held while
- * all is stopped, or the connection is lost, drives only when it is pressed again. */
+/** Sends drive commands for the held keys and the pad: twenty a second while held, zero on release. After a stop or a
+ * lost connection, a held key drives only once it is pressed again. */
 export class Driver {
-  /** What is asked for, as parts of the limits: forward and to the left. */
+  /** The stick position (forward, left) as a fraction of the limits. */
   readonly stick = new Signal<readonly [number, number]>([0, 0]);
-  /** The part of the limits that full means. */
+  /** The fraction of the limits at full deflection. */
   readonly share = new Signal(0.6);
   private readonly held = new Set<string>();
   private pad: readonly [number, number] = [0, 0];
-  /** Whether the pad is to come to rest before it counts again. */
+  /** Whether the pad must return to its centre before it drives again. */
   private isPadDropped = false;
   private sentAt = 0;
   private timer: ReturnType<typeof setInterval> | null = null;
@@ -49,7 +50,7 @@ export class Driver {
     document.addEventListener("visibilitychange", () => document.hidden && this.stop());
   }
 
-  /** The pad's knob, from -1 to 1 forward and to the left. */
+  /** Sets the pad's knob (forward, left), each from -1 to 1. */
   setPad(forward: number, left: number): void {
     const rests = forward === 0 && left === 0;
     this.isPadDropped = !rests && (this.isPadDropped || this.isCut);
@@ -67,10 +68,10 @@ export class Driver {
   private press(event: KeyboardEvent): void {
     if (event.ctrlKey || event.metaKey || event.altKey || takesKeys(event)) return;
     if (!(event.code in KEYS) || !this.canDrive || this.isCut) return;
-    if (event.shiftKey && event.code.startsWith("Arrow")) return; // turns the view
-    if (this.app.travel.isPast && (event.code === "ArrowLeft" || event.code === "ArrowRight")) return; // goes through time
+    if (event.shiftKey && event.code.startsWith("Arrow")) return; // rotates the view
+    if (this.app.travel.isPast && (event.code === "ArrowLeft" || event.code === "ArrowRight")) return; // moves through time
     event.preventDefault();
-    // a key that was let go of by a stop counts again when it is pressed again
+    // after a stop, the auto-repeat of a key that is still held must not drive
     if (event.repeat) return;
     this.held.add(event.code);
     this.update();
@@ -98,7 +99,8 @@ export class Driver {
       this.timer = null;
       this.send();
     } else if (!idle && this.timer === null) {
-      if (this.app.state.value?.paused) this.app.refused.set({ reason: "Paused: press P to go on." });
+      if (this.app.state.value?.paused)
+        this.app.refused.set({ reason: "The simulation is paused. Press P to continue." });
       this.timer = setInterval(
         () => (Date.now() - this.sentAt > ASLEEP ? this.stop() : this.send()),
         SEND_EVERY,

@@ -1,9 +1,9 @@
-/** Whether what has the focus got it by the keyboard, so that keys are meant for it. */
+/** Whether the focused element was focused by the keyboard, so that keys belong to it. */
 let byKeyboard = true;
 
 /**
- * A click leaves the keys with the robot: only fields to write in and sliders keep the focus that a pointer gave.
- * Arrows after a drag move the slider on, never the robot; a press anywhere else gives them back.
+ * Keeps the keys for driving after a click. Only text fields and sliders keep the focus that a pointer gave them.
+ * After a drag the arrow keys move the slider, not the robot. A press anywhere else gives them back to the robot.
  */
 export function keepKeysForDriving(): void {
   addEventListener(
@@ -12,7 +12,7 @@ export function keepKeysForDriving(): void {
       byKeyboard = false;
       const focused = document.activeElement;
       if (isSlider(target))
-        target.focus(); // not every browser does
+        target.focus(); // some browsers do not focus a slider on a click
       else if (isSlider(focused)) focused.blur();
     },
     true,
@@ -23,26 +23,26 @@ export function keepKeysForDriving(): void {
     (event) => {
       const focused = document.activeElement;
       const byPointer = event.detail > 0;
-      // a list that is just opening would close
+      // blurring an opening list would close it, so lists keep the focus
       if (byPointer && focused instanceof HTMLElement && !keepsFocus(focused)) focused.blur();
     },
     true,
   );
 }
 
-/** Whether one writes text or a number there. */
+/** Whether the target is a field for text or numbers. */
 export function isField(target: EventTarget | null): boolean {
   if (target instanceof HTMLInputElement) return !["button", "checkbox", "range"].includes(target.type);
   return target instanceof HTMLTextAreaElement || (target instanceof HTMLElement && target.isContentEditable);
 }
 
-/** Takes the arrows from a slider that a pointer gave them. */
+/** Takes the arrow keys away from a slider that was focused by the pointer. */
 export function leaveSlider(): void {
   const focused = document.activeElement;
   if (isSlider(focused)) letGo(focused);
 }
 
-/** Whether it is still meant once the pointer has left it. */
+/** Whether an element keeps the focus after a click. */
 function keepsFocus(element: HTMLElement): boolean {
   return isField(element) || element instanceof HTMLSelectElement || isSlider(element);
 }
@@ -51,7 +51,7 @@ function isSlider(target: EventTarget | null): target is HTMLElement {
   return target instanceof HTMLElement && target.matches("input[type=range], [role=slider]");
 }
 
-/** What moves a slider: all other keys go to the page. */
+/** The keys that move a slider. All other keys go to the page. */
 const SLIDES: readonly string[] = [
   "ArrowLeft",
   "ArrowRight",
@@ -63,14 +63,14 @@ const SLIDES: readonly string[] = [
   "PageDown",
 ];
 
-/** Whether a key belongs to where it is pressed: to a field, to a slider, or to a list one came to by keys. */
+/** Whether a key belongs to the element it was pressed in: a field, a slider, or a list focused by the keyboard. */
 export function takesKeys({ target, key }: KeyboardEvent): boolean {
   if (isField(target)) return true;
   if (isSlider(target)) return SLIDES.includes(key);
   return byKeyboard && target instanceof HTMLSelectElement;
 }
 
-/** Whether Space presses it. */
+/** Whether Space activates the target. */
 export function answersToSpace(target: EventTarget | null): boolean {
   return target instanceof Element && target.matches("button, summary, select, input[type=checkbox]");
 }
@@ -79,7 +79,7 @@ export function focusedByKeyboard(): boolean {
   return byKeyboard;
 }
 
-/** Leaves the keys with the robot after a choice by pointer; who came by keys may go on choosing. */
+/** Returns the keys to the robot after a choice by pointer. An element focused by the keyboard keeps the focus. */
 export function letGo(element: HTMLElement): void {
   if (!byKeyboard) element.blur();
 }

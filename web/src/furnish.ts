@@ -26,7 +26,7 @@ import { ToolBox } from "./tools/toolbox";
 import { lookByKeys } from "./view/keyboard";
 import type { View } from "./view/view";
 
-/** The places around the picture. */
+/** The areas around the view. */
 export interface Places {
   left: HTMLElement;
   centre: HTMLElement;
@@ -34,7 +34,7 @@ export interface Places {
   bottom: HTMLElement;
 }
 
-/** Puts all panels and tools around the picture. */
+/** Adds all panels and tools to the page. */
 export function furnish(
   app: App,
   view: View,

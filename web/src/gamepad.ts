@@ -1,9 +1,11 @@
 import type { Driver } from "./drive-keys";
 
+/** Milliseconds between two reads, as often as commands are sent. */
 const EVERY = 50;
+/** Deflection below which a stick counts as centred: a stick at rest is never exactly at 0. */
 const DEAD = 0.12;
 
-/** Drives by the left stick of a gamepad, while one is connected. */
+/** Drives the robot with the left stick of a gamepad. */
 export function useGamepad(driver: Driver): void {
   let timer: ReturnType<typeof setInterval> | null = null;
   let wasHeld = false;
@@ -26,7 +28,7 @@ export function useGamepad(driver: Driver): void {
   });
 }
 
-/** A stick at rest is never quite in the middle. */
+/** Applies the dead zone. */
 export function steady(value: number): number {
   return Math.abs(value) < DEAD ? 0 : value;
 }

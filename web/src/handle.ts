@@ -3,31 +3,31 @@ import { Vector3 } from "three";
 import type { App } from "./app";
 import type { View } from "./view/view";
 
-/** What a script or a test may ask the page; nothing here changes the robot. */
+/** `window.kbot`: the page's state for scripts and tests. Nothing here changes the robot. */
 export interface Handle {
   /** Frames drawn so far. */
   readonly frames: number;
   readonly software: boolean;
-  /** Of the robot on show, which stands where it was told to. */
+  /** Revision of the robot shown, 0 before its first state. */
   readonly revision: number;
   readonly time: number;
-  /** Whether the moment that was asked for is still to come. */
+  /** Whether a seek is still in progress. */
   readonly seeks: boolean;
   /** x, y, z, qx, qy, qz, qw of each link in the world, flat. */
   poses(): readonly number[];
-  /** Holds the picture still, whatever the server says, or lets it go on. */
+  /** Ignores the server's states and messages while on. */
   freeze(on: boolean): void;
-  /** Draws, and resolves when it is done. */
+  /** Draws a frame. Resolves with the number of frames when it is done. */
   drawn(): Promise<number>;
-  /** Link index at each pixel of the picture, row by row from the top, -1 for nothing: index, count, index, … */
+  /** Link index at each pixel, row by row from the top, -1 for none, run-length encoded: index, count, index, … */
   ids(): { width: number; height: number; runs: number[]; links: string[] };
-  /** Row-major 4 x 4: clip coordinates from world coordinates, and the size of the picture. */
+  /** Row-major 4 x 4 matrix from world to clip coordinates, and the size of the canvas. */
   camera(): { clipFromWorld: number[]; width: number; height: number };
-  /** Looks from `eye` at `target`. */
+  /** Moves the camera to `eye` and looks at `target`. */
   look(eye: [number, number, number], target: [number, number, number]): void;
-  /** What the graphics card holds: geometries, textures and programs. */
+  /** Numbers of geometries, textures and programs on the graphics card. */
   held(): { geometries: number; textures: number; programs: number };
-  /** Where a link's frame is in the picture, in CSS pixels of the page. */
+  /** Position of a link's frame on the page, in CSS pixels. */
   where(link: string): { x: number; y: number } | null;
 }
 
@@ -52,7 +52,7 @@ export function handle(app: App, view: View): Handle {
       return stage.isSoftware;
     },
     get revision() {
-      return app.state.value?.revision ?? 0; // a state is taken of the scene on show alone, after it
+      return app.state.value?.revision ?? 0; // the page accepts only states of the current scene
     },
     get time() {
       return app.state.value?.time ?? 0;
@@ -106,7 +106,7 @@ export function handle(app: App, view: View): Handle {
   };
 }
 
-/** Equal neighbours counted: value, count, value, count, … */
+/** Run-length encoding: value, count, value, count, … */
 export function runs(values: Int16Array): number[] {
   const result: number[] = [];
   for (const value of values) {

@@ -1,9 +1,9 @@
-/** Milliseconds after a hand's or a key's last move. */
+/** Milliseconds for which a slider stays put after its last move. */
 const HELD = 400;
 
 /**
- * Whether a slider is to stay where it was put: what is told of meanwhile may be from before. `settle` is called
- * when that is over.
+ * Returns a function that reports whether the user holds a slider. Until then values from the server must not move it,
+ * because they may be older than the user's move. `settle` is called when the hold ends.
  */
 export function held(slider: HTMLInputElement, settle: () => void): () => boolean {
   let moved = -Infinity;

@@ -7,10 +7,10 @@ import { press } from "./panels/toolbar";
 import type { ToolBox } from "./tools/toolbox";
 import type { View } from "./view/view";
 
-/** What goes back and forth through the changes of the file, with Ctrl. */
+/** Keys that undo and redo edits of the file, with Ctrl. */
 const CHANGES: Readonly<Record<string, "undo" | "redo">> = { z: "undo", "Shift+z": "redo", y: "redo" };
 
-/** The keys that are pressed once; held ones drive. */
+/** Handles all keys except those that are held to drive. */
 export function useKeys(
   app: App,
   view: View,
@@ -47,7 +47,8 @@ export function useKeys(
       app.selected.set("");
     },
   };
-  // Space stops wherever the focus is; Enter presses buttons, and a button answers to Space on keyup too.
+  // Space stops the robot wherever the focus is. Buttons react to Space on keyup, so that is suppressed too; Enter
+  // still activates them.
   const space = (event: KeyboardEvent): void => {
     if (event.key !== " " || isField(event.target) || app.about.value?.mode !== "sim") return;
     event.preventDefault();
@@ -73,7 +74,7 @@ export function useKeys(
       event.preventDefault();
       return;
     }
-    if (event.key === "Escape" && document.querySelector(":popover-open") !== null) return; // closes that
+    if (event.key === "Escape" && document.querySelector(":popover-open") !== null) return; // the browser closes the popover
     const action = actions[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     if (action === undefined) return;
     event.preventDefault();

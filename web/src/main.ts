@@ -5,7 +5,7 @@ import { h } from "./dom";
 import { handle } from "./handle";
 import { View } from "./view/view";
 
-/** The panels come no later than this, in milliseconds, even where nothing can be drawn. */
+/** Milliseconds after which the panels are loaded even if nothing has been drawn yet. */
 const PATIENCE = 1500;
 
 const app = new App();
@@ -22,7 +22,7 @@ const places = {
 document.body.append(...Object.values(places));
 const view = new View(app, picture);
 
-// the picture first: what stands around it is fetched and made when it is there
+// draw the robot first; load and build the panels after the first frame
 const drawn = new Promise<void>((resolve) => view.stage.onFirstFrame(resolve));
 const late = new Promise<void>((resolve) => setTimeout(resolve, PATIENCE));
 void Promise.race([drawn, late]).then(async () => {

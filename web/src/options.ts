@@ -1,16 +1,16 @@
 import { Signal } from "./signal";
 import type { Side } from "./view/sides";
 
-/** How one looks, as this browser remembers it. */
+/** View options, stored in the browser. */
 export interface Options {
   follow: boolean;
-  /** Seen from the robot. */
+  /** The camera rides on the robot. */
   ride: boolean;
-  /** Without perspective. */
+  /** Orthographic projection. */
   flat: boolean;
-  /** From above or a side, flat and staying so; empty from anywhere. */
+  /** The side that the view is locked to, with orthographic projection. Empty for a free view. */
   side: Side | "";
-  /** Joints in rad and m, not degrees and mm. */
+  /** Joint positions in rad and m instead of degrees and mm. */
   radians: boolean;
 }
 
@@ -33,13 +33,13 @@ export function rememberedOptions(): Signal<Options> {
   return signal;
 }
 
-/** The options with one of them changed, and what does not go with it given up. */
+/** Changes one option, and unlocks the side if it is incompatible with the change. */
 export function withOption<K extends keyof Options>(options: Options, name: K, value: Options[K]): Options {
   const leavesSide = (name === "flat" && value === false) || (name === "ride" && value === true);
   return { ...options, ...(leavesSide ? { side: "" } : {}), [name]: value };
 }
 
-/** The theme chosen here before, else that of what is around, as a notebook, else the system's. */
+/** The stored theme. Without one, the theme of the embedding page (such as a notebook) or of the system. */
 export function rememberedTheme(): Signal<Theme> {
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const chosen = recalled(THEME_KEY);
@@ -59,7 +59,7 @@ export function rememberedTheme(): Signal<Theme> {
   return signal;
 }
 
-/** Tells when a document may look otherwise: its root or body is marked, or a style sheet comes or goes. */
+/** Calls back when a document's style may have changed: by an attribute of its root or body, or a style sheet. */
 function whenRestyled(document: Document, told: () => void): void {
   const observer = new MutationObserver(told);
   for (const element of [document.documentElement, document.body])
@@ -73,12 +73,12 @@ export function chooseTheme(signal: Signal<Theme>, theme: Theme): void {
   signal.set(theme);
 }
 
-/** What this browser was told to remember, null where it was not. */
+/** A value stored in the browser, null if there is none. */
 export function recalled(key: string): unknown {
   try {
     return JSON.parse(localStorage.getItem(key) ?? "null");
   } catch {
-    return null; // storage is off, or holds something else
+    return null; // storage is disabled or holds invalid JSON
   }
 }
 
@@ -86,6 +86,6 @@ export function remember(key: string, value: unknown): void {
   try {
     localStorage.setItem(key, JSON.stringify(value));
   } catch {
-    // storage is off: nothing is remembered
+    // storage is disabled: nothing is stored
   }
 }

@@ -3,14 +3,14 @@ import { Vector3 } from "three";
 import type { App } from "./app";
 import type { View } from "./view/view";
 
-/** Milliseconds between pushes, and the longest one. */
+/** Milliseconds between two pushes, and the duration of the longest one. */
 const EVERY = 50;
 const LONGEST = 500;
-/** Full force is twice the robot's weight; 200 pixels of drag ask for it. */
+/** Full force is twice the robot's weight, reached by a drag of `FULL` pixels. */
 const WEIGHTS = 2 * 9.81;
 const FULL = 200;
 
-/** Shift and drag pushes the link under the pointer, along the drag, for as long as it is held. */
+/** Shift and drag pushes the link under the pointer in the direction of the drag, while the button is held. */
 export function usePush(app: App, view: View): void {
   const { renderer, controls } = view.stage;
   const canvas = renderer.domElement;
@@ -34,7 +34,7 @@ export function usePush(app: App, view: View): void {
     const mass = app.scene.value?.links.reduce((sum, one) => sum + (one.inertia?.mass ?? 0), 0) ?? 1;
     let last = performance.now();
     const send = (): void => {
-      // A page that draws slowly comes here late: a push lasts as long as the one before was kept waiting.
+      // on a slow page the timer fires late, so each push covers the time since the last one
       const now = performance.now();
       const seconds = Math.min(Math.max(now - last, EVERY), LONGEST) / 1000;
       last = now;

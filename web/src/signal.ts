@@ -1,4 +1,4 @@
-/** A value and those who want to know when it changes. */
+/** A value with listeners that are called when it changes. */
 export class Signal<T> {
   private readonly listeners = new Set<(value: T) => void>();
 
@@ -14,14 +14,14 @@ export class Signal<T> {
     for (const listener of this.listeners) listener(value);
   }
 
-  /** Calls `listener` with the present value, and with every later one until the function that is returned is called. */
+  /** Calls `listener` with the current value and with every later one. Returns a function that stops it. */
   watch(listener: (value: T) => void): () => void {
     this.listeners.add(listener);
     listener(this.current);
     return () => void this.listeners.delete(listener);
   }
 
-  /** As `watch`, for what a person reads: no more often than every so many milliseconds, and the newest value always. */
+  /** Like `watch`, but at most once per `apart` ms, always with the latest value. For text that people read. */
   watchAtLeisure(listener: (value: T) => void, apart = 100): void {
     let told = -Infinity;
     let waits = false;

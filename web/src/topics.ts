@@ -3,17 +3,18 @@ import { Signal } from "./signal";
 
 type Listener = (message: TopicMessage) => void;
 
-/** The topics of the server's bus: asked for while somebody here listens. */
+/** The topics of the server. A topic is subscribed while the page has listeners for it. */
 export class Topics {
-  /** Every topic there is, as the server said last. */
+  /** All topics, as last sent by the server. */
   readonly list = new Signal<readonly TopicView[]>([]);
+  /** The topic whose messages became invalid last; without a name, all topics. */
   readonly forgotten = new Signal<{ topic: string | undefined } | null>(null);
   private readonly listeners = new Map<string, Set<Listener>>();
   private readonly newest = new Map<string, TopicMessage>();
 
   constructor(private readonly send: (message: FromPage) => void) {}
 
-  /** Hears a topic until the function that is returned is called; what is known of it comes at once. */
+  /** Subscribes to a topic. A known message is delivered at once. Returns a function that unsubscribes. */
   listen(topic: string, listener: Listener): () => void {
     let all = this.listeners.get(topic);
     if (all === undefined) {
@@ -33,18 +34,18 @@ export class Topics {
     };
   }
 
-  /** The first topic that carries one of some types, empty where none does. */
+  /** The first topic with one of some types, empty if there is none. */
   first(kinds: readonly string[]): string {
     return this.list.value.find((topic) => kinds.includes(topic.kind))?.name ?? "";
   }
 
-  /** Asks anew for all: the server that is connected now knows nothing of it. */
+  /** Subscribes to all topics again after a reconnect. */
   connected(): void {
     this.newest.clear();
     for (const topic of this.listeners.keys()) this.send({ type: "subscribe", topic });
   }
 
-  /** What was said does not hold at the moment on show: of one topic, or of all. */
+  /** Drops the messages of one topic, or of all, because they do not belong to the time shown. */
   forget(topic?: string): void {
     if (topic === undefined) this.newest.clear();
     else this.newest.delete(topic);
@@ -67,7 +68,7 @@ export class Topics {
 
 const KINDS = { int8: Int8Array, uint8: Uint8Array, float32: Float32Array, float64: Float64Array };
 
-/** A topic's message out of a binary frame; `src/kbot/workbench/topics/payload.py` says how it is laid out. */
+/** Reads a message from a binary frame. `src/kbot/workbench/topics/payload.py` documents its layout. */
 export function readFrame(buffer: ArrayBuffer): TopicMessage {
   const length = new DataView(buffer).getUint32(0, true);
   const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length))) as TopicMessage & {

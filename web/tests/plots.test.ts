@@ -85,8 +85,8 @@ describe("fields", () => {
 describe("rememberedFields", () => {
   it.each([
     ['["x", "y", 3]', ["x", "y"]],
-    ["no JSON", ["forward speed", "forward speed asked", "turning speed"]],
-    ['{"x": 1}', ["forward speed", "forward speed asked", "turning speed"]],
+    ["no JSON", ["forward speed", "commanded forward speed", "turning speed"]],
+    ['{"x": 1}', ["forward speed", "commanded forward speed", "turning speed"]],
   ])("of %s are %j", (kept, expected) => {
     vi.stubGlobal("localStorage", { getItem: () => kept });
     expect(rememberedFields()).toEqual(expected);

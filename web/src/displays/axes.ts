@@ -6,7 +6,7 @@ import { placeAtHeader } from "./frames";
 import { PoseShapes } from "./pose-shapes";
 import type { Values } from "./set";
 
-/** The axes of one frame, wherever it goes. */
+/** Axes: the axes of one frame. */
 export const axes: Make = (picture) => {
   const shapes = new PoseShapes();
   let set: Values = {};
@@ -22,13 +22,13 @@ export const axes: Make = (picture) => {
       const name = String(set["frame"]);
       return name === "" || picture.transforms.lookup(name, null) !== null
         ? null
-        : { level: "error", reason: `there is no frame ${name}` };
+        : { level: "error", reason: `frame ${name} does not exist` };
     },
     dispose: () => shapes.dispose(),
   };
 };
 
-/** A point, as a ball. */
+/** PointStamped: a point, drawn as a ball. */
 export const pointStamped: Make = (picture) => {
   const group = new Group();
   const ball = new Mesh(new SphereGeometry(1, 24, 16), new MeshLambertMaterial());

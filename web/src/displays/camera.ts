@@ -9,7 +9,7 @@ import { Pinhole } from "./pinhole";
 import { pixelsOf } from "./pixels";
 import type { Status, Values } from "./set";
 
-/** The scene as a camera sees it, with the picture it took behind it, over it, or both. */
+/** Camera: the scene from a camera's viewpoint, with its image in the background, as an overlay, or both. */
 export const camera: Make = (picture) => {
   const window = new PictureWindow(picture.overlay, () => picture.invalidate());
   const taken = h("canvas", {});
@@ -42,8 +42,10 @@ export const camera: Make = (picture) => {
     });
   };
   const status = (): Status | null => {
-    if (info === null) return { level: "warn", reason: `no intrinsics heard on ${infoTopic} yet` };
-    return canSee ? null : { level: "error", reason: `${infoTopic} says no projection` };
+    if (info === null) return { level: "warn", reason: `no CameraInfo received on ${infoTopic} yet` };
+    return canSee
+      ? null
+      : { level: "error", reason: `the CameraInfo on ${infoTopic} has no valid projection matrix` };
   };
   return {
     group,
@@ -59,11 +61,11 @@ export const camera: Make = (picture) => {
       if (!(colours instanceof ImageData)) return colours;
       if (taken.width !== colours.width || taken.height !== colours.height) {
         Object.assign(taken, { width: colours.width, height: colours.height });
-        texture.dispose(); // of another size
+        texture.dispose(); // a texture cannot change its size
       }
       taken.getContext("2d")!.putImageData(colours, 0, 0);
       texture.needsUpdate = true;
-      window.name(topic, `The scene as the camera of ${topic} sees it, over its picture`);
+      window.name(topic, `The scene from the camera of ${topic}, over its image`);
       update();
       return placeAtHeader(picture, group, image.header) ?? status();
     },

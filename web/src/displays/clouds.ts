@@ -1,7 +1,7 @@
 import type * as msg from "../messages";
 import type { Status } from "./set";
 
-/** Points in the frame of a header, x, y, z one after the other, and what else is known of each. */
+/** Points in the frame of a header, as flat x, y, z, with the intensity and colour of each if known. */
 export interface Cloud {
   header: msg.Header;
   places: Float32Array;
@@ -10,10 +10,10 @@ export interface Cloud {
   rgb: Uint8Array | null;
 }
 
-/** Reads a message, taking what a field of this name holds for the intensity; or says what is wrong with it. */
+/** Reads a message, with the field `channel` as intensity. Returns a status if the message is invalid. */
 export type ReadCloud = (message: Record<string, unknown>, channel: string) => Cloud | Status;
 
-/** The beams that came back. */
+/** Reads the returned beams of a LaserScan. */
 export function readScan(message: Record<string, unknown>): Cloud {
   const scan = message as unknown as msg.LaserScan;
   const { ranges, intensities, range_min, range_max, angle_min, angle_increment } = scan;
@@ -37,11 +37,12 @@ export function readScan(message: Record<string, unknown>): Cloud {
   };
 }
 
-/** Bytes of each number that a PointField may hold, by its datatype. */
+/** Size in bytes of each PointField datatype. */
 const SIZES: Record<number, number> = { 1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 8: 8 };
+/** Size in bytes of a packed colour. */
 const PACKED = 4;
 
-/** Readers of those numbers. */
+/** Reads a number of each PointField datatype. */
 const NUMBERS: Record<number, (view: DataView, at: number, little: boolean) => number> = {
   1: (view, at) => view.getInt8(at),
   2: (view, at) => view.getUint8(at),
@@ -53,12 +54,13 @@ const NUMBERS: Record<number, (view: DataView, at: number, little: boolean) => n
   8: (view, at, little) => view.getFloat64(at, little),
 };
 
+/** Reads a PointCloud2. */
 export function readCloud(message: Record<string, unknown>, channel: string): Cloud | Status {
   const cloud = message as unknown as msg.PointCloud2;
   const field = (name: string): msg.PointField | undefined => cloud.fields.find((one) => one.name === name);
   const [x, y, z] = ["x", "y", "z"].map(field);
   if (x === undefined || y === undefined || z === undefined)
-    return { level: "error", reason: "its points have no x, y and z" };
+    return { level: "error", reason: "the points have no x, y and z fields" };
   const view = new DataView(cloud.data.buffer, cloud.data.byteOffset, cloud.data.byteLength);
   const value = (one: msg.PointField, base: number): number =>
     NUMBERS[one.datatype]?.(view, base + one.offset, !cloud.is_bigendian) ?? NaN;
@@ -97,23 +99,23 @@ export function readCloud(message: Record<string, unknown>, channel: string): Cl
   };
 }
 
-/** What is wrong with how a cloud says that its bytes are to be read. */
+/** What is wrong with the layout of a cloud, null if it is valid. */
 function fault(
   { height, width, row_step, point_step, data }: msg.PointCloud2,
   numbers: readonly (msg.PointField | undefined)[],
   packed: msg.PointField | undefined,
 ): string | null {
   if (height * width === 0) return null;
-  if (height > 1 && row_step < width * point_step) return "its rows are shorter than their points";
+  if (height > 1 && row_step < width * point_step) return "row_step is less than width * point_step";
   if (data.length < (height - 1) * row_step + width * point_step)
-    return "it has fewer bytes than its rows need";
+    return "data has fewer bytes than its rows need";
   for (const one of numbers) {
     if (one === undefined) continue;
     const size = SIZES[one.datatype];
-    if (size === undefined) return `its field ${one.name} is of datatype ${one.datatype}, which there is not`;
-    if (one.offset + size > point_step) return `its field ${one.name} does not lie within a point`;
+    if (size === undefined) return `field ${one.name} has the unknown datatype ${one.datatype}`;
+    if (one.offset + size > point_step) return `field ${one.name} does not fit into point_step`;
   }
   return packed !== undefined && packed.offset + PACKED > point_step
-    ? `its field ${packed.name} does not lie within a point`
+    ? `field ${packed.name} does not fit into point_step`
     : null;
 }

@@ -1,6 +1,6 @@
 import { Color } from "three";
 
-/** Stops of viridis, which is read without colour vision too: https://bids.github.io/colormap */
+/** Colour stops of viridis, which is readable with colour blindness: https://bids.github.io/colormap */
 const VIRIDIS = [
   [0.267, 0.005, 0.329],
   [0.231, 0.322, 0.545],
@@ -9,7 +9,7 @@ const VIRIDIS = [
   [0.993, 0.906, 0.144],
 ] as const;
 
-/** Colour of a value between 0 and 1. */
+/** The viridis colour of a value between 0 and 1. */
 export function viridis(value: number): [number, number, number] {
   const at = Math.min(1, Math.max(0, value)) * (VIRIDIS.length - 1);
   const low = VIRIDIS[Math.floor(at)]!;
@@ -21,7 +21,7 @@ export function viridis(value: number): [number, number, number] {
 const STEPS = 256;
 let table: Float32Array | null = null;
 
-/** Colours (r, g, b, linear) of values by where they lie between two of them. */
+/** Viridis colours (r, g, b, linear) of values between `low` and `high`. */
 export function shades(values: ArrayLike<number>, low: number, high: number): Float32Array {
   const known = (table ??= linearTable((step) => viridis(step / (STEPS - 1))));
   const found = new Float32Array(3 * values.length);
@@ -33,7 +33,7 @@ export function shades(values: ArrayLike<number>, low: number, high: number): Fl
   return found;
 }
 
-/** The same colours (0..255, as they are seen) in linear space. */
+/** Converts sRGB colours (0..255) to linear space. */
 export function linear(colours: Uint8Array): Float32Array {
   const light = linearTable((step) => [step / 255, step / 255, step / 255]);
   return Float32Array.from(colours, (part) => light[3 * part]!);

@@ -10,9 +10,10 @@ import {
   Vector3,
 } from "three";
 
+/** Least half axis of the ellipsoid in m. */
 const THINNEST = 1e-4;
 
-/** How sure a pose is: where it lies within one standard deviation, and a fan for the heading. */
+/** The covariance of a pose: an ellipsoid of one standard deviation, and a fan for the heading. */
 export class CovarianceShape {
   readonly group = new Group();
   private readonly material = new MeshBasicMaterial({
@@ -33,7 +34,8 @@ export class CovarianceShape {
     this.material.opacity = alpha;
   }
 
-  /** `covariance` is 6 x 6 row by row over x, y, z and turns, in the frame of the pose's header; `at` is the pose. */
+  /** `covariance` is the row-major 6 x 6 matrix over x, y, z and rotations, in the frame of the pose's header. `at` is the
+   * pose, `length` the radius of the fan in m. */
   put(covariance: readonly number[], at: Matrix4, length: number): void {
     const place = new Vector3().setFromMatrixPosition(at);
     const { values, vectors } = symmetricEigen(
@@ -60,7 +62,7 @@ export class CovarianceShape {
   }
 }
 
-/** Eigenvalues and right-handed eigenvectors of a symmetric 3 x 3 matrix, by Jacobi's rotations. */
+/** Eigenvalues and right-handed eigenvectors of a symmetric 3 x 3 matrix, by Jacobi rotations. */
 export function symmetricEigen(matrix: number[][]): { values: number[]; vectors: Vector3[] } {
   const a = matrix.map((row) => [...row]);
   const v = [

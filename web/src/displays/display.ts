@@ -8,23 +8,24 @@ import type { RobotObject } from "../view/robot";
 import type { Transforms } from "../view/transforms";
 import type { Status, Values } from "./set";
 
-/** What a display may use of the picture. */
+/** The parts of the 3D view that a display can use. */
 export interface Picture {
   readonly app: App;
   readonly transforms: Transforms;
   readonly ground: Ground;
   readonly robot: RobotObject | null;
   readonly bodies: Bodies | null;
-  /** Name of the frame that stands still in the picture. */
+  /** Name of the fixed frame. */
   readonly fixedFrame: string;
-  /** Where windows over the picture go. */
+  /** The element that holds windows over the view. */
   readonly overlay: HTMLElement;
-  /** Radius of the robot in m: what lines and arrows are sized by. */
+  /** Radius of the robot in m, which scales lines and arrows. */
   readonly radius: number;
-  /** Size in m, at a distance of 1 m or without perspective anywhere, of a CSS pixel. */
+  /** Size of a CSS pixel in m at a distance of 1 m, or at any distance without perspective. */
   readonly perPixel: number;
   invalidate(): void;
-  /** Draws the scene onto a canvas as another eye sees it, with a picture behind it instead of the floor where one is given, without the displays whose names are left out. */
+  /** Draws the scene from another camera onto a canvas. An image `behind` replaces the floor. Only displays whose names
+   * pass `isSeen` are drawn. */
   drawAs(
     eye: PerspectiveCamera,
     onto: CanvasRenderingContext2D,
@@ -33,31 +34,31 @@ export interface Picture {
   ): void;
 }
 
-/** A display that is on show. Its group lies in the world; what is not implemented does not concern it. */
+/** A display in the view. Its group is in world coordinates. Optional methods are called only if implemented. */
 export interface Display {
   readonly group: Object3D;
-  /** What the picture itself draws for it, beside its group. */
+  /** An object that the view draws for it, besides its group. */
   readonly beside?: Object3D | undefined;
-  /** Takes on its settings; called first. `shown` is whether it is enabled. */
+  /** Applies its settings. Called before all other methods. `shown` is whether it is enabled. */
   configure(values: Values, shown: boolean): void;
-  /** The robot or the world is another one, or the theme: what was built of them is built anew. */
+  /** Rebuilds what depends on the robot, the world or the theme, after one of them changed. */
   rebuild?(scene: Scene): void;
   state?(state: State): void;
-  /** A message of its topic; what is wrong with it is said, at once or when it was read. */
+  /** Handles a message of its topic. Returns what is wrong with it, possibly later. */
   message?(message: TopicMessage): Status | null | Promise<Status | null>;
-  /** Whether it takes messages in which numbers are null: without this those are told to be wrong, and not shown. */
+  /** Whether it accepts messages with null numbers. Otherwise they are reported as invalid and not shown. */
   readonly takesGaps?: boolean;
-  /** Namespaces of what it shows. */
+  /** The marker namespaces that it shows. */
   readonly namespaces?: readonly string[];
-  /** Its topic is another one: what it showed of the one before is gone. */
+  /** Removes what it shows of its topic, because the topic changed. */
   clear?(): void;
-  /** A link was chosen. */
+  /** A link was selected. */
   select?(link: string): void;
-  /** What is wrong with it, where it hears no topic. */
+  /** The status of a display without a topic, null if it is fine. */
   status?(): Status | null;
-  /** A frame is about to be drawn. */
+  /** Called before each frame. */
   frame?(): void;
-  /** All displays are as they will be drawn: what shows the scene once more does it now. */
+  /** Called after all `frame` calls, for displays that render the scene themselves. */
   look?(): void;
   dispose(): void;
 }

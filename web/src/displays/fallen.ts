@@ -1,7 +1,7 @@
 import type { FallenView } from "../protocol";
 import type { Status } from "./set";
 
-/** What is said of those that fell out of the world; null where none did. */
+/** The status for objects that fell out of the world, null if there are none. */
 export function fallenStatus(fallen: readonly FallenView[]): Status | null {
   return fallen.length === 0
     ? null
@@ -11,7 +11,7 @@ export function fallenStatus(fallen: readonly FallenView[]): Status | null {
       };
 }
 
-/** `box_1 fell out of the world at t=12.3 s`. */
+/** A sentence such as `box_1 fell out of the world at t=12.3 s`. */
 export function fallenWords({ name, time }: FallenView): string {
   return `${name || "the robot"} fell out of the world at t=${time.toFixed(1)} s`;
 }

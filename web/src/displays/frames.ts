@@ -9,7 +9,7 @@ export function seconds({ sec, nanosec }: Time): number {
   return sec + nanosec * 1e-9;
 }
 
-/** Puts an object where a message's frame was when it was stamped; says so where there is no such frame. */
+/** Places an object at a message's frame at its stamp. Returns an error if the frame does not exist. */
 export function placeAtHeader(picture: Picture, object: Object3D, header: Header): Status | null {
   object.matrixAutoUpdate = false;
   const found = picture.transforms.lookup(header.frame_id, seconds(header.stamp), object.matrix);
@@ -17,7 +17,10 @@ export function placeAtHeader(picture: Picture, object: Object3D, header: Header
   if (found === null)
     return {
       level: "error",
-      reason: header.frame_id === "" ? "its messages name no frame" : `there is no frame ${header.frame_id}`,
+      reason:
+        header.frame_id === ""
+          ? "the frame_id of the messages is empty"
+          : `frame ${header.frame_id} does not exist`,
     };
   object.matrixWorldNeedsUpdate = true;
   return null;

@@ -4,7 +4,7 @@ import { PALETTES } from "../view/palette";
 import type { Make } from "./display";
 import type { Values } from "./set";
 
-/** Lines on the floor without end, which the floor itself draws; or so many cells of lines in some frame. */
+/** Grid: endless lines on the floor, which the floor itself draws, or a number of cells in any frame. */
 export const grid: Make = (picture) => {
   const group = new Group();
   const material = new LineBasicMaterial({ transparent: true });
@@ -59,14 +59,14 @@ export const grid: Make = (picture) => {
     },
     status() {
       const name = String(set["frame"]);
-      if (isShown) rule(); // asked after any display changed: the grid that was on the floor may be gone
+      if (isShown) rule(); // called after any display changed: the grid on the floor may have been removed
       if (Number(set["count"]) === 0)
         return picture.ground.isRuledBy(group)
           ? null
-          : { level: "warn", reason: "another grid is on the floor: give this one cells" };
+          : { level: "warn", reason: "another grid draws the floor lines: set a cell count for this one" };
       return name === "" || picture.transforms.lookup(name, null) !== null
         ? null
-        : { level: "error", reason: `there is no frame ${name}` };
+        : { level: "error", reason: `frame ${name} does not exist` };
     },
     dispose() {
       picture.ground.rule(group, false, 0, "", 1);
@@ -76,7 +76,7 @@ export const grid: Make = (picture) => {
   };
 };
 
-/** Ends of the lines of `count` by `count` cells around the origin, as often again upwards. */
+/** End points of the lines of `count` x `count` x `above` cells around the origin. */
 export function gridLines(cell: number, count: number, above: number): number[] {
   const half = (cell * count) / 2;
   const places: number[] = [];

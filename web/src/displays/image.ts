@@ -6,7 +6,7 @@ import { PictureWindow } from "./picture-window";
 import { pixelsOf } from "./pixels";
 import type { Status, Values } from "./set";
 
-/** A camera's picture, in a window over the robot's. */
+/** Image: a camera image in a window over the view. */
 export const image: Make = (picture) => {
   const window = new PictureWindow(picture.overlay);
   let set: Values = {};
@@ -22,11 +22,11 @@ export const image: Make = (picture) => {
     window.canvas.getContext("2d")!.putImageData(colours, 0, 0);
     return null;
   };
-  /** Draws a JPEG or a PNG once it is read, where no other came meanwhile. */
+  /** Decodes and draws a JPEG or PNG, unless a newer one arrives meanwhile. */
   const unpack = async (message: msg.CompressedImage, topic: string): Promise<Status | null> => {
     packed = message;
     if (message.format.includes("compressedDepth"))
-      return { level: "error", reason: "depths that are compressed are not shown" };
+      return { level: "error", reason: "compressed depth images are not supported" };
     try {
       const bitmap = await createImageBitmap(new Blob([message.data as Uint8Array<ArrayBuffer>]));
       if (packed !== message) return null;
@@ -34,11 +34,11 @@ export const image: Make = (picture) => {
       Object.assign(window.canvas, { width, height });
       window.canvas.getContext("2d")!.drawImage(bitmap, 0, 0);
       bitmap.close();
-      window.name(topic, `Picture of ${topic}, ${width} by ${height}`);
+      window.name(topic, `Image on ${topic}, ${width} by ${height}`);
       draw();
       return null;
     } catch {
-      return { level: "error", reason: `its bytes are no picture (${message.format || "no format"})` };
+      return { level: "error", reason: `cannot decode the image (${message.format || "no format"})` };
     }
   };
   return {
@@ -51,7 +51,7 @@ export const image: Make = (picture) => {
     message({ topic, kind, message }) {
       if (kind.endsWith("CompressedImage")) return unpack(message as unknown as msg.CompressedImage, topic);
       heard = message as unknown as msg.Image;
-      window.name(topic, `Picture of ${topic}, ${heard.width} by ${heard.height}`);
+      window.name(topic, `Image on ${topic}, ${heard.width} by ${heard.height}`);
       return draw();
     },
     clear() {

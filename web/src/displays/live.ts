@@ -7,11 +7,11 @@ import { GAPS, hasGaps } from "./gaps";
 import { MAKERS } from "./registry";
 import { kindOf, valuesOf, type DisplayConfig, type Status } from "./set";
 
-/** A display and what keeps it going. `display` is null while its code is being loaded. */
+/** A display with its subscription and status. `display` is null while its code is loading. */
 interface Live {
   config: DisplayConfig;
   display: Display | null;
-  /** What hides it while it is disabled. */
+  /** The group that is hidden while the display is disabled. */
   holder: Group;
   topic: string;
   stop: (() => void) | null;
@@ -19,12 +19,12 @@ interface Live {
   said: Status | null;
 }
 
-/** The displays in the picture: made, set, fed with messages and thrown away as their settings say. */
+/** Creates, configures, updates and removes the displays in the view, as the settings change. */
 export class LiveDisplays {
   readonly group = new Group();
   private readonly live = new Map<number, Live>();
   private scene: Scene | null = null;
-  /** What fell out of the world, and the second for which that was said. */
+  /** The objects that fell out of the world and the second of their last report: the status changes once a second. */
   private fallen = "";
 
   constructor(
@@ -34,7 +34,7 @@ export class LiveDisplays {
     app.displays.all.watch((all) => this.follow(all));
     app.topics.list.watch((topics) => {
       for (const one of this.live.values()) {
-        if (one.heard && !topics.some(({ name }) => name === one.topic)) this.empty(one); // it is gone
+        if (one.heard && !topics.some(({ name }) => name === one.topic)) this.empty(one); // the topic no longer exists
         this.connect(one);
       }
       this.report();
@@ -51,7 +51,7 @@ export class LiveDisplays {
     this.report();
   }
 
-  /** Tells of a state; what moved is drawn by the view, and what else changes by the display that knows. */
+  /** Passes a state to all displays. */
   state(state: State): void {
     for (const { display } of this.live.values()) display?.state?.(state);
     const fallen = state.fallen.map(({ name }) => `${name} ${Math.floor(state.time)}`).join();
@@ -66,7 +66,7 @@ export class LiveDisplays {
     for (const { display } of shown) display?.look?.();
   }
 
-  /** What is drawn of the displays with these names. */
+  /** The objects that the displays with matching names draw. */
   objects(isAsked: (name: string) => boolean): Object3D[] {
     const asked = [...this.live.values()].filter(({ config }) => isAsked(config.name));
     return asked.flatMap(({ holder, display }) =>
@@ -138,7 +138,7 @@ export class LiveDisplays {
     this.picture.invalidate();
   }
 
-  /** Hears the display's topic while it is enabled. */
+  /** Subscribes to the display's topic while it is enabled. */
   private connect(one: Live): void {
     const kind = kindOf(one.config.kind);
     if (kind.topics.length === 0 || one.display === null) return;
@@ -155,7 +155,7 @@ export class LiveDisplays {
     if (wanted !== "") one.stop = this.app.topics.listen(wanted, (message) => this.hear(one, message));
   }
 
-  /** Shows nothing of a topic, or of any, until it says something anew. */
+  /** Clears the displays of a topic, or of all topics, until a new message arrives. */
   private forget(topic: string | undefined): void {
     for (const one of this.live.values()) {
       if (one.topic === "" || (topic !== undefined && one.topic !== topic)) continue;
@@ -172,7 +172,7 @@ export class LiveDisplays {
 
   private hear(one: Live, message: TopicMessage): void {
     if (one.display?.takesGaps !== true && hasGaps(message.message))
-      return this.take(one, { level: "error", reason: `it holds ${GAPS}` });
+      return this.take(one, { level: "error", reason: `the message contains ${GAPS}` });
     const said = one.display?.message?.(message) ?? null;
     if (said instanceof Promise)
       void said.then(
@@ -197,30 +197,29 @@ export class LiveDisplays {
   }
 
   private status(one: Live): Status {
-    if (!one.config.enabled) return { level: "off", reason: "not shown" };
-    if (one.display === null) return { level: "ok", reason: "being loaded" };
+    if (!one.config.enabled) return { level: "off", reason: "hidden" };
+    if (one.display === null) return { level: "ok", reason: "loading" };
     const { topics } = kindOf(one.config.kind);
     if (topics.length === 0) return one.display.status?.() ?? { level: "ok", reason: "" };
     const types = topics.map(shortType).join(" or ");
     const asked = String(valuesOf(one.config)["topic"]);
     const carried = this.app.topics.list.value.find(({ name }) => name === (asked || one.topic));
-    if (asked === "" && one.topic === "")
-      return { level: "off", reason: `there is no topic of type ${types}` };
-    if (carried === undefined) return { level: "warn", reason: `there is no topic ${asked || one.topic}` };
+    if (asked === "" && one.topic === "") return { level: "off", reason: `no topic of type ${types}` };
+    if (carried === undefined) return { level: "warn", reason: `topic ${asked || one.topic} does not exist` };
     if (!topics.includes(carried.kind))
       return {
         level: "error",
-        reason: `${carried.name} is of type ${shortType(carried.kind)}, not ${types}`,
+        reason: `${carried.name} has type ${shortType(carried.kind)}, not ${types}`,
       };
     if (!one.heard && this.app.travel.isPast)
-      return { level: "off", reason: `nothing of ${one.topic} is kept from this moment` };
-    if (!one.heard) return { level: "warn", reason: `nothing heard on ${one.topic} yet` };
+      return { level: "off", reason: `no message of ${one.topic} is stored for this time` };
+    if (!one.heard) return { level: "warn", reason: `no message received on ${one.topic} yet` };
     if (one.said !== null) return one.said;
     return { level: "ok", reason: carried.rate === null ? one.topic : `${one.topic}, ${carried.rate} Hz` };
   }
 }
 
-/** `LaserScan` of `sensor_msgs/msg/LaserScan`. */
+/** A type without its package: `LaserScan` for `sensor_msgs/msg/LaserScan`. */
 export function shortType(type: string): string {
   return type.split("/").pop() ?? type;
 }

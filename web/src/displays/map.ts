@@ -17,7 +17,7 @@ import { poseMatrix } from "./pose-shapes";
 
 type Rgba = readonly [number, number, number, number];
 
-/** Colours as rviz has them: of a value from 0 free to 100 occupied, and -1 unknown. */
+/** rviz's colour schemes, by cell value: 0 is free, 100 occupied, -1 unknown. */
 export const SCHEMES: Record<string, (value: number) => Rgba> = {
   map: (value) => {
     if (value < 0 || value > 100) return [112, 137, 134, 255];
@@ -38,13 +38,13 @@ export const SCHEMES: Record<string, (value: number) => Rgba> = {
   },
 };
 
-/** As far away as is seen, where it is to be behind all else. */
+/** Shader code that moves the map to the far plane, behind everything else. */
 const AT_THE_BACK = `
   #ifdef BEHIND
     gl_Position.z = gl_Position.w * 0.999999;
   #endif`;
 
-/** A grid of cells on the ground, the first row along x of its origin. */
+/** Map: an OccupancyGrid, whose first row lies along the x axis of its origin. */
 export const map: Make = (picture) => {
   const group = new Group();
   const material = new MeshBasicMaterial({
@@ -84,7 +84,7 @@ export const map: Make = (picture) => {
     poseMatrix(origin, mesh.matrix).scale(new Vector3(width * resolution, height * resolution, 1));
     mesh.matrixWorldNeedsUpdate = true;
   };
-  /** Puts a newer part into the map. */
+  /** Applies an OccupancyGridUpdate, unless it is older than the map. */
   const update = ({ message }: TopicMessage): void => {
     const part = message as unknown as msg.OccupancyGridUpdate;
     if (heard === null || seconds(part.header.stamp) < seconds(heard.header.stamp)) return;
@@ -123,13 +123,13 @@ export const map: Make = (picture) => {
     },
     message({ topic, message }) {
       const received = message as unknown as msg.OccupancyGrid;
-      const grid = { ...received, data: received.data.slice() }; // others hear it too, and parts of this are replaced
+      const grid = { ...received, data: received.data.slice() }; // other displays get the same message, and updates change this copy
       const { width, height } = grid.info;
       if (width * height !== grid.data.length)
         return { level: "error", reason: `${width} by ${height} cells, but ${grid.data.length} values` };
       if (width * height === 0) return { level: "warn", reason: "the map has no cells" };
       if (!(grid.info.resolution > 0))
-        return { level: "error", reason: `cells of ${grid.info.resolution} m` };
+        return { level: "error", reason: `the resolution is ${grid.info.resolution} m per cell` };
       heard = grid;
       draw();
       listen(`${topic}_updates`);

@@ -30,7 +30,7 @@ import { mesh as fetchMesh } from "../view/meshes";
 const X = new Vector3(1, 0, 0);
 const Y = new Vector3(0, 1, 0);
 
-/** What a marker of each type is drawn as, in the frame of its pose; by the numbers of visualization_msgs/Marker. */
+/** Builds the object of a marker in the frame of its pose. The index is the type number of visualization_msgs/Marker. */
 export const BUILDERS: readonly ((marker: msg.Marker, changed: () => void) => Object3D)[] = [
   arrow,
   (marker) => solid(marker, new BoxGeometry()),
@@ -74,7 +74,7 @@ function solid(marker: msg.Marker, geometry: BufferGeometry): Object3D {
   return mesh;
 }
 
-/** By its pose along x, or from its first point to its second. */
+/** An arrow along x of the marker's pose, or from its first point to its second. */
 function arrow(marker: msg.Marker): Object3D {
   const [from, to] = marker.points;
   const { x, y, z } = marker.scale;
@@ -85,7 +85,7 @@ function arrow(marker: msg.Marker): Object3D {
   return arrowAlong(marker, start, way, x, y, z || way.length() * 0.23);
 }
 
-/** From each point to the next. */
+/** Arrows from each point to the next. */
 function arrows(marker: msg.Marker): Object3D {
   const { points } = marker;
   const all = new Group();
@@ -114,7 +114,7 @@ function arrowAlong(
   return mesh;
 }
 
-/** Lines between two points each, which are given by their numbers. */
+/** Line segments. `ends` holds the indices of their points, two for each. */
 function lines(marker: msg.Marker, ends: readonly number[]): Object3D {
   const hasColours = marker.colors.length === marker.points.length;
   const material = new LineMaterial({
@@ -178,7 +178,7 @@ function triangles(marker: msg.Marker): Object3D {
   return mesh;
 }
 
-/** Letters of the height of the scale's z that face the eye. */
+/** Text that faces the camera, with upper-case letters `scale.z` m high. */
 function text(marker: msg.Marker): Object3D {
   const canvas = document.createElement("canvas");
   const context = canvas.getContext("2d")!;
@@ -203,13 +203,13 @@ function text(marker: msg.Marker): Object3D {
       toneMapped: false,
     }),
   );
-  // an upper-case letter is 0.73 of the font's size tall
+  // the height of an upper-case letter is 0.73 of the font size
   const perPixel = marker.scale.z / (64 * 0.73);
   sprite.scale.set(canvas.width * perPixel, canvas.height * perPixel, 1);
   return sprite;
 }
 
-/** A mesh file, which the server names by the id it serves it under. */
+/** A mesh, by the id that the server serves it under. */
 function resource(marker: msg.Marker, changed: () => void): Object3D {
   const group = new Group();
   group.scale.set(marker.scale.x, marker.scale.y, marker.scale.z);

@@ -14,17 +14,17 @@ const DELETE_ALL = 3;
 
 interface Drawn {
   marker: msg.Marker;
-  /** In the frame of the header; what it holds stands at the marker's pose. */
+  /** Placed at the frame of the header. Its child is placed at the marker's pose. */
   holder: Group;
   until: number;
 }
 
-/** What programs draw, by namespace and number. */
+/** Marker and MarkerArray, by namespace and id. */
 class Markers implements Display {
   readonly group = new Group();
-  readonly takesGaps = true; // one that is wrong does not take the others along
+  readonly takesGaps = true; // each marker is checked by itself, so that an invalid one does not hide the others
   protected readonly drawn = new Map<string, Drawn>();
-  /** Namespaces that were heard of. */
+  /** All namespaces received. */
   private readonly known = new Set<string>();
   private set: Values = {};
   private resets = 0;
@@ -69,7 +69,7 @@ class Markers implements Display {
     this.clear();
   }
 
-  /** A marker as it is drawn here. */
+  /** Adapts a marker before it is drawn. */
   protected prepared(marker: msg.Marker): msg.Marker {
     return marker;
   }
@@ -87,8 +87,8 @@ class Markers implements Display {
     const marker = this.prepared(received);
     const build = BUILDERS[marker.type];
     if (build === undefined)
-      return { level: "error", reason: `${named(marker)} is of type ${marker.type}, which there is not` };
-    if (hasGaps(marker)) return { level: "error", reason: `${named(marker)} holds ${GAPS}` };
+      return { level: "error", reason: `${named(marker)} has the unknown type ${marker.type}` };
+    if (hasGaps(marker)) return { level: "error", reason: `${named(marker)} contains ${GAPS}` };
     const holder = new Group();
     const object = new Group();
     object.matrixAutoUpdate = false;
@@ -128,12 +128,12 @@ function named({ ns, id }: msg.Marker): string {
   return `marker ${ns === "" ? "" : `${ns}/`}${id}`;
 }
 
-/** What rviz warns of too: a marker that cannot be seen. */
+/** Warnings about invisible markers, as in rviz. */
 function doubt(marker: msg.Marker): Status | null {
   if (marker.colors.length === 0 && marker.color.a === 0 && !marker.mesh_use_embedded_materials)
-    return { level: "warn", reason: `${named(marker)} is transparent: its colour's a is 0` };
+    return { level: "warn", reason: `${named(marker)} is invisible: color.a is 0` };
   if (marker.type === 10 && marker.mesh_resource === "")
-    return { level: "warn", reason: `${named(marker)} has a mesh that cannot be read` };
+    return { level: "warn", reason: `the mesh of ${named(marker)} cannot be read` };
   return null;
 }
 
@@ -144,7 +144,7 @@ function free(object: Object3D): void {
   material?.dispose();
 }
 
-/** Contacts: arrows of the forces, which the server sends one robot's radius long for the robot's weight. */
+/** Contacts: forces as arrows. The server scales them so that the robot's weight is one radius of the robot long. */
 class Contacts extends Markers {
   private values: Values = {};
 

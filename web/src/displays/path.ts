@@ -9,7 +9,7 @@ import { placeAtHeader } from "./frames";
 import { PoseShapes, poseMatrix } from "./pose-shapes";
 import type { Values } from "./set";
 
-/** Poses in a row, joined by a line. */
+/** Path: poses joined by a line. */
 export const path: Make = (picture) => {
   const group = new Group();
   const material = new LineMaterial({ transparent: true, toneMapped: false });
@@ -51,7 +51,7 @@ export const path: Make = (picture) => {
       const heard = message as unknown as msg.Path;
       poses = heard.poses;
       draw();
-      // what a path starts with may leave its poses' frames out, and one that is empty clears the way
+      // the poses may leave their frame_id empty, so the path's header counts; an empty path clears the display
       return poses.length === 0 ? null : placeAtHeader(picture, group, heard.header);
     },
     clear() {
@@ -66,7 +66,7 @@ export const path: Make = (picture) => {
   };
 };
 
-/** The outline of a polygon. */
+/** Polygon: the outline of a polygon. */
 export const polygon: Make = (picture) => {
   const group = new Group();
   const material = new LineMaterial({ transparent: true, toneMapped: false });

@@ -1,11 +1,11 @@
 import { h } from "../dom";
 
-/** A small picture over the large one, which one can make larger. */
+/** A resizable window over the view that shows an image. */
 export class PictureWindow {
   readonly canvas = h("canvas", { width: 4, height: 3, role: "img" });
   private readonly title = h("figcaption", {});
   private readonly frame = h("figure", { class: "camera-view", hidden: true }, this.title, this.canvas);
-  /** How wide it is, in CSS pixels. */
+  /** Width in CSS pixels. */
   width = 0;
 
   constructor(overlay: HTMLElement, resized: () => void = () => undefined) {

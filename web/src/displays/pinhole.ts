@@ -2,12 +2,12 @@ import { Matrix4, PerspectiveCamera } from "three";
 
 import type * as msg from "../messages";
 
-/** In m, as rviz has it. */
+/** Near plane in m, as in rviz. */
 const NEAR = 0.01;
-/** An eye of three.js looks along -z with y up; an optical frame (REP 103) along z with y down. */
+/** A three.js camera looks along -z with y up, an optical frame (REP 103) along z with y down. */
 const OPTICAL_FROM_EYE = new Matrix4().makeRotationX(Math.PI);
 
-/** An eye that stands in an optical frame, and sees as a camera does by its intrinsics. */
+/** A camera in an optical frame with the intrinsics of a CameraInfo. */
 export class Pinhole {
   readonly eye = new PerspectiveCamera();
 
@@ -15,7 +15,8 @@ export class Pinhole {
     this.eye.matrixAutoUpdate = false;
   }
 
-  /** Takes on a camera's projection, with the picture `zoom` times as large around its middle, to `far` m; whether it has one. */
+  /** Applies a camera's projection matrix, enlarged by `zoom` around the image centre, with the far plane at `far` m.
+   * Returns whether the projection is valid. */
   see({ p, width, height }: msg.CameraInfo, zoom: number, far: number): boolean {
     const [fx = 0, , cx = 0, tx = 0, , fy = 0, cy = 0, ty = 0] = p;
     if (!(fx > 0 && fy > 0 && width > 0 && height > 0)) return false;
@@ -39,7 +40,7 @@ export class Pinhole {
       0,
     );
     eye.projectionMatrixInverse.copy(eye.projectionMatrix).invert();
-    // the second of two cameras stands beside the frame: sensor_msgs/CameraInfo
+    // Tx and Ty offset the second camera of a stereo pair from the frame: sensor_msgs/CameraInfo
     eye.matrix.makeTranslation(-tx / fx, -ty / fy, 0).multiply(OPTICAL_FROM_EYE);
     eye.matrixWorldNeedsUpdate = true;
     return true;

@@ -2,7 +2,7 @@ import type * as msg from "../messages";
 import { viridis } from "./colours";
 import type { Status, Values } from "./set";
 
-/** Bytes a pixel, and the places of red, green and blue in it. */
+/** Bytes per pixel, and the offsets of red, green and blue. */
 const COLOURED: Record<string, readonly [number, number, number, number]> = {
   rgb8: [3, 0, 1, 2],
   bgr8: [3, 2, 1, 0],
@@ -12,14 +12,14 @@ const COLOURED: Record<string, readonly [number, number, number, number]> = {
   "8UC1": [1, 0, 0, 0],
   "8UC3": [3, 2, 1, 0],
   "8UC4": [4, 2, 1, 0],
-  // what is behind a colour filter, as the brightness of each pixel
+  // Bayer images are shown as grey, by the brightness of each pixel
   bayer_rggb8: [1, 0, 0, 0],
   bayer_bggr8: [1, 0, 0, 0],
   bayer_gbrg8: [1, 0, 0, 0],
   bayer_grbg8: [1, 0, 0, 0],
 };
 
-/** Where two pixels of four bytes have their brightness, and what they share of blue and red. */
+/** Offsets in four bytes for two pixels: the luma of both, and the U and V they share. */
 const BRIGHTNESS: Record<string, readonly [number, number, number, number]> = {
   yuv422: [1, 3, 0, 2],
   uyvy: [1, 3, 0, 2],
@@ -27,23 +27,26 @@ const BRIGHTNESS: Record<string, readonly [number, number, number, number]> = {
   yuyv: [0, 2, 1, 3],
 };
 
-/** Bytes of what is taken for a depth. */
+/** Bytes per pixel of depth encodings. */
 const DEPTHS: Record<string, number> = { "32FC1": 4, "16UC1": 2, mono16: 2 };
 
-/** What a picture shows: its colours, or its depths in colours by `normalize`, `near` and `far`; else what is wrong with it. */
+/** The pixels of an image. Depths are coloured by `normalize`, `near` and `far`. Returns an error if the image is invalid. */
 export function pixelsOf(image: msg.Image, set: Values): ImageData | Status {
   const { width, height, step, encoding, data } = image;
   if (width * height === 0 || data.length < step * height)
-    return { level: "error", reason: `${width} by ${height} pixels, but ${data.length} bytes` };
+    return { level: "error", reason: `${width} by ${height} pixels, but ${data.length} bytes of data` };
   const layout = COLOURED[encoding];
   const pair = BRIGHTNESS[encoding];
   const size = layout?.[0] ?? (pair !== undefined ? 2 : DEPTHS[encoding]);
   if (size === undefined)
-    return { level: "error", reason: `pictures in ${encoding || "no encoding"} are not shown` };
+    return {
+      level: "error",
+      reason: encoding === "" ? "the encoding is empty" : `encoding ${encoding} is not supported`,
+    };
   if (step < width * size)
     return {
       level: "error",
-      reason: `rows of ${step} bytes, but ${width} pixels in ${encoding} need ${width * size}`,
+      reason: `step is ${step} bytes, but ${width} pixels of ${encoding} need ${width * size}`,
     };
   const pixels = new ImageData(width, height);
   if (layout !== undefined) {
@@ -87,7 +90,7 @@ export function pixelsOf(image: msg.Image, set: Values): ImageData | Status {
   return pixels;
 }
 
-/** Metres at each pixel, of so many bytes. */
+/** The depth of each pixel in m, NaN if unknown. `size` is the bytes per pixel. */
 function depths({ width, height, step, data, is_bigendian }: msg.Image, size: number): number[] {
   const view = new DataView(data.buffer, data.byteOffset, data.byteLength);
   const little = is_bigendian === 0;

@@ -21,7 +21,7 @@ import type { Values } from "./set";
 
 export type Drawn = Points<BufferGeometry, PointsMaterial> | InstancedMesh<BoxGeometry, MeshLambertMaterial>;
 
-/** What points are drawn as: squares of so many pixels; or, of a size in m, squares and balls that face the eye, or boxes. */
+/** Draws points as squares with a size in pixels, or as squares, spheres or boxes with a size in m. */
 export class PointShapes {
   private readonly flat = new PointsMaterial({ toneMapped: false, transparent: true });
   private readonly solid = new MeshLambertMaterial();
@@ -29,7 +29,7 @@ export class PointShapes {
   private style = "points";
   private metres = 0.01;
 
-  /** `colour` is that of all points, null where each has its own. */
+  /** `colour` is the colour of all points, null if each has its own. */
   set(values: Values, colour: string | null): void {
     const { flat, solid } = this;
     this.style = String(values["style"]);
@@ -46,7 +46,7 @@ export class PointShapes {
     flat.needsUpdate = true;
   }
 
-  /** Draws points, with the colours (r, g, b, linear) of each where they are given. */
+  /** Draws points, optionally with a colour (r, g, b, linear) for each. */
   make(places: Float32Array, colours: Float32Array | null): Drawn {
     const drawn = this.style === "boxes" ? this.boxes(places, colours) : this.points(places, colours);
     drawn.frustumCulled = false;
@@ -68,7 +68,7 @@ export class PointShapes {
   private points(places: Float32Array, colours: Float32Array | null): Drawn {
     const points = new Points(new BufferGeometry(), this.flat);
     points.geometry.setAttribute("position", new BufferAttribute(places, 3));
-    points.geometry.boundingSphere = new Sphere(); // or three measures them all, to sort one thing
+    points.geometry.boundingSphere = new Sphere(); // otherwise three computes it from all points, only to sort this one object
     if (colours !== null) points.geometry.setAttribute("color", new BufferAttribute(colours, 3));
     if (this.style !== "points")
       points.onBeforeRender = (renderer, _scene, camera) =>
@@ -93,7 +93,7 @@ export class PointShapes {
   }
 }
 
-/** The size of three's points that is so many metres to an eye: three takes no account of how wide that sees. */
+/** The size for three's PointsMaterial that appears `metres` large. three does not account for the field of view. */
 function sizeFor(metres: number, renderer: WebGLRenderer, camera: Camera): number {
   const high = renderer.getCurrentViewport(new Vector4()).w;
   const seen = metres * camera.projectionMatrix.elements[5];
@@ -102,7 +102,7 @@ function sizeFor(metres: number, renderer: WebGLRenderer, camera: Camera): numbe
   return (seen * high) / 2 / renderer.getPixelRatio();
 }
 
-/** A ball in light from above. */
+/** The image of a shaded ball, lit from above. */
 function ballTexture(): CanvasTexture {
   const size = 64;
   const canvas = document.createElement("canvas");

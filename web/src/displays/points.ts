@@ -14,7 +14,7 @@ interface Shown {
   drawn: Drawn;
 }
 
-/** Points that stay where they were seen, the older ones for a while. */
+/** LaserScan and PointCloud2. Points stay where they were measured until they decay. */
 class PointsDisplay implements Display {
   readonly group = new Group();
   private readonly shapes = new PointShapes();
@@ -72,17 +72,17 @@ class PointsDisplay implements Display {
     return drawn;
   }
 
-  /** What the points are to be coloured by and do not have. */
+  /** A warning if the points lack the field they are coloured by. */
   private doubt({ intensity, rgb }: Cloud): Status | null {
     const { by, channel } = this.values;
     if (by === "intensity" && intensity === null)
-      return { level: "warn", reason: `its points have no ${String(channel) || "intensity"}` };
+      return { level: "warn", reason: `the points have no ${String(channel) || "intensity"} field` };
     return by === "rgb" && rgb === null
-      ? { level: "warn", reason: "its points have no rgb: they are coloured by z" }
+      ? { level: "warn", reason: "the points have no rgb field and are coloured by z" }
       : null;
   }
 
-  /** Colours in the picture's linear space; null for the one that is set. */
+  /** The colour of each point in linear space, null if all have the colour of the settings. */
   private colours(cloud: Cloud, matrix: Matrix4): Float32Array | null {
     const { by, auto } = this.values;
     if (by === "colour") return null;
@@ -98,7 +98,7 @@ class PointsDisplay implements Display {
     return shades(values, low, high);
   }
 
-  /** What the points are coloured by. */
+  /** The values that determine the colours. */
   private scalars({ places, intensity }: Cloud, matrix: Matrix4): Float32Array {
     const by = this.values["by"];
     const count = places.length / 3;

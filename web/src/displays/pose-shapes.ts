@@ -19,10 +19,10 @@ import { AXES } from "../view/palette";
 const COLOURS = [AXES.x, AXES.y, AXES.z];
 const ONE = new Vector3(1, 1, 1);
 
-/** A pose as a matrix. */
+/** The matrix of a pose. */
 export function poseMatrix({ position, orientation }: Pose, into = new Matrix4()): Matrix4 {
   const turn = new Quaternion(orientation.x, orientation.y, orientation.z, orientation.w);
-  // a quaternion of zeros means no turn, as rviz takes it
+  // a zero quaternion means no rotation, as in rviz
   if (turn.lengthSq() < 1e-12) turn.identity();
   return into.compose(new Vector3(position.x, position.y, position.z), turn.normalize(), ONE);
 }
@@ -34,7 +34,7 @@ export function arrowGeometry(): BufferGeometry {
   return mergeGeometries([shaft, head]).rotateZ(-Math.PI / 2);
 }
 
-/** Axes of length 1. */
+/** A rod of length 1 along an axis: 0 is x, 1 is y, 2 is z. */
 function rodGeometry(along: number): BufferGeometry {
   const rod = new CylinderGeometry(0.03, 0.03, 1, 12).translate(0, 0.5, 0);
   if (along === 0) rod.rotateZ(-Math.PI / 2);
@@ -42,7 +42,7 @@ function rodGeometry(along: number): BufferGeometry {
   return rod;
 }
 
-/** Many equal arrows or axes, drawn at once. */
+/** Arrows or axes of equal size, drawn as instances. */
 export class PoseShapes {
   readonly group = new Group();
   private meshes: InstancedMesh<BufferGeometry, MeshLambertMaterial>[] = [];
@@ -57,7 +57,7 @@ export class PoseShapes {
     this.paint();
   }
 
-  /** Draws one of the shape, `length` m long, at each matrix. */
+  /** Draws the shape at each matrix, `length` m long. */
   put(matrices: readonly Matrix4[], length: number): void {
     if (matrices.length > this.room) this.build(Math.max(16, 2 * matrices.length));
     const scale = new Matrix4().makeScale(length, length, length);

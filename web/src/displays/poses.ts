@@ -7,10 +7,10 @@ import { placeAtHeader } from "./frames";
 import { PoseShapes, poseMatrix } from "./pose-shapes";
 import type { Status, Values } from "./set";
 
-/** Poses that are kept where all are asked for: a page may be open for days. */
+/** Limit of stored poses if all are to be kept: a page may be open for days. */
 const MOST_KEPT = 10_000;
 
-/** What a pose in the frame of a header is drawn as. */
+/** A display of poses in the frame of a header. */
 abstract class Poses implements Display {
   readonly group = new Group();
   protected readonly shapes = new PoseShapes();
@@ -47,7 +47,7 @@ abstract class Poses implements Display {
   }
 }
 
-/** PoseStamped, PoseWithCovarianceStamped and PoseArray: the newest message. */
+/** Pose, PoseWithCovariance and PoseArray: the latest message. */
 class Newest extends Poses {
   private poses: Matrix4[] = [];
   private covariance: readonly number[] | null = null;
@@ -76,7 +76,7 @@ class Newest extends Poses {
   }
 }
 
-/** Odometry: where it was, as often as it moved enough. */
+/** Odometry: past poses, one each time the robot has moved far enough. */
 class Travelled extends Poses {
   private poses: Matrix4[] = [];
   private last: msg.PoseWithCovariance | null = null;

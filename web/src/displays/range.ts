@@ -4,7 +4,7 @@ import type * as msg from "../messages";
 import type { Make } from "./display";
 import { placeAtHeader } from "./frames";
 
-/** A cone from the sensor to what it met, as wide as it sees. */
+/** Range: a cone with the sensor's field of view, as long as the range. */
 export const range: Make = (picture) => {
   const material = new MeshBasicMaterial({ transparent: true, depthWrite: false, side: DoubleSide });
   const mesh = new Mesh(new ConeGeometry(), material);
@@ -12,7 +12,7 @@ export const range: Make = (picture) => {
   mesh.frustumCulled = false;
   const put = (length: number, angle: number): void => {
     mesh.geometry.dispose();
-    // three's cone points along y with its middle at the origin; a sensor looks along x from its tip
+    // three's cone points along y with its centre at the origin; a sensor measures along x from the tip
     mesh.geometry = new ConeGeometry(length * Math.tan(angle / 2), length, 48, 1, true)
       .translate(0, -length / 2, 0)
       .rotateZ(Math.PI / 2);
@@ -28,7 +28,7 @@ export const range: Make = (picture) => {
     message({ message }) {
       const heard = message as unknown as Omit<msg.Range, "range"> & { range: number | null };
       const status = placeAtHeader(picture, mesh, heard.header);
-      // JSON has no infinity: nothing came back
+      // JSON has no infinity: null means that nothing was detected
       const isMet = heard.range !== null && heard.range >= heard.min_range && heard.range <= heard.max_range;
       put(isMet ? heard.range! : 0, heard.field_of_view);
       return status ?? (isMet ? null : { level: "ok", reason: `nothing within ${heard.max_range} m` });

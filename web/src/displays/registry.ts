@@ -6,7 +6,7 @@ import { tf } from "./tf";
 import { trail } from "./trail";
 import { world } from "./world";
 
-/** What makes a display of each kind; those that are rarely used are loaded when they are first wanted. */
+/** The constructor of each kind of display. The code of less common kinds is loaded on first use. */
 export const MAKERS: Readonly<Record<string, () => Make | Promise<Make>>> = {
   Grid: () => grid,
   RobotModel: () => robotModel,

@@ -9,10 +9,10 @@ import type { Status, Values } from "./set";
 
 const X = new Vector3(1, 0, 0);
 const JOINTS = "#2dd4bf";
-/** Codes of findings on meshes that cannot be shown. */
+/** Codes of findings about meshes that cannot be shown. */
 const NO_MESH = new Set(["F008", "G101", "G102"]);
 
-/** Which of the robot's parts are seen, and the axes of its joints. */
+/** RobotModel: the visible parts of the robot, and the axes of its joints. */
 export const robotModel: Make = (picture) => {
   const axes = new PoseShapes();
   axes.style("arrow", JOINTS, 1);
@@ -65,19 +65,19 @@ export const robotModel: Make = (picture) => {
   };
 };
 
-/** What is said of meshes that are not there or may not be read, as rviz says it; null where all are. */
+/** An error about missing or unreadable meshes, null if there are none. */
 function missingStatus(findings: Findings | null): Status | null {
   const links = new Set(
     (findings?.findings ?? []).filter(({ code }) => NO_MESH.has(code)).map(({ link }) => link),
   );
   return links.size === 0
     ? null
-    : { level: "error", reason: `meshes are missing, see the findings: ${[...links].join(", ")}` };
+    : { level: "error", reason: `meshes are missing (see Findings): ${[...links].join(", ")}` };
 }
 
-/** What is said of a robot that has no shapes; null of one that has. */
+/** A warning about a robot without shapes, null if it has any. */
 function bareStatus(scene: Scene | null): Status | null {
   return scene?.links.some(({ visuals }) => visuals.length > 0) === false
-    ? { level: "warn", reason: "no link has a visual: there is nothing to see of it" }
+    ? { level: "warn", reason: "no link has a visual, so there is nothing to show" }
     : null;
 }

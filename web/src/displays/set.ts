@@ -5,29 +5,29 @@ import { GLOBALS, KINDS, type DisplayKind, type Property } from "./kinds";
 export type Value = boolean | number | string;
 export type Values = Readonly<Record<string, Value>>;
 
-/** How a display fares, and why, in words. */
+/** The status of a display, and the reason for it. */
 export interface Status {
   level: "ok" | "warn" | "error" | "off";
   reason: string;
 }
 
-/** A display as it is set: plain data. Properties that are not there have their initial value. */
+/** The settings of a display, as plain data. Missing properties have their initial value. */
 export interface DisplayConfig {
   readonly id: number;
   readonly kind: string;
   readonly name: string;
   readonly enabled: boolean;
   readonly properties: Values;
-  /** Its place in the file of rviz that it came from, -1 for none. */
+  /** Its index in the rviz file that it was loaded from, -1 for none. */
   readonly source: number;
 }
 
 export type Saved = Omit<DisplayConfig, "id">;
 
-/** A display as a file or an older page kept it. */
+/** A display as stored by a file or an older page, which may lack `source`. */
 type Kept = Omit<Saved, "source"> & Partial<Pick<Saved, "source">>;
 
-/** From where one looks, along the axes of the fixed frame from its origin, or that of `frame`; `flat` is without perspective. */
+/** A viewpoint in the axes of the fixed frame, relative to its origin or to that of `frame`. `flat` is orthographic. */
 export interface LookingFrom {
   readonly eye: readonly number[];
   readonly target: readonly number[];
@@ -36,7 +36,7 @@ export interface LookingFrom {
   readonly frame?: string;
 }
 
-/** All that is set, as it is kept. */
+/** All settings of the displays, as stored. */
 export interface Setup {
   readonly globals: Values;
   readonly displays: readonly Kept[];
@@ -52,19 +52,19 @@ const START: readonly Saved[] = ["Grid", "RobotModel", "TF", "Trail", "World", "
   source: -1,
 }));
 
-/** A kind by its name. */
+/** The display kind with a name. */
 export function kindOf(name: string): DisplayKind {
   const kind = KINDS.find((one) => one.name === name);
   if (kind === undefined) throw new Error(`no display of kind ${name}`);
   return kind;
 }
 
-/** A display's value of a property. */
+/** The value of a display's property. */
 export function valueOf(config: DisplayConfig, property: Property): Value {
   return config.properties[property.name] ?? property.initial;
 }
 
-/** All values of a display. */
+/** The values of all properties of a display. */
 export function valuesOf(config: DisplayConfig): Values {
   return {
     ...Object.fromEntries(
@@ -74,7 +74,7 @@ export function valuesOf(config: DisplayConfig): Values {
   };
 }
 
-/** The displays in their order and what holds for all of them, as this browser remembers them. */
+/** The ordered list of displays and the global options, stored in the browser. */
 export class DisplaySet {
   readonly all: Signal<readonly DisplayConfig[]>;
   readonly globals: Signal<Values>;
@@ -94,7 +94,7 @@ export class DisplaySet {
     return { globals: this.globals.value, displays: this.all.value.map(plain) };
   }
 
-  /** What holds for all displays. */
+  /** The value of a global option. */
   global(name: string): Value {
     return this.globals.value[name] ?? GLOBALS.find((property) => property.name === name)!.initial;
   }
@@ -103,7 +103,7 @@ export class DisplaySet {
     this.globals.set({ ...this.globals.value, [name]: value });
   }
 
-  /** What was added; null where there is one already, of which there is one at most. */
+  /** Adds a display. Returns null if the kind allows only one and it exists. */
   add(kind: string): DisplayConfig | null {
     const { single } = kindOf(kind);
     if (single && this.all.value.some((one) => one.kind === kind)) return null;
@@ -149,26 +149,26 @@ export class DisplaySet {
     if (config !== undefined) this.change(id, { properties: { ...config.properties, [property]: value } });
   }
 
-  /** Takes over other settings in place of these, and whether this browser is to remember them. */
+  /** Replaces all settings. `remembers` is whether the browser stores them from now on. */
   replace({ globals, displays }: Setup, remembers = this.remembers): void {
     this.remembers = remembers;
     this.globals.set(globals);
     this.all.set(this.numbered(displays));
   }
 
-  /** Back to what one starts with. */
+  /** Resets all settings to their defaults. */
   reset(): void {
     this.replace({ globals: {}, displays: START });
   }
 
-  /** Whether a kind is shown; with a property's name, whether that is on. */
+  /** Whether any display of a kind is enabled and, with a property's name, has it on. */
   isOn(kind: string, property: string | null): boolean {
     return this.all.value.some(
       (one) => one.kind === kind && one.enabled && (property === null || valuesOf(one)[property] === true),
     );
   }
 
-  /** Turns all displays of a kind, or one property of theirs, on or off; what is not there is added. */
+  /** Turns all displays of a kind, or one of their properties, on or off. Adds a display if there is none. */
   turn(kind: string, property: string | null, on: boolean): void {
     if (on && !this.all.value.some((one) => one.kind === kind)) this.add(kind);
     this.all.set(
@@ -180,7 +180,7 @@ export class DisplaySet {
     );
   }
 
-  /** What an added display begins with: the floor has the lines of one grid, another has cells as rviz draws them. */
+  /** Initial properties of an added display. The floor draws the lines of one grid; another grid gets cells as in rviz. */
   private first(kind: string): Values {
     const isRuled = this.all.value.some((one) => one.kind === "Grid" && valuesOf(one)["count"] === 0);
     return kind === "Grid" && isRuled ? { count: 10, colour: "#a0a0a4" } : {};
@@ -206,7 +206,7 @@ function plain({ kind, name, enabled, properties, source = -1 }: Kept): Saved {
   return { kind, name, enabled, properties, source };
 }
 
-/** A display's values once another is called otherwise. */
+/** The properties of a display after another display was renamed. */
 function renamed({ kind, properties }: DisplayConfig, before: string, after: string): Values {
   const names = new Map(
     kindOf(kind).per_display.map(({ name }) => [`${before}/${name}`, `${after}/${name}`]),
@@ -216,7 +216,7 @@ function renamed({ kind, properties }: DisplayConfig, before: string, after: str
   );
 }
 
-/** Whether what a browser remembered are settings: an older page may have written something else. */
+/** Whether a stored value is valid: an older page may have stored another format. */
 function isSetup(kept: unknown): kept is Setup {
   const known = new Set(KINDS.map((kind) => kind.name));
   const { globals, displays } = (kept ?? {}) as { globals?: unknown; displays?: unknown };

@@ -20,16 +20,17 @@ import { AXES } from "../view/palette";
 import type { Display, Make, Picture } from "./display";
 import type { Values } from "./set";
 
+/** Height of a label in CSS pixels. */
 const LABEL_PIXELS = 22;
-/** Frames nearer to each other than so much of their axes are at one place. */
+/** Frames closer than this fraction of the axis length share a place, so their labels are stacked. */
 const SAME_PLACE = 0.05;
 const ARROWS = 0xe86fc5;
 const COLOURS = [AXES.x, AXES.y, AXES.z].map((colour) => new Color(colour));
 
-/** Axes and names of frames, sized to suit the robot; those of the chosen link are always shown. */
+/** TF: axes and names of frames, scaled to the robot. Those of the selected link are always shown. */
 class Frames implements Display {
   readonly group = new Group();
-  /** The three axes of each frame, one after the other. */
+  /** Three instances for each frame: its x, y and z axis. */
   private axes: InstancedMesh<CylinderGeometry, MeshBasicMaterial> | null = null;
   private still: Matrix4[] = [];
   private readonly labels = new Map<string, Sprite>();
@@ -113,7 +114,7 @@ class Frames implements Display {
     mesh.instanceMatrix.needsUpdate = mesh.visible;
   }
 
-  /** A line from each frame to the one it hangs on. */
+  /** Draws a line from each frame to its parent. */
   private putArrows(meant: (name: string) => boolean): void {
     const { transforms } = this.picture;
     const ends: number[] = [];
@@ -132,7 +133,7 @@ class Frames implements Display {
     this.arrows.geometry.setAttribute("position", new Float32BufferAttribute(ends, 3));
   }
 
-  /** Which frames are shown, by their names. */
+  /** Returns the filter of frames by name. */
   private meant(): (name: string) => boolean {
     const filter = matcher(String(this.values["filter"]));
     const without = String(this.values["without"]);
@@ -140,7 +141,7 @@ class Frames implements Display {
     return (name) => filter(name) && !isOut(name);
   }
 
-  /** Labels are made when they are first shown; those of one place stand one above the other. */
+  /** Creates a label on first use and places it. `above` is the number of labels below it at the same place. */
   private putLabel(name: string, at: Matrix4, tall: number, above: number): void {
     let sprite = this.labels.get(name);
     if (sprite === undefined) {
@@ -172,10 +173,10 @@ class Frames implements Display {
 
 export const tf: Make = (picture) => new Frames(picture);
 
-/** Frames that may come up later without anything being built anew. */
+/** Instances to spare for frames that appear later. */
 const SPARE = 64;
 
-/** Whether a pattern is found in a name; one that is not whole yet is a part of it as it is. */
+/** Returns a test for names that match a regular expression. An invalid one, such as while it is typed, is plain text. */
 export function matcher(pattern: string): (name: string) => boolean {
   try {
     const expression = new RegExp(pattern);
@@ -185,7 +186,7 @@ export function matcher(pattern: string): (name: string) => boolean {
   }
 }
 
-/** Room for the axes of so many frames. */
+/** Creates the mesh for the axes of a number of frames. */
 function axesMesh(rod: CylinderGeometry, frames: number): InstancedMesh<CylinderGeometry, MeshBasicMaterial> {
   const mesh = new InstancedMesh(
     rod,

@@ -11,12 +11,13 @@ import type { State } from "../protocol";
 import { PALETTES } from "../view/palette";
 import type { Make } from "./display";
 
+/** Limit of stored points. */
 const MOST = 8000;
 
-/** When the robot came there, in s along the timeline, and x and y in m; and whether it was put there, not driven. */
+/** A point of the trail: timeline time in s, x and y in m, and whether the robot was moved there instead of driving. */
 type Point = readonly [at: number, x: number, y: number, isJump: boolean];
 
-/** The way the robot took: what the server knows of it, and what is seen of it from then on. */
+/** Trail: the robot's path, first as sent by the server, then extended by each state. */
 export const trail: Make = (picture) => {
   const { app } = picture;
   const ribbon = new Ribbon();
@@ -28,7 +29,7 @@ export const trail: Make = (picture) => {
   const follow = (state: State): void => {
     const mode = app.about.value?.mode;
     const played = mode === "play";
-    const now = played ? 0 : state.resets; // a recording has one way, wherever one looks
+    const now = played ? 0 : state.resets; // a recording has one trail for all times
     if (now !== resets) {
       ribbon.clear();
       resets = now;
@@ -43,7 +44,7 @@ export const trail: Make = (picture) => {
   };
   const stops = [
     app.connection.link.watch((link) => {
-      if (link === "live") resets = -1; // the server that answers now may be another one
+      if (link === "live") resets = -1; // a reconnect may be to another server
     }),
     app.trail.watch((known) => {
       if (known?.resets !== resets) return;
@@ -73,7 +74,7 @@ export const trail: Make = (picture) => {
   };
 };
 
-/** A ribbon on the floor, cut where the robot was put elsewhere; the oldest half forgotten when it is full. */
+/** A ribbon on the floor with gaps where the robot was moved. When it is full, the older half is dropped. */
 class Ribbon {
   readonly mesh: Mesh<BufferGeometry, MeshBasicMaterial>;
   private readonly positions = new BufferAttribute(new Float32Array(MOST * 6), 3);
@@ -117,7 +118,7 @@ class Ribbon {
     this.positions.needsUpdate = true;
   }
 
-  /** Takes the way until some moment as it is told; what was added after it stays. */
+  /** Replaces the trail by the server's. Points added after its end are kept. */
   take(told: readonly Point[]): void {
     const end = told.at(-1)?.[0] ?? -Infinity;
     this.points = [...told, ...this.points.filter(([at]) => at > end)].slice(-MOST);
@@ -125,7 +126,7 @@ class Ribbon {
     this.positions.needsUpdate = true;
   }
 
-  /** Draws the way up to a moment. */
+  /** Draws the trail up to a time. */
   showUntil(at: number): void {
     let [low, high] = [0, this.points.length];
     while (low < high) {
@@ -159,7 +160,7 @@ class Ribbon {
     this.positions.setXYZ(2 * i + 1, x + dy * scale, y - dx * scale, 0);
   }
 
-  /** Lets the ribbon come to a point from the one before, or begin anew there. */
+  /** Joins a point to the previous one, or starts a new piece there. */
   private join(i: number, joined: boolean): void {
     const [from, at] = [2 * (i - 1), (i - 1) * 6];
     const isJoined = this.index.getX(at) !== this.index.getX(at + 1);

@@ -20,7 +20,7 @@ const X = new Vector3(1, 0, 0);
 const Z = new Vector3(0, 0, 1);
 const ARC = 1.5 * Math.PI;
 
-/** A velocity at a frame: an arrow along the straight part, and one around the axis of the turn. */
+/** Twist and Wrench: an arrow for the linear part, and a ring with an arrowhead for the angular part. */
 export const twist: Make = (picture) => {
   const group = new Group();
   const arrow = new PoseShapes();
@@ -28,7 +28,7 @@ export const twist: Make = (picture) => {
   const ring = new Group();
   group.add(arrow.group, ring);
   let set: Values = {};
-  let heard: msg.Twist | null = null; // or a wrench: a force is drawn as a straight way, a torque as a turn
+  let heard: msg.Twist | null = null; // or a wrench, with the force as linear and the torque as angular part
   let isStamped = false;
   const freeRing = (): void =>
     ring.traverse((object) => {
@@ -75,7 +75,7 @@ export const twist: Make = (picture) => {
           : { linear: wrench.force, angular: wrench.torque });
       isStamped = header !== undefined;
       draw();
-      // one without a header is the robot's own, at its root and as it is now
+      // a message without a header belongs to the robot's root at its current pose
       return header === undefined ? null : placeAtHeader(picture, group, header);
     },
     frame() {

@@ -3,7 +3,7 @@ import { Group } from "three";
 import type { Make } from "./display";
 import { fallenStatus } from "./fallen";
 
-/** What stands in the world. */
+/** World: the objects in the world. */
 export const world: Make = (picture) => {
   let isShown = true;
   const show = (on: boolean): void => {

@@ -1,19 +1,19 @@
 import { Quaternion, Vector3 } from "three";
 
-/** How a link hangs on the one above it, in the order of the scene's links. */
+/** The joint of a link to its parent, in the order of the scene's links. */
 export interface Hinge {
-  /** Index of the link above, -1 for the root. */
+  /** Index of the parent link, -1 for the root. */
   parent: number;
-  /** x, y, z, qx, qy, qz, qw of the joint's frame in the link above. */
+  /** x, y, z, qx, qy, qz, qw of the joint's frame in the parent link. */
   origin: readonly number[];
-  /** Index of the joint among the scene's, -1 where it does not move. */
+  /** Index of the joint in the scene, -1 for a fixed joint. */
   joint: number;
   /** Unit vector in the joint's frame. */
   axis: readonly number[];
   slides: boolean;
 }
 
-/** A joint of the scene that follows another: multiplier * position of `leader` + offset. */
+/** A joint that mimics another: multiplier * position of `leader` + offset. */
 export interface Follow {
   joint: number;
   leader: number;
@@ -24,11 +24,11 @@ export interface Follow {
 export interface Kinematics {
   hinges: readonly Hinge[];
   follows: readonly Follow[];
-  /** Indices of the links such that each comes after the one above it. */
+  /** Indices of the links, each after its parent. */
   order: readonly number[];
 }
 
-/** The positions of all joints, those that follow others set to do so. */
+/** The positions of all joints, with mimic joints set from their leaders. */
 export function settled(kinematics: Kinematics, positions: readonly number[]): number[] {
   const all = [...positions];
   for (const { joint, leader, multiplier, offset } of kinematics.follows)
@@ -36,7 +36,7 @@ export function settled(kinematics: Kinematics, positions: readonly number[]): n
   return all;
 }
 
-/** x, y, z, qx, qy, qz, qw of every link in the root's frame, flat; positions in rad and m. */
+/** Flat x, y, z, qx, qy, qz, qw of every link in the root's frame, for joint positions in rad and m. */
 export function poses(kinematics: Kinematics, positions: readonly number[]): number[] {
   const flat = new Array<number>(kinematics.hinges.length * 7).fill(0);
   const [place, turn, motion] = [new Vector3(), new Quaternion(), new Quaternion()];

@@ -4,10 +4,10 @@ import { Signal } from "../signal";
 import { poses, settled } from "./kinematics";
 import { held, type Saved } from "./saved";
 
-/** Moments of the way that are shown on a jump. */
+/** Limit of states that are replayed on a jump, so that the trail is complete. */
 const MOST_AT_ONCE = 300;
 
-/** Answers a page that was saved as one file, as the server would. */
+/** Replaces the server in a page that was saved as one file. */
 export class Replies implements Line {
   readonly link = new Signal<Link>("live");
   readonly writes = false;
@@ -29,7 +29,7 @@ export class Replies implements Line {
     });
   }
 
-  /** Shows one of the recorded moments, and the way up to it. */
+  /** Shows a recorded state, and the trail up to it. */
   show(index: number): void {
     if (index < this.shown) {
       this.shown = -1;

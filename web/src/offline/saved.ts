@@ -1,24 +1,24 @@
 import type { FromServer, JointView, SourceText, State } from "../protocol";
 import type { Kinematics } from "./kinematics";
 
-/** What a page that was saved as one file carries along in place of a server. */
+/** The data of a page that was saved as one file. It replaces the server. */
 export interface Saved {
-  /** What a server tells a page first. */
+  /** The first messages of the server. */
   greeting: readonly FromServer[];
   sources: readonly SourceText[];
   /** Packed meshes by id, in base64. */
   meshes: Readonly<Record<string, string>>;
   kinematics: Kinematics;
-  /** Moments that were recorded, in order of time; empty where the joints are set by hand. */
+  /** Recorded states in order of time. Empty if the user sets the joints. */
   states: readonly State[];
 }
 
-/** Reads what the page was saved with. */
+/** Reads the saved data from the page. */
 export function readSaved(): Saved {
   return JSON.parse(document.getElementById("saved")?.textContent ?? "null") as Saved;
 }
 
-/** A position within a joint's range; a continuous one turns without end. */
+/** Clamps a position to the joint's limits. A continuous joint has none. */
 export function held(joint: JointView, position: number): number {
   return joint.kind === "continuous" ? position : Math.min(Math.max(position, joint.lower), joint.upper);
 }

@@ -3,7 +3,7 @@ import type { State } from "../protocol";
 
 const SECOND = 1000;
 
-/** A slider over recorded moments, and a button that plays them as fast as they were. */
+/** A slider over recorded states, and a button that plays them back at their original speed. */
 export function scrub(states: readonly State[], show: (index: number) => void): HTMLElement {
   const last = states.length - 1;
   const told = readout("Simulated time");
@@ -13,7 +13,7 @@ export function scrub(states: readonly State[], show: (index: number) => void): 
     max: last,
     step: 1,
     value: last,
-    "aria-label": "Moment",
+    "aria-label": "Recorded state",
     oninput: () => put(slider.valueAsNumber),
   });
   const play = h(
@@ -52,7 +52,7 @@ export function scrub(states: readonly State[], show: (index: number) => void): 
   put(last);
   return h(
     "div",
-    { class: "transport scrub", role: "group", "aria-label": "Recorded moments" },
+    { class: "transport scrub", role: "group", "aria-label": "Recorded states" },
     play,
     slider,
     told,

@@ -3,13 +3,13 @@ import { kindOf, valueOf, type DisplayConfig } from "../displays/set";
 import { h } from "../dom";
 import { propertyField } from "./property";
 
-/** What a display's settings have besides its properties; brought up to date by `show`. */
+/** A part of a display's settings besides its properties. `show` updates it. */
 export interface Extra {
   element: HTMLElement;
   show: (config: DisplayConfig) => void;
 }
 
-/** A part that is opened where it is wanted, and filled when it is. */
+/** A collapsible part that is filled when it is opened. */
 function folded(title: string, fill: (config: DisplayConfig) => Node[]): Extra {
   const body = h("div", { class: "folded" });
   let config: DisplayConfig | null = null;
@@ -27,7 +27,7 @@ function folded(title: string, fill: (config: DisplayConfig) => Node[]): Extra {
   };
 }
 
-/** Each link: whether it is shown, and how opaque. */
+/** Visibility and opacity of each link. */
 function perLink(app: App): Extra {
   return folded("Links", (config) =>
     (app.scene.value?.links ?? []).map((link) => {
@@ -44,7 +44,7 @@ function perLink(app: App): Extra {
   );
 }
 
-/** Each other display: whether a camera sees it. */
+/** Whether a camera shows each other display. */
 function perDisplay(app: App): Extra {
   return folded("Visibility", (config) =>
     app.displays.all.value
@@ -62,7 +62,7 @@ function perDisplay(app: App): Extra {
   );
 }
 
-/** Each namespace of markers that was heard of or is set. */
+/** Settings of each marker namespace that was received or has stored settings. */
 function perNamespace(app: App): Extra {
   return folded("Namespaces", (config) => {
     const set = Object.keys(config.properties).filter((name) => name.includes("/"));
@@ -70,7 +70,7 @@ function perNamespace(app: App): Extra {
       ...(app.namespaces.value.get(config.id) ?? []),
       ...set.map((name) => name.slice(0, name.lastIndexOf("/"))),
     ]);
-    if (names.size === 0) return [h("p", { class: "nothing" }, "No marker was heard of.")];
+    if (names.size === 0) return [h("p", { class: "nothing" }, "No markers received.")];
     return [...names].sort().flatMap((name) =>
       kindOf(config.kind).per_namespace.map((property) => {
         const own = { ...property, name: `${name}/${property.name}`, label: name || "(none)" };
@@ -84,7 +84,7 @@ function perNamespace(app: App): Extra {
   });
 }
 
-/** All frames, each beneath the one it hangs on. */
+/** The tree of frames. */
 function frameTree(app: App): Extra {
   return folded("Tree", () => {
     const scene = app.scene.value;
@@ -102,7 +102,7 @@ function frameTree(app: App): Extra {
   });
 }
 
-/** What belongs to a kind of display. */
+/** The extra parts for a kind of display. */
 export function extras(app: App, kind: string): Extra[] {
   const { per_link, per_display, per_namespace } = kindOf(kind);
   const parts = [

@@ -9,7 +9,7 @@ import { propertyField, type Field } from "./property";
 
 const LEVELS = { ok: "fine", warn: "warning", error: "error", off: "off" } as const;
 
-/** What is shown and how: each display with its status and its settings. */
+/** The Displays panel: each display with its status and settings. */
 export function displays(app: App): HTMLElement {
   const list = h("ul", { class: "displays", "aria-label": "Displays" });
   const worst = h("span", { class: "counts" });
@@ -31,10 +31,10 @@ export function displays(app: App): HTMLElement {
       let row = rows.get(config.id);
       if (row === undefined) {
         rows.set(config.id, (row = new Row(app, config)));
-        row.tell(app.statuses.value.get(config.id)); // it may have been told of before its row was there
+        row.tell(app.statuses.value.get(config.id)); // the status may be older than the row
       }
       row.show(config);
-      // the first place is that of the global options
+      // the first row holds the global options
       if (list.children[index + 1] !== row.element)
         list.insertBefore(row.element, list.children[index + 1] ?? null);
     });
@@ -44,7 +44,7 @@ export function displays(app: App): HTMLElement {
   app.statuses.watch((statuses) => {
     for (const [id, row] of rows) row.tell(statuses.get(id));
     const bad = [...statuses.values()].filter(({ level }) => level === "warn" || level === "error");
-    const label = `${bad.length} to see to`;
+    const label = `${bad.length} ${bad.length === 1 ? "needs" : "need"} attention`;
     const severity = bad.some(({ level }) => level === "error") ? "error" : "warning";
     worst.replaceChildren(
       ...(bad.length === 0
@@ -65,18 +65,18 @@ export function displays(app: App): HTMLElement {
   return panel("displays", "Displays", [worst, files(app), adder(app, (id) => rows.get(id)?.open())], list);
 }
 
-/** What can be done with the settings as a whole. */
+/** The menu to save, open and reset all settings. */
 function files(app: App): HTMLElement {
   const field = h("select", {
     class: "add",
-    "aria-label": "Settings of the displays",
-    title: "Open and save the displays' settings",
+    "aria-label": "Display settings",
+    title: "Open and save display settings",
   });
   const chooser = h("input", {
     type: "file",
     accept: ".yaml,.yml,.rviz",
     hidden: true,
-    "aria-label": "A file of displays",
+    "aria-label": "Display file",
   });
   chooser.addEventListener("change", () => {
     const file = chooser.files?.[0];
@@ -103,17 +103,17 @@ function files(app: App): HTMLElement {
     field.replaceChildren(
       option("", "File…"),
       ...own,
-      option("kbot", "Keep a copy (.kbot.yaml)"),
-      option("rviz2", "Keep a copy for rviz 2 (.rviz)"),
-      option("rviz1", "Keep a copy for rviz 1 (.rviz)"),
+      option("kbot", "Save a copy (.kbot.yaml)"),
+      option("rviz2", "Save a copy for rviz 2 (.rviz)"),
+      option("rviz1", "Save a copy for rviz 1 (.rviz)"),
       option("open", "Open a file…"),
-      option("reset", "As at first"),
+      option("reset", "Reset to defaults"),
     );
   });
   return h("span", {}, field, chooser);
 }
 
-/** A list to choose a display from: a kind, or a topic that a kind shows. */
+/** A list to add a display, by kind or by topic. */
 function adder(app: App, added: (id: number) => void): HTMLElement {
   const field = h("select", { class: "add", "aria-label": "Add a display", title: "Add a display" });
   const fill = (): void => {
@@ -147,11 +147,11 @@ function adder(app: App, added: (id: number) => void): HTMLElement {
   return field;
 }
 
-/** What holds for all displays: opened like one of them. */
+/** The global options, as the first row of the list. */
 function globalOptions(app: App): HTMLElement {
   const lamp = h("span", { class: "lamp", role: "img" });
   const reason = h("p", { class: "reason" });
-  const owner = { kind: "", name: "the picture" };
+  const owner = { kind: "", name: "the view" };
   const fields = GLOBALS.map((property) => ({
     property,
     field: propertyField(app, owner, property, (value) => app.displays.setGlobal(property.name, value)),
@@ -160,7 +160,7 @@ function globalOptions(app: App): HTMLElement {
   app.displayFile.watch((known) => {
     notes.hidden = known === null || known.notes.length === 0;
     notes.replaceChildren(
-      h("summary", {}, `What of ${known?.name ?? ""} is not shown`),
+      h("summary", {}, `Not supported in ${known?.name ?? ""}`),
       h("ul", { class: "notes" }, ...(known?.notes ?? []).map((note) => h("li", {}, note))),
     );
   });
@@ -181,7 +181,7 @@ function globalOptions(app: App): HTMLElement {
   const show = (): void => {
     const asked = String(app.displays.global("frame"));
     const isMissing = asked !== "" && asked !== app.scene.value?.world && !app.frames().includes(asked);
-    const text = isMissing ? `there is no frame ${asked}` : "";
+    const text = isMissing ? `frame ${asked} does not exist` : "";
     lamp.dataset["level"] = isMissing ? "error" : "ok";
     lamp.setAttribute("aria-label", isMissing ? `error: ${text}` : "fine");
     reason.textContent = text;
@@ -206,7 +206,7 @@ function globalOptions(app: App): HTMLElement {
   return h("li", { class: "display globals" }, h("div", { class: "row" }, head, lamp), body);
 }
 
-/** One display in the list: its name, how it fares, whether it is shown; opened, its settings. */
+/** A display in the list: name, status and check box; its settings when opened. */
 class Row {
   readonly element: HTMLLIElement;
   private readonly head: HTMLButtonElement;
@@ -286,7 +286,7 @@ class Row {
     this.refresh();
   }
 
-  /** Brings the settings up to what they are, and lists up to what there is. */
+  /** Updates the fields and the lists, if the row is open. */
   refresh(): void {
     if (this.body.hidden) return;
     for (const property of kindOf(this.config.kind).properties)
@@ -338,7 +338,7 @@ class Row {
     event.stopPropagation();
   }
 
-  /** A field in the name's place until Enter, Escape or a click elsewhere. */
+  /** Replaces the name by a field until Enter, Escape or a click elsewhere. */
   private rename(): void {
     const field = h("input", {
       type: "text",
@@ -349,7 +349,7 @@ class Row {
     let isOpen = true;
     const end = (keep: boolean): void => {
       if (!isOpen) return;
-      isOpen = false; // taking the field away blurs it
+      isOpen = false; // removing the field blurs it, which would end it again
       field.replaceWith(this.head);
       if (keep) this.app.displays.rename(this.config.id, field.value);
     };

@@ -4,11 +4,11 @@ import type { Driver } from "../drive-keys";
 import { h, panel, readout, rounded, write } from "../dom";
 import type { State } from "../protocol";
 
-/** Metres and radians from which on one sees that the robot is not where its odometry has it. */
+/** Odometry errors in m and rad above which the true pose is highlighted: those that are visible in the view. */
 const FAR = 0.005;
 const TURNED = Math.PI / 180;
 
-/** The pad to drive by touch or pointer, how fast full is, and what is asked and done. */
+/** The Drive panel: a pad for touch or pointer, the speed limit, commanded and actual speeds, and the robot's pose. */
 export function drive(app: App, driver: Driver): HTMLElement {
   const why = h("p", { class: "nothing" });
   const knob = h("span", { class: "knob" });
@@ -49,8 +49,8 @@ export function drive(app: App, driver: Driver): HTMLElement {
 
   const forward = meter("Forward", "m/s", 2);
   const turn = meter("Turn", "rad/s", 2);
-  const believed = place("Odometry", "As the wheels tell it, from where the robot started");
-  const truth = place("In the world", "Where the robot truly is, as the picture shows it");
+  const believed = place("Odometry", "Pose from wheel odometry, relative to the start");
+  const truth = place("In the world", "True pose of the robot in the simulated world");
   const who = h("p", { class: "who", role: "status" });
   const controls = h(
     "div",
@@ -79,7 +79,7 @@ export function drive(app: App, driver: Driver): HTMLElement {
   app.about.watch((about) => {
     controls.hidden = about?.cannot_drive !== "";
     why.hidden = !controls.hidden;
-    why.textContent = about?.cannot_drive ? `It cannot drive: ${about.cannot_drive}` : "";
+    why.textContent = about?.cannot_drive ? `This robot cannot be driven: ${about.cannot_drive}` : "";
   });
   app.state.watchAtLeisure((state) => {
     const about = app.about.value;
@@ -92,14 +92,14 @@ export function drive(app: App, driver: Driver): HTMLElement {
     truth.set(trueX, trueY, trueYaw);
     const isApart = Math.hypot(trueX - x, trueY - y) > FAR || Math.abs(wrap(trueYaw - yaw)) > TURNED;
     truth.element.classList.toggle("apart", isApart);
-    write(truth.title, isApart ? "In the world: not where odometry has it" : "In the world");
+    write(truth.title, isApart ? "In the world: differs from odometry" : "In the world");
     const other = state.driver !== 0 && state.driver !== about.client;
     write(who, other ? "Driven from another tab" : "");
   });
   return panel("drive", "Drive", [], controls, why);
 }
 
-/** Asks for standstill, whoever is driving. */
+/** Stops the robot, whoever is driving it. */
 export function stop(app: App, driver: Driver): void {
   driver.stop();
   if (app.about.value?.mode === "sim") app.send({ type: "stop" });
@@ -119,7 +119,7 @@ function usePad(pad: HTMLElement, driver: Driver): void {
   pad.addEventListener("pointerdown", (event) => {
     pad.setPointerCapture(event.pointerId);
     event.preventDefault();
-    driver.setPad(0, 0); // a new press counts, though the end of one before was not told, as when asleep
+    driver.setPad(0, 0); // the end of the last press may have been lost, for example while the computer slept
     follow(event);
   });
   pad.addEventListener("pointermove", (event) => pad.hasPointerCapture(event.pointerId) && follow(event));
@@ -128,7 +128,7 @@ function usePad(pad: HTMLElement, driver: Driver): void {
   }
 }
 
-/** Small deflections are none, so that straight ahead is easy to hit. */
+/** Applies a dead zone, so that driving straight ahead is easy. */
 function steady(value: number): number {
   return Math.abs(value) < 0.14 ? 0 : value;
 }
@@ -162,7 +162,7 @@ function meter(label: string, unit: string, digits: number): Meter {
   };
 }
 
-/** Where the robot's root is in the world: x and y in m, its heading in rad. */
+/** Pose of the robot's root in the world: x and y in m, yaw in rad. */
 function standing(app: App, state: State): [number, number, number] {
   const scene = app.scene.value;
   const root = scene?.links.findIndex((link) => link.name === scene.root) ?? -1;
@@ -171,7 +171,7 @@ function standing(app: App, state: State): [number, number, number] {
   return [x, y, Math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))];
 }
 
-/** Three numbers of a pose, under its title. */
+/** A title with x, y and yaw. */
 function place(
   name: string,
   what: string,
@@ -218,7 +218,7 @@ function reading(
   };
 }
 
-/** A number of steady width. */
+/** A number of constant width, with a minus sign as wide as a digit. */
 function fixed(value: number, digits: number): string {
   return rounded(value, digits).replace("-", "\u2212");
 }

@@ -1,9 +1,10 @@
 import type { App } from "../app";
 import { h } from "../dom";
 
+/** Pixels of a drag that change the last digit by 1. */
 const PIXELS_A_STEP = 6;
 
-/** Where a number stands in a file, and what it is. */
+/** The position of a number in a file, and its text. */
 interface Spot {
   file: string;
   line: number;
@@ -11,7 +12,7 @@ interface Spot {
   was: string;
 }
 
-/** Numbers in the source are dragged sideways, or changed in a field after a double click, where they can be written. */
+/** Lets the user drag numbers in the source sideways, or edit them after a double click. */
 export function editNumbers(app: App, body: HTMLElement): void {
   app.about.watch(() => body.classList.toggle("editable", app.canWrite));
   body.addEventListener("pointerdown", (event) => {
@@ -41,7 +42,7 @@ export function numbersOf(row: Element): HTMLElement[] {
   return [...row.querySelectorAll<HTMLElement>(".t-number")];
 }
 
-/** Lets a number be reached by the keyboard, or not: Enter changes it. */
+/** Makes a number focusable by the keyboard, or not. Enter edits it. */
 export function offer(number: HTMLElement, reached: boolean): void {
   if (reached === number.hasAttribute("tabindex")) return;
   const all = { tabindex: "0", role: "button", "aria-label": `Change ${number.textContent}` };
@@ -51,7 +52,7 @@ export function offer(number: HTMLElement, reached: boolean): void {
   }
 }
 
-/** What gives the number that has the focus it again, once the text is written anew. */
+/** Returns a function that focuses the same number again after the text was replaced. */
 export function keepFocus(body: HTMLElement): () => void {
   const row = body.contains(document.activeElement)
     ? document.activeElement!.closest<HTMLElement>(".line")
@@ -117,7 +118,10 @@ function typeIn(app: App, number: HTMLElement, spot: Spot): void {
     field.replaceWith(number);
     if (!keep || text === "") return;
     if (isValue(text)) put(app, spot, text);
-    else app.refused.set({ reason: `${text} is no number, nor does it hold \${…}: ${spot.was} stays` });
+    else
+      app.refused.set({
+        reason: `'${text}' is not a number and contains no \${…}. The value is still ${spot.was}.`,
+      });
   };
   field.addEventListener("blur", () => done(true));
   field.addEventListener("keydown", (event) => {
@@ -128,7 +132,7 @@ function typeIn(app: App, number: HTMLElement, spot: Spot): void {
   });
 }
 
-/** Asks for another text at a spot, and remembers it as what stands there. */
+/** Replaces the text at a spot in the file. */
 function put(app: App, spot: Spot, text: string): void {
   if (text === spot.was) return;
   app.send({
@@ -142,13 +146,13 @@ function put(app: App, spot: Spot, text: string): void {
   spot.was = text;
 }
 
-/** Whether a text may stand for a number: it is one, or makes one when it is expanded. */
+/** Whether a text is valid in place of a number: a number or an expression. */
 export function isValue(text: string): boolean {
   if (/\$\{[^}]+\}|\$\([^)]+\)/.test(text)) return true;
   return /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(text) && Number.isFinite(Number(text));
 }
 
-/** A number so many steps of its last digit on, written with as many digits. */
+/** A number changed by steps of its last digit, with the same decimals. One with an exponent changes by percent. */
 export function stepped(text: string, steps: number): string {
   const digits = /\.(\d*)/.exec(text)?.[1]?.length ?? 0;
   if (/e/i.test(text)) return String(Number((Number(text) * (1 + steps / 100)).toPrecision(4)));

@@ -5,25 +5,25 @@ import type { Disturb, FaultView } from "../protocol";
 
 type Kind = Disturb["fault"];
 
-/** What may go wrong: its name, what it befalls, and its number: what that is, the unit, the usual value. */
+/** The kinds of faults: label, type of target, and value (label, unit, default) if there is one. */
 const FAULTS: Record<
   Kind,
   { label: string; on: "link" | "joint" | "topic"; number: readonly [string, string, number] | null }
 > = {
-  slip: { label: "A link slips", on: "link", number: ["Friction", "", 0.1] },
-  payload: { label: "A load", on: "link", number: ["Mass", "kg", 0.5] },
-  blocked: { label: "A joint is blocked", on: "joint", number: null },
-  silent: { label: "A topic is silent", on: "topic", number: null },
+  slip: { label: "Slipping link", on: "link", number: ["Friction", "", 0.1] },
+  payload: { label: "Payload", on: "link", number: ["Mass", "kg", 0.5] },
+  blocked: { label: "Blocked joint", on: "joint", number: null },
+  silent: { label: "Silent topic", on: "topic", number: null },
 };
 
-/** Lets something go wrong for a while. */
+/** The form that injects a fault. */
 export function faultForm(app: App): HTMLElement {
   const kind = h(
     "select",
     { "aria-label": "Fault" },
     ...Object.entries(FAULTS).map(([name, { label }]) => h("option", { value: name }, label)),
   );
-  const target = h("select", { "aria-label": "Befalls" });
+  const target = h("select", { "aria-label": "Target" });
   const value = h("input", { type: "number", step: "any", required: true });
   const unit = h("span", { class: "unit" });
   const seconds = h("input", {
@@ -67,10 +67,10 @@ export function faultForm(app: App): HTMLElement {
   const form = h(
     "form",
     {},
-    h("h2", {}, "Let something go wrong"),
+    h("h2", {}, "Inject a fault"),
     h("div", { class: "row" }, kind, target),
     h("div", { class: "fields" }, number, lasting),
-    h("button", { type: "submit", class: "stop" }, "Let it happen"),
+    h("button", { type: "submit", class: "stop" }, "Inject"),
   );
   form.addEventListener("submit", (event) => {
     event.preventDefault();
@@ -86,13 +86,14 @@ export function faultForm(app: App): HTMLElement {
   return form;
 }
 
-/** What goes wrong now or will, with the time that is left, and a button to end it; `counted` is told how much acts. */
+/** The list of active and scheduled faults, each with its time and a button to end it. Calls `counted` with the number
+ * of active faults. */
 export function faultList(app: App, counted: (acting: number) => void): HTMLElement {
   const list = h("ul", { class: "faults" });
   const part = h(
     "div",
-    { class: "menu-part", role: "group", "aria-label": "Going wrong" },
-    h("h2", {}, "Going wrong"),
+    { class: "menu-part", role: "group", "aria-label": "Faults" },
+    h("h2", {}, "Faults"),
     list,
   );
   const rows = new Map<number, { row: HTMLElement; left: HTMLElement }>();
@@ -104,7 +105,7 @@ export function faultList(app: App, counted: (acting: number) => void): HTMLElem
       {
         type: "button",
         class: "icon-button",
-        title: "End it",
+        title: "End this fault",
         "aria-label": `End: ${words}`,
         onclick: () => app.send({ type: "end_fault", number }),
       },
@@ -133,5 +134,5 @@ export function faultList(app: App, counted: (acting: number) => void): HTMLElem
 
 export function timeOf({ start, stop }: FaultView, time: number): string {
   if (start > time) return `in ${(start - time).toFixed(1)} s`;
-  return stop === null ? "for good" : `${Math.max(0, stop - time).toFixed(1)} s left`;
+  return stop === null ? "permanent" : `${Math.max(0, stop - time).toFixed(1)} s left`;
 }

@@ -3,7 +3,7 @@ import { baseName, h, ofNow, panel } from "../dom";
 import { icon } from "../icons";
 import type { Finding, Findings } from "../protocol";
 
-/** Everything found about the description, the gravest first; a click shows the line and the link. */
+/** The Findings panel, most severe first. A click shows a finding's line and link. */
 export function findings(app: App): HTMLElement {
   const list = h("ul", { class: "findings" });
   const counts = h("span", { class: "counts" });
@@ -48,11 +48,11 @@ function card(app: App, finding: Finding, serial: number, index: number): HTMLEl
     ),
   );
   if (finding.fix !== "" && app.canWrite) {
-    const mend = (): void => app.send({ type: "apply_fix", serial, index });
+    const apply = (): void => app.send({ type: "apply_fix", serial, index });
     item.append(
       h(
         "button",
-        { type: "button", class: "fix", title: "Write this into the file", onclick: mend },
+        { type: "button", class: "fix", title: "Apply this fix to the file", onclick: apply },
         icon("wand"),
         finding.fix,
       ),
@@ -65,7 +65,7 @@ function card(app: App, finding: Finding, serial: number, index: number): HTMLEl
 function more(app: App, finding: Finding): HTMLElement {
   const lines = [
     ...finding.stack.map((step) => ({
-      text: `${step.kind === "macro" ? "called as" : "included as"} ${baseName(step.name)}`,
+      text: `${step.kind === "macro" ? "in macro" : "in include of"} ${baseName(step.name)}`,
       place: step.place,
     })),
     ...finding.related.map((note) => ({ text: note.message, place: note.place })),
@@ -105,7 +105,7 @@ function badges(now: Findings): HTMLElement[] {
 }
 
 function nothing(): HTMLElement {
-  return h("li", { class: "nothing" }, icon("check"), "Nothing found.");
+  return h("li", { class: "nothing" }, icon("check"), "No findings.");
 }
 
 function key({ code, place, message }: Finding): string {

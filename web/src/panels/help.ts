@@ -1,38 +1,38 @@
 import type { App } from "../app";
 import { h } from "../dom";
 
-/** Keys, what they do, and whether something must be simulated for it. */
+/** Keys, their actions, and the mode they need: a simulation, a recording, or either (`time`). */
 const KEYS: readonly [string, string, ("sim" | "play" | "time")?][] = [
-  ["W A S D, arrows", "drive, while held", "sim"],
-  ["arrows", "on the slider that was used last: move it"],
-  ["Space", "stop", "sim"],
+  ["W A S D, arrows", "hold to drive", "sim"],
+  ["arrows", "move the slider that was used last"],
+  ["Space", "stop the robot", "sim"],
   ["Shift + drag", "push a link of the robot", "sim"],
-  ["I", "turn the view and select"],
+  ["I", "interact: rotate the view, select"],
   ["G, E, U", "2D goal, pose estimate, publish point", "sim"],
-  ["M, C", "measure, look at a place"],
-  ["V, N, B", "move the robot or a thing, push it, add a thing", "sim"],
-  ["arrows, Enter", "in the picture: move the tool, use it"],
-  ["Delete", "take the chosen thing away", "sim"],
-  ["P", "pause, go on", "sim"],
-  ["P, Space", "pause, go on", "play"],
-  [".", "step, when paused", "sim"],
+  ["M, C", "measure, focus on a point"],
+  ["V, N, B", "move, push, add an object", "sim"],
+  ["arrows, Enter", "in the view: move the tool, use it"],
+  ["Delete", "delete the selected object", "sim"],
+  ["P", "pause, continue", "sim"],
+  ["P, Space", "pause, continue", "play"],
+  [".", "step by 0.1 s", "sim"],
   ["R", "reset", "sim"],
-  ["Shift + arrows, Ctrl + arrows", "turn the view, move it"],
-  ["+, -", "come closer, go back"],
-  ["F", "see the whole robot, or the chosen link"],
-  ["0 – 9", "displays on and off"],
-  ["O", "with or without perspective"],
-  ["K", "bookmark the moment on show", "time"],
-  ["[, ]", "go to the bookmark before or after", "time"],
+  ["Shift + arrows, Ctrl + arrows", "rotate the view, pan"],
+  ["+, -", "zoom in, zoom out"],
+  ["F", "show the whole robot or the selected link"],
+  ["0 – 9", "toggle displays and camera modes"],
+  ["O", "toggle orthographic projection"],
+  ["K", "bookmark the time shown", "time"],
+  ["[, ]", "go to the previous or next bookmark", "time"],
   ["L", "plots", "time"],
-  ["arrows, +, -, 0", "in a plot, on its line: go through time, look closer, at all", "time"],
+  ["arrows, +, -, 0", "on a plot's time line: move through time, zoom in, zoom out, show all", "time"],
   ["Y", "topics and log", "time"],
-  ["T", "dark or light"],
-  ["Ctrl+Z, Ctrl+Shift+Z", "undo, redo a change made to the file here"],
-  ["Escape", "leave the tool; close the source, choose nothing"],
+  ["T", "toggle dark and light theme"],
+  ["Ctrl+Z, Ctrl+Shift+Z", "undo, redo an edit of the file"],
+  ["Escape", "leave the tool; close the source and clear the selection"],
 ];
 
-/** The keys, in a dialog. */
+/** The dialog that lists all keys. */
 export function help(app: App): HTMLDialogElement {
   const list = h("dl");
   app.about.watch((about) => {
@@ -50,12 +50,12 @@ export function help(app: App): HTMLDialogElement {
   const dialog = h(
     "dialog",
     { class: "help", "aria-label": "Keys" },
-    h("h2", { tabindex: -1, autofocus: true }, "Keys"), // a dialog scrolls to what has its focus
+    h("h2", { tabindex: -1, autofocus: true }, "Keys"), // a dialog scrolls to its focused element, so the heading gets the focus
     list,
     h(
       "p",
       {},
-      "Click a link, in the picture or in the list, to see the line it is written on; double-click it to fill the picture with it. Click a finding to see its line and its link. In the source, drag a number or double-click it to change it in the file.",
+      "Click a link in the view or in the list to show its line in the source. Double-click it to zoom to it. Click a finding to show its line and its link. In the source, drag or double-click a number to edit the file.",
     ),
     h("form", { method: "dialog" }, h("button", { class: "primary" }, "Close")),
   );

@@ -1,7 +1,7 @@
 import { h } from "../dom";
 
-// Both take time that grows with the text alone, whatever it holds: a word is tried from its first letter only, and
-// what is not closed reaches to the end.
+// Both run in linear time on any text: a word is tried only from its first letter, and an unclosed token extends to the
+// end instead of being tried again.
 const TOKENS =
   /(<!--[\s\S]*?(?:-->|$)|<\?[\s\S]*?(?:\?>|$))|(<\/?)([\w:.-]+)|(?<![\w:.-])([\w:.-]+)(?![\w:.-])(?=\s*=)|("[^"]*"?|'[^']*'?)|(\/?>)/g;
 const EMBEDDED =

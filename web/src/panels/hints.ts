@@ -1,6 +1,6 @@
 import type { Hint } from "../protocol";
 
-/** Says behind each line what the expressions in it came to; to who points at one, what its own attribute did. */
+/** Shows the values of the expressions at the end of each line, and as a tooltip on each expression. */
 export function tellHints(body: HTMLElement, hints: readonly Hint[]): void {
   const byLine = new Map<number, Hint[]>();
   for (const hint of hints) byLine.set(hint.place.line, [...(byLine.get(hint.place.line) ?? []), hint]);
@@ -13,7 +13,7 @@ export function tellHints(body: HTMLElement, hints: readonly Hint[]): void {
   }
 }
 
-/** What an expression came to, for each macro call that made another value of it. */
+/** The values of an expression, one for each macro call with a different value. */
 export function worded({ values, more }: Hint): string {
   return [...values, ...(more ? ["\u2026"] : [])].join(" | ");
 }
@@ -22,7 +22,7 @@ function explain(text: HTMLElement, hints: readonly Hint[]): void {
   let column = 1;
   for (const piece of text.childNodes) {
     const at = column;
-    // a number that is being changed is a field
+    // a number that is being edited is an input field
     column += Array.from(
       piece instanceof HTMLInputElement ? piece.defaultValue : (piece.textContent ?? ""),
     ).length;

@@ -3,9 +3,10 @@ import { baseName, h } from "../dom";
 import type { View } from "../view/view";
 import { formatMass } from "./links";
 
+/** Pixels that the pointer may move during a click. */
 const STILL = 4;
 
-/** Pointing at a link names it; a click chooses it and shows where it is written. */
+/** Shows the name of the link under the pointer. A click selects the link and shows its source. */
 export function hover(app: App, view: View, holder: HTMLElement): HTMLElement {
   const tip = h("div", { class: "tip", hidden: true, "aria-hidden": "true" });
   const canvas = view.stage.renderer.domElement;
@@ -31,7 +32,7 @@ export function hover(app: App, view: View, holder: HTMLElement): HTMLElement {
         h(
           "span",
           {},
-          [link.inertia && formatMass(link.inertia.mass), link.joint && `by ${link.joint}`]
+          [link.inertia && formatMass(link.inertia.mass), link.joint && `joint ${link.joint}`]
             .filter(Boolean)
             .join(" · ") || "no mass",
         ),

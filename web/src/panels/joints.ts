@@ -4,14 +4,14 @@ import { h, panel, readout, rounded, toggle } from "../dom";
 import { held } from "../held";
 import type { JointView, State } from "../protocol";
 
-/** From how many joints on there is a field to search for them. */
+/** Number of joints from which a search field is shown. */
 const MANY = 8;
-/** By how much of its way a slider may be off before it is moved: what rests always trembles a little. */
+/** Changes below this fraction of the range do not move a slider: a joint at rest always jitters slightly. */
 const UNSEEN = 1e-5;
 
 interface Row {
   joint: JointView;
-  /** Of its position in a state. */
+  /** Index of its position in a state. */
   index: number;
   element: HTMLElement;
   slider: HTMLInputElement;
@@ -19,8 +19,8 @@ interface Row {
   isHeld: () => boolean;
 }
 
-/** A slider and a number for each joint; while something is simulated they show what it does, and tell joints
- * that have a controller where to be, or how fast to go. */
+/** The Joints panel: a slider and a number for each joint. In a simulation they show the joint's position and, if it has a
+ * controller, command its position or speed. */
 export function joints(app: App): HTMLElement {
   const list = h("div", { class: "joints" });
   const preset = (kind: "zero" | "centre" | "random", label: string): HTMLButtonElement =>
@@ -64,7 +64,7 @@ export function joints(app: App): HTMLElement {
     for (const { joint, element } of rows) element.hidden = !joint.name.toLowerCase().includes(wanted);
     const found = rows.some(({ element }) => !element.hidden);
     nothing.hidden = found;
-    nothing.textContent = rows.length === 0 ? "No joint moves." : "No joint is called so.";
+    nothing.textContent = rows.length === 0 ? "This robot has no movable joints." : "No joint matches.";
   };
   const build = (): void => {
     const joints = app.scene.value?.joints ?? [];
@@ -78,7 +78,7 @@ export function joints(app: App): HTMLElement {
       : null;
     list.replaceChildren(search, nothing, ...rows.map(({ element }) => element));
     filter();
-    // the arrows would be the robot's all of a sudden
+    // without this, the arrow keys would suddenly drive the robot
     if (focused != null) list.querySelector<HTMLElement>(`[aria-label="${CSS.escape(focused)}"]`)?.focus();
     if (app.state.value !== null) update(rows, app.state.value);
   };
@@ -125,9 +125,9 @@ function row(app: App, joint: JointView, index: number): Row {
     disabled: slider.disabled,
     "aria-label": `${joint.name} in ${words}`,
     onchange: () => send(number.valueAsNumber / factor),
-    onkeydown: (event: KeyboardEvent) => event.key === "Enter" && number.blur(), // it shows what it holds again
+    onkeydown: (event: KeyboardEvent) => event.key === "Enter" && number.blur(), // shows the current value again
     onblur: () => {
-      if (number.value === "") number.value = shown; // what is empty, or no number, sets nothing
+      if (number.value === "") number.value = shown; // an empty or invalid number changes nothing
     },
   });
   const follows = joint.mimics === "" ? null : h("span", { class: "follows" }, `follows ${joint.mimics}`);
@@ -174,7 +174,7 @@ function row(app: App, joint: JointView, index: number): Row {
   return result;
 }
 
-/** How fast a joint is to go, up to its limit; a double click stops it. */
+/** A slider for a joint's speed, up to its limit. A double click stops the joint. */
 function speedSlider(app: App, joint: JointView, factor: number, digits: number, unit: string): HTMLElement {
   const told = readout("Speed");
   const slider = h("input", {
@@ -215,7 +215,7 @@ function update(rows: Row[], state: State): void {
   }
 }
 
-/** Factor from rad or m, digits, and the unit's sign and name. */
+/** Factor from rad or m, decimals, and the unit's symbol and name. */
 export function unitOf(joint: JointView, radians: boolean): [number, number, string, string] {
   if (joint.kind === "prismatic") return radians ? [1, 4, "m", "metres"] : [1000, 1, "mm", "millimetres"];
   return radians ? [1, 3, "rad", "radians"] : [180 / Math.PI, 1, "°", "degrees"];

@@ -4,7 +4,7 @@ import { focusedByKeyboard } from "../focus";
 import { icon } from "../icons";
 import type { LinkView, Scene } from "../protocol";
 
-/** Where a key leads to from an item, by the levels of all: as in every tree, to the left is the parent. */
+/** The item that a key moves to, by the levels of all items. As in every tree view, left moves to the parent. */
 export const STEPS: Readonly<Record<string, (at: number, levels: readonly number[]) => number>> = {
   ArrowDown: (at) => at + 1,
   ArrowUp: (at) => at - 1,
@@ -14,7 +14,7 @@ export const STEPS: Readonly<Record<string, (at: number, levels: readonly number
   End: (_, levels) => levels.length - 1,
 };
 
-/** The tree of links; a click chooses one and shows where it is written. */
+/** The Links panel: the tree of links. A click selects a link and shows its source. */
 export function links(app: App): HTMLElement {
   const tree = h("ul", { class: "tree", role: "tree", "aria-label": "Links" });
   const count = h("span", { class: "count" });
@@ -77,10 +77,10 @@ function item(app: App, link: LinkView, depth: number): HTMLElement {
 
 function describe(link: LinkView): string {
   const where = link.place === null ? "" : `${link.place.file}:${link.place.line}`;
-  return [link.joint && `by ${link.joint}`, where].filter(Boolean).join("\n");
+  return [link.joint && `joint ${link.joint}`, where].filter(Boolean).join("\n");
 }
 
-/** A mass as people read it. */
+/** A mass in a readable unit. */
 export function formatMass(kilograms: number): string {
   if (kilograms >= 1) return `${Number(kilograms.toPrecision(3))} kg`;
   if (kilograms >= 1e-3) return `${Number((kilograms * 1e3).toPrecision(3))} g`;

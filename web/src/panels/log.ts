@@ -4,11 +4,12 @@ import { icon } from "../icons";
 import { clock, recordedTo } from "../time/words";
 import { goalWords, onGoal } from "../tools/goal";
 
+/** Limit of entries. */
 const MOST = 300;
 
 type Level = "error" | "warning" | "info";
 
-/** What was said since the page was opened, with the simulated time: refusals, notices, findings, goals. */
+/** The log since the page was opened: refusals, notices, findings and goals, with the simulated time. */
 export function log(app: App): HTMLElement {
   const list = h("ol", {});
   const log = h("div", { class: "log", role: "log", "aria-label": "Log", tabindex: 0 }, list);
@@ -38,7 +39,7 @@ export function log(app: App): HTMLElement {
   app.recorded.watch((now) => now && add("info", recordedTo(now)));
   app.connection.link.watch((link) => {
     if (link === "live") add("info", "Connected.");
-    if (link === "lost") add("error", "The connection is lost.");
+    if (link === "lost") add("error", "Connection lost.");
   });
   let world = "";
   app.about.watch((about) => {
@@ -53,7 +54,7 @@ export function log(app: App): HTMLElement {
     for (const { severity, code, message, place } of now.findings) {
       add(severity, `${place === null ? "" : `${baseName(place.file)}:${place.line}: `}${message} [${code}]`);
     }
-    if (now.findings.length === 0) add("info", "Read: nothing found.");
+    if (now.findings.length === 0) add("info", "Description read: no findings.");
   });
   onGoal(app, (state, reason, time) =>
     add(
@@ -65,7 +66,7 @@ export function log(app: App): HTMLElement {
   return log;
 }
 
-/** When something was said: by the simulation's clock, the place in a recording, or the time of day. */
+/** The time of an entry: simulated time, time in the recording, or time of day. */
 function moment(app: App): string {
   if (app.about.value?.mode === "sim") return `${(app.state.value?.time ?? 0).toFixed(2)} s`;
   const played = app.travel.timeline.value;

@@ -4,22 +4,23 @@ import { baseName, h } from "../dom";
 import { icon } from "../icons";
 import { recordedTo } from "../time/words";
 
+/** Milliseconds for which a notice is shown. */
 const SHOWN_FOR = 5000;
 const UNDRAWN = {
   drawn: "",
   never:
-    "This browser cannot draw the robot: it has no WebGL 2. All else works. Allow hardware acceleration in its settings.",
-  lost: "The browser took away what the robot is drawn with. It is drawn again when that comes back, or when the page is loaded anew.",
+    "This browser cannot draw the robot because it has no WebGL 2. Everything else works. Enable hardware acceleration in the browser's settings.",
+  lost: "The browser lost the graphics context, so the robot is not drawn. Drawing continues when the browser restores it, or when you reload the page.",
 } as const;
 
-/** What lies over the picture: no picture at all, a broken description, a lost connection, a refused request. */
+/** Notices over the view: no graphics, a broken description, a lost connection, a refused request. */
 export function notices(app: App, picture: HTMLElement): HTMLElement {
   const broken = h("div", { class: "notice error", role: "alert", hidden: true });
   const lost = h(
     "div",
     { class: "notice warning", role: "alert", hidden: true },
     icon("warning"),
-    "The server does not answer. What you see is from before; connecting again…",
+    "No connection to the server. The view is out of date. Reconnecting…",
   );
   const refused = h("div", { class: "notice info", role: "status", hidden: true });
   app.findings.watch((now) => {
@@ -34,16 +35,16 @@ export function notices(app: App, picture: HTMLElement): HTMLElement {
       h(
         "span",
         {},
-        `The file has ${errors.length === 1 ? "an error" : `${errors.length} errors`}. You see the last good robot. `,
+        `The file has ${errors.length === 1 ? "an error" : `${errors.length} errors`}. The view shows the last valid robot. `,
       ),
-      first ? h("button", { type: "button", onclick: () => app.selectFinding(first) }, "Show it") : "",
+      first ? h("button", { type: "button", onclick: () => app.selectFinding(first) }, "Show error") : "",
     );
   });
   const full = h(
     "div",
     { class: "notice warning", role: "alert", hidden: true },
     icon("warning"),
-    "The server has as many tabs as it serves. Close some; this one tries again by itself.",
+    "The server has too many open tabs. Close another one. This tab reconnects automatically.",
   );
   app.connection.link.watch((link) => {
     lost.hidden = link !== "lost";

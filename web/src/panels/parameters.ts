@@ -6,11 +6,12 @@ import type { Parameter } from "../protocol";
 interface Row {
   parameter: Parameter;
   element: HTMLElement;
-  /** Shows its value anew. */
+  /** Updates the value shown. */
   show: () => void;
 }
 
-/** A slider for each number, and a check mark for what is true or false, that the description is made with; the file is changed only when asked. */
+/** The Parameters panel: a slider or check box for each numeric or boolean argument and property of the description. The
+ * file changes only on Keep. */
 export function parameters(app: App): HTMLElement {
   const list = h("div", { class: "parameters" });
   const keep = h(
@@ -26,7 +27,7 @@ export function parameters(app: App): HTMLElement {
     "button",
     {
       type: "button",
-      title: "Show what the file says again",
+      title: "Restore the values in the file",
       onclick: () => app.send({ type: "drop_parameters" }),
     },
     "Drop",
@@ -51,11 +52,10 @@ export function parameters(app: App): HTMLElement {
 }
 
 function whyNone(app: App): string {
-  if (app.about.value?.mode === "play")
-    return "The robot of a recording is as it was: nothing of it is changed.";
+  if (app.about.value?.mode === "play") return "The robot of a recording cannot be changed.";
   return app.findings.value?.stale
-    ? "Not known until the file can be read."
-    : "Nothing in the file is a named number.";
+    ? "Unknown until the file can be read."
+    : "The file has no numeric arguments or properties.";
 }
 
 function row(app: App, parameter: Parameter): Row {
@@ -85,7 +85,7 @@ function row(app: App, parameter: Parameter): Row {
   return result;
 }
 
-/** What a row is changed by. */
+/** The inputs of a row. */
 interface Inputs {
   value: HTMLElement;
   slider: HTMLElement[];

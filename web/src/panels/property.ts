@@ -4,13 +4,13 @@ import { kindOf, type Value } from "../displays/set";
 import { h } from "../dom";
 import { icon } from "../icons";
 
-/** A field for one property of a display; `show` brings it up to a value. */
+/** A field for one property of a display. `show` sets its value. */
 export interface Field {
   element: HTMLElement;
   show: (value: Value) => void;
 }
 
-/** What one edits a property with. */
+/** Creates the field for a property. */
 export function propertyField(
   app: App,
   owner: { kind: string; name: string },
@@ -57,7 +57,7 @@ function editor(
       const types = kindOf(kind).topics;
       const names = (): [string, string][] =>
         app.topics.list.value.filter((topic) => types.includes(topic.kind)).map(({ name }) => [name, name]);
-      return list(label, () => [["", "first there is"], ...names()], change);
+      return list(label, () => [["", "first available"], ...names()], change);
     }
     case "frame":
       return list(
@@ -84,7 +84,7 @@ function numberField(
     onchange: () => {
       const value = field.value === "" && property.zero !== "" ? 0 : field.valueAsNumber;
       if (Number.isFinite(value)) change(Math.min(property.high, Math.max(property.low, value)));
-      field.value = shown; // what is empty, or no number, sets nothing
+      field.value = shown; // an empty or invalid number changes nothing
     },
   });
   return [
@@ -96,7 +96,7 @@ function numberField(
   ];
 }
 
-/** A colour; one that is empty by itself is the theme's until another is chosen. */
+/** A field for a colour. An empty colour is the theme's. */
 function colourField(
   property: Property,
   label: string,
@@ -108,8 +108,8 @@ function colourField(
     {
       type: "button",
       class: "icon-button",
-      title: "As at first",
-      "aria-label": `${label}: as at first`,
+      title: "Reset to default",
+      "aria-label": `Reset ${label} to default`,
       onclick: () => change(property.initial),
     },
     icon("undo"),
@@ -124,7 +124,7 @@ function colourField(
   ];
 }
 
-/** A list whose entries may change; what is set stays in it though it is not there now. */
+/** A list with changing entries. It keeps the selected value even if that is not an entry now. */
 function list(
   label: string,
   entries: () => [string, string][],

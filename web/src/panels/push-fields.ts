@@ -3,13 +3,14 @@ import type { Vector3 } from "three";
 import type { App } from "../app";
 import { h } from "../dom";
 
-/** What is usual: the robot's weight, so that it slides, for some seconds; or a speed in m/s. */
+/** Defaults: a force of the robot's weight, which makes it slide, the duration in s, or a speed in m/s. */
 const WEIGHTS = 9.81;
 const LASTING = 0.2;
 const SPEED = 0.5;
+/** Limits of the fields in N and m/s. */
 const [STRONGEST, FASTEST] = [1000, 100];
 
-/** How hard one pushes: with a force for a while, or a speed at once. */
+/** Fields for a push (a force for a duration) or a kick (an immediate change of speed). */
 export class PushFields {
   private readonly how = h(
     "select",
@@ -44,7 +45,7 @@ export class PushFields {
   readonly element = h("span", { class: "tool-options" }, this.how, this.strength, this.unit, this.lasting);
   private wasChosen = false;
 
-  /** `changed` is told whether it is a kick. */
+  /** `changed` is called with whether it is a kick. */
   constructor(
     private readonly app: App,
     changed: (kick: boolean) => void = () => undefined,
@@ -70,14 +71,14 @@ export class PushFields {
     return this.how.value === "kick";
   }
 
-  /** Pushes a link or a body this way, a unit vector in the world; a kick is the robot's. Whether it can be done. */
+  /** Pushes a link or a body along a unit vector in the world. Only the robot can be kicked. Returns whether it was done. */
   give(name: string, isBody: boolean, direction: Vector3): boolean {
     if (!this.strength.reportValidity() || !(this.isKick || this.seconds.reportValidity())) return false;
     const { x, y, z } = direction.clone().multiplyScalar(this.strength.valueAsNumber);
     if (!this.isKick)
       this.app.send({ type: "push", link: name, x, y, z, seconds: this.seconds.valueAsNumber });
     else if (isBody) {
-      this.app.refused.set({ reason: `Only the robot is kicked: push ${name} instead.` });
+      this.app.refused.set({ reason: `Only the robot can be kicked. Push ${name} instead.` });
       return false;
     } else this.app.send({ type: "kick", x, y, z });
     this.app.told.set({
@@ -88,7 +89,7 @@ export class PushFields {
     return true;
   }
 
-  /** A strength that suits the robot, until one is chosen. */
+  /** Sets the default strength, unless the user has set one. */
   private suggest(): void {
     if (this.wasChosen) return;
     const mass = this.app.scene.value?.links.reduce((sum, one) => sum + (one.inertia?.mass ?? 0), 0) ?? 1;

@@ -3,12 +3,13 @@ import { download, h } from "../dom";
 import { icon } from "../icons";
 import type { View } from "../view/view";
 
+/** Limit of each side. */
 const MOST_PIXELS = 8192;
 const FRAMES_PER_SECOND = 30;
-/** Milliseconds between two frames of what stands still. */
+/** Milliseconds between two frames of a still view. */
 const STILL = 250;
 
-/** What can be taken out of the page: a picture, a film, the robot as one HTML file or as a 3D model. */
+/** The menu that saves an image, a video, the page as one HTML file, or a 3D model. */
 export function saveMenu(app: App, view: () => View): HTMLElement {
   const size = (label: string): HTMLInputElement =>
     h("input", { type: "number", min: 1, max: MOST_PIXELS, step: 1, "aria-label": label });
@@ -27,9 +28,7 @@ export function saveMenu(app: App, view: () => View): HTMLElement {
     });
     if (blob === null)
       complain(
-        view().stage.draws
-          ? "the picture is too large to be drawn here"
-          : "this browser cannot draw the picture",
+        view().stage.draws ? "the image is too large for this browser" : "this browser cannot draw the image",
       );
     else download(blob, `${name()}.png`);
   };
@@ -38,11 +37,11 @@ export function saveMenu(app: App, view: () => View): HTMLElement {
     if (answer?.ok) download(await answer.blob(), `${name()}.${ending}`);
     else
       complain(
-        `the ${ending.toUpperCase()} could not be made: ${answer === null ? "the server does not answer" : await answer.text()}`,
+        `cannot create the ${ending.toUpperCase()} file: ${answer === null ? "the server does not answer" : await answer.text()}`,
       );
   };
 
-  const film = h("button", { type: "button", "aria-pressed": "false" }, "Record a film (WebM)");
+  const film = h("button", { type: "button", "aria-pressed": "false" }, "Record a video (WebM)");
   let recorder: MediaRecorder | null = null;
   film.addEventListener("click", () => {
     if (recorder !== null) recorder.stop();
@@ -53,12 +52,12 @@ export function saveMenu(app: App, view: () => View): HTMLElement {
         (blob) => {
           recorder = null;
           film.setAttribute("aria-pressed", "false");
-          film.textContent = "Record a film (WebM)";
+          film.textContent = "Record a video (WebM)";
           download(blob, `${name()}.webm`);
         },
       );
       film.setAttribute("aria-pressed", "true");
-      film.textContent = "Stop, and save the film";
+      film.textContent = "Stop and save the video";
       view().invalidate();
     }
   });
@@ -69,14 +68,14 @@ export function saveMenu(app: App, view: () => View): HTMLElement {
     { class: "save-menu" },
     h(
       "summary",
-      { title: "Save a picture, a film, a page or a model", "aria-label": "Save" },
+      { title: "Save an image, a video, the page or a model", "aria-label": "Save" },
       icon("camera"),
     ),
     h(
       "div",
       { class: "save-sheet", role: "group", "aria-label": "Save" },
       h("div", { class: "save-size" }, width, "×", height, h("label", {}, transparent, "transparent")),
-      h("button", { type: "button", onclick: () => void savePicture() }, "Picture (PNG)"),
+      h("button", { type: "button", onclick: () => void savePicture() }, "Image (PNG)"),
       film,
       served &&
         h(
@@ -93,7 +92,7 @@ export function saveMenu(app: App, view: () => View): HTMLElement {
     width.value = String(canvas.width);
     height.value = String(canvas.height);
   });
-  // wherever the focus is: a click does not leave it here
+  // listens on the whole page, because a click moves the focus out of the menu
   const close = (event: Event): void => {
     if (!menu.open) return;
     menu.open = false;
@@ -105,7 +104,7 @@ export function saveMenu(app: App, view: () => View): HTMLElement {
   return menu;
 }
 
-/** Films a canvas until it is told to stop. */
+/** Records a video of a canvas until it is stopped. */
 function record(canvas: HTMLCanvasElement, redraw: () => void, done: (film: Blob) => void): MediaRecorder {
   const type =
     ["video/webm;codecs=vp9", "video/webm;codecs=vp8"].find((one) => MediaRecorder.isTypeSupported(one)) ??
@@ -116,7 +115,7 @@ function record(canvas: HTMLCanvasElement, redraw: () => void, done: (film: Blob
   });
   const chunks: Blob[] = [];
   recorder.addEventListener("dataavailable", (event) => chunks.push(event.data));
-  const still = setInterval(redraw, STILL); // a film ends with its last frame: what stands still would be left out
+  const still = setInterval(redraw, STILL); // a video ends with its last frame, so a still view must be drawn again
   recorder.addEventListener("stop", () => {
     clearInterval(still);
     done(new Blob(chunks, { type: "video/webm" }));

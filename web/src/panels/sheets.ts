@@ -3,7 +3,7 @@ import { h } from "../dom";
 import { icon, type IconName } from "../icons";
 import type { Signal } from "../signal";
 
-/** As the style has it. */
+/** The same media query as in `style/narrow.css`. */
 const NARROW = "(width <= 760px) or ((width <= 960px) and (height <= 520px))";
 
 const SHEETS: readonly [string, IconName, string][] = [
@@ -15,8 +15,7 @@ const SHEETS: readonly [string, IconName, string][] = [
   ["findings", "warning", "Findings"],
 ];
 
-/** On a narrow page the panels share one place beneath the picture; this chooses which is seen, of those that
- * stand in `docks`. */
+/** The buttons that select one of the panels in `docks`. On a narrow page the panels share one place below the view. */
 export function sheets(app: App, ...docks: HTMLElement[]): HTMLElement {
   const root = document.documentElement;
   const there = SHEETS.filter(([name]) => docks.some((dock) => dock.querySelector(`#${name}`) !== null));
@@ -31,7 +30,7 @@ export function sheets(app: App, ...docks: HTMLElement[]): HTMLElement {
     root.dataset["sheet"] = name;
     mark();
   };
-  /** None of the panels is seen while something else has their place. */
+  /** Marks the selected panel, unless the plots, the traffic or the source cover it. */
   const mark = (): void => {
     const isCovered = app.plots.value || app.traffic.value || app.spot.value !== null;
     for (const button of buttons)
@@ -40,7 +39,7 @@ export function sheets(app: App, ...docks: HTMLElement[]): HTMLElement {
         String(!isCovered && button.dataset["sheet"] === root.dataset["sheet"]),
       );
   };
-  /** What lies beneath the picture takes the place of the panels, one at a time. */
+  /** Closes the plots, the traffic and the source, which share the place of the panels. */
   const leave = (kept?: Signal<boolean>): void => {
     for (const other of [app.plots, app.traffic]) if (other !== kept) other.set(false);
     app.spot.set(null);

@@ -6,17 +6,18 @@ import { editNumbers, keepFocus, numbersOf, offer } from "./edit-numbers";
 import { highlight } from "./highlight";
 import { tellHints } from "./hints";
 
+/** Limit of lines shown around the selected one. */
 const MOST_LINES = 6000;
 let shown: Spot | null = null;
 
-/** The description's text around a place, with findings in the margin and a caret under the one chosen. */
+/** The Source panel: the text around a place, with findings in the margin and a caret under the selected one. */
 export function source(app: App): HTMLElement {
   const tabs = h("div", { class: "tabs", role: "tablist", "aria-label": "Files" });
   const body = h("div", {
     class: "source-body",
     tabindex: 0,
     role: "group",
-    "aria-label": "Text of the file",
+    "aria-label": "Source text",
   });
   const undo = h(
     "button",
@@ -66,7 +67,7 @@ export function source(app: App): HTMLElement {
       const top = body.scrollTop;
       giveBack = keepFocus(body);
       body.replaceChildren(
-        text === null ? h("p", { class: "nothing" }, "Reading…") : lines(app, text, spot.place.line),
+        text === null ? h("p", { class: "nothing" }, "Loading…") : lines(app, text, spot.place.line),
       );
       body.scrollTop = top;
     }
@@ -85,7 +86,7 @@ export function source(app: App): HTMLElement {
   return dock;
 }
 
-/** Whether a text is that which is drawn, so that what is being typed in it stays; its hints may be others. */
+/** Whether a text equals the one shown, apart from its hints. Then the rows stay, and so does an open field. */
 function hasSameLines(text: SourceText | null, drawn: SourceText | null): boolean {
   if (text === null || drawn === null) return false;
   return (
@@ -139,7 +140,7 @@ function lines(app: App, text: SourceText, around: number): HTMLElement {
   return code;
 }
 
-/** A line that makes several links chooses them in turn. */
+/** Selects the link of a line. Repeated clicks on a line with several links select each in turn. */
 function chooseOwner(app: App, owners: readonly string[]): void {
   const next = (owners.indexOf(app.selected.value) + 1) % owners.length;
   app.selected.set(owners[next] ?? "");
@@ -168,7 +169,7 @@ function mark(app: App, body: HTMLElement, text: SourceText, spot: Spot): void {
   if (row === null) return;
   if (spot.finding !== null)
     row.after(caret(spot.finding, spot, row.querySelector(".text")?.textContent ?? ""));
-  if (shown === spot) return; // an edit elsewhere moves nothing
+  if (shown === spot) return; // an edit elsewhere must not scroll the text
   shown = spot;
   const top = row.offsetTop - body.clientHeight / 2 + row.offsetHeight;
   body.scrollTo({ top: Math.max(0, top) });

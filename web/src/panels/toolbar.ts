@@ -5,7 +5,7 @@ import type { Side } from "../view/sides";
 import type { View } from "../view/view";
 import { saveMenu } from "./save-menu";
 
-/** A button for what is often turned on and off: a way of looking, or a display or one of its properties. */
+/** A toggle button for a view option, a display, or a property of a display. */
 interface Chip {
   name: string;
   image: IconName;
@@ -41,7 +41,7 @@ const CHIPS: readonly Chip[] = [
   { name: "scan", image: "scan", label: "Scan", key: "0", display: "LaserScan" },
 ];
 const FLAT: Chip = { name: "flat", image: "box", label: "Ortho", key: "o", option: "flat" };
-/** How one looks at what drives. */
+/** Camera modes for a moving robot. */
 const ALONG: readonly Chip[] = [
   { name: "follow", image: "follow", label: "Follow", key: "8", option: "follow" },
   { name: "ride", image: "drive", label: "Ride", key: "9", option: "ride" },
@@ -59,7 +59,7 @@ function turn(app: App, chip: Chip, on: boolean): void {
   else app.setOption(chip.option, on);
 }
 
-/** A key that turns something on or off. */
+/** Toggles the chip with a key. */
 export function press(app: App, key: string): void {
   const chip = [...CHIPS, FLAT, ...ALONG].find((one) => one.key === key);
   if (chip !== undefined) turn(app, chip, !isOn(app, chip));
@@ -74,18 +74,13 @@ function button(app: App, chip: Chip, title: string, ...content: (Node | string)
   return made;
 }
 
-/** What is shown, and from where. */
+/** The toolbar: what the view shows, and from where. */
 export function toolbar(app: App, view: () => View): HTMLElement {
   const buttons = CHIPS.map((chip) =>
     button(app, chip, `${chip.label} (${chip.key})`, icon(chip.image), h("span", {}, chip.label)),
   );
   const along = ALONG.map((chip) =>
-    button(
-      app,
-      chip,
-      chip.name === "ride" ? "As the robot sees (9)" : "Along with the robot (8)",
-      chip.label,
-    ),
+    button(app, chip, chip.name === "ride" ? "View from the robot (9)" : "Follow the robot (8)", chip.label),
   );
   const hide = (): void => {
     for (const one of [...buttons, ...along]) {
@@ -97,17 +92,17 @@ export function toolbar(app: App, view: () => View): HTMLElement {
   app.about.watch(hide);
   app.topics.list.watch(hide);
   const look = (label: string, side: Side): HTMLButtonElement => {
-    const made = toggle(label, `From the ${label.toLowerCase()}, without perspective`, false, () =>
+    const made = toggle(label, `Orthographic view from the ${label.toLowerCase()}`, false, () =>
       view().looking.fromSide(side),
     );
     app.options.watch((options) => made.setAttribute("aria-pressed", String(options.side === side)));
     return made;
   };
-  const flat = button(app, FLAT, "Without perspective (O)", "Ortho");
+  const flat = button(app, FLAT, "Orthographic projection (O)", "Ortho");
   return h(
     "div",
     { class: "toolbar" },
-    h("div", { class: "chips", role: "toolbar", "aria-label": "What is shown" }, ...buttons),
+    h("div", { class: "chips", role: "toolbar", "aria-label": "Visibility" }, ...buttons),
     h(
       "div",
       { class: "chips looks", role: "toolbar", "aria-label": "View" },
@@ -115,8 +110,8 @@ export function toolbar(app: App, view: () => View): HTMLElement {
         "button",
         {
           type: "button",
-          title: "See the whole robot (F)",
-          "aria-label": "See the whole robot",
+          title: "Show the whole robot (F)",
+          "aria-label": "Show the whole robot",
           onclick: () => view().looking.fit(),
         },
         icon("fit"),

@@ -5,11 +5,11 @@ import { icon } from "../icons";
 import { chooseTheme } from "../options";
 import { worldMenu } from "./world-menu";
 
-/** File, mode, connection, theme. */
+/** The top bar: file, mode or world, connection and theme. */
 export function topbar(app: App, help: () => void): HTMLElement {
   const file = h("span", { class: "file" });
   const mode = h("span", { class: "mode" }, "view");
-  const world = h("select", { class: "mode", "aria-label": "World", title: "Start again in another world" });
+  const world = h("select", { class: "mode", "aria-label": "World", title: "Restart in another world" });
   world.addEventListener("change", () => {
     app.send({ type: "set_world", world: world.value, seed: app.about.value?.seed ?? 0 });
     letGo(world);
@@ -26,7 +26,7 @@ export function topbar(app: App, help: () => void): HTMLElement {
     theme.title = `Use the ${other} theme (T)`;
     theme.setAttribute("aria-label", theme.title);
   });
-  // what a recording shows is not live, though its server answers
+  // a recording is not live, although its server is connected
   function tellOfLink(): void {
     const now = app.connection.link.value;
     const live = app.about.value?.mode === "play" ? "connected" : "live";

@@ -4,26 +4,23 @@ import { h } from "../dom";
 import { icon } from "../icons";
 import type { TopicMessage, TopicView } from "../protocol";
 
-/** Entries of a list that are shown, and how often a message is written down anew, in ms. */
+/** Limit of list entries shown, and milliseconds between two updates of a message. */
 const MOST = 12;
 const EVERY = 200;
-/** What stands for a rate that is not known, and what is said of one that is not and of one that is. */
+/** The text in place of an unknown rate, and the tooltips of an unknown and a known rate. */
 type Words = readonly [string, readonly [string, string]];
-const PLAYED: Words = [
-  "\u2013",
-  ["Said once, or the file does not say how often", "On the average of the recording"],
-];
-const COUNTED = "Counted while it is open here or on show; until then what it would come at";
+const PLAYED: Words = ["\u2013", ["Published once, or the rate is unknown", "Mean rate of the recording"]];
+const COUNTED = "Measured while the topic is open here or displayed, otherwise its nominal rate";
 const SAID: Words = [
-  "not counted",
-  ["It comes as it happens: counted while it is open here or on show", COUNTED],
+  "no rate",
+  ["No nominal rate. The rate is measured while the topic is open here or displayed.", COUNTED],
 ];
 const INPUT: Words = ["in", ["", COUNTED]];
 
-/** The type of what is dragged into the plots. */
+/** The data type of a field that is dragged into the plots. */
 export const DRAGGED = "application/x-kbot-field";
 
-/** Every topic with its type and rate; one that is opened shows its fields as they come, to be plotted. */
+/** The list of topics with types and rates. An open topic shows its fields live, and they can be plotted. */
 export function topicTree(app: App): HTMLElement {
   const list = h("ul", { class: "topics", "aria-label": "Topics" });
   const rows = new Map<string, Row>();
@@ -87,7 +84,7 @@ class Row {
     this.head.setAttribute("aria-expanded", String(open));
     this.body.hidden = !open;
     if (!open) return this.close();
-    this.body.replaceChildren(h("dd", { class: "nothing" }, "Nothing heard yet."));
+    this.body.replaceChildren(h("dd", { class: "nothing" }, "No message received yet."));
     this.shape = "";
     this.drawnAt = 0;
     this.stop = () => undefined;
@@ -131,7 +128,7 @@ class Row {
   }
 }
 
-/** All that a message ends in, with the way there; of long lists the first entries. */
+/** The leaf values of a message with their paths. Long lists are cut off after `MOST` entries. */
 export function* leaves(
   value: unknown,
   path: readonly string[],

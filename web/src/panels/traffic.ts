@@ -4,7 +4,7 @@ import { icon } from "../icons";
 import { log } from "./log";
 import { topicTree } from "./topics";
 
-/** Topics beside the log, beneath the picture. */
+/** The topics and the log, below the view. */
 export function traffic(app: App): HTMLElement {
   const close = h(
     "button",

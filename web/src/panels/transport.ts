@@ -5,7 +5,7 @@ import { icon } from "../icons";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
 
-/** Simulated time: pause, step, reset, speed. */
+/** The transport bar: pause, step, reset, time and speed. */
 export function transport(app: App): HTMLElement {
   const pause = h("button", {
     type: "button",
@@ -17,7 +17,7 @@ export function transport(app: App): HTMLElement {
     {
       type: "button",
       class: "icon-button",
-      title: "A tenth of a second (.)",
+      title: "Step by 0.1 s (.)",
       "aria-label": "Step",
       onclick: () => app.send({ type: "advance", seconds: 0.1 }),
     },
@@ -28,7 +28,7 @@ export function transport(app: App): HTMLElement {
     {
       type: "button",
       class: "icon-button",
-      title: "Start again (R)",
+      title: "Reset (R)",
       "aria-label": "Reset",
       onclick: () => app.send({ type: "reset" }),
     },
@@ -68,7 +68,7 @@ export function transport(app: App): HTMLElement {
     icon("list"),
   );
   app.traffic.watch((open) => traffic.setAttribute("aria-pressed", String(open)));
-  const rate = h("span", { class: "rate", title: "Real-time factor reached" });
+  const rate = h("span", { class: "rate", title: "Real-time factor" });
   let isPaused: boolean | null = null;
   app.state.watchAtLeisure((state) => {
     if (state === null) return;
@@ -78,8 +78,8 @@ export function transport(app: App): HTMLElement {
     if (state.paused === isPaused) return;
     isPaused = state.paused;
     pause.replaceChildren(icon(isPaused ? "play" : "pause"));
-    pause.title = isPaused ? "Go on (P)" : "Pause (P)";
-    pause.setAttribute("aria-label", isPaused ? "Go on" : "Pause");
+    pause.title = isPaused ? "Continue (P)" : "Pause (P)";
+    pause.setAttribute("aria-label", isPaused ? "Continue" : "Pause");
   });
   const bar = h(
     "div",

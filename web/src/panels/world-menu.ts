@@ -7,7 +7,7 @@ import { robotPose } from "../tools/poses";
 import { faultForm, faultList } from "./faults";
 import { PushFields } from "./push-fields";
 
-/** A button that opens what one does with a whole world: its parameters, resets, pushes, and what goes wrong. */
+/** The menu of the world: its parameters, resets, pushes and faults. */
 export function worldMenu(app: App): HTMLElement {
   const menu = h("div", {
     class: "menu",
@@ -55,7 +55,7 @@ function parametersOf(app: App, done: () => void): HTMLElement {
     step: 1,
     value: 0,
     required: true,
-    title: "Of whatever is random in a run, as noise is",
+    title: "Seed of all random numbers in a run, such as sensor noise",
   });
   const title = h("h2", {});
   let shown = "";
@@ -64,7 +64,7 @@ function parametersOf(app: App, done: () => void): HTMLElement {
   app.about.watch((about) => {
     const choice = about?.worlds.find(({ name }) => name === about.world);
     if (about === null) return;
-    if (told !== about.seed) seed.value = String((told = about.seed)); // what is being written stays
+    if (told !== about.seed) seed.value = String((told = about.seed)); // keep what the user is typing
     const values = JSON.stringify(choice?.parameters);
     if (shown === about.world && filled === values) return;
     [shown, filled] = [about.world, values];
@@ -86,7 +86,7 @@ function parametersOf(app: App, done: () => void): HTMLElement {
     title,
     fields,
     h("div", { class: "fields" }, h("label", {}, "noise seed", seed)),
-    h("button", { class: "primary", type: "submit" }, "Start"),
+    h("button", { class: "primary", type: "submit" }, "Restart"),
   );
   form.addEventListener("submit", (event) => {
     event.preventDefault();
@@ -108,18 +108,18 @@ function resets(app: App): HTMLElement {
     h("button", { type: "button", title, onclick: () => app.send({ type: "reset_part", what }) }, label);
   return h(
     "div",
-    { class: "menu-part", role: "group", "aria-label": "Start again" },
-    h("h2", {}, "Start again"),
+    { class: "menu-part", role: "group", "aria-label": "Reset" },
+    h("h2", {}, "Reset"),
     h(
       "div",
       { class: "row" },
-      part("world", "All but time", "Everything back to its start; time goes on"),
-      part("time", "Time alone", "Time 0; everything else goes on"),
+      part("world", "All but the time", "Reset everything except the time"),
+      part("time", "Only the time", "Set the time to 0 and change nothing else"),
     ),
   );
 }
 
-/** Pushes a link of the robot, in a direction that is told from where it looks. */
+/** The form that pushes a link of the robot, in a direction relative to the robot's heading. */
 function pushForm(app: App): HTMLElement {
   const link = h("select", { "aria-label": "Link to push" });
   const strength = new PushFields(app, (kick) => (link.hidden = kick));
@@ -147,10 +147,10 @@ function pushForm(app: App): HTMLElement {
   const form = h(
     "form",
     {},
-    h("h2", {}, "Push it"),
+    h("h2", {}, "Push the robot"),
     h("div", { class: "row push" }, strength.element, link),
     h("div", { class: "fields" }, degrees("Direction", heading), degrees("Up", up)),
-    h("button", { type: "submit" }, "Give it"),
+    h("button", { type: "submit" }, "Apply"),
   );
   form.addEventListener("submit", (event) => {
     event.preventDefault();

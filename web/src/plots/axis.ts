@@ -1,8 +1,8 @@
-/** The least that is told apart up the plot: in the number's unit, and as a part of the number, which the axis has room to tell. */
+/** The least height of the plot: absolute, and relative to the values, since the axis has no room for more digits. */
 const LEAST = 1e-6;
 const LEAST_PART = 5e-5;
 
-/** A range with some room, also where nothing changes but by rounding, or nothing is known. */
+/** The range of the plot with a margin. Rounding noise is not enlarged to full height, and an empty plot gets 0 to 1. */
 export function paddedRange(low: number | null, high: number | null): [number, number] {
   if (low === null || high === null) return [0, 1];
   if (low === high) return [low - (Math.abs(low) * 0.1 || 0.5), high + (Math.abs(low) * 0.1 || 0.5)];
@@ -11,7 +11,7 @@ export function paddedRange(low: number | null, high: number | null): [number, n
   return [low - room, high + room];
 }
 
-/** A number at the axis, in as few signs as tell it. */
+/** The shortest text of a tick. */
 export function tickLabel(tick: number): string {
   const rounded = Number(tick.toFixed(9));
   return rounded !== 0 && Math.abs(rounded) < 1e-4 ? rounded.toExponential() : String(rounded);

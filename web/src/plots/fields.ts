@@ -5,12 +5,12 @@ export interface Field {
   name: string;
   group: string;
   unit: string;
-  /** How the server calls it: `state twist.0`, or a topic and the way through its messages. */
+  /** Its key on the server: `state twist.0`, or a topic and a path in its messages. */
   key: string;
   value: (state: State) => number;
 }
 
-/** All that can be plotted of a scene; what a recording does not tell is left out. */
+/** All fields that can be plotted. A recording lacks some of them. */
 export function fields(scene: Scene | null, played: boolean): Field[] {
   const of = (
     name: string,
@@ -20,8 +20,8 @@ export function fields(scene: Scene | null, played: boolean): Field[] {
     value: (state: State) => number,
   ): Field => ({ name, group, unit, key: `state ${key}`, value });
   const live = [
-    of("forward speed asked", "Speed", "m/s", "command.0", (state) => state.command[0] ?? 0),
-    of("turning speed asked", "Speed", "rad/s", "command.1", (state) => state.command[1] ?? 0),
+    of("commanded forward speed", "Speed", "m/s", "command.0", (state) => state.command[0] ?? 0),
+    of("commanded turning speed", "Speed", "rad/s", "command.1", (state) => state.command[1] ?? 0),
     of("real-time factor", "Simulation", "", "rate", (state) => state.rate),
   ];
   return [
@@ -43,28 +43,28 @@ export function fields(scene: Scene | null, played: boolean): Field[] {
   ];
 }
 
-/** `forward speed [m/s]`. */
+/** The name with its unit, such as `forward speed [m/s]`. */
 export function labelled({ name, unit }: Field): string {
   return name + (unit && ` [${unit}]`);
 }
 
 const KEY = "kbot.plots";
 
-/** What was plotted in this browser before. */
+/** The fields that this browser plotted last. */
 export function rememberedFields(): string[] {
   try {
     const value: unknown = JSON.parse(localStorage.getItem(KEY) ?? "null");
     if (Array.isArray(value)) return value.filter((name) => typeof name === "string");
   } catch {
-    // storage is off, or holds something else
+    // storage is disabled or holds something else
   }
-  return ["forward speed", "forward speed asked", "turning speed"];
+  return ["forward speed", "commanded forward speed", "turning speed"];
 }
 
 export function rememberFields(names: string[]): void {
   try {
     localStorage.setItem(KEY, JSON.stringify(names));
   } catch {
-    // storage is off: nothing is remembered
+    // storage is disabled: nothing is stored
   }
 }

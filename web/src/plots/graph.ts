@@ -8,12 +8,12 @@ import type { Span } from "./span";
 import type { Table } from "./table";
 
 const COLOURS = ["--plot-1", "--plot-2", "--plot-3", "--plot-4", "--plot-5", "--plot-6"];
-/** Where colours come again the curves are dashed; as the server draws them. */
+/** Curves that reuse a colour are dashed, as in the server's SVG. */
 const DASHES = [[], [8, 4]];
-/** Curves that are told apart. */
+/** Limit of curves: more could not be distinguished. */
 export const MOST_CURVES = COLOURS.length * DASHES.length;
 
-/** The colour of a curve, as a property of the style, and its dashes. */
+/** The CSS custom property with the colour of a curve, and its dashes. */
 export function strokeOf(index: number): { colour: string; dash: number[] } {
   return {
     colour: COLOURS[index % COLOURS.length]!,
@@ -21,11 +21,11 @@ export function strokeOf(index: number): { colour: string; dash: number[] } {
   };
 }
 
-/** Pixels beside the line of the moment in which it is taken hold of. */
+/** Pixels beside the time line within which a press grabs it. */
 const REACH = 7;
-/** Pixels that a hand may move and still have clicked. */
+/** Pixels that the pointer may move during a click. */
 const STILL = 4;
-/** The drawn curves, with the moment on show as a line that can be moved; uPlot draws them. */
+/** The curves, drawn by uPlot, with the time shown as a draggable line. */
 export class Graph {
   private readonly line = h("div", {
     class: "moment",
@@ -34,15 +34,15 @@ export class Graph {
     "aria-label": "Time in the plot",
     "aria-valuemin": 0,
     hidden: true,
-    title: "The moment on show: drag it",
+    title: "Time shown. Drag it to move through time.",
   });
-  /** Where time was set back, or on. */
+  /** Marks where the simulated time was set to another value. */
   private readonly marks = h("div", {});
   private chart: uPlot | null = null;
   private asked = 0;
-  /** Where one stood before the first of two clicks. */
+  /** The time shown before the first click of a double click. */
   private stood: number | null = null;
-  /** Where the pointer went down, in pixels; NaN where it took hold of the line. */
+  /** Where the pointer was pressed, in pixels. NaN if it grabbed the line. */
   private pressedAt = NaN;
 
   constructor(
@@ -56,11 +56,11 @@ export class Graph {
     new ResizeObserver(() => this.chart?.setSize(size(holder))).observe(holder);
   }
 
-  /** Begins anew, with other curves or colours. */
+  /** Creates the chart again, with other curves or colours. */
   async rebuild(): Promise<void> {
     const hadFocus = document.activeElement === this.line;
     this.chart?.destroy();
-    this.chart = null; // nothing is drawn with other series than it was made for
+    this.chart = null; // a chart cannot draw other series than those it was created for
     const wanted = (this.asked += 1);
     const isStale = (): boolean => wanted !== this.asked || !this.app.plots.value;
     if (isStale()) return;
@@ -85,7 +85,7 @@ export class Graph {
     this.drawJumps();
   }
 
-  /** Shows all of the span again, from where one stood before. */
+  /** Zooms out, and returns to the time before the double click. */
   private whole(): void {
     this.span.zoom = null;
     if (this.stood !== null) this.goTo(this.stood);
@@ -98,7 +98,7 @@ export class Graph {
     else travel.seek(Math.max(this.span.start, at));
   }
 
-  /** The moment on show, or that is asked for. */
+  /** The time shown or requested. */
   private get at(): number {
     const { travel } = this.app;
     return travel.awaited ?? (travel.isElsewhere ? travel.at : this.span.end);
@@ -109,7 +109,7 @@ export class Graph {
     const { at } = this;
     const [low, high] = this.span.range();
     const { travel } = this.app;
-    // where the plot runs on with what is now the line would only hide its edge, but for the keyboard
+    // while the plot is live the line would hide its edge, so it is visible only when focused
     line.hidden = chart === null || at < low - 1e-6 || at > high + 1e-6;
     line.classList.toggle("now", !travel.isElsewhere);
     if (chart === null || line.hidden) return;
@@ -159,8 +159,7 @@ export class Graph {
     return this.toAt(this.chart!.posToVal(Math.min(Math.max(clientX - box.left, 0), box.width), "x"));
   }
 
-  /** A click goes there, the line of the moment is dragged along, and everything else that is dragged over is
-   * zoomed to, which uPlot draws. */
+  /** A press on the line drags it. A click elsewhere moves to that time, and a drag zooms (drawn by uPlot). */
   private pointerDown(event: PointerEvent): void {
     if (event.button !== 0) return;
     const { over } = this.chart!;
@@ -185,15 +184,15 @@ export class Graph {
     addEventListener("pointercancel", done);
   }
 
-  /** Goes there, but for the second of two clicks, and after a drag. */
+  /** Moves to a time on a click, but not on the second click of a double click or after a drag. */
   private click(event: MouseEvent): void {
     if (event.detail > 1 || !(Math.abs(event.clientX - this.pressedAt) <= STILL)) return;
     const { travel } = this.app;
-    this.stood = travel.isElsewhere || travel.awaited !== null ? this.at : Infinity; // what is now goes on
+    this.stood = travel.isElsewhere || travel.awaited !== null ? this.at : Infinity; // live
     this.goTo(this.atOf(event.clientX));
   }
 
-  /** What lies between the clock of the simulation and the timeline, in the run on show. */
+  /** Seconds from timeline time to simulated time at the end of the range. */
   private get offset(): number {
     if (this.app.travel.timeline.value?.played) return 0;
     const index = this.table.indexAt(this.span.range()[1]);
@@ -216,14 +215,14 @@ export class Graph {
     const at = table.at.slice(first, last).map((one) => one + offset);
     const columns = table.columns.map((column) => column.slice(first, last));
     for (const index of this.jumps().reverse()) {
-      // no curve goes from one way to another
+      // a gap, so that no curve joins the values before and after the jump
       at.splice(index - first, 0, (table.at[index - 1]! + table.at[index]!) / 2 + offset);
       for (const column of columns) column.splice(index - first, 0, null);
     }
     return [at, ...columns];
   }
 
-  /** The rows on show that are the first after the clock was set to another time. */
+  /** The visible rows that are the first after a jump of the simulated time. */
   private jumps(): number[] {
     const [low, high] = this.span.range();
     return this.app.travel.timeline.value?.played
@@ -241,8 +240,7 @@ export class Graph {
     this.marks.replaceChildren(...marks);
   }
 
-  /** What the simulation's clock said at a place of the axis: another time, where it was set back since, that is
-   * not as round. */
+  /** The simulated time at a tick. After a jump it differs from the tick's value and is not a round number. */
   private timeAt(x: number, apart: number): string {
     const index = this.table.indexAt(this.toAt(x));
     const time = this.table.time[index];

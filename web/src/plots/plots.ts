@@ -9,9 +9,10 @@ import { Graph, MOST_CURVES, strokeOf } from "./graph";
 import { Span, SPANS, type SpanName } from "./span";
 import { Table } from "./table";
 
+/** Milliseconds between two drawings. */
 const EVERY = 80;
 
-/** Numbers against time: of now, of the moment on show, of a whole recording; fetched when first opened. */
+/** The Plots panel: values over time, of the simulation or a recording. uPlot is loaded when it is first opened. */
 export function plots(app: App): HTMLElement {
   const holder = h("div", { class: "plot" });
   const add = h("select", { "aria-label": "Plot another field" });
@@ -19,9 +20,8 @@ export function plots(app: App): HTMLElement {
   const spans = h(
     "select",
     {
-      "aria-label": "Time on show",
-      title:
-        "How much time is on show; drag in the plot to look closer, double-click to look at all of it again",
+      "aria-label": "Time span",
+      title: "Time span of the plot. Drag in the plot to zoom in, double-click to zoom out.",
     },
     ...Object.entries(SPANS).map(([value, text]) => h("option", { value }, text)),
   );
@@ -101,7 +101,7 @@ export function plots(app: App): HTMLElement {
     if (!app.plots.value) return;
     const wait = drawnAt + EVERY - performance.now();
     if (!atOnce && wait > 0) {
-      later ??= setTimeout(() => draw(true), wait); // the last of many changes is drawn too
+      later ??= setTimeout(() => draw(true), wait); // the last change is always drawn
       return;
     }
     clearTimeout(later);
@@ -190,7 +190,7 @@ function groups(rest: Field[]): HTMLElement[] {
   );
 }
 
-/** What is seen of the plot, as a table or as a drawing. */
+/** The menu that saves the visible part of the plot as CSV or SVG. */
 function saveMenu(app: App, table: Table, span: Span, holder: HTMLElement): HTMLElement {
   const name = (): string => `${app.scene.value?.robot || "kbot"}-plot`;
   const csv = (): void => download(table.csv(...span.range()), `${name()}.csv`);
@@ -236,7 +236,7 @@ function saveMenu(app: App, table: Table, span: Span, holder: HTMLElement): HTML
       type: "button",
       class: "icon-button",
       popovertarget: menu.id,
-      title: "Save what is on show of the plot",
+      title: "Save the visible part of the plot",
       "aria-label": "Save the plot",
     },
     icon("save"),

@@ -3,11 +3,11 @@ import type { App } from "../app";
 export const SPANS = { "20": "20 s", "60": "1 min", all: "All" } as const;
 export type SpanName = keyof typeof SPANS;
 
-/** Which part of time a plot shows: what is now or the moment on show within a span, or what was zoomed to. */
+/** The time range of a plot: a span that follows the simulation, a span around the time shown, or a zoomed range. */
 export class Span {
   zoom: readonly [number, number] | null = null;
   private chosen: SpanName = "20";
-  /** What was shown last, which stays while the moment on show is within it. */
+  /** The last range, which stays while it contains the time shown. */
   private before: readonly [number, number] | null = null;
 
   constructor(private readonly app: App) {}
@@ -21,7 +21,7 @@ export class Span {
     this.zoom = this.before = null;
   }
 
-  /** The end of all there is. */
+  /** The end of the stored time. */
   get end(): number {
     const { timeline } = this.app.travel;
     return Math.max(
@@ -34,12 +34,12 @@ export class Span {
     return this.app.travel.timeline.value?.start ?? 0;
   }
 
-  /** Whether the plot runs on with what is now. */
+  /** Whether the plot follows the running simulation. */
   get follows(): boolean {
     return this.zoom === null && !this.app.travel.isPast && this.app.travel.timeline.value?.played !== true;
   }
 
-  /** First and last moment on show. */
+  /** First and last time in the plot. */
   range(): readonly [number, number] {
     if (this.zoom !== null) return this.zoom;
     const { start, end } = this;
@@ -57,7 +57,7 @@ export class Span {
     return (this.before = [from, Math.max(Math.min(from + length, end), from + 1)]);
   }
 
-  /** Zooms about a moment; a factor below 1 shows more closely. */
+  /** Zooms about a time. A factor below 1 zooms in. */
   zoomBy(factor: number, about: number): void {
     const [low, high] = this.range();
     const wanted = Math.min(Math.max((high - low) * factor, 0.1), Math.max(1, this.end - this.start));

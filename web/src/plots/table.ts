@@ -4,20 +4,20 @@ import { labelled, type Field } from "./fields";
 
 type Cell = number | null;
 
-/** Seconds more than is seen that are asked for on either side. */
+/** Seconds that are requested beyond each end of the visible range. */
 const MARGIN = 1;
-/** Moments that are held before the server is asked for fewer. */
+/** Limit of rows. Beyond it, the server is asked for a thinned series. */
 const MOST = 9000;
-/** Seconds between two moments that are still next to each other. */
+/** A longer pause in s between two rows is a gap. */
 const GAP = 0.5;
-/** Seconds by which time along the timeline and by the clock differ from rounding alone, at the most. */
+/** Largest difference in s between timeline and simulated time that is due to rounding. */
 const ROUNDED = 0.01;
-/** Milliseconds after which an answer is not waited for any more. */
+/** Milliseconds after which a request is repeated if it was not answered. */
 const PATIENCE = 20_000;
 
-/** The numbers on show: what the server kept or recorded, and what came since. */
+/** The values to plot: those that the server stored, and those of the states since. */
 export class Table {
-  /** Seconds along the timeline, and by the simulation's clock. */
+  /** Timeline time and simulated time of each row, in s. */
   at: number[] = [];
   time: number[] = [];
   columns: Cell[][] = [];
@@ -39,21 +39,21 @@ export class Table {
     this.forget();
   }
 
-  /** Knows nothing any more, and asks anew when something is to be shown. */
+  /** Drops all rows, so that the next `need` requests them again. */
   forget(): void {
     [this.at, this.time, this.columns] = [[], [], this.chosen.map(() => [])];
     [this.from, this.to, this.thinned] = [Infinity, -Infinity, false];
     this.asked = null;
   }
 
-  /** Sees to it that what lies between two moments is here, soon. */
+  /** Requests the rows between two times, unless they are here or already requested. */
   need(start: number, end: number): void {
     if (this.chosen.length === 0 || end < start) return;
     const isHere = this.from <= start + 0.1 && this.to >= end - GAP;
     const isFine = !this.thinned || end - start > (this.to - this.from) / 2;
     if (isHere && isFine && this.at.length < MOST) return;
     const now = performance.now();
-    if (this.asked !== null && now - this.asked.when < PATIENCE) return; // a new question would end the work on that one
+    if (this.asked !== null && now - this.asked.when < PATIENCE) return; // a new request would cancel it
     this.count += 1;
     this.asked = { number: this.count, start: Math.max(0, start - MARGIN), when: now };
     this.app.send({
@@ -65,7 +65,7 @@ export class Table {
     });
   }
 
-  /** Takes an answer; what came here after its end is kept. */
+  /** Takes the server's answer, and keeps the rows that were added after its end. Returns whether it was expected. */
   heard(series: Series): boolean {
     if (series.number !== this.asked?.number) return false;
     const { start } = this.asked;
@@ -86,18 +86,18 @@ export class Table {
     return true;
   }
 
-  /** Takes what is now. */
+  /** Adds the current state. */
   add(state: State): void {
     const last = this.at.at(-1);
     if (last !== undefined && state.at <= last) return;
-    if (last === undefined || state.at - last > GAP) return; // asked for, with what lies between
+    if (last === undefined || state.at - last > GAP) return; // `need` requests it, together with the rows in the gap
     this.at.push(state.at);
     this.time.push(state.time);
     this.chosen.forEach((field, index) => this.columns[index]!.push(known(field.value(state))));
     this.to = Math.max(this.to, state.at);
   }
 
-  /** Index of the last moment until one, -1 before the first. */
+  /** Index of the last row that is not after a time, -1 if there is none. */
   indexAt(at: number): number {
     let [low, high] = [0, this.at.length];
     while (low < high) {
@@ -108,7 +108,7 @@ export class Table {
     return low - 1;
   }
 
-  /** Where, of the rows from `first` to before `last`, the clock was set to another time: the first row after each. */
+  /** The rows from `first` to before `last` that are the first after a jump of the simulated time. */
   jumps(first: number, last: number): number[] {
     const offset = (index: number): number => this.time[index]! - this.at[index]!;
     const found: number[] = [];
@@ -129,7 +129,7 @@ export class Table {
   }
 }
 
-/** What is not known is not drawn. */
+/** Replaces NaN and infinity by null, which is not drawn. */
 function known(value: number): Cell {
   return Number.isFinite(value) ? value : null;
 }

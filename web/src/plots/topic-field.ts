@@ -2,15 +2,15 @@ import type { State } from "../protocol";
 import type { Topics } from "../topics";
 import { rememberedFields, type Field } from "./fields";
 
-/** Samples of one field that are kept: a minute at the most that pages are sent. */
+/** Limit of samples: a minute at the rate at which the server sends messages to a page. */
 const MOST = 2000;
 
-/** What a field of a topic is called among all that is plotted. */
+/** The name of a topic's field in the plots. */
 export function fieldName(topic: string, path: readonly string[]): string {
   return `${topic} ${path.join(".")}`;
 }
 
-/** The fields of topics among names that were plotted in this browser before. */
+/** The topic fields among those that this browser plotted last. */
 export function rememberedTopics(topics: Topics): TopicField[] {
   return rememberedFields().flatMap((name) => {
     const [topic, path] = name.split(" ");
@@ -18,7 +18,7 @@ export function rememberedTopics(topics: Topics): TopicField[] {
   });
 }
 
-/** A number in a topic's messages against time, heard while it is plotted. */
+/** A numeric field of a topic over time. The topic is subscribed while the field is plotted. */
 export class TopicField implements Field {
   readonly name: string;
   readonly key: string;
@@ -36,7 +36,7 @@ export class TopicField implements Field {
     this.name = this.key = fieldName(topic, path);
   }
 
-  /** Hears the topic, or no longer. */
+  /** Subscribes to the topic or unsubscribes from it. */
   listen(on: boolean): void {
     if (on === (this.stop !== null)) return;
     this.stop?.();
@@ -46,7 +46,7 @@ export class TopicField implements Field {
       : null;
   }
 
-  /** What it was last told of before a state; NaN, which is not drawn, before the first. */
+  /** The last value before a state. Before the first message it is NaN, which is not drawn. */
   readonly value = (state: State): number => {
     let [low, high] = [0, this.times.length];
     while (low < high) {
@@ -59,7 +59,7 @@ export class TopicField implements Field {
 
   private add(time: number, value: number | null): void {
     if (value === null) return;
-    if (time < (this.times.at(-1) ?? -Infinity)) [this.times, this.values] = [[], []]; // time began anew
+    if (time < (this.times.at(-1) ?? -Infinity)) [this.times, this.values] = [[], []]; // the simulation was reset
     this.times.push(time);
     this.values.push(value);
     if (this.times.length > MOST * 1.2)
@@ -67,7 +67,7 @@ export class TopicField implements Field {
   }
 }
 
-/** The number at a path of a message; a truth is 0 or 1; null where there is none. */
+/** The number at a path of a message, with booleans as 0 or 1. Null if there is no number. */
 export function numberAt(message: unknown, path: readonly string[]): number | null {
   let value: unknown = message;
   for (const key of path) value = (value as Record<string, unknown> | null | undefined)?.[key];

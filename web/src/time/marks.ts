@@ -4,7 +4,7 @@ import { icon } from "../icons";
 import type { Bookmark } from "../protocol";
 import { clock } from "./words";
 
-/** The bookmarks along the track; they are pressed in the list, with keys too. */
+/** The marks of the bookmarks on the track. They cannot be clicked; the list of bookmarks can, also by keyboard. */
 export function marks({ travel }: App): HTMLElement {
   const holder = h("div", { class: "marks", "aria-hidden": "true" });
   const draw = (): void => {
@@ -23,7 +23,7 @@ export function marks({ travel }: App): HTMLElement {
   return holder;
 }
 
-/** The bookmarks with their notes, to go to, to write on and to throw away. */
+/** The list of bookmarks with their notes, which the user can visit, edit and remove. */
 export function bookmarkList(app: App): HTMLElement {
   const { travel } = app;
   const list = h("ul");
@@ -35,7 +35,7 @@ export function bookmarkList(app: App): HTMLElement {
   let rows = new Map<number, Row>();
   const age = (): void => rows.forEach((row) => row.age(travel.timeline.value?.start ?? 0));
   travel.bookmarks.all.watch((all) => {
-    // a row that is written on stays the same element when another tab sets a bookmark
+    // a row keeps its element, so that the user can go on typing when another tab adds a bookmark
     rows = new Map(all.map((one) => [one.number, rows.get(one.number) ?? new Row(app, one)]));
     const focused = [...list.children].findIndex((element) => element.contains(document.activeElement));
     all.forEach((one, index) => {
@@ -92,14 +92,14 @@ class Row {
     this.remove.setAttribute("aria-label", `Remove ${one.note}`);
   }
 
-  /** By the clock that the page shows: the simulation's, or that of the place in a recording. */
+  /** The simulated time, or the time in a recording, as shown elsewhere on the page. */
   private when(): string {
     return this.app.about.value?.mode === "play" ? clock(this.one.at) : `${this.one.time.toFixed(2)} s`;
   }
 
-  /** What was before all that is kept cannot be gone to; what was noted of it stays. */
+  /** Disables the button if the time is no longer stored. The note stays. */
   age(start: number): void {
     this.go.disabled = this.one.at < start;
-    this.go.title = this.go.disabled ? "Too long ago: this moment is not kept any more" : "Go there";
+    this.go.title = this.go.disabled ? "This time is no longer stored" : "Go to this time";
   }
 }

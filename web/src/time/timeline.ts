@@ -7,11 +7,11 @@ import type { RecordingView, Timeline } from "../protocol";
 import { bookmarkList, marks } from "./marks";
 import { ago, bytes, clock } from "./words";
 
-/** Milliseconds between two words about what runs on, for those who hear them. */
+/** Milliseconds between two updates for screen readers while the time runs. */
 const SPOKEN = 1000;
 const STEPS: Record<string, 1 | -1> = { ArrowLeft: -1, ArrowRight: 1, ArrowDown: -1, ArrowUp: 1 };
 
-/** The time that can be gone through: the last minutes of a simulation, or a recording. */
+/** The timeline: the last minutes of a simulation, or a recording. */
 export function timelineBar(app: App): HTMLElement {
   const { travel } = app;
   const slider = h("input", {
@@ -21,7 +21,7 @@ export function timelineBar(app: App): HTMLElement {
     max: 0,
     step: 0.001,
     value: 0,
-    "aria-label": "Moment on show",
+    "aria-label": "Time shown",
   });
   slider.addEventListener("input", () => {
     const now = travel.timeline.value;
@@ -37,7 +37,7 @@ export function timelineBar(app: App): HTMLElement {
     event.preventDefault();
     travel.step(direction);
   });
-  // who went to a moment by pointer goes on by keys; while what is now is on show they drive
+  // in the past the arrow keys step through time, even if the slider was moved by pointer; live they drive the robot
   addEventListener("keydown", (event) => {
     const isAcross = event.key === "ArrowLeft" || event.key === "ArrowRight";
     if (
@@ -55,7 +55,7 @@ export function timelineBar(app: App): HTMLElement {
   const where = readout("How long ago", { class: "where" });
   const live = h(
     "button",
-    { type: "button", class: "live", title: "Show what is now (Escape)", onclick: () => travel.goLive() },
+    { type: "button", class: "live", title: "Return to live (Escape)", onclick: () => travel.goLive() },
     "Live",
   );
   const resume = h(
@@ -63,7 +63,7 @@ export function timelineBar(app: App): HTMLElement {
     {
       type: "button",
       class: "live resume",
-      title: "Resume from here: let the simulation go on from the moment on show",
+      title: "Resume from here: continue the simulation from the time shown",
       "aria-label": "Resume from here",
       hidden: true,
       onclick: () => travel.resume(),
@@ -79,7 +79,7 @@ export function timelineBar(app: App): HTMLElement {
   const recording = h("span", { class: "recording", role: "status", hidden: true });
   const loop = toggle(
     "Loop",
-    "Begin again at the end",
+    "Repeat the recording",
     false,
     (on) => app.send({ type: "set_loop", loop: on }),
     icon("loop"),
@@ -89,8 +89,8 @@ export function timelineBar(app: App): HTMLElement {
     {
       type: "button",
       class: "icon-button",
-      title: "Bookmark this moment (K)",
-      "aria-label": "Bookmark this moment",
+      title: "Bookmark this time (K)",
+      "aria-label": "Bookmark this time",
       onclick: () => travel.mark(),
     },
     icon("flag"),
@@ -137,13 +137,13 @@ export function timelineBar(app: App): HTMLElement {
         : `\u2212${clock(now.end - at)}`;
     if (isLive && !now.paused && performance.now() - spoken < SPOKEN) return;
     spoken = performance.now();
-    const time = `${(app.state.value?.time ?? 0).toFixed(2)} s`; // as the clock has it: a reset sets that to another than the line's
+    const time = `${(app.state.value?.time ?? 0).toFixed(2)} s`; // simulated time: after a reset it differs from timeline time
     slider.setAttribute(
       "aria-valuetext",
       now.played ? `${clock(at)} of ${clock(now.end)}` : `${time}, ${isLive ? "live" : ago(now.end - at)}`,
     );
   };
-  /** Brings the thumb to the moment on show, once the hand is off it: it may not be the one asked for. */
+  /** Moves the thumb to the time shown, unless the user holds it. The time shown may differ from the one requested. */
   const follow = (): void => {
     const now = travel.timeline.value;
     if (now === null || isHeld()) return;
@@ -166,7 +166,7 @@ export function timelineBar(app: App): HTMLElement {
     follow();
     live.hidden = now.played;
     resume.hidden = now.played;
-    resume.classList.toggle("away", now.live); // keeps its place, so that the line does not jump under a hand
+    resume.classList.toggle("away", now.live); // the hidden button keeps its place, so that the slider does not move under the pointer
     live.setAttribute("aria-pressed", String(now.live));
     loop.hidden = !now.played;
     loop.setAttribute("aria-pressed", String(now.loop));
@@ -180,8 +180,8 @@ export function timelineBar(app: App): HTMLElement {
     record.title =
       now === null
         ? `Record to a new file in ${app.about.value?.folder ?? ""}`
-        : `End the recording to ${now.file}`;
-    record.setAttribute("aria-label", now === null ? "Record" : "End the recording");
+        : `Stop recording to ${now.file}`;
+    record.setAttribute("aria-label", now === null ? "Record" : "Stop recording");
     const before = shown;
     shown = now?.file ?? "";
     if (now === null) return;

@@ -3,7 +3,7 @@ import { Signal } from "../signal";
 import type { Topics } from "../topics";
 import { Bookmarks } from "./bookmarks";
 
-/** Who acts on the simulation wants to see what comes of it. */
+/** Messages that act on the simulation. They return the page to live, so that the user sees their effect. */
 const ACTS: ReadonlySet<FromPage["type"]> = new Set([
   "drive",
   "push",
@@ -18,22 +18,23 @@ const ACTS: ReadonlySet<FromPage["type"]> = new Set([
   "set_world",
   "publish",
 ]);
-/** Seconds that one step goes. */
+/** Seconds of one step. */
 const STEP = 0.1;
 
-/** A time in s as the server tells it, in whole milliseconds. */
+/** Rounds a time in s to whole milliseconds, as the server does. */
 const inMilliseconds = (seconds: number): number => Math.round(seconds * 1000) / 1000;
 
-/** Where this page stands in time: at what is, at a moment of the last minutes, or within a recording. */
+/** The time that this page shows: live, in the last minutes, or in a recording. */
 export class TimeTravel {
   readonly timeline = new Signal<Timeline | null>(null);
   readonly bookmarks = new Bookmarks();
+  /** The time to request in the next frame, null if none. */
   private asked: number | null = null;
-  /** The moment that was asked for last, until the server says that it is shown. */
+  /** The time requested last, until the server shows it. */
   private wanted: number | null = null;
-  /** Whether the server has answered which moment it shows, and its state is still to come. */
+  /** Whether the server has confirmed the requested time, but not sent its state yet. */
   private awaitsState = false;
-  /** Whether what topics said here was of a moment that was. */
+  /** Whether the topics' messages here belong to the past. */
   private wasPast = false;
 
   constructor(
@@ -42,37 +43,37 @@ export class TimeTravel {
     private readonly send: (message: FromPage) => void,
   ) {}
 
-  /** Whether what is on show is over. */
+  /** Whether the page shows the past of a simulation, or a recording that is not live. */
   get isPast(): boolean {
     return this.timeline.value?.live === false;
   }
 
-  /** Whether it is a moment that was: of the last minutes, or of a recording. */
+  /** Whether the page shows the past of a simulation or a recording. */
   get isElsewhere(): boolean {
     return this.isPast || this.timeline.value?.played === true;
   }
 
-  /** The moment on show, in seconds along the timeline. */
+  /** The time shown, in s along the timeline. */
   get at(): number {
     return this.timeline.value?.at ?? 0;
   }
 
-  /** The moment asked for that is not on show yet, null where none is. */
+  /** The requested time that is not shown yet, null if none. */
   get awaited(): number | null {
     return this.wanted;
   }
 
-  /** Whether a moment that was asked for, or its state, is still to come. */
+  /** Whether a requested time or its state has not arrived yet. */
   get seeks(): boolean {
     return this.wanted !== null || this.awaitsState;
   }
 
-  /** A state has arrived; the server sends that of a moment after the timeline that names it. */
+  /** Called when a state arrives. The server sends the state of a time after the timeline message with that time. */
   stateArrived(): void {
     this.awaitsState = false;
   }
 
-  /** The server that is connected now shows what is; it may answer before it says so. */
+  /** Called after a reconnect: the server shows live, and may send messages before it reports this. */
   connected(): void {
     if (this.wasPast) this.topics.forget();
     this.wasPast = this.awaitsState = false;
@@ -92,7 +93,7 @@ export class TimeTravel {
     if (this.isPast && state.value !== null) state.set(this.asNow(state.value));
   }
 
-  /** A state with what of time is as it is now, not as it was. */
+  /** A state with the current pause and speed instead of those of the time shown. */
   asNow(state: State): State {
     const now = this.timeline.value;
     return now === null || now.live || (state.paused === now.paused && state.speed === now.speed)
@@ -100,12 +101,12 @@ export class TimeTravel {
       : { ...state, paused: now.paused, speed: now.speed };
   }
 
-  /** The moment that is now, in seconds along the timeline: states are told of more often than timelines. */
+  /** The current end of the timeline in s. States arrive more often than timelines, so the latest state counts too. */
   newest(now: Timeline): number {
     return Math.max(now.end, inMilliseconds(this.state.value?.at ?? 0));
   }
 
-  /** Shows a moment; of many asked for at once the last. */
+  /** Requests a time. Of several requests in one frame, only the last is sent. */
   seek(at: number): void {
     const waits = this.asked !== null;
     this.asked = this.wanted = Math.max(0, at);
@@ -116,38 +117,38 @@ export class TimeTravel {
     });
   }
 
-  /** Shows the moment a step before or after the one on show; a step back leaves what is now. */
+  /** Moves one step back or forward. A step back leaves live. */
   step(direction: 1 | -1): void {
     const now = this.timeline.value;
     if (now === null) return;
     const from = this.wanted ?? (this.isElsewhere ? now.at : this.newest(now));
     const at = inMilliseconds(from + direction * STEP);
-    // a timeline is sent less often than states, so its end may be more than a step behind
+    // timelines arrive less often than states, so their end may be more than a step behind
     if (at < (now.played ? now.end : this.newest(now))) this.seek(Math.max(now.start, at));
     else if (now.played) this.seek(now.end);
     else this.goLive();
   }
 
   goLive(): void {
-    const isGoing = this.wanted !== null; // the server may not have said so yet
+    const isGoing = this.wanted !== null; // a request may be on its way
     this.asked = this.wanted = null;
     if (this.isPast || isGoing) this.send({ type: "go_live" });
   }
 
-  /** Lets the simulation go on from the moment on show. */
+  /** Continues the simulation from the time shown. */
   resume(): void {
     this.asked = this.wanted = null;
     if (this.isPast) this.send({ type: "resume" });
   }
 
-  /** Marks the moment on show. */
+  /** Bookmarks the time shown. */
   mark(): void {
     const state = this.state.value;
     if (this.timeline.value !== null && state !== null)
       this.send({ type: "mark", at: state.at, time: state.time });
   }
 
-  /** Goes to the bookmark before or after the moment on show. */
+  /** Moves to the previous or next bookmark. */
   jump(direction: 1 | -1): void {
     const now = this.timeline.value;
     if (now === null) return;
@@ -161,7 +162,7 @@ export class TimeTravel {
     this.send({ type: "record", on: this.timeline.value?.recording == null });
   }
 
-  /** Called before a message goes out. */
+  /** Called before a message is sent. */
   aboutTo(message: FromPage): void {
     if ((this.isPast || this.wanted !== null) && ACTS.has(message.type)) this.goLive();
   }

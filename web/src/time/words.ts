@@ -1,14 +1,14 @@
 import { baseName } from "../dom";
 import type { Recorded } from "../protocol";
 
-/** `1:02.5` of 62.5 s. */
+/** A time as `minutes:seconds`, such as `1:02.5` for 62.5 s. */
 export function clock(seconds: number): string {
   const tenths = Math.round(Math.max(0, seconds) * 10);
   const rest = (tenths % 600) / 10;
   return `${Math.floor(tenths / 600)}:${rest.toFixed(1).padStart(4, "0")}`;
 }
 
-/** `12.3 seconds ago`, for a screen reader. */
+/** A duration for screen readers, such as `12.3 seconds ago`. */
 export function ago(seconds: number): string {
   const minutes = Math.floor(seconds / 60);
   const rest = `${(seconds - minutes * 60).toFixed(1)} seconds`;
@@ -21,5 +21,5 @@ export function bytes(count: number): string {
 }
 
 export function recordedTo({ file }: Recorded): string {
-  return `Recorded to ${file}. To play it: kbot view ${baseName(file)}`;
+  return `Recorded to ${file}. Play it with: kbot view ${baseName(file)}`;
 }

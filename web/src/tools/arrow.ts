@@ -3,11 +3,11 @@ import { Mesh, MeshBasicMaterial, Vector3 } from "three";
 import { arrowGeometry } from "../displays/pose-shapes";
 import type { View } from "../view/view";
 
-/** Pixels of a drag that are still a click. */
+/** Pixels that the pointer may move during a click. */
 const STILL = 6;
 const COLOUR = 0x2ecc71;
 
-/** An arrow on a level, drawn from where the pointer went down to where it is: a place and a heading. */
+/** An arrow in a horizontal plane, from the point where the pointer was pressed to where it is: a position and a heading. */
 export class Arrow {
   private readonly mesh = new Mesh(
     arrowGeometry(),
@@ -35,13 +35,13 @@ export class Arrow {
     this.show(this.yaw ?? 0, Math.max(length, this.view.radius));
   }
 
-  /** The heading in rad, or another where the pointer was not dragged. */
+  /** Hides the arrow. Returns the heading in rad, or `otherwise` if the pointer was not dragged. */
   end(otherwise: number): number {
     this.hide();
     return this.yaw ?? otherwise;
   }
 
-  /** Stays where it was put, looking this way. */
+  /** Keeps showing the arrow, with a heading in rad. */
   stay(yaw: number): void {
     this.show(yaw, this.view.radius * 1.5);
   }
@@ -51,7 +51,7 @@ export class Arrow {
     this.view.invalidate();
   }
 
-  /** Size in m of a pixel at the place. */
+  /** Size of a pixel at the arrow in m. */
   private pixel(): number {
     const { camera, isOrthographic } = this.view.stage;
     return this.view.perPixel * (isOrthographic ? 1 : camera.position.distanceTo(this.start));

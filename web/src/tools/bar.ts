@@ -9,9 +9,10 @@ import type { View } from "../view/view";
 import { goalStatus } from "./goal";
 import type { ToolBox } from "./toolbox";
 
+/** Pixels that the pointer may move during a click. */
 const STILL = 4;
 
-/** The tools in a bar, and beneath the picture what the active one is for, the goal, and the body that is chosen. */
+/** The tool bar, and below the view the hint of the active tool, the state of the goal and the selected object. */
 export function toolBar(app: App, box: ToolBox, chosen: HTMLElement): HTMLElement[] {
   const buttons = box.tools.map((tool) => {
     const button = h(
@@ -60,7 +61,7 @@ export function toolBar(app: App, box: ToolBox, chosen: HTMLElement): HTMLElemen
   return [bar, h("div", { class: "chip-bars" }, hint, goalStatus(app), chosen)];
 }
 
-/** A click on a thing of the world chooses it; Delete takes it away. */
+/** Selects the object of the world that is clicked. Delete removes it. */
 export function bodyChoice(
   app: App,
   view: View,
@@ -89,14 +90,14 @@ export function bodyChoice(
     { class: "chosen chip-bar", hidden: true },
     icon("box"),
     name,
-    h("button", { type: "button", title: "Take it out of the world (Delete)", onclick: remove }, "Delete"),
+    h("button", { type: "button", title: "Remove from the world (Delete)", onclick: remove }, "Delete"),
     h(
       "button",
       {
         type: "button",
         class: "icon-button",
-        title: "Choose nothing (Escape)",
-        "aria-label": "Choose no thing",
+        title: "Clear the selection (Escape)",
+        "aria-label": "Clear the selection",
         onclick: leave,
       },
       icon("close"),

@@ -11,13 +11,13 @@ const WORDS: Record<string, string> = {
   cancelled: "Goal cancelled",
   refused: "Goal refused",
 };
-/** The states in which it is not yet decided. */
+/** The states of a goal in progress. */
 export const GOING: readonly string[] = ["accepted", "driving"];
-/** Those after which nothing is to be done: they are shown so long, in ms. */
+/** Final states that need no action, and the milliseconds for which they are shown. */
 const DONE: readonly string[] = ["reached", "cancelled"];
 const SHOWN_FOR = 6000;
 
-/** Tells of each state of a goal, its reason and when it was, in s of simulated time, from when something is simulated on. */
+/** Calls back with each state of a goal, its reason and the simulated time in s. Subscribes once a simulation runs. */
 export function onGoal(app: App, heard: (state: string, reason: string, time: number) => void): void {
   let isListening = false;
   let last = "";
@@ -27,19 +27,19 @@ export function onGoal(app: App, heard: (state: string, reason: string, time: nu
     app.topics.listen(TOPIC, ({ message, time, is_latched }) => {
       const words = String(message["data"]);
       const [state = "", ...reason] = words.split(": ");
-      const isOld = is_latched && !GOING.includes(state) && ["", words].includes(last); // it ended before one came
+      const isOld = is_latched && !GOING.includes(state) && ["", words].includes(last); // it ended before this page was opened
       last = words;
       if (!isOld) heard(state, reason.join(": "), time);
     });
   });
 }
 
-/** A state and its reason as one says it. */
+/** The text of a state and its reason. */
 export function goalWords(state: string, reason: string): string {
   return [WORDS[state] ?? state, reason].filter(Boolean).join(": ");
 }
 
-/** How the last goal stands and why, and a button to give it up. */
+/** The state of the last goal with its reason, and a button to cancel it. */
 export function goalStatus(app: App): HTMLElement {
   const text = h("span", { role: "status" });
   const cancel = h(

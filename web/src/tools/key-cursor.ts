@@ -1,7 +1,7 @@
 import type { Picker, Place } from "./pick";
 import type { Tool } from "./tool";
 
-/** Pixels of a press of an arrow. */
+/** Pixels that an arrow key moves the cursor. */
 const STEP = 8;
 const ARROWS: Readonly<Record<string, readonly [number, number]>> = {
   ArrowLeft: [-1, 0],
@@ -10,8 +10,8 @@ const ARROWS: Readonly<Record<string, readonly [number, number]>> = {
   ArrowDown: [0, 1],
 };
 
-/** Stands in for the pointer while the picture has the focus: arrows move it, Enter presses where it is; what is dragged
- * is let go by a second Enter. */
+/** Replaces the pointer while the view has the focus. The arrow keys move it and Enter presses. A second Enter releases
+ * what is dragged. */
 export class KeyCursor {
   private x = 0;
   private y = 0;
@@ -38,11 +38,11 @@ export class KeyCursor {
       else if (event.key === "Escape" && this.dragged !== null) this.drop();
       else return;
       event.preventDefault();
-      event.stopPropagation(); // arrows drive otherwise
+      event.stopPropagation(); // otherwise the arrow keys would drive the robot
     });
   }
 
-  /** Back to the middle of the picture, with nothing held. */
+  /** Moves back to the centre of the view, and drops what is dragged. */
   centre(): void {
     this.drop();
     this.x = this.y = 0;

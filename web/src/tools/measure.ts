@@ -29,7 +29,7 @@ export function measured(points: readonly Vector3[], fixed: number): Measure[] {
   return found;
 }
 
-/** The distance of two places on surfaces, and with a third the angle at the second. */
+/** Measures the distance of two points on surfaces and, with a third point, the angle at the second. */
 export function measureTool(view: View, pictureFromWorld: (point: Vector3) => Vector3): Tool {
   const points: Vector3[] = [];
   const line = new Line(
@@ -57,7 +57,7 @@ export function measureTool(view: View, pictureFromWorld: (point: Vector3) => Ve
   const labels = h("div", { class: "measures", role: "status" });
   view.overlay.after(labels);
   let at: Vector3[] = [];
-  /** Where the pointer is: the end that is not set yet. */
+  /** The point under the pointer, which is not set yet. */
   let over: Vector3 | null = null;
 
   const show = (): void => {
@@ -67,7 +67,7 @@ export function measureTool(view: View, pictureFromWorld: (point: Vector3) => Ve
     drawn.visible = all.length > 0;
     const found = measured(all, points.length);
     at = found.map(({ place }) => place);
-    // what still moves is not read out
+    // screen readers announce a measure only once it is fixed
     labels.replaceChildren(
       ...found.map(({ text, moves }) =>
         h("span", { class: moves ? "measure moving" : "measure", "aria-hidden": String(moves) }, text),
@@ -93,7 +93,7 @@ export function measureTool(view: View, pictureFromWorld: (point: Vector3) => Ve
     label: "Measure",
     key: "m",
     image: "ruler",
-    hint: "Click two places for their distance, a third for the angle; Escape takes one back.",
+    hint: "Click two points to measure their distance, a third for the angle. Escape removes the last point.",
     simulated: false,
     press: ({ point }) => {
       if (points.length === MOST) points.length = 0;

@@ -2,7 +2,7 @@ import { Matrix4, Mesh, Object3D, Plane, Raycaster, Vector2, Vector3 } from "thr
 
 import type { View } from "../view/view";
 
-/** A place on a surface, in the world, and what it belongs to: a link of the robot or a body, or the ground. */
+/** A point on a surface in world coordinates, and its link or body. Both are empty on the ground. */
 export interface Place {
   point: Vector3;
   link: string;
@@ -11,13 +11,13 @@ export interface Place {
 
 const UP = new Vector3(0, 0, 1);
 
-/** Finds what is drawn at a point of the page. */
+/** Finds the surface at a point of the page. */
 export class Picker {
   private readonly ray = new Raycaster();
 
   constructor(private readonly view: View) {}
 
-  /** The nearest surface at a point of the page, in CSS pixels; null where there is only sky. */
+  /** The nearest surface at a point of the page in CSS pixels, null for the sky. */
   at(x: number, y: number): Place | null {
     const scene = this.view.app.scene.value;
     if (scene === null) return null;
@@ -44,14 +44,14 @@ export class Picker {
     return found.sort(([a], [b]) => a - b)[0]?.[1] ?? null;
   }
 
-  /** Where a point of the page lies on a level plane at a height in the world; null where it is above it. */
+  /** The point of a horizontal plane at a point of the page, null above the horizon. */
   level(x: number, y: number, height: number): Vector3 | null {
     this.aim(x, y);
     this.ray.ray.applyMatrix4(this.worldFromPicture());
     return this.ray.ray.intersectPlane(new Plane(UP, -height), new Vector3());
   }
 
-  /** World coordinates from those that are drawn. */
+  /** Transform from the coordinates of the view, those of the fixed frame, to world coordinates. */
   worldFromPicture(): Matrix4 {
     return this.view.transforms.lookup(this.view.fixedFrame, null) ?? new Matrix4();
   }

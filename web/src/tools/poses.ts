@@ -8,7 +8,7 @@ import type { Tool } from "./tool";
 
 const UP = new Vector3(0, 0, 1);
 
-/** A place and a heading, by a click and a drag. */
+/** A tool that sets a position by a click and a heading by a drag. */
 function posed(
   arrow: Arrow,
   about: Omit<Tool, "press" | "drag" | "release" | "cancel">,
@@ -27,7 +27,7 @@ function posed(
   };
 }
 
-/** Where the robot stands, and where it looks. */
+/** Position and yaw of the robot's root. */
 export function robotPose(app: App): { place: Vector3; yaw: number } {
   const { scene, state } = { scene: app.scene.value, state: app.state.value };
   const at = Math.max(0, scene?.links.findIndex((link) => link.name === scene.root) ?? 0) * 7;
@@ -35,12 +35,12 @@ export function robotPose(app: App): { place: Vector3; yaw: number } {
   return { place: new Vector3().fromArray(poses, at), yaw: yawOf(poses.slice(at + 3, at + 7)) };
 }
 
-/** The heading of a quaternion x, y, z, w. */
+/** The yaw of a quaternion x, y, z, w. */
 export function yawOf([x = 0, y = 0, z = 0, w = 1]: readonly number[]): number {
   return Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
 }
 
-/** A goal: the heading of a mere click is that of the way there. */
+/** 2D goal. A click without a drag uses the heading from the robot to the goal. */
 export function goalTool(app: App, view: View): Tool {
   const arrow = new Arrow(view);
   onGoal(app, (state) => GOING.includes(state) || arrow.hide());
@@ -51,7 +51,7 @@ export function goalTool(app: App, view: View): Tool {
       label: "2D goal",
       key: "g",
       image: "goal",
-      hint: "Click where the robot is to go, and drag for its heading.",
+      hint: "Click the goal position and drag to set the heading.",
       simulated: true,
     },
     (place, yaw) => {
@@ -72,7 +72,7 @@ export function goalTool(app: App, view: View): Tool {
   );
 }
 
-/** A pose estimate, which a simulation makes true. */
+/** 2D pose estimate. A simulation moves the robot there. */
 export function estimateTool(app: App, view: View): Tool {
   return posed(
     new Arrow(view),
@@ -81,11 +81,11 @@ export function estimateTool(app: App, view: View): Tool {
       label: "2D pose estimate",
       key: "e",
       image: "estimate",
-      hint: "Click where the robot is, and drag for its heading.",
+      hint: "Click the robot's position and drag to set its heading.",
       simulated: true,
     },
     (place, yaw) => {
-      const covariance = Array.from({ length: 36 }, (_, at) => ({ 0: 0.25, 7: 0.25, 35: 0.0685 })[at] ?? 0); // as rviz says it
+      const covariance = Array.from({ length: 36 }, (_, at) => ({ 0: 0.25, 7: 0.25, 35: 0.0685 })[at] ?? 0); // the covariance that rviz sends
       app.send({
         type: "publish",
         topic: "initialpose",
@@ -98,7 +98,7 @@ export function estimateTool(app: App, view: View): Tool {
   );
 }
 
-/** Says a point on `clicked_point`. */
+/** Publishes a point on `clicked_point`. */
 export function pointTool(app: App): Tool {
   const said = new Vector3();
   return {
@@ -106,7 +106,7 @@ export function pointTool(app: App): Tool {
     label: "Publish point",
     key: "u",
     image: "point",
-    hint: "Click a surface to say its place on clicked_point.",
+    hint: "Click a surface to publish its point on clicked_point.",
     simulated: true,
     press: ({ point }) => {
       said.copy(point);
@@ -130,7 +130,7 @@ export function pointTool(app: App): Tool {
   };
 }
 
-/** Looks at a place. */
+/** Moves the view to look at a point. */
 export function focusTool(view: View, pictureFromWorld: (point: Vector3) => Vector3): Tool {
   const at = new Vector3();
   return {
@@ -138,7 +138,7 @@ export function focusTool(view: View, pictureFromWorld: (point: Vector3) => Vect
     label: "Focus",
     key: "c",
     image: "follow",
-    hint: "Click a place to look at it.",
+    hint: "Click a point to look at it.",
     simulated: false,
     press: ({ point }) => {
       at.copy(point);
@@ -154,7 +154,7 @@ export function focusTool(view: View, pictureFromWorld: (point: Vector3) => Vect
   };
 }
 
-/** Draws the way to the goal, where nothing draws a way yet. */
+/** Adds a display of the planned path, unless there is one. */
 function showWay(app: App): void {
   if (app.displays.all.value.some((one) => one.kind === "Path")) return;
   const added = app.displays.add("Path");

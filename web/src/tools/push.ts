@@ -6,7 +6,8 @@ import type { View } from "../view/view";
 import { Arrow } from "./arrow";
 import type { Tool } from "./tool";
 
-/** Pushes or kicks what one drags from, the way one drags; a mere click pushes away from the eye. */
+/** Pushes or kicks the object under the pointer in the direction of the drag. A click without a drag pushes it away from
+ * the camera. */
 export function pushTool(app: App, view: View): Tool {
   const arrow = new Arrow(view);
   const strength = new PushFields(app);
@@ -16,7 +17,7 @@ export function pushTool(app: App, view: View): Tool {
     label: "Push",
     key: "n",
     image: "push",
-    hint: "Drag from the robot, or from a thing, the way it is to be pushed.",
+    hint: "Drag from the robot or an object in the direction to push it.",
     simulated: true,
     options: strength.element,
     press: ({ point, link, body }) => {

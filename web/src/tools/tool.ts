@@ -3,30 +3,30 @@ import type { Vector3 } from "three";
 import type { IconName } from "../icons";
 import type { Place } from "./pick";
 
-/** One way to use the pointer in the picture. Without `press` the pointer turns the view and selects. */
+/** A way to use the pointer in the view. Without `press` the pointer rotates the view and selects. */
 export interface Tool {
   readonly name: string;
   readonly label: string;
   readonly key: string;
   readonly image: IconName;
-  /** What to do with it, in a sentence. */
+  /** A sentence that explains its use. */
   readonly hint: string;
-  /** Whether something must be simulated for it. */
+  /** Whether it needs a simulation. */
   readonly simulated: boolean;
-  /** More to choose while it is active. */
+  /** Its options, shown while it is active. */
   readonly options?: HTMLElement;
-  /** The pointer is over a place, or over none, without being pressed. */
+  /** The pointer moved without being pressed. */
   hover?(place: Place | null): void;
-  /** Takes back the last step; whether there was one. */
+  /** Undoes the last step. Returns whether there was one. */
   back?(): boolean;
-  /** The pointer goes down on a surface; whether there is something to do there. */
+  /** The pointer was pressed on a surface. Returns whether the tool can act there. */
   press?(place: Place): boolean;
-  /** It moved to a place on the level through the one that was pressed. */
+  /** The pointer was dragged to a point in the horizontal plane through the pressed one. */
   drag?(point: Vector3): void;
-  /** It was let go; whether the tool has done its work. */
+  /** The pointer was released. Returns whether the tool is finished. */
   release?(): boolean;
-  /** What was begun is off. */
+  /** The drag was cancelled. */
   cancel?(): void;
-  /** Another tool takes over. */
+  /** Another tool was selected. */
   leave?(): void;
 }

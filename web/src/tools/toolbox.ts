@@ -16,11 +16,11 @@ const INTERACT: Tool = {
   label: "Interact",
   key: "i",
   image: "pointer",
-  hint: "Drag to turn the view, click to select.",
+  hint: "Drag to rotate the view, click to select.",
   simulated: false,
 };
 
-/** All tools, one of which has the pointer. */
+/** All tools, one of which is active. */
 export class ToolBox {
   readonly tools: readonly Tool[];
   readonly active = new Signal<Tool>(INTERACT);
@@ -80,21 +80,21 @@ export class ToolBox {
     this.active.set(tool);
   }
 
-  /** Takes a tool by its key; whether there is one. */
+  /** Selects a tool by its key. Returns whether there is one. */
   press(key: string): boolean {
     const tool = this.tools.find((one) => one.key === key && this.isOffered(one));
     if (tool !== undefined) this.choose(tool);
     return tool !== undefined;
   }
 
-  /** Back to turning the view; whether another tool was active. */
+  /** Switches to the Interact tool. Returns whether another tool was active. */
   leave(): boolean {
     const was = this.active.value !== INTERACT;
     this.choose(INTERACT);
     return was;
   }
 
-  /** Takes back the last step, or leaves the tool where there is none; whether another tool was active. */
+  /** Undoes the last step of the tool, or leaves the tool. Returns whether there was anything to do. */
   back(): boolean {
     if (this.held !== null) {
       this.drop();
@@ -145,7 +145,7 @@ export class ToolBox {
     if (tool.release?.() === true) this.leave();
   }
 
-  /** Gives up what is held. */
+  /** Cancels the drag. */
   private drop(): void {
     if (this.held === null) return;
     this.held.abort();

@@ -8,7 +8,7 @@ import { Arrow } from "./arrow";
 import { robotPose, yawOf } from "./poses";
 import type { Tool } from "./tool";
 
-/** Milliseconds between two places that are sent while something is dragged. */
+/** Milliseconds between two positions that are sent during a drag. */
 const EVERY = 50;
 const SIZES = [
   ["Length", "0.1"],
@@ -16,7 +16,7 @@ const SIZES = [
   ["Height", "0.1"],
 ] as const;
 
-/** Puts what is chosen where one clicks. */
+/** Adds the selected object at the point that is clicked. */
 export function addTool(app: App, view: View): Tool {
   const arrow = new Arrow(view);
   const what = h("select", { "aria-label": "What to add" });
@@ -55,7 +55,7 @@ export function addTool(app: App, view: View): Tool {
     label: "Add to the world",
     key: "b",
     image: "plus",
-    hint: "Click where it is to stand, and drag to turn it.",
+    hint: "Click the position of the new object and drag to set its heading.",
     simulated: true,
     options,
     press: ({ point }) => {
@@ -82,7 +82,7 @@ export function addTool(app: App, view: View): Tool {
   };
 }
 
-/** Drags the robot, and what else can move, to another place. */
+/** Drags the robot or a movable object to another position. */
 export function moveTool(app: App): Tool {
   let name = "";
   let yaw = 0;
@@ -98,12 +98,12 @@ export function moveTool(app: App): Tool {
     label: "Move",
     key: "v",
     image: "move",
-    hint: "Drag the robot, or a thing that can move, to another place.",
+    hint: "Drag the robot or a movable object to another position.",
     simulated: true,
     press: ({ point, link, body }) => {
       const pose = link === "" ? movingPose(app, body) : robotPose(app);
       if (pose === null) {
-        if (body !== "") app.refused.set({ reason: `${body} stands still for good.` });
+        if (body !== "") app.refused.set({ reason: `${body} is static and cannot be moved.` });
         return false;
       }
       name = link === "" ? body : (app.scene.value?.robot ?? "");
@@ -124,7 +124,7 @@ export function moveTool(app: App): Tool {
   };
 }
 
-/** Where a body is that can move; of a robot's link, where its root is. */
+/** Pose of a movable body; for a link of another robot, the pose of that robot's root. */
 function movingPose(app: App, body: string): { place: Vector3; yaw: number } | null {
   const owner = body.includes("/") ? body.slice(0, body.indexOf("/") + 1) : body;
   const moving = (app.scene.value?.bodies ?? []).filter((one) => one.moving);

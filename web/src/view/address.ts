@@ -1,4 +1,4 @@
-/** Where one looks from and at, in metres from the origin of a frame or the fixed one, and how: without perspective, as the robot sees, along with that frame. */
+/** A viewpoint in m relative to the origin of `frame`, or of the fixed frame if empty, with the projection and camera mode. */
 export interface SavedView {
   eye: number[];
   target: number[];
@@ -8,10 +8,10 @@ export interface SavedView {
   frame: string;
 }
 
-/** Decimal digits of the distance to which places are written, so that directions come out the same. */
+/** Digits of the viewing distance to which positions are written, so that directions are preserved. */
 const FINE = 6;
 
-/** A view as the part of an address after the hash. */
+/** A view as the hash of a URL. */
 export function viewHash(view: SavedView): string {
   const distance = Math.hypot(...view.eye.map((value, i) => value - view.target[i]!));
   const digits = Math.min(12, Math.max(0, FINE - Math.floor(Math.log10(distance))));
@@ -19,7 +19,7 @@ export function viewHash(view: SavedView): string {
   return `#eye=${text(view.eye)}&at=${text(view.target)}${view.frame && `&frame=${encodeURIComponent(view.frame)}`}${view.orthographic ? "&flat" : ""}${view.ride ? "&ride" : ""}${view.follow ? "" : "&still"}`;
 }
 
-/** The view that an address has, null when it has none that can be used. */
+/** The view in the hash of a URL, null if there is no valid one. */
 export function readView(hash: string): SavedView | null {
   const values = new URLSearchParams(hash.replace(/^#/, ""));
   const [eye, target] = [triple(values.get("eye")), triple(values.get("at"))];

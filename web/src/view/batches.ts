@@ -14,7 +14,7 @@ import { edgesOf, surface } from "./solid";
 const NOWHERE = new Matrix4().makeScale(0, 0, 0);
 const WHITE = [1, 1, 1, 1];
 
-/** Line segments drawn many times over, as an `InstancedMesh` is; the renderer goes by these fields. */
+/** Instanced line segments. The renderer treats an object with these fields as an `InstancedMesh`. */
 class InstancedLines extends LineSegments<BufferGeometry, LineBasicMaterial> {
   readonly isInstancedMesh = true;
   readonly instanceColor = null;
@@ -31,13 +31,13 @@ class InstancedLines extends LineSegments<BufferGeometry, LineBasicMaterial> {
   }
 }
 
-/** Things of one shape and opacity, drawn in one go; each has a slot with its own place, size and colour. */
+/** Objects of one shape and opacity, drawn as instances. Each has a slot with its own pose, size and colour. */
 export class Batch {
   readonly mesh: InstancedMesh<BufferGeometry, MeshStandardMaterial>;
   readonly lines: InstancedLines | null;
   readonly numbers: readonly number[];
 
-  /** `numbers` are those that the things are found by in the picture, `colours` theirs in 0..1. */
+  /** `numbers` are the ids of the objects in the id buffer, `colours` their colours in 0..1. */
   constructor(
     geometry: BufferGeometry,
     numbers: readonly number[],

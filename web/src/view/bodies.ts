@@ -21,18 +21,19 @@ import { mesh } from "./meshes";
 import { sized, unit } from "./shapes";
 import { colourOf, place, placeAt, surface } from "./solid";
 
+/** Opacity of a body that hides the robot. */
 const FADED = 0.16;
-/** With more bodies than these none has its edges drawn: they would hide one another. */
+/** With more bodies than this, no edges are drawn, because they would hide each other. */
 const MOST_WITH_EDGES = 200;
 
-/** A part of a body: what it looks like, and where it is drawn. */
+/** A shape of a body, and the batch that draws it. */
 interface Part {
   geometry: BufferGeometry;
   rgba: readonly number[];
   texture: Texture | null;
-  /** Body from part, with its size. */
+  /** Transform from part to body coordinates, including the size. */
   local: Matrix4;
-  /** For rays: never in the scene by itself, unless the body is faded. */
+  /** The mesh for ray casts. It is in the scene only while the body is faded. */
   probe: Mesh<BufferGeometry, MeshStandardMaterial>;
   batch: Batch | null;
   slot: number;
@@ -42,14 +43,14 @@ interface Body {
   number: number;
   object: Object3D;
   parts: Part[];
-  /** Around all parts, in the body's frame. */
+  /** Bounding sphere in the body's frame. */
   around: Sphere;
-  /** The same where the body stands. */
+  /** Bounding sphere in the world. */
   place: Sphere;
   faded: boolean;
 }
 
-/** The things in the world; moving ones stand where the last state says, and none hides the robot. */
+/** The bodies of the world. Moving ones follow the state, and those that hide the robot are faded. */
 export class Bodies {
   readonly group = new Group();
   private readonly bodies: Body[];
@@ -81,7 +82,7 @@ export class Bodies {
     });
   }
 
-  /** Lets the eye see the robot through what stands between them; floors and ramps beneath it stay. */
+  /** Fades the bodies between the camera and the robot, but not floors and ramps below it. */
   clearTheWay(eye: Vector3, robot: Vector3, radius: number): void {
     const wanted = new Set<Body>();
     const line = new Line3(eye, robot);
@@ -117,7 +118,7 @@ export class Bodies {
     for (const body of this.bodies) if (body.faded !== wanted.has(body)) this.fade(body, wanted.has(body));
   }
 
-  /** The nearest body that a ray in the world meets, those left out that are seen through. */
+  /** The nearest body that a ray hits, except faded ones. */
   nearest(ray: Raycaster): { number: number; point: Vector3; distance: number } | null {
     if (!this.group.visible) return null;
     const met = this.bodies.flatMap((body) => {
@@ -131,7 +132,7 @@ export class Bodies {
     return met.sort((a, b) => a.distance - b.distance)[0] ?? null;
   }
 
-  /** The box around a body in the world, by its number. */
+  /** The bounding box of a body in the world, by its number. */
   boxOf(number: number): Box3 {
     const box = new Box3();
     for (const { probe } of this.bodies.find((body) => body.number === number)?.parts ?? []) {
@@ -192,7 +193,7 @@ export class Bodies {
     body.parts.push({ geometry, rgba, texture, local, probe, batch: null, slot: 0 });
   }
 
-  /** Puts all parts of one shape and opacity together. */
+  /** Groups parts of equal shape and opacity into batches. */
   private gather(): void {
     for (const batch of this.batches) {
       this.ids.remove(batch);

@@ -1,6 +1,6 @@
 import type { Mesh, Object3D } from "three";
 
-/** Frees what an object's own materials and geometries hold on the graphics card. */
+/** Frees the materials and geometries of an object on the graphics card, and removes it from the scene. */
 export function dispose(root: Object3D): void {
   root.traverse((object) => {
     const { geometry, material } = object as Partial<Mesh>;

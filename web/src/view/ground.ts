@@ -3,7 +3,7 @@ import { CircleGeometry, Color, DoubleSide, Mesh, ShaderMaterial, ShadowMaterial
 import type { Theme } from "../options";
 import { AXES, PALETTES, type Palette } from "./palette";
 
-// `at` counts in cells, lines being where its fraction is a half; `near` in radii of what stands above.
+// `at` is in cells, with lines where its fraction is 0.5; `near` is in radii of the object above.
 const VERTEX = /* glsl */ `
   uniform vec3 under;
   uniform float cell;
@@ -17,9 +17,9 @@ const VERTEX = /* glsl */ `
     gl_Position = projectionMatrix * viewMatrix * world;
   }`;
 
-// Without a graphics card the floor costs as much as all that stands on it, each operation counts: colours are
-// written into the program, for uniforms are fetched anew at each pixel; they are mixed as they are seen on a
-// screen, which saves three powers; and nothing is bounded twice.
+// In software rendering the floor costs as much as everything on it, so each operation counts. Colours are constants
+// in the program, because uniforms are fetched for each pixel. They are mixed in sRGB, which saves three powers. No
+// value is clamped twice.
 const FRAGMENT = /* glsl */ `
   varying vec2 at, near;
   varying float fade;
@@ -38,19 +38,19 @@ const FRAGMENT = /* glsl */ `
     gl_FragColor = vec4(mix(BACKGROUND, colour, clamp(fade, 0.0, 1.0)), 1.0);
   }`;
 
-/** By which light and what is seen of it differ, about. */
+/** Approximate exponent between linear light and sRGB. */
 const GAMMA = 2.2;
-/** After the solid things, so that what they hide of the floor is not painted. */
+/** Render order after solid objects, so that hidden parts of the floor are not shaded. */
 const LAST_OF_OPAQUE = 1;
 
-/** The floor: a lit patch with a grid, around wherever the view is. */
+/** The floor: a lit disc with a grid, centred on the view. */
 export class Ground {
   readonly floor: Mesh<CircleGeometry, ShaderMaterial>;
   readonly shadow: Mesh<CircleGeometry, ShadowMaterial>;
   private palette: Palette = PALETTES.dark;
   private readonly asked = { cell: 0, colour: "", background: "" };
   private ruler: object | null = null;
-  /** Distance of the lines in m that suits the robot. */
+  /** Default distance of the grid lines in m, by the size of the robot. */
   suited = 0.1;
 
   constructor() {
@@ -59,10 +59,10 @@ export class Ground {
       fragmentShader: FRAGMENT,
       uniforms: { cell: { value: 0.1 }, under: { value: new Vector3(0, 0, 1) } },
       defines: { X_AXIS: seen(AXES.x), Y_AXIS: seen(AXES.y), LINES: glsl(1), SHADE: glsl(0) },
-      // it fades by colour: blending every sample of the picture costs a software renderer more than the rest
+      // fades by colour, because blending every sample costs a software renderer more than everything else
       depthWrite: false,
       side: DoubleSide,
-      // beneath all that lies on it: paths, maps, markers
+      // below everything that lies on it: paths, maps, markers
       polygonOffset: true,
       polygonOffsetFactor: 1,
       polygonOffsetUnits: 64,
@@ -85,7 +85,7 @@ export class Ground {
     this.shadow.material.opacity = palette.shadow;
   }
 
-  /** The colour into which the floor fades: one that was asked for is that of the floor too, as in rviz, which has none. */
+  /** Sets the colour that the floor fades to. A colour other than the theme's is also the floor's, since rviz has no floor. */
   setBackground(asked: string): void {
     const { palette } = this;
     this.define("BACKGROUND", seen(asked || palette.background));
@@ -94,21 +94,21 @@ export class Ground {
     this.paintLines();
   }
 
-  /** Grid lines suited to a robot of this radius, at this height. */
+  /** Sets the default cell size for a robot's radius, and the height of the floor. */
   suit(radius: number, height: number): void {
     this.suited = 10 ** Math.round(Math.log10(radius * 0.8));
     this.floor.material.uniforms["cell"]!.value = this.asked.cell || this.suited;
     this.floor.position.z = this.shadow.position.z = height;
   }
 
-  /** Darkens the floor softly beneath a thing of this radius: what stands in for shadows without a card. */
+  /** Darkens the floor below an object of this radius. Replaces shadows without a graphics card. */
   shadeUnder(x: number, y: number, radius: number, strength: number): void {
     (this.floor.material.uniforms["under"]!.value as Vector3).set(x, y, radius);
     this.define("SHADE", glsl(1 - (1 - strength) ** (1 / GAMMA)));
   }
 
-  /** Whether there are lines, how far apart in m (0: as suits the robot), in which colour (empty: the theme's)
-   * and how opaque. Of several that ask, the first decides. */
+  /** Sets the grid lines: their distance in m (0: default), colour (empty: the theme's) and opacity. Only the first `who`
+   * has control, until it turns the lines off. */
   rule(who: object, on: boolean, cell: number, colour: string, alpha: number): void {
     if (this.ruler !== null && this.ruler !== who) return;
     this.ruler = on ? who : null;
@@ -132,16 +132,16 @@ export class Ground {
     this.define("MAJOR", seen(colour || (background ? apart(background, 0.25) : this.palette.majorLine)));
   }
 
-  /** Writes a value into the floor's program, which is made anew where it is another than before. */
+  /** Sets a constant of the floor's program, and compiles the program again if the value changed. */
   private define(name: string, value: string): void {
     const { material } = this.floor;
     if (material.defines[name] === value) return;
     material.defines[name] = value;
-    material.dispose(); // lets go of the program before
+    material.dispose(); // frees the old program
     material.needsUpdate = true;
   }
 
-  /** Keeps the patch around what is looked at, so that it never ends within the picture's reach. */
+  /** Centres the disc on the point looked at, large enough that its edge is never visible. */
   follow(x: number, y: number, viewDistance: number): void {
     const reach = viewDistance * 4;
     for (const mesh of [this.floor, this.shadow]) {
@@ -153,13 +153,13 @@ export class Ground {
   }
 }
 
-/** A colour that is told from another: so much of the way to white, or from a light one to black. */
+/** A contrasting colour: `part` of the way to white, or to black for a light colour. */
 function apart(colour: string, part: number): Color {
   const from = new Color(colour);
   return from.lerpHSL(new Color(from.getHSL({ h: 0, s: 0, l: 0 }).l < 0.5 ? "white" : "black"), part);
 }
 
-/** A colour as it is seen on a screen, not as light adds up, in the shader's words. */
+/** A colour in sRGB as a GLSL constant. */
 function seen(colour: number | string | Color): string {
   const { r, g, b } = new Color(colour).convertLinearToSRGB();
   return `vec3(${[r, g, b].map(glsl).join()})`;

@@ -19,7 +19,7 @@ interface Entry {
   visible: () => boolean;
 }
 
-/** Which thing is drawn at each pixel, by drawing every thing in a colour of its own. */
+/** Finds the object at each pixel by drawing every object in its own colour. */
 export class IdBuffer {
   private readonly scene = new Scene();
   private readonly entries: Entry[] = [];
@@ -36,7 +36,7 @@ export class IdBuffer {
     this.scene.matrixWorldAutoUpdate = false;
   }
 
-  /** Takes in a mesh under a number from 0; it follows the mesh wherever that goes. */
+  /** Adds a mesh with an id from 0. It follows the mesh's transform. */
   add(original: Mesh, id: number, visible: () => boolean): void {
     const mesh = new Mesh(original.geometry, this.material(id + 1));
     mesh.matrixAutoUpdate = mesh.matrixWorldAutoUpdate = false;
@@ -46,7 +46,7 @@ export class IdBuffer {
     this.entries.push({ mesh, visible });
   }
 
-  /** Takes in things that are drawn in one go, each under its number; they follow their places. */
+  /** Adds a batch, each object with its own id. They follow the batch's transforms. */
   addBatch(batch: Batch): void {
     const mesh = new InstancedMesh(batch.mesh.geometry, this.white, 0);
     mesh.instanceMatrix = batch.mesh.instanceMatrix;
@@ -69,7 +69,7 @@ export class IdBuffer {
     this.batches.clear();
   }
 
-  /** The number of what is at a point of the picture, in CSS pixels from its top left; -1 for nothing. */
+  /** The id at a point of the view, in CSS pixels from its top left, -1 for none. */
   at(camera: Camera, x: number, y: number, width: number, height: number): number {
     const eye = camera.clone();
     eye.setViewOffset(width, height, Math.floor(x), Math.floor(y), 1, 1);
@@ -77,7 +77,7 @@ export class IdBuffer {
     return number(bytes, 0);
   }
 
-  /** The number of what is at each pixel, row by row from the top; -1 for nothing. */
+  /** The id at each pixel, row by row from the top, -1 for none. */
   image(camera: Camera, width: number, height: number): Int16Array {
     const target = new WebGLRenderTarget(width, height, {
       minFilter: NearestFilter,
@@ -118,7 +118,7 @@ export class IdBuffer {
   }
 }
 
-/** A number from 1 on as a colour, in the space that the target keeps. */
+/** Encodes a number from 1 as a colour, in the linear space of the render target. */
 function coded(color: Color, code: number): Color {
   return color.setRGB((code & 255) / 255, (code >> 8) / 255, 1, "srgb-linear");
 }

@@ -3,7 +3,7 @@ import { OrthographicCamera, Vector3 } from "three";
 import { takesKeys } from "../focus";
 import type { Stage } from "./stage";
 
-/** What one press turns by in rad, moves by in parts of the picture's height, and comes closer by. */
+/** Per key press: rotation in rad, movement as a fraction of the view's height, and zoom factor. */
 const TURN = Math.PI / 36;
 const MOVE = 1 / 20;
 const CLOSER = 1.1;
@@ -15,7 +15,7 @@ const ARROWS: Readonly<Record<string, readonly [number, number]>> = {
   ArrowDown: [0, -1],
 };
 
-/** Shift and an arrow turn the view, Ctrl and one move it, + and - come closer and go back; then tells that one did. */
+/** Shift + arrow rotates the view, Ctrl + arrow pans, + and - zoom. Calls `done` after each. */
 export function lookByKeys(stage: Stage, done: () => void): void {
   addEventListener("keydown", (event) => {
     if (event.altKey || event.metaKey || takesKeys(event) || !stage.controls.enabled) return;
@@ -32,7 +32,7 @@ export function lookByKeys(stage: Stage, done: () => void): void {
   });
 }
 
-/** The eye goes around what it looks at; what does not turn is held by the controls. */
+/** Rotates the camera around its target. The controls apply the limits of a locked side. */
 export function turn({ camera, controls }: Stage, right: number, up: number): void {
   const { x, y, z } = camera.position.clone().sub(controls.target);
   const distance = Math.hypot(x, y, z);

@@ -5,7 +5,7 @@ import { PALETTES } from "./palette";
 
 const [SKY, SUN, FILL] = [1.5, 2.1, 0.5] as const;
 
-/** Sky, sun, and a little from the other side. */
+/** Sky, sun and a fill light from the other side. */
 export class Lights {
   private readonly sky = new HemisphereLight(0xffffff, 0x666666, SKY);
   private readonly sun = new DirectionalLight(0xffffff, SUN);
@@ -26,14 +26,14 @@ export class Lights {
     this.sky.groundColor.set(palette.ground);
   }
 
-  /** 1 as at first. */
+  /** Scales all lights. 1 is the default. */
   setBrightness(factor: number): void {
     this.sky.intensity = SKY * factor;
     this.sun.intensity = SUN * factor;
     this.fill.intensity = FILL * factor;
   }
 
-  /** Puts sun and shadow around a place. */
+  /** Aims the sun and its shadow at a point. */
   shineAround(centre: Vector3, radius: number): void {
     this.sun.target.position.copy(centre);
     this.sun.position.set(centre.x + radius * 1.6, centre.y - radius * 2.2, centre.z + radius * 4.5);

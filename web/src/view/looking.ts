@@ -7,22 +7,22 @@ import type { RobotObject } from "./robot";
 import { sideOf, SIDES, type Side } from "./sides";
 import type { Stage } from "./stage";
 
-/** Azimuth and elevation in degrees. */
+/** Azimuth and elevation of the default view in degrees. */
 const ASLANT = [215, 28] as const;
 
-/** What one looks at. */
+/** The objects that the camera can look at. */
 export interface Seen {
   readonly robot: RobotObject | null;
   readonly rootObject: Object3D | undefined;
-  /** Middle of the robot, in the picture. */
+  /** Centre of the robot, in view coordinates. */
   centre(): Vector3;
-  /** The origin of a frame, in the picture; that of the robot's root where there is no such frame. */
+  /** Origin of a frame in view coordinates, or of the robot's root if the frame does not exist. */
   origin(frame: string): Vector3;
 }
 
-/** From where one looks: at all or at a link, from a side, as the robot sees, as an address or a file says. */
+/** The viewpoint: fit to the robot or a link, from a side, from the robot, or as given by the URL or a file. */
 export class Looking {
-  /** The frame that one looks along with, empty for the robot's root. */
+  /** The frame that the camera follows, empty for the robot's root. */
   frame = "";
 
   constructor(
@@ -38,7 +38,7 @@ export class Looking {
     });
   }
 
-  /** From where and at what, told from the frame that is followed, where one is: it may have moved when one looks again. */
+  /** The current view, relative to the followed frame if any, because that may have moved when the view is restored. */
   private told(): { eye: number[]; target: number[]; frame: string } {
     const { follow } = this.app.options.value;
     const origin = follow ? this.seen.origin(this.frame) : new Vector3();
@@ -57,13 +57,13 @@ export class Looking {
     this.stage.lookAt(new Vector3().fromArray(target).add(origin));
   }
 
-  /** Looks at the whole robot, from the side that is held or aslant from above. */
+  /** Shows the whole robot, from the locked side or from the default direction. */
   fit(): void {
     this.atAll();
     this.writeAddress();
   }
 
-  /** Looks from a side without perspective and stays there; from where it did already, aslant again. */
+  /** Locks an orthographic view from a side. If it is locked already, returns to the default view. */
   fromSide(side: Side): void {
     const { options } = this.app;
     const isLeft = options.value.side === side;
@@ -71,7 +71,7 @@ export class Looking {
     this.fit();
   }
 
-  /** As `fit`, and says nothing of it in the address. */
+  /** Like `fit`, but does not change the URL. */
   atAll(middle = this.seen.centre()): void {
     const scene = this.app.scene.value;
     if (scene === null) return;
@@ -81,7 +81,7 @@ export class Looking {
     this.stage.look(middle, this.stage.distanceFor(scene.radius * wide), azimuth, elevation);
   }
 
-  /** Looks at one link so that it fills the picture, from the side it is seen from now. */
+  /** Zooms to a link, from the current direction. */
   focus(name: string): void {
     const link = this.seen.robot?.links.find((one) => one.view.name === name);
     if (link === undefined) return;
@@ -101,7 +101,7 @@ export class Looking {
     this.writeAddress();
   }
 
-  /** Sees what the robot would: from above its front, ahead. */
+  /** Moves the camera above the robot, looking ahead. */
   ride(): void {
     const { camera, controls } = this.stage;
     const radius = this.app.scene.value?.radius ?? 0.1;
@@ -112,7 +112,7 @@ export class Looking {
     controls.target.set(radius * 3, 0, radius * 0.7).applyMatrix4(base.matrixWorld);
   }
 
-  /** Looks from where a file of displays says. */
+  /** Applies the view of a display file. */
   fromFile({ eye, target, flat, follow, frame = "" }: LookingFrom): void {
     this.app.options.set({
       ...this.app.options.value,
@@ -124,7 +124,7 @@ export class Looking {
     this.lookFrom(eye, target, frame);
   }
 
-  /** Takes the view from the page's address, where it has one. */
+  /** Applies the view in the page's URL. Returns whether there is one. */
   openAddress(): boolean {
     const view = readView(location.hash);
     if (view === null) return false;
@@ -140,9 +140,9 @@ export class Looking {
     return true;
   }
 
-  /** Puts the view into the page's address, so that a link to it opens the same. */
+  /** Writes the view to the page's URL, so that the URL opens the same view. */
   writeAddress(): void {
-    if (location.protocol === "about:") return; // within another page, which has the address
+    if (location.protocol === "about:") return; // embedded in another page, which owns the URL
     const { flat, ride, follow } = this.app.options.value;
     const hash = viewHash({ ...this.told(), orthographic: flat, ride, follow });
     history.replaceState(null, "", hash);

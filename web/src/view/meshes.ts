@@ -1,6 +1,6 @@
 import { BufferAttribute, BufferGeometry, RepeatWrapping, SRGBColorSpace, Texture } from "three";
 
-/** One material's triangles of a mesh file. */
+/** The triangles of one material of a mesh file. */
 export interface MeshPart {
   geometry: BufferGeometry;
   rgba: readonly [number, number, number, number] | null;
@@ -11,19 +11,19 @@ interface Head {
   vertices: number;
   triangles: number;
   rgba: [number, number, number, number] | null;
-  /** Bytes of the picture that lies over it, 0 where there is none. */
+  /** Size of its texture image in bytes, 0 for none. */
   image: number;
 }
 
 const kept = new Map<string, string>();
 const loaded = new Map<string, Promise<MeshPart[]>>();
 
-/** Takes in packed meshes by id, in base64, which then need no server. */
+/** Stores packed meshes by id, in base64, so that they are not fetched from a server. */
 export function keepMeshes(packed: Readonly<Record<string, string>>): void {
   for (const [id, text] of Object.entries(packed)) kept.set(id, text);
 }
 
-/** The triangles of a mesh of the scene, fetched once. */
+/** The parts of a mesh by id. Each mesh is fetched once. */
 export function mesh(id: string): Promise<MeshPart[]> {
   let parts = loaded.get(id);
   if (parts === undefined) {
@@ -42,7 +42,7 @@ async function fetchMesh(id: string): Promise<MeshPart[]> {
   return unpack(await answer.arrayBuffer());
 }
 
-/** The parts of a mesh as the server packs them. */
+/** Unpacks the parts of a mesh from the server's format. */
 export function unpack(data: ArrayBuffer): Promise<MeshPart[]> {
   const length = new DataView(data).getUint32(0, true);
   const heads = JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, length))) as Head[];
@@ -70,7 +70,7 @@ export function unpack(data: ArrayBuffer): Promise<MeshPart[]> {
 
 async function painted(image: Blob): Promise<Texture> {
   const texture = new Texture(await createImageBitmap(image, { imageOrientation: "flipY" }));
-  texture.flipY = false; // a bitmap is turned when it is made
+  texture.flipY = false; // `imageOrientation` has flipped the bitmap already
   texture.colorSpace = SRGBColorSpace;
   texture.wrapS = texture.wrapT = RepeatWrapping;
   texture.anisotropy = 4;

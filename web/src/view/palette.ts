@@ -1,6 +1,6 @@
 import type { Theme } from "../options";
 
-/** Colours of the picture, one set for each theme. */
+/** Colours of the view for one theme. */
 export interface Palette {
   background: number;
   floor: number;

@@ -2,14 +2,14 @@ import { OrthographicCamera, PerspectiveCamera, WebGLRenderer, type Object3D } f
 
 import type { Stage } from "./stage";
 
-/** How a saved picture is to be. */
+/** Size and background of a saved image. */
 export interface Wanted {
   width: number;
   height: number;
   transparent: boolean;
 }
 
-/** A PNG of exactly this size, seen as the stage is seen now; `ground` is left out where it is transparent. None where the browser draws none. */
+/** Renders the current view as a PNG. A transparent image has no `ground`. Null if the browser cannot draw it. */
 export async function takePicture(
   stage: Stage,
   ground: readonly Object3D[],
@@ -37,7 +37,7 @@ export async function takePicture(
   return blob;
 }
 
-/** A camera that sees as high as another, and as wide as the picture is. */
+/** A copy of a camera with the same vertical extent and another aspect ratio. */
 function shaped(
   camera: PerspectiveCamera | OrthographicCamera,
   aspect: number,

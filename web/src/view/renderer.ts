@@ -6,7 +6,7 @@ declare global {
   }
 }
 
-/** What the picture is drawn with. */
+/** The parts of the renderer that the page uses. */
 export type Renderer = Pick<
   WebGLRenderer,
   | "domElement"
@@ -20,14 +20,14 @@ export type Renderer = Pick<
   | "readRenderTargetPixels"
 > & { shadowMap: Pick<WebGLRenderer["shadowMap"], "enabled" | "type"> };
 
-/** What draws on this browser, whether it does so without a graphics card, and whether it draws at all. */
+/** The renderer, whether it renders in software, and whether it draws at all. */
 export interface Drawing {
   renderer: Renderer;
   isSoftware: boolean;
   draws: boolean;
 }
 
-/** Where the browser has no WebGL, what draws nothing. */
+/** Creates the renderer. Without WebGL it draws nothing. */
 export function startDrawing(): Drawing {
   const canvas = earlyCanvas();
   try {
@@ -38,7 +38,7 @@ export function startDrawing(): Drawing {
   }
 }
 
-/** The canvas whose context the page's own HTML has asked for already, where it has: used once. */
+/** The canvas whose context the page's HTML created early, or a new one. */
 function earlyCanvas(): HTMLCanvasElement {
   const { canvas } = window;
   delete window.canvas;
@@ -52,7 +52,7 @@ function isSoftware(renderer: WebGLRenderer): boolean {
   return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }
 
-/** Keeps a canvas in its size, and draws nothing on it. */
+/** A renderer that only sizes its canvas. */
 function nothing(domElement: HTMLCanvasElement): Renderer {
   const none = (): void => undefined;
   return {

@@ -17,7 +17,7 @@ import { COLLISION, INERTIA, SELECTED } from "./palette";
 import type { IdBuffer } from "./ids";
 import { hold, place, placeAt, solid, surface, type Paint } from "./solid";
 
-/** Which of a link's parts are seen, and how opaque they are. */
+/** The visible parts of a link, and their opacity. */
 export interface Parts {
   visual: boolean;
   collision: boolean;
@@ -38,7 +38,7 @@ export const NOTHING: Parts = {
 
 const EMITTED = new Color(SELECTED);
 
-/** One link's drawn parts; the groups of those that nobody looked at yet are not in the scene. */
+/** The objects of a link. Collision and inertia objects are created on first use. */
 class LinkObject {
   readonly group = new Group();
   readonly visual = new Group();
@@ -73,7 +73,7 @@ class LinkObject {
     }
   }
 
-  /** Shows what is asked for; what is seldom looked at is made when it first is. */
+  /** Shows the given parts. */
   show(parts: Parts): void {
     if (parts.collision && this.collision.parent === null) this.makeCollisions();
     if ((parts.inertia || parts.mass) && this.inertiaParts === null) this.makeInertia();
@@ -118,7 +118,7 @@ class LinkObject {
     material.needsUpdate = true;
   }
 
-  /** 0 plain, 1 pointed at, 2 chosen. */
+  /** 0 normal, 1 under the pointer, 2 selected. */
   light(level: number): void {
     if (level === this.lit) return;
     this.lit = level;
@@ -131,7 +131,7 @@ class LinkObject {
   }
 }
 
-/** The robot as the scene has it, standing as the last state says. */
+/** The robot of a scene, posed by the last state. */
 export class RobotObject {
   readonly group = new Group();
   readonly links: LinkObject[];
@@ -152,7 +152,7 @@ export class RobotObject {
     this.links.forEach((link, index) => placeAt(link.group, state.poses, index * 7));
   }
 
-  /** Shows of each link what is asked for it. */
+  /** Shows the given parts of each link. */
   show(parts: (link: string) => Parts): void {
     for (const link of this.links) link.show(parts(link.view.name));
   }

@@ -11,7 +11,7 @@ import type { Shape } from "../protocol";
 
 const cache = new Map<string, BufferGeometry>();
 
-/** The geometry of a primitive, along z as URDF has it; equal ones are shared. */
+/** The geometry of a primitive, along z as in URDF. Equal primitives share it. */
 export function primitive(shape: Shape): BufferGeometry {
   const key = `${shape.kind} ${shape.size.join(" ")}`;
   let geometry = cache.get(key);
@@ -22,7 +22,7 @@ export function primitive(shape: Shape): BufferGeometry {
   return geometry;
 }
 
-/** A primitive's geometry that `sized` makes as large as it is, so that equal ones of any size are shared. */
+/** The geometry of a primitive in unit size, to be scaled by `sized`. Primitives of all sizes share it. */
 export function unit(shape: Shape): BufferGeometry {
   const [a = 0, b = 0] = shape.size;
   const sizes = {
@@ -42,7 +42,7 @@ export function unit(shape: Shape): BufferGeometry {
   return geometry;
 }
 
-/** How a shape's unit is stretched along x, y, z. */
+/** The scale of a shape's unit geometry along x, y, z. */
 export function sized(shape: Shape): Vector3 {
   const [a = 1, b = 1, c = 1] = shape.size;
   switch (shape.kind) {
@@ -57,7 +57,7 @@ export function sized(shape: Shape): Vector3 {
   }
 }
 
-/** Forgets the primitives of a scene that is gone. */
+/** Frees the primitives of a removed scene. */
 export function forgetPrimitives(): void {
   for (const geometry of cache.values()) geometry.dispose();
   cache.clear();

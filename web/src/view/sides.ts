@@ -2,9 +2,9 @@ import { Vector3 } from "three";
 
 export type Side = "top" | "front" | "side";
 
-/** So far from straight down, in rad, that it is known which way is up in the picture. */
+/** Tilt from straight down in rad, so that the up direction of the view is defined. */
 export const TILT = 1e-3;
-/** Azimuth and elevation in degrees. */
+/** Azimuth and elevation of each side in degrees. */
 export const SIDES: Readonly<Record<Side, readonly [number, number]>> = {
   front: [0, 0],
   side: [270, 0],
@@ -16,7 +16,7 @@ const DIRECTIONS: readonly [Side, Vector3][] = [
   ["side", new Vector3(0, -1, 0)],
 ];
 
-/** The side from which an eye looks at its target, both in m; empty where it is none. */
+/** The side that a camera at `eye` looks from, both in m. Empty for other directions. */
 export function sideOf(eye: readonly number[], target: readonly number[]): Side | "" {
   const away = new Vector3().fromArray(eye).sub(new Vector3().fromArray(target));
   return DIRECTIONS.find(([, direction]) => away.angleTo(direction) < 2 * TILT)?.[0] ?? "";

@@ -17,9 +17,9 @@ import type { Shape } from "../protocol";
 import { mesh, type MeshPart } from "./meshes";
 import { primitive } from "./shapes";
 
-/** Faces that meet at more than this many degrees have an edge drawn between them. */
+/** Angle in degrees between two faces above which the edge between them is drawn. */
 const EDGE_ANGLE = 30;
-/** A mesh's colour where neither it nor the description says one, and that beneath a picture. */
+/** Colours of a mesh without a colour of its own, and of one with a texture. */
 const PLAIN = [0.72, 0.74, 0.78, 1];
 const WHITE = [1, 1, 1, 1];
 
@@ -29,7 +29,7 @@ export interface Paint {
   edges: LineBasicMaterial | null;
 }
 
-/** A shape as something to draw, standing where it says. Meshes come in later; `arrived` tells of each. */
+/** Creates the object of a shape at its pose. Meshes load later. `arrived` is called for each mesh object. */
 export function solid(shape: Shape, paint: Paint, arrived: (mesh: Mesh) => void): Object3D {
   const holder = new Group();
   place(holder, shape.position, shape.quaternion);
@@ -57,28 +57,28 @@ export function solid(shape: Shape, paint: Paint, arrived: (mesh: Mesh) => void)
   return holder;
 }
 
-/** The colour that a part of a mesh is drawn in, and the picture that lies over it. */
+/** The colour and texture of a part of a mesh. The description's colour overrides both. */
 export function colourOf(shape: Shape, part: MeshPart): [readonly number[], Texture | null] {
   const says = (shape.rgba[0] ?? 0) >= 0;
   if (says) return [shape.rgba, null];
   return part.texture === null ? [part.rgba ?? PLAIN, null] : [WHITE, part.texture];
 }
 
-/** Puts an object at a position and quaternion. */
+/** Sets the pose of an object. */
 export function place(object: Object3D, position: readonly number[], quaternion: readonly number[]): void {
   object.position.fromArray(position);
   object.quaternion.fromArray(quaternion);
   hold(object);
 }
 
-/** Puts an object at the pose that starts at `at` in a state's flat numbers. */
+/** Sets the pose of an object from the numbers at index `at` of a state's flat poses. */
 export function placeAt(object: Object3D, poses: readonly number[], at: number): void {
   object.position.fromArray(poses, at);
   object.quaternion.fromArray(poses, at + 3);
   hold(object);
 }
 
-/** Keeps an object where it was put: its place is not reckoned anew at each frame. */
+/** Computes the matrices of objects once, instead of in each frame. */
 export function hold(...objects: Object3D[]): void {
   for (const object of objects) {
     object.matrixAutoUpdate = false;
@@ -86,7 +86,7 @@ export function hold(...objects: Object3D[]): void {
   }
 }
 
-/** An ordinary surface of a colour in 0..1, as URDF writes it. */
+/** A surface material with an sRGB colour in 0..1, as in URDF. */
 export function surface(rgba: readonly number[]): MeshStandardMaterial {
   const [r = 1, g = 1, b = 1, a = 1] = rgba;
   return new MeshStandardMaterial({
@@ -102,7 +102,7 @@ export function surface(rgba: readonly number[]): MeshStandardMaterial {
 
 const outlined = new WeakMap<BufferGeometry, EdgesGeometry>();
 
-/** The edges of a geometry, found once. */
+/** The edges of a geometry, computed once. */
 export function edgesOf(geometry: BufferGeometry): EdgesGeometry {
   let edges = outlined.get(geometry);
   if (edges === undefined) {

@@ -21,8 +21,9 @@ import { Lights } from "./lights";
 import { startDrawing, type Renderer } from "./renderer";
 import { TILT, type Side } from "./sides";
 
+/** Vertical field of view in degrees. */
 const FIELD_OF_VIEW = 32;
-/** How far from straight up one sees from below, in rad. */
+/** Largest polar angle in rad: the camera can look from almost straight below. */
 const LOWEST = MathUtils.degToRad(178);
 
 export type Camera = PerspectiveCamera | OrthographicCamera;
@@ -34,13 +35,13 @@ export class Stage {
   readonly renderer: Renderer;
   readonly controls: OrbitControls;
   readonly isSoftware: boolean;
-  /** Whether the browser can draw at all; where it cannot there is everything but the picture. */
+  /** Whether the browser can draw at all. Otherwise the page works without the view. */
   readonly draws: boolean;
   readonly hasShadows: boolean;
-  /** Width and height of the picture in CSS pixels, known without asking for the layout. */
+  /** Width and height of the view in CSS pixels, stored so that reading them causes no layout. */
   readonly size = new Vector2();
   frames = 0;
-  /** Whether there is anything to draw yet; before, a frame would only delay the first true one. */
+  /** Whether there is anything to draw. An empty frame would delay the first real one. */
   isReady = false;
   readonly lights: Lights;
   private readonly before: (() => void)[] = [];
@@ -64,7 +65,7 @@ export class Stage {
     const canvas = this.renderer.domElement;
     canvas.setAttribute(
       "aria-label",
-      "The robot. Drag to turn the view, scroll to come closer, drag with the right button to move it.",
+      "3D view of the robot. Drag to rotate, scroll to zoom, drag with the right button to pan.",
     );
     canvas.setAttribute("role", "img");
     canvas.tabIndex = 0;
@@ -93,14 +94,13 @@ export class Stage {
     this.after.push(action);
   }
 
-  /** Runs once something is on the screen, or at once where nothing will be. */
+  /** Runs once after the first frame is on the screen, or at once if the browser cannot draw. */
   onFirstFrame(action: () => void): void {
     if (this.draws) this.first.push(action);
     else action();
   }
 
-  /** Something changed: draw at the next chance. The first picture does not wait for it, so that the page
-   * is shown with it and not once without. */
+  /** Schedules a frame. The first one is drawn in a microtask, so that the page first appears with the robot. */
   invalidate(): void {
     if (this.pending || !this.isReady) return;
     this.pending = true;
@@ -121,7 +121,7 @@ export class Stage {
     return this.camera === this.orthographic;
   }
 
-  /** Keeps looking from above, turning about the vertical alone, or from a side, moved by what else turns. */
+  /** Locks the view to a side. From the top it can rotate only about the vertical. From other sides a drag pans. */
   hold(side: Side | ""): void {
     const { controls } = this;
     const isTurned = side === "" || side === "top";
@@ -132,13 +132,13 @@ export class Stage {
     controls.touches.ONE = isTurned ? TOUCH.ROTATE : TOUCH.PAN;
   }
 
-  /** Where the eye is; without perspective as far away as shows as much with it. */
+  /** The camera position. For an orthographic camera, the position at which perspective shows the same height. */
   get eye(): Vector3 {
     const { target } = this.controls;
     return this.camera.position.clone().sub(target).divideScalar(this.camera.zoom).add(target);
   }
 
-  /** With or without perspective, from the same place and at the same size. */
+  /** Switches the projection, and keeps the position and the visible height. */
   setOrthographic(on: boolean): void {
     if (on === this.isOrthographic) return;
     const other = on ? this.orthographic : this.perspective;
@@ -151,7 +151,7 @@ export class Stage {
     this.invalidate();
   }
 
-  /** Height of the picture at what is looked at, in metres. */
+  /** Height of the view at the target, in m. */
   get heightSeen(): number {
     const { top, bottom, zoom } = this.orthographic;
     if (this.isOrthographic) return (top - bottom) / zoom;
@@ -162,7 +162,7 @@ export class Stage {
     return this.camera.position.distanceTo(this.controls.target);
   }
 
-  /** Shapes the camera to the picture, and its depth to what it looks at. */
+  /** Fits both cameras to the aspect ratio and the distance of the target. */
   private fitCamera(): void {
     const aspect = this.aspect;
     this.perspective.aspect = aspect;
@@ -178,7 +178,7 @@ export class Stage {
     }
   }
 
-  /** Looks at `centre` from a direction given by azimuth and elevation in degrees. */
+  /** Looks at `centre` from an azimuth and elevation in degrees. */
   look(centre: Vector3, distance: number, azimuth: number, elevation: number): void {
     const a = MathUtils.degToRad(azimuth);
     const e = MathUtils.degToRad(elevation);
@@ -190,7 +190,7 @@ export class Stage {
     this.lookAt(centre);
   }
 
-  /** Looks at a place from where the camera is. */
+  /** Looks at a point from the current camera position. */
   lookAt(target: Vector3): void {
     this.controls.target.copy(target);
     this.orthographic.zoom = 1;
@@ -199,7 +199,7 @@ export class Stage {
     this.invalidate();
   }
 
-  /** Draws what another eye sees onto a canvas, as large as that is or the picture allows; the frame itself comes after. */
+  /** Draws the view of another camera onto a canvas, up to the size of the view. The frame itself is drawn afterwards. */
   drawAs(eye: PerspectiveCamera, onto: CanvasRenderingContext2D, behind: Texture | null): void {
     const { renderer, scene } = this;
     const { domElement: whole } = renderer;
@@ -216,7 +216,7 @@ export class Stage {
     onto.drawImage(whole, 0, whole.height - high, wide, high, 0, 0, width, height);
   }
 
-  /** The distance from which a sphere fills most of the picture. */
+  /** The distance from which a sphere fills most of the view. */
   distanceFor(radius: number): number {
     const half = MathUtils.degToRad(FIELD_OF_VIEW) / 2;
     const narrow = Math.min(1, this.aspect);
@@ -235,7 +235,7 @@ export class Stage {
     for (const action of this.after.splice(0)) action();
   }
 
-  /** Draws the solid things alone: each other material has a program to be made, which the next picture pays for. */
+  /** Draws only solid objects. The programs of other materials are compiled for the next frame, so this one is faster. */
   private drawFirst(): void {
     const others: Object3D[] = [];
     this.scene.traverseVisible((object) => {
@@ -251,7 +251,7 @@ export class Stage {
     });
   }
 
-  /** Pixels of the picture in one of CSS: without a graphics card each costs too much to draw four. */
+  /** Device pixels per CSS pixel, up to 2. In software rendering it is 1, because four times the pixels are too slow. */
   private get ratio(): number {
     return this.isSoftware ? 1 : Math.min(devicePixelRatio, 2);
   }
@@ -265,7 +265,7 @@ export class Stage {
     const { x, y } = this.size;
     const { ratio } = this;
     const isSharp = ratio === this.renderer.getPixelRatio();
-    if (width === 0 || height === 0 || (width === x && height === y && isSharp)) return; // a new size costs a new buffer
+    if (width === 0 || height === 0 || (width === x && height === y && isSharp)) return; // a new size would allocate a new buffer
     if (!isSharp) this.renderer.setPixelRatio(ratio);
     this.size.set(width, height);
     const { zoom } = this.orthographic;
@@ -277,7 +277,7 @@ export class Stage {
   }
 }
 
-/** Calls back whenever the page is enlarged, or comes to a finer screen. */
+/** Calls back when the device pixel ratio changes, by zoom or by another screen. */
 function onOtherScale(action: () => void): void {
   const changed = (): void => {
     action();
@@ -286,7 +286,7 @@ function onOtherScale(action: () => void): void {
   matchMedia(`(resolution: ${devicePixelRatio}dppx)`).addEventListener("change", changed, { once: true });
 }
 
-/** Calls back once the browser says that something of the page is on the screen. */
+/** Calls back once the browser has painted the page for the first time. */
 function whenSeen(action: () => void): void {
   const observer = new PerformanceObserver((painted) => {
     if (painted.getEntriesByName("first-contentful-paint").length === 0) return;

@@ -1,6 +1,6 @@
 import type { State } from "../protocol";
 
-/** Whether nothing moved between two states, however much time passed. */
+/** Whether two states look the same, regardless of their time. */
 export function looksTheSame(one: State, other: State): boolean {
   return (
     one.resets === other.resets &&

@@ -3,10 +3,11 @@ import { Matrix4, Quaternion, Vector3 } from "three";
 import type { App } from "../app";
 import type { Scene, State } from "../protocol";
 
+/** Seconds of past states that are kept at least. */
 const KEPT_SECONDS = 2;
 const ONE = new Vector3(1, 1, 1);
 
-/** Where every frame is and was a moment ago: the robot's links, and what tf tells of besides. */
+/** The poses of all frames, now and in the last seconds: the robot's links and other frames of tf. */
 export class Transforms {
   private readonly links = new Map<string, number>();
   private past: State[] = [];
@@ -17,24 +18,24 @@ export class Transforms {
     app.state.watch((state) => state && this.add(state));
   }
 
-  /** Name of the frame that everything is in. */
+  /** Name of the world frame. */
   get world(): string {
     return this.scene?.world ?? "";
   }
 
-  /** All frames: the links first, in the scene's order. */
+  /** Names of all frames, first the links in the scene's order. */
   get names(): readonly string[] {
     return [...this.links.keys(), ...(this.past.at(-1)?.frames ?? []).map(([name]) => name!)];
   }
 
-  /** The frame that another hangs on, empty for the first one. */
+  /** The parent of a frame, empty for the root. */
   parent(frame: string): string {
     const foreign = this.past.at(-1)?.frames.find(([name]) => name === frame);
     if (foreign !== undefined) return foreign[1] ?? "";
     return this.scene?.links[this.links.get(frame) ?? -1]?.parent ?? "";
   }
 
-  /** `world_from_frame`, now or at a time in s; null where nobody tells of the frame. */
+  /** `world_from_frame`, now or at a simulated time in s, interpolated. Null if the frame does not exist. */
   lookup(frame: string, time: number | null, into = new Matrix4()): Matrix4 | null {
     const name = frame.replace(/^\//, "");
     if (name === this.world) return into.identity();
@@ -69,7 +70,7 @@ export class Transforms {
       this.past = this.past.filter((one) => state.time - one.time <= KEPT_SECONDS);
   }
 
-  /** Index of the first state that is not before a time; the last one where there is none. */
+  /** Index of the first state that is not before a time, or of the last state. */
   private firstFrom(time: number): number {
     let at = this.past.length - 1;
     while (at > 0 && this.past[at - 1]!.time >= time) at -= 1;

@@ -18,7 +18,7 @@ import { Stage } from "./stage";
 import { looksTheSame } from "./still";
 import { Transforms } from "./transforms";
 
-/** The picture: the robot in its world, and the eye that looks at it. */
+/** The 3D view: the robot in its world, the displays and the camera. */
 export class View implements Picture {
   readonly stage: Stage;
   readonly ids: IdBuffer;
@@ -26,22 +26,22 @@ export class View implements Picture {
   bodies: Bodies | null = null;
   readonly ground = new Ground();
   readonly overlay: HTMLElement;
-  /** What tools draw in the world. */
+  /** Objects that the tools draw in the world. */
   readonly marks = new Group();
   readonly transforms: Transforms;
   readonly looking: Looking;
   private readonly displays: LiveDisplays;
-  /** All that is in the world. */
+  /** Everything in world coordinates. */
   private readonly world = new Group();
-  /** The robot before, while the one on show is not drawn yet. */
+  /** The replaced robot, until the current one is drawn. */
   private parted: Object3D | null = null;
-  /** Where the frame that is followed was last, and which that was. */
+  /** The last position of the followed frame, and its name. */
   private readonly lastSeen = new Vector3();
   private lastFrame = "";
   private placed = false;
-  /** The state in the picture, null where it must be drawn anew. */
+  /** The state in the last frame, null if it must be drawn again. */
   private drawn: State | null = null;
-  /** How one looked last: without perspective, as the robot sees, along with it. */
+  /** The last projection and camera mode. */
   private kind = "";
 
   constructor(
@@ -81,7 +81,7 @@ export class View implements Picture {
     });
   }
 
-  /** Name of the link at a point of the picture, in CSS pixels from its top left; empty when none. */
+  /** Name of the link at a point of the view, in CSS pixels from its top left. Empty for none. */
   linkAt(x: number, y: number): string {
     const { clientWidth, clientHeight } = this.holder;
     const id = this.ids.at(this.stage.camera, x, y, clientWidth, clientHeight);
@@ -107,14 +107,14 @@ export class View implements Picture {
     behind: Texture | null,
     isSeen: (display: string) => boolean,
   ): void {
-    const floor = behind === null ? [] : [this.ground.floor]; // it is in the picture behind
+    const floor = behind === null ? [] : [this.ground.floor]; // the image behind shows the floor
     const hidden = [...floor, ...this.displays.objects((name) => !isSeen(name))].filter((one) => one.visible);
     for (const one of hidden) one.visible = false;
     this.stage.drawAs(eye, onto, behind);
     for (const one of hidden) one.visible = true;
   }
 
-  /** The picture as a PNG, seen as it is on screen. */
+  /** The current view as a PNG. */
   png(wanted: Wanted): Promise<Blob | null> {
     return takePicture(this.stage, [this.ground.floor, this.ground.shadow], wanted);
   }
@@ -138,12 +138,12 @@ export class View implements Picture {
     this.robot.select(this.app.selected.value);
   }
 
-  /** Takes a robot away. What its materials were compiled to is kept until the next one is drawn, which is
-   * painted alike: to compile it anew takes longer than all else from a saved file to the picture. */
+  /** Removes a robot. Its compiled materials are kept until the next robot, which has the same ones, is drawn: compiling
+   * them again would take longer than everything else from a saved file to the view. */
   private part(robot: Object3D): void {
     robot.removeFromParent();
     if (this.parted !== null) {
-      dispose(robot); // it was never drawn
+      dispose(robot); // this robot was never drawn
       return;
     }
     this.parted = robot;
@@ -153,7 +153,7 @@ export class View implements Picture {
     });
   }
 
-  /** Shows the world's bodies as a scene has them. */
+  /** Creates the bodies of a scene. */
   private furnish(scene: Scene): void {
     const shown = this.bodies?.group.visible ?? true;
     this.bodies = new Bodies(scene, this.ids, () => this.stage.invalidate());
@@ -170,7 +170,7 @@ export class View implements Picture {
     this.displays.state(state);
     const isGone = state.fallen.some(({ name }) => name === "");
     const { frame } = this.looking;
-    const start = new Vector3().applyMatrix4(this.world.matrix); // what has fallen out of the world is not gone after
+    const start = new Vector3().applyMatrix4(this.world.matrix); // the camera does not follow a robot that fell out of the world
     const followed = isGone ? (this.placed ? this.lastSeen : start) : this.origin(frame);
     this.stage.isReady = true;
     if (!this.placed) {
@@ -241,7 +241,7 @@ export class View implements Picture {
     this.displays.frame();
   }
 
-  /** How large a sprite is made to cover one CSS pixel: by the picture's angle, or in metres without perspective. */
+  /** The size at which a sprite covers one CSS pixel: relative to the distance, or in m without perspective. */
   get perPixel(): number {
     const { heightSeen, isOrthographic, distance } = this.stage;
     return (isOrthographic ? heightSeen : heightSeen / distance) / Math.max(1, this.stage.size.y);
@@ -259,7 +259,7 @@ export class View implements Picture {
     this.showGlobals();
   }
 
-  /** Lets the fixed frame stand still, and the world move around it. */
+  /** Moves the world so that the fixed frame stands still. */
   private fixFrame(): void {
     const fixed = this.transforms.lookup(this.fixedFrame, null)?.invert();
     if (fixed === undefined || fixed.equals(this.world.matrix)) return;
