@@ -1,8 +1,8 @@
-import { Connection, type Line } from "./connection";
-import { DisplaySet, type LookingFrom, type Setup, type Status } from "./displays/set";
+import { Connection, type Channel } from "./connection";
+import { DisplaySet, type ViewSettings, type Setup, type Status } from "./displays/set";
 import { download } from "./dom";
-import { rememberedOptions, rememberedTheme, withOption, type Options } from "./options";
-import { fieldName, rememberedTopics, TopicField } from "./plots/topic-field";
+import { storedOptions, storedTheme, withOption, type Options } from "./options";
+import { fieldName, storedTopicFields, TopicField } from "./plots/topic-field";
 import type {
   About,
   Displays as DisplayFile,
@@ -40,7 +40,7 @@ export class App {
   readonly findings = new Signal<Findings | null>(null);
   readonly parameters = new Signal<Parameters | null>(null);
   /** The latest notice about something that was done. */
-  readonly told = new Signal<{ text: string } | null>(null);
+  readonly notice = new Signal<{ text: string } | null>(null);
   readonly refused = new Signal<{ reason: string } | null>(null);
   readonly sources = new Signal<ReadonlyMap<string, SourceText>>(new Map());
   /** The link that the view last zoomed to. */
@@ -50,7 +50,7 @@ export class App {
   readonly plots = new Signal(false);
   /** The latest time series from the server, and the latest plot it drew as SVG. */
   readonly series = new Signal<Series | null>(null);
-  readonly drawing = new Signal<PlotDrawn | null>(null);
+  readonly plotImage = new Signal<PlotDrawn | null>(null);
   /** The robot's trail, as last sent by the server. */
   readonly trail = new Signal<Trail | null>(null);
   /** The recording that ended last. */
@@ -59,8 +59,8 @@ export class App {
   readonly traffic = new Signal(false);
   readonly topics = new Topics((message) => this.send(message));
   /** All topic fields that were plotted on this page. */
-  readonly topicFields = new Signal<readonly TopicField[]>(rememberedTopics(this.topics));
-  readonly options = rememberedOptions();
+  readonly topicFields = new Signal<readonly TopicField[]>(storedTopicFields(this.topics));
+  readonly options = storedOptions();
   readonly displays = new DisplaySet();
   /** The status of each display, by its id. */
   readonly statuses = new Signal<ReadonlyMap<number, Status>>(new Map());
@@ -69,19 +69,21 @@ export class App {
   /** The file that the displays were loaded from, and notes on unsupported parts of it. */
   readonly displayFile = new Signal<Omit<DisplayFile, "setup" | "type"> | null>(null);
   /** Whether the browser draws the view, cannot draw it, or lost its WebGL context. */
-  readonly drawn = new Signal<"drawn" | "never" | "lost">("drawn");
+  readonly rendering = new Signal<"drawn" | "never" | "lost">("drawn");
   /** The view that a display file asks for. */
-  readonly asked = new Signal<LookingFrom | null>(null);
+  readonly requestedView = new Signal<ViewSettings | null>(null);
   /** Returns the current view, null before there is one. */
-  lookingFrom: () => LookingFrom | null = () => null;
+  currentView: () => ViewSettings | null = () => null;
   readonly travel = new TimeTravel(this.state, this.topics, (message) => this.send(message));
-  readonly theme = rememberedTheme();
-  readonly connection: Line;
+  readonly theme = storedTheme();
+  readonly connection: Channel;
   frozen = false;
   private awaitsDisplays = true;
 
-  constructor(connect: (hear: (message: FromServer) => void) => Line = (hear) => new Connection(hear)) {
-    this.connection = connect((message) => this.hear(message));
+  constructor(
+    connect: (receive: (message: FromServer) => void) => Channel = (receive) => new Connection(receive),
+  ) {
+    this.connection = connect((message) => this.receive(message));
   }
 
   /** Whether the page can edit the description. A saved page and a recording cannot be edited. */
@@ -90,7 +92,7 @@ export class App {
   }
 
   send(message: FromPage): void {
-    this.travel.aboutTo(message);
+    this.travel.beforeSend(message);
     this.connection.send(message);
   }
 
@@ -117,7 +119,7 @@ export class App {
 
   saveDisplays(kind: SaveDisplays["kind"]): void {
     const { globals, displays } = this.displays.setup;
-    const view = this.lookingFrom();
+    const view = this.currentView();
     const forRviz =
       kind === "file" ? this.displayFile.value?.file.endsWith(".rviz") === true : kind !== "kbot";
     // rviz has no themes, so its file gets the background colour of the current theme
@@ -135,16 +137,16 @@ export class App {
   }
 
   /** Applies a file's settings, unless they were applied before: a reconnect must not undo changes made here. */
-  private takeDisplays({ name, file, setup, notes }: DisplayFile): void {
+  private applyDisplayFile({ name, file, setup, notes }: DisplayFile): void {
     this.displayFile.set({ name, file, notes });
     if (!this.awaitsDisplays || !("globals" in setup)) return;
     this.awaitsDisplays = false;
     const { view, ...settings } = { displays: this.displays.setup.displays, ...setup } as unknown as Setup & {
-      view?: LookingFrom;
+      view?: ViewSettings;
     };
     // every page requests the server's file again, so only a file opened here is stored in the browser
     this.displays.replace(settings, file === "" && name !== "");
-    if (view !== undefined) this.asked.set(view);
+    if (view !== undefined) this.requestedView.set(view);
   }
 
   /** Plots a numeric field of a topic. */
@@ -152,7 +154,7 @@ export class App {
     const name = fieldName(topic, path);
     const others = this.topicFields.value.filter((field) => field.name !== name);
     const field =
-      this.topicFields.value.find((one) => one.name === name) ?? new TopicField(this.topics, topic, path);
+      this.topicFields.value.find((field) => field.name === name) ?? new TopicField(this.topics, topic, path);
     this.plots.set(true);
     this.topicFields.set([...others, field]);
   }
@@ -174,25 +176,25 @@ export class App {
     if (finding.place) this.show(finding.place, finding);
   }
 
-  private hear(message: FromServer): void {
+  private receive(message: FromServer): void {
     switch (message.type) {
       case "about":
         this.about.set({ ...message, client: message.client || (this.about.value?.client ?? 0) });
         if (message.client > 0) {
-          this.travel.connected();
-          this.topics.connected();
+          this.travel.reconnected();
+          this.topics.resubscribe();
         }
         this.refreshSources();
         break;
       case "displays":
-        this.takeDisplays(message);
+        this.applyDisplayFile(message);
         break;
       case "displays_text":
         download(new Blob([message.text], { type: "application/yaml" }), message.name);
-        this.told.set({ text: [`Saved as ${message.name}.`, ...message.notes].join(" ") });
+        this.notice.set({ text: [`Saved as ${message.name}.`, ...message.notes].join(" ") });
         break;
       case "displays_saved":
-        this.told.set({ text: [`Saved to ${message.file}.`, ...message.notes].join(" ") });
+        this.notice.set({ text: [`Saved to ${message.file}.`, ...message.notes].join(" ") });
         break;
       case "scene":
         if (JSON.stringify(message) === JSON.stringify(this.scene.value)) break; // the server sends it again after a reconnect
@@ -207,23 +209,23 @@ export class App {
       case "state":
         this.travel.stateArrived();
         if (!this.frozen && message.revision === this.scene.value?.revision)
-          this.state.set(this.travel.asNow(message));
+          this.state.set(this.travel.withCurrentSpeed(message));
         break;
       case "timeline":
-        this.travel.heard(message);
+        this.travel.receive(message);
         break;
       case "findings":
         this.findings.set(message);
-        this.forgetMended(message);
+        this.updateSpot(message);
         break;
       case "source":
         this.sources.set(new Map(this.sources.value).set(message.file, message));
         break;
       case "topics":
-        this.topics.listed(message);
+        this.topics.setList(message);
         break;
       case "message":
-        if (!this.frozen) this.topics.heard(message);
+        if (!this.frozen) this.topics.receive(message);
         break;
       case "bookmarks":
         this.travel.bookmarks.all.set(message.all);
@@ -238,10 +240,10 @@ export class App {
         this.series.set(message);
         break;
       case "plot_drawn":
-        this.drawing.set(message);
+        this.plotImage.set(message);
         break;
       case "told":
-        this.told.set({ text: message.text });
+        this.notice.set({ text: message.text });
         break;
       case "parameters":
         this.parameters.set(message);
@@ -253,12 +255,12 @@ export class App {
   }
 
   /** Updates the finding in the source panel, or removes it once it is fixed. */
-  private forgetMended(now: Findings): void {
+  private updateSpot(now: Findings): void {
     const spot = this.spot.value;
     if (spot?.finding == null) return;
     const { code, message, place } = spot.finding;
     const still = now.findings.find(
-      (one) => one.code === code && one.message === message && one.place?.line === place?.line,
+      (other) => other.code === code && other.message === message && other.place?.line === place?.line,
     );
     this.spot.set(
       still?.place

@@ -17,7 +17,7 @@ export function nextWait(wait: number): number {
 }
 
 /** The connection of a page to its server. */
-export interface Line {
+export interface Channel {
   readonly link: Signal<Link>;
   /** Whether the server can write files. */
   readonly writes: boolean;
@@ -25,32 +25,32 @@ export interface Line {
 }
 
 /** The WebSocket to the server. It reconnects automatically. */
-export class Connection implements Line {
+export class Connection implements Channel {
   readonly link = new Signal<Link>("connecting");
   readonly writes = true;
   private socket: WebSocket | null = null;
   private wait = FIRST_WAIT;
   private silence = 0;
 
-  constructor(private readonly hear: (message: FromServer) => void) {
+  constructor(private readonly receive: (message: FromServer) => void) {
     queueMicrotask(() => {
-      this.hearGreeting();
+      this.readGreeting();
       this.connect();
     });
-    setInterval(() => this.count(), 1000);
+    setInterval(() => this.countSilence(), 1000);
   }
 
   /** Counts a second without a message. Counting, unlike a timestamp, is right after the page was busy or asleep: the
    * messages that are waiting arrive before the next count. */
-  private count(): void {
+  private countSilence(): void {
     this.silence += 1;
     if (this.link.value === "live" && this.silence > LONGEST_SILENCE) this.link.set("lost");
   }
 
   /** Reads the first messages from the page itself, so that drawing need not wait for the socket. */
-  private hearGreeting(): void {
+  private readGreeting(): void {
     const greeting = document.getElementById("greeting")?.textContent;
-    for (const message of JSON.parse(greeting || "[]") as FromServer[]) this.hear(message);
+    for (const message of JSON.parse(greeting || "[]") as FromServer[]) this.receive(message);
   }
 
   /** Sends a message. While disconnected, messages are dropped because they would be stale later. */
@@ -73,7 +73,7 @@ export class Connection implements Line {
       const message =
         typeof event.data === "string" ? (JSON.parse(event.data) as FromServer) : readFrame(event.data);
       if (message.type === "beat") this.send({ type: "heard" });
-      else this.hear(message);
+      else this.receive(message);
     });
     socket.addEventListener("close", (event) => {
       this.link.set(event.code === FULL ? "full" : "lost");

@@ -10,7 +10,7 @@ export function useGamepad(driver: Driver): void {
   let timer: ReturnType<typeof setInterval> | null = null;
   let wasHeld = false;
   const read = (): void => {
-    const pad = navigator.getGamepads().find((one) => one !== null);
+    const pad = navigator.getGamepads().find((gamepad) => gamepad !== null);
     const [left, forward] = [steady(-(pad?.axes[0] ?? 0)), steady(-(pad?.axes[1] ?? 0))];
     const held = left !== 0 || forward !== 0;
     if (held || wasHeld) driver.setPad(forward, left);
@@ -20,7 +20,7 @@ export function useGamepad(driver: Driver): void {
     timer ??= setInterval(read, EVERY);
   });
   addEventListener("gamepaddisconnected", () => {
-    if (navigator.getGamepads().some((one) => one !== null)) return;
+    if (navigator.getGamepads().some((gamepad) => gamepad !== null)) return;
     if (timer !== null) clearInterval(timer);
     timer = null;
     if (wasHeld) driver.setPad(0, 0);

@@ -97,7 +97,7 @@ export function handle(app: App, view: View): Handle {
     },
     where(link) {
       settle();
-      const object = view.robot?.links.find((one) => one.view.name === link);
+      const object = view.robot?.links.find(({ view: { name } }) => name === link);
       if (object === undefined) return null;
       const at = new Vector3().setFromMatrixPosition(object.group.matrixWorld).project(stage.camera);
       const box = canvas.getBoundingClientRect();

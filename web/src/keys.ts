@@ -25,7 +25,7 @@ export function useKeys(
       app.about.value?.mode === "play" && app.send({ type: "pause", paused: !app.state.value?.paused }),
     ".": () => app.send({ type: "advance", seconds: 0.1 }),
     r: () => app.send({ type: "reset" }),
-    f: () => (app.selected.value === "" ? view.looking.fit() : view.looking.focus(app.selected.value)),
+    f: () => (app.selected.value === "" ? view.viewpoint.fit() : view.viewpoint.focus(app.selected.value)),
     l: () => app.about.value?.mode !== "view" && app.plots.set(!app.plots.value),
     y: () => app.about.value?.mode !== "view" && app.traffic.set(!app.traffic.value),
     t: () => chooseTheme(app.theme, app.theme.value === "dark" ? "light" : "dark"),
@@ -58,13 +58,13 @@ export function useKeys(
   addEventListener("keydown", space, true);
   addEventListener("keyup", space, true);
   addEventListener("keydown", (event) => {
-    const asked =
+    const command =
       event.ctrlKey || event.metaKey
         ? CHANGES[event.shiftKey ? `Shift+${event.key.toLowerCase()}` : event.key]
         : undefined;
-    if (asked !== undefined && !isField(event.target) && app.parameters.value?.[asked]) {
+    if (command !== undefined && !isField(event.target) && app.parameters.value?.[command]) {
       event.preventDefault();
-      app.send({ type: asked });
+      app.send({ type: command });
     }
     if (event.ctrlKey || event.metaKey || event.altKey || event.repeat || takesKeys(event)) return;
     if (document.querySelector("dialog[open]") !== null) return;

@@ -26,7 +26,7 @@ const view = new View(app, picture);
 const drawn = new Promise<void>((resolve) => view.stage.onFirstFrame(resolve));
 const late = new Promise<void>((resolve) => setTimeout(resolve, PATIENCE));
 void Promise.race([drawn, late]).then(async () => {
-  const { furnish } = await import("./furnish");
-  furnish(app, view, picture, places);
+  const { addPanels } = await import("./page-layout");
+  addPanels(app, view, picture, places);
 });
 window.kbot = handle(app, view);

@@ -27,9 +27,9 @@ const DEFAULTS: Options = {
   radians: false,
 };
 
-export function rememberedOptions(): Signal<Options> {
-  const signal = new Signal<Options>({ ...DEFAULTS, ...(recalled(KEY) as Partial<Options> | null) });
-  signal.watch((options) => remember(KEY, options));
+export function storedOptions(): Signal<Options> {
+  const signal = new Signal<Options>({ ...DEFAULTS, ...(loadStored(KEY) as Partial<Options> | null) });
+  signal.watch((options) => store(KEY, options));
   return signal;
 }
 
@@ -40,16 +40,16 @@ export function withOption<K extends keyof Options>(options: Options, name: K, v
 }
 
 /** The stored theme. Without one, the theme of the embedding page (such as a notebook) or of the system. */
-export function rememberedTheme(): Signal<Theme> {
+export function storedTheme(): Signal<Theme> {
   const dark = matchMedia("(prefers-color-scheme: dark)");
-  const chosen = recalled(THEME_KEY);
+  const chosen = loadStored(THEME_KEY);
   const around = (): Theme => {
     const schemes = frameElement === null ? "light dark" : getComputedStyle(frameElement).colorScheme;
     return schemes.includes("dark") && (dark.matches || !schemes.includes("light")) ? "dark" : "light";
   };
   const signal = new Signal<Theme>(chosen === "dark" || chosen === "light" ? chosen : around());
   const follow = (): void => {
-    if (recalled(THEME_KEY) === null && signal.value !== around()) signal.set(around());
+    if (loadStored(THEME_KEY) === null && signal.value !== around()) signal.set(around());
   };
   dark.addEventListener("change", follow);
   if (frameElement !== null) whenRestyled(frameElement.ownerDocument, follow);
@@ -60,21 +60,25 @@ export function rememberedTheme(): Signal<Theme> {
 }
 
 /** Calls back when a document's style may have changed: by an attribute of its root or body, or a style sheet. */
-function whenRestyled(document: Document, told: () => void): void {
-  const observer = new MutationObserver(told);
+function whenRestyled(document: Document, changed: () => void): void {
+  const observer = new MutationObserver(changed);
   for (const element of [document.documentElement, document.body])
     observer.observe(element, { attributes: true });
   observer.observe(document.head, { childList: true, subtree: true });
-  document.addEventListener("load", (event) => (event.target as Element).tagName === "LINK" && told(), true);
+  document.addEventListener(
+    "load",
+    (event) => (event.target as Element).tagName === "LINK" && changed(),
+    true,
+  );
 }
 
 export function chooseTheme(signal: Signal<Theme>, theme: Theme): void {
-  remember(THEME_KEY, theme);
+  store(THEME_KEY, theme);
   signal.set(theme);
 }
 
 /** A value stored in the browser, null if there is none. */
-export function recalled(key: string): unknown {
+export function loadStored(key: string): unknown {
   try {
     return JSON.parse(localStorage.getItem(key) ?? "null");
   } catch {
@@ -82,7 +86,7 @@ export function recalled(key: string): unknown {
   }
 }
 
-export function remember(key: string, value: unknown): void {
+export function store(key: string, value: unknown): void {
   try {
     localStorage.setItem(key, JSON.stringify(value));
   } catch {

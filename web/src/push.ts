@@ -24,14 +24,14 @@ export function usePush(app: App, view: View): void {
       event.stopImmediatePropagation();
       event.preventDefault();
       controls.enabled = false;
-      hold(link, event);
+      startPush(link, event);
     },
     { capture: true },
   );
 
-  const hold = (link: string, from: PointerEvent): void => {
+  const startPush = (link: string, from: PointerEvent): void => {
     let [dx, dy] = [0, 0];
-    const mass = app.scene.value?.links.reduce((sum, one) => sum + (one.inertia?.mass ?? 0), 0) ?? 1;
+    const mass = app.scene.value?.links.reduce((sum, { inertia }) => sum + (inertia?.mass ?? 0), 0) ?? 1;
     let last = performance.now();
     const send = (): void => {
       // on a slow page the timer fires late, so each push covers the time since the last one

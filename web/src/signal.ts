@@ -22,20 +22,20 @@ export class Signal<T> {
   }
 
   /** Like `watch`, but at most once per `apart` ms, always with the latest value. For text that people read. */
-  watchAtLeisure(listener: (value: T) => void, apart = 100): void {
-    let told = -Infinity;
-    let waits = false;
-    const tell = (): void => {
-      waits = false;
-      told = performance.now();
+  watchThrottled(listener: (value: T) => void, apart = 100): void {
+    let lastCall = -Infinity;
+    let isWaiting = false;
+    const call = (): void => {
+      isWaiting = false;
+      lastCall = performance.now();
       listener(this.current);
     };
     this.watch(() => {
-      if (waits) return;
-      const wait = told + apart - performance.now();
-      if (wait <= 0) return tell();
-      waits = true;
-      setTimeout(tell, wait);
+      if (isWaiting) return;
+      const wait = lastCall + apart - performance.now();
+      if (wait <= 0) return call();
+      isWaiting = true;
+      setTimeout(call, wait);
     });
   }
 }

@@ -10,12 +10,12 @@ export class Topics {
   /** The topic whose messages became invalid last; without a name, all topics. */
   readonly forgotten = new Signal<{ topic: string | undefined } | null>(null);
   private readonly listeners = new Map<string, Set<Listener>>();
-  private readonly newest = new Map<string, TopicMessage>();
+  private readonly latestByTopic = new Map<string, TopicMessage>();
 
   constructor(private readonly send: (message: FromPage) => void) {}
 
   /** Subscribes to a topic. A known message is delivered at once. Returns a function that unsubscribes. */
-  listen(topic: string, listener: Listener): () => void {
+  subscribe(topic: string, listener: Listener): () => void {
     let all = this.listeners.get(topic);
     if (all === undefined) {
       all = new Set();
@@ -23,45 +23,45 @@ export class Topics {
       this.send({ type: "subscribe", topic });
     }
     all.add(listener);
-    const known = this.newest.get(topic);
-    if (known !== undefined) listener(known);
+    const latest = this.latestByTopic.get(topic);
+    if (latest !== undefined) listener(latest);
     return () => {
       all.delete(listener);
       if (all.size > 0 || this.listeners.get(topic) !== all) return;
       this.listeners.delete(topic);
-      this.newest.delete(topic);
+      this.latestByTopic.delete(topic);
       this.send({ type: "unsubscribe", topic });
     };
   }
 
   /** The first topic with one of some types, empty if there is none. */
-  first(kinds: readonly string[]): string {
+  firstOfType(kinds: readonly string[]): string {
     return this.list.value.find((topic) => kinds.includes(topic.kind))?.name ?? "";
   }
 
   /** Subscribes to all topics again after a reconnect. */
-  connected(): void {
-    this.newest.clear();
+  resubscribe(): void {
+    this.latestByTopic.clear();
     for (const topic of this.listeners.keys()) this.send({ type: "subscribe", topic });
   }
 
   /** Drops the messages of one topic, or of all, because they do not belong to the time shown. */
   forget(topic?: string): void {
-    if (topic === undefined) this.newest.clear();
-    else this.newest.delete(topic);
+    if (topic === undefined) this.latestByTopic.clear();
+    else this.latestByTopic.delete(topic);
     this.forgotten.set({ topic });
   }
 
-  heard(message: TopicMessage): void {
+  receive(message: TopicMessage): void {
     const all = this.listeners.get(message.topic);
     if (all === undefined) return;
-    this.newest.set(message.topic, message);
+    this.latestByTopic.set(message.topic, message);
     for (const listener of all) listener(message);
   }
 
-  listed(message: TopicList): void {
-    for (const topic of this.newest.keys())
-      if (!message.topics.some(({ name }) => name === topic)) this.newest.delete(topic);
+  setList(message: TopicList): void {
+    for (const topic of this.latestByTopic.keys())
+      if (!message.topics.some(({ name }) => name === topic)) this.latestByTopic.delete(topic);
     this.list.set(message.topics);
   }
 }

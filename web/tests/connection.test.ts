@@ -147,7 +147,7 @@ describe("Topics", () => {
   let sent: FromPage[] = [];
   let topics: Topics;
   let heard: unknown[] = [];
-  const listen = (): (() => void) => topics.listen("/chat", (now) => heard.push(now.message["data"]));
+  const listen = (): (() => void) => topics.subscribe("/chat", (now) => heard.push(now.message["data"]));
 
   beforeEach(() => {
     [sent, heard] = [[], []];
@@ -164,15 +164,15 @@ describe("Topics", () => {
 
   it("gives a late listener the newest message", () => {
     listen();
-    topics.heard(message("/chat", "first"));
-    topics.heard(message("/chat", "second"));
+    topics.receive(message("/chat", "first"));
+    topics.receive(message("/chat", "second"));
     listen();
     expect(heard).toEqual(["first", "second", "second"]);
   });
 
   it("forgets the newest message where it does not hold any more", () => {
     listen();
-    topics.heard(message("/chat", "old"));
+    topics.receive(message("/chat", "old"));
     topics.forget("/chat");
     listen();
     expect(heard).toEqual(["old"]);
@@ -180,7 +180,7 @@ describe("Topics", () => {
 
   it("subscribes again when the connection is back", () => {
     listen();
-    topics.connected();
+    topics.resubscribe();
     expect(sent).toEqual([
       { type: "subscribe", topic: "/chat" },
       { type: "subscribe", topic: "/chat" },
@@ -189,14 +189,14 @@ describe("Topics", () => {
 
   it("does not repeat a message from before the connection was lost", () => {
     listen();
-    topics.heard(message("/chat", "old"));
-    topics.connected();
+    topics.receive(message("/chat", "old"));
+    topics.resubscribe();
     listen();
     expect(heard).toEqual(["old"]);
   });
 
   it("finds the first topic of some types", () => {
-    topics.listed({
+    topics.setList({
       type: "topics",
       topics: ["a/A", "b/B", "b/B"].map((kind, index) => ({
         name: `/t${index}`,
@@ -205,8 +205,8 @@ describe("Topics", () => {
         is_input: false,
       })),
     });
-    expect(topics.first(["b/B"])).toBe("/t1");
-    expect(topics.first(["c/C"])).toBe("");
+    expect(topics.firstOfType(["b/B"])).toBe("/t1");
+    expect(topics.firstOfType(["c/C"])).toBe("");
   });
 });
 
@@ -241,7 +241,7 @@ describe("Signal", () => {
     vi.useFakeTimers();
     const signal = new Signal(0);
     const seen: number[] = [];
-    signal.watchAtLeisure((value) => seen.push(value), 100);
+    signal.watchThrottled((value) => seen.push(value), 100);
     for (let value = 1; value <= 5; value += 1) signal.set(value);
     expect(seen).toEqual([0]);
     vi.advanceTimersByTime(100);

@@ -1,9 +1,9 @@
 import { Matrix4, Quaternion, Vector3 } from "three";
 import { beforeEach, describe, expect, it } from "vitest";
 
-import { poses, settled, type Hinge, type Kinematics } from "../src/offline/kinematics";
+import { poses, applyMimics, type Hinge, type Kinematics } from "../src/offline/kinematics";
 import { Replies } from "../src/offline/replies";
-import { held, type Saved } from "../src/offline/saved";
+import { clampToLimits, type Saved } from "../src/offline/saved";
 import type { FromServer, Scene, State } from "../src/protocol";
 import { Signal } from "../src/signal";
 import { Transforms } from "../src/view/transforms";
@@ -72,20 +72,22 @@ describe("poses", () => {
   });
 });
 
-describe("settled", () => {
+describe("applyMimics", () => {
   it("sets a joint that mimics another by multiplier and offset", () => {
     const follows = [{ joint: 1, leader: 0, multiplier: -2, offset: 0.5 }];
-    expect(settled({ ...arm(), follows }, [0.25, 9])).toEqual([0.25, 0]);
+    expect(applyMimics({ ...arm(), follows }, [0.25, 9])).toEqual([0.25, 0]);
   });
 });
 
-describe("held", () => {
+describe("slider-hold", () => {
   it("keeps a position within the limits", () => {
-    expect([held(joint(), -5), held(joint(), 2), held(joint(), 5)]).toEqual([-1, 2, 3]);
+    expect([clampToLimits(joint(), -5), clampToLimits(joint(), 2), clampToLimits(joint(), 5)]).toEqual([
+      -1, 2, 3,
+    ]);
   });
 
   it("lets a continuous joint turn on", () => {
-    expect(held(joint({ kind: "continuous" }), 50)).toBe(50);
+    expect(clampToLimits(joint({ kind: "continuous" }), 50)).toBe(50);
   });
 });
 

@@ -1,7 +1,7 @@
 import { beforeEach, describe, expect, it, vi } from "vitest";
 
 import { paddedRange, tickLabel } from "../src/plots/axis";
-import { fields, labelled, rememberedFields } from "../src/plots/fields";
+import { fields, labelled, storedFields } from "../src/plots/fields";
 import { MOST_CURVES, strokeOf } from "../src/plots/graph";
 import { Span } from "../src/plots/span";
 import { Table } from "../src/plots/table";
@@ -82,14 +82,14 @@ describe("fields", () => {
   });
 });
 
-describe("rememberedFields", () => {
+describe("storedFields", () => {
   it.each([
     ['["x", "y", 3]', ["x", "y"]],
     ["no JSON", ["forward speed", "commanded forward speed", "turning speed"]],
     ['{"x": 1}', ["forward speed", "commanded forward speed", "turning speed"]],
   ])("of %s are %j", (kept, expected) => {
     vi.stubGlobal("localStorage", { getItem: () => kept });
-    expect(rememberedFields()).toEqual(expected);
+    expect(storedFields()).toEqual(expected);
     vi.unstubAllGlobals();
   });
 });
@@ -131,7 +131,7 @@ describe("Table", () => {
 
   it("does not ask for what it has", () => {
     table.need(1, 3);
-    table.heard(answer([0, 1, 2, 3], 4));
+    table.receive(answer([0, 1, 2, 3], 4));
     table.need(1, 3);
     expect(sent).toHaveLength(1);
   });
@@ -140,13 +140,13 @@ describe("Table", () => {
     table.need(1, 3);
     table.forget();
     table.need(1, 3);
-    expect(table.heard(answer([0, 1], 4))).toBe(false);
+    expect(table.receive(answer([0, 1], 4))).toBe(false);
     expect(table.at).toEqual([]);
   });
 
   it("appends states that follow without a gap", () => {
     table.need(0, 2);
-    table.heard(answer([0, 1, 2], 3));
+    table.receive(answer([0, 1, 2], 3));
     table.add(state({ at: 2.1, time: 2.1, twist: [0.4, 0] }));
     table.add(state({ at: 2.1, twist: [9, 0] })); // the same moment again
     table.add(state({ at: 3.5, twist: [9, 0] })); // more than half a second on
@@ -162,20 +162,20 @@ describe("Table", () => {
     [99, 2],
   ])("finds the last row at %f s: %d", (at, index) => {
     table.need(0, 2);
-    table.heard(answer([0, 1, 2], 3));
+    table.receive(answer([0, 1, 2], 3));
     expect(table.indexAt(at)).toBe(index);
   });
 
   it("finds where the clock was set back", () => {
     table.need(0, 3);
-    table.heard({ ...answer([0, 1, 2, 3], 4), time: [0, 1, 0, 1] });
+    table.receive({ ...answer([0, 1, 2, 3], 4), time: [0, 1, 0, 1] });
     expect(table.jumps(0, 4)).toEqual([2]);
     expect(table.jumps(3, 4)).toEqual([]);
   });
 
   it("writes the rows on show as CSV, with the unit in the head", async () => {
     table.need(0, 2);
-    table.heard(answer([0, 1, 2], 3));
+    table.receive(answer([0, 1, 2], 3));
     expect(await table.csv(1, 2).text()).toBe('"time [s]","forward speed [m/s]"\n1,10\n2,20\n');
   });
 });
@@ -228,12 +228,12 @@ describe("TopicField", () => {
   it("has the value of the last message before a state", () => {
     const topics = new Topics(() => undefined);
     const field = new TopicField(topics, "/imu", ["angular_velocity", "z"]);
-    field.listen(true);
+    field.setActive(true);
     for (const [time, z] of [
       [1, 0.1],
       [2, 0.2],
     ] as const)
-      topics.heard({
+      topics.receive({
         type: "message",
         topic: "/imu",
         kind: "",

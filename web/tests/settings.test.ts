@@ -3,7 +3,7 @@ import { beforeEach, describe, expect, it, vi } from "vitest";
 import { DisplaySet, kindOf, valuesOf } from "../src/displays/set";
 import { stickOf } from "../src/drive-keys";
 import { steady } from "../src/gamepad";
-import { recalled, withOption, type Options } from "../src/options";
+import { loadStored, withOption, type Options } from "../src/options";
 import { readView, viewHash, type SavedView } from "../src/view/address";
 
 describe("stickOf", () => {
@@ -174,10 +174,10 @@ describe("DisplaySet", () => {
   });
 });
 
-describe("recalled", () => {
+describe("loadStored", () => {
   it("is null where the storage is off or holds no JSON", () => {
     vi.stubGlobal("localStorage", { getItem: () => "{" });
-    expect(recalled("kbot.options")).toBeNull();
+    expect(loadStored("kbot.options")).toBeNull();
     vi.unstubAllGlobals();
   });
 });

@@ -10,12 +10,12 @@ import { runs } from "../src/handle";
 import { isValue, stepped } from "../src/panels/edit-numbers";
 import { timeOf } from "../src/panels/faults";
 import { tokenLines } from "../src/panels/highlight";
-import { worded as hintText } from "../src/panels/hints";
+import { hintText } from "../src/panels/hints";
 import { tidy, unitOf } from "../src/panels/joints";
 import { formatMass, STEPS } from "../src/panels/links";
-import { leaves, worded } from "../src/panels/topics";
-import { ago, bytes, clock, recordedTo } from "../src/time/words";
-import { goalWords } from "../src/tools/goal";
+import { formatValue, leaves } from "../src/panels/topics";
+import { ago, bytes, clock, recordedText } from "../src/time/format";
+import { goalText } from "../src/tools/goal";
 import { joint } from "./fakes";
 
 describe("clock", () => {
@@ -50,9 +50,9 @@ describe("bytes", () => {
   });
 });
 
-describe("recordedTo", () => {
+describe("recordedText", () => {
   it("names the command that plays the recording", () => {
-    expect(recordedTo({ type: "recorded", file: "/tmp/kbot-1.mcap", address: "" })).toContain(
+    expect(recordedText({ type: "recorded", file: "/tmp/kbot-1.mcap", address: "" })).toContain(
       "kbot view kbot-1.mcap",
     );
   });
@@ -210,9 +210,9 @@ describe("the fields of a message", () => {
   });
 
   it("show numbers with at most six digits", () => {
-    expect(worded(1 / 3)).toBe("0.333333");
-    expect(worded(1200000)).toBe("1200000");
-    expect(worded(false)).toBe("false");
+    expect(formatValue(1 / 3)).toBe("0.333333");
+    expect(formatValue(1200000)).toBe("1200000");
+    expect(formatValue(false)).toBe("false");
   });
 });
 
@@ -295,14 +295,14 @@ describe("small parts of messages", () => {
   });
 });
 
-describe("goalWords", () => {
+describe("goalText", () => {
   it("joins the state and its reason", () => {
-    expect(goalWords("stuck", "no way")).toBe("Stuck: no way");
-    expect(goalWords("reached", "")).toBe("Goal reached");
+    expect(goalText("stuck", "no way")).toBe("Stuck: no way");
+    expect(goalText("reached", "")).toBe("Goal reached");
   });
 
   it("shows a state it does not know as it is", () => {
-    expect(goalWords("paused", "")).toBe("paused");
+    expect(goalText("paused", "")).toBe("paused");
   });
 });
 

@@ -41,7 +41,7 @@ describe("TimeTravel", () => {
   });
 
   it("sends only the last of several moments asked for in one frame", () => {
-    travel.heard(timeline());
+    travel.receive(timeline());
     travel.seek(3);
     travel.seek(4);
     for (const frame of frames) frame();
@@ -49,12 +49,12 @@ describe("TimeTravel", () => {
   });
 
   it("waits until the server shows the moment that was asked for", () => {
-    travel.heard(timeline());
+    travel.receive(timeline());
     travel.seek(4);
     expect(travel.awaited).toBe(4);
-    travel.heard(timeline({ live: false, at: 3, asked: 3 }));
+    travel.receive(timeline({ live: false, at: 3, asked: 3 }));
     expect(travel.awaited).toBe(4);
-    travel.heard(timeline({ live: false, at: 4, asked: 4 }));
+    travel.receive(timeline({ live: false, at: 4, asked: 4 }));
     expect(travel.awaited).toBeNull();
     expect(travel.seeks).toBe(true);
     travel.stateArrived();
@@ -62,48 +62,48 @@ describe("TimeTravel", () => {
   });
 
   it("steps back by a tenth of a second", () => {
-    travel.heard(timeline({ live: false, at: 5 }));
+    travel.receive(timeline({ live: false, at: 5 }));
     travel.step(-1);
     expect(travel.awaited).toBe(4.9);
   });
 
   it("steps back to the start at most", () => {
-    travel.heard(timeline({ live: false, start: 2, at: 2.05 }));
+    travel.receive(timeline({ live: false, start: 2, at: 2.05 }));
     travel.step(-1);
     expect(travel.awaited).toBe(2);
   });
 
   it("returns to live when it steps past the end", () => {
-    travel.heard(timeline({ live: false, at: 9.95 }));
+    travel.receive(timeline({ live: false, at: 9.95 }));
     travel.step(1);
     expect(sent).toEqual([{ type: "go_live" }]);
   });
 
   it("stays at the end of a recording", () => {
-    travel.heard(timeline({ live: false, played: true, at: 9.95 }));
+    travel.receive(timeline({ live: false, played: true, at: 9.95 }));
     travel.step(1);
     expect(travel.awaited).toBe(10);
   });
 
   it("returns to live before the robot is driven", () => {
-    travel.heard(timeline({ live: false, at: 5 }));
-    travel.aboutTo({ type: "drive", linear: 1, angular: 0 });
+    travel.receive(timeline({ live: false, at: 5 }));
+    travel.beforeSend({ type: "drive", linear: 1, angular: 0 });
     expect(sent).toEqual([{ type: "go_live" }]);
   });
 
   it("stays in the past when the page only asks for something", () => {
-    travel.heard(timeline({ live: false, at: 5 }));
-    travel.aboutTo({ type: "subscribe", topic: "/scan" });
+    travel.receive(timeline({ live: false, at: 5 }));
+    travel.beforeSend({ type: "subscribe", topic: "/scan" });
     expect(sent).toEqual([]);
   });
 
   it("shows whether the simulation is paused now, not then", () => {
-    travel.heard(timeline({ live: false, paused: true, speed: 2 }));
-    expect(travel.asNow(state())).toMatchObject({ paused: true, speed: 2 });
+    travel.receive(timeline({ live: false, paused: true, speed: 2 }));
+    expect(travel.withCurrentSpeed(state())).toMatchObject({ paused: true, speed: 2 });
   });
 
   it("jumps to the bookmark before the moment on show", () => {
-    travel.heard(timeline({ live: false, at: 5 }));
+    travel.receive(timeline({ live: false, at: 5 }));
     now.set(state({ at: 5 }));
     travel.bookmarks.all.set([{ number: 1, at: 2, time: 2, note: "" }]);
     travel.jump(-1);

@@ -54,10 +54,10 @@ export const pointStamped: Make = (picture) => {
       draw();
     },
     message({ message }) {
-      const heard = message as unknown as msg.PointStamped;
-      at = heard.point;
+      const stamped = message as unknown as msg.PointStamped;
+      at = stamped.point;
       draw();
-      return placeAtHeader(picture, group, heard.header);
+      return placeAtHeader(picture, group, stamped.header);
     },
     clear() {
       at = null;

@@ -32,11 +32,11 @@ export const camera: Make = (picture) => {
     window.show(shown && image !== null && canSee);
   };
   const listen = (topic: string): void => {
-    const asked = topic.replace(/[^/]*$/, "camera_info");
-    if (asked === infoTopic) return;
+    const wantedTopic = topic.replace(/[^/]*$/, "camera_info");
+    if (wantedTopic === infoTopic) return;
     stop();
-    infoTopic = asked;
-    stop = picture.app.topics.listen(asked, ({ message }) => {
+    infoTopic = wantedTopic;
+    stop = picture.app.topics.subscribe(wantedTopic, ({ message }) => {
       info = message as unknown as msg.CameraInfo;
       update();
     });

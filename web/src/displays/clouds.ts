@@ -57,18 +57,19 @@ const NUMBERS: Record<number, (view: DataView, at: number, little: boolean) => n
 /** Reads a PointCloud2. */
 export function readCloud(message: Record<string, unknown>, channel: string): Cloud | Status {
   const cloud = message as unknown as msg.PointCloud2;
-  const field = (name: string): msg.PointField | undefined => cloud.fields.find((one) => one.name === name);
-  const [x, y, z] = ["x", "y", "z"].map(field);
+  const fieldNamed = (name: string): msg.PointField | undefined =>
+    cloud.fields.find((field) => field.name === name);
+  const [x, y, z] = ["x", "y", "z"].map(fieldNamed);
   if (x === undefined || y === undefined || z === undefined)
     return { level: "error", reason: "the points have no x, y and z fields" };
   const view = new DataView(cloud.data.buffer, cloud.data.byteOffset, cloud.data.byteLength);
-  const value = (one: msg.PointField, base: number): number =>
-    NUMBERS[one.datatype]?.(view, base + one.offset, !cloud.is_bigendian) ?? NaN;
-  const packed = field("rgb") ?? field("rgba");
-  const shade = field(channel || "intensity");
+  const value = (field: msg.PointField, base: number): number =>
+    NUMBERS[field.datatype]?.(view, base + field.offset, !cloud.is_bigendian) ?? NaN;
+  const packed = fieldNamed("rgb") ?? fieldNamed("rgba");
+  const shade = fieldNamed(channel || "intensity");
   const most = cloud.height * cloud.width;
-  const wrong = fault(cloud, [x, y, z, shade], packed);
-  if (wrong !== null) return { level: "error", reason: wrong };
+  const error = layoutError(cloud, [x, y, z, shade], packed);
+  if (error !== null) return { level: "error", reason: error };
   const places = new Float32Array(3 * most);
   const intensity = new Float32Array(shade === undefined ? 0 : most);
   const rgb = new Uint8Array(packed === undefined ? 0 : 3 * most);
@@ -100,7 +101,7 @@ export function readCloud(message: Record<string, unknown>, channel: string): Cl
 }
 
 /** What is wrong with the layout of a cloud, null if it is valid. */
-function fault(
+function layoutError(
   { height, width, row_step, point_step, data }: msg.PointCloud2,
   numbers: readonly (msg.PointField | undefined)[],
   packed: msg.PointField | undefined,
@@ -109,11 +110,11 @@ function fault(
   if (height > 1 && row_step < width * point_step) return "row_step is less than width * point_step";
   if (data.length < (height - 1) * row_step + width * point_step)
     return "data has fewer bytes than its rows need";
-  for (const one of numbers) {
-    if (one === undefined) continue;
-    const size = SIZES[one.datatype];
-    if (size === undefined) return `field ${one.name} has the unknown datatype ${one.datatype}`;
-    if (one.offset + size > point_step) return `field ${one.name} does not fit into point_step`;
+  for (const field of numbers) {
+    if (field === undefined) continue;
+    const size = SIZES[field.datatype];
+    if (size === undefined) return `field ${field.name} has the unknown datatype ${field.datatype}`;
+    if (field.offset + size > point_step) return `field ${field.name} does not fit into point_step`;
   }
   return packed !== undefined && packed.offset + PACKED > point_step
     ? `field ${packed.name} does not fit into point_step`

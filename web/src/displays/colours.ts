@@ -23,14 +23,14 @@ let table: Float32Array | null = null;
 
 /** Viridis colours (r, g, b, linear) of values between `low` and `high`. */
 export function shades(values: ArrayLike<number>, low: number, high: number): Float32Array {
-  const known = (table ??= linearTable((step) => viridis(step / (STEPS - 1))));
-  const found = new Float32Array(3 * values.length);
+  const colourTable = (table ??= linearTable((step) => viridis(step / (STEPS - 1))));
+  const colours = new Float32Array(3 * values.length);
   const scale = (STEPS - 1) / (high - low || 1);
   for (let i = 0; i < values.length; i += 1) {
     const step = Math.min(STEPS - 1, Math.max(0, Math.round((values[i]! - low) * scale))) || 0;
-    for (let part = 0; part < 3; part += 1) found[3 * i + part] = known[3 * step + part]!;
+    for (let part = 0; part < 3; part += 1) colours[3 * i + part] = colourTable[3 * step + part]!;
   }
-  return found;
+  return colours;
 }
 
 /** Converts sRGB colours (0..255) to linear space. */
@@ -41,7 +41,8 @@ export function linear(colours: Uint8Array): Float32Array {
 
 function linearTable(colour: (step: number) => readonly [number, number, number]): Float32Array {
   const mixed = new Color();
-  const found = new Float32Array(3 * STEPS);
-  for (let step = 0; step < STEPS; step += 1) mixed.setRGB(...colour(step), "srgb").toArray(found, 3 * step);
-  return found;
+  const colours = new Float32Array(3 * STEPS);
+  for (let step = 0; step < STEPS; step += 1)
+    mixed.setRGB(...colour(step), "srgb").toArray(colours, 3 * step);
+  return colours;
 }

@@ -7,11 +7,11 @@ export function fallenStatus(fallen: readonly FallenView[]): Status | null {
     ? null
     : {
         level: "warn",
-        reason: fallen.map((one) => `${fallenWords(one)}, z=${one.z.toFixed(0)} m now`).join("; "),
+        reason: fallen.map((view) => `${fallenText(view)}, z=${view.z.toFixed(0)} m now`).join("; "),
       };
 }
 
 /** A sentence such as `box_1 fell out of the world at t=12.3 s`. */
-export function fallenWords({ name, time }: FallenView): string {
+export function fallenText({ name, time }: FallenView): string {
   return `${name || "the robot"} fell out of the world at t=${time.toFixed(1)} s`;
 }

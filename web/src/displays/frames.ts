@@ -12,9 +12,9 @@ export function seconds({ sec, nanosec }: Time): number {
 /** Places an object at a message's frame at its stamp. Returns an error if the frame does not exist. */
 export function placeAtHeader(picture: Picture, object: Object3D, header: Header): Status | null {
   object.matrixAutoUpdate = false;
-  const found = picture.transforms.lookup(header.frame_id, seconds(header.stamp), object.matrix);
-  object.visible = found !== null;
-  if (found === null)
+  const matrix = picture.transforms.lookup(header.frame_id, seconds(header.stamp), object.matrix);
+  object.visible = matrix !== null;
+  if (matrix === null)
     return {
       level: "error",
       reason:

@@ -14,8 +14,8 @@ export const grid: Make = (picture) => {
   group.matrixAutoUpdate = false;
   let set: Values = {};
   let isShown = false;
-  const rule = (): void =>
-    picture.ground.rule(
+  const setFloorGrid = (): void =>
+    picture.ground.setGrid(
       group,
       isShown && Number(set["count"]) === 0,
       Number(set["cell"]),
@@ -24,13 +24,13 @@ export const grid: Make = (picture) => {
     );
   const draw = (): void => {
     const [cell, count, colour] = [Number(set["cell"]), Number(set["count"]), String(set["colour"])];
-    rule();
+    setFloorGrid();
     material.color = new Color(colour || PALETTES[picture.app.theme.value].majorLine);
     material.opacity = Number(set["alpha"]);
     segments.geometry.dispose();
     segments.geometry = new BufferGeometry();
     const places = gridLines(
-      cell || picture.ground.suited,
+      cell || picture.ground.autoCell,
       Math.round(count),
       Math.round(Number(set["normal_count"])),
     );
@@ -59,9 +59,9 @@ export const grid: Make = (picture) => {
     },
     status() {
       const name = String(set["frame"]);
-      if (isShown) rule(); // called after any display changed: the grid on the floor may have been removed
+      if (isShown) setFloorGrid(); // called after any display changed: the grid on the floor may have been removed
       if (Number(set["count"]) === 0)
-        return picture.ground.isRuledBy(group)
+        return picture.ground.isGridOwner(group)
           ? null
           : { level: "warn", reason: "another grid draws the floor lines: set a cell count for this one" };
       return name === "" || picture.transforms.lookup(name, null) !== null
@@ -69,7 +69,7 @@ export const grid: Make = (picture) => {
         : { level: "error", reason: `frame ${name} does not exist` };
     },
     dispose() {
-      picture.ground.rule(group, false, 0, "", 1);
+      picture.ground.setGrid(group, false, 0, "", 1);
       segments.geometry.dispose();
       material.dispose();
     },

@@ -11,25 +11,25 @@ export const image: Make = (picture) => {
   const window = new PictureWindow(picture.overlay);
   let set: Values = {};
   let shown = false;
-  let heard: msg.Image | null = null;
-  let packed: msg.CompressedImage | null = null;
+  let latest: msg.Image | null = null;
+  let compressed: msg.CompressedImage | null = null;
   const draw = (): Status | null => {
-    window.show(shown && (heard ?? packed) !== null);
-    if (heard === null) return null;
-    const colours = pixelsOf(heard, set);
+    window.show(shown && (latest ?? compressed) !== null);
+    if (latest === null) return null;
+    const colours = pixelsOf(latest, set);
     if (!(colours instanceof ImageData)) return colours;
-    Object.assign(window.canvas, { width: heard.width, height: heard.height });
+    Object.assign(window.canvas, { width: latest.width, height: latest.height });
     window.canvas.getContext("2d")!.putImageData(colours, 0, 0);
     return null;
   };
   /** Decodes and draws a JPEG or PNG, unless a newer one arrives meanwhile. */
   const unpack = async (message: msg.CompressedImage, topic: string): Promise<Status | null> => {
-    packed = message;
+    compressed = message;
     if (message.format.includes("compressedDepth"))
       return { level: "error", reason: "compressed depth images are not supported" };
     try {
       const bitmap = await createImageBitmap(new Blob([message.data as Uint8Array<ArrayBuffer>]));
-      if (packed !== message) return null;
+      if (compressed !== message) return null;
       const { width, height } = bitmap;
       Object.assign(window.canvas, { width, height });
       window.canvas.getContext("2d")!.drawImage(bitmap, 0, 0);
@@ -50,12 +50,12 @@ export const image: Make = (picture) => {
     },
     message({ topic, kind, message }) {
       if (kind.endsWith("CompressedImage")) return unpack(message as unknown as msg.CompressedImage, topic);
-      heard = message as unknown as msg.Image;
-      window.name(topic, `Image on ${topic}, ${heard.width} by ${heard.height}`);
+      latest = message as unknown as msg.Image;
+      window.name(topic, `Image on ${topic}, ${latest.width} by ${latest.height}`);
       return draw();
     },
     clear() {
-      heard = packed = null;
+      latest = compressed = null;
       draw();
     },
     dispose: () => window.remove(),

@@ -15,8 +15,8 @@ interface Live {
   holder: Group;
   topic: string;
   stop: (() => void) | null;
-  heard: boolean;
-  said: Status | null;
+  hasMessage: boolean;
+  problem: Status | null;
 }
 
 /** Creates, configures, updates and removes the displays in the view, as the settings change. */
@@ -33,9 +33,9 @@ export class LiveDisplays {
   ) {
     app.displays.all.watch((all) => this.follow(all));
     app.topics.list.watch((topics) => {
-      for (const one of this.live.values()) {
-        if (one.heard && !topics.some(({ name }) => name === one.topic)) this.empty(one); // the topic no longer exists
-        this.connect(one);
+      for (const entry of this.live.values()) {
+        if (entry.hasMessage && !topics.some(({ name }) => name === entry.topic)) this.empty(entry); // the topic no longer exists
+        this.connect(entry);
       }
       this.report();
       this.picture.invalidate();
@@ -68,8 +68,8 @@ export class LiveDisplays {
 
   /** The objects that the displays with matching names draw. */
   objects(isAsked: (name: string) => boolean): Object3D[] {
-    const asked = [...this.live.values()].filter(({ config }) => isAsked(config.name));
-    return asked.flatMap(({ holder, display }) =>
+    const requested = [...this.live.values()].filter(({ config }) => isAsked(config.name));
+    return requested.flatMap(({ holder, display }) =>
       display?.beside === undefined ? [holder] : [holder, display.beside],
     );
   }
@@ -80,142 +80,154 @@ export class LiveDisplays {
   }
 
   private follow(all: readonly DisplayConfig[]): void {
-    for (const [id, one] of this.live) if (!all.some((config) => config.id === id)) this.drop(one);
+    for (const [id, entry] of this.live) if (!all.some((config) => config.id === id)) this.drop(entry);
     for (const config of all) {
-      const known = this.live.get(config.id);
-      if (known === undefined) this.make(config);
-      else if (known.config !== config) {
-        known.config = config;
-        this.configure(known);
+      const existing = this.live.get(config.id);
+      if (existing === undefined) this.create(config);
+      else if (existing.config !== config) {
+        existing.config = config;
+        this.configure(existing);
       }
     }
     this.report();
     this.picture.invalidate();
   }
 
-  private make(config: DisplayConfig): void {
-    const one: Live = {
+  private create(config: DisplayConfig): void {
+    const entry: Live = {
       config,
       display: null,
       holder: new Group(),
       topic: "",
       stop: null,
-      heard: false,
-      said: null,
+      hasMessage: false,
+      problem: null,
     };
-    this.live.set(config.id, one);
+    this.live.set(config.id, entry);
     const made = MAKERS[config.kind]!();
-    const take = (display: Display): void => {
-      one.display = display;
-      one.holder.add(display.group);
-      this.group.add(one.holder);
+    const setProblem = (display: Display): void => {
+      entry.display = display;
+      entry.holder.add(display.group);
+      this.group.add(entry.holder);
       if (this.scene !== null) display.rebuild?.(this.scene);
       display.select?.(this.app.selected.value);
-      this.configure(one);
+      this.configure(entry);
       this.report();
     };
     if (made instanceof Promise) {
-      void made.then((make) => this.live.get(config.id) === one && take(make(this.picture)));
+      void made.then((create) => this.live.get(config.id) === entry && setProblem(create(this.picture)));
     } else {
-      take(made(this.picture));
+      setProblem(made(this.picture));
     }
   }
 
-  private drop(one: Live): void {
-    this.live.delete(one.config.id);
-    if (one.display?.namespaces !== undefined)
-      this.app.namespaces.set(new Map([...this.app.namespaces.value].filter(([id]) => id !== one.config.id)));
-    one.stop?.();
-    one.holder.removeFromParent();
-    one.display?.dispose();
+  private drop(entry: Live): void {
+    this.live.delete(entry.config.id);
+    if (entry.display?.namespaces !== undefined)
+      this.app.namespaces.set(
+        new Map([...this.app.namespaces.value].filter(([id]) => id !== entry.config.id)),
+      );
+    entry.stop?.();
+    entry.holder.removeFromParent();
+    entry.display?.dispose();
   }
 
-  private configure(one: Live): void {
-    if (one.display === null) return;
-    one.holder.visible = one.config.enabled;
-    one.display.configure(valuesOf(one.config), one.config.enabled);
-    this.connect(one);
+  private configure(entry: Live): void {
+    if (entry.display === null) return;
+    entry.holder.visible = entry.config.enabled;
+    entry.display.configure(valuesOf(entry.config), entry.config.enabled);
+    this.connect(entry);
     this.picture.invalidate();
   }
 
   /** Subscribes to the display's topic while it is enabled. */
-  private connect(one: Live): void {
-    const kind = kindOf(one.config.kind);
-    if (kind.topics.length === 0 || one.display === null) return;
-    const topic = one.config.enabled
-      ? String(valuesOf(one.config)["topic"]) || this.app.topics.first(kind.topics)
+  private connect(entry: Live): void {
+    const kind = kindOf(entry.config.kind);
+    if (kind.topics.length === 0 || entry.display === null) return;
+    const topic = entry.config.enabled
+      ? String(valuesOf(entry.config)["topic"]) || this.app.topics.firstOfType(kind.topics)
       : "";
-    const carried = this.app.topics.list.value.find(({ name }) => name === topic)?.kind;
-    const wanted = carried === undefined || kind.topics.includes(carried) ? topic : "";
-    if (wanted === one.topic) return;
-    one.stop?.();
-    one.stop = null;
-    this.empty(one);
-    one.topic = wanted;
-    if (wanted !== "") one.stop = this.app.topics.listen(wanted, (message) => this.hear(one, message));
+    const topicView = this.app.topics.list.value.find(({ name }) => name === topic)?.kind;
+    const target = topicView === undefined || kind.topics.includes(topicView) ? topic : "";
+    if (target === entry.topic) return;
+    entry.stop?.();
+    entry.stop = null;
+    this.empty(entry);
+    entry.topic = target;
+    if (target !== "")
+      entry.stop = this.app.topics.subscribe(target, (message) => this.receive(entry, message));
   }
 
   /** Clears the displays of a topic, or of all topics, until a new message arrives. */
   private forget(topic: string | undefined): void {
-    for (const one of this.live.values()) {
-      if (one.topic === "" || (topic !== undefined && one.topic !== topic)) continue;
-      this.empty(one);
+    for (const entry of this.live.values()) {
+      if (entry.topic === "" || (topic !== undefined && entry.topic !== topic)) continue;
+      this.empty(entry);
     }
     this.report();
     this.picture.invalidate();
   }
 
-  private empty(one: Live): void {
-    one.display?.clear?.();
-    Object.assign(one, { heard: false, said: null });
+  private empty(entry: Live): void {
+    entry.display?.clear?.();
+    Object.assign(entry, { hasMessage: false, problem: null });
   }
 
-  private hear(one: Live, message: TopicMessage): void {
-    if (one.display?.takesGaps !== true && hasGaps(message.message))
-      return this.take(one, { level: "error", reason: `the message contains ${GAPS}` });
-    const said = one.display?.message?.(message) ?? null;
-    if (said instanceof Promise)
-      void said.then(
+  private receive(entry: Live, message: TopicMessage): void {
+    if (entry.display?.takesGaps !== true && hasGaps(message.message))
+      return this.setProblem(entry, { level: "error", reason: `the message contains ${GAPS}` });
+    const problem = entry.display?.message?.(message) ?? null;
+    if (problem instanceof Promise)
+      void problem.then(
         (status) =>
-          this.live.get(one.config.id) === one && one.topic === message.topic && this.take(one, status),
+          this.live.get(entry.config.id) === entry &&
+          entry.topic === message.topic &&
+          this.setProblem(entry, status),
       );
-    else this.take(one, said);
+    else this.setProblem(entry, problem);
   }
 
-  private take(one: Live, said: Status | null): void {
-    const isNew = !one.heard || said?.reason !== one.said?.reason;
-    Object.assign(one, { heard: true, said });
+  private setProblem(entry: Live, problem: Status | null): void {
+    const isNew = !entry.hasMessage || problem?.reason !== entry.problem?.reason;
+    Object.assign(entry, { hasMessage: true, problem });
     if (isNew) this.report();
-    const names = one.display?.namespaces;
-    if (names !== undefined && names.join("\n") !== this.app.namespaces.value.get(one.config.id)?.join("\n"))
-      this.app.namespaces.set(new Map([...this.app.namespaces.value, [one.config.id, names]]));
+    const names = entry.display?.namespaces;
+    if (
+      names !== undefined &&
+      names.join("\n") !== this.app.namespaces.value.get(entry.config.id)?.join("\n")
+    )
+      this.app.namespaces.set(new Map([...this.app.namespaces.value, [entry.config.id, names]]));
     this.picture.invalidate();
   }
 
   private report(): void {
-    this.app.statuses.set(new Map([...this.live].map(([id, one]) => [id, this.status(one)])));
+    this.app.statuses.set(new Map([...this.live].map(([id, entry]) => [id, this.status(entry)])));
   }
 
-  private status(one: Live): Status {
-    if (!one.config.enabled) return { level: "off", reason: "hidden" };
-    if (one.display === null) return { level: "ok", reason: "loading" };
-    const { topics } = kindOf(one.config.kind);
-    if (topics.length === 0) return one.display.status?.() ?? { level: "ok", reason: "" };
+  private status(entry: Live): Status {
+    if (!entry.config.enabled) return { level: "off", reason: "hidden" };
+    if (entry.display === null) return { level: "ok", reason: "loading" };
+    const { topics } = kindOf(entry.config.kind);
+    if (topics.length === 0) return entry.display.status?.() ?? { level: "ok", reason: "" };
     const types = topics.map(shortType).join(" or ");
-    const asked = String(valuesOf(one.config)["topic"]);
-    const carried = this.app.topics.list.value.find(({ name }) => name === (asked || one.topic));
-    if (asked === "" && one.topic === "") return { level: "off", reason: `no topic of type ${types}` };
-    if (carried === undefined) return { level: "warn", reason: `topic ${asked || one.topic} does not exist` };
-    if (!topics.includes(carried.kind))
+    const requested = String(valuesOf(entry.config)["topic"]);
+    const topicView = this.app.topics.list.value.find(({ name }) => name === (requested || entry.topic));
+    if (requested === "" && entry.topic === "") return { level: "off", reason: `no topic of type ${types}` };
+    if (topicView === undefined)
+      return { level: "warn", reason: `topic ${requested || entry.topic} does not exist` };
+    if (!topics.includes(topicView.kind))
       return {
         level: "error",
-        reason: `${carried.name} has type ${shortType(carried.kind)}, not ${types}`,
+        reason: `${topicView.name} has type ${shortType(topicView.kind)}, not ${types}`,
       };
-    if (!one.heard && this.app.travel.isPast)
-      return { level: "off", reason: `no message of ${one.topic} is stored for this time` };
-    if (!one.heard) return { level: "warn", reason: `no message received on ${one.topic} yet` };
-    if (one.said !== null) return one.said;
-    return { level: "ok", reason: carried.rate === null ? one.topic : `${one.topic}, ${carried.rate} Hz` };
+    if (!entry.hasMessage && this.app.travel.isPast)
+      return { level: "off", reason: `no message of ${entry.topic} is stored for this time` };
+    if (!entry.hasMessage) return { level: "warn", reason: `no message received on ${entry.topic} yet` };
+    if (entry.problem !== null) return entry.problem;
+    return {
+      level: "ok",
+      reason: topicView.rate === null ? entry.topic : `${entry.topic}, ${topicView.rate} Hz`,
+    };
   }
 }
 

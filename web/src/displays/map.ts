@@ -64,17 +64,17 @@ export const map: Make = (picture) => {
   mesh.visible = mesh.matrixAutoUpdate = false;
   mesh.renderOrder = -1;
   group.add(mesh);
-  let heard: msg.OccupancyGrid | null = null;
+  let current: msg.OccupancyGrid | null = null;
   let updates = "";
   let stop = (): void => undefined;
   let scheme = "map";
   const draw = (): void => {
-    mesh.visible = heard !== null;
-    if (heard === null) return;
-    const { width, height, resolution, origin } = heard.info;
+    mesh.visible = current !== null;
+    if (current === null) return;
+    const { width, height, resolution, origin } = current.info;
     const table = Array.from({ length: 256 }, (_, byte) => SCHEMES[scheme]!(byte > 127 ? byte - 256 : byte));
     const pixels = new Uint8Array(width * height * 4);
-    heard.data.forEach((value, cell) => pixels.set(table[value & 255]!, cell * 4));
+    current.data.forEach((value, cell) => pixels.set(table[value & 255]!, cell * 4));
     material.map?.dispose();
     material.map = new DataTexture(pixels, width, height);
     material.map.colorSpace = SRGBColorSpace;
@@ -87,8 +87,8 @@ export const map: Make = (picture) => {
   /** Applies an OccupancyGridUpdate, unless it is older than the map. */
   const update = ({ message }: TopicMessage): void => {
     const part = message as unknown as msg.OccupancyGridUpdate;
-    if (heard === null || seconds(part.header.stamp) < seconds(heard.header.stamp)) return;
-    const { width, height } = heard.info;
+    if (current === null || seconds(part.header.stamp) < seconds(current.header.stamp)) return;
+    const { width, height } = current.info;
     if (
       part.x < 0 ||
       part.y < 0 ||
@@ -98,7 +98,7 @@ export const map: Make = (picture) => {
     )
       return;
     for (let row = 0; row < part.height; row += 1)
-      heard.data.set(
+      current.data.set(
         part.data.subarray(row * part.width, (row + 1) * part.width),
         (part.y + row) * width + part.x,
       );
@@ -109,7 +109,7 @@ export const map: Make = (picture) => {
     if (topic === updates) return;
     stop();
     updates = topic;
-    stop = picture.app.topics.listen(topic, update);
+    stop = picture.app.topics.subscribe(topic, update);
   };
   return {
     group,
@@ -130,14 +130,14 @@ export const map: Make = (picture) => {
       if (width * height === 0) return { level: "warn", reason: "the map has no cells" };
       if (!(grid.info.resolution > 0))
         return { level: "error", reason: `the resolution is ${grid.info.resolution} m per cell` };
-      heard = grid;
+      current = grid;
       draw();
       listen(`${topic}_updates`);
       return placeAtHeader(picture, group, grid.header);
     },
     clear() {
       stop();
-      [heard, updates, stop] = [null, "", () => undefined];
+      [current, updates, stop] = [null, "", () => undefined];
       draw();
     },
     dispose() {

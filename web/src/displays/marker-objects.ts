@@ -166,7 +166,7 @@ function triangles(marker: msg.Marker): Object3D {
     geometry.setAttribute(
       "color",
       new Float32BufferAttribute(
-        marker.colors.flatMap((one) => colour(one).toArray()),
+        marker.colors.flatMap((rgba) => colour(rgba).toArray()),
         3,
       ),
     );

@@ -25,7 +25,7 @@ class Markers implements Display {
   readonly takesGaps = true; // each marker is checked by itself, so that an invalid one does not hide the others
   protected readonly drawn = new Map<string, Drawn>();
   /** All namespaces received. */
-  private readonly known = new Set<string>();
+  private readonly knownNamespaces = new Set<string>();
   private set: Values = {};
   private resets = 0;
 
@@ -57,12 +57,12 @@ class Markers implements Display {
   }
 
   get namespaces(): readonly string[] {
-    return [...this.known].sort();
+    return [...this.knownNamespaces].sort();
   }
 
   clear(): void {
     for (const key of [...this.drawn.keys()]) this.drop(key);
-    this.known.clear();
+    this.knownNamespaces.clear();
   }
 
   dispose(): void {
@@ -83,7 +83,7 @@ class Markers implements Display {
     }
     this.drop(key);
     if (received.action === DELETE) return null;
-    this.known.add(received.ns);
+    this.knownNamespaces.add(received.ns);
     const marker = this.prepared(received);
     const build = BUILDERS[marker.type];
     if (build === undefined)
@@ -98,7 +98,7 @@ class Markers implements Display {
     this.group.add(holder);
     const life = seconds(marker.lifetime);
     this.drawn.set(key, { marker, holder, until: life > 0 ? seconds(marker.header.stamp) + life : Infinity });
-    return this.put(holder, marker, marker.frame_locked) ?? doubt(marker);
+    return this.put(holder, marker, marker.frame_locked) ?? visibilityWarning(marker);
   }
 
   private put(holder: Group, marker: msg.Marker, isNow: boolean): Status | null {
@@ -116,11 +116,11 @@ class Markers implements Display {
   }
 
   private drop(key: string): void {
-    const one = this.drawn.get(key);
-    if (one === undefined) return;
+    const entry = this.drawn.get(key);
+    if (entry === undefined) return;
     this.drawn.delete(key);
-    one.holder.removeFromParent();
-    one.holder.traverse(free);
+    entry.holder.removeFromParent();
+    entry.holder.traverse(free);
   }
 }
 
@@ -129,7 +129,7 @@ function named({ ns, id }: msg.Marker): string {
 }
 
 /** Warnings about invisible markers, as in rviz. */
-function doubt(marker: msg.Marker): Status | null {
+function visibilityWarning(marker: msg.Marker): Status | null {
   if (marker.colors.length === 0 && marker.color.a === 0 && !marker.mesh_use_embedded_materials)
     return { level: "warn", reason: `${named(marker)} is invisible: color.a is 0` };
   if (marker.type === 10 && marker.mesh_resource === "")

@@ -25,7 +25,7 @@ export const path: Make = (picture) => {
       String(set["colour"]),
       Number(set["alpha"]),
     );
-    shapes.put(isPlain ? [] : poses.map((one) => poseMatrix(one.pose)), picture.radius * 0.5);
+    shapes.put(isPlain ? [] : poses.map(({ pose }) => poseMatrix(pose)), picture.radius * 0.5);
     line?.geometry.dispose();
     line?.removeFromParent();
     line = null;
@@ -48,11 +48,11 @@ export const path: Make = (picture) => {
       draw();
     },
     message({ message }) {
-      const heard = message as unknown as msg.Path;
-      poses = heard.poses;
+      const received = message as unknown as msg.Path;
+      poses = received.poses;
       draw();
       // the poses may leave their frame_id empty, so the path's header counts; an empty path clears the display
-      return poses.length === 0 ? null : placeAtHeader(picture, group, heard.header);
+      return poses.length === 0 ? null : placeAtHeader(picture, group, received.header);
     },
     clear() {
       poses = [];
@@ -81,14 +81,14 @@ export const polygon: Make = (picture) => {
       material.opacity = values["alpha"] as number;
     },
     message({ message }) {
-      const heard = message as unknown as msg.PolygonStamped;
-      const { points } = heard.polygon;
+      const received = message as unknown as msg.PolygonStamped;
+      const { points } = received.polygon;
       line.visible = points.length > 1;
       line.geometry.dispose();
       line.geometry = new LineGeometry();
       if (line.visible)
         line.geometry.setPositions([...points, points[0]!].flatMap(({ x, y, z }) => [x, y, z]));
-      return line.visible ? placeAtHeader(picture, group, heard.header) : null;
+      return line.visible ? placeAtHeader(picture, group, received.header) : null;
     },
     clear() {
       line.visible = false;

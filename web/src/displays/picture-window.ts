@@ -24,9 +24,9 @@ export class PictureWindow {
     return !this.frame.hidden;
   }
 
-  name(title: string, words: string): void {
+  name(title: string, label: string): void {
     this.title.textContent = title;
-    this.canvas.setAttribute("aria-label", words);
+    this.canvas.setAttribute("aria-label", label);
   }
 
   remove(): void {

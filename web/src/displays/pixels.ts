@@ -76,10 +76,10 @@ export function pixelsOf(image: msg.Image, set: Values): ImageData | Status {
   const depth = depths(image, size);
   let [low, high] = [Number(set["near"]), Number(set["far"])];
   if (set["normalize"] === true) {
-    const known = depth.filter(Number.isFinite);
+    const finite = depth.filter(Number.isFinite);
     [low, high] = [
-      known.reduce((a, b) => Math.min(a, b), Infinity),
-      known.reduce((a, b) => Math.max(a, b), -Infinity),
+      finite.reduce((a, b) => Math.min(a, b), Infinity),
+      finite.reduce((a, b) => Math.max(a, b), -Infinity),
     ];
   }
   depth.forEach((metres, pixel) => {

@@ -96,10 +96,10 @@ export class PointShapes {
 /** The size for three's PointsMaterial that appears `metres` large. three does not account for the field of view. */
 function sizeFor(metres: number, renderer: WebGLRenderer, camera: Camera): number {
   const high = renderer.getCurrentViewport(new Vector4()).w;
-  const seen = metres * camera.projectionMatrix.elements[5];
+  const projected = metres * camera.projectionMatrix.elements[5];
   if (camera instanceof PerspectiveCamera)
-    return (seen * high) / renderer.getDrawingBufferSize(new Vector2()).y;
-  return (seen * high) / 2 / renderer.getPixelRatio();
+    return (projected * high) / renderer.getDrawingBufferSize(new Vector2()).y;
+  return (projected * high) / 2 / renderer.getPixelRatio();
 }
 
 /** The image of a shaded ball, lit from above. */

@@ -29,11 +29,11 @@ class PointsDisplay implements Display {
   configure(values: Values): void {
     this.values = values;
     this.shapes.set(values, values["by"] === "colour" ? String(values["colour"]) : null);
-    for (const one of this.shown) {
-      const { matrix, visible } = one.drawn;
-      this.shapes.drop(one.drawn);
-      one.drawn = this.draw(one.cloud, matrix);
-      one.drawn.visible = visible;
+    for (const entry of this.shown) {
+      const { matrix, visible } = entry.drawn;
+      this.shapes.drop(entry.drawn);
+      entry.drawn = this.draw(entry.cloud, matrix);
+      entry.drawn.visible = visible;
     }
   }
 
@@ -42,15 +42,15 @@ class PointsDisplay implements Display {
     if ("level" in cloud) return cloud;
     const time = seconds(cloud.header.stamp);
     const decay = this.values["decay"] as number;
-    const isOld = (one: Shown): boolean => time - one.time >= decay || time < one.time;
+    const isOld = (entry: Shown): boolean => time - entry.time >= decay || time < entry.time;
     for (const { drawn } of this.shown.filter(isOld)) this.shapes.drop(drawn);
-    this.shown = this.shown.filter((one) => !isOld(one));
+    this.shown = this.shown.filter((entry) => !isOld(entry));
     const place = new Group();
     const status = placeAtHeader(this.picture, place, cloud.header);
     const drawn = this.draw(cloud, place.matrix);
     drawn.visible = place.visible;
     this.shown.push({ cloud, time, drawn });
-    return status ?? this.doubt(cloud);
+    return status ?? this.missingField(cloud);
   }
 
   clear(): void {
@@ -73,7 +73,7 @@ class PointsDisplay implements Display {
   }
 
   /** A warning if the points lack the field they are coloured by. */
-  private doubt({ intensity, rgb }: Cloud): Status | null {
+  private missingField({ intensity, rgb }: Cloud): Status | null {
     const { by, channel } = this.values;
     if (by === "intensity" && intensity === null)
       return { level: "warn", reason: `the points have no ${String(channel) || "intensity"} field` };
@@ -103,14 +103,14 @@ class PointsDisplay implements Display {
     const by = this.values["by"];
     const count = places.length / 3;
     if (by === "intensity") return intensity ?? new Float32Array(count);
-    const found = new Float32Array(count);
+    const result = new Float32Array(count);
     const at = new Vector3();
     for (let i = 0; i < count; i += 1) {
       at.fromArray(places, 3 * i);
       if (by !== "distance") at.applyMatrix4(matrix);
-      found[i] = by === "distance" ? at.length() : by === "x" ? at.x : by === "y" ? at.y : at.z;
+      result[i] = by === "distance" ? at.length() : by === "x" ? at.x : by === "y" ? at.y : at.z;
     }
-    return found;
+    return result;
   }
 }
 

@@ -14,18 +14,18 @@ const MOST_KEPT = 10_000;
 abstract class Poses implements Display {
   readonly group = new Group();
   protected readonly shapes = new PoseShapes();
-  protected readonly certainty = new CovarianceShape();
+  protected readonly covarianceShape = new CovarianceShape();
   protected values: Values = {};
 
   constructor(protected readonly picture: Picture) {
-    this.certainty.group.visible = false;
-    this.group.add(this.shapes.group, this.certainty.group);
+    this.covarianceShape.group.visible = false;
+    this.group.add(this.shapes.group, this.covarianceShape.group);
   }
 
   configure(values: Values): void {
     this.values = values;
     this.shapes.style(String(values["shape"]), String(values["colour"]), Number(values["alpha"]));
-    this.certainty.style(String(values["colour"]), Number(values["covariance_alpha"] ?? 0));
+    this.covarianceShape.style(String(values["colour"]), Number(values["covariance_alpha"] ?? 0));
     this.draw();
   }
 
@@ -33,7 +33,7 @@ abstract class Poses implements Display {
     this.draw();
   }
 
-  abstract message(heard: { message: Record<string, unknown> }): Status | null;
+  abstract message(received: { message: Record<string, unknown> }): Status | null;
   abstract clear(): void;
   protected abstract draw(): void;
 
@@ -43,12 +43,12 @@ abstract class Poses implements Display {
 
   dispose(): void {
     this.shapes.dispose();
-    this.certainty.dispose();
+    this.covarianceShape.dispose();
   }
 }
 
 /** Pose, PoseWithCovariance and PoseArray: the latest message. */
-class Newest extends Poses {
+class LatestPoses extends Poses {
   private poses: Matrix4[] = [];
   private covariance: readonly number[] | null = null;
 
@@ -56,8 +56,9 @@ class Newest extends Poses {
     const { pose, poses } = message as { pose?: msg.Pose | msg.PoseWithCovariance; poses?: msg.Pose[] };
     this.covariance = pose !== undefined && "covariance" in pose ? pose.covariance : null;
     const all =
-      poses ?? [pose === undefined ? null : "pose" in pose ? pose.pose : pose].filter((one) => one !== null);
-    this.poses = all.map((one) => poseMatrix(one));
+      poses ??
+      [pose === undefined ? null : "pose" in pose ? pose.pose : pose].filter((pose) => pose !== null);
+    this.poses = all.map((pose) => poseMatrix(pose));
     this.draw();
     return placeAtHeader(this.picture, this.group, message["header"] as msg.Header);
   }
@@ -71,13 +72,13 @@ class Newest extends Poses {
   protected draw(): void {
     this.shapes.put(this.poses, this.length);
     const isShown = this.values["covariance"] === true && this.covariance !== null;
-    this.certainty.group.visible = isShown;
-    if (isShown) this.certainty.put(this.covariance!, this.poses[0]!, this.length);
+    this.covarianceShape.group.visible = isShown;
+    if (isShown) this.covarianceShape.put(this.covariance!, this.poses[0]!, this.length);
   }
 }
 
 /** Odometry: past poses, one each time the robot has moved far enough. */
-class Travelled extends Poses {
+class OdometryTrail extends Poses {
   private poses: Matrix4[] = [];
   private last: msg.PoseWithCovariance | null = null;
 
@@ -124,10 +125,10 @@ class Travelled extends Poses {
   protected draw(): void {
     this.shapes.put(this.poses.slice(-this.most), this.length);
     const isShown = this.values["covariance"] === true && this.last !== null;
-    this.certainty.group.visible = isShown;
-    if (isShown) this.certainty.put(this.last!.covariance, poseMatrix(this.last!.pose), this.length);
+    this.covarianceShape.group.visible = isShown;
+    if (isShown) this.covarianceShape.put(this.last!.covariance, poseMatrix(this.last!.pose), this.length);
   }
 }
 
-export const newestPose: Make = (picture) => new Newest(picture);
-export const odometry: Make = (picture) => new Travelled(picture);
+export const latestPose: Make = (picture) => new LatestPoses(picture);
+export const odometry: Make = (picture) => new OdometryTrail(picture);

@@ -26,12 +26,15 @@ export const range: Make = (picture) => {
       material.opacity = values["alpha"] as number;
     },
     message({ message }) {
-      const heard = message as unknown as Omit<msg.Range, "range"> & { range: number | null };
-      const status = placeAtHeader(picture, mesh, heard.header);
+      const received = message as unknown as Omit<msg.Range, "range"> & { range: number | null };
+      const status = placeAtHeader(picture, mesh, received.header);
       // JSON has no infinity: null means that nothing was detected
-      const isMet = heard.range !== null && heard.range >= heard.min_range && heard.range <= heard.max_range;
-      put(isMet ? heard.range! : 0, heard.field_of_view);
-      return status ?? (isMet ? null : { level: "ok", reason: `nothing within ${heard.max_range} m` });
+      const isMet =
+        received.range !== null &&
+        received.range >= received.min_range &&
+        received.range <= received.max_range;
+      put(isMet ? received.range! : 0, received.field_of_view);
+      return status ?? (isMet ? null : { level: "ok", reason: `nothing within ${received.max_range} m` });
     },
     clear: () => put(0, 0),
     dispose() {

@@ -1,4 +1,4 @@
-import { recalled, remember } from "../options";
+import { loadStored, store } from "../options";
 import { Signal } from "../signal";
 import { GLOBALS, KINDS, type DisplayKind, type Property } from "./kinds";
 
@@ -25,10 +25,10 @@ export interface DisplayConfig {
 export type Saved = Omit<DisplayConfig, "id">;
 
 /** A display as stored by a file or an older page, which may lack `source`. */
-type Kept = Omit<Saved, "source"> & Partial<Pick<Saved, "source">>;
+type StoredDisplay = Omit<Saved, "source"> & Partial<Pick<Saved, "source">>;
 
 /** A viewpoint in the axes of the fixed frame, relative to its origin or to that of `frame`. `flat` is orthographic. */
-export interface LookingFrom {
+export interface ViewSettings {
   readonly eye: readonly number[];
   readonly target: readonly number[];
   readonly flat: boolean;
@@ -39,7 +39,7 @@ export interface LookingFrom {
 /** All settings of the displays, as stored. */
 export interface Setup {
   readonly globals: Values;
-  readonly displays: readonly Kept[];
+  readonly displays: readonly StoredDisplay[];
 }
 
 const KEY = "kbot.displays";
@@ -54,7 +54,7 @@ const START: readonly Saved[] = ["Grid", "RobotModel", "TF", "Trail", "World", "
 
 /** The display kind with a name. */
 export function kindOf(name: string): DisplayKind {
-  const kind = KINDS.find((one) => one.name === name);
+  const kind = KINDS.find((candidate) => candidate.name === name);
   if (kind === undefined) throw new Error(`no display of kind ${name}`);
   return kind;
 }
@@ -79,15 +79,15 @@ export class DisplaySet {
   readonly all: Signal<readonly DisplayConfig[]>;
   readonly globals: Signal<Values>;
   private count = 0;
-  private remembers = true;
+  private isStored = true;
 
   constructor() {
-    const kept = recalled(KEY);
-    const { globals, displays } = isSetup(kept) ? kept : { globals: {}, displays: START };
+    const stored = loadStored(KEY);
+    const { globals, displays } = isValidSetup(stored) ? stored : { globals: {}, displays: START };
     this.all = new Signal<readonly DisplayConfig[]>(this.numbered(displays));
     this.globals = new Signal(globals);
     for (const signal of [this.all, this.globals])
-      (signal as Signal<unknown>).watch(() => this.remembers && remember(KEY, this.setup));
+      (signal as Signal<unknown>).watch(() => this.isStored && store(KEY, this.setup));
   }
 
   get setup(): Setup {
@@ -106,26 +106,32 @@ export class DisplaySet {
   /** Adds a display. Returns null if the kind allows only one and it exists. */
   add(kind: string): DisplayConfig | null {
     const { single } = kindOf(kind);
-    if (single && this.all.value.some((one) => one.kind === kind)) return null;
+    if (single && this.all.value.some((display) => display.kind === kind)) return null;
     const [added] = this.numbered([
-      { kind, name: this.freeName(kind), enabled: true, properties: this.first(kind), source: -1 },
+      {
+        kind,
+        name: this.freeName(kind),
+        enabled: true,
+        properties: this.initialProperties(kind),
+        source: -1,
+      },
     ]);
     this.all.set([...this.all.value, added!]);
     return added!;
   }
 
   remove(id: number): void {
-    this.all.set(this.all.value.filter((one) => one.id !== id));
+    this.all.set(this.all.value.filter((display) => display.id !== id));
   }
 
   rename(id: number, name: string): void {
-    const [before, after] = [this.all.value.find((one) => one.id === id)?.name, name.trim()];
+    const [before, after] = [this.all.value.find((display) => display.id === id)?.name, name.trim()];
     if (before === undefined || after === "" || after === before) return;
     this.all.set(
-      this.all.value.map((one) => ({
-        ...one,
-        properties: renamed(one, before, after),
-        name: one.id === id ? after : one.name,
+      this.all.value.map((display) => ({
+        ...display,
+        properties: renamed(display, before, after),
+        name: display.id === id ? after : display.name,
       })),
     );
   }
@@ -133,7 +139,7 @@ export class DisplaySet {
   /** Moves a display up (-1) or down (1) in the list. */
   move(id: number, by: -1 | 1): void {
     const all = [...this.all.value];
-    const from = all.findIndex((one) => one.id === id);
+    const from = all.findIndex((display) => display.id === id);
     const to = from + by;
     if (from < 0 || to < 0 || to >= all.length) return;
     [all[from], all[to]] = [all[to]!, all[from]!];
@@ -145,13 +151,13 @@ export class DisplaySet {
   }
 
   set(id: number, property: string, value: Value): void {
-    const config = this.all.value.find((one) => one.id === id);
+    const config = this.all.value.find((display) => display.id === id);
     if (config !== undefined) this.change(id, { properties: { ...config.properties, [property]: value } });
   }
 
   /** Replaces all settings. `remembers` is whether the browser stores them from now on. */
-  replace({ globals, displays }: Setup, remembers = this.remembers): void {
-    this.remembers = remembers;
+  replace({ globals, displays }: Setup, isStored = this.isStored): void {
+    this.isStored = isStored;
     this.globals.set(globals);
     this.all.set(this.numbered(displays));
   }
@@ -164,45 +170,54 @@ export class DisplaySet {
   /** Whether any display of a kind is enabled and, with a property's name, has it on. */
   isOn(kind: string, property: string | null): boolean {
     return this.all.value.some(
-      (one) => one.kind === kind && one.enabled && (property === null || valuesOf(one)[property] === true),
+      (display) =>
+        display.kind === kind &&
+        display.enabled &&
+        (property === null || valuesOf(display)[property] === true),
     );
   }
 
   /** Turns all displays of a kind, or one of their properties, on or off. Adds a display if there is none. */
   turn(kind: string, property: string | null, on: boolean): void {
-    if (on && !this.all.value.some((one) => one.kind === kind)) this.add(kind);
+    if (on && !this.all.value.some((display) => display.kind === kind)) this.add(kind);
     this.all.set(
-      this.all.value.map((one) => {
-        if (one.kind !== kind) return one;
-        if (property === null) return { ...one, enabled: on };
-        return { ...one, enabled: one.enabled || on, properties: { ...one.properties, [property]: on } };
+      this.all.value.map((display) => {
+        if (display.kind !== kind) return display;
+        if (property === null) return { ...display, enabled: on };
+        return {
+          ...display,
+          enabled: display.enabled || on,
+          properties: { ...display.properties, [property]: on },
+        };
       }),
     );
   }
 
   /** Initial properties of an added display. The floor draws the lines of one grid; another grid gets cells as in rviz. */
-  private first(kind: string): Values {
-    const isRuled = this.all.value.some((one) => one.kind === "Grid" && valuesOf(one)["count"] === 0);
+  private initialProperties(kind: string): Values {
+    const isRuled = this.all.value.some(
+      (display) => display.kind === "Grid" && valuesOf(display)["count"] === 0,
+    );
     return kind === "Grid" && isRuled ? { count: 10, colour: "#a0a0a4" } : {};
   }
 
   private change(id: number, to: Partial<DisplayConfig>): void {
-    this.all.set(this.all.value.map((one) => (one.id === id ? { ...one, ...to } : one)));
+    this.all.set(this.all.value.map((display) => (display.id === id ? { ...display, ...to } : display)));
   }
 
   private freeName(kind: string): string {
-    const taken = new Set(this.all.value.map((one) => one.name));
+    const taken = new Set(this.all.value.map((display) => display.name));
     let name = kind;
     for (let i = 2; taken.has(name); i += 1) name = `${kind} ${i}`;
     return name;
   }
 
-  private numbered(saved: readonly Kept[]): DisplayConfig[] {
-    return saved.map((one) => ({ ...plain(one), id: (this.count += 1) }));
+  private numbered(saved: readonly StoredDisplay[]): DisplayConfig[] {
+    return saved.map((display) => ({ ...plain(display), id: (this.count += 1) }));
   }
 }
 
-function plain({ kind, name, enabled, properties, source = -1 }: Kept): Saved {
+function plain({ kind, name, enabled, properties, source = -1 }: StoredDisplay): Saved {
   return { kind, name, enabled, properties, source };
 }
 
@@ -217,15 +232,17 @@ function renamed({ kind, properties }: DisplayConfig, before: string, after: str
 }
 
 /** Whether a stored value is valid: an older page may have stored another format. */
-function isSetup(kept: unknown): kept is Setup {
-  const known = new Set(KINDS.map((kind) => kind.name));
-  const { globals, displays } = (kept ?? {}) as { globals?: unknown; displays?: unknown };
+function isValidSetup(stored: unknown): stored is Setup {
+  const kinds = new Set(KINDS.map((kind) => kind.name));
+  const { globals, displays } = (stored ?? {}) as { globals?: unknown; displays?: unknown };
   return (
     typeof globals === "object" &&
     Array.isArray(displays) &&
     displays.every(
-      (one: Partial<Saved> | null) =>
-        known.has(one?.kind ?? "") && typeof one?.name === "string" && typeof one.properties === "object",
+      (display: Partial<Saved> | null) =>
+        kinds.has(display?.kind ?? "") &&
+        typeof display?.name === "string" &&
+        typeof display.properties === "object",
     )
   );
 }

@@ -80,7 +80,7 @@ class Frames implements Display {
     if (mesh === null) return;
     const { transforms, perPixel } = this.picture;
     const { axes, names } = this.values;
-    const meant = this.meant();
+    const passes = this.nameFilter();
     const shared = new Map<string, number>();
     const product = new Matrix4();
     const at = new Matrix4();
@@ -88,9 +88,9 @@ class Frames implements Display {
     let count = 0;
     for (const name of transforms.names) {
       const isSelected = name === this.selected;
-      const isMeant = meant(name);
-      const hasAxes = isSelected || (axes === true && isMeant);
-      const hasName = isSelected || (names === true && isMeant);
+      const isIncluded = passes(name);
+      const hasAxes = isSelected || (axes === true && isIncluded);
+      const hasName = isSelected || (names === true && isIncluded);
       if (!(hasAxes || hasName) || transforms.lookup(name, null, at) === null) continue;
       if (hasName) {
         named.add(name);
@@ -107,7 +107,7 @@ class Frames implements Display {
       if (!hasAxes || count >= mesh.instanceMatrix.count) continue;
       for (const still of this.still) mesh.setMatrixAt(count++, product.multiplyMatrices(at, still));
     }
-    this.putArrows(meant);
+    this.putArrows(passes);
     for (const [name, sprite] of this.labels) sprite.visible = named.has(name);
     mesh.count = count;
     mesh.visible = count > 0;
@@ -115,13 +115,13 @@ class Frames implements Display {
   }
 
   /** Draws a line from each frame to its parent. */
-  private putArrows(meant: (name: string) => boolean): void {
+  private putArrows(passes: (name: string) => boolean): void {
     const { transforms } = this.picture;
     const ends: number[] = [];
     const [at, above] = [new Matrix4(), new Matrix4()];
     for (const name of this.values["arrows"] === true ? transforms.names : []) {
       const parent = transforms.parent(name);
-      if (!meant(name) || parent === "") continue;
+      if (!passes(name) || parent === "") continue;
       if (transforms.lookup(name, null, at) === null || transforms.lookup(parent, null, above) === null)
         continue;
       ends.push(...new Vector3().setFromMatrixPosition(at), ...new Vector3().setFromMatrixPosition(above));
@@ -134,11 +134,11 @@ class Frames implements Display {
   }
 
   /** Returns the filter of frames by name. */
-  private meant(): (name: string) => boolean {
+  private nameFilter(): (name: string) => boolean {
     const filter = matcher(String(this.values["filter"]));
     const without = String(this.values["without"]);
-    const isOut = without === "" ? () => false : matcher(without);
-    return (name) => filter(name) && !isOut(name);
+    const isExcluded = without === "" ? () => false : matcher(without);
+    return (name) => filter(name) && !isExcluded(name);
   }
 
   /** Creates a label on first use and places it. `above` is the number of labels below it at the same place. */

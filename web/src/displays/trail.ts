@@ -25,7 +25,7 @@ export const trail: Make = (picture) => {
   let jumps = 0;
   let colour = "";
   const paint = (): void => void ribbon.mesh.material.color.set(colour || PALETTES[app.theme.value].trail);
-  const show = (at: number): void => ribbon.showUntil(app.travel.isElsewhere ? at : Infinity);
+  const show = (at: number): void => ribbon.showUntil(app.travel.showsHistory ? at : Infinity);
   const follow = (state: State): void => {
     const mode = app.about.value?.mode;
     const played = mode === "play";
@@ -37,7 +37,7 @@ export const trail: Make = (picture) => {
     }
     const scene = app.scene.value;
     const root = scene?.links.findIndex((link) => link.name === scene.root) ?? -1;
-    if (mode !== "view" && root >= 0 && !app.travel.isElsewhere)
+    if (mode !== "view" && root >= 0 && !app.travel.showsHistory)
       ribbon.add(state.at, state.poses[root * 7] ?? 0, state.poses[root * 7 + 1] ?? 0, state.jumps !== jumps);
     ({ jumps } = state);
     show(state.at);
@@ -46,10 +46,12 @@ export const trail: Make = (picture) => {
     app.connection.link.watch((link) => {
       if (link === "live") resets = -1; // a reconnect may be to another server
     }),
-    app.trail.watch((known) => {
-      if (known?.resets !== resets) return;
-      const put = new Set(known.jumps);
-      ribbon.take(known.at.map((at, index) => [at, known.x[index]!, known.y[index]!, put.has(index)]));
+    app.trail.watch((received) => {
+      if (received?.resets !== resets) return;
+      const put = new Set(received.jumps);
+      ribbon.take(
+        received.at.map((at, index) => [at, received.x[index]!, received.y[index]!, put.has(index)]),
+      );
       show(app.state.value?.at ?? 0);
       picture.invalidate();
     }),
@@ -61,7 +63,7 @@ export const trail: Make = (picture) => {
       paint();
     },
     rebuild(scene) {
-      ribbon.suit(scene.radius, scene.ground);
+      ribbon.fitTo(scene.radius, scene.ground);
       paint();
       if (app.state.value !== null) follow(app.state.value);
     },
@@ -99,7 +101,7 @@ class Ribbon {
     this.mesh.frustumCulled = false;
   }
 
-  suit(radius: number, height: number): void {
+  fitTo(radius: number, height: number): void {
     this.width = radius * 0.035;
     this.spacing = radius * 0.03;
     this.mesh.position.z = height + radius * 0.004;
@@ -119,9 +121,9 @@ class Ribbon {
   }
 
   /** Replaces the trail by the server's. Points added after its end are kept. */
-  take(told: readonly Point[]): void {
-    const end = told.at(-1)?.[0] ?? -Infinity;
-    this.points = [...told, ...this.points.filter(([at]) => at > end)].slice(-MOST);
+  take(fromServer: readonly Point[]): void {
+    const end = fromServer.at(-1)?.[0] ?? -Infinity;
+    this.points = [...fromServer, ...this.points.filter(([at]) => at > end)].slice(-MOST);
     this.points.forEach((_, i) => this.write(i));
     this.positions.needsUpdate = true;
   }

@@ -28,7 +28,7 @@ export const twist: Make = (picture) => {
   const ring = new Group();
   group.add(arrow.group, ring);
   let set: Values = {};
-  let heard: msg.Twist | null = null; // or a wrench, with the force as linear and the torque as angular part
+  let current: msg.Twist | null = null; // or a wrench, with the force as linear and the torque as angular part
   let isStamped = false;
   const freeRing = (): void =>
     ring.traverse((object) => {
@@ -38,11 +38,11 @@ export const twist: Make = (picture) => {
   const draw = (): void => {
     freeRing();
     ring.clear();
-    const straight = vector(heard?.linear);
+    const straight = vector(current?.linear);
     const length = straight.length() * Number(set["linear_scale"]);
     const along = new Quaternion().setFromUnitVectors(X, straight.clone().normalize());
     arrow.put(length > 1e-6 ? [new Matrix4().makeRotationFromQuaternion(along)] : [], length);
-    const about = vector(heard?.angular);
+    const about = vector(current?.angular);
     const radius = about.length() * Number(set["angular_scale"]);
     if (radius < 1e-6) return;
     const thick = radius * 0.06;
@@ -68,7 +68,7 @@ export const twist: Make = (picture) => {
         twist: stamped,
         wrench,
       } = message as { header?: msg.Header; twist?: msg.Twist; wrench?: msg.Wrench };
-      heard =
+      current =
         stamped ??
         (wrench === undefined
           ? (message as unknown as msg.Twist)
@@ -85,7 +85,7 @@ export const twist: Make = (picture) => {
       if (picture.transforms.lookup(root, null, group.matrix) !== null) group.matrixWorldNeedsUpdate = true;
     },
     clear() {
-      heard = null;
+      current = null;
       draw();
     },
     dispose() {

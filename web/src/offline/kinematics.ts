@@ -29,7 +29,7 @@ export interface Kinematics {
 }
 
 /** The positions of all joints, with mimic joints set from their leaders. */
-export function settled(kinematics: Kinematics, positions: readonly number[]): number[] {
+export function applyMimics(kinematics: Kinematics, positions: readonly number[]): number[] {
   const all = [...positions];
   for (const { joint, leader, multiplier, offset } of kinematics.follows)
     all[joint] = multiplier * (positions[leader] ?? 0) + offset;

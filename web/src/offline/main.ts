@@ -13,16 +13,16 @@ import { notices } from "../panels/notices";
 import { sheets } from "../panels/sheets";
 import { source } from "../panels/source";
 import { toolbar } from "../panels/toolbar";
-import { keepMeshes } from "../view/meshes";
+import { storeMeshes } from "../view/meshes";
 import { View } from "../view/view";
 import { Replies } from "./replies";
 import { readSaved } from "./saved";
 import { scrub } from "./scrub";
 
 const saved = readSaved();
-keepMeshes(saved.meshes);
+storeMeshes(saved.meshes);
 let replies: Replies;
-const app = new App((hear) => (replies = new Replies(hear, saved)));
+const app = new App((receive) => (replies = new Replies(receive, saved)));
 
 const theme = h(
   "button",
@@ -68,7 +68,7 @@ document.body.append(
   sheets(app, left, right),
 );
 const view = new View(app, picture);
-app.focused.watch((asked) => asked && view.looking.focus(asked.link));
+app.focused.watch((request) => request && view.viewpoint.focus(request.link));
 centre.append(hover(app, view, picture));
 if (saved.states.length > 1)
   queueMicrotask(() => centre.append(scrub(saved.states, (index) => replies.show(index))));

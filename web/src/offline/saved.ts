@@ -19,6 +19,6 @@ export function readSaved(): Saved {
 }
 
 /** Clamps a position to the joint's limits. A continuous joint has none. */
-export function held(joint: JointView, position: number): number {
+export function clampToLimits(joint: JointView, position: number): number {
   return joint.kind === "continuous" ? position : Math.min(Math.max(position, joint.lower), joint.upper);
 }

@@ -6,7 +6,7 @@ const SECOND = 1000;
 /** A slider over recorded states, and a button that plays them back at their original speed. */
 export function scrub(states: readonly State[], show: (index: number) => void): HTMLElement {
   const last = states.length - 1;
-  const told = readout("Simulated time");
+  const time = readout("Simulated time");
   const slider = h("input", {
     type: "range",
     min: 0,
@@ -29,8 +29,8 @@ export function scrub(states: readonly State[], show: (index: number) => void): 
   const put = (index: number): void => {
     slider.value = String(index);
     slider.style.setProperty("--at", String(index / last));
-    told.textContent = `${(states[index]?.time ?? 0).toFixed(2)} s`;
-    slider.setAttribute("aria-valuetext", told.textContent);
+    time.textContent = `${(states[index]?.time ?? 0).toFixed(2)} s`;
+    slider.setAttribute("aria-valuetext", time.textContent);
     show(index);
   };
   const run = (on: boolean): void => {
@@ -41,8 +41,8 @@ export function scrub(states: readonly State[], show: (index: number) => void): 
     const from = states[slider.valueAsNumber]?.time ?? 0;
     const start = performance.now();
     const tick = (now: number): void => {
-      const time = from + (now - start) / SECOND;
-      const next = states.findIndex((state) => state.time > time);
+      const target = from + (now - start) / SECOND;
+      const next = states.findIndex((state) => state.time > target);
       put(next < 0 ? last : Math.max(0, next - 1));
       if (next < 0) run(false);
       else playing = requestAnimationFrame(tick);
@@ -55,6 +55,6 @@ export function scrub(states: readonly State[], show: (index: number) => void): 
     { class: "transport scrub", role: "group", "aria-label": "Recorded states" },
     play,
     slider,
-    told,
+    time,
   );
 }

@@ -18,7 +18,7 @@ export function displays(app: App): HTMLElement {
   list.append(globals);
   app.displays.all.watch((all) => {
     for (const [id, row] of rows) {
-      if (all.some((one) => one.id === id)) continue;
+      if (all.some((config) => config.id === id)) continue;
       if (row.element.contains(document.activeElement))
         (row.element.nextElementSibling ?? row.element.previousElementSibling)
           ?.querySelector<HTMLElement>(".head")
@@ -31,7 +31,7 @@ export function displays(app: App): HTMLElement {
       let row = rows.get(config.id);
       if (row === undefined) {
         rows.set(config.id, (row = new Row(app, config)));
-        row.tell(app.statuses.value.get(config.id)); // the status may be older than the row
+        row.setStatus(app.statuses.value.get(config.id)); // the status may be older than the row
       }
       row.show(config);
       // the first row holds the global options
@@ -42,7 +42,7 @@ export function displays(app: App): HTMLElement {
       focused.focus();
   });
   app.statuses.watch((statuses) => {
-    for (const [id, row] of rows) row.tell(statuses.get(id));
+    for (const [id, row] of rows) row.setStatus(statuses.get(id));
     const bad = [...statuses.values()].filter(({ level }) => level === "warn" || level === "error");
     const label = `${bad.length} ${bad.length === 1 ? "needs" : "need"} attention`;
     const severity = bad.some(({ level }) => level === "error") ? "error" : "warning";
@@ -96,10 +96,9 @@ function files(app: App): HTMLElement {
     field.value = "";
     act?.();
   });
-  app.displayFile.watch((known) => {
+  app.displayFile.watch((file) => {
     const option = (value: string, text: string): HTMLElement => h("option", { value }, text);
-    const own =
-      known === null || known.file === "" ? [] : [option("save", `Save to ${baseName(known.file)}`)];
+    const own = file === null || file.file === "" ? [] : [option("save", `Save to ${baseName(file.file)}`)];
     field.replaceChildren(
       option("", "File…"),
       ...own,
@@ -118,7 +117,7 @@ function adder(app: App, added: (id: number) => void): HTMLElement {
   const field = h("select", { class: "add", "aria-label": "Add a display", title: "Add a display" });
   const fill = (): void => {
     const taken = (kind: DisplayKind): boolean =>
-      kind.single && app.displays.all.value.some((one) => one.kind === kind.name);
+      kind.single && app.displays.all.value.some((display) => display.kind === kind.name);
     const kinds = KINDS.map((kind) =>
       h("option", { value: kind.name, title: kind.about, disabled: taken(kind) }, kind.name),
     );
@@ -157,11 +156,11 @@ function globalOptions(app: App): HTMLElement {
     field: propertyField(app, owner, property, (value) => app.displays.setGlobal(property.name, value)),
   }));
   const notes = h("details", { hidden: true });
-  app.displayFile.watch((known) => {
-    notes.hidden = known === null || known.notes.length === 0;
+  app.displayFile.watch((file) => {
+    notes.hidden = file === null || file.notes.length === 0;
     notes.replaceChildren(
-      h("summary", {}, `Not supported in ${known?.name ?? ""}`),
-      h("ul", { class: "notes" }, ...(known?.notes ?? []).map((note) => h("li", {}, note))),
+      h("summary", {}, `Not supported in ${file?.name ?? ""}`),
+      h("ul", { class: "notes" }, ...(file?.notes ?? []).map((note) => h("li", {}, note))),
     );
   });
   const body = h(
@@ -177,11 +176,11 @@ function globalOptions(app: App): HTMLElement {
     icon("chevron"),
     h("span", { class: "name" }, "Global options"),
   );
-  let said = "";
+  let frameNames = "";
   const show = (): void => {
-    const asked = String(app.displays.global("frame"));
-    const isMissing = asked !== "" && asked !== app.scene.value?.world && !app.frames().includes(asked);
-    const text = isMissing ? `frame ${asked} does not exist` : "";
+    const frame = String(app.displays.global("frame"));
+    const isMissing = frame !== "" && frame !== app.scene.value?.world && !app.frames().includes(frame);
+    const text = isMissing ? `frame ${frame} does not exist` : "";
     lamp.dataset["level"] = isMissing ? "error" : "ok";
     lamp.setAttribute("aria-label", isMissing ? `error: ${text}` : "fine");
     reason.textContent = text;
@@ -199,8 +198,8 @@ function globalOptions(app: App): HTMLElement {
   app.scene.watch(show);
   app.state.watch((state) => {
     const names = state?.frames.map(([name]) => name).join("\n") ?? "";
-    if (names === said) return;
-    said = names;
+    if (names === frameNames) return;
+    frameNames = names;
     show();
   });
   return h("li", { class: "display globals" }, h("div", { class: "row" }, head, lamp), body);
@@ -294,7 +293,7 @@ class Row {
     for (const extra of this.extras) extra.show(this.config);
   }
 
-  tell(status: Status | undefined): void {
+  setStatus(status: Status | undefined): void {
     const { level, reason } = status ?? { level: "off", reason: "" };
     this.lamp.dataset["level"] = level;
     this.lamp.title = reason || LEVELS[level];

@@ -27,7 +27,7 @@ export function drive(app: App, driver: Driver): HTMLElement {
   driver.stick.watch(([forward, left]) => {
     const reach = 38 / Math.max(1, Math.hypot(forward, left));
     knob.style.transform = `translate(${-left * reach}px, ${-forward * reach}px)`;
-    pad.classList.toggle("held", forward !== 0 || left !== 0);
+    pad.classList.toggle("slider-hold", forward !== 0 || left !== 0);
   });
 
   const share = h("input", {
@@ -51,7 +51,7 @@ export function drive(app: App, driver: Driver): HTMLElement {
   const turn = meter("Turn", "rad/s", 2);
   const believed = place("Odometry", "Pose from wheel odometry, relative to the start");
   const truth = place("In the world", "True pose of the robot in the simulated world");
-  const who = h("p", { class: "who", role: "status" });
+  const driverNote = h("p", { class: "who", role: "status" });
   const controls = h(
     "div",
     { class: "drive" },
@@ -68,7 +68,7 @@ export function drive(app: App, driver: Driver): HTMLElement {
           { type: "button", class: "stop", title: "Stop (Space)", onclick: () => stop(app, driver) },
           "Stop",
         ),
-        who,
+        driverNote,
       ),
     ),
     forward.element,
@@ -81,7 +81,7 @@ export function drive(app: App, driver: Driver): HTMLElement {
     why.hidden = !controls.hidden;
     why.textContent = about?.cannot_drive ? `This robot cannot be driven: ${about.cannot_drive}` : "";
   });
-  app.state.watchAtLeisure((state) => {
+  app.state.watchThrottled((state) => {
     const about = app.about.value;
     if (state === null || about === null) return;
     forward.set(state.twist[0] ?? 0, state.command[0] ?? 0, about.linear_limit);
@@ -94,7 +94,7 @@ export function drive(app: App, driver: Driver): HTMLElement {
     truth.element.classList.toggle("apart", isApart);
     write(truth.title, isApart ? "In the world: differs from odometry" : "In the world");
     const other = state.driver !== 0 && state.driver !== about.client;
-    write(who, other ? "Driven from another tab" : "");
+    write(driverNote, other ? "Driven from another tab" : "");
   });
   return panel("drive", "Drive", [], controls, why);
 }
@@ -135,29 +135,29 @@ function steady(value: number): number {
 
 interface Meter {
   element: HTMLElement;
-  set: (value: number, asked: number, limit: number) => void;
+  set: (value: number, commanded: number, limit: number) => void;
 }
 
 function meter(label: string, unit: string, digits: number): Meter {
   const value = readout(`${label} in ${unit}`, { class: "number" });
   const bar = h("span", { class: "bar" });
-  const asked = h("span", { class: "asked" });
+  const commanded = h("span", { class: "asked" });
   const element = h(
     "div",
     { class: "meter" },
     h("span", { class: "label" }, label),
     value,
     h("span", { class: "unit" }, unit),
-    h("span", { class: "track" }, bar, asked),
+    h("span", { class: "track" }, bar, commanded),
   );
   return {
     element,
-    set: (now, wanted, limit) => {
+    set: (now, command, limit) => {
       write(value, fixed(now, digits));
       const part = Math.max(-1, Math.min(1, now / (limit || 1)));
       bar.style.left = `${(50 + Math.min(0, part) * 50).toFixed(1)}%`;
       bar.style.width = `${(Math.abs(part) * 50).toFixed(1)}%`;
-      asked.style.left = `${(50 + Math.max(-1, Math.min(1, wanted / (limit || 1))) * 50).toFixed(1)}%`;
+      commanded.style.left = `${(50 + Math.max(-1, Math.min(1, command / (limit || 1))) * 50).toFixed(1)}%`;
     },
   };
 }

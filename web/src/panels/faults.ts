@@ -81,7 +81,7 @@ export function faultForm(app: App): HTMLElement {
       value: value.valueAsNumber,
       seconds: seconds.valueAsNumber,
     });
-    app.told.set({ text: `${chosen().label}: ${target.value}, for ${seconds.value} s.` });
+    app.notice.set({ text: `${chosen().label}: ${target.value}, for ${seconds.value} s.` });
   });
   return form;
 }
@@ -111,15 +111,15 @@ export function faultList(app: App, counted: (acting: number) => void): HTMLElem
       },
       icon("close"),
     );
-    const made = { row: h("li", {}, h("span", { class: "words" }, words), left, end), left };
+    const made = { row: h("li", {}, h("span", { class: "format" }, words), left, end), left };
     rows.set(number, made);
     list.append(made.row);
     return made;
   };
-  app.state.watchAtLeisure((state) => {
+  app.state.watchThrottled((state) => {
     const faults = state?.faults ?? [];
     for (const [number, { row }] of rows) {
-      if (faults.some((one) => one.number === number)) continue;
+      if (faults.some((fault) => fault.number === number)) continue;
       row.remove();
       rows.delete(number);
     }

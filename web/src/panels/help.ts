@@ -36,12 +36,12 @@ const KEYS: readonly [string, string, ("sim" | "play" | "time")?][] = [
 export function help(app: App): HTMLDialogElement {
   const list = h("dl");
   app.about.watch((about) => {
-    const known = KEYS.filter(
+    const shown = KEYS.filter(
       ([, , need]) =>
         need === undefined || need === about?.mode || (need === "time" && about?.mode !== "view"),
     );
     list.replaceChildren(
-      ...known.flatMap(([key, what]) => [
+      ...shown.flatMap(([key, what]) => [
         h("dt", {}, ...key.split(", ").flatMap((k, i) => [i > 0 && " ", h("kbd", {}, k)])),
         h("dd", {}, what),
       ]),

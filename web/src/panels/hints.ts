@@ -1,20 +1,20 @@
 import type { Hint } from "../protocol";
 
 /** Shows the values of the expressions at the end of each line, and as a tooltip on each expression. */
-export function tellHints(body: HTMLElement, hints: readonly Hint[]): void {
+export function showHints(body: HTMLElement, hints: readonly Hint[]): void {
   const byLine = new Map<number, Hint[]>();
   for (const hint of hints) byLine.set(hint.place.line, [...(byLine.get(hint.place.line) ?? []), hint]);
   for (const row of body.querySelectorAll<HTMLElement>(".line")) {
-    const told = byLine.get(Number(row.dataset["line"])) ?? [];
+    const lineHints = byLine.get(Number(row.dataset["line"])) ?? [];
     const text = row.querySelector<HTMLElement>(".text")!;
-    if (told.length > 0) text.dataset["hint"] = told.map(worded).join("  \u00b7  ");
+    if (lineHints.length > 0) text.dataset["hint"] = lineHints.map(hintText).join("  \u00b7  ");
     else delete text.dataset["hint"];
-    explain(text, told);
+    explain(text, lineHints);
   }
 }
 
 /** The values of an expression, one for each macro call with a different value. */
-export function worded({ values, more }: Hint): string {
+export function hintText({ values, more }: Hint): string {
   return [...values, ...(more ? ["\u2026"] : [])].join(" | ");
 }
 
@@ -28,6 +28,6 @@ function explain(text: HTMLElement, hints: readonly Hint[]): void {
     ).length;
     if (!(piece instanceof HTMLElement) || !piece.classList.contains("t-expression")) continue;
     const hint = hints.find(({ place }) => place.column <= at && at < place.column + place.length);
-    piece.title = hint === undefined ? "" : worded(hint);
+    piece.title = hint === undefined ? "" : hintText(hint);
   }
 }

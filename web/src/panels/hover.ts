@@ -21,7 +21,7 @@ export function hover(app: App, view: View, holder: HTMLElement): HTMLElement {
     pending = true;
     requestAnimationFrame(() => {
       pending = false;
-      const link = app.scene.value?.links.find((one) => one.name === name(event));
+      const link = app.scene.value?.links.find((candidate) => candidate.name === name(event));
       view.robot?.point(link?.name ?? "");
       tip.hidden = link === undefined;
       canvas.classList.toggle("pointing", link !== undefined);

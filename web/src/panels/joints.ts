@@ -1,7 +1,7 @@
 import { wrap } from "../angles";
 import type { App } from "../app";
 import { h, panel, readout, rounded, toggle } from "../dom";
-import { held } from "../held";
+import { sliderHold } from "../slider-hold";
 import type { JointView, State } from "../protocol";
 
 /** Number of joints from which a search field is shown. */
@@ -60,10 +60,10 @@ export function joints(app: App): HTMLElement {
   const nothing = h("p", { class: "nothing" });
   let rows: Row[] = [];
   const filter = (): void => {
-    const wanted = search.value.toLowerCase();
-    for (const { joint, element } of rows) element.hidden = !joint.name.toLowerCase().includes(wanted);
-    const found = rows.some(({ element }) => !element.hidden);
-    nothing.hidden = found;
+    const query = search.value.toLowerCase();
+    for (const { joint, element } of rows) element.hidden = !joint.name.toLowerCase().includes(query);
+    const hasMatch = rows.some(({ element }) => !element.hidden);
+    nothing.hidden = hasMatch;
     nothing.textContent = rows.length === 0 ? "This robot has no movable joints." : "No joint matches.";
   };
   const build = (): void => {
@@ -96,12 +96,12 @@ export function joints(app: App): HTMLElement {
     inRadians = options.radians;
     build();
   });
-  app.state.watchAtLeisure((state) => state && update(rows, state));
+  app.state.watchThrottled((state) => state && update(rows, state));
   return panel("joints", "Joints", [presets, units], list);
 }
 
 function row(app: App, joint: JointView, index: number): Row {
-  const [factor, digits, unit, words] = unitOf(joint, app.options.value.radians);
+  const [factor, digits, unit, unitName] = unitOf(joint, app.options.value.radians);
   const fixed = joint.control === "none";
   const send = (position: number): void => {
     if (Number.isFinite(position)) app.send({ type: "set_joint", name: joint.name, position });
@@ -123,7 +123,7 @@ function row(app: App, joint: JointView, index: number): Row {
     type: "number",
     step: "any",
     disabled: slider.disabled,
-    "aria-label": `${joint.name} in ${words}`,
+    "aria-label": `${joint.name} in ${unitName}`,
     onchange: () => send(number.valueAsNumber / factor),
     onkeydown: (event: KeyboardEvent) => event.key === "Enter" && number.blur(), // shows the current value again
     onblur: () => {
@@ -166,17 +166,17 @@ function row(app: App, joint: JointView, index: number): Row {
   const show = (position: number): void => {
     const before = shown;
     shown = rounded(position * factor, digits);
-    if (shown !== before) slider.setAttribute("aria-valuetext", `${shown} ${words}`);
+    if (shown !== before) slider.setAttribute("aria-valuetext", `${shown} ${unitName}`);
     if (document.activeElement !== number && number.value !== shown) number.value = shown;
   };
-  const isHeld = held(slider, () => app.state.value !== null && update([result], app.state.value));
+  const isHeld = sliderHold(slider, () => app.state.value !== null && update([result], app.state.value));
   const result: Row = { joint, index, element, slider, show, isHeld };
   return result;
 }
 
 /** A slider for a joint's speed, up to its limit. A double click stops the joint. */
 function speedSlider(app: App, joint: JointView, factor: number, digits: number, unit: string): HTMLElement {
-  const told = readout("Speed");
+  const readoutValue = readout("Speed");
   const slider = h("input", {
     type: "range",
     min: -joint.speed,
@@ -185,13 +185,13 @@ function speedSlider(app: App, joint: JointView, factor: number, digits: number,
     value: 0,
     "aria-label": `${joint.name} speed`,
   });
-  const tell = (): void => {
-    told.textContent = `${rounded(slider.valueAsNumber * factor, digits)} ${unit}/s`;
-    slider.setAttribute("aria-valuetext", told.textContent);
+  const show = (): void => {
+    readoutValue.textContent = `${rounded(slider.valueAsNumber * factor, digits)} ${unit}/s`;
+    slider.setAttribute("aria-valuetext", readoutValue.textContent);
     slider.style.setProperty("--at", String((slider.valueAsNumber + joint.speed) / (2 * joint.speed)));
   };
   const send = (): void => {
-    tell();
+    show();
     app.send({ type: "joint_speed", name: joint.name, velocity: slider.valueAsNumber });
   };
   slider.addEventListener("input", send);
@@ -199,8 +199,8 @@ function speedSlider(app: App, joint: JointView, factor: number, digits: number,
     slider.value = "0";
     send();
   });
-  tell();
-  return h("label", { class: "speed" }, h("span", {}, "Speed"), told, slider);
+  show();
+  return h("label", { class: "speed" }, h("span", {}, "Speed"), readoutValue, slider);
 }
 
 function update(rows: Row[], state: State): void {

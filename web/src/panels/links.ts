@@ -48,11 +48,11 @@ export function links(app: App): HTMLElement {
 }
 
 function branch(app: App, scene: Scene, name: string, depth: number): HTMLElement[] {
-  const link = scene.links.find((one) => one.name === name);
+  const link = scene.links.find((candidate) => candidate.name === name);
   if (link === undefined) return [];
   const children = scene.links
-    .filter((one) => one.parent === name)
-    .flatMap((one) => branch(app, scene, one.name, depth + 1));
+    .filter((candidate) => candidate.parent === name)
+    .flatMap((candidate) => branch(app, scene, candidate.name, depth + 1));
   return [item(app, link, depth), ...children];
 }
 

@@ -1,8 +1,8 @@
 import type { App } from "../app";
 import { baseName, h } from "../dom";
 import { icon } from "../icons";
-import { clock, recordedTo } from "../time/words";
-import { goalWords, onGoal } from "../tools/goal";
+import { clock, recordedText } from "../time/format";
+import { goalText, onGoal } from "../tools/goal";
 
 /** Limit of entries. */
 const MOST = 300;
@@ -35,8 +35,8 @@ export function log(app: App): HTMLElement {
     if (atEnd) log.scrollTop = log.scrollHeight;
   };
   app.refused.watch((now) => now && add("warning", now.reason));
-  app.told.watch((now) => now && add("info", now.text));
-  app.recorded.watch((now) => now && add("info", recordedTo(now)));
+  app.notice.watch((now) => now && add("info", now.text));
+  app.recorded.watch((now) => now && add("info", recordedText(now)));
   app.connection.link.watch((link) => {
     if (link === "live") add("info", "Connected.");
     if (link === "lost") add("error", "Connection lost.");
@@ -59,7 +59,7 @@ export function log(app: App): HTMLElement {
   onGoal(app, (state, reason, time) =>
     add(
       state === "stuck" || state === "refused" ? "warning" : "info",
-      goalWords(state, reason),
+      goalText(state, reason),
       `${time.toFixed(2)} s`,
     ),
   );

@@ -1,8 +1,8 @@
 import type { App } from "../app";
-import { fallenWords } from "../displays/fallen";
+import { fallenText } from "../displays/fallen";
 import { baseName, h } from "../dom";
 import { icon } from "../icons";
-import { recordedTo } from "../time/words";
+import { recordedText } from "../time/format";
 
 /** Milliseconds for which a notice is shown. */
 const SHOWN_FOR = 5000;
@@ -54,7 +54,7 @@ export function notices(app: App, picture: HTMLElement): HTMLElement {
     document.documentElement.dataset["link"] = isLost ? "lost" : "live";
   });
   const undrawn = h("div", { class: "notice warning", role: "alert", hidden: true });
-  app.drawn.watch((now) => {
+  app.rendering.watch((now) => {
     undrawn.hidden = now === "drawn";
     undrawn.replaceChildren(icon("warning"), UNDRAWN[now]);
   });
@@ -72,9 +72,9 @@ export function notices(app: App, picture: HTMLElement): HTMLElement {
     const fallen = state?.fallen ?? [];
     const news = fallen.filter(({ name }) => !known.includes(name));
     known = fallen.map(({ name }) => name);
-    if (news.length > 0) say(news.map(fallenWords).join("; "));
+    if (news.length > 0) say(news.map(fallenText).join("; "));
   });
-  app.told.watch((now) => now !== null && say(now.text));
+  app.notice.watch((now) => now !== null && say(now.text));
   app.recorded.watch((now) => {
     if (now === null) return;
     const name = baseName(now.file);
@@ -94,7 +94,7 @@ export function notices(app: App, picture: HTMLElement): HTMLElement {
       },
       icon("close"),
     );
-    say(recordedTo(now), ...(now.address === "" ? [] : [get]), close);
+    say(recordedText(now), ...(now.address === "" ? [] : [get]), close);
   });
   return h("div", { class: "notices" }, undrawn, broken, lost, full, refused);
 }

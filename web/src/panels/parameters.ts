@@ -1,6 +1,6 @@
 import type { App } from "../app";
 import { h, ofNow, panel } from "../dom";
-import { held } from "../held";
+import { sliderHold } from "../slider-hold";
 import type { Parameter } from "../protocol";
 
 interface Row {
@@ -43,7 +43,7 @@ export function parameters(app: App): HTMLElement {
     if (!sameNames(rows, now.parameters)) {
       rows = now.parameters.map((parameter) => row(app, parameter));
       list.replaceChildren(
-        ...(rows.length ? rows.map((one) => one.element) : [h("p", { class: "nothing" }, whyNone(app))]),
+        ...(rows.length ? rows.map(({ element }) => element) : [h("p", { class: "nothing" }, whyNone(app))]),
       );
     }
     now.parameters.forEach((parameter, index) => update(rows[index]!, parameter));
@@ -119,7 +119,7 @@ function dragged(row: Row, send: (value: number) => void): Inputs {
     onchange: () => send(number.valueAsNumber),
     onblur: () => show(),
   });
-  const isHeld = held(slider, () => show());
+  const isHeld = sliderHold(slider, () => show());
   const show = (): void => {
     const { value } = row.parameter;
     if (document.activeElement !== number) number.value = String(Number(value.toPrecision(6)));
@@ -151,6 +151,6 @@ function sameNames(rows: readonly Row[], parameters: readonly Parameter[]): bool
   );
 }
 
-function same(one: Parameter, other: Parameter): boolean {
-  return one.name === other.name && one.kind === other.kind && one.is_truth === other.is_truth;
+function same(a: Parameter, b: Parameter): boolean {
+  return a.name === b.name && a.kind === b.kind && a.is_truth === b.is_truth;
 }

@@ -134,14 +134,14 @@ function list(
   return [
     field,
     (value) => {
-      const known = entries();
-      const all = known.some(([one]) => one === value)
-        ? known
-        : [...known, [String(value), String(value)] as const];
-      const names = all.map(([one]) => one).join("\n");
+      const options = entries();
+      const all = options.some(([entry]) => entry === value)
+        ? options
+        : [...options, [String(value), String(value)] as const];
+      const names = all.map(([entry]) => entry).join("\n");
       if (field.dataset["entries"] !== names) {
         field.dataset["entries"] = names;
-        field.replaceChildren(...all.map(([one, text]) => h("option", { value: one }, text)));
+        field.replaceChildren(...all.map(([entry, text]) => h("option", { value: entry }, text)));
       }
       field.value = String(value);
       field.title = field.selectedOptions[0]?.text ?? "";

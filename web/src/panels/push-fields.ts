@@ -81,7 +81,7 @@ export class PushFields {
       this.app.refused.set({ reason: `Only the robot can be kicked. Push ${name} instead.` });
       return false;
     } else this.app.send({ type: "kick", x, y, z });
-    this.app.told.set({
+    this.app.notice.set({
       text: this.isKick
         ? `Kicked at ${this.strength.value} m/s.`
         : `Pushed ${name} with ${this.strength.value} N for ${this.seconds.value} s.`,
@@ -92,7 +92,7 @@ export class PushFields {
   /** Sets the default strength, unless the user has set one. */
   private suggest(): void {
     if (this.wasChosen) return;
-    const mass = this.app.scene.value?.links.reduce((sum, one) => sum + (one.inertia?.mass ?? 0), 0) ?? 1;
+    const mass = this.app.scene.value?.links.reduce((sum, { inertia }) => sum + (inertia?.mass ?? 0), 0) ?? 1;
     this.strength.value = String(
       this.isKick ? SPEED : Math.min(STRONGEST, Number((WEIGHTS * mass).toPrecision(2))),
     );

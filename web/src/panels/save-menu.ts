@@ -61,7 +61,7 @@ export function saveMenu(app: App, view: () => View): HTMLElement {
       view().invalidate();
     }
   });
-  app.drawn.watch((now) => (film.hidden = now === "never" || !("MediaRecorder" in window)));
+  app.rendering.watch((now) => (film.hidden = now === "never" || !("MediaRecorder" in window)));
 
   const menu = h(
     "details",
@@ -107,8 +107,9 @@ export function saveMenu(app: App, view: () => View): HTMLElement {
 /** Records a video of a canvas until it is stopped. */
 function record(canvas: HTMLCanvasElement, redraw: () => void, done: (film: Blob) => void): MediaRecorder {
   const type =
-    ["video/webm;codecs=vp9", "video/webm;codecs=vp8"].find((one) => MediaRecorder.isTypeSupported(one)) ??
-    "video/webm";
+    ["video/webm;codecs=vp9", "video/webm;codecs=vp8"].find((candidate) =>
+      MediaRecorder.isTypeSupported(candidate),
+    ) ?? "video/webm";
   const recorder = new MediaRecorder(canvas.captureStream(FRAMES_PER_SECOND), {
     mimeType: type,
     videoBitsPerSecond: 8_000_000,

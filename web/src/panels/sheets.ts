@@ -18,8 +18,8 @@ const SHEETS: readonly [string, IconName, string][] = [
 /** The buttons that select one of the panels in `docks`. On a narrow page the panels share one place below the view. */
 export function sheets(app: App, ...docks: HTMLElement[]): HTMLElement {
   const root = document.documentElement;
-  const there = SHEETS.filter(([name]) => docks.some((dock) => dock.querySelector(`#${name}`) !== null));
-  const buttons = there.map(([name, image, label]) => {
+  const available = SHEETS.filter(([name]) => docks.some((dock) => dock.querySelector(`#${name}`) !== null));
+  const buttons = available.map(([name, image, label]) => {
     const open = (): void => {
       choose(name);
       leave();
@@ -40,20 +40,21 @@ export function sheets(app: App, ...docks: HTMLElement[]): HTMLElement {
       );
   };
   /** Closes the plots, the traffic and the source, which share the place of the panels. */
-  const leave = (kept?: Signal<boolean>): void => {
-    for (const other of [app.plots, app.traffic]) if (other !== kept) other.set(false);
+  const leave = (except?: Signal<boolean>): void => {
+    for (const other of [app.plots, app.traffic]) if (other !== except) other.set(false);
     app.spot.set(null);
   };
   const narrow = matchMedia(NARROW);
-  for (const one of [app.plots, app.traffic]) one.watch((open) => open && narrow.matches && leave(one));
+  for (const signal of [app.plots, app.traffic])
+    signal.watch((open) => open && narrow.matches && leave(signal));
   app.spot.watch(
     (spot) =>
       spot !== null && narrow.matches && [app.plots, app.traffic].forEach((other) => other.set(false)),
   );
-  for (const one of [app.plots, app.traffic, app.spot]) one.watch(mark);
+  for (const signal of [app.plots, app.traffic, app.spot]) signal.watch(mark);
   app.about.watch((about) => {
     if (about === null || root.dataset["sheet"] !== undefined) return;
-    choose(about.mode === "sim" && there.some(([name]) => name === "drive") ? "drive" : "joints");
+    choose(about.mode === "sim" && available.some(([name]) => name === "drive") ? "drive" : "joints");
   });
   return h("nav", { class: "sheets", "aria-label": "Panels" }, ...buttons);
 }

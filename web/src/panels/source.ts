@@ -4,7 +4,7 @@ import { icon } from "../icons";
 import type { Finding, SourceText } from "../protocol";
 import { editNumbers, keepFocus, numbersOf, offer } from "./edit-numbers";
 import { highlight } from "./highlight";
-import { tellHints } from "./hints";
+import { showHints } from "./hints";
 
 /** Limit of lines shown around the selected one. */
 const MOST_LINES = 6000;
@@ -72,7 +72,7 @@ export function source(app: App): HTMLElement {
       body.scrollTop = top;
     }
     if (text !== null) {
-      if (text !== drawn) tellHints(body, text.hints);
+      if (text !== drawn) showHints(body, text.hints);
       mark(app, body, text, spot);
     }
     drawn = text;
@@ -179,7 +179,7 @@ function caret(finding: Finding, spot: Spot, line: string): HTMLElement {
   const { column, length } = spot.place;
   const before = Array.from(line)
     .slice(0, column - 1)
-    .map((one) => (one === "\t" ? one : " "))
+    .map((character) => (character === "\t" ? character : " "))
     .join("");
   return h(
     "div",

@@ -61,7 +61,7 @@ function turn(app: App, chip: Chip, on: boolean): void {
 
 /** Toggles the chip with a key. */
 export function press(app: App, key: string): void {
-  const chip = [...CHIPS, FLAT, ...ALONG].find((one) => one.key === key);
+  const chip = [...CHIPS, FLAT, ...ALONG].find((item) => item.key === key);
   if (chip !== undefined) turn(app, chip, !isOn(app, chip));
 }
 
@@ -83,17 +83,17 @@ export function toolbar(app: App, view: () => View): HTMLElement {
     button(app, chip, chip.name === "ride" ? "View from the robot (9)" : "Follow the robot (8)", chip.label),
   );
   const hide = (): void => {
-    for (const one of [...buttons, ...along]) {
-      const name = one.dataset["option"] ?? "";
-      if (name === "scan") one.hidden = app.topics.first(["sensor_msgs/msg/LaserScan"]) === "";
-      else one.hidden = FOR_MOVING.includes(name) && (app.about.value?.mode ?? "view") === "view";
+    for (const item of [...buttons, ...along]) {
+      const name = item.dataset["option"] ?? "";
+      if (name === "scan") item.hidden = app.topics.firstOfType(["sensor_msgs/msg/LaserScan"]) === "";
+      else item.hidden = FOR_MOVING.includes(name) && (app.about.value?.mode ?? "view") === "view";
     }
   };
   app.about.watch(hide);
   app.topics.list.watch(hide);
   const look = (label: string, side: Side): HTMLButtonElement => {
     const made = toggle(label, `Orthographic view from the ${label.toLowerCase()}`, false, () =>
-      view().looking.fromSide(side),
+      view().viewpoint.lockTo(side),
     );
     app.options.watch((options) => made.setAttribute("aria-pressed", String(options.side === side)));
     return made;
@@ -112,7 +112,7 @@ export function toolbar(app: App, view: () => View): HTMLElement {
           type: "button",
           title: "Show the whole robot (F)",
           "aria-label": "Show the whole robot",
-          onclick: () => view().looking.fit(),
+          onclick: () => view().viewpoint.fit(),
         },
         icon("fit"),
       ),

@@ -27,7 +27,7 @@ export function topbar(app: App, help: () => void): HTMLElement {
     theme.setAttribute("aria-label", theme.title);
   });
   // a recording is not live, although its server is connected
-  function tellOfLink(): void {
+  function showLink(): void {
     const now = app.connection.link.value;
     const live = app.about.value?.mode === "play" ? "connected" : "live";
     link.dataset["link"] = now;
@@ -43,16 +43,16 @@ export function topbar(app: App, help: () => void): HTMLElement {
     mode.textContent = about.mode === "play" ? "recording" : "view";
     mode.hidden = about.mode === "sim";
     world.hidden = about.mode !== "sim";
-    const known = about.worlds.map((choice) => choice.name);
-    const names = known.includes(about.world) ? known : [about.world, ...known];
+    const builtIn = about.worlds.map((choice) => choice.name);
+    const names = builtIn.includes(about.world) ? builtIn : [about.world, ...builtIn];
     world.replaceChildren(
       ...names.map((name) => h("option", { value: name }, baseName(name).replaceAll("_", " "))),
     );
     world.value = about.world;
     document.title = `${baseName(shown)} · KBot`;
-    tellOfLink();
+    showLink();
   });
-  app.connection.link.watch(tellOfLink);
+  app.connection.link.watch(showLink);
   return h(
     "header",
     { class: "topbar" },

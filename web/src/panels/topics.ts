@@ -26,7 +26,7 @@ export function topicTree(app: App): HTMLElement {
   const rows = new Map<string, Row>();
   app.topics.list.watch((all) => {
     for (const [name, row] of rows) {
-      if (all.some((one) => one.name === name)) continue;
+      if (all.some((topic) => topic.name === name)) continue;
       row.close();
       row.element.remove();
       rows.delete(name);
@@ -34,7 +34,7 @@ export function topicTree(app: App): HTMLElement {
     all.forEach((topic, index) => {
       let row = rows.get(topic.name);
       if (row === undefined) rows.set(topic.name, (row = new Row(app, topic.name)));
-      row.tell(topic);
+      row.update(topic);
       if (list.children[index] !== row.element) list.insertBefore(row.element, list.children[index] ?? null);
     });
   });
@@ -67,7 +67,7 @@ class Row {
     this.element = h("li", { "data-topic": topic }, this.head, this.body);
   }
 
-  tell({ kind, rate, is_input }: TopicView): void {
+  update({ kind, rate, is_input }: TopicView): void {
     this.type.textContent = shortType(kind);
     const [without, title] = this.app.about.value?.mode === "play" ? PLAYED : is_input ? INPUT : SAID;
     this.rate.textContent = rate === null ? without : `${rate} Hz`;
@@ -88,7 +88,7 @@ class Row {
     this.shape = "";
     this.drawnAt = 0;
     this.stop = () => undefined;
-    this.stop = this.app.topics.listen(this.topic, (message) => this.show(message));
+    this.stop = this.app.topics.subscribe(this.topic, (message) => this.show(message));
   }
 
   private show({ message }: TopicMessage): void {
@@ -102,7 +102,7 @@ class Row {
       this.values.clear();
       this.body.replaceChildren(...fields.flatMap(([path, value]) => this.field(path, value)));
     }
-    for (const [path, value] of fields) this.values.get(path.join("."))!.textContent = worded(value);
+    for (const [path, value] of fields) this.values.get(path.join("."))!.textContent = formatValue(value);
   }
 
   private field(path: readonly string[], value: unknown): HTMLElement[] {
@@ -141,7 +141,7 @@ export function* leaves(
   if (Array.isArray(value) && entries.length > MOST) yield [[...path, "…"], `${entries.length - MOST} more`];
 }
 
-export function worded(value: unknown): string {
+export function formatValue(value: unknown): string {
   if (typeof value !== "number") return String(value);
   return String(Number(value.toPrecision(6)));
 }

@@ -70,7 +70,7 @@ export function transport(app: App): HTMLElement {
   app.traffic.watch((open) => traffic.setAttribute("aria-pressed", String(open)));
   const rate = h("span", { class: "rate", title: "Real-time factor" });
   let isPaused: boolean | null = null;
-  app.state.watchAtLeisure((state) => {
+  app.state.watchThrottled((state) => {
     if (state === null) return;
     write(time, `${state.time.toFixed(2)} s`);
     if (document.activeElement !== speed) speed.value = String(state.speed);

@@ -60,11 +60,11 @@ function parametersOf(app: App, done: () => void): HTMLElement {
   const title = h("h2", {});
   let shown = "";
   let filled = "";
-  let told = -1;
+  let seedShown = -1;
   app.about.watch((about) => {
     const choice = about?.worlds.find(({ name }) => name === about.world);
     if (about === null) return;
-    if (told !== about.seed) seed.value = String((told = about.seed)); // keep what the user is typing
+    if (seedShown !== about.seed) seed.value = String((seedShown = about.seed)); // keep what the user is typing
     const values = JSON.stringify(choice?.parameters);
     if (shown === about.world && filled === values) return;
     [shown, filled] = [about.world, values];
@@ -138,7 +138,7 @@ function pushForm(app: App): HTMLElement {
   const up = angle("Upwards in degrees", "0 is level, 90 straight up");
   app.scene.watch((scene) => {
     const before = link.value;
-    const names = scene?.links.filter((one) => one.inertia !== null).map((one) => one.name) ?? [];
+    const names = scene?.links.filter((link) => link.inertia !== null).map((link) => link.name) ?? [];
     link.replaceChildren(...names.map((name) => h("option", { value: name }, name)));
     if (names.includes(before)) link.value = before;
   });

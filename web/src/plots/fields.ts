@@ -51,7 +51,7 @@ export function labelled({ name, unit }: Field): string {
 const KEY = "kbot.plots";
 
 /** The fields that this browser plotted last. */
-export function rememberedFields(): string[] {
+export function storedFields(): string[] {
   try {
     const value: unknown = JSON.parse(localStorage.getItem(KEY) ?? "null");
     if (Array.isArray(value)) return value.filter((name) => typeof name === "string");
@@ -61,7 +61,7 @@ export function rememberedFields(): string[] {
   return ["forward speed", "commanded forward speed", "turning speed"];
 }
 
-export function rememberFields(names: string[]): void {
+export function storeFields(names: string[]): void {
   try {
     localStorage.setItem(KEY, JSON.stringify(names));
   } catch {

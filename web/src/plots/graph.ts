@@ -2,7 +2,7 @@ import type uPlot from "uplot";
 
 import type { App } from "../app";
 import { h } from "../dom";
-import { clock } from "../time/words";
+import { clock } from "../time/format";
 import { paddedRange, tickLabel } from "./axis";
 import type { Span } from "./span";
 import type { Table } from "./table";
@@ -39,9 +39,9 @@ export class Graph {
   /** Marks where the simulated time was set to another value. */
   private readonly marks = h("div", {});
   private chart: uPlot | null = null;
-  private asked = 0;
+  private builds = 0;
   /** The time shown before the first click of a double click. */
-  private stood: number | null = null;
+  private timeBefore: number | null = null;
   /** Where the pointer was pressed, in pixels. NaN if it grabbed the line. */
   private pressedAt = NaN;
 
@@ -61,8 +61,8 @@ export class Graph {
     const hadFocus = document.activeElement === this.line;
     this.chart?.destroy();
     this.chart = null; // a chart cannot draw other series than those it was created for
-    const wanted = (this.asked += 1);
-    const isStale = (): boolean => wanted !== this.asked || !this.app.plots.value;
+    const build = (this.builds += 1);
+    const isStale = (): boolean => build !== this.builds || !this.app.plots.value;
     if (isStale()) return;
     const { default: UPlot } = await import("./chart");
     if (isStale()) return;
@@ -88,7 +88,7 @@ export class Graph {
   /** Zooms out, and returns to the time before the double click. */
   private whole(): void {
     this.span.zoom = null;
-    if (this.stood !== null) this.goTo(this.stood);
+    if (this.timeBefore !== null) this.goTo(this.timeBefore);
     this.draw();
   }
 
@@ -101,7 +101,7 @@ export class Graph {
   /** The time shown or requested. */
   private get at(): number {
     const { travel } = this.app;
-    return travel.awaited ?? (travel.isElsewhere ? travel.at : this.span.end);
+    return travel.awaited ?? (travel.showsHistory ? travel.at : this.span.end);
   }
 
   private drawLine(): void {
@@ -111,7 +111,7 @@ export class Graph {
     const { travel } = this.app;
     // while the plot is live the line would hide its edge, so it is visible only when focused
     line.hidden = chart === null || at < low - 1e-6 || at > high + 1e-6;
-    line.classList.toggle("now", !travel.isElsewhere);
+    line.classList.toggle("now", !travel.showsHistory);
     if (chart === null || line.hidden) return;
     line.style.left = `${chart.valToPos(this.toX(at), "x")}px`;
     line.setAttribute("aria-valuemin", this.span.start.toFixed(2));
@@ -188,7 +188,7 @@ export class Graph {
   private click(event: MouseEvent): void {
     if (event.detail > 1 || !(Math.abs(event.clientX - this.pressedAt) <= STILL)) return;
     const { travel } = this.app;
-    this.stood = travel.isElsewhere || travel.awaited !== null ? this.at : Infinity; // live
+    this.timeBefore = travel.showsHistory || travel.awaited !== null ? this.at : Infinity; // live
     this.goTo(this.atOf(event.clientX));
   }
 
@@ -212,7 +212,7 @@ export class Graph {
     const { offset, table } = this;
     const first = Math.max(0, table.indexAt(low));
     const last = table.indexAt(high) + 2;
-    const at = table.at.slice(first, last).map((one) => one + offset);
+    const at = table.at.slice(first, last).map((moment) => moment + offset);
     const columns = table.columns.map((column) => column.slice(first, last));
     for (const index of this.jumps().reverse()) {
       // a gap, so that no curve joins the values before and after the jump

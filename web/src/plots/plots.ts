@@ -4,7 +4,7 @@ import { letGo } from "../focus";
 import { icon } from "../icons";
 import { DRAGGED } from "../panels/topics";
 import type { Scene } from "../protocol";
-import { fields, labelled, rememberedFields, rememberFields, type Field } from "./fields";
+import { fields, labelled, storedFields, storeFields, type Field } from "./fields";
 import { Graph, MOST_CURVES, strokeOf } from "./graph";
 import { Span, SPANS, type SpanName } from "./span";
 import { Table } from "./table";
@@ -50,7 +50,7 @@ export function plots(app: App): HTMLElement {
   let pointed = -1;
   let drawnAt = 0;
 
-  const tell = (): void => {
+  const showValues = (): void => {
     const played = app.travel.timeline.value?.played === true;
     const at = app.travel.isPast || played ? app.travel.at : Infinity;
     const index = pointed >= 0 ? pointed : table.indexAt(at);
@@ -61,13 +61,13 @@ export function plots(app: App): HTMLElement {
   };
   const graph = new Graph(app, holder, table, span, (index) => {
     pointed = index;
-    tell();
+    showValues();
   });
   let wasOpened = false;
   const listen = (): void =>
-    app.topicFields.value.forEach((field) => field.listen(wasOpened && table.fields.includes(field)));
+    app.topicFields.value.forEach((field) => field.setActive(wasOpened && table.fields.includes(field)));
   const choose = (names: string[]): void => {
-    rememberFields(names);
+    storeFields(names);
     show(names);
   };
   const show = (names: string[]): void => {
@@ -110,7 +110,7 @@ export function plots(app: App): HTMLElement {
     const [low, high] = span.range();
     table.need(Math.max(low, span.start), Math.min(high, span.end));
     graph.draw();
-    tell();
+    showValues();
   };
 
   let joints: Scene["joints"] | undefined;
@@ -121,7 +121,7 @@ export function plots(app: App): HTMLElement {
     if (played) span.choose("all");
     spans.value = span.name;
     all = [...fields(scene, played), ...app.topicFields.value];
-    show(rememberedFields());
+    show(storedFields());
   });
   const restored = app.topicFields.value;
   app.topicFields.watch((of) => {
@@ -150,7 +150,7 @@ export function plots(app: App): HTMLElement {
     draw();
   });
   app.travel.timeline.watch(() => draw());
-  app.series.watch((series) => series !== null && table.heard(series) && draw(true));
+  app.series.watch((series) => series !== null && table.receive(series) && draw(true));
   app.connection.link.watch((link) => link === "live" && table.forget());
   app.theme.watch(() => void graph.rebuild());
   app.plots.watch((open) => {
@@ -212,7 +212,7 @@ function saveMenu(app: App, table: Table, span: Span, holder: HTMLElement): HTML
       ...box,
     });
   };
-  app.drawing.watch(
+  app.plotImage.watch(
     (drawing) =>
       drawing !== null && download(new Blob([drawing.svg], { type: "image/svg+xml" }), `${name()}.svg`),
   );

@@ -52,16 +52,16 @@ export class Span {
       this.before[0] <= at &&
       at <= this.before[1];
     if (this.before !== null && stays) return this.before;
-    const wanted = this.follows ? end : Math.max(at - length / 2, start);
-    const from = Math.max(start, Math.min(wanted, end - length));
+    const target = this.follows ? end : Math.max(at - length / 2, start);
+    const from = Math.max(start, Math.min(target, end - length));
     return (this.before = [from, Math.max(Math.min(from + length, end), from + 1)]);
   }
 
   /** Zooms about a time. A factor below 1 zooms in. */
   zoomBy(factor: number, about: number): void {
     const [low, high] = this.range();
-    const wanted = Math.min(Math.max((high - low) * factor, 0.1), Math.max(1, this.end - this.start));
+    const target = Math.min(Math.max((high - low) * factor, 0.1), Math.max(1, this.end - this.start));
     const part = high > low ? Math.min(Math.max((about - low) / (high - low), 0), 1) : 0.5;
-    this.zoom = [about - wanted * part, about + wanted * (1 - part)];
+    this.zoom = [about - target * part, about + target * (1 - part)];
   }
 }

@@ -25,7 +25,7 @@ export class Table {
   private from = Infinity;
   private to = -Infinity;
   private thinned = false;
-  private asked: { number: number; start: number; when: number } | null = null;
+  private request: { number: number; start: number; when: number } | null = null;
   private count = 0;
 
   constructor(private readonly app: App) {}
@@ -43,7 +43,7 @@ export class Table {
   forget(): void {
     [this.at, this.time, this.columns] = [[], [], this.chosen.map(() => [])];
     [this.from, this.to, this.thinned] = [Infinity, -Infinity, false];
-    this.asked = null;
+    this.request = null;
   }
 
   /** Requests the rows between two times, unless they are here or already requested. */
@@ -53,23 +53,23 @@ export class Table {
     const isFine = !this.thinned || end - start > (this.to - this.from) / 2;
     if (isHere && isFine && this.at.length < MOST) return;
     const now = performance.now();
-    if (this.asked !== null && now - this.asked.when < PATIENCE) return; // a new request would cancel it
+    if (this.request !== null && now - this.request.when < PATIENCE) return; // a new request would cancel it
     this.count += 1;
-    this.asked = { number: this.count, start: Math.max(0, start - MARGIN), when: now };
+    this.request = { number: this.count, start: Math.max(0, start - MARGIN), when: now };
     this.app.send({
       type: "ask_series",
       number: this.count,
       fields: this.chosen.map((field) => field.key),
-      start: this.asked.start,
+      start: this.request.start,
       end: end + MARGIN,
     });
   }
 
   /** Takes the server's answer, and keeps the rows that were added after its end. Returns whether it was expected. */
-  heard(series: Series): boolean {
-    if (series.number !== this.asked?.number) return false;
-    const { start } = this.asked;
-    this.asked = null;
+  receive(series: Series): boolean {
+    if (series.number !== this.request?.number) return false;
+    const { start } = this.request;
+    this.request = null;
     const end = series.at.at(-1) ?? -Infinity;
     const follows = this.at.findIndex((at) => at > end + 1e-6);
     const isNext = follows >= 0 && this.at[follows]! - end < GAP && series.end >= this.at[follows]!;
@@ -93,7 +93,7 @@ export class Table {
     if (last === undefined || state.at - last > GAP) return; // `need` requests it, together with the rows in the gap
     this.at.push(state.at);
     this.time.push(state.time);
-    this.chosen.forEach((field, index) => this.columns[index]!.push(known(field.value(state))));
+    this.chosen.forEach((field, index) => this.columns[index]!.push(finiteOrNull(field.value(state))));
     this.to = Math.max(this.to, state.at);
   }
 
@@ -111,10 +111,10 @@ export class Table {
   /** The rows from `first` to before `last` that are the first after a jump of the simulated time. */
   jumps(first: number, last: number): number[] {
     const offset = (index: number): number => this.time[index]! - this.at[index]!;
-    const found: number[] = [];
+    const jumpRows: number[] = [];
     for (let index = Math.max(1, first); index < Math.min(last, this.at.length); index += 1)
-      if (Math.abs(offset(index) - offset(index - 1)) > ROUNDED) found.push(index);
-    return found;
+      if (Math.abs(offset(index) - offset(index - 1)) > ROUNDED) jumpRows.push(index);
+    return jumpRows;
   }
 
   csv(start: number, end: number): Blob {
@@ -130,6 +130,6 @@ export class Table {
 }
 
 /** Replaces NaN and infinity by null, which is not drawn. */
-function known(value: number): Cell {
+function finiteOrNull(value: number): Cell {
   return Number.isFinite(value) ? value : null;
 }

@@ -1,6 +1,6 @@
 import type { State } from "../protocol";
 import type { Topics } from "../topics";
-import { rememberedFields, type Field } from "./fields";
+import { storedFields, type Field } from "./fields";
 
 /** Limit of samples: a minute at the rate at which the server sends messages to a page. */
 const MOST = 2000;
@@ -11,8 +11,8 @@ export function fieldName(topic: string, path: readonly string[]): string {
 }
 
 /** The topic fields among those that this browser plotted last. */
-export function rememberedTopics(topics: Topics): TopicField[] {
-  return rememberedFields().flatMap((name) => {
+export function storedTopicFields(topics: Topics): TopicField[] {
+  return storedFields().flatMap((name) => {
     const [topic, path] = name.split(" ");
     return topic?.startsWith("/") && path ? [new TopicField(topics, topic, path.split("."))] : [];
   });
@@ -37,12 +37,12 @@ export class TopicField implements Field {
   }
 
   /** Subscribes to the topic or unsubscribes from it. */
-  listen(on: boolean): void {
+  setActive(on: boolean): void {
     if (on === (this.stop !== null)) return;
     this.stop?.();
     [this.times, this.values] = [[], []];
     this.stop = on
-      ? this.topics.listen(this.topic, ({ time, message }) => this.add(time, numberAt(message, this.path)))
+      ? this.topics.subscribe(this.topic, ({ time, message }) => this.add(time, numberAt(message, this.path)))
       : null;
   }
 

@@ -2,7 +2,7 @@ import type { App } from "../app";
 import { h } from "../dom";
 import { icon } from "../icons";
 import type { Bookmark } from "../protocol";
-import { clock } from "./words";
+import { clock } from "./format";
 
 /** The marks of the bookmarks on the track. They cannot be clicked; the list of bookmarks can, also by keyboard. */
 export function marks({ travel }: App): HTMLElement {
@@ -10,11 +10,11 @@ export function marks({ travel }: App): HTMLElement {
   const draw = (): void => {
     const now = travel.timeline.value;
     const full = now === null ? 0 : now.end - now.start;
-    const seen =
+    const visible =
       now === null || full <= 0 ? [] : travel.bookmarks.all.value.filter(({ at }) => at >= now.start);
-    while (holder.childElementCount > seen.length) holder.lastElementChild!.remove();
-    while (holder.childElementCount < seen.length) holder.append(h("i"));
-    seen.forEach(({ at }, index) =>
+    while (holder.childElementCount > visible.length) holder.lastElementChild!.remove();
+    while (holder.childElementCount < visible.length) holder.append(h("i"));
+    visible.forEach(({ at }, index) =>
       (holder.children[index] as HTMLElement).style.setProperty("--at", String((at - now!.start) / full)),
     );
   };
@@ -36,11 +36,13 @@ export function bookmarkList(app: App): HTMLElement {
   const age = (): void => rows.forEach((row) => row.age(travel.timeline.value?.start ?? 0));
   travel.bookmarks.all.watch((all) => {
     // a row keeps its element, so that the user can go on typing when another tab adds a bookmark
-    rows = new Map(all.map((one) => [one.number, rows.get(one.number) ?? new Row(app, one)]));
+    rows = new Map(
+      all.map((bookmark) => [bookmark.number, rows.get(bookmark.number) ?? new Row(app, bookmark)]),
+    );
     const focused = [...list.children].findIndex((element) => element.contains(document.activeElement));
-    all.forEach((one, index) => {
-      const row = rows.get(one.number)!;
-      row.tell(one);
+    all.forEach((bookmark, index) => {
+      const row = rows.get(bookmark.number)!;
+      row.update(bookmark);
       if (list.children[index] !== row.element) list.insertBefore(row.element, list.children[index] ?? null);
     });
     while (list.childElementCount > all.length) list.lastElementChild!.remove();
@@ -61,9 +63,9 @@ class Row {
 
   constructor(
     private readonly app: App,
-    private one: Bookmark,
+    private bookmark: Bookmark,
   ) {
-    const { number, at } = one;
+    const { number, at } = bookmark;
     const shown = this.when();
     this.go = h("button", { type: "button", class: "time", onclick: () => app.travel.seek(at) }, shown);
     this.note = h("input", {
@@ -85,21 +87,23 @@ class Row {
     this.element = h("li", {}, this.go, this.note, this.remove);
   }
 
-  tell(one: Bookmark): void {
-    this.one = one;
-    if (document.activeElement !== this.note) this.note.value = one.note;
-    this.go.setAttribute("aria-label", `Go to ${one.note} at ${this.when()}`);
-    this.remove.setAttribute("aria-label", `Remove ${one.note}`);
+  update(bookmark: Bookmark): void {
+    this.bookmark = bookmark;
+    if (document.activeElement !== this.note) this.note.value = bookmark.note;
+    this.go.setAttribute("aria-label", `Go to ${bookmark.note} at ${this.when()}`);
+    this.remove.setAttribute("aria-label", `Remove ${bookmark.note}`);
   }
 
   /** The simulated time, or the time in a recording, as shown elsewhere on the page. */
   private when(): string {
-    return this.app.about.value?.mode === "play" ? clock(this.one.at) : `${this.one.time.toFixed(2)} s`;
+    return this.app.about.value?.mode === "play"
+      ? clock(this.bookmark.at)
+      : `${this.bookmark.time.toFixed(2)} s`;
   }
 
   /** Disables the button if the time is no longer stored. The note stays. */
   age(start: number): void {
-    this.go.disabled = this.one.at < start;
+    this.go.disabled = this.bookmark.at < start;
     this.go.title = this.go.disabled ? "This time is no longer stored" : "Go to this time";
   }
 }

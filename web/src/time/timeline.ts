@@ -1,11 +1,11 @@
 import type { App } from "../app";
 import { baseName, h, readout, toggle } from "../dom";
 import { takesKeys } from "../focus";
-import { held } from "../held";
+import { sliderHold } from "../slider-hold";
 import { icon } from "../icons";
 import type { RecordingView, Timeline } from "../protocol";
 import { bookmarkList, marks } from "./marks";
-import { ago, bytes, clock } from "./words";
+import { ago, bytes, clock } from "./format";
 
 /** Milliseconds between two updates for screen readers while the time runs. */
 const SPOKEN = 1000;
@@ -42,7 +42,7 @@ export function timelineBar(app: App): HTMLElement {
     const isAcross = event.key === "ArrowLeft" || event.key === "ArrowRight";
     if (
       !isAcross ||
-      !travel.isElsewhere ||
+      !travel.showsHistory ||
       event.defaultPrevented ||
       takesKeys(event) ||
       event.target instanceof HTMLCanvasElement
@@ -126,7 +126,7 @@ export function timelineBar(app: App): HTMLElement {
     list,
   );
 
-  let spoken = -Infinity;
+  let announcedAt = -Infinity;
   const describe = (now: Timeline, isLive: boolean, at: number): void => {
     const full = Number(slider.max) - now.start;
     slider.style.setProperty("--part", String(full > 0 ? (at - now.start) / full : 1));
@@ -135,8 +135,8 @@ export function timelineBar(app: App): HTMLElement {
       : isLive
         ? ""
         : `\u2212${clock(now.end - at)}`;
-    if (isLive && !now.paused && performance.now() - spoken < SPOKEN) return;
-    spoken = performance.now();
+    if (isLive && !now.paused && performance.now() - announcedAt < SPOKEN) return;
+    announcedAt = performance.now();
     const time = `${(app.state.value?.time ?? 0).toFixed(2)} s`; // simulated time: after a reset it differs from timeline time
     slider.setAttribute(
       "aria-valuetext",
@@ -154,8 +154,8 @@ export function timelineBar(app: App): HTMLElement {
     slider.value = String(at);
     describe(now, isLive, at);
   };
-  const isHeld = held(slider, follow);
-  app.state.watchAtLeisure(follow);
+  const isHeld = sliderHold(slider, follow);
+  app.state.watchThrottled(follow);
   let shown: string | null = null;
   travel.timeline.watch((now) => {
     bar.hidden = now === null || (app.about.value?.mode ?? "view") === "view";
@@ -171,10 +171,10 @@ export function timelineBar(app: App): HTMLElement {
     loop.hidden = !now.played;
     loop.setAttribute("aria-pressed", String(now.loop));
     record.hidden = now.played;
-    tellOfRecording(now.recording);
+    showRecording(now.recording);
   });
 
-  function tellOfRecording(now: RecordingView | null): void {
+  function showRecording(now: RecordingView | null): void {
     recording.hidden = now === null;
     record.setAttribute("aria-pressed", String(now !== null));
     record.title =
@@ -191,7 +191,7 @@ export function timelineBar(app: App): HTMLElement {
         h("span", { class: "size", "aria-live": "off" }),
         h("span", { class: "bytes", "aria-live": "off" }),
       );
-    if (before === "") app.told.set({ text: `Recording to ${now.file}` });
+    if (before === "") app.notice.set({ text: `Recording to ${now.file}` });
     recording.children[1]!.textContent = clock(now.seconds);
     recording.children[2]!.textContent = bytes(now.bytes);
   }

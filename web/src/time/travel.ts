@@ -29,9 +29,9 @@ export class TimeTravel {
   readonly timeline = new Signal<Timeline | null>(null);
   readonly bookmarks = new Bookmarks();
   /** The time to request in the next frame, null if none. */
-  private asked: number | null = null;
+  private pending: number | null = null;
   /** The time requested last, until the server shows it. */
-  private wanted: number | null = null;
+  private requested: number | null = null;
   /** Whether the server has confirmed the requested time, but not sent its state yet. */
   private awaitsState = false;
   /** Whether the topics' messages here belong to the past. */
@@ -49,7 +49,7 @@ export class TimeTravel {
   }
 
   /** Whether the page shows the past of a simulation or a recording. */
-  get isElsewhere(): boolean {
+  get showsHistory(): boolean {
     return this.isPast || this.timeline.value?.played === true;
   }
 
@@ -60,12 +60,12 @@ export class TimeTravel {
 
   /** The requested time that is not shown yet, null if none. */
   get awaited(): number | null {
-    return this.wanted;
+    return this.requested;
   }
 
   /** Whether a requested time or its state has not arrived yet. */
   get seeks(): boolean {
-    return this.wanted !== null || this.awaitsState;
+    return this.requested !== null || this.awaitsState;
   }
 
   /** Called when a state arrives. The server sends the state of a time after the timeline message with that time. */
@@ -74,15 +74,15 @@ export class TimeTravel {
   }
 
   /** Called after a reconnect: the server shows live, and may send messages before it reports this. */
-  connected(): void {
+  reconnected(): void {
     if (this.wasPast) this.topics.forget();
     this.wasPast = this.awaitsState = false;
-    this.wanted = null;
+    this.requested = null;
   }
 
-  heard(now: Timeline): void {
-    if (this.wanted !== null && this.wanted === now.asked) {
-      this.wanted = null;
+  receive(now: Timeline): void {
+    if (this.requested !== null && this.requested === now.asked) {
+      this.requested = null;
       this.awaitsState = true;
     }
     this.timeline.set(now);
@@ -90,11 +90,11 @@ export class TimeTravel {
     else for (const topic of now.silent) this.topics.forget(topic);
     this.wasPast = !now.live;
     const { state } = this;
-    if (this.isPast && state.value !== null) state.set(this.asNow(state.value));
+    if (this.isPast && state.value !== null) state.set(this.withCurrentSpeed(state.value));
   }
 
   /** A state with the current pause and speed instead of those of the time shown. */
-  asNow(state: State): State {
+  withCurrentSpeed(state: State): State {
     const now = this.timeline.value;
     return now === null || now.live || (state.paused === now.paused && state.speed === now.speed)
       ? state
@@ -108,12 +108,12 @@ export class TimeTravel {
 
   /** Requests a time. Of several requests in one frame, only the last is sent. */
   seek(at: number): void {
-    const waits = this.asked !== null;
-    this.asked = this.wanted = Math.max(0, at);
+    const waits = this.pending !== null;
+    this.pending = this.requested = Math.max(0, at);
     if (waits) return;
     requestAnimationFrame(() => {
-      if (this.asked !== null) this.send({ type: "seek", at: this.asked });
-      this.asked = null;
+      if (this.pending !== null) this.send({ type: "seek", at: this.pending });
+      this.pending = null;
     });
   }
 
@@ -121,7 +121,7 @@ export class TimeTravel {
   step(direction: 1 | -1): void {
     const now = this.timeline.value;
     if (now === null) return;
-    const from = this.wanted ?? (this.isElsewhere ? now.at : this.newest(now));
+    const from = this.requested ?? (this.showsHistory ? now.at : this.newest(now));
     const at = inMilliseconds(from + direction * STEP);
     // timelines arrive less often than states, so their end may be more than a step behind
     if (at < (now.played ? now.end : this.newest(now))) this.seek(Math.max(now.start, at));
@@ -130,14 +130,14 @@ export class TimeTravel {
   }
 
   goLive(): void {
-    const isGoing = this.wanted !== null; // a request may be on its way
-    this.asked = this.wanted = null;
+    const isGoing = this.requested !== null; // a request may be on its way
+    this.pending = this.requested = null;
     if (this.isPast || isGoing) this.send({ type: "go_live" });
   }
 
   /** Continues the simulation from the time shown. */
   resume(): void {
-    this.asked = this.wanted = null;
+    this.pending = this.requested = null;
     if (this.isPast) this.send({ type: "resume" });
   }
 
@@ -152,9 +152,9 @@ export class TimeTravel {
   jump(direction: 1 | -1): void {
     const now = this.timeline.value;
     if (now === null) return;
-    const shown = this.wanted ?? this.state.value?.at ?? now.at;
-    const one = this.bookmarks.next(this.isElsewhere ? shown : Infinity, direction, now.start);
-    if (one !== undefined) this.seek(one.at);
+    const shown = this.requested ?? this.state.value?.at ?? now.at;
+    const bookmark = this.bookmarks.next(this.showsHistory ? shown : Infinity, direction, now.start);
+    if (bookmark !== undefined) this.seek(bookmark.at);
     else if (direction > 0) this.goLive();
   }
 
@@ -163,7 +163,7 @@ export class TimeTravel {
   }
 
   /** Called before a message is sent. */
-  aboutTo(message: FromPage): void {
-    if ((this.isPast || this.wanted !== null) && ACTS.has(message.type)) this.goLive();
+  beforeSend(message: FromPage): void {
+    if ((this.isPast || this.requested !== null) && ACTS.has(message.type)) this.goLive();
   }
 }

@@ -54,7 +54,7 @@ export function toolBar(app: App, box: ToolBox, chosen: HTMLElement): HTMLElemen
     hint.replaceChildren(
       icon(tool.image),
       ...(tool.options === undefined ? [] : [tool.options]),
-      h("span", { role: "status", class: "words" }, tool.hint),
+      h("span", { role: "status", class: "format" }, tool.hint),
       leave,
     );
   });
@@ -110,7 +110,7 @@ export function bodyChoice(
     view.invalidate();
   });
   app.scene.watch((scene) => {
-    if (!scene?.bodies.some((one) => one.name === body.value)) leave();
+    if (!scene?.bodies.some((candidate) => candidate.name === body.value)) leave();
   });
   view.stage.onFrame(place);
   const canvas = view.stage.renderer.domElement;
@@ -131,7 +131,7 @@ export function bodyChoice(
 
 function indexOf(app: App, body: string): number {
   const scene = app.scene.value;
-  return (scene?.links.length ?? 0) + (scene?.bodies.findIndex((one) => one.name === body) ?? 0);
+  return (scene?.links.length ?? 0) + (scene?.bodies.findIndex((candidate) => candidate.name === body) ?? 0);
 }
 
 function span(frame: LineSegments, around: Box3): void {

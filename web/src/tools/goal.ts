@@ -18,24 +18,24 @@ const DONE: readonly string[] = ["reached", "cancelled"];
 const SHOWN_FOR = 6000;
 
 /** Calls back with each state of a goal, its reason and the simulated time in s. Subscribes once a simulation runs. */
-export function onGoal(app: App, heard: (state: string, reason: string, time: number) => void): void {
+export function onGoal(app: App, onState: (state: string, reason: string, time: number) => void): void {
   let isListening = false;
   let last = "";
   app.about.watch((about) => {
     if (about?.mode !== "sim" || isListening) return;
     isListening = true;
-    app.topics.listen(TOPIC, ({ message, time, is_latched }) => {
+    app.topics.subscribe(TOPIC, ({ message, time, is_latched }) => {
       const words = String(message["data"]);
       const [state = "", ...reason] = words.split(": ");
       const isOld = is_latched && !GOING.includes(state) && ["", words].includes(last); // it ended before this page was opened
       last = words;
-      if (!isOld) heard(state, reason.join(": "), time);
+      if (!isOld) onState(state, reason.join(": "), time);
     });
   });
 }
 
 /** The text of a state and its reason. */
-export function goalWords(state: string, reason: string): string {
+export function goalText(state: string, reason: string): string {
   return [WORDS[state] ?? state, reason].filter(Boolean).join(": ");
 }
 
@@ -72,7 +72,7 @@ export function goalStatus(app: App): HTMLElement {
   onGoal(app, (state, reason) => {
     clearTimeout(timer);
     if (DONE.includes(state)) timer = setTimeout(() => (chip.hidden = true), SHOWN_FOR);
-    text.textContent = goalWords(state, reason);
+    text.textContent = goalText(state, reason);
     chip.dataset["state"] = state;
     chip.hidden = false;
     cancel.hidden = !GOING.includes(state);

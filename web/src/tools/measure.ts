@@ -19,14 +19,16 @@ interface Measure {
 /** The distances between up to three points, and the angle at the second; the first `fixed` points are set. */
 export function measured(points: readonly Vector3[], fixed: number): Measure[] {
   const [a, b, c] = points;
-  const found: Measure[] = [];
-  if (a && b) found.push({ text: metres(a.distanceTo(b)), place: a.clone().lerp(b, 0.5), moves: fixed < 2 });
-  if (b && c) found.push({ text: metres(b.distanceTo(c)), place: b.clone().lerp(c, 0.5), moves: fixed < 3 });
+  const measures: Measure[] = [];
+  if (a && b)
+    measures.push({ text: metres(a.distanceTo(b)), place: a.clone().lerp(b, 0.5), moves: fixed < 2 });
+  if (b && c)
+    measures.push({ text: metres(b.distanceTo(c)), place: b.clone().lerp(c, 0.5), moves: fixed < 3 });
   if (a && b && c) {
     const angle = a.clone().sub(b).angleTo(c.clone().sub(b));
-    found.push({ text: `${((angle * 180) / Math.PI).toFixed(1)}°`, place: b, moves: fixed < 3 });
+    measures.push({ text: `${((angle * 180) / Math.PI).toFixed(1)}°`, place: b, moves: fixed < 3 });
   }
-  return found;
+  return measures;
 }
 
 /** Measures the distance of two points on surfaces and, with a third point, the angle at the second. */
@@ -65,11 +67,11 @@ export function measureTool(view: View, pictureFromWorld: (point: Vector3) => Ve
     line.geometry.dispose();
     line.geometry = dots.geometry = new BufferGeometry().setFromPoints(all);
     drawn.visible = all.length > 0;
-    const found = measured(all, points.length);
-    at = found.map(({ place }) => place);
+    const measures = measured(all, points.length);
+    at = measures.map(({ place }) => place);
     // screen readers announce a measure only once it is fixed
     labels.replaceChildren(
-      ...found.map(({ text, moves }) =>
+      ...measures.map(({ text, moves }) =>
         h("span", { class: moves ? "measure moving" : "measure", "aria-hidden": String(moves) }, text),
       ),
     );
@@ -78,9 +80,9 @@ export function measureTool(view: View, pictureFromWorld: (point: Vector3) => Ve
   view.stage.onFrame(() => {
     const { camera, size } = view.stage;
     at.forEach((place, index) => {
-      const seen = pictureFromWorld(place).project(camera);
+      const projected = pictureFromWorld(place).project(camera);
       const label = labels.children[index] as HTMLElement;
-      label.style.transform = `translate(${((seen.x + 1) / 2) * size.x}px, ${((1 - seen.y) / 2) * size.y}px) translate(-50%, -130%)`;
+      label.style.transform = `translate(${((projected.x + 1) / 2) * size.x}px, ${((1 - projected.y) / 2) * size.y}px) translate(-50%, -130%)`;
     });
   });
   const clear = (): void => {

@@ -28,20 +28,20 @@ export class Picker {
     this.ray.ray.applyMatrix4(worldFromPicture);
     const ground = this.ray.ray.intersectPlane(new Plane(UP, -scene.ground), new Vector3());
     const thing = this.view.bodies?.nearest(this.ray) ?? null;
-    const found: [number, Place][] = [];
+    const hits: [number, Place][] = [];
     if (hit !== undefined)
-      found.push([
+      hits.push([
         hit.distance,
         { point: hit.point.clone().applyMatrix4(worldFromPicture), link: this.linkOf(hit.object), body: "" },
       ]);
     if (thing !== null)
-      found.push([
+      hits.push([
         thing.distance,
         { point: thing.point, link: "", body: scene.bodies[thing.number - scene.links.length]?.name ?? "" },
       ]);
     if (ground !== null)
-      found.push([ground.distanceTo(this.ray.ray.origin), { point: ground, link: "", body: "" }]);
-    return found.sort(([a], [b]) => a - b)[0]?.[1] ?? null;
+      hits.push([ground.distanceTo(this.ray.ray.origin), { point: ground, link: "", body: "" }]);
+    return hits.sort(([a], [b]) => a - b)[0]?.[1] ?? null;
   }
 
   /** The point of a horizontal plane at a point of the page, null above the horizon. */
@@ -70,7 +70,7 @@ export class Picker {
 
   private linkOf(object: Object3D): string {
     for (let at: Object3D | null = object; at !== null; at = at.parent) {
-      const link = this.view.robot?.links.find((one) => one.group === at);
+      const link = this.view.robot?.links.find(({ group }) => group === at);
       if (link !== undefined) return link.view.name;
     }
     return "";

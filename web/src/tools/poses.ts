@@ -100,7 +100,7 @@ export function estimateTool(app: App, view: View): Tool {
 
 /** Publishes a point on `clicked_point`. */
 export function pointTool(app: App): Tool {
-  const said = new Vector3();
+  const clicked = new Vector3();
   return {
     name: "point",
     label: "Publish point",
@@ -109,7 +109,7 @@ export function pointTool(app: App): Tool {
     hint: "Click a surface to publish its point on clicked_point.",
     simulated: true,
     press: ({ point }) => {
-      said.copy(point);
+      clicked.copy(point);
       return true;
     },
     release: () => {
@@ -117,10 +117,10 @@ export function pointTool(app: App): Tool {
         type: "publish",
         topic: "clicked_point",
         kind: "geometry_msgs/PointStamped",
-        message: { header: header(app), point: xyz(said) },
+        message: { header: header(app), point: xyz(clicked) },
       });
-      app.told.set({
-        text: `clicked_point: ${said
+      app.notice.set({
+        text: `clicked_point: ${clicked
           .toArray()
           .map((value) => value.toFixed(3))
           .join(", ")} m`,
@@ -156,7 +156,7 @@ export function focusTool(view: View, pictureFromWorld: (point: Vector3) => Vect
 
 /** Adds a display of the planned path, unless there is one. */
 function showWay(app: App): void {
-  if (app.displays.all.value.some((one) => one.kind === "Path")) return;
+  if (app.displays.all.value.some((display) => display.kind === "Path")) return;
   const added = app.displays.add("Path");
   if (added !== null) app.displays.set(added.id, "topic", "/plan");
 }

@@ -82,7 +82,7 @@ export class ToolBox {
 
   /** Selects a tool by its key. Returns whether there is one. */
   press(key: string): boolean {
-    const tool = this.tools.find((one) => one.key === key && this.isOffered(one));
+    const tool = this.tools.find((candidate) => candidate.key === key && this.isOffered(candidate));
     if (tool !== undefined) this.choose(tool);
     return tool !== undefined;
   }

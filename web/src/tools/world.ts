@@ -127,9 +127,9 @@ export function moveTool(app: App): Tool {
 /** Pose of a movable body; for a link of another robot, the pose of that robot's root. */
 function movingPose(app: App, body: string): { place: Vector3; yaw: number } | null {
   const owner = body.includes("/") ? body.slice(0, body.indexOf("/") + 1) : body;
-  const moving = (app.scene.value?.bodies ?? []).filter((one) => one.moving);
-  const at = moving.findIndex((one) =>
-    owner.endsWith("/") ? one.name.startsWith(owner) : one.name === owner,
+  const moving = (app.scene.value?.bodies ?? []).filter((candidate) => candidate.moving);
+  const at = moving.findIndex((moved) =>
+    owner.endsWith("/") ? moved.name.startsWith(owner) : moved.name === owner,
   );
   const numbers = app.state.value?.bodies as number[] | undefined;
   if (body === "" || at < 0 || numbers === undefined || numbers.length < (at + 1) * 7) return null;

@@ -67,7 +67,7 @@ export class Bodies {
   ) {
     this.group.add(this.faded);
     this.bodies = scene.bodies.map((view, index) => this.body(view, scene.links.length + index));
-    this.gather();
+    this.batchParts();
   }
 
   setEdges(colour: number): void {
@@ -83,8 +83,8 @@ export class Bodies {
   }
 
   /** Fades the bodies between the camera and the robot, but not floors and ramps below it. */
-  clearTheWay(eye: Vector3, robot: Vector3, radius: number): void {
-    const wanted = new Set<Body>();
+  fadeOccluders(eye: Vector3, robot: Vector3, radius: number): void {
+    const occluders = new Set<Body>();
     const line = new Line3(eye, robot);
     const nearest = new Vector3();
     const near = this.bodies.filter(({ place }) => {
@@ -105,17 +105,18 @@ export class Bodies {
       this.ray.set(eye, way.clone().normalize());
       this.ray.far = Math.max(0, way.length() - radius);
       for (const body of near) {
-        if (wanted.has(body) || !this.ray.ray.intersectsSphere(body.place)) continue;
+        if (occluders.has(body) || !this.ray.ray.intersectsSphere(body.place)) continue;
         if (
           this.ray.intersectObjects(
             body.parts.map((part) => part.probe),
             false,
           ).length > 0
         )
-          wanted.add(body);
+          occluders.add(body);
       }
     }
-    for (const body of this.bodies) if (body.faded !== wanted.has(body)) this.fade(body, wanted.has(body));
+    for (const body of this.bodies)
+      if (body.faded !== occluders.has(body)) this.fade(body, occluders.has(body));
   }
 
   /** The nearest body that a ray hits, except faded ones. */
@@ -168,7 +169,7 @@ export class Bodies {
       else
         void mesh(shape.mesh).then((parts) => {
           for (const part of parts) this.add(body, shape, part.geometry, ...colourOf(shape, part));
-          this.gather();
+          this.batchParts();
           this.changed();
         });
     }
@@ -194,7 +195,7 @@ export class Bodies {
   }
 
   /** Groups parts of equal shape and opacity into batches. */
-  private gather(): void {
+  private batchParts(): void {
     for (const batch of this.batches) {
       this.ids.remove(batch);
       batch.mesh.removeFromParent();
@@ -218,11 +219,11 @@ export class Bodies {
     const batch = new Batch(
       part.geometry,
       members.map(([body]) => body.number),
-      members.map(([, one]) => one.rgba),
+      members.map(([, part]) => part.rgba),
       edged ? this.edges : null,
     );
     batch.mesh.material.map = part.texture;
-    members.forEach(([, one], slot) => Object.assign(one, { batch, slot }));
+    members.forEach(([, part], slot) => Object.assign(part, { batch, slot }));
     this.group.add(batch.mesh);
     if (batch.lines !== null) this.group.add(batch.lines);
     this.ids.addBatch(batch);

@@ -5,7 +5,7 @@ export function dispose(root: Object3D): void {
   root.traverse((object) => {
     const { geometry, material } = object as Partial<Mesh>;
     geometry?.dispose();
-    for (const one of Array.isArray(material) ? material : material ? [material] : []) one.dispose();
+    for (const each of Array.isArray(material) ? material : material ? [material] : []) each.dispose();
   });
   root.removeFromParent();
 }

@@ -48,17 +48,17 @@ export class Ground {
   readonly floor: Mesh<CircleGeometry, ShaderMaterial>;
   readonly shadow: Mesh<CircleGeometry, ShadowMaterial>;
   private palette: Palette = PALETTES.dark;
-  private readonly asked = { cell: 0, colour: "", background: "" };
-  private ruler: object | null = null;
+  private readonly requested = { cell: 0, colour: "", background: "" };
+  private gridOwner: object | null = null;
   /** Default distance of the grid lines in m, by the size of the robot. */
-  suited = 0.1;
+  autoCell = 0.1;
 
   constructor() {
     const material = new ShaderMaterial({
       vertexShader: VERTEX,
       fragmentShader: FRAGMENT,
       uniforms: { cell: { value: 0.1 }, under: { value: new Vector3(0, 0, 1) } },
-      defines: { X_AXIS: seen(AXES.x), Y_AXIS: seen(AXES.y), LINES: glsl(1), SHADE: glsl(0) },
+      defines: { X_AXIS: srgbConstant(AXES.x), Y_AXIS: srgbConstant(AXES.y), LINES: glsl(1), SHADE: glsl(0) },
       // fades by colour, because blending every sample costs a software renderer more than everything else
       depthWrite: false,
       side: DoubleSide,
@@ -81,23 +81,23 @@ export class Ground {
   setTheme(theme: Theme): void {
     const palette = PALETTES[theme];
     this.palette = palette;
-    this.setBackground(this.asked.background);
+    this.setBackground(this.requested.background);
     this.shadow.material.opacity = palette.shadow;
   }
 
   /** Sets the colour that the floor fades to. A colour other than the theme's is also the floor's, since rviz has no floor. */
-  setBackground(asked: string): void {
+  setBackground(requested: string): void {
     const { palette } = this;
-    this.define("BACKGROUND", seen(asked || palette.background));
-    this.define("FLOOR", seen(asked || palette.floor));
-    this.asked.background = asked;
+    this.define("BACKGROUND", srgbConstant(requested || palette.background));
+    this.define("FLOOR", srgbConstant(requested || palette.floor));
+    this.requested.background = requested;
     this.paintLines();
   }
 
   /** Sets the default cell size for a robot's radius, and the height of the floor. */
-  suit(radius: number, height: number): void {
-    this.suited = 10 ** Math.round(Math.log10(radius * 0.8));
-    this.floor.material.uniforms["cell"]!.value = this.asked.cell || this.suited;
+  fitTo(radius: number, height: number): void {
+    this.autoCell = 10 ** Math.round(Math.log10(radius * 0.8));
+    this.floor.material.uniforms["cell"]!.value = this.requested.cell || this.autoCell;
     this.floor.position.z = this.shadow.position.z = height;
   }
 
@@ -109,17 +109,17 @@ export class Ground {
 
   /** Sets the grid lines: their distance in m (0: default), colour (empty: the theme's) and opacity. Only the first `who`
    * has control, until it turns the lines off. */
-  rule(who: object, on: boolean, cell: number, colour: string, alpha: number): void {
-    if (this.ruler !== null && this.ruler !== who) return;
-    this.ruler = on ? who : null;
+  setGrid(owner: object, on: boolean, cell: number, colour: string, alpha: number): void {
+    if (this.gridOwner !== null && this.gridOwner !== owner) return;
+    this.gridOwner = on ? owner : null;
     this.define("LINES", glsl(on ? alpha : 0));
-    Object.assign(this.asked, { cell, colour });
-    this.floor.material.uniforms["cell"]!.value = cell || this.suited;
+    Object.assign(this.requested, { cell, colour });
+    this.floor.material.uniforms["cell"]!.value = cell || this.autoCell;
     this.paintLines();
   }
 
-  isRuledBy(who: object): boolean {
-    return this.ruler === who;
+  isGridOwner(owner: object): boolean {
+    return this.gridOwner === owner;
   }
 
   showFloor(on: boolean): void {
@@ -127,9 +127,15 @@ export class Ground {
   }
 
   private paintLines(): void {
-    const { colour, background } = this.asked;
-    this.define("LINE", seen(colour || (background ? apart(background, 0.1) : this.palette.line)));
-    this.define("MAJOR", seen(colour || (background ? apart(background, 0.25) : this.palette.majorLine)));
+    const { colour, background } = this.requested;
+    this.define(
+      "LINE",
+      srgbConstant(colour || (background ? contrasting(background, 0.1) : this.palette.line)),
+    );
+    this.define(
+      "MAJOR",
+      srgbConstant(colour || (background ? contrasting(background, 0.25) : this.palette.majorLine)),
+    );
   }
 
   /** Sets a constant of the floor's program, and compiles the program again if the value changed. */
@@ -154,13 +160,13 @@ export class Ground {
 }
 
 /** A contrasting colour: `part` of the way to white, or to black for a light colour. */
-function apart(colour: string, part: number): Color {
+function contrasting(colour: string, part: number): Color {
   const from = new Color(colour);
   return from.lerpHSL(new Color(from.getHSL({ h: 0, s: 0, l: 0 }).l < 0.5 ? "white" : "black"), part);
 }
 
 /** A colour in sRGB as a GLSL constant. */
-function seen(colour: number | string | Color): string {
+function srgbConstant(colour: number | string | Color): string {
   const { r, g, b } = new Color(colour).convertLinearToSRGB();
   return `vec3(${[r, g, b].map(glsl).join()})`;
 }

@@ -34,7 +34,7 @@ export class Lights {
   }
 
   /** Aims the sun and its shadow at a point. */
-  shineAround(centre: Vector3, radius: number): void {
+  aimAt(centre: Vector3, radius: number): void {
     this.sun.target.position.copy(centre);
     this.sun.position.set(centre.x + radius * 1.6, centre.y - radius * 2.2, centre.z + radius * 4.5);
     const shadow = this.sun.shadow.camera;

@@ -15,12 +15,12 @@ interface Head {
   image: number;
 }
 
-const kept = new Map<string, string>();
+const packedMeshes = new Map<string, string>();
 const loaded = new Map<string, Promise<MeshPart[]>>();
 
 /** Stores packed meshes by id, in base64, so that they are not fetched from a server. */
-export function keepMeshes(packed: Readonly<Record<string, string>>): void {
-  for (const [id, text] of Object.entries(packed)) kept.set(id, text);
+export function storeMeshes(packed: Readonly<Record<string, string>>): void {
+  for (const [id, text] of Object.entries(packed)) packedMeshes.set(id, text);
 }
 
 /** The parts of a mesh by id. Each mesh is fetched once. */
@@ -35,7 +35,7 @@ export function mesh(id: string): Promise<MeshPart[]> {
 }
 
 async function fetchMesh(id: string): Promise<MeshPart[]> {
-  const text = kept.get(id);
+  const text = packedMeshes.get(id);
   if (text !== undefined) return unpack(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer);
   const answer = await fetch(`./mesh/${id}${location.search}`);
   if (!answer.ok) throw new Error(`mesh ${id}: ${answer.status}`);

@@ -15,7 +15,7 @@ import {
 import type { InertiaView, LinkView, Scene, State } from "../protocol";
 import { COLLISION, INERTIA, SELECTED } from "./palette";
 import type { IdBuffer } from "./ids";
-import { hold, place, placeAt, solid, surface, type Paint } from "./solid";
+import { freezeMatrices, place, placeAt, solid, surface, type Paint } from "./solid";
 
 /** The visible parts of a link, and their opacity. */
 export interface Parts {
@@ -57,7 +57,7 @@ class LinkObject {
     private readonly changed: () => void,
   ) {
     this.group.add(this.visual);
-    hold(this.visual, this.collision, this.inertia);
+    freezeMatrices(this.visual, this.collision, this.inertia);
     const paint: Paint = { material: surface, edges };
     for (const shape of view.visuals) {
       this.visual.add(

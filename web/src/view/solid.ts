@@ -59,8 +59,8 @@ export function solid(shape: Shape, paint: Paint, arrived: (mesh: Mesh) => void)
 
 /** The colour and texture of a part of a mesh. The description's colour overrides both. */
 export function colourOf(shape: Shape, part: MeshPart): [readonly number[], Texture | null] {
-  const says = (shape.rgba[0] ?? 0) >= 0;
-  if (says) return [shape.rgba, null];
+  const hasColour = (shape.rgba[0] ?? 0) >= 0;
+  if (hasColour) return [shape.rgba, null];
   return part.texture === null ? [part.rgba ?? PLAIN, null] : [WHITE, part.texture];
 }
 
@@ -68,18 +68,18 @@ export function colourOf(shape: Shape, part: MeshPart): [readonly number[], Text
 export function place(object: Object3D, position: readonly number[], quaternion: readonly number[]): void {
   object.position.fromArray(position);
   object.quaternion.fromArray(quaternion);
-  hold(object);
+  freezeMatrices(object);
 }
 
 /** Sets the pose of an object from the numbers at index `at` of a state's flat poses. */
 export function placeAt(object: Object3D, poses: readonly number[], at: number): void {
   object.position.fromArray(poses, at);
   object.quaternion.fromArray(poses, at + 3);
-  hold(object);
+  freezeMatrices(object);
 }
 
 /** Computes the matrices of objects once, instead of in each frame. */
-export function hold(...objects: Object3D[]): void {
+export function freezeMatrices(...objects: Object3D[]): void {
   for (const object of objects) {
     object.matrixAutoUpdate = false;
     object.updateMatrix();
@@ -123,6 +123,6 @@ function add(
   object.castShadow = object.receiveShadow = !material.transparent;
   holder.add(object);
   if (edges !== null) holder.add(new LineSegments(edgesOf(geometry), edges));
-  hold(...holder.children);
+  freezeMatrices(...holder.children);
   arrived(object);
 }

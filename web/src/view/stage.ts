@@ -57,8 +57,8 @@ export class Stage {
     this.orthographic.up.set(0, 0, 1);
     this.camera = this.perspective;
     ({ renderer: this.renderer, isSoftware: this.isSoftware, draws: this.draws } = startDrawing());
-    const asked = new URLSearchParams(location.search).get("shadows");
-    this.hasShadows = asked === null ? !this.isSoftware : asked === "on";
+    const shadows = new URLSearchParams(location.search).get("shadows");
+    this.hasShadows = shadows === null ? !this.isSoftware : shadows === "on";
     this.renderer.setPixelRatio(this.ratio);
     this.renderer.shadowMap.enabled = this.hasShadows;
     this.renderer.shadowMap.type = PCFShadowMap;
@@ -77,7 +77,7 @@ export class Stage {
     this.controls.zoomToCursor = true;
     this.controls.enableDamping = !this.isSoftware && !matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.controls.dampingFactor = 0.14;
-    this.hold("");
+    this.lockSide("");
     this.controls.addEventListener("change", () => this.invalidate());
     new ResizeObserver(() => this.resize()).observe(holder);
     onOtherScale(() => this.resize());
@@ -122,7 +122,7 @@ export class Stage {
   }
 
   /** Locks the view to a side. From the top it can rotate only about the vertical. From other sides a drag pans. */
-  hold(side: Side | ""): void {
+  lockSide(side: Side | ""): void {
     const { controls } = this;
     const isTurned = side === "" || side === "top";
     controls.minPolarAngle = side === "top" ? TILT : 0;

@@ -1,13 +1,13 @@
 import type { State } from "../protocol";
 
 /** Whether two states look the same, regardless of their time. */
-export function looksTheSame(one: State, other: State): boolean {
+export function looksTheSame(a: State, b: State): boolean {
   return (
-    one.resets === other.resets &&
-    isSame(one.poses, other.poses) &&
-    isSame(one.bodies, other.bodies) &&
-    isSame(one.frame_poses, other.frame_poses) &&
-    isSame(one.frames.flat(), other.frames.flat())
+    a.resets === b.resets &&
+    isSame(a.poses, b.poses) &&
+    isSame(a.bodies, b.bodies) &&
+    isSame(a.frame_poses, b.frame_poses) &&
+    isSame(a.frames.flat(), b.frames.flat())
   );
 }
 

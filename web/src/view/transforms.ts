@@ -30,8 +30,8 @@ export class Transforms {
 
   /** The parent of a frame, empty for the root. */
   parent(frame: string): string {
-    const foreign = this.past.at(-1)?.frames.find(([name]) => name === frame);
-    if (foreign !== undefined) return foreign[1] ?? "";
+    const external = this.past.at(-1)?.frames.find(([name]) => name === frame);
+    if (external !== undefined) return external[1] ?? "";
     return this.scene?.links[this.links.get(frame) ?? -1]?.parent ?? "";
   }
 
@@ -67,7 +67,7 @@ export class Transforms {
     if (last !== undefined && (state.time <= last.time || state.resets !== last.resets)) this.past = [];
     this.past.push(state);
     if (state.time - this.past[0]!.time > 2 * KEPT_SECONDS)
-      this.past = this.past.filter((one) => state.time - one.time <= KEPT_SECONDS);
+      this.past = this.past.filter((kept) => state.time - kept.time <= KEPT_SECONDS);
   }
 
   /** Index of the first state that is not before a time, or of the last state. */
@@ -81,8 +81,8 @@ export class Transforms {
     if (state === undefined) return null;
     const link = this.links.get(name);
     if (link !== undefined) return [state.poses, link * 7];
-    const foreign = state.frames.findIndex(([one]) => one === name);
-    return foreign < 0 ? null : [state.frame_poses, foreign * 7];
+    const external = state.frames.findIndex(([frame]) => frame === name);
+    return external < 0 ? null : [state.frame_poses, external * 7];
   }
 }
 

@@ -9,7 +9,7 @@ import { Bodies } from "./bodies";
 import { dispose } from "./dispose";
 import { Ground } from "./ground";
 import { IdBuffer } from "./ids";
-import { Looking } from "./looking";
+import { Viewpoint } from "./viewpoint";
 import { PALETTES } from "./palette";
 import { takePicture, type Wanted } from "./picture";
 import { RobotObject } from "./robot";
@@ -29,12 +29,12 @@ export class View implements Picture {
   /** Objects that the tools draw in the world. */
   readonly marks = new Group();
   readonly transforms: Transforms;
-  readonly looking: Looking;
+  readonly viewpoint: Viewpoint;
   private readonly displays: LiveDisplays;
   /** Everything in world coordinates. */
   private readonly world = new Group();
   /** The replaced robot, until the current one is drawn. */
-  private parted: Object3D | null = null;
+  private removedRobot: Object3D | null = null;
   /** The last position of the followed frame, and its name. */
   private readonly lastSeen = new Vector3();
   private lastFrame = "";
@@ -59,24 +59,24 @@ export class View implements Picture {
     this.world.matrixAutoUpdate = false;
     this.stage.scene.add(this.world);
     this.stage.onFrame(() => this.beforeFrame());
-    this.tellWhetherDrawn();
-    this.looking = new Looking(app, this.stage, this);
+    this.watchContext();
+    this.viewpoint = new Viewpoint(app, this.stage, this);
     app.scene.watch((scene) => scene && this.build(scene));
     app.state.watch((state) => state && this.apply(state));
     app.options.watch(() => this.showOptions());
     app.theme.watch(() => this.paint());
     app.displays.globals.watch(() => this.showGlobals());
-    app.asked.watch((view) => view !== null && this.placed && this.looking.fromFile(view));
+    app.requestedView.watch((view) => view !== null && this.placed && this.viewpoint.applyFile(view));
     app.selected.watch((name) => this.robot?.select(name));
   }
 
-  private tellWhetherDrawn(): void {
-    const { drawn } = this.app;
+  private watchContext(): void {
+    const { rendering } = this.app;
     const { draws, renderer } = this.stage;
-    if (!draws) drawn.set("never");
-    renderer.domElement.addEventListener("webglcontextlost", () => drawn.set("lost"));
+    if (!draws) rendering.set("never");
+    renderer.domElement.addEventListener("webglcontextlost", () => rendering.set("lost"));
     renderer.domElement.addEventListener("webglcontextrestored", () => {
-      drawn.set("drawn");
+      rendering.set("drawn");
       this.stage.invalidate();
     });
   }
@@ -93,8 +93,10 @@ export class View implements Picture {
   }
 
   get fixedFrame(): string {
-    const asked = String(this.app.displays.global("frame"));
-    return asked !== "" && this.transforms.lookup(asked, null) !== null ? asked : this.transforms.world;
+    const requested = String(this.app.displays.global("frame"));
+    return requested !== "" && this.transforms.lookup(requested, null) !== null
+      ? requested
+      : this.transforms.world;
   }
 
   invalidate(): void {
@@ -108,10 +110,12 @@ export class View implements Picture {
     isSeen: (display: string) => boolean,
   ): void {
     const floor = behind === null ? [] : [this.ground.floor]; // the image behind shows the floor
-    const hidden = [...floor, ...this.displays.objects((name) => !isSeen(name))].filter((one) => one.visible);
-    for (const one of hidden) one.visible = false;
+    const hidden = [...floor, ...this.displays.objects((name) => !isSeen(name))].filter(
+      (object) => object.visible,
+    );
+    for (const object of hidden) object.visible = false;
     this.stage.drawAs(eye, onto, behind);
-    for (const one of hidden) one.visible = true;
+    for (const object of hidden) object.visible = true;
   }
 
   /** The current view as a PNG. */
@@ -123,38 +127,38 @@ export class View implements Picture {
     this.drawn = null;
     this.bodies?.dispose();
     if (this.robot !== null && this.robot.scene.links === scene.links) {
-      this.furnish(scene);
+      this.createBodies(scene);
       return;
     }
-    if (this.robot !== null) this.part(this.robot.group);
+    if (this.robot !== null) this.removeRobot(this.robot.group);
     this.ids.clear();
     forgetPrimitives();
     const changed = (): void => this.stage.invalidate();
     this.robot = new RobotObject(scene, this.ids, changed);
-    this.furnish(scene);
+    this.createBodies(scene);
     this.world.add(this.robot.group);
-    this.ground.suit(scene.radius, scene.ground);
+    this.ground.fitTo(scene.radius, scene.ground);
     this.paint();
     this.robot.select(this.app.selected.value);
   }
 
   /** Removes a robot. Its compiled materials are kept until the next robot, which has the same ones, is drawn: compiling
    * them again would take longer than everything else from a saved file to the view. */
-  private part(robot: Object3D): void {
+  private removeRobot(robot: Object3D): void {
     robot.removeFromParent();
-    if (this.parted !== null) {
+    if (this.removedRobot !== null) {
       dispose(robot); // this robot was never drawn
       return;
     }
-    this.parted = robot;
+    this.removedRobot = robot;
     this.stage.afterFrame(() => {
       dispose(robot);
-      this.parted = null;
+      this.removedRobot = null;
     });
   }
 
   /** Creates the bodies of a scene. */
-  private furnish(scene: Scene): void {
+  private createBodies(scene: Scene): void {
     const shown = this.bodies?.group.visible ?? true;
     this.bodies = new Bodies(scene, this.ids, () => this.stage.invalidate());
     this.bodies.group.visible = shown;
@@ -169,19 +173,19 @@ export class View implements Picture {
     this.bodies?.apply(state);
     this.displays.state(state);
     const isGone = state.fallen.some(({ name }) => name === "");
-    const { frame } = this.looking;
+    const { frame } = this.viewpoint;
     const start = new Vector3().applyMatrix4(this.world.matrix); // the camera does not follow a robot that fell out of the world
     const followed = isGone ? (this.placed ? this.lastSeen : start) : this.origin(frame);
     this.stage.isReady = true;
     if (!this.placed) {
       this.placed = true;
-      const { value: view } = this.app.asked;
-      if (!this.looking.openAddress()) {
-        if (view === null) this.looking.atAll(followed === start ? start : this.centre());
-        else this.looking.fromFile(view);
+      const { value: view } = this.app.requestedView;
+      if (!this.viewpoint.applyAddress()) {
+        if (view === null) this.viewpoint.showAll(followed === start ? start : this.centre());
+        else this.viewpoint.applyFile(view);
       }
     } else if (this.app.options.value.ride) {
-      this.looking.ride();
+      this.viewpoint.ride();
       this.stage.invalidate();
     } else if (this.app.options.value.follow && frame === this.lastFrame) {
       const moved = followed.clone().sub(this.lastSeen);
@@ -191,7 +195,7 @@ export class View implements Picture {
     this.lastSeen.copy(followed);
     this.lastFrame = frame;
     const radius = this.app.scene.value?.radius ?? 1;
-    this.stage.lights.shineAround(this.centre(), radius * 1.5);
+    this.stage.lights.aimAt(this.centre(), radius * 1.5);
     const { x, y } = this.root;
     const isCast = !isGone && this.robot.scene.links.some(({ visuals }) => visuals.length > 0);
     if (!this.stage.hasShadows)
@@ -231,13 +235,17 @@ export class View implements Picture {
 
   private beforeFrame(): void {
     const { target } = this.stage.controls;
-    const seen = target.clone().applyMatrix4(this.world.matrix.clone().invert());
+    const centre = target.clone().applyMatrix4(this.world.matrix.clone().invert());
     this.ground.follow(
-      seen.x,
-      seen.y,
+      centre.x,
+      centre.y,
       Math.max(this.stage.heightSeen * 1.75, (this.app.scene.value?.radius ?? 0.1) * 2),
     );
-    this.bodies?.clearTheWay(this.stage.camera.position, this.centre(), this.app.scene.value?.radius ?? 0.1);
+    this.bodies?.fadeOccluders(
+      this.stage.camera.position,
+      this.centre(),
+      this.app.scene.value?.radius ?? 0.1,
+    );
     this.displays.frame();
   }
 
@@ -281,7 +289,7 @@ export class View implements Picture {
     if (this.placed && moved.length() > 0) {
       this.stage.controls.target.add(moved);
       this.stage.camera.position.add(moved);
-      this.lastSeen.copy(this.origin(this.looking.frame));
+      this.lastSeen.copy(this.origin(this.viewpoint.frame));
     }
     this.stage.invalidate();
   }
@@ -290,9 +298,9 @@ export class View implements Picture {
     const options = this.app.options.value;
     this.stage.controls.enabled = !options.ride;
     this.stage.setOrthographic(options.flat && !options.ride);
-    this.stage.hold(options.side);
+    this.stage.lockSide(options.side);
     const kind = [options.flat, options.ride, options.follow].join(" ");
-    if (this.kind !== "" && kind !== this.kind && this.placed) this.looking.writeAddress();
+    if (this.kind !== "" && kind !== this.kind && this.placed) this.viewpoint.writeAddress();
     this.kind = kind;
     this.stage.invalidate();
   }

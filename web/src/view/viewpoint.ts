@@ -1,7 +1,7 @@
 import { Box3, Object3D, Vector3 } from "three";
 
 import type { App } from "../app";
-import type { LookingFrom } from "../displays/set";
+import type { ViewSettings } from "../displays/set";
 import { readView, viewHash } from "./address";
 import type { RobotObject } from "./robot";
 import { sideOf, SIDES, type Side } from "./sides";
@@ -11,7 +11,7 @@ import type { Stage } from "./stage";
 const ASLANT = [215, 28] as const;
 
 /** The objects that the camera can look at. */
-export interface Seen {
+export interface ViewTarget {
   readonly robot: RobotObject | null;
   readonly rootObject: Object3D | undefined;
   /** Centre of the robot, in view coordinates. */
@@ -21,27 +21,27 @@ export interface Seen {
 }
 
 /** The viewpoint: fit to the robot or a link, from a side, from the robot, or as given by the URL or a file. */
-export class Looking {
+export class Viewpoint {
   /** The frame that the camera follows, empty for the robot's root. */
   frame = "";
 
   constructor(
     private readonly app: App,
     private readonly stage: Stage,
-    private readonly seen: Seen,
+    private readonly target: ViewTarget,
   ) {
     stage.controls.addEventListener("end", () => this.writeAddress());
-    app.lookingFrom = () => ({
-      ...this.told(),
+    app.currentView = () => ({
+      ...this.relativeView(),
       flat: stage.isOrthographic,
       follow: app.options.value.follow,
     });
   }
 
   /** The current view, relative to the followed frame if any, because that may have moved when the view is restored. */
-  private told(): { eye: number[]; target: number[]; frame: string } {
+  private relativeView(): { eye: number[]; target: number[]; frame: string } {
     const { follow } = this.app.options.value;
-    const origin = follow ? this.seen.origin(this.frame) : new Vector3();
+    const origin = follow ? this.target.origin(this.frame) : new Vector3();
     const from = (place: Vector3): number[] => place.clone().sub(origin).toArray();
     return {
       eye: from(this.stage.eye),
@@ -50,21 +50,21 @@ export class Looking {
     };
   }
 
-  private lookFrom(eye: readonly number[], target: readonly number[], frame: string): void {
+  private moveTo(eye: readonly number[], target: readonly number[], frame: string): void {
     this.frame = frame === this.app.scene.value?.root ? "" : frame;
-    const origin = frame === "" ? new Vector3() : this.seen.origin(this.frame);
+    const origin = frame === "" ? new Vector3() : this.target.origin(this.frame);
     this.stage.camera.position.fromArray(eye).add(origin);
     this.stage.lookAt(new Vector3().fromArray(target).add(origin));
   }
 
   /** Shows the whole robot, from the locked side or from the default direction. */
   fit(): void {
-    this.atAll();
+    this.showAll();
     this.writeAddress();
   }
 
   /** Locks an orthographic view from a side. If it is locked already, returns to the default view. */
-  fromSide(side: Side): void {
+  lockTo(side: Side): void {
     const { options } = this.app;
     const isLeft = options.value.side === side;
     options.set({ ...options.value, side: isLeft ? "" : side, flat: !isLeft, ride: false });
@@ -72,7 +72,7 @@ export class Looking {
   }
 
   /** Like `fit`, but does not change the URL. */
-  atAll(middle = this.seen.centre()): void {
+  showAll(middle = this.target.centre()): void {
     const scene = this.app.scene.value;
     if (scene === null) return;
     const { side } = this.app.options.value;
@@ -83,7 +83,7 @@ export class Looking {
 
   /** Zooms to a link, from the current direction. */
   focus(name: string): void {
-    const link = this.seen.robot?.links.find((one) => one.view.name === name);
+    const link = this.target.robot?.links.find((candidate) => candidate.view.name === name);
     if (link === undefined) return;
     const box = new Box3().setFromObject(link.visual);
     if (box.isEmpty())
@@ -105,7 +105,7 @@ export class Looking {
   ride(): void {
     const { camera, controls } = this.stage;
     const radius = this.app.scene.value?.radius ?? 0.1;
-    const base = this.seen.rootObject;
+    const base = this.target.rootObject;
     if (base === undefined) return;
     base.updateWorldMatrix(true, false);
     camera.position.set(-radius * 0.4, 0, radius * 1.5).applyMatrix4(base.matrixWorld);
@@ -113,7 +113,7 @@ export class Looking {
   }
 
   /** Applies the view of a display file. */
-  fromFile({ eye, target, flat, follow, frame = "" }: LookingFrom): void {
+  applyFile({ eye, target, flat, follow, frame = "" }: ViewSettings): void {
     this.app.options.set({
       ...this.app.options.value,
       flat,
@@ -121,11 +121,11 @@ export class Looking {
       ride: false,
       side: flat ? sideOf(eye, target) : "",
     });
-    this.lookFrom(eye, target, frame);
+    this.moveTo(eye, target, frame);
   }
 
   /** Applies the view in the page's URL. Returns whether there is one. */
-  openAddress(): boolean {
+  applyAddress(): boolean {
     const view = readView(location.hash);
     if (view === null) return false;
     const side = view.orthographic && !view.ride ? sideOf(view.eye, view.target) : "";
@@ -136,7 +136,7 @@ export class Looking {
       follow: view.follow,
       side,
     });
-    this.lookFrom(view.eye, view.target, view.frame);
+    this.moveTo(view.eye, view.target, view.frame);
     return true;
   }
 
@@ -144,7 +144,7 @@ export class Looking {
   writeAddress(): void {
     if (location.protocol === "about:") return; // embedded in another page, which owns the URL
     const { flat, ride, follow } = this.app.options.value;
-    const hash = viewHash({ ...this.told(), orthographic: flat, ride, follow });
+    const hash = viewHash({ ...this.relativeView(), orthographic: flat, ride, follow });
     history.replaceState(null, "", hash);
   }
 }

@@ -20,6 +20,6 @@ export function bytes(count: number): string {
   return count < 1e9 ? `${(count / 1e6).toFixed(1)} MB` : `${(count / 1e9).toFixed(2)} GB`;
 }
 
-export function recordedTo({ file }: Recorded): string {
+export function recordedText({ file }: Recorded): string {
   return `Recorded to ${file}. Play it with: kbot view ${baseName(file)}`;
 }

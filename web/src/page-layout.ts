@@ -35,7 +35,7 @@ export interface Places {
 }
 
 /** Adds all panels and tools to the page. */
-export function furnish(
+export function addPanels(
   app: App,
   view: View,
   picture: HTMLElement,
@@ -56,13 +56,13 @@ export function furnish(
   bottom.append(source(app), traffic(app), plots(app));
   document.body.prepend(topbar(app, showHelp));
   document.body.append(sheets(app, left, right), keys);
-  app.focused.watch((asked) => asked && view.looking.focus(asked.link));
+  app.focused.watch((request) => request && view.viewpoint.focus(request.link));
   const tools = new ToolBox(app, view);
   const body = bodyChoice(app, view, tools);
   centre.append(...toolBar(app, tools, body.element));
   usePush(app, view);
   keepKeysForDriving();
-  lookByKeys(view.stage, () => view.looking.writeAddress());
+  lookByKeys(view.stage, () => view.viewpoint.writeAddress());
   useGamepad(driver);
   useKeys(app, view, driver, showHelp, tools, body);
 }
