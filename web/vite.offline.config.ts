@@ -1,6 +1,6 @@
 import { defineConfig } from "vite";
 
-/** One script and one style sheet, which Python puts into one HTML file together with a robot. */
+/** Builds one script and one style sheet. Python puts them into one HTML file together with a robot. */
 export default defineConfig({
   build: {
     target: "es2022",

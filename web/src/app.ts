@@ -39,7 +39,7 @@ export class App {
   readonly state = new Signal<State | null>(null);
   readonly findings = new Signal<Findings | null>(null);
   readonly parameters = new Signal<Parameters | null>(null);
-  /** The latest notice about something that was done. */
+  /** The latest notice about a completed action. */
   readonly notice = new Signal<{ text: string } | null>(null);
   readonly refused = new Signal<{ reason: string } | null>(null);
   readonly sources = new Signal<ReadonlyMap<string, SourceText>>(new Map());

@@ -27,7 +27,7 @@ describe("readScan", () => {
     places.forEach((value, index) => expect(value).toBeCloseTo(expected[index]!, 6));
   });
 
-  it("keeps the intensity beside its point, 0 where there is none", () => {
+  it("keeps the intensity of each point, 0 if it is missing", () => {
     expect([...readScan(scan).intensity!]).toEqual([7, 8, 0]);
   });
 });

@@ -5,7 +5,7 @@ import type { FromPage, FromServer, TopicMessage } from "../src/protocol";
 import { Signal } from "../src/signal";
 import { readFrame, Topics } from "../src/topics";
 
-/** A WebSocket that never connects by itself. */
+/** A WebSocket that the tests control. */
 class FakeSocket extends EventTarget {
   static readonly OPEN = 1;
   static all: FakeSocket[] = [];
@@ -43,12 +43,12 @@ describe("nextWait", () => {
 });
 
 describe("Connection", () => {
-  let heard: FromServer[] = [];
+  let received: FromServer[] = [];
 
   beforeEach(() => {
     vi.useFakeTimers();
     FakeSocket.all = [];
-    heard = [];
+    received = [];
     vi.stubGlobal("WebSocket", FakeSocket);
     vi.stubGlobal("location", { protocol: "http:", host: "localhost:8300", search: "?token=a%20b" });
     vi.stubGlobal("document", {
@@ -62,17 +62,17 @@ describe("Connection", () => {
   });
 
   async function connected(): Promise<Connection> {
-    const connection = new Connection((message) => heard.push(message));
+    const connection = new Connection((message) => received.push(message));
     await Promise.resolve();
     return connection;
   }
 
-  it("takes what the page was sent with before the socket connects", async () => {
+  it("reads the first messages from the page before the socket connects", async () => {
     await connected();
-    expect(heard).toEqual([{ type: "told", text: "hello" }]);
+    expect(received).toEqual([{ type: "told", text: "hello" }]);
   });
 
-  it("hands the token of the address to the server", async () => {
+  it("sends the token of the URL to the server", async () => {
     await connected();
     expect(FakeSocket.all[0]!.url).toBe("ws://localhost:8300/ws?token=a%20b");
   });
@@ -82,14 +82,14 @@ describe("Connection", () => {
     expect(connection.link.value).toBe("connecting");
     FakeSocket.all[0]!.receive({ type: "refused", reason: "no" });
     expect(connection.link.value).toBe("live");
-    expect(heard.at(-1)).toEqual({ type: "refused", reason: "no" });
+    expect(received.at(-1)).toEqual({ type: "refused", reason: "no" });
   });
 
-  it("answers a beat, and hands it to nobody", async () => {
+  it("answers a beat and does not pass it on", async () => {
     await connected();
     FakeSocket.all[0]!.receive({ type: "beat" });
     expect(FakeSocket.all[0]!.sent).toEqual(['{"type":"heard"}']);
-    expect(heard).toHaveLength(1);
+    expect(received).toHaveLength(1);
   });
 
   it("is lost after six seconds of silence", async () => {
@@ -101,7 +101,7 @@ describe("Connection", () => {
     expect(connection.link.value).toBe("lost");
   });
 
-  it("connects again after longer and longer waits", async () => {
+  it("reconnects after growing delays", async () => {
     await connected();
     FakeSocket.all[0]!.close(1006);
     vi.advanceTimersByTime(249);
@@ -115,7 +115,7 @@ describe("Connection", () => {
     expect(FakeSocket.all).toHaveLength(3);
   });
 
-  it("waits little again once a message came", async () => {
+  it("resets the delay after a message", async () => {
     await connected();
     FakeSocket.all[0]!.close(1006);
     vi.advanceTimersByTime(250);
@@ -125,13 +125,13 @@ describe("Connection", () => {
     expect(FakeSocket.all).toHaveLength(3);
   });
 
-  it("reports a server that has as many pages as it serves", async () => {
+  it("reports a server with too many pages", async () => {
     const connection = await connected();
     FakeSocket.all[0]!.close(1013);
     expect(connection.link.value).toBe("full");
   });
 
-  it("drops what cannot be sent", async () => {
+  it("drops messages while disconnected", async () => {
     const connection = await connected();
     FakeSocket.all[0]!.readyState = 0;
     connection.send({ type: "stop" });
@@ -146,16 +146,17 @@ function message(topic: string, data: unknown): TopicMessage {
 describe("Topics", () => {
   let sent: FromPage[] = [];
   let topics: Topics;
-  let heard: unknown[] = [];
-  const listen = (): (() => void) => topics.subscribe("/chat", (now) => heard.push(now.message["data"]));
+  let received: unknown[] = [];
+  const subscribe = (): (() => void) =>
+    topics.subscribe("/chat", (now) => received.push(now.message["data"]));
 
   beforeEach(() => {
-    [sent, heard] = [[], []];
+    [sent, received] = [[], []];
     topics = new Topics((now) => sent.push(now));
   });
 
   it("subscribes once for several listeners, and unsubscribes after the last", () => {
-    const [first, second] = [listen(), listen()];
+    const [first, second] = [subscribe(), subscribe()];
     first();
     expect(sent).toEqual([{ type: "subscribe", topic: "/chat" }]);
     second();
@@ -163,23 +164,23 @@ describe("Topics", () => {
   });
 
   it("gives a late listener the newest message", () => {
-    listen();
+    subscribe();
     topics.receive(message("/chat", "first"));
     topics.receive(message("/chat", "second"));
-    listen();
-    expect(heard).toEqual(["first", "second", "second"]);
+    subscribe();
+    expect(received).toEqual(["first", "second", "second"]);
   });
 
-  it("forgets the newest message where it does not hold any more", () => {
-    listen();
+  it("drops the latest message when it is invalidated", () => {
+    subscribe();
     topics.receive(message("/chat", "old"));
     topics.forget("/chat");
-    listen();
-    expect(heard).toEqual(["old"]);
+    subscribe();
+    expect(received).toEqual(["old"]);
   });
 
   it("subscribes again when the connection is back", () => {
-    listen();
+    subscribe();
     topics.resubscribe();
     expect(sent).toEqual([
       { type: "subscribe", topic: "/chat" },
@@ -188,11 +189,11 @@ describe("Topics", () => {
   });
 
   it("does not repeat a message from before the connection was lost", () => {
-    listen();
+    subscribe();
     topics.receive(message("/chat", "old"));
     topics.resubscribe();
-    listen();
-    expect(heard).toEqual(["old"]);
+    subscribe();
+    expect(received).toEqual(["old"]);
   });
 
   it("finds the first topic of some types", () => {

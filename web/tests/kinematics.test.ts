@@ -92,14 +92,14 @@ describe("slider-hold", () => {
 });
 
 describe("Replies", () => {
-  let heard: FromServer[] = [];
+  let received: FromServer[] = [];
   const view = scene({
     links: [link("base"), link("upper", "base"), link("fore", "upper"), link("hand", "fore")],
     joints: [joint({ name: "shoulder" }), joint({ name: "elbow" })],
   });
 
   async function repliesOf(states: readonly State[]): Promise<Replies> {
-    heard = [];
+    received = [];
     const saved: Saved = {
       greeting: [view, state({ positions: [0, 0], poses: poses(arm(), [0, 0]) })],
       sources: [],
@@ -107,12 +107,12 @@ describe("Replies", () => {
       kinematics: arm(),
       states,
     };
-    const replies = new Replies((message) => heard.push(message), saved);
+    const replies = new Replies((message) => received.push(message), saved);
     await Promise.resolve();
     return replies;
   }
 
-  const last = (): State => heard.findLast((message) => message.type === "state")!;
+  const last = (): State => received.findLast((message) => message.type === "state")!;
 
   it("moves a joint within its limits, and the links with it", async () => {
     const replies = await repliesOf([]);
@@ -132,7 +132,7 @@ describe("Replies", () => {
     expect(last().time).toBe(3);
   });
 
-  it("counts a jump back as a reset, so that the trail begins anew", async () => {
+  it("counts a jump back as a reset, so that the trail starts again", async () => {
     const replies = await repliesOf([1, 2, 3].map((time) => state({ time })));
     replies.show(0);
     expect(last()).toMatchObject({ time: 1, resets: 1 });
@@ -200,7 +200,7 @@ describe("Transforms", () => {
     expect(new Vector3().setFromMatrixPosition(transforms.lookup("camera", null)!).y).toBe(7);
   });
 
-  it("forget what was before a reset", () => {
+  it("forget the states before a reset", () => {
     states.set(moment(5, 4, 0));
     states.set({ ...moment(0.1, 1, 0), resets: 1 });
     expect(new Vector3().setFromMatrixPosition(transforms.lookup("wheel", 4)!).x).toBe(1);

@@ -18,7 +18,7 @@ describe("paddedRange", () => {
     expect(high).toBeCloseTo(10.6, 12);
   });
 
-  it("gives a constant room", () => {
+  it("gives a constant value a margin", () => {
     expect(paddedRange(5, 5)).toEqual([4.5, 5.5]);
     expect(paddedRange(0, 0)).toEqual([-0.5, 0.5]);
   });
@@ -28,7 +28,7 @@ describe("paddedRange", () => {
     expect(high - low).toBeCloseTo(1e-6, 12);
   });
 
-  it("is 0 to 1 where nothing is known", () => {
+  it("is 0 to 1 without values", () => {
     expect(paddedRange(null, null)).toEqual([0, 1]);
   });
 });
@@ -118,18 +118,18 @@ describe("Table", () => {
     };
   }
 
-  it("asks for a second more on either side", () => {
+  it("requests a second more on either side", () => {
     table.need(5, 8);
     expect(sent).toEqual([{ type: "ask_series", number: 1, fields: ["state twist.0"], start: 4, end: 9 }]);
   });
 
-  it("asks once while an answer is awaited", () => {
+  it("requests once while an answer is pending", () => {
     table.need(5, 8);
     table.need(5, 8.1);
     expect(sent).toHaveLength(1);
   });
 
-  it("does not ask for what it has", () => {
+  it("does not request the rows that it has", () => {
     table.need(1, 3);
     table.receive(answer([0, 1, 2, 3], 4));
     table.need(1, 3);
@@ -196,11 +196,11 @@ describe("Span", () => {
     expect(spanOf(timeline({ end: 100, at: 100 })).range()).toEqual([80, 100]);
   });
 
-  it("begins with the run where that is shorter", () => {
+  it("starts with the run if that is shorter", () => {
     expect(spanOf(timeline({ end: 5, at: 5 })).range()).toEqual([0, 5]);
   });
 
-  it("centres a moment of the past", () => {
+  it("centres a time in the past", () => {
     expect(spanOf(timeline({ end: 100, at: 50, live: false })).range()).toEqual([40, 60]);
   });
 
@@ -210,7 +210,7 @@ describe("Span", () => {
     expect(span.range()).toEqual([10, 100]);
   });
 
-  it("zooms about a moment, which stays where it is in the plot", () => {
+  it("zooms about a time, which keeps its place in the plot", () => {
     const span = spanOf(timeline({ end: 100, at: 100 }));
     span.zoomBy(0.5, 95); // three quarters of the way from 80 to 100
     expect(span.range()).toEqual([87.5, 97.5]);

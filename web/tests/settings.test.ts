@@ -45,7 +45,7 @@ describe("withOption", () => {
     expect(withOption(options, "radians", true)).toEqual({ ...options, radians: true });
   });
 
-  it("leaves the side with the perspective, and for a ride", () => {
+  it("unlocks the side with the perspective, and for a ride", () => {
     expect(withOption(options, "flat", false).side).toBe("");
     expect(withOption(options, "ride", true).side).toBe("");
     expect(withOption(options, "follow", false).side).toBe("top");
@@ -62,11 +62,11 @@ describe("the view in the address", () => {
     frame: "arm/tool 1",
   };
 
-  it("comes back as it was written", () => {
+  it("is read back as it was written", () => {
     expect(readView(viewHash(view))).toEqual(view);
   });
 
-  it("is written with names for what is on", () => {
+  it("is written with a name for each option that is on", () => {
     expect(viewHash({ ...view, frame: "" })).toBe("#eye=1.25,-2,0.5&at=0,0,0.1&flat&still");
   });
 
@@ -83,7 +83,7 @@ describe("the view in the address", () => {
     "#eye=a,b,c&at=0,0,0",
     "#eye=1,1,1&at=1,1,1",
     "#eye=1e9,0,0&at=0,0,0",
-  ])("is none for %j", (hash) => {
+  ])("is null for %j", (hash) => {
     expect(readView(hash)).toBeNull();
   });
 });
@@ -105,18 +105,18 @@ describe("DisplaySet", () => {
     expect(names()).toEqual(["Grid", "RobotModel", "TF", "Trail", "World", "LaserScan"]);
   });
 
-  it("gives a second display of a kind a name of its own", () => {
+  it("gives a second display of a kind a new name", () => {
     displays.add("LaserScan");
     displays.add("LaserScan");
     expect(names().slice(-2)).toEqual(["LaserScan 2", "LaserScan 3"]);
   });
 
-  it("adds no second display of a kind of which there is one", () => {
+  it("does not add a second display of a single kind", () => {
     const single = displays.all.value.find(({ kind }) => kindOf(kind).single)!;
     expect(displays.add(single.kind)).toBeNull();
   });
 
-  it("gives a second grid cells, for the floor has the lines of the first", () => {
+  it("gives a second grid cells, because the floor draws the lines of the first", () => {
     expect(displays.add("Grid")!.properties["count"]).toBe(10);
   });
 
@@ -127,7 +127,7 @@ describe("DisplaySet", () => {
     expect(displays.all.value.slice(0, 2).map(({ id }) => id)).toEqual([second!.id, first!.id]);
   });
 
-  it("renames what cameras see of a display along with it", () => {
+  it("renames a display in the settings of cameras too", () => {
     const camera = displays.add("Camera")!;
     displays.set(camera.id, "Grid/show", false);
     displays.rename(displays.all.value[0]!.id, " Floor ");
@@ -148,19 +148,19 @@ describe("DisplaySet", () => {
     expect(displays.isOn("TF", "axes")).toBe(true);
   });
 
-  it("adds a display that is turned on and not there", () => {
+  it("adds a display of a kind that is turned on and missing", () => {
     displays.turn("Axes", null, true);
     expect(displays.isOn("Axes", null)).toBe(true);
   });
 
-  it("has the initial value of what is not set", () => {
+  it("has the initial values of unset properties", () => {
     const robot = displays.all.value.find(({ kind }) => kind === "RobotModel")!;
     expect(valuesOf(robot)).toMatchObject({ visual: true, collision: false });
     displays.set(robot.id, "collision", true);
     expect(valuesOf(displays.all.value.find(({ id }) => id === robot.id)!)["collision"]).toBe(true);
   });
 
-  it("is remembered by the browser", () => {
+  it("is stored in the browser", () => {
     displays.remove(displays.all.value[0]!.id);
     displays.setGlobal("light", 2);
     const again = new DisplaySet();
@@ -168,14 +168,14 @@ describe("DisplaySet", () => {
     expect(again.global("light")).toBe(2);
   });
 
-  it("starts anew where the browser remembers something else", () => {
+  it("starts with the defaults if the browser stored something else", () => {
     localStorage.setItem("kbot.displays", '{"globals": {}, "displays": [{"kind": "Hologram"}]}');
     expect(new DisplaySet().all.value).toHaveLength(6);
   });
 });
 
 describe("loadStored", () => {
-  it("is null where the storage is off or holds no JSON", () => {
+  it("is null if the storage holds invalid JSON", () => {
     vi.stubGlobal("localStorage", { getItem: () => "{" });
     expect(loadStored("kbot.options")).toBeNull();
     vi.unstubAllGlobals();

@@ -150,7 +150,7 @@ describe("tokenLines", () => {
     ]);
   });
 
-  it("tells xacro tags from others", () => {
+  it("distinguishes xacro tags from others", () => {
     expect(tokenLines("<xacro:if")[0]).toContainEqual(["xacro:if", "t-xacro"]);
   });
 
@@ -158,7 +158,7 @@ describe("tokenLines", () => {
     expect(tokenLines('<a b="${2*r} 1"')[0]).toContainEqual(["${2*r}", "t-expression"]);
   });
 
-  it("does not take digits of a name for a number", () => {
+  it("does not mark digits in a name as a number", () => {
     const styles = tokenLines('<a b="link_2"')[0]!.map(([, style]) => style);
     expect(styles).not.toContain("t-number");
   });
@@ -167,11 +167,11 @@ describe("tokenLines", () => {
     expect(tokenLines("<!-- a\nb -->")).toEqual([[["<!-- a", "t-comment"]], [["b -->", "t-comment"]]]);
   });
 
-  it("reaches to the end with a comment that is not closed", () => {
+  it("extends an unclosed comment to the end", () => {
     expect(tokenLines("<!-- <a>")).toEqual([[["<!-- <a>", "t-comment"]]]);
   });
 
-  it("loses no character", () => {
+  it("keeps every character", () => {
     const text = "<?xml version='1.0'?>\n<robot name='r'>\n\ttext &amp; ${x}\n</robot>\n";
     const joined = tokenLines(text).map((line) => line.map(([piece]) => piece).join(""));
     expect(joined.join("\n")).toBe(text);
@@ -185,7 +185,7 @@ describe("hints in the source", () => {
     expect(hintText({ place, values: ["0.1", "0.2"], more: false })).toBe("0.1 | 0.2");
   });
 
-  it("ends with an ellipsis where there are more", () => {
+  it("ends with an ellipsis if there are more", () => {
     expect(hintText({ place, values: ["0.1"], more: true })).toBe("0.1 | \u2026");
   });
 });
@@ -233,7 +233,7 @@ describe("the tree of links", () => {
     expect(STEPS[key]!(from, levels)).toBe(to);
   });
 
-  it("has nowhere to go above its root", () => {
+  it("has no item above its root", () => {
     expect(STEPS["ArrowLeft"]!(0, levels)).toBe(-1);
   });
 });
@@ -270,12 +270,12 @@ describe("the filter of frames", () => {
     expect([matches("odom"), matches("left_wheel"), matches("odom_combined")]).toEqual([true, true, false]);
   });
 
-  it("is a part of the name while the expression is not complete", () => {
+  it("is plain text while the expression is incomplete", () => {
     const matches = matcher("wheel(");
     expect([matches("wheel(1)"), matches("wheel")]).toEqual([true, false]);
   });
 
-  it("lets every name through when it is empty", () => {
+  it("matches every name when it is empty", () => {
     expect(matcher("")("anything")).toBe(true);
   });
 });
@@ -301,7 +301,7 @@ describe("goalText", () => {
     expect(goalText("reached", "")).toBe("Goal reached");
   });
 
-  it("shows a state it does not know as it is", () => {
+  it("shows an unknown state unchanged", () => {
     expect(goalText("paused", "")).toBe("paused");
   });
 });

@@ -40,7 +40,7 @@ describe("TimeTravel", () => {
     travel = new TimeTravel(now, new Topics(() => undefined), (message) => sent.push(message));
   });
 
-  it("sends only the last of several moments asked for in one frame", () => {
+  it("sends only the last of several times requested in one frame", () => {
     travel.receive(timeline());
     travel.seek(3);
     travel.seek(4);
@@ -48,7 +48,7 @@ describe("TimeTravel", () => {
     expect(sent).toEqual([{ type: "seek", at: 4 }]);
   });
 
-  it("waits until the server shows the moment that was asked for", () => {
+  it("waits until the server shows the requested time", () => {
     travel.receive(timeline());
     travel.seek(4);
     expect(travel.awaited).toBe(4);
@@ -91,18 +91,18 @@ describe("TimeTravel", () => {
     expect(sent).toEqual([{ type: "go_live" }]);
   });
 
-  it("stays in the past when the page only asks for something", () => {
+  it("stays in the past for messages that do not act on the simulation", () => {
     travel.receive(timeline({ live: false, at: 5 }));
     travel.beforeSend({ type: "subscribe", topic: "/scan" });
     expect(sent).toEqual([]);
   });
 
-  it("shows whether the simulation is paused now, not then", () => {
+  it("shows whether the simulation is paused now, not at the time shown", () => {
     travel.receive(timeline({ live: false, paused: true, speed: 2 }));
     expect(travel.withCurrentSpeed(state())).toMatchObject({ paused: true, speed: 2 });
   });
 
-  it("jumps to the bookmark before the moment on show", () => {
+  it("jumps to the bookmark before the time shown", () => {
     travel.receive(timeline({ live: false, at: 5 }));
     now.set(state({ at: 5 }));
     travel.bookmarks.all.set([{ number: 1, at: 2, time: 2, note: "" }]);

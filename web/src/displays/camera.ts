@@ -31,7 +31,7 @@ export const camera: Make = (picture) => {
     canSee = info !== null && pinhole.see(info, Number(set["zoom"]), Number(set["far"]));
     window.show(shown && image !== null && canSee);
   };
-  const listen = (topic: string): void => {
+  const subscribeInfo = (topic: string): void => {
     const wantedTopic = topic.replace(/[^/]*$/, "camera_info");
     if (wantedTopic === infoTopic) return;
     stop();
@@ -56,7 +56,7 @@ export const camera: Make = (picture) => {
     },
     message({ topic, message }) {
       image = message as unknown as msg.Image;
-      listen(topic);
+      subscribeInfo(topic);
       const colours = pixelsOf(image, { normalize: true });
       if (!(colours instanceof ImageData)) return colours;
       if (taken.width !== colours.width || taken.height !== colours.height) {

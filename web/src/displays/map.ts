@@ -105,7 +105,7 @@ export const map: Make = (picture) => {
     draw();
     picture.invalidate();
   };
-  const listen = (topic: string): void => {
+  const subscribeUpdates = (topic: string): void => {
     if (topic === updates) return;
     stop();
     updates = topic;
@@ -132,7 +132,7 @@ export const map: Make = (picture) => {
         return { level: "error", reason: `the resolution is ${grid.info.resolution} m per cell` };
       current = grid;
       draw();
-      listen(`${topic}_updates`);
+      subscribeUpdates(`${topic}_updates`);
       return placeAtHeader(picture, group, grid.header);
     },
     clear() {

@@ -60,8 +60,8 @@ export function keepFocus(body: HTMLElement): () => void {
   if (row === null) return () => undefined;
   const index = numbersOf(row).indexOf(document.activeElement as HTMLElement);
   return () => {
-    const anew = body.querySelector(`.line[data-line="${row.dataset["line"] ?? ""}"]`);
-    (anew === null ? undefined : numbersOf(anew)[index])?.focus({ preventScroll: true });
+    const newRow = body.querySelector(`.line[data-line="${row.dataset["line"] ?? ""}"]`);
+    (newRow === null ? undefined : numbersOf(newRow)[index])?.focus({ preventScroll: true });
   };
 }
 

@@ -60,21 +60,21 @@ export function notices(app: App, picture: HTMLElement): HTMLElement {
   });
   let timer: ReturnType<typeof setTimeout> | undefined;
   const hide = (): void => void (refused.hidden = true);
-  const say = (text: string, ...actions: HTMLElement[]): void => {
+  const showNotice = (text: string, ...actions: HTMLElement[]): void => {
     refused.replaceChildren(icon("info"), h("span", {}, text), ...actions);
     refused.hidden = false;
     clearTimeout(timer);
     if (actions.length === 0) timer = setTimeout(hide, SHOWN_FOR);
   };
-  app.refused.watch((now) => now !== null && say(now.reason));
+  app.refused.watch((now) => now !== null && showNotice(now.reason));
   let known: readonly string[] = [];
   app.state.watch((state) => {
     const fallen = state?.fallen ?? [];
     const news = fallen.filter(({ name }) => !known.includes(name));
     known = fallen.map(({ name }) => name);
-    if (news.length > 0) say(news.map(fallenText).join("; "));
+    if (news.length > 0) showNotice(news.map(fallenText).join("; "));
   });
-  app.notice.watch((now) => now !== null && say(now.text));
+  app.notice.watch((now) => now !== null && showNotice(now.text));
   app.recorded.watch((now) => {
     if (now === null) return;
     const name = baseName(now.file);
@@ -94,7 +94,7 @@ export function notices(app: App, picture: HTMLElement): HTMLElement {
       },
       icon("close"),
     );
-    say(recordedText(now), ...(now.address === "" ? [] : [get]), close);
+    showNotice(recordedText(now), ...(now.address === "" ? [] : [get]), close);
   });
   return h("div", { class: "notices" }, undrawn, broken, lost, full, refused);
 }

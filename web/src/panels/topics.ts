@@ -8,14 +8,17 @@ import type { TopicMessage, TopicView } from "../protocol";
 const MOST = 12;
 const EVERY = 200;
 /** The text in place of an unknown rate, and the tooltips of an unknown and a known rate. */
-type Words = readonly [string, readonly [string, string]];
-const PLAYED: Words = ["\u2013", ["Published once, or the rate is unknown", "Mean rate of the recording"]];
+type RateTexts = readonly [string, readonly [string, string]];
+const PLAYED: RateTexts = [
+  "\u2013",
+  ["Published once, or the rate is unknown", "Mean rate of the recording"],
+];
 const COUNTED = "Measured while the topic is open here or displayed, otherwise its nominal rate";
-const SAID: Words = [
+const PUBLISHED: RateTexts = [
   "no rate",
   ["No nominal rate. The rate is measured while the topic is open here or displayed.", COUNTED],
 ];
-const INPUT: Words = ["in", ["", COUNTED]];
+const INPUT: RateTexts = ["in", ["", COUNTED]];
 
 /** The data type of a field that is dragged into the plots. */
 export const DRAGGED = "application/x-kbot-field";
@@ -69,7 +72,7 @@ class Row {
 
   update({ kind, rate, is_input }: TopicView): void {
     this.type.textContent = shortType(kind);
-    const [without, title] = this.app.about.value?.mode === "play" ? PLAYED : is_input ? INPUT : SAID;
+    const [without, title] = this.app.about.value?.mode === "play" ? PLAYED : is_input ? INPUT : PUBLISHED;
     this.rate.textContent = rate === null ? without : `${rate} Hz`;
     this.rate.title = title[rate === null ? 0 : 1];
   }

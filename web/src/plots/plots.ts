@@ -64,7 +64,7 @@ export function plots(app: App): HTMLElement {
     showValues();
   });
   let wasOpened = false;
-  const listen = (): void =>
+  const updateSubscriptions = (): void =>
     app.topicFields.value.forEach((field) => field.setActive(wasOpened && table.fields.includes(field)));
   const choose = (names: string[]): void => {
     storeFields(names);
@@ -73,7 +73,7 @@ export function plots(app: App): HTMLElement {
   const show = (names: string[]): void => {
     const chosen = names.flatMap((name) => all.find((field) => field.name === name) ?? []);
     table.choose(chosen);
-    listen();
+    updateSubscriptions();
     values = chosen.map(() => h("span", { class: "value" }));
     chips.replaceChildren(
       ...chosen.map((field, index) =>
@@ -156,7 +156,7 @@ export function plots(app: App): HTMLElement {
   app.plots.watch((open) => {
     dock.hidden = !open;
     wasOpened ||= open;
-    listen();
+    updateSubscriptions();
     table.forget();
     void graph.rebuild();
     draw(true);

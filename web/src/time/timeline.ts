@@ -8,7 +8,7 @@ import { bookmarkList, marks } from "./marks";
 import { ago, bytes, clock } from "./format";
 
 /** Milliseconds between two updates for screen readers while the time runs. */
-const SPOKEN = 1000;
+const ANNOUNCE_EVERY = 1000;
 const STEPS: Record<string, 1 | -1> = { ArrowLeft: -1, ArrowRight: 1, ArrowDown: -1, ArrowUp: 1 };
 
 /** The timeline: the last minutes of a simulation, or a recording. */
@@ -135,7 +135,7 @@ export function timelineBar(app: App): HTMLElement {
       : isLive
         ? ""
         : `\u2212${clock(now.end - at)}`;
-    if (isLive && !now.paused && performance.now() - announcedAt < SPOKEN) return;
+    if (isLive && !now.paused && performance.now() - announcedAt < ANNOUNCE_EVERY) return;
     announcedAt = performance.now();
     const time = `${(app.state.value?.time ?? 0).toFixed(2)} s`; // simulated time: after a reset it differs from timeline time
     slider.setAttribute(
