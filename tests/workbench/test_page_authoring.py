@@ -136,7 +136,7 @@ def test_invalid_numbers_are_refused_and_the_old_one_is_kept(
     number.dblclick()
     page.keyboard.type("abc")
     page.keyboard.press("Enter")
-    until(lambda: "abc is no number" in page.locator(".notices").inner_text())
+    until(lambda: "'abc' is not a number" in page.locator(".notices").inner_text())
     assert number.inner_text() == "0.16"
     number.dblclick()
     page.keyboard.type("${0.1 + 0.16}")
@@ -156,7 +156,9 @@ def test_the_robot_of_a_recording_is_read_only(tmp_path: Path, open_page: OpenPa
     session = played_session(str(tmp_path / "run.mcap"))
     with serving(session) as address:
         page = open_page(address)
-        until(lambda: "nothing of it is changed" in page.locator("#parameters").inner_text())
+        until(
+            lambda: "The robot of a recording cannot be changed." in page.locator("#parameters").inner_text()
+        )
         page.locator("#links").get_by_role("button", name="left_wheel").click()
         number = page.locator("#source .t-number").first
         until(lambda: number.count() == 1)

@@ -194,7 +194,7 @@ def test_driving_while_paused_shows_a_notice(driving: tuple[str, Session], open_
     page.keyboard.press("p")
     until(lambda: page.inner_text(".rate") == "paused")
     page.keyboard.down("w")
-    until(lambda: "press P" in page.inner_text(".notices"))
+    until(lambda: "Press P" in page.inner_text(".notices"))
     page.keyboard.up("w")
 
 

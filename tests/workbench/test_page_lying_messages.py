@@ -74,9 +74,9 @@ def test_an_invalid_value_does_not_change_the_colours_of_others(open_page: OpenP
     ("picture", "words"),
     [
         (Image(WORLD, 2, 4, "rgb8", 0, 8, bytes(16)), "step is 8 bytes, but 4 pixels of rgb8 need 12"),
-        (Image(WORLD, 1, FOUR_BILLION, "rgb8", 0, 0, b"1"), f"{FOUR_BILLION} pixels in rgb8 need"),
+        (Image(WORLD, 1, FOUR_BILLION, "rgb8", 0, 0, b"1"), f"{FOUR_BILLION} pixels of rgb8 need"),
         (Image(WORLD, FOUR_BILLION, 1, "32FC1", 0, 0, b"1"), "step is 0 bytes"),
-        (Image(WORLD, 1, 4, "yuyv", 0, 4, bytes(4)), "4 pixels in yuyv need 8"),
+        (Image(WORLD, 1, 4, "yuyv", 0, 4, bytes(4)), "4 pixels of yuyv need 8"),
         (Image(WORLD, 2, 2, "bgr8", 0, 6, bytes(11)), "2 by 2 pixels, but 11 bytes"),
     ],
     ids=["short rows", "wide", "high", "yuyv", "short"],

@@ -94,4 +94,4 @@ def test_markers_have_point_colours_text_lifetimes_and_namespaces(open_page: Ope
         until(lambda: is_red(show.colours((0.1, 0.1, 0.0))).all())
         show.bus.publish("/mark", replace(marker(0, id=4, action=DELETE), ns="other"))
         show.bus.publish("/mark", marker(3, id=3, color=ColorRGBA(1.0, 0.0, 0.0, 0.0)))
-        until(lambda: "its colour's a is 0" in show.status("Marker"))
+        until(lambda: "color.a is 0" in show.status("Marker"))

@@ -85,7 +85,7 @@ def test_a_page_reconnects_to_a_restarted_server(xacro: Path, browser: Any, axe:
         page.locator("#links [data-link=left_wheel]").click()
         until(lambda: page.locator("#links [aria-selected=true]").count() == 1)
         camera = page.evaluate("kbot.camera()")
-    until(lambda: page.get_by_text("The server does not answer.").is_visible())
+    until(lambda: page.get_by_text("No connection to the server.").is_visible())
     assert page.inner_text(".status") == "connection lost"
     assert inks(page).isdisjoint(live)  # stale numbers look different
     page.evaluate(axe)
@@ -94,7 +94,7 @@ def test_a_page_reconnects_to_a_restarted_server(xacro: Path, browser: Any, axe:
     with serving(open_session(str(xacro), simulate=True), port=urlsplit(address).port):
         until(lambda: page.inner_text(".status") == "live")
         until(lambda: page.get_by_label("base_len, as a number").input_value() == "0.2")
-        assert page.get_by_text("The server does not answer.").is_hidden()
+        assert page.get_by_text("No connection to the server.").is_hidden()
         assert inks(page) == live
         now = page.evaluate("kbot.camera()")["clipFromWorld"]
         assert np.allclose(now, camera["clipFromWorld"], atol=1e-9)
@@ -127,10 +127,10 @@ def test_a_hanging_server_is_distinguished_from_an_idle_one(
         return False
 
     session._motion._sim.errands.append(hang)
-    until(lambda: page.get_by_text("The server does not answer.").is_visible())
+    until(lambda: page.get_by_text("No connection to the server.").is_visible())
     answers.set()
     until(lambda: page.inner_text(".status") == "live")
-    until(lambda: page.get_by_text("The server does not answer.").is_hidden())
+    until(lambda: page.get_by_text("No connection to the server.").is_hidden())
     page.close()
 
 

@@ -27,16 +27,16 @@ def test_a_picture_is_saved_with_and_without_its_floor(viewing: str, open_page: 
     page.locator(".save-menu summary").click()
     page.get_by_label("Width in pixels").fill("640")
     page.get_by_label("Height in pixels").fill("480")
-    image = np.asarray(Image.open(io.BytesIO(saved(page, "Picture (PNG)"))))
+    image = np.asarray(Image.open(io.BytesIO(saved(page, "Image (PNG)"))))
     assert image.shape == (480, 640, 4)
     assert image[..., 3].min() == 255
     page.get_by_label("transparent").check()
-    image = np.asarray(Image.open(io.BytesIO(saved(page, "Picture (PNG)"))))
+    image = np.asarray(Image.open(io.BytesIO(saved(page, "Image (PNG)"))))
     assert image[2, 2, 3] == image[-3, -3, 3] == 0
     blue = (image[..., 2] > 90) & (image[..., 0] < 60) & (image[..., 3] == 255)
     assert 0.02 < blue.mean() < 0.5  # KBot's plate, without a background
     page.get_by_label("Width in pixels").fill("0")
-    page.get_by_role("button", name="Picture (PNG)").click()
+    page.get_by_role("button", name="Image (PNG)").click()
     assert page.get_by_label("Width in pixels").evaluate("e => !e.validity.valid")
 
 

@@ -61,7 +61,7 @@ def test_without_webgl_everything_but_the_picture_works(driving: tuple[str, Sess
     until(lambda: page.locator("#plots canvas").count() == 1)
     page.locator(".save-menu summary").click()
     assert page.get_by_role("button", name="Record a video").count() == 0
-    page.get_by_role("button", name="Picture (PNG)").click()
+    page.get_by_role("button", name="Image (PNG)").click()
     until(lambda: "this browser cannot draw the image" in page.inner_text(".notices"))
 
 

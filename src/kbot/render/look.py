@@ -16,7 +16,7 @@ MOST_PIXELS = 8192
 FIELD_OF_VIEW = math.radians(32.0)
 """The vertical field of view of the page's camera."""
 _MARGIN = 1.35 * 1.05
-"""Distance factor beyond a sphere that just fits: the page's 1.35 (`stage.ts`) times 1.05 (`viewpoint.ts`)."""
+"""How many times farther than a sphere just fits: 1.35 (`stage.ts`) times 1.05 (`viewpoint.ts`)."""
 
 
 @dataclass(frozen=True, slots=True)
