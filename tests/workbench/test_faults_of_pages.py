@@ -71,7 +71,7 @@ def test_faults_are_listed_and_can_be_ended(session: Session) -> None:
     session.handle(EndFault(reported[0].number), 1)
     run(session, 1.1)
     assert [entry.number for entry in session.state().faults] == [reported[2].number]
-    with pytest.raises(KbotError, match="no fault 1"):
+    with pytest.raises(KbotError, match="no fault has the number 1"):
         session.handle(EndFault(reported[0].number), 1)
 
 
