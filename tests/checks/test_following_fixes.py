@@ -61,7 +61,7 @@ def test_two_undefined_names_are_both_defined() -> None:
     assert text.count("<xacro:property") == 3
 
 
-def test_slip_gets_a_suggestion() -> None:
+def test_typo_gets_a_suggestion() -> None:
     text = CASTER.replace("caster_wheel_radius", "wheel_raduis")
     (error,) = (d for d in found_in(text) if d.is_error)
     assert (error.message, error.hint) == ("unknown property 'wheel_raduis'", "did you mean 'wheel_radius'?")
@@ -117,11 +117,11 @@ def test_undefined_name_is_not_replaced_by_another(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if len(name) >= 4])
-def test_slip_in_a_name_is_fixed_or_reported(name: str) -> None:
+def test_typo_in_a_name_is_fixed_or_reported(name: str) -> None:
     """The last use of a name is misspelt in three ways. Following each suggestion gives the clean robot."""
     start = uses(CLEAN, name)[-1]
-    for slip in (name[:2] + name[3:], name[0] + name[2] + name[1] + name[3:], name + name[-1]):
-        mutant = CLEAN[:start] + slip + CLEAN[start + len(name) :]
+    for typo in (name[:2] + name[3:], name[0] + name[2] + name[1] + name[3:], name + name[-1]):
+        mutant = CLEAN[:start] + typo + CLEAN[start + len(name) :]
         suggested = [d.hint for d in found_in(mutant) if isinstance(d.hint, Suggestion) and d.hint.nearest]
         assert all(hint.nearest == (name,) for hint in suggested), suggested
         after = fixed(mutant, "robot.xacro", found_in, unsafe=False)[0]

@@ -186,7 +186,7 @@ def test_thousands_of_findings_are_reported(
 
 
 def test_fixes_that_do_not_help_are_abandoned(tmp_path: Path, measured_kbot: Callable[..., Any]) -> None:
-    """Each `<linc>` is a slip of `<link>`, but a robot of 5,000 links without joints has more errors."""
+    """Each `<linc>` is a typo of `<link>`, but a robot of 5,000 links without joints has more errors."""
     (tmp_path / "robot.xacro").write_text(MANY["unknown elements"](5_000))
     result = measured_kbot("check", "robot.xacro", "--fix")
     assert result.is_bounded(), result

@@ -144,10 +144,10 @@ def test_a_macro_is_not_edited_for_a_fault_of_one_call(package: Path) -> None:
         (CONTROL, [("${2*wheel_radius}", "${wheel_radius}")], "D106",
          "use twice the radius of the wheels: 0.07"),
         (CONTROL, [("<leftJoint>left", "<leftJoint>right"), ("<rightJoint>right", "<rightJoint>left")], "D107",
-         "exchange the names in <leftJoint> and <rightJoint>"),
+         "swap the names in <leftJoint> and <rightJoint>"),
         (MAIN, [('prefix="left" reflect="1"', 'prefix="left" reflect="-1"'),
                 ('prefix="right" reflect="-1"', 'prefix="right" reflect="1"')], "D107",
-         "y points left: exchange the signs of the wheels' y"),
+         "y points left: swap the signs of the wheels' y coordinates"),
     ],
 )  # fmt: skip
 def test_a_hint_contains_the_value_to_write(

@@ -1,4 +1,4 @@
-"""`--fix` corrects a name that is a slip of exactly one possible name."""
+"""`--fix` corrects a name that is a typo of exactly one possible name."""
 
 from __future__ import annotations
 
@@ -57,14 +57,14 @@ def fixed_text(text: str) -> str:
         ('prefix="left" parent="base_link"', 'prefix="left" parent="Base_link"', "U006"),
     ],
 )
-def test_slip_is_fixed_where_it_is_written(right: str, wrong: str, code: str) -> None:
+def test_typo_is_fixed_where_it_is_written(right: str, wrong: str, code: str) -> None:
     assert right in ROBOT
     text = ROBOT.replace(right, wrong)
     assert code in {d.code for d in found_in(text)}
     assert fixed_text(text) == ROBOT
 
 
-def test_slips_that_hide_each_other_are_all_fixed() -> None:
+def test_typos_that_hide_each_other_are_all_fixed() -> None:
     text = ROBOT.replace("${wheel_radius}", "${whel_radius}").replace('link="mast"/></j', 'link="mst"/></j')
     assert fixed_text(text.replace('type="fixed"', 'type="fixd"')) == ROBOT
 
@@ -72,7 +72,7 @@ def test_slips_that_hide_each_other_are_all_fixed() -> None:
 @pytest.mark.parametrize(
     ("right", "wrong"),
     [
-        ('<link name="mast"/>', '<link name="mast_1"/><link name="mast_3"/>'),  # another digit is not a slip
+        ('<link name="mast"/>', '<link name="mast_1"/><link name="mast_3"/>'),  # another digit is not a typo
         ('<parent link="base_link"/>', "<parent link=\"${'base'}_lnk\"/>"),  # a composed name
         ('<parent link="base_link"/>', '<parent link="chassis"/>'),  # no similar name
     ],
@@ -82,7 +82,7 @@ def test_ambiguous_name_is_not_changed(right: str, wrong: str) -> None:
     assert fixed_text(text) == text
 
 
-def test_slip_in_a_macro_is_reported_and_fixed_in_the_macro() -> None:
+def test_typo_in_a_macro_is_reported_and_fixed_in_the_macro() -> None:
     text = ROBOT.replace("${wheel_radius}", "${whel_radius}")
     (finding,) = (d for d in found_in(text) if d.code == "X103")
     assert finding.origin is not None

@@ -45,7 +45,7 @@ def test_a_common_ending_does_not_make_names_similar(name: str) -> None:
         ("/tf_statci", ["/tf", "/tf_static"], ["/tf_static"]),
     ],
 )
-def test_only_a_slip_or_another_order_of_the_words_is_near(
+def test_only_a_typo_or_another_order_of_the_words_is_near(
     name: str, known: list[str], near: list[str]
 ) -> None:
     assert nearest(name, known) == near
@@ -97,7 +97,7 @@ def test_without_candidates_there_is_no_suggestion() -> None:
         ("Base_Link", "base_link"),
     ],
 )
-def test_one_slip_from_a_single_name_is_certain(written: str, meant: str) -> None:
+def test_one_typo_from_a_single_name_is_certain(written: str, meant: str) -> None:
     assert did_you_mean(written, LINKS).sure == meant
 
 

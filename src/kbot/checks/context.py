@@ -199,7 +199,7 @@ class Context:
         return Fix(title, edits, safe) if edits else None
 
     def exchange(self, origin: Origin, name: str, other: str) -> Fix | None:
-        """A fix that exchanges the values of two attributes. None if one of them contains an expression."""
+        """A fix that swaps the values of two attributes. None if one of them contains an expression."""
         element = self.element_at(origin)
         spans = element.attribute_spans() if element is not None else {}
         if name not in spans or other not in spans:
@@ -208,7 +208,7 @@ class Context:
         if "$" in first.text + second.text or first.text == second.text:
             return None
         edits = (*set_value(first, second.text), *set_value(second, first.text))
-        return Fix(f"exchange {name} and {other}", edits, safe=False)
+        return Fix(f"swap {name} and {other}", edits, safe=False)
 
     def copy_visual(self, origin: Origin) -> Fix | None:
         """A fix that inserts a copy of a visual as collision after it. None if the visual is a mesh."""

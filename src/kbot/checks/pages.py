@@ -11,12 +11,12 @@ from pathlib import Path
 from kbot.checks.registry import page
 from kbot.text import Severity
 
-_SLIP = "safe: KBot corrects the name if it is a slip of one known name."
+_TYPO = "safe: KBot corrects the name if it is a typo of exactly one known name."
 _NAMES = ("U006", "U007", "U011", "X103", "X112", "X121", "X122", "X129")
 _AUTOFIXES = {
-    **dict.fromkeys(_NAMES, _SLIP),
-    "X103": f"{_SLIP} Otherwise unsafe: KBot inserts a property without a value, which you fill in.",
-    "P001": "safe: KBot joins a root element in two pieces, and removes white space before `<?xml`.",
+    **dict.fromkeys(_NAMES, _TYPO),
+    "X103": f"{_TYPO} Otherwise unsafe: KBot inserts a property without a value, which you fill in.",
+    "P001": "safe: KBot joins a root tag that was closed too early, and removes white space before `<?xml`.",
     "K001": "safe: KBot removes the comment.",
 }
 

@@ -158,7 +158,7 @@ def near_rules(word: str, others: Iterable[str] = ()) -> str:
     """A hint with the code, or the entry of `others`, that a misspelled word means.
 
     `did_you_mean` never changes a number. A code always has three digits, so here a fourth digit, and the
-    letters O, I and L in place of digits, count as slips.
+    letters O, I and L in place of digits, count as typos.
     """
     code = word[:1].upper() + word[1:4].upper().translate(str.maketrans("OIL", "011"))
     return f"did you mean '{code}'?" if code in all_rules() else did_you_mean(word, others)

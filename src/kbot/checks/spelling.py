@@ -1,4 +1,4 @@
-"""Fixes for unknown names: correct a slip, or insert a definition."""
+"""Fixes for unknown names: correct a typo, or insert a definition."""
 
 from __future__ import annotations
 

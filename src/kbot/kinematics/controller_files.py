@@ -236,7 +236,7 @@ def unknown_type(kind: str) -> Suggestion | None:
     know.
 
     A type does not exist if it names no package, if its package is known and has no such controller, or if it
-    is a slip of a known type."""
+    is a typo of a known type."""
     package, slash, _ = kind.partition("/")
     if not slash and "::" not in kind:
         return did_you_mean(kind, [known for known in TYPES if known.endswith(f"/{kind}")] or TYPES)

@@ -21,7 +21,7 @@ thousands of misspelled names and thousands of others."""
 _KEPT = 2
 """Letters of a word that an edit must leave unchanged. `fl` and `fr` have fewer: they are different words."""
 _SURE = 4
-"""Letters of the shortest word whose edit is certainly a slip. Shorter words such as `tap` and `tip` may both
+"""Letters of the shortest word whose edit is certainly a typo. Shorter words such as `tap` and `tip` may both
 be meant. Replacing the first or last letter of a word needs as many letters: `min` is not `mid`."""
 _SIDES = frozenset("lrfbmxyz")
 """Letters that can mean a side or an axis at the start or end of a word. `lwheel` and `rwheel`, `posx` and
@@ -38,17 +38,17 @@ _UNIT = re.compile(r"[^\W\d_]+|\d+")
 
 
 def nearest(name: str, candidates: Iterable[str], count: int = 3, *, sides: bool = True) -> list[str]:
-    """Up to `count` candidates that are one slip away from `name`, in alphabetical order.
+    """Up to `count` candidates that differ from `name` by one typo, in alphabetical order.
 
     The result is sorted because many callers pass a set.
 
     `sides`: whether a letter at the start or end of a word can mean a side or an axis. It cannot in a fixed
-    vocabulary such as the verbs: `siml` is a slip of `sim`.
+    vocabulary such as the verbs: `siml` is a typo of `sim`.
     """
     if len(name) > _LONGEST:
         return []
     promising = _promising(name, tuple(candidates))
-    near = {other for other in promising if len(other) <= _LONGEST and _is_a_slip(name, other, sides=sides)}
+    near = {other for other in promising if len(other) <= _LONGEST and _is_typo(name, other, sides=sides)}
     return sorted(near)[:count]
 
 
@@ -71,7 +71,7 @@ def _index(candidates: tuple[str, ...]) -> dict[Hashable, list[str]]:
 
 
 def _traits(name: str) -> tuple[Hashable, Hashable, Hashable]:
-    """The words, start and end of a name. In all but short names, a slip leaves one of them unchanged."""
+    """The words, start and end of a name. In all but short names, a typo leaves one of them unchanged."""
     joined, numbers, words = _words(name)
     return words, ("begins", joined[:2], numbers), ("ends", joined[-2:], numbers)
 
@@ -95,11 +95,11 @@ class Suggestion(str):
     def sure(self) -> str:
         """The name that was certainly meant, which a fix can write. Empty if there are none or several."""
         alone = self.nearest[0] if len(self.nearest) == 1 else ""
-        return alone if alone and _is_a_slip(self.written, alone, _SURE) else ""
+        return alone if alone and _is_typo(self.written, alone, _SURE) else ""
 
 
 def did_you_mean(name: str, candidates: Iterable[str], *, sides: bool = True) -> Suggestion:
-    """`did you mean 'a' or 'b'?`, or an empty text if no candidate is one slip away from `name`."""
+    """`did you mean 'a' or 'b'?`, or an empty string if no candidate differs from `name` by one typo."""
     near = nearest(name, candidates, sides=sides)
     names = [f"'{n}'" for n in near]
     either = (", ".join(names[:-1]) + " or " if len(names) > 1 else "") + names[-1] if names else ""
@@ -113,8 +113,8 @@ def _words(name: str) -> tuple[str, tuple[str, ...], tuple[str, ...]]:
     return "_".join(words), tuple(word for word in words if word.isdigit()), tuple(sorted(words))
 
 
-@lru_cache(maxsize=1 << 14)  # the same slip often occurs many times
-def _is_a_slip(written: str, meant: str, shortest: int = 0, *, sides: bool = True) -> bool:
+@lru_cache(maxsize=1 << 14)  # the same typo often occurs many times
+def _is_typo(written: str, meant: str, shortest: int = 0, *, sides: bool = True) -> bool:
     """Whether two names differ by one letter, two swapped letters, or capitals, separators and word order.
 
     One letter may be missing, extra or replaced. An edited word has at least `shortest` letters. Numbers must

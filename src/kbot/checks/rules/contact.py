@@ -92,8 +92,8 @@ def footprint_off_ground(context: Context) -> Found:
     Example: A joint from `base_footprint` to `base_link` at z = 0, although the axle is 35 mm above the
     ground.
 
-    Fix: Give the joint to `base_link` a z of the wheel radius plus the distance by which the axle is below
-    `base_link`.
+    Fix: Set the z of the joint to `base_link` to the wheel radius plus the height of `base_link` above the
+    axle.
 
     Autofix: none.
     """
@@ -157,8 +157,8 @@ def base_off_axle(context: Context) -> Found:
 def below_ground(context: Context) -> Found:
     """A shape reaches below the ground on which the wheels stand.
 
-    Why: A collision below the ground carries the robot instead of the wheels, or the simulator throws it out
-    of the ground in the first step. The part of a visual below the ground is hidden.
+    Why: A collision below the ground supports the robot in place of the wheels, or the simulator pushes the
+    robot out of the ground in the first step. The part of a visual below the ground is hidden.
 
     Example: A marker cube on `base_footprint`, half of which is below the ground.
 

@@ -42,7 +42,7 @@ def plugin_joint_unknown(context: Context) -> Found:
 
     Fix: Name a joint of this robot.
 
-    Autofix: safe: KBot corrects the name if it is a slip of one known name.
+    Autofix: safe: KBot corrects the name if it is a typo of exactly one known name.
     """
     return reported(context.drive_findings, "D101")
 
@@ -91,7 +91,7 @@ def control_joint_unknown(context: Context) -> Found:
 
     Fix: Name a joint of this robot.
 
-    Autofix: safe: KBot corrects the name if it is a slip of one known name.
+    Autofix: safe: KBot corrects the name if it is a typo of exactly one known name.
     """
     for extension in extensions(context.robot, "ros2_control"):
         yield from _unknown_joints(context, extension, "<ros2_control>")
@@ -108,7 +108,7 @@ def gazebo_reference_unknown(context: Context) -> Found:
 
     Fix: Name a link or joint of this robot.
 
-    Autofix: safe: KBot corrects the name if it is a slip of one known name.
+    Autofix: safe: KBot corrects the name if it is a typo of exactly one known name.
     """
     robot = context.robot
     for extension in robot.extensions:
@@ -133,7 +133,7 @@ def transmission_joint_unknown(context: Context) -> Found:
 
     Fix: Name a joint of this robot.
 
-    Autofix: safe: KBot corrects the name if it is a slip of one known name.
+    Autofix: safe: KBot corrects the name if it is a typo of exactly one known name.
     """
     for extension in context.robot.extensions:
         holders: Iterable[Element] = ()
@@ -156,7 +156,7 @@ def plugin_frame_unknown(context: Context) -> Found:
 
     Fix: Name the robot's root link.
 
-    Autofix: safe: KBot corrects the name if it is a slip of one known name.
+    Autofix: safe: KBot corrects the name if it is a typo of exactly one known name.
     """
     links = context.robot.links
     for controller in context.declared_drives:

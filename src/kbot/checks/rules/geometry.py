@@ -95,7 +95,7 @@ def undefined_material(context: Context) -> Found:
 
     Fix: Define it at the root: `<material name="blue"> <color rgba="0 0 0.8 1"/> </material>`.
 
-    Autofix: safe: KBot corrects the name if it is a slip of one known name.
+    Autofix: safe: KBot corrects the name if it is a typo of exactly one known name.
     """
     robot = context.robot
     defined = set(robot.materials)
@@ -125,7 +125,7 @@ def undefined_material(context: Context) -> Found:
 def color_out_of_range(context: Context) -> Found:
     """A colour has a number outside 0..1.
 
-    Why: In URDF red, green, blue and alpha run from 0 to 1. Values above 1 are cut to 1. With numbers of
+    Why: In URDF red, green, blue and alpha run from 0 to 1. Values above 1 are clamped to 1. With numbers of
     0..255 a part is therefore black, white or one of six other colours. An alpha of 0 hides the part.
 
     Example: `<color rgba="255 128 0 1"/>`
@@ -152,7 +152,7 @@ def color_out_of_range(context: Context) -> Found:
             fix = context.replace_plain(origin, text, "divide by 255", safe=False)
         yield Finding(
             origin,
-            f"rgba {element.attributes['rgba']}: colours range from 0 to 1, larger numbers are cut to 1",
+            f"rgba {element.attributes['rgba']}: colours range from 0 to 1, larger numbers are clamped to 1",
             "divide by 255",
             fix=fix,
         )
@@ -160,7 +160,7 @@ def color_out_of_range(context: Context) -> Found:
 
 @rule("G109", "shapes-differ", Severity.WARNING, "robot")
 def shapes_differ(context: Context) -> Found:
-    """The extents or centres of a link's collision and visual, both of the same plain shape, differ by more
+    """A link's collision and visual are the same primitive shape, but their extents or centres differ by more
     than a fifth.
 
     Why: An invisible part of the collision stops the robot, or a visible part of it passes through obstacles.
@@ -211,16 +211,16 @@ def _middle(ends: tuple[Vector, Vector]) -> Vector:
 
 @rule("G111", "collides-at-rest", Severity.INFO, "robot")
 def collides_at_rest(context: Context) -> Found:
-    """The plain collision shapes of two links overlap when all joints are at zero, and no joint connects the
-    links.
+    """The primitive collision shapes of two links overlap when all joints are at zero, and no joint connects
+    the links.
 
     Why: Simulators that check self-collision push the links apart in the first step. The robot jumps, or its
     wheels rub. MoveIt reports that the start state is in collision.
 
     Example: The ball of a caster that reaches into the battery box.
 
-    Fix: Move or shrink one of the collisions. KBot does not compare links that one joint, or only fixed
-    joints, connect.
+    Fix: Move or shrink one of the collisions. KBot does not compare links that are connected by one joint or
+    only by fixed joints.
 
     Autofix: none.
     """

@@ -47,7 +47,7 @@ def mass_ratio(context: Context) -> Found:
     """The masses on the two sides of a movable joint differ by a factor of more than 1000.
 
     Why: The contact and joint solvers of Gazebo, Bullet and MuJoCo then converge slowly. The joint stretches,
-    the light body trembles, and a heavy load hangs on a light link as on a spring.
+    the light body jitters, and a heavy load on a light link bounces as if on a spring.
 
     Example: An arm of 2000 kg on a turntable of 1 kg.
 
@@ -82,7 +82,7 @@ def _ratio_finding(
     return Finding(
         joint.origin,
         f"{joint.name}: {heavy:.4g} kg at '{heavy_link}' and {light:.4g} kg at '{light_link}', a ratio of "
-        f"{heavy / light:.0f}: the joint will be soft and tremble",
+        f"{heavy / light:.0f}: the joint will be soft and jitter",
         "check the units of the masses",
         related,
     )
@@ -219,9 +219,9 @@ def _moves(context: Context, link: Link) -> bool:
 def triangle_inequality(context: Context) -> Found:
     """One principal moment is larger than the other two together.
 
-    Why: No distribution of mass has such moments, because every moment is the sum of the squared distances
-    from an axis. MuJoCo refuses the robot, and in other engines it tumbles as no real body can. KBot does not
-    report I107, I108 and I111 for the same moment.
+    Why: No distribution of mass has such moments. Each moment is the sum of mass times squared distance from
+    an axis, so none can exceed the sum of the other two. MuJoCo refuses the robot, and in other engines the
+    link tumbles in a physically impossible way. KBot does not report I107, I108 and I111 for the same moment.
 
     Example: `ixx="0.001" iyy="0.001" izz="0.01"`
 
@@ -249,7 +249,7 @@ def triangle_inequality(context: Context) -> Found:
 def no_inertial(context: Context) -> Found:
     """A link on a movable joint has no `<inertial>`, and no link that is fixed to it has one.
 
-    Why: Gazebo and gz silently drop the link, its joint and everything behind it. MuJoCo refuses a moving
+    Why: Gazebo and gz silently drop the link, its joint and all links below it. MuJoCo refuses a moving
     body without mass. rviz shows nothing unusual.
 
     Example: `<link name="left_wheel"> <visual>…</visual> <collision>…</collision> </link>`
@@ -271,7 +271,7 @@ def no_inertial(context: Context) -> Found:
         yield Finding(
             link.origin,
             f"{link.name}: {joint.type} joint '{joint.name}' moves it, but it has no <inertial>: "
-            "simulators drop it and all links behind it",
+            "simulators drop it and all links below it",
             "add <inertial> with a mass and a tensor",
             (Related(f"the joint '{joint.name}'", joint.origin),),
         )
@@ -282,7 +282,7 @@ def placeholder_tensor(context: Context) -> Found:
     """Three or more links have the same inertia tensor, although their shapes or masses differ.
 
     Why: The tensor is a placeholder that was copied. Links of 1 cm and of 1 m then resist turning equally.
-    The small ones hardly move, and the large ones are thrown about.
+    The small ones hardly turn, and the large ones turn too easily.
 
     Example: `<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/>` on every link.
 
@@ -330,8 +330,8 @@ def root_inertia(context: Context) -> Found:
     """The root link has an `<inertial>`.
 
     Why: KDL does not support an inertia on the root link and ignores it with a warning.
-    robot_state_publisher, and dynamics and controllers that use KDL, then compute with a robot that is
-    lighter by that mass.
+    robot_state_publisher, and dynamics and controllers that use KDL, then ignore the mass of the
+    root link.
 
     Example: `<link name="base_link"> <inertial>…</inertial> … </link>` as the first link.
 

@@ -74,7 +74,7 @@ def turning_fix(context: Context, link: Link, inertial: Inertial) -> Fix | None:
 
 
 def exchanging_fix(context: Context, inertial: Inertial, a: int, b: int) -> Fix | None:
-    """A fix that exchanges the values of two axes (0, 1, 2): two sizes in the call of a box macro, or two
+    """A fix that swaps the values of two axes (0, 1, 2): two sizes in the call of a box macro, or two
     plain moments."""
     made = _macro_call(context, inertial)
     if made is None:
@@ -88,7 +88,7 @@ def exchanging_fix(context: Context, inertial: Inertial, a: int, b: int) -> Fix 
         return None
     texts = spans[first][1].text, spans[second][1].text
     edits = (*set_value(spans[first][1], texts[1]), *set_value(spans[second][1], texts[0]))
-    return Fix(f"exchange {first} and {second}", edits, safe=False) if edits else None
+    return Fix(f"swap {first} and {second}", edits, safe=False) if edits else None
 
 
 @dataclass(frozen=True, slots=True)

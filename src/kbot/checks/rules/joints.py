@@ -45,7 +45,7 @@ def axis_zero(context: Context) -> Found:
     """The axis of a joint has length zero.
 
     Why: The joint has no direction in which to move. A division by the length gives NaN, which spreads to
-    every frame behind the joint. The robot vanishes from rviz, and the simulation stops.
+    every frame below the joint. The robot vanishes from rviz, and the simulation stops.
 
     Example: `<axis xyz="0 0 0"/>`
 
@@ -64,8 +64,8 @@ def axis_zero(context: Context) -> Found:
 def axis_not_unit(context: Context) -> Found:
     """The axis of a joint is not a unit vector.
 
-    Why: Tools differ. Some normalise the axis. KDL, the readers of Pinocchio and hand-written kinematics have
-    used it as it is written, so a turn of 1 rad about `0 0 2` becomes 2 rad.
+    Why: Tools differ. Some normalise the axis. KDL, Pinocchio's parsers and hand-written kinematics have used
+    it without normalising it, so a turn of 1 rad about `0 0 2` becomes 2 rad.
 
     Example: `<axis xyz="0 1 1"/>`, which has length 1.414.
 
@@ -124,14 +124,14 @@ def angle_in_degrees(context: Context) -> Found:
 def mimic_missing(context: Context) -> Found:
     """`<mimic>` names a joint that the robot does not have, or a fixed joint.
 
-    Why: robot_state_publisher and joint_state_publisher skip the joint. Every frame behind it is missing: "No
+    Why: robot_state_publisher and joint_state_publisher skip the joint. Every frame below it is missing: "No
     transform from […]".
 
     Example: `<mimic joint="left_finger_jiont"/>`
 
     Fix: Name a movable joint of this robot.
 
-    Autofix: safe: KBot corrects the name if it is a slip of one known name.
+    Autofix: safe: KBot corrects the name if it is a typo of exactly one known name.
     """
     for joint in context.sure_joints:
         if joint.mimic is None:

@@ -46,14 +46,14 @@ def missing_limit(context: Context) -> Found:
 def limit_reversed(context: Context) -> Found:
     """The lower limit of a joint is above its upper limit.
 
-    Why: No position satisfies both limits. Simulators clamp the joint to one end, refuse it, or throw it from
-    one stop to the other. MoveIt rejects every state of the robot.
+    Why: No position satisfies both limits. Simulators clamp the joint to one end, refuse it, or make it jump
+    from one stop to the other. MoveIt rejects every state of the robot.
 
     Example: `<limit lower="1.57" upper="-1.57" effort="10" velocity="1"/>`
 
-    Fix: Exchange the two values.
+    Fix: Swap the two values.
 
-    Autofix: unsafe: KBot exchanges the two values. This is wrong if one value has a wrong sign.
+    Autofix: unsafe: KBot swaps the two values. This is wrong if one value has a wrong sign.
     """
     for joint in context.sure_joints:
         limit = joint.limit
@@ -63,7 +63,7 @@ def limit_reversed(context: Context) -> Found:
                 limit.origin,
                 f"{joint.name}: the lower limit {low:.6g} {_unit(joint)} is above the upper one "
                 f"{high:.6g} {_unit(joint)}: no position is allowed",
-                "exchange lower and upper",
+                "swap lower and upper",
                 fix=context.exchange(limit.origin, "lower", "upper"),
             )
 
@@ -103,7 +103,7 @@ def no_effort(context: Context) -> Found:
     """The effort or velocity limit of a movable joint is 0 or negative.
 
     Why: 0 does not mean "no limit". ros2_control, Gazebo and MoveIt apply it: a joint with 0 N m never
-    accelerates, and one with 0 rad/s must not turn. A trajectory through such a joint takes infinitely long.
+    accelerates, and one with 0 rad/s cannot turn. A trajectory for such a joint takes infinitely long.
 
     Example: `<limit lower="-1" upper="1" effort="0" velocity="0"/>`
 
@@ -190,12 +190,12 @@ def zero_out_of_limits(context: Context) -> Found:
     """0 is outside the limits of a joint.
 
     Why: joint_state_publisher, Gazebo and MoveIt start a joint at 0 if they have no other position. The joint
-    then starts outside its limits. Simulators throw it to a stop, and planners refuse it.
+    then starts outside its limits. Simulators snap the joint to a limit, and planners reject the start state.
 
     Example: `<limit lower="0.5" upper="1.5" effort="10" velocity="1"/>`
 
-    Fix: Choose the joint's frame so that 0 is within the limits, or set an initial position where the robot
-    is started.
+    Fix: Choose the joint's frame so that 0 is within the limits, or set an initial position in the launch
+    file.
 
     Autofix: none.
     """

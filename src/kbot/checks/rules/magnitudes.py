@@ -166,7 +166,7 @@ def tensor_too_small(context: Context) -> Found:
     Why: The link turns a hundred times too easily. With the time steps of Gazebo and Bullet its contacts and
     motors then make it vibrate and become unstable.
 
-    Example: 10 kg and `ixx="1e-6"` on a box of 30 cm, of which a solid has 0.15 kg m^2.
+    Example: 10 kg and `ixx="1e-6"` on a box of 30 cm. A solid box has 0.15 kg m^2.
 
     Fix: Use the tensor of a solid of the link's shape and mass.
 

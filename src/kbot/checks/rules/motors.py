@@ -97,7 +97,8 @@ def wheel_mesh_collision(context: Context) -> Found:
     """The collision shape of a drive wheel is a mesh.
 
     Why: A mesh is a polygon. The wheel rumbles from edge to edge, and its rolling radius changes with its
-    angle. Each contact costs as much as a hundred contacts of plain shapes.
+    angle. Each contact takes as much time as a hundred contacts of primitive
+    shapes.
 
     Example: `<collision> <geometry> <mesh filename="…/wheel.stl"/>`
 

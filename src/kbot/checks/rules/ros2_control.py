@@ -33,7 +33,7 @@ def hardware_plugin_unknown(context: Context) -> Found:
     Fix: Write the plugin's name as its package declares it. KBot does not report plugins of packages that it
     does not know.
 
-    Autofix: safe: KBot corrects the name if it is a slip of one known name.
+    Autofix: safe: KBot corrects the name if it is a typo of exactly one known name.
     """
     packages = {name.partition("/")[0] for name in _PLUGINS}
     for plugin in _plugins(context):
@@ -53,10 +53,10 @@ def interface_unknown(context: Context) -> Found:
 
     Example: `<command_interface name="pos"/>`
 
-    Fix: Write `position`, `velocity` or `effort`. Your own hardware may have other interfaces. For it, KBot
-    reports only slips of these names.
+    Fix: Write `position`, `velocity` or `effort`. Your own hardware may have other interfaces. For
+    them, KBot reports only typos of the three names.
 
-    Autofix: safe: KBot corrects the name if it is a slip of one known name.
+    Autofix: safe: KBot corrects the name if it is a typo of exactly one known name.
     """
     for extension in extensions(context.robot, "ros2_control"):
         is_gazebo = any(e.text.strip().partition("/")[0] in _GAZEBO_PACKAGES for e in _plugins_of(extension))
@@ -100,7 +100,7 @@ def controllers_unreadable(context: Context) -> Found:
 
     Example: A YAML file that is indented with a tab.
 
-    Fix: Correct the file. A missing file is a warning.
+    Fix: Correct the file. If the file is missing, the severity is warning.
 
     Autofix: none.
     """

@@ -16,7 +16,7 @@ from kbot.text.suggest import did_you_mean
 
 
 def distance_along(p: Vector, d: Vector, shape: object, half: Vector) -> float | None:
-    """Distance along a ray to a plain shape at the origin; None if the ray misses it or starts inside."""
+    """Distance along a ray to a primitive shape at the origin; None if the ray misses it or starts inside."""
     match shape:
         case Sphere(radius=r):
             return _ball(p, d, r)
@@ -266,7 +266,7 @@ def sensor_frame_unknown(context: Context) -> Found:
 
     Fix: Name a link of this robot.
 
-    Autofix: safe: KBot corrects the name if it is a slip of one known name.
+    Autofix: safe: KBot corrects the name if it is a typo of exactly one known name.
     """
     links = context.robot.links
     for extension in context.robot.extensions:

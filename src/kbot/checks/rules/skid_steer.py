@@ -16,19 +16,18 @@ _LEAST_SHORTFALL = 0.1
 
 @rule("D126", "turns-short", Severity.INFO, "drive")
 def turns_short(context: Context) -> Found:
-    """The wheel separation of a skid-steer drive is the distance between its wheels, which is less than the
-    separation with which it turns.
+    """The configured wheel separation of a skid-steer drive is less than its effective wheel separation.
 
-    Why: Wheels before and behind the middle are dragged sideways in a turn, and their friction reduces the
-    turn. With axles 2a apart and wheels 2b apart the robot makes b^2 / (a^2 + b^2) of a turn, while odometry
-    reports the whole turn. With wheels in a square that is half a turn. The formula assumes equal loads and
-    Coulomb friction. In simulation the robot turns even less. Mecanum wheels that are simulated as plain
-    wheels have the same drag.
+    Why: Wheels in front of and behind the centre are dragged sideways in a turn, and their friction reduces
+    the turn. With axles 2a apart and wheels 2b apart the robot makes b^2 / (a^2 + b^2) of a turn, while
+    odometry reports the whole turn. With wheels in a square that is half a turn. The formula assumes equal
+    loads and Coulomb friction. In simulation the robot turns even less. Mecanum wheels that are simulated as
+    ordinary wheels have the same drag.
 
     Example: `wheel_separation: 0.3756` for a robot with four wheels whose axles are 0.262 m apart.
 
-    Fix: Set `wheel_separation_multiplier` (ros2_control), or multiply a plugin's wheel separation by it. Then
-    measure a turn and correct the value.
+    Fix: Set `wheel_separation_multiplier` (ros2_control) to the factor in the message, or multiply a plugin's
+    wheel separation by this factor. Then measure a turn and correct the value.
 
     Autofix: none.
     """

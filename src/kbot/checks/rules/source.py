@@ -129,7 +129,8 @@ def odd_boolean(context: Context) -> Found:
     """A boolean is written in a form that xacro reads as text, such as `'False '` or `TRUE`.
 
     Why: xacro converts only `true`, `True`, `false` and `False`. In an expression, any other text that is not
-    empty counts as true. `${not flag}` of `'False '` is false, so a part that should be off stays on.
+    empty counts as true. If `flag` is `'False '`, `${not flag}` is false, and the robot is built as if `flag`
+    were true.
 
     Example: `<xacro:property name="has_camera" value="False "/>`
 

@@ -24,7 +24,7 @@ def tips_over(context: Context) -> Found:
     """The centre of mass is outside the polygon of the contact points, or so near its edge that driving tips
     the robot.
 
-    Why: A robot whose centre of mass is outside falls over at rest. Inside, the robot tips when it
+    Why: A robot whose centre of mass is outside falls over at rest. If it is inside, the robot tips when it
     accelerates or brakes by more than g x (distance to the edge) / (height). A controller's default of 1
     m/s^2 is enough to tip a tall robot.
 

@@ -26,7 +26,7 @@ def unknown_tag(context: Context) -> Found:
     Fix: Correct the tag, or move the element to its parent. Elements with a namespace and the content of
     `<gazebo>`, `<transmission>` and `<ros2_control>` are not checked.
 
-    Autofix: safe: KBot renames the tag if exactly one known tag is a slip away and not yet present.
+    Autofix: safe: KBot renames the tag if it is a typo of exactly one known tag that is not yet present.
     """
     # a set: a search among the siblings for each unknown element would take quadratic time
     present = {(id(parent), element.tag) for parent, element in context.urdf}
@@ -73,7 +73,7 @@ def unknown_attribute(context: Context) -> Found:
 
     Fix: Correct the name of the attribute, or remove it.
 
-    Autofix: safe: KBot renames the attribute if exactly one known attribute is a slip away and not yet
+    Autofix: safe: KBot renames the attribute if it is a typo of exactly one known attribute that is not yet
     present. It removes `rpy` from `<axis>`.
     """
     for element in (context.root, *(child for _, child in context.urdf)):
@@ -159,8 +159,8 @@ def leading_slash(context: Context) -> Found:
 def frame_reserved(context: Context) -> Found:
     """A link of the robot is called `map` or `odom`.
 
-    Why: REP 105 reserves these frames for localisation and odometry, which publish them above the robot. A
-    link with such a name gets two parents, and the tf tree jumps between them.
+    Why: REP 105 reserves these frames for localisation and odometry, which publish them as parents of the
+    robot's root. A link with such a name gets two parents, and the tf tree jumps between them.
 
     Example: `<link name="odom"/>`
 

@@ -103,8 +103,8 @@ def _elsewhere(context: Context, link: Link, inertial: Inertial) -> str:
 def mass_in_other_frame(context: Context) -> Found:
     """The centre of mass is given in the frame of another link.
 
-    Why: The `<origin>` of an inertial is in the link's own frame. In the parent's frame it is wrong by the
-    joint's offset, and the robot leans and tips over to that side.
+    Why: The `<origin>` of an inertial is in the link's own frame. If it is given in the parent's
+    frame, it is off by the joint's offset, and the robot leans in the direction of the offset.
 
     Example: A wheel whose joint is at `0 0.2 0`, with `<inertial> <origin xyz="0 0.2 0"/>`.
 
@@ -252,18 +252,18 @@ def _moments_across(tensor: Matrix, axis: Vector, along: float) -> tuple[float, 
 
 @rule("I112", "moments-swapped", Severity.WARNING, "robot")
 def moments_swapped(context: Context) -> Found:
-    """Two principal moments of a link are exchanged, compared with a solid of its shape.
+    """Two principal moments of a link are swapped: a solid of its shape has them the other way round.
 
     Why: A flat plate then turns about its upright axis as easily as about its edge. Yaw starts and stops too
     fast, and pitch changes too slowly.
 
-    Example: `box_inertia` called with height and depth exchanged: izz is 0.0214, but a plate of 16 x 16 x 1
+    Example: `box_inertia` called with height and depth swapped: izz is 0.0214, but a plate of 16 x 16 x 1
     cm and 10 kg has 0.0427 kg m^2.
 
     Fix: Pass the sizes in the order that the macro expects.
 
-    Autofix: unsafe: KBot exchanges two plain moments, or two sizes in the call of the macro that computes
-    them.
+    Autofix: unsafe: KBot swaps two moments that are plain numbers, or two sizes in the call of the macro
+    that computes them.
     """
     for link, inertial in links_with_inertial(context):
         body = context.bodies[link.name]
@@ -277,7 +277,7 @@ def moments_swapped(context: Context) -> Found:
         yield Finding(
             inertial.inertia_origin,
             f"{link.name}: i{_AXES[a] * 2} {own[a]:.4g} and i{_AXES[b] * 2} {own[b]:.4g} kg m^2 are "
-            f"exchanged: a solid of its shape has i{_AXES[a] * 2} {due[a]:.4g} and "
+            f"swapped: a solid of its shape has i{_AXES[a] * 2} {due[a]:.4g} and "
             f"i{_AXES[b] * 2} {due[b]:.4g}",
             "pass the sizes in the order that the formula expects",
             geometry_of(body),
@@ -286,7 +286,7 @@ def moments_swapped(context: Context) -> Found:
 
 
 def _swap(inertial: Inertial, solid: Solid) -> tuple[Vector, Vector, tuple[int, int]] | None:
-    """The moments as given and as they should be, and the two axes that are exchanged; None if none are."""
+    """The moments as given and as they should be, and the two axes that are swapped; None if none are."""
     turn = transpose(rotation(inertial.pose.rpy))
     unit_tensor = tensor_in(turn, solid.unit_tensor)
     due = (

@@ -48,8 +48,8 @@ def _unused(context: Context, tag: str, message: str, hint: str) -> Found:
 def unused_property(context: Context) -> Found:
     """A property is never used.
 
-    Why: You can change the property and believe that the robot changes. For example, the wheels are not at
-    the distance that an unused `wheel_separation` gives.
+    Why: You can change the property and believe that the robot changes. For example, changing an
+    unused `wheel_separation` does not move the wheels.
 
     Example: `<xacro:property name="wheel_separation" value="0.15"/>` without any `${wheel_separation}`.
 

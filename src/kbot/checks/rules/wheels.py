@@ -41,12 +41,12 @@ def wheels_exchanged(context: Context) -> Found:
     """A wheel that is named left is on the right, or the other way round.
 
     Why: y points left (REP 103). To turn left, a controller speeds up the wheel that is named right, and the
-    robot turns right. Odometry turns against the robot, and navigation makes the robot spin.
+    robot turns right. Odometry reports the opposite rotation, and navigation makes the robot spin.
 
     Example: `<xacro:wheel prefix="left" reflect="-1"/>`
 
-    Fix: If the joints' names are right, exchange the signs of the wheels' y. If the plugin or controller
-    names them in the wrong order, exchange the names in `<leftJoint>` and `<rightJoint>`.
+    Fix: If the joint names are right, swap the signs of the wheels' y coordinates. If the plugin or
+    controller names them in the wrong order, swap the names in `<leftJoint>` and `<rightJoint>`.
 
     Autofix: none.
     """
@@ -80,8 +80,8 @@ def _named_sides(context: Context, pair: Pair) -> bool:
 def wheel_axes_opposed(context: Context) -> Found:
     """The axes of the two wheels of a pair point in opposite directions.
 
-    Why: Equal joint speeds then turn the wheels against each other. A robot that should drive straight spins
-    on the spot, unless its controller accounts for the axes.
+    Why: Equal joint speeds then turn the wheels in opposite directions. A robot that should drive straight
+    spins on the spot, unless its controller accounts for the axes.
 
     Example: `<axis xyz="0 ${reflect} 0"/>` in a macro called with 1 and -1.
 
@@ -110,9 +110,9 @@ def wheels_drive_backwards(context: Context) -> Found:
 
 @rule("D110", "wheel-axis-askew", Severity.WARNING, "drive")
 def wheel_axis_askew(context: Context) -> Found:
-    """The joint axis of a drive wheel is not level along y, or not the axis of its own cylinder.
+    """The joint axis of a drive wheel is not parallel to y, or not aligned with the wheel's cylinder.
 
-    Why: A wheel that turns about another axis than its own tumbles like a coin. A wheel whose axle is not
+    Why: A wheel that turns about an axis other than its own wobbles or tumbles. A wheel whose axle is not
     along y drags sideways as it rolls.
 
     Example: A cylinder that lies along y on a joint with `<axis xyz="1 0 0"/>`.
@@ -161,7 +161,8 @@ def wheels_not_mirrored(context: Context) -> Found:
     """The two wheels of a pair are not mirror images in place, size or mass.
 
     Why: If the radii differ by 1 %, a robot with a track of 17 cm drives a circle of 17 m radius instead of
-    straight ahead. Axles that are not in line scrub, and a heavier side brakes later.
+    straight ahead. If the axles are not in line, the wheels scrub. A heavier wheel takes longer
+    to accelerate and brake.
 
     Example: The left wheel at `x="0.02"`, the right wheel at `x="0.025"`.
 
@@ -200,7 +201,7 @@ def wheels_not_mirrored(context: Context) -> Found:
             yield Finding(
                 right.joint.pose.origin or right.joint.origin,
                 f"{left.joint.name} and {right.joint.name} are not mirror images: " + "; ".join(differences),
-                "make both by one macro",
+                "make both with one macro",
                 (Related(f"'{left.joint.name}'", left.joint.pose.origin or left.joint.origin),),
             )
 
@@ -210,7 +211,8 @@ def wheel_in_chassis(context: Context) -> Found:
     """A drive wheel is inside a shape of the link that carries it.
 
     Why: Simulators ignore contacts between a link and its child, so the overlap has no effect there. The
-    wheel is hidden, however. If the wheel's joint is moved two links away, both push each other apart.
+    wheel is hidden, however. If another link is inserted between the wheel and the chassis, the simulator
+    pushes them apart.
 
     Example: A chassis box 20 cm wide with wheels 15 cm apart and no wheel wells.
 
@@ -246,8 +248,8 @@ def not_checked(context: Context) -> Found:
 
     Example: A robot with 1001 joints, one of which is continuous or driven by a plugin.
 
-    Fix: Check a description with the drive only, for example without the arms by a `<xacro:if>`. Check
-    further robots of a launch file by their own files.
+    Fix: Check a description that contains only the drive. For example, leave out the arms with `<xacro:if>`.
+    Check the other robots of a launch file separately, by naming their description files.
 
     Autofix: none.
     """

@@ -19,7 +19,7 @@ from kbot.text.suggest import did_you_mean
 UNEQUAL = 0.002
 """Share by which the radii of wheels may differ (D106, D111). With this difference a robot with a track of 17
 cm drives a circle of 85 m radius."""
-EXCHANGE_PLACES = "y points left: exchange the signs of the wheels' y"
+EXCHANGE_PLACES = "y points left: swap the signs of the wheels' y coordinates"
 _JOINT_TAGS = ("joint_name", "jointName", "joint")
 """Tags with which plugins name a joint."""
 
@@ -174,7 +174,7 @@ def _exchanged(controller: DeclaredDrive, pairs: Iterable[Pair]) -> Iterator[Dia
             f"{controller.name}: its left joint '{left_name.text}' turns the wheel at y = "
             f"{left.center[1] * 1e3:.4g} mm, on the right: turns are reversed",
             left_name.origin,
-            EXCHANGE_PLACES if are_misplaced else f"exchange the names in {tags[0]} and {tags[1]}",
+            EXCHANGE_PLACES if are_misplaced else f"swap the names in {tags[0]} and {tags[1]}",
             (Related(f"'{left_name.text}'", left.joint.pose.origin or left.joint.origin),),
         )
 

@@ -83,9 +83,7 @@ def set_attribute(walk: Expander, node: Element, place: ExpansionContext, has_ne
         )
     if not value and value != "":
         # the official writer omits false values that are not text
-        walk.run.warn_at(
-            "X212", f"the value {value!r} is written as an empty text", origin, "write ${str(…)}"
-        )
+        walk.run.warn_at("X212", f"the value {value!r} becomes an empty string", origin, "write ${str(…)}")
         value = ""
     if place.parent is None:
         hint = "put it directly inside the element that should have the attribute"
