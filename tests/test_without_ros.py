@@ -1,4 +1,4 @@
-"""Tests the core without the ROS wing, in a process that cannot import `kbot.ros` and its verbs."""
+"""Tests the core without `kbot.ros`, in a process that cannot import `kbot.ros` and its verbs."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NOT_LOADED = "\nassert not [m for m in sys.modules if m.startswith('kbot.ros')]"
 
 
 def run_without_ros(code: str, folder: Path) -> str:
-    """Run a program in a process without the ROS wing, and return its output."""
+    """Run a program in a process without `kbot.ros`, and return its output."""
     ended = subprocess.run(
         [
             sys.executable,

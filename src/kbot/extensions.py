@@ -1,4 +1,4 @@
-"""Gives the core access to higher layers: the ROS wing's file kinds, verbs and peers, and the notebook view.
+"""Gives the core access to higher layers: file kinds, verbs and peers of `kbot.ros`, and the notebook view.
 
 The core uses this module and does not import them itself. A part that is not installed adds nothing.
 """

@@ -1,1 +1,1 @@
-"""The ROS wing: everything that exists because ROS exists. The core does not import it."""
+"""Everything that exists because of ROS. The core does not import it."""

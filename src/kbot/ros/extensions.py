@@ -1,4 +1,4 @@
-"""What the ROS wing adds to the core. Imports nothing heavy, because the core reads it at every start."""
+"""What `kbot.ros` adds to the core. Imports nothing heavy, because the core reads it at every start."""
 
 from __future__ import annotations
 

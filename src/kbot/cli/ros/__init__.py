@@ -1,1 +1,1 @@
-"""The verbs and options that the ROS wing adds."""
+"""The verbs and options that `kbot.ros` adds."""
