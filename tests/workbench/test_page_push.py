@@ -125,7 +125,7 @@ def test_faults_are_listed_with_the_remaining_time_and_ended(
     assert fault.stop is not None
     assert fault.stop - fault.start == pytest.approx(600.0)
     until(lambda: left() == pytest.approx(fault.stop - state_of(session).time, abs=0.11))
-    assert page.get_by_role("button", name="World and faults: 1 acting").count() == 1
+    assert page.get_by_role("button", name="World and faults: 1 active").count() == 1
     row.get_by_role("button", name="End: base_link carries 0.5 kg").click()
     until(lambda: not opened.get_by_role("group", name="Faults", exact=True).is_visible())
     assert state_of(session).faults == ()
@@ -140,7 +140,7 @@ def test_a_run_restarts_with_another_seed(driving: tuple[str, Session], open_pag
     assert seed.input_value() == "1"
     seed.fill("7")
     revision = page.evaluate("kbot.revision")
-    opened.get_by_role("button", name="Start", exact=True).click()
+    opened.get_by_role("button", name="Restart", exact=True).click()
     until(
         lambda: (
             run_between_steps(session, session.about).seed == 7 and page.evaluate("kbot.revision") > revision

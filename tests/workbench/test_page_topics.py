@@ -151,7 +151,7 @@ def test_a_world_starts_with_other_parameters(driving: tuple[str, Session], open
     page.get_by_role("button", name="World and faults").click()
     page.get_by_label("count", exact=True).fill("5")
     page.get_by_label("seed", exact=True).fill("7")
-    page.get_by_role("button", name="Start", exact=True).click()
+    page.get_by_role("button", name="Restart", exact=True).click()
     until(lambda: len(driving[1].scene.bodies) == 5)
 
 

@@ -35,7 +35,7 @@ def test_the_world_menu_shows_the_parameters_of_the_run(
     until(lambda: menu.get_by_label("count").input_value() == "20")
     assert menu.get_by_label("spread").input_value() == "1.6"  # the default
     menu.get_by_label("count").fill("3")
-    menu.get_by_role("button", name="Start", exact=True).click()
+    menu.get_by_role("button", name="Restart", exact=True).click()
     until(lambda: len(boxes[1].scene.bodies) == 3)
     until(lambda: menu.get_by_label("count").input_value() == "3")
     page.get_by_label("World", exact=True).select_option("maze")
@@ -145,7 +145,7 @@ def test_only_the_first_world_file_can_be_chosen_again(
     choice.select_option(label="island.sdf")
     until(lambda: [body.name for body in session.scene.bodies] == ["floor"])
     page.get_by_role("button", name="World and faults").click()
-    page.locator("#world-menu").get_by_role("button", name="Start", exact=True).click()
+    page.locator("#world-menu").get_by_role("button", name="Restart", exact=True).click()
     until(lambda: state_of(session).time < 1.0)
     other = tmp_path / "other.sdf"
     other.write_text(ISLAND)

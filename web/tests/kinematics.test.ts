@@ -79,7 +79,7 @@ describe("applyMimics", () => {
   });
 });
 
-describe("slider-hold", () => {
+describe("clampToLimits", () => {
   it("keeps a position within the limits", () => {
     expect([clampToLimits(joint(), -5), clampToLimits(joint(), 2), clampToLimits(joint(), 5)]).toEqual([
       -1, 2, 3,

@@ -27,7 +27,7 @@ export function drive(app: App, driver: Driver): HTMLElement {
   driver.stick.watch(([forward, left]) => {
     const reach = 38 / Math.max(1, Math.hypot(forward, left));
     knob.style.transform = `translate(${-left * reach}px, ${-forward * reach}px)`;
-    pad.classList.toggle("slider-hold", forward !== 0 || left !== 0);
+    pad.classList.toggle("held", forward !== 0 || left !== 0);
   });
 
   const share = h("input", {

@@ -88,7 +88,7 @@ export function faultForm(app: App): HTMLElement {
 
 /** The list of active and scheduled faults, each with its time and a button to end it. Calls `counted` with the number
  * of active faults. */
-export function faultList(app: App, counted: (acting: number) => void): HTMLElement {
+export function faultList(app: App, counted: (active: number) => void): HTMLElement {
   const list = h("ul", { class: "faults" });
   const part = h(
     "div",
@@ -97,7 +97,7 @@ export function faultList(app: App, counted: (acting: number) => void): HTMLElem
     list,
   );
   const rows = new Map<number, { row: HTMLElement; left: HTMLElement }>();
-  let acting = -1;
+  let active = -1;
   const add = ({ number, words }: FaultView): { row: HTMLElement; left: HTMLElement } => {
     const left = h("span", { class: "left" });
     const end = h(
@@ -111,7 +111,7 @@ export function faultList(app: App, counted: (acting: number) => void): HTMLElem
       },
       icon("close"),
     );
-    const made = { row: h("li", {}, h("span", { class: "format" }, words), left, end), left };
+    const made = { row: h("li", {}, h("span", { class: "words" }, words), left, end), left };
     rows.set(number, made);
     list.append(made.row);
     return made;
@@ -127,7 +127,7 @@ export function faultList(app: App, counted: (acting: number) => void): HTMLElem
     for (const fault of faults) write((rows.get(fault.number) ?? add(fault)).left, timeOf(fault, time));
     part.hidden = faults.length === 0;
     const now = faults.filter(({ start }) => start <= time).length;
-    if (now !== acting) counted((acting = now));
+    if (now !== active) counted((active = now));
   });
   return part;
 }

@@ -28,10 +28,10 @@ export function worldMenu(app: App): HTMLElement {
     icon("sliders"),
   );
   const count = h("span", { class: "acting", "aria-hidden": "true", hidden: true });
-  const counted = (acting: number): void => {
-    count.hidden = acting === 0;
-    count.textContent = String(acting);
-    button.setAttribute("aria-label", `World and faults${acting === 0 ? "" : `: ${acting} acting`}`);
+  const counted = (active: number): void => {
+    count.hidden = active === 0;
+    count.textContent = String(active);
+    button.setAttribute("aria-label", `World and faults${active === 0 ? "" : `: ${active} active`}`);
   };
   button.append(count);
   menu.append(

@@ -54,7 +54,7 @@ export function toolBar(app: App, box: ToolBox, chosen: HTMLElement): HTMLElemen
     hint.replaceChildren(
       icon(tool.image),
       ...(tool.options === undefined ? [] : [tool.options]),
-      h("span", { role: "status", class: "format" }, tool.hint),
+      h("span", { role: "status", class: "words" }, tool.hint),
       leave,
     );
   });
