@@ -108,8 +108,8 @@ function resets(app: App): HTMLElement {
     h("button", { type: "button", title, onclick: () => app.send({ type: "reset_part", what }) }, label);
   return h(
     "div",
-    { class: "menu-part", role: "group", "aria-label": "Reset" },
-    h("h2", {}, "Reset"),
+    { class: "menu-part", role: "group", "aria-label": "Reset the world" },
+    h("h2", {}, "Reset the world"),
     h(
       "div",
       { class: "row" },
