@@ -124,7 +124,7 @@ def test_the_fixed_frame_does_not_move(open_page: OpenPage) -> None:
     with showing(open_page, {}) as show:
         page = show.page
         page.get_by_role("button", name="Global options").click()
-        chooser = page.get_by_label("Fixed frame of the picture")
+        chooser = page.get_by_label("Fixed frame of the view")
         assert set(chooser.locator("option").all_inner_texts()) >= {"world", "map", "odom", "left_wheel"}
         page.get_by_label("Show RobotModel", exact=True).check()
         chooser.select_option("left_wheel")
@@ -136,7 +136,7 @@ def test_the_fixed_frame_does_not_move(open_page: OpenPage) -> None:
         assert abs(wheel["x"] - box["x"] - box["width"] / 2) < 1.5
         assert abs(wheel["y"] - box["y"] - box["height"] / 2) < 1.5
         page.get_by_label("Background of the picture", exact=True).fill("#ff0000")
-        page.get_by_label("Floor of the picture").uncheck()
+        page.get_by_label("Floor of the view").uncheck()
         until(lambda: show.mask(RED, 6).mean() > 0.5)
 
 

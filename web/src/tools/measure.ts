@@ -95,7 +95,7 @@ export function measureTool(view: View, pictureFromWorld: (point: Vector3) => Ve
     label: "Measure",
     key: "m",
     image: "ruler",
-    hint: "Click two points to measure their distance, a third for the angle. Escape removes the last point.",
+    hint: "Click two points for the distance, a third for the angle. Escape undoes one.",
     simulated: false,
     press: ({ point }) => {
       if (points.length === MOST) points.length = 0;

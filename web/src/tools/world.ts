@@ -55,7 +55,7 @@ export function addTool(app: App, view: View): Tool {
     label: "Add to the world",
     key: "b",
     image: "plus",
-    hint: "Click the position of the new object and drag to set its heading.",
+    hint: "Click the position and drag to set the heading.",
     simulated: true,
     options,
     press: ({ point }) => {
