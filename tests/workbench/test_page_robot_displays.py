@@ -135,7 +135,7 @@ def test_the_fixed_frame_does_not_move(open_page: OpenPage) -> None:
         # in its own frame the wheel is at the origin, the centre of the view
         assert abs(wheel["x"] - box["x"] - box["width"] / 2) < 1.5
         assert abs(wheel["y"] - box["y"] - box["height"] / 2) < 1.5
-        page.get_by_label("Background of the picture", exact=True).fill("#ff0000")
+        page.get_by_label("Background of the view", exact=True).fill("#ff0000")
         page.get_by_label("Floor of the view").uncheck()
         until(lambda: show.mask(RED, 6).mean() > 0.5)
 
