@@ -176,7 +176,7 @@ def test_replay(recording: str, capsys: pytest.CaptureFixture[str]) -> None:
         (["play", "RUN", "--rate", "nan"], "nan is not in the range"),
         (["play", "RUN", "--topics"], "--topics needs at least one value"),
         (["play", "RUN", "--topics", "/odmo", "--loop"], "has no topic /odmo: did you mean"),
-        (["play", "RUN", "-s", "3"], "is 2 s long: it cannot be played back from 3 s on"),
+        (["play", "RUN", "-s", "3"], "is 2 s long: playback cannot start at 3 s"),
         (["play", "RUN", "-u", "0", "-l"], "--loop has nothing to repeat"),
         (["play", "RUN", "-u", "1e-10", "-l"], "--loop has nothing to repeat"),
         (["play", "RUN", "-s", "2", "-l"], "--loop has nothing to repeat"),

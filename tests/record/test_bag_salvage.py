@@ -164,10 +164,10 @@ def test_flushed_messages_are_in_the_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ("messages SET data='text' WHERE id=5", "str instead of bytes"),
-        ("messages SET data=1000000000000 WHERE id=5", "int instead of bytes"),
-        ("messages SET timestamp='noon' WHERE id=5", "the time 'noon'"),
-        ("messages SET timestamp=-1 WHERE id=5", "the time -1"),
+        ("messages SET data='text' WHERE id=5", "contains str, not bytes"),
+        ("messages SET data=1000000000000 WHERE id=5", "contains int, not bytes"),
+        ("messages SET timestamp='noon' WHERE id=5", "the invalid time 'noon'"),
+        ("messages SET timestamp=-1 WHERE id=5", "the invalid time -1"),
     ],
 )
 @pytest.mark.parametrize("is_closed", [True, False])

@@ -244,16 +244,16 @@ def test_table_of_a_small_file_has_a_limited_number_of_columns(tmp_path: Path) -
             "table messages is not a plain table",
         ),
         ("DROP TABLE topics", "the tables 'topics' and 'messages' are missing"),
-        ("UPDATE topics SET name = x'00'", "a topic has the name b"),
+        ("UPDATE topics SET name = x'00'", "the name b"),
         ("UPDATE topics SET type = 5.5", "not the name of a type|of type '5.5'"),
-        ("UPDATE message_definitions SET encoded_message_definition = x'00'", "has the definition b"),
+        ("UPDATE message_definitions SET encoded_message_definition = x'00'", "or its definition b"),
         (
             "PRAGMA writable_schema = ON; UPDATE sqlite_master SET sql = 'CREATE TABLE topics(\n\n' "
             "WHERE name = 'topics'",
             "malformed database schema",
         ),
-        ("UPDATE messages SET data = 'text'", "str instead of bytes"),
-        ("UPDATE messages SET timestamp = -1", "the time -1"),
+        ("UPDATE messages SET data = 'text'", "contains str, not bytes"),
+        ("UPDATE messages SET timestamp = -1", "the invalid time -1"),
     ],
 )
 def test_table_that_rosbag2_does_not_have_is_one_error(script: str, words: str, tmp_path: Path) -> None:
@@ -320,13 +320,13 @@ def test_row_that_does_not_fit_in_memory_is_one_error(tmp_path: Path) -> None:
     [
         ("[" * 100_000, "nested more than 100 levels deep"),
         ("{a: " * 100_000, "nested more than 100 levels deep"),
-        ("rosbag2_bagfile_information: &a [*a]", "not that of rosbag2"),
+        ("rosbag2_bagfile_information: &a [*a]", "not valid for rosbag2"),
         ("rosbag2_bagfile_information: {version: " + ":".join("1" * 100_000) + "}", "has version '1:1:1"),
         ("rosbag2_bagfile_information: {version: " + "9" * 5000 + "}", "has version '9999"),
-        ("rosbag2_bagfile_information: !!python/object/apply:os.getcwd []", "not that of rosbag2"),
-        ("rosbag2_bagfile_information: [1, 2]", "not that of rosbag2"),
-        ("\0\1\2", "not that of rosbag2"),
-        ("just text", "not that of rosbag2"),
+        ("rosbag2_bagfile_information: !!python/object/apply:os.getcwd []", "not valid for rosbag2"),
+        ("rosbag2_bagfile_information: [1, 2]", "not valid for rosbag2"),
+        ("\0\1\2", "not valid for rosbag2"),
+        ("just text", "not valid for rosbag2"),
         (
             "rosbag2_bagfile_information: {version: 5, storage_identifier: sqlite3, "
             "relative_file_paths: [../../etc/passwd]}",
@@ -340,7 +340,7 @@ def test_row_that_does_not_fit_in_memory_is_one_error(tmp_path: Path) -> None:
             "m0: &m0 {a: 1}\n"
             + "".join(f"m{n + 1}: &m{n + 1}\n  <<: [*m{n}, *m{n}]\n" for n in range(40))
             + "rosbag2_bagfile_information: *m40\n",
-            "its aliases stand for too many values",
+            "its aliases expand to too many values",
         ),
     ],
 )
@@ -462,7 +462,7 @@ def test_stated_size_is_compared_with_the_data(compression: str) -> None:
     packed = PACK[compression](b"abcd" * 1000)
     assert inflate(packed, compression, 4000) == b"abcd" * 1000
     for wrong in (0, 3999, 4001, 1 << 62):
-        with pytest.raises(ValueError, match=r"it states .* bytes, but has"):
+        with pytest.raises(ValueError, match=r"it decompresses to (more|fewer) than the .* bytes"):
             inflate(packed, compression, wrong)
     if compression not in ("", "none"):
         assert inflate(packed, compression) == b"abcd" * 1000

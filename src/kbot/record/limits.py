@@ -62,7 +62,7 @@ def check_length(at: int, stated: int, left: int, *, is_skipped: bool = False) -
         Damaged: the record is longer than the remaining bytes, or than LARGEST_PIECE.
     """
     if stated > left:
-        raise Damaged(f"the record at byte {at:,} states {stated:,} bytes, but only {left:,} are left")
+        raise Damaged(f"the record at byte {at:,} should have {stated:,} bytes, but only {left:,} are left")
     if stated > LARGEST_PIECE and not is_skipped:
         raise Damaged(f"the record at byte {at:,} has more than {LARGEST_PIECE:,} bytes")
 
@@ -95,7 +95,8 @@ def inflate(data: bytes, compression: str, size: int | None = None) -> bytes:
     if len(found) > LARGEST_PIECE:
         raise RecordingTooLarge(f"it decompresses to more than {LARGEST_PIECE:,} bytes")
     if size is not None and len(found) != size:
-        raise ValueError(f"it states {size:,} bytes, but has {len(found):,} or more")
+        relation = "more" if len(found) > size else "fewer"
+        raise ValueError(f"it decompresses to {relation} than the {size:,} bytes that it states")
     return found
 
 

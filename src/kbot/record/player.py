@@ -59,7 +59,7 @@ class Player:
         self._last = self.summary.end
         if self._first > self._last:
             raise KbotError(
-                f"{path} is {self.summary.seconds:g} s long: it cannot be played back from {start:g} s on"
+                f"{path} is {self.summary.seconds:g} s long: playback cannot start at {start:g} s"
             )
         if seconds is not None:
             self._last = min(self._last, self._first + round(seconds * 1e9))

@@ -96,7 +96,7 @@ class Ros1Bag:
                 case RecordType.CHUNK_INFO:
                     self.chunks.append(_chunk(record.header, _data(stream, record)))
                 case _:
-                    raise Damaged(f"its index has a record of another kind at byte {record.at:,}")
+                    raise Damaged(f"its index contains a record of the wrong kind at byte {record.at:,}")
         for name, found in (("conn_count", len(self.connections)), ("chunk_count", len(self.chunks))):
             if header.get_uint32(name) != found:
                 raise Damaged(f"its index has {found} entries, but {name} is {header.get_uint32(name)}")
@@ -171,7 +171,7 @@ class Ros1Bag:
             case RecordType.MSGDATA:
                 number = record.header.get_uint32("conn")
                 if number not in self.connections:
-                    raise Damaged(f"a message has connection {number}, which does not exist")
+                    raise Damaged(f"a message refers to connection {number}, which does not exist")
                 at, data = record.header.get_time("time"), _data(stream, record)
                 return number, RecordedMessage(*self.connections[number], at, data, self.types, is_ros1=True)
         return None
@@ -222,7 +222,7 @@ def _records(stream: IO[bytes], start: int, end: int) -> Iterator[_Record]:
         size = _length(stream, at)
         left = end - at - 2 * _LENGTH.size
         if size > min(left, _LARGEST_HEADER):
-            raise Damaged(f"the record at byte {at:,} states a header of {size:,} bytes")
+            raise Damaged(f"the record at byte {at:,} has an impossible header length of {size:,} bytes")
         header = _header(stream.read(size), at)
         data_at = at + 2 * _LENGTH.size + size
         length = _length(stream, at)
@@ -255,7 +255,7 @@ def _chunk(header: Header, data: bytes) -> Chunk:
         raise Damaged(f"its index has the unknown version {header.get_uint32('ver')}")
     at, count = header.get_uint64("chunk_pos"), header.get_uint32("count")
     if len(data) != count * _COUNT.size:
-        raise Damaged(f"its index states {count} connections in {len(data)} bytes")
+        raise Damaged(f"its index has {len(data)} bytes, the wrong size for {count} connections")
     try:
         counts = dict(_COUNT.iter_unpack(data))
     except StructError as error:

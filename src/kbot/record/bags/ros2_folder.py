@@ -38,7 +38,7 @@ class Folder:
         self.is_compressed, self.has_compressed_messages = mode == "file", mode == "message"
         compression = facts.get("compression_format", "")
         if mode not in ("", "none") and (compression != "zstd" or mode not in ("file", "message")):
-            raise ValueError(f"unknown compression {compression!r:.40} of each {mode[:40]}")
+            raise ValueError(f"unknown compression {compression!r:.40} in mode {mode[:40]}")
         names = facts.get("relative_file_paths")
         if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
             raise ValueError("its metadata has no list relative_file_paths")
@@ -94,7 +94,7 @@ def _metadata(file: Path) -> dict[str, object]:
         facts.get("version")
     except (YamlError, LookupError, TypeError, AttributeError) as error:
         words = " ".join(str(error).split())
-        raise ValueError(f"its metadata is not that of rosbag2: {words[:200]}") from None
+        raise ValueError(f"its metadata is not valid for rosbag2: {words[:200]}") from None
     return dict(facts)
 
 

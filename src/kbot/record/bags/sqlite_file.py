@@ -114,9 +114,9 @@ class SqliteFile:
         _, number, nanoseconds, data = row
         topic, type_name = self.topics[number]
         if not isinstance(nanoseconds, int) or nanoseconds < 0:
-            raise ValueError(f"a message of {topic} has the time {nanoseconds!r}")
+            raise ValueError(f"a message on {topic} has the invalid time {nanoseconds!r}")
         if not isinstance(data, bytes):
-            raise ValueError(f"a message of {topic} has {type(data).__name__} instead of bytes")
+            raise ValueError(f"a message on {topic} contains {type(data).__name__}, not bytes")
         allowance.charge(len(data), records=1)
         return RecordedMessage(topic, type_name, nanoseconds, data, self._types)
 
@@ -141,7 +141,7 @@ class SqliteFile:
         found = self._query("SELECT id, name, type, serialization_format FROM topics")
         for number, name, type_name, encoding in found:
             if not (isinstance(name, str) and isinstance(type_name, str)):
-                raise ValueError(f"a topic has the name {name!r} and the type {type_name!r}")
+                raise ValueError(f"the name {name!r} or the type {type_name!r} of a topic is not text")
             if encoding == "cdr":
                 topics[number] = name, type_name
         if "message_definitions" in tables:
@@ -151,7 +151,9 @@ class SqliteFile:
             )
             for type_name, definition in definitions:
                 if not (isinstance(type_name, str) and isinstance(definition, str)):
-                    raise ValueError(f"the type {type_name!r} has the definition {definition!r:.60}")
+                    raise ValueError(
+                        f"the type {type_name!r} or its definition {definition!r:.60} is not text"
+                    )
                 self._types.learn(type_name, definition)
         return topics
 

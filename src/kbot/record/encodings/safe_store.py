@@ -137,5 +137,7 @@ class _CountingStore(Typestore):
     def _count(self, read: Callable[..., Any], *values: Any) -> Any:  # noqa: ANN401 - as rosbags defines it
         self._left -= 1
         if self._left < 0:
-            raise SerdeError(f"a message of more than {LONG_MESSAGE:,} bytes has over {MOST_OBJECTS:,} parts")
+            raise SerdeError(
+                f"a message of more than {LONG_MESSAGE:,} bytes may have at most {MOST_OBJECTS:,} values"
+            )
         return read(*values)

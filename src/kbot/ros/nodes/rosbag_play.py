@@ -80,7 +80,7 @@ class BusPlayback:
             self._last = min(self._last, self._first + round(playing.seconds * 1e9))
         if self._first > self._last:
             raise KbotError(
-                f"{first} is {summary.seconds:g} s long: it cannot be played back from {playing.start:g} s on"
+                f"{first} is {summary.seconds:g} s long: playback cannot start at {playing.start:g} s"
             )
         if playing.loop and self._first == self._last:
             raise KbotError(f"0 s of {first} cannot be played back in a loop")
