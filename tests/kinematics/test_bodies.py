@@ -86,11 +86,11 @@ def test_a_robot_is_described_as_data_and_as_text(robot):
     data = describe(robot)
     assert (data["name"], data["root"], data["mass"]) == ("two", "base", 4.0)
     assert data["drive"] is None
-    assert data["no_drive"] == "no joint is continuous, as a wheel needs: 'swing' is revolute"
+    assert data["no_drive"] == "the robot has no continuous joint for a wheel: 'swing' is revolute"
     assert data["bounds"]["upper"] == pytest.approx([2, 0.5, 2.1])
     assert data["joints"][0]["child"] == "arm"
     assert data["links"][1]["visuals"] == [{"type": "cylinder", "radius": 0.1, "length": 2.0}]
     text = describe_as_text(robot)
     assert "two: 2 links, 1 joint (1 movable), 4 kg" in text
     assert "└─ arm  revolute swing  1 kg  two.urdf:4" in text
-    assert "no differential drive: no joint is continuous" in text
+    assert "no differential drive: the robot has no continuous joint" in text

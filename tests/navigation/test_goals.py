@@ -197,7 +197,7 @@ def test_a_pose_estimate_places_the_robot(simulation):
     assert (pose.x, pose.y, pose.yaw) == pytest.approx((0.6, 0.6, 1.0), abs=1e-6)
     assert states[-1].data == "cancelled: the robot was placed elsewhere"
     simulation.bus.publish("initialpose", _estimate(0.3, 0.0))
-    assert "an obstacle is there" in states[-1].data
+    assert "the map shows an obstacle there" in states[-1].data
     assert not navigation.goals.is_driving
 
 

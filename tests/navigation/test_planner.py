@@ -110,7 +110,7 @@ def test_a_goal_beyond_closed_walls_is_refused_with_where_they_end():
     assert answer == NoPath(
         Refusal.GOAL_OUTSIDE,
         "the goal (3.60, 1.00) is outside the walls of the map "
-        "(x from 0.20 to 3.10 m, y from 0.20 to 3.10 m), and no way leads out",
+        "(x from 0.20 to 3.10 m, y from 0.20 to 3.10 m), and no path leads out",
     )
     grid.cells[2:31, 15] = 100
     within = GridPlanner(grid, 0.1)

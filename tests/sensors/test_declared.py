@@ -428,7 +428,7 @@ def _imu_on(topic):
         ("a:=b", "'/a:=b' is not a valid topic name in ROS"),
         ("ä", r"'/\xe4' is not a valid topic name in ROS"),
         ("a\nb", r"'/a\nb' is not a valid topic name in ROS"),
-        ("a" * 10_000, "has 10001 characters, 255 are allowed"),
+        ("a" * 10_000, "has 10001 characters: the limit is 255"),
     ],
 )
 def test_sensor_with_invalid_topic_is_ignored_with_a_warning(topic, words):

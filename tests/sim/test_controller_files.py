@@ -71,9 +71,9 @@ def simulated(path: Path) -> Simulation:
             "  ros_parameters",
             "W144",
             (2, 3),
-            "'ros_parameters' instead of 'ros__parameters'",
+            "the key 'ros_parameters' must be 'ros__parameters'",
         ),
-        ("low:\n  ros__param", "low:\n  ros__parm", "W144", (7, 3), "refuses the whole file"),
+        ("low:\n  ros__param", "low:\n  ros__parm", "W144", (7, 3), "rejects the whole file"),
     ],
 )
 def test_error_is_reported_once_at_its_place_in_the_file(described, right, wrong, code, place, words):

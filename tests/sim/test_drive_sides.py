@@ -212,7 +212,7 @@ def test_plugin_without_a_right_joint_does_not_drive(urdf):
     plugin = f'<gazebo><plugin name="gz::sim::systems::DiffDrive" filename="x">{joints}</plugin></gazebo>'
     drive = find_drive(urdf(f'<robot name="r"><link name="base"/>{wheels}{plugin}</robot>'))
     assert isinstance(drive, NoDrive)
-    assert drive.reason == "its drive names no joint as right"
+    assert drive.reason == "its drive does not name a right joint"
 
 
 CASTER = """<link name="ball"><collision><geometry><sphere radius="0.03"/></geometry></collision></link>
@@ -229,8 +229,8 @@ MASS = '<inertial><mass value="5"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz=
         ("ball_joint", "the drive names the joint 'ball_joint', which is not a driving wheel's joint"),
         ("hat_joint", "the drive names the joint 'hat_joint', which is not a driving wheel's joint"),
         ("r_wheel", "its right joint 'r_wheel' is not a joint of this robot"),
-        ("", "the drive names no right joint"),
-        (None, "the drive names no right joint"),
+        ("", "the drive does not name a right joint"),
+        (None, "the drive does not name a right joint"),
     ],
 )
 def test_drive_of_a_joint_without_a_wheel_is_reported_with_the_driven_wheels(

@@ -163,7 +163,7 @@ def test_command_beyond_a_limit_stops_at_the_limit_and_is_reported_once(controll
             "arm/joint_trajectory", JointTrajectory(joint_names=("shoulder",), points=(to(1.0, position),))
         )
     sim.run(2.0)
-    assert reports == ["joint 'shoulder': 9 is beyond its limit, it moves to 3"]
+    assert reports == ["joint 'shoulder': 9 is beyond its limit. It moves to 3"]
     assert sim.joint_positions["shoulder"] == pytest.approx(3.0, abs=1e-3)
 
 

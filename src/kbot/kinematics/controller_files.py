@@ -282,7 +282,7 @@ def _misspelt(data: object, keys: Keys) -> Iterator[Keys]:
 
 
 def _misspelling(word: str, origin: Origin) -> Diagnostic:
-    message = f"'{word}' instead of '{PARAMETERS}': the controller manager refuses the whole file"
+    message = f"the key '{word}' must be '{PARAMETERS}': the controller manager rejects the whole file"
     return _fault("W144", message, origin, did_you_mean(word, (PARAMETERS,)) or f"write '{PARAMETERS}'")
 
 

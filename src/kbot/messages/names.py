@@ -22,4 +22,4 @@ def require_topic_name(topic: str) -> None:
         rule = "use letters, digits and _ between slashes, and no digit after a slash"
         raise KbotError(f"{shown!a} is not a valid topic name in ROS: {rule}")
     if len(topic) > LONGEST:
-        raise KbotError(f"the topic name '{shown}' has {len(topic)} characters, {LONGEST} are allowed")
+        raise KbotError(f"the topic name '{shown}' has {len(topic)} characters: the limit is {LONGEST}")

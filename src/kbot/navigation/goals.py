@@ -142,7 +142,9 @@ class Goals:
         """
         grid = self.grid
         if grid is not None and math.isfinite(pose.x + pose.y) and grid.value(pose.x, pose.y) > FREE_BELOW:
-            raise KbotError(f"the robot cannot stand at ({pose.x:.2f}, {pose.y:.2f}): an obstacle is there")
+            raise KbotError(
+                f"the robot cannot be placed at ({pose.x:.2f}, {pose.y:.2f}): the map shows an obstacle there"
+            )
         self.cancel("the robot was placed elsewhere")
         self._simulation.cmd_vel(0.0, 0.0)
         self._simulation.models.set_pose(pose.x, pose.y, pose.yaw)

@@ -150,7 +150,7 @@ class GridPlanner:
         if is_within(goal) or not is_within(start):
             return None
         reach = _words_of_bounds(self.grid, first, last)
-        reason = f"the goal {_words(goal)} is outside the walls of the map ({reach}), and no way leads out"
+        reason = f"the goal {_words(goal)} is outside the walls of the map ({reach}), and no path leads out"
         return NoPath(Refusal.GOAL_OUTSIDE, reason)
 
     def _plan(self, start: PlanarPose, goal: PlanarPose) -> Path | NoPath:
@@ -174,7 +174,9 @@ class GridPlanner:
                 Refusal.GOAL_TOO_NEAR,
                 f"the goal {_words(goal)} is too near an obstacle: the robot needs {need:.3f} m around it",
             )
-        return NoPath(Refusal.UNREACHABLE, f"no way wide enough leads to the goal {_words(goal)}")
+        return NoPath(
+            Refusal.UNREACHABLE, f"no path wide enough for the robot leads to the goal {_words(goal)}"
+        )
 
     def _refuse(self, first: Cell, last: Cell) -> NoPath | None:
         grid = self.grid

@@ -26,10 +26,10 @@ from kbot.text.suggest import did_you_mean
 Read = Callable[[SensorValues, Keywords], Spec]
 
 _WITHOUT: Mapping[str, str] = {
-    "gazebo_ros_planar_move": "KBot moves no base sideways: the robot drives by its wheels or not at all",
-    "gazebo_ros_kobuki": "the base drives by its wheels with cmd_vel and odom, and each sensor has its own "
+    "gazebo_ros_planar_move": "KBot does not move a base sideways: only wheels can drive the robot",
+    "gazebo_ros_kobuki": "the wheels drive the base with cmd_vel and odom, and each sensor has its own "
     "topic: remap mobile_base/commands/velocity; mobile_base/events is not published",
-    "gazebo_ros_create": "the base drives by its wheels with cmd_vel and odom, and each sensor has its own "
+    "gazebo_ros_create": "the wheels drive the base with cmd_vel and odom, and each sensor has its own "
     "topic: turtlebot_node/sensor_state is not published",
     "gazebo_ros_video": "the robot's screen stays blank",
     "warthog_suspension_plugin": "its joints have no springs: make them fixed or use a controller",

@@ -41,10 +41,10 @@ class Noise:
     def __post_init__(self) -> None:
         deviations = (self.stddev, self.bias_stddev, self.walk, self.precision)
         if not all(abs(v) <= LARGEST for v in (*deviations, self.mean, self.bias_mean)):
-            raise KbotError(f"the parameters of a noise must be finite numbers up to {LARGEST:g}")
+            raise KbotError(f"the noise parameters must be finite numbers up to {LARGEST:g}")
         if min(deviations) < 0.0 or not self.correlation_time > 0.0:
             raise KbotError(
-                "the deviations and the precision of a noise must be at least 0, its correlation time above 0"
+                "the noise deviations and precision must be at least 0, and the correlation time above 0"
             )
 
     @property

@@ -129,7 +129,7 @@ def read_sensor(values: SensorValues, link: str, naming: Naming = ROOT_NAMING) -
     endless = values.find(*_RATES)
     if endless is not None and not rate:
         values.warn(
-            f"a rate of 0, in Gazebo every physics step, is not simulated: KBot uses {spec.rate:g} Hz",
+            f"a rate of 0 (in Gazebo: every physics step) is not simulated: KBot uses {spec.rate:g} Hz",
             endless,
         )
     return spec

@@ -75,7 +75,7 @@ class RobotJoints:
             limit = self.servos.within(joint, position)
             if abs(limit - position) > NOTICEABLE and joint not in self._beyond:
                 self._beyond.add(joint)
-                self._report(f"joint '{joint}': {position:g} is beyond its limit, it moves to {limit:.6g}")
+                self._report(f"joint '{joint}': {position:g} is beyond its limit. It moves to {limit:.6g}")
 
     def release(self, joint: str) -> None:
         """Let a commanded joint move freely again. Raises KbotError for an unknown joint."""

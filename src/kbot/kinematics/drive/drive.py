@@ -251,7 +251,7 @@ def _why_nothing_turns(robot: RobotModel) -> str:
     if not others:
         return "the robot has no movable joint"
     more = f" and {len(others) - 3} more" if len(others) > 3 else ""
-    return f"no joint is continuous, as a wheel needs: {', '.join(others[:3])}{more}"
+    return f"the robot has no continuous joint for a wheel: {', '.join(others[:3])}{more}"
 
 
 def _is_suspended(tree: FrameTree, joint: Joint) -> bool:
@@ -428,7 +428,7 @@ def with_sides(
     lefts = tuple(n for n in joints if n in left or (n in drive.left and n not in right))
     rights = tuple(n for n in joints if n not in lefts)
     if not lefts or not rights:
-        return NoDrive(f"its drive names no joint as {'right' if lefts else 'left'}")
+        return NoDrive(f"its drive does not name a {'right' if lefts else 'left'} joint")
     named = dict.fromkeys((*left, *right), 1.0)
     forward = {name: named.get(name, sign) for name, sign in drive.forward.items()}
     return replace(drive, left=lefts, right=rights, forward=forward)

@@ -112,10 +112,11 @@ def _named_joints(
             hint = did_you_mean(name, robot.joints) or hint
             yield Diagnostic("D101", Severity.ERROR, message, origin, hint)
         elif drive is not None and (not name or (driving and name not in driving)):
-            which = (
-                f"the joint '{name}', which is not a driving wheel's joint" if name else f"no {side} joint"
+            message = (
+                f"the drive names the joint '{name}', which is not a driving wheel's joint"
+                if name
+                else f"the drive does not name a {side} joint"
             )
-            message = f"the drive names {which}"
             if instead:
                 message += f": outside KBot the robot does not drive like this; KBot drives {instead} instead"
             elif name:
@@ -188,7 +189,7 @@ def axis_faults(pairs: Iterable[Pair]) -> Iterator[Diagnostic]:
             yield Diagnostic(
                 "D108",
                 Severity.WARNING,
-                f"{wrong.joint.name}: its axis points along {_direction(wrong)} of the base, that of "
+                f"{wrong.joint.name}: its axis points along {_direction(wrong)} of the base, the axis of "
                 f"'{other.joint.name}' along {_direction(other)}: equal speeds turn the robot on the spot",
                 _axis_origin(wrong),
                 "let both axes point along +y",
@@ -240,7 +241,7 @@ def _separation(controller: DeclaredDrive, pairs: Sequence[Pair]) -> Iterator[Di
 def separation_is_off(given: float, true: float) -> str:
     """The message for a wheel separation in m that differs from the robot's."""
     return (
-        f"the wheels are {true:.4g} m apart from middle to middle, not {given:.4g}: yaw computed with it is "
+        f"the wheel centres are {true:.4g} m apart, not {given:.4g}: yaw computed with {given:.4g} is "
         f"{(true / given - 1.0) * 100.0:+.0f} % off"
     )
 
@@ -264,10 +265,9 @@ def _radius(controller: DeclaredDrive, pairs: Sequence[Pair]) -> Iterator[Diagno
     small, large = least.radius, most.radius
     message = f"{controller.name}: its wheel radius is {given:.4g} m, but the wheels have "
     if large - small > UNEQUAL * large:
-        message += (
-            f"{small:.4g} on '{least.joint.name}' and {large:.4g} on '{most.joint.name}': no radius is right"
-        )
-        hint = "make the wheels with one macro and one radius"
+        message += f"{small:.4g} on '{least.joint.name}' and {large:.4g} on '{most.joint.name}': "
+        message += "a single radius cannot match both"
+        hint = "create the wheels with one macro and one radius"
     elif abs(given - true) > max(0.01 * true, 2e-4):
         message += f"{true:.4g}: distances are {(given / true - 1.0) * 100.0:+.0f} % off"
         is_diameter = size.given.name in DIAMETER

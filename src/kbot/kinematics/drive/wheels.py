@@ -65,7 +65,7 @@ class Wheel:
     radius: float = 0.0
     width: float = 0.0
     shape: Geometry | None = None
-    flaw: str = "it has no shape to turn"
+    flaw: str = "it has no shape"
 
     @property
     def link(self) -> str:
@@ -188,7 +188,7 @@ def find_wheel(tree: FrameTree, joint: Joint, base: str) -> Wheel:
             if (not flaw, radius) > (not best.flaw, best.radius):
                 best = Wheel(joint, center, axis, radius, width, shape, flaw)
     if abs(axis[2]) > 0.2:
-        return replace(best, flaw="its axis is not level")
+        return replace(best, flaw="its axis is not horizontal")
     return replace(best, flaw=first_flaw) if best.flaw and first_flaw else best
 
 
