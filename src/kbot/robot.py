@@ -146,7 +146,7 @@ def _text(kind: str, name: str, value: object) -> str:
         number = float(value)  # type: ignore[arg-type]  # also numpy's numbers
     except (TypeError, ValueError):
         kind_of = type(value).__name__
-        raise KbotError(f"the {kind} '{name}' is a {kind_of}, not a text, number or truth value") from None
+        raise KbotError(f"the {kind} '{name}' is a {kind_of}, not a string, number or boolean") from None
     if not math.isfinite(number):
         raise KbotError(f"the {kind} '{name}' is not finite: {value}")
     return str(value) if isinstance(value, int) else repr(number)

@@ -126,8 +126,12 @@ def test_an_existing_folder_is_not_changed(here: Path, capsys: pytest.CaptureFix
         (("1robot",), ", for example robot\n"),
         (("r",), "is not a valid package name"),
         (("con",), "it is a device on Windows. Use con_robot"),
-        (("catkin",), "the new package depends on the package 'catkin'. Use catkin_robot"),
-        (("ros_gz_bridge",), "the new package depends on the package 'ros_gz_bridge'"),
+        (
+            ("catkin",),
+            "'catkin' is not a valid package name: the new package depends on a package of this name. "
+            "Use catkin_robot",
+        ),
+        (("ros_gz_bridge",), "'ros_gz_bridge' is not a valid package name: the new package depends on"),
         (("lpt1",), "it is a device on Windows"),
         (("a__b",), "is not a valid package name"),
         (("../robot",), "is not a valid package name"),

@@ -10,8 +10,8 @@ from kbot.text import KbotError
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ("{a: &a [*a]}", "its aliases stand for too many values"),
-        ("&a {a: {b: *a}}", "its aliases stand for too many values"),
+        ("{a: &a [*a]}", "its aliases expand to too many values"),
+        ("&a {a: {b: *a}}", "its aliases expand to too many values"),
         ("[" * 1100 + "]" * 1100, "it is nested more than 100 levels deep"),
         ("{a: 2026-13-45}", "month must be in 1..12"),
         ("{a: !!int ''}", "VALUES must be YAML"),
@@ -37,7 +37,7 @@ def test_values_that_do_not_fit_the_message(
 def test_a_bomb_of_aliases_is_bounded() -> None:
     lines = ["a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]"]
     lines += [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 10)}]" for n in range(1, 9)]
-    with pytest.raises(KbotError, match="its aliases stand for too many values"):
+    with pytest.raises(KbotError, match="its aliases expand to too many values"):
         read_values(("\n".join(lines),), "{}")
 
 

@@ -76,7 +76,7 @@ def test_a_long_text_is_one_node() -> None:
         ("<a x='1' x='2'/>", "'x' occurs twice", "remove one", ""),
         ("<a>R & D</a>", "unescaped '&'", "&amp;", ""),
         ("<a x='R &D'/>", "'&D' has no ';'", "&amp;", ""),
-        ("<a>&nbsp;</a>", "&nbsp; is not an entity", "the character itself", ""),
+        ("<a>&nbsp;</a>", "&nbsp; is not an XML entity", "the character itself", ""),
         ("<a><!-- x -- y --></a>", "XML does not allow '--' in a comment", "one dash", "1:4"),
         ("<a><!-- x\n<!-- y --></a>", "a comment begins inside a comment", "close the first comment", "1:4"),
         ("<a><!-- x </a>", "the comment that begins here is not closed", "-->", ""),

@@ -88,7 +88,10 @@ def check_name(name: str) -> None:
     if _DEVICE.fullmatch(name):
         raise KbotError(f"'{name}' is not a valid package name: it is a device on Windows. Use {name}_robot")
     if name in _NEEDED.findall((TEMPLATE / f"package.xml{FILLED}").read_text(encoding="utf-8")):
-        raise KbotError(f"the new package depends on the package '{name}'. Use {name}_robot")
+        raise KbotError(
+            f"'{name}' is not a valid package name: the new package depends on a package of this name. "
+            f"Use {name}_robot"
+        )
     if _NAME.fullmatch(name) and len(name) > 1:
         return
     near = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_").lstrip("0123456789_")

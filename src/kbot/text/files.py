@@ -352,7 +352,7 @@ def _contains(data: bytes, text: str) -> bool:
 
 
 def _changed(path: str) -> KbotError:
-    return KbotError(f"{path} has changed in the meantime. Nothing was written, try again")
+    return KbotError(f"{path} has changed in the meantime. Nothing was written. Try again")
 
 
 def _write_scratch(path: str | os.PathLike[str], data: bytes, scratches: ExitStack) -> str:

@@ -180,7 +180,7 @@ def _other(source: Source, offset: int, reason: str) -> _Explanation:
         entity = _ENTITY.search(data, offset)
         name = entity[0].decode("utf-8", "replace") if entity else "this"
         hint = "write the character itself; XML defines only &amp; &lt; &gt; &quot; &apos;"
-        return _Explanation(f"{name} is not an entity of XML", hint)
+        return _Explanation(f"{name} is not an XML entity", hint)
     if reason == "syntax error":
         return _Explanation("an element must begin here", _A_ROBOT)
     return _Explanation(reason)

@@ -284,7 +284,7 @@ def _check_size(root: yaml.Node, most_values: int) -> None:
     if len(known) > most_values:
         raise yaml.composer.ComposerError(None, None, _too_many(most_values), root.start_mark)
     if size > most_values or levels > MOST_LEVELS + 1:  # the values in the deepest list are one level more
-        message = "its aliases stand for too many values"
+        message = "its aliases expand to too many values"
         raise yaml.composer.ComposerError(None, None, message, root.start_mark)
 
 

@@ -57,7 +57,7 @@ class Budget:
         """Enter a function or iterator that another one calls. `leave` is the opposite."""
         self.function_depth -= 1
         if self.function_depth < 0:
-            raise self.exceeded("function_depth", "functions or iterators call one another too deeply")
+            raise self.exceeded("function_depth", "the recursion of functions or iterators is too deep")
 
     def leave(self) -> None:
         self.function_depth += 1
@@ -67,7 +67,7 @@ class Budget:
     def length(self, count: int) -> None:
         """Raise LimitFault for a text or container with too many items."""
         if count > self.limits.length:
-            raise self.exceeded("length", "an expression creates a text or list that is too long")
+            raise self.exceeded("length", "an expression creates a string or list that is too long")
 
     def bits(self, count: float) -> None:
         """Raise LimitFault for an integer with too many bits."""

@@ -166,7 +166,8 @@ class Scope:
         return XacroError(
             "X105",
             f"circular definition: {' -> '.join(chain)}",
-            'give one of them a value without the others, or evaluate it at once with lazy_eval="false"',
+            "give one of them a value that does not use the others, or evaluate it at once with "
+            'lazy_eval="false"',
             key=("circular", frozenset(chain)),
         )
 

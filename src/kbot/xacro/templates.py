@@ -73,7 +73,7 @@ def pieces(text: str) -> list[Piece]:
         start, end = match.span()
         if len(found) >= _MOST_PIECES:
             raise LimitFault(
-                "X190", f"a text has more than {_MOST_PIECES:,} expressions and words between them"
+                "X190", f"a text has more than {_MOST_PIECES:,} parts (expressions and the text between them)"
             )
         at = end
         kind = match.lastgroup

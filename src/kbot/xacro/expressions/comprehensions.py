@@ -57,14 +57,16 @@ def lambda_closure(node: ast.Lambda) -> Closure:
             if rest is not None:
                 variables[rest] = tuple(values[len(positional) :])
             elif len(values) > len(positional):
-                raise TypeError(f"the function takes {len(positional)} arguments, {len(values)} were given")
+                raise TypeError(
+                    f"the function takes {len(positional)} arguments, but {len(values)} were given"
+                )
             for name, value in named.items():
                 if last.get(name, -1) < len(values):
                     raise TypeError(f"the function got an unexpected argument '{name}'")
                 variables[name] = value
             missing = [name for name in positional if name not in variables]
             if missing:
-                raise TypeError(f"the function lacks the argument '{missing[0]}'")
+                raise TypeError(f"the call lacks the argument '{missing[0]}'")
             budget = env.budget
             budget.charge(steps)
             budget.enter()

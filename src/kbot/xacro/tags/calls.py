@@ -147,7 +147,7 @@ def call_macro(walk: Expander, node: Element, place: ExpansionContext, has_next:
     run.budget.charge(_PARAMETER_STEPS * len(macro.parameters))
     run.macro_depth += 1
     if run.macro_depth > run.limits.macro_calls:
-        raise run.budget.exceeded("macro_calls", f"the macro '{macro.name}' calls itself endlessly")
+        raise run.budget.exceeded("macro_calls", f"the macro '{macro.name}' never stops calling itself")
     body, is_plain, origin = macro.body, macro.is_plain, macro.call
     local = Scope(run, outer)
     missing = {parameter.name: parameter for parameter in macro.parameters}

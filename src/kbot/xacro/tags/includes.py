@@ -86,7 +86,7 @@ def _include_file(
     run = walk.run
     if len(run.files) > run.limits.includes:
         around = " -> ".join(os.path.basename(f) for f in run.files[-3:])
-        raise run.budget.exceeded("includes", f"files include one another endlessly: {around}")
+        raise run.budget.exceeded("includes", f"circular include: {around}")
     target.call = call = Call("include", file, Span(node.source, node.start, node.tag_end), place.call)
     try:
         document = run.parsed(run.read(file))
