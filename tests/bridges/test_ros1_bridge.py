@@ -81,7 +81,7 @@ def test_a_subscriber_with_another_type_is_refused_with_the_reason(
         assert "nav_msgs/Odometry" in read_header(connection)["error"]
     with subscribed(bridge, "/odom", "nav_msgs/Odometry", "0" * 32) as connection:
         assert "md5sum" in read_header(connection)["error"]
-    wait_until(lambda: any("refused the connection" in text for text in running.reported))
+    wait_until(lambda: any("refused a connection" in text for text in running.reported))
 
 
 def test_parameters_are_on_the_master(bridge: Ros1Bridge) -> None:

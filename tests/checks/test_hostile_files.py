@@ -169,7 +169,7 @@ def test_too_many_robots_of_a_launch_file_are_not_checked(
     assert result.is_bounded(), result
     assert result.status == 1
     assert "r.xacro is not checked: the launch file has too many robots [K003]" in result.out
-    assert "r.xacro takes too much work to expand" in result.out
+    assert "r.xacro takes too many steps to expand" in result.out
 
 
 @pytest.mark.parametrize("options", [(), ("--json",), ("--diff",)])

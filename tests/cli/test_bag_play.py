@@ -30,11 +30,11 @@ def test_play_prints_what_it_publishes_and_to_which_peers(
     assert run(["bag", "play", recording, "-s", "1.5", "-u", "9", "-r", "100"]) == 0
     output = capsys.readouterr().err
     assert f"{recording}: 0.500 s, at 100 times its speed." in output
-    assert "Peers: kbot topic echo. For others, add --ros1, " in output
+    assert "Commands such as kbot topic echo receive the messages. For other tools, add --ros1, " in output
     assert "Ctrl-C stops." in output
     assert run(["bag", "play", recording, "--rate", "100", "--rosbridge"]) == 0
     output = capsys.readouterr().err
-    assert "Peers: rosbridge and kbot topic echo." in output
+    assert "Bridges: rosbridge. Commands such as kbot topic echo also receive the messages." in output
 
 
 def test_play_accepts_the_options_of_rosbag_and_ros2_bag(
@@ -90,7 +90,7 @@ def test_ctrl_c_ends_playback_without_an_error(recording: str) -> None:
     playing = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     assert playing.stderr is not None
     assert playing.stderr.readline() == f"{recording}: 2.000 s, repeated.\n"
-    assert playing.stderr.readline().startswith("Peers: ")
+    assert playing.stderr.readline().startswith("Commands such as kbot topic echo ")
     assert playing.stderr.readline() == "Ctrl-C stops.\n"
     playing.send_signal(signal.SIGINT)
     _, rest = playing.communicate(timeout=60)

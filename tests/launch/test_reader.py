@@ -295,7 +295,7 @@ def test_files_share_one_limit(folder: Path, tag: str, size: int) -> None:
     tags = "".join(tag.format(number) for number in range(10))
     diagnostic = only(plan_of(folder, tags))
     assert diagnostic.code == "L070"
-    assert "big.yaml is too large, together with all files before it" in diagnostic.message
+    assert "big.yaml is too large, counted together with all files before it" in diagnostic.message
 
 
 def test_expansions_share_one_limit(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -308,5 +308,8 @@ def test_expansions_share_one_limit(folder: Path, monkeypatch: pytest.MonkeyPatc
     tag = '<param name="p{}" command="xacro $(dirname)/r.xacro"/>'
     plan = plan_of(folder, "".join(map(tag.format, range(10))))
     assert {d.code for d in plan.diagnostics} == {"L070"}
-    assert "r.xacro takes too much work to expand, together with all files before it" in only(plan).message
+    assert (
+        "r.xacro takes too many steps to expand, counted together with all files before it"
+        in only(plan).message
+    )
     assert 0 < len(plan.params) < 10

@@ -1,4 +1,4 @@
-"""`kbot export`: write a robot as a picture, web page, 3D model or tree, without a browser."""
+"""`kbot export`: export a robot as a picture, web page, 3D model or tree drawing, without a browser."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def command(
     look: Look,
     package_path: tuple[str, ...],
 ) -> int:
-    """Write a robot as a picture, web page, 3D model or tree.
+    """Export a robot as a picture, web page, 3D model or drawing of the kinematic tree.
 
     The formats are png (picture), html (one file with joint sliders), glb (3D model) and tree (SVG drawing
     of the kinematic tree). Missing meshes are reported and left out.

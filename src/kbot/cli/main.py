@@ -35,7 +35,7 @@ VERBS = {
     "check": ("kbot.cli.check:command", "Check a robot and report each problem at its source line."),
     "expand": ("kbot.cli.expand:command", "Expand a xacro file to URDF."),
     "where": ("kbot.cli.where:command", "Show the source lines behind a link, a joint or a property."),
-    "export": ("kbot.cli.export:command", "Write a robot as a picture, web page, 3D model or tree."),
+    "export": ("kbot.cli.export:command", "Export a robot as a picture, web page, 3D model or tree drawing."),
     "info": ("kbot.cli.info:command", "Print links, joints, masses, drive geometry and size."),
     "new": ("kbot.cli.new:command", "Create a robot package."),
     "bag": ("kbot.cli.bag.command:command", "Inspect, cut, convert, play back or replay recordings."),

@@ -37,9 +37,12 @@ class PeerOptions:
         """A sentence that names the peers which receive the run's messages."""
         titles = [kind.title for kind in BRIDGES if kind.name in self.bridges]
         if titles:
-            return f"Peers: {', '.join(titles)} and kbot topic echo."
+            return (
+                f"Bridges: {', '.join(titles)}. Commands such as kbot topic echo also receive the messages."
+            )
         flags = [f"--{kind.name}" for kind in BRIDGES]
-        return f"Peers: kbot topic echo. For others, add {', '.join(flags[:-1])} or {flags[-1]}."
+        others = f"{', '.join(flags[:-1])} or {flags[-1]}"
+        return f"Commands such as kbot topic echo receive the messages. For other tools, add {others}."
 
     def open(self, report: Callable[[str], None]) -> RosPeers:
         """Open the bridges. `report` receives sentences for the user."""

@@ -293,7 +293,7 @@ def cut(recording: str, target: str, start: float | None, end: float | None, top
 def convert(recording: str, target: str, topics: tuple[str, ...]) -> None:
     """Convert a recording to another format.
 
-    The suffix of NEW selects it: .mcap, .bag (ROS 1), or none for a rosbag2 folder.
+    The suffix of NEW selects the format: .mcap, .bag (ROS 1), or none for a rosbag2 folder.
     """
     _copy(recording, target, None, None, topics)
 
@@ -475,7 +475,11 @@ def replay(recording: str, package_path: tuple[str, ...]) -> int:
     if not Path(recording).exists():
         fail(f"{recording} does not exist")
     again = run_again(recording, Packages(package_path))
-    state = {True: "the engine ended in the same state", False: "the engine ended in another state", None: ""}
+    state = {
+        True: "the engine ended in the same state",
+        False: "the engine ended in a different state",
+        None: "",
+    }
     result = [
         again.difference or f"{again.compared} messages are the same, bit for bit",
         state[again.same_state],

@@ -67,6 +67,6 @@ _OPTIONS = (
         "navigation",
         flag_value=False,
         default=True,
-        help="Keep KBot's goal, plan and map topics from peers, for example to use Nav2 instead.",
+        help="Do not expose KBot's goal, plan and map topics to peers, for example to use Nav2 instead.",
     ),
 )

@@ -49,11 +49,10 @@ def run_goto(simulation: Simulation, goal: PlanarPose, timeout: float | None, as
         }
         print_json({**run.to_json(), "navigation": navigation})
     else:
-        planned = f" in {trip.time:.2f} s, {trip.distance:.2f} m of a path of {trip.shortest:.2f} m"
+        planned = f" in {trip.time:.2f} s, {trip.distance:.2f} m driven, {trip.shortest:.2f} m planned"
         click.echo(f"goal        {trip.status}" + (planned if trip.shortest else ""))
-        click.echo(
-            f"            {trip.off * 1000.0:.1f} mm and {math.degrees(trip.turned_off):.1f} deg from it"
-        )
+        turned = math.degrees(trip.turned_off)
+        click.echo(f"            {trip.off * 1000.0:.1f} mm and {turned:.1f} deg from the goal")
         click.echo(f"contact     {'with more than' if trip.collided else 'only with'} the ground")
         click.echo(run.to_text())
     return 0 if trip.reached else 1

@@ -324,7 +324,7 @@ class PeerLink:
         try:
             simulation.bus.publish(topic, message)
         except KbotError as error:
-            self.report(f"{topic}: refused a message of a peer: {error}")
+            self.report(f"{topic}: rejected a message from a peer: {error}")
             return f"{topic}: {error}"
         except Exception as error:  # callbacks of a user's program may raise anything
             if self._raises_errors:

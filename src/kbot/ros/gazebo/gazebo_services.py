@@ -114,7 +114,7 @@ def _apply_body_wrench(simulation: Simulation, request: srv.ApplyBodyWrenchReque
     adds a torque."""
     robot, link = link_named(simulation, request.body_name)
     if request.start_time.nanoseconds > simulation.clock.nanoseconds:
-        raise KbotError("KBot applies a wrench at once, not at a later time: leave start_time out")
+        raise KbotError("KBot applies a wrench at once, not at a later time: omit start_time")
     axes = world_from_frame(simulation, request.reference_frame).rotation
     lever = axes @ np.array(xyz(request.reference_point))
     force = axes @ np.array(xyz(request.wrench.force))

@@ -160,7 +160,7 @@ class GraphClient:
     def _receive(self, timeout: float) -> Values:
         message = self._receive_until(time.monotonic() + timeout)
         if message is None:
-            raise KbotError(f"KBot does not answer within {timeout:g} s")
+            raise KbotError(f"KBot did not answer within {timeout:g} s")
         return message
 
     def _receive_until(self, end: float | None) -> Values | None:

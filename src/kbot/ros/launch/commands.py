@@ -75,7 +75,7 @@ def expand_within(budget: Budget, file: str, arguments: Mapping[str, str], packa
     """
     limits = Limits(steps=max(budget.steps, 0))
     expansion = expand(file, arguments, packages=packages.beside(file), limits=limits)
-    charge(budget, file, expansion.steps + (len(expansion.text) >> 3), "takes too much work to expand")
+    charge(budget, file, expansion.steps + (len(expansion.text) >> 3), "takes too many steps to expand")
     return expansion
 
 

@@ -67,5 +67,5 @@ def charge(budget: Budget, path: str, steps: int, fault: str = "is too large") -
     try:
         budget.charge(steps)
     except LimitFault:
-        message = f"{path} {fault}, together with all files before it"
+        message = f"{path} {fault}, counted together with all files before it"
         raise LaunchError("L070", message, "split the launch file", is_limit=True) from None

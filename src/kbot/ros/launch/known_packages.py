@@ -93,7 +93,7 @@ RENAMED: Mapping[tuple[str, str], Renamed] = {
     ),
     ("rviz", "rviz.sh"): Renamed("rviz", "rviz", "rviz 1.12", "no window opens"),
     ("gazebo", "spawn_model"): Renamed(
-        "gazebo_ros", "spawn_model", "gazebo_ros 2.0 (Hydro)", "the world does not get the robot"
+        "gazebo_ros", "spawn_model", "gazebo_ros 2.0 (Hydro)", "the robot is not added to the world"
     ),
     ("gazebo", "gazebo"): Renamed("gazebo_ros", "gazebo", "gazebo_ros 2.0 (Hydro)", "nothing is simulated"),
     ("joint_state_publisher", "joint_state_publisher_gui"): Renamed(

@@ -121,7 +121,7 @@ def _distinct(robot: SpawnedRobot, number: int, notes: list[Diagnostic]) -> Spaw
         spawn = replace(spawn, model=f"robot_{number + 1}")
     if number and spawn.joints:
         message = (
-            f"-J has no effect: only the first robot starts with joints that are not at 0, not {spawn.model}"
+            f"-J of {spawn.model} has no effect: only the first robot can start with joints that are not at 0"
         )
         notes.append(Diagnostic("L063", Severity.WARNING, message, robot.origin))
     return replace(robot, spawn=spawn, frame_prefix=prefix)
@@ -136,7 +136,7 @@ def _shared_topics(robots: Sequence[SpawnedRobot]) -> list[Diagnostic]:
             where = f"/{robot.spawn.namespace}".rstrip("/")
             message = f"'{robot.spawn.model}' and '{other.spawn.model}' share their topics: {where}/cmd_vel"
             message += " drives both"
-            hint = f'give one a namespace: <group ns="{robot.spawn.model}">, or -robot_namespace'
+            hint = f'give one of them a namespace: <group ns="{robot.spawn.model}">, or -robot_namespace'
             notes.append(Diagnostic("L063", Severity.WARNING, message, robot.origin, hint))
     return notes
 
@@ -165,5 +165,5 @@ def _name_taken(node: PlannedNode, spawn: SpawnRequest) -> Diagnostic:
 
 def _no_robot(node: PlannedNode) -> Diagnostic:
     message = f"{node.full_name} spawns nothing: it does not name a robot of this launch file"
-    hint = "name a parameter that holds a robot with -param NAME, or a file with -file FILE"
+    hint = "add -param NAME, where NAME is a parameter that contains a robot, or -file FILE"
     return Diagnostic("L062", Severity.WARNING, message, node.origin, hint)

@@ -37,8 +37,8 @@ _OUTCOME = ("success", "status_message")
 def command() -> None:
     """List, describe and call services of a running KBot, like `ros2 service`.
 
-    Start KBot first, for example `kbot sim kbot` in another terminal. A simulation offers services of
-    Gazebo, such as /gazebo/reset_world and /gazebo/spawn_urdf_model.
+    Start KBot first, for example `kbot sim kbot` in another terminal. A simulation provides Gazebo's
+    services, such as /gazebo/reset_world and /gazebo/spawn_urdf_model.
     """
 
 

@@ -60,7 +60,7 @@ _NAMED = 10
 @package_path_option
 @click.option("--dry-run", is_flag=True, help="Print what would run and exit.")
 @click.option("--nodes", is_flag=True, help="Print the names of the nodes and exit.")
-@click.option("--files", is_flag=True, help="Print the launch files that are read and exit.")
+@click.option("--files", is_flag=True, help="Print the path of every launch file that is read, then exit.")
 @click.option("--dump-params", is_flag=True, help="Print the parameters as YAML and exit.")
 @click.option("--ros-args", is_flag=True, help="Print the arguments of the launch file and exit.")
 @click.option("--args", "args_of", metavar="NODE", help="Print the command line of NODE and exit.")
@@ -180,7 +180,10 @@ def _without_robot(plan: Plan, staged: Stage, record: RecordOptions, peers: Peer
     from kbot.ros.launch.running.without_robot import run_without_robot
 
     if not (staged.stand_ins.has_publishers or staged.programs):
-        fail(f"{plan.path} has nothing to show: it sets no parameter, such as robot_description, to a robot")
+        fail(
+            f"{plan.path} has nothing to show: none of its parameters, such as robot_description, "
+            "contains a robot"
+        )
     click.echo(table(plan, staged))
     if not staged.stand_ins.has_publishers:
         return run_programs(plan, staged.programs, print_note)

@@ -83,7 +83,7 @@ async def receive_block(reader: asyncio.StreamReader, largest: int = LARGEST_MES
 def _length(data: bytes, largest: int) -> int:
     (length,) = struct.unpack("<I", data)
     if length > largest:
-        raise ProtocolError(f"a block of {length} bytes is too large, at most {largest} are allowed")
+        raise ProtocolError(f"a block of {length} bytes is too large: the limit is {largest}")
     return int(length)
 
 

@@ -63,7 +63,7 @@ class TcprosServer:
                 raise ProtocolError(f"this node does not publish '{header.get('topic', '')}'")
             await topic.serve(reader, writer, header)
         except ProtocolError as error:
-            self._link.report(f"ROS 1: refused the connection of a peer: {error}")
+            self._link.report(f"ROS 1: refused a connection from a peer: {error}")
             writer.write(encode_header({"error": str(error)}))
             with contextlib.suppress(OSError):
                 await writer.drain()

@@ -263,7 +263,7 @@ class Ros2Bridge:
         try:
             self._link.send(topic, decode_cdr(data, message_type))
         except KbotError as error:
-            self._link.report(f"ROS 2: refused a message on {topic}: {error}")
+            self._link.report(f"ROS 2: rejected a message on {topic}: {error}")
 
 
 class _PublishedTopic:

@@ -141,7 +141,7 @@ class ZenohBridge:
             try:
                 self._link.send(topic, decode_cdr(sample.payload.to_bytes(), kind))
             except KbotError as error:
-                self._link.report(f"Zenoh: refused a message on {topic}: {error}")
+                self._link.report(f"Zenoh: rejected a message on {topic}: {error}")
 
         return deliver
 

@@ -36,7 +36,7 @@ _SUFFIXES = (".bag", ".mcap", ".db3")
 _PAUSES = ("--pause", "--start-paused", "-p")
 _NO_EFFECT: Mapping[str, str] = {
     "--clock": "KBot itself publishes /clock",
-    "--rate-control-topic": "the rate is that of --rate",
+    "--rate-control-topic": "set the rate with --rate",
     "--pause-topics": "playback does not pause",
     "--regex": "select topics with --topics",
     "-x": "select topics with --topics",

@@ -87,7 +87,7 @@ def _without_parameters(plan: Plan, full: str, request: _Request) -> Diagnostic:
     known = [name.removesuffix("/type") for name in plan.params if name.endswith("/type")]
     message = f"the controller {full} is not loaded: it has no parameters"
     hint = did_you_mean(full, known) or (
-        f"the launch file sets parameters of {', '.join(known)}" if known else ""
+        f"the launch file sets parameters for {', '.join(known)}" if known else ""
     )
     return Diagnostic("L064", Severity.WARNING, message, request.origin, hint)
 

@@ -102,7 +102,7 @@ class TagReader:
         given = found.get("ns", "/")
         if given and not given.startswith("~"):
             return True
-        message = f"the private name '{given}' is not a namespace" if given else "'ns' is empty"
+        message = f"'ns' cannot be the private name '{given}'" if given else "'ns' is empty"
         self.reporter.problem("L005", message, context.attribute_origin(element, "ns"), "remove 'ns'")
         return False
 

@@ -179,7 +179,7 @@ class ParameterStore:
                 if isinstance(key, str):
                     self._spread(names.join(name, key), item, place, (*keys, key))
                 else:  # YAML reads `on:` as a truth value and `1:` as a number
-                    message = f"the YAML key {key!r} is not a name"
+                    message = f"the YAML key {key!r} is not a string"
                     self.reporter.problem("L033", message, place(keys), "put the key in quotes")
         else:
             self.add(Param(names.canonical(name), value, place(keys)))

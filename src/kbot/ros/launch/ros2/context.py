@@ -144,7 +144,7 @@ class _Names:
     def lookup(self, name: str) -> Any:
         if name not in self._known:
             raise LaunchError(
-                "L014", f"the name '{name}' is not defined", "if it is a text, put it in quotes", name
+                "L014", f"the name '{name}' is not defined", "if it is a string, put it in quotes", name
             )
         return self._known[name]
 

@@ -64,7 +64,7 @@ def parameters_of_file(path: str, node: str | None, context: LaunchContext) -> d
 
     Raises:
         DescriptionError: L033, it is not a parameter file; or it cannot be read.
-        LaunchError: L070, it is too large, together with all files before it.
+        LaunchError: L070, it is too large, counted together with all files before it.
     """
     source = read_source(path)
     charge_yaml(context.budget, path, source.text)
@@ -153,6 +153,6 @@ def _typed(text: object, type_: object) -> Any:
             text if isinstance(value, str) else value
         )  # not the value: YAML would fold the lines of a description
     except ValueError:
-        hint = "if it is a text, use ParameterValue(…, value_type=str)"
+        hint = "if it is a string, use ParameterValue(…, value_type=str)"
         short = text if len(text) < 40 else text[:40] + "…"
         raise LaunchError("L031", f"the parameter is not valid YAML: {short}", hint) from None
