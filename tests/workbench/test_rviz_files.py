@@ -53,7 +53,7 @@ def test_skipped_parts_are_reported() -> None:
     lines = [line.strip() for line in RVIZ1.splitlines()]
     imu = 1 + lines.index("- Class: rviz_plugin_tutorials/Imu")
     lidar = 1 + lines.index("- Class: rviz/LaserScan")
-    assert f"Imu (rviz_plugin_tutorials/Imu), line {imu}: KBot does not have this display" in notes
+    assert f"Imu (rviz_plugin_tutorials/Imu), line {imu}: KBot does not support this display" in notes
     assert f"Front lidar (LaserScan), line {lidar}: not used: Queue Size" in notes
     assert "Robot Description" not in notes
     assert "Panels" not in notes
@@ -61,7 +61,7 @@ def test_skipped_parts_are_reported() -> None:
     other = other.replace("- Class: rviz/Displays", "- Class: moveit_rviz_plugin/Panel")
     notes = "\n".join(read_rviz(other, "robot.rviz").notes)
     assert "not used: Robot Description" in notes
-    assert "moveit_rviz_plugin/Panel in Panels: KBot does not have it; it is kept in the file" in notes
+    assert "moveit_rviz_plugin/Panel in Panels: KBot does not support it; it is kept in the file" in notes
 
 
 def test_rviz_files_of_kbot_are_read_completely(tmp_path: Path) -> None:
@@ -189,7 +189,7 @@ def test_too_many_values_are_refused() -> None:
     assert len(read_marked(text, "a.rviz").items) == 49_999
     with pytest.raises(KbotError, match=r"a\.rviz:1: not YAML: it contains more than 50,000 values"):
         read_marked(text.replace("1]", "1, 1]"), "a.rviz")
-    with pytest.raises(KbotError, match=r"a\.rviz:1: not YAML: its aliases stand for too many values"):
+    with pytest.raises(KbotError, match=r"a\.rviz:1: not YAML: its aliases expand to too many values"):
         read_marked("a: &a [" + "1, " * 300 + "1]\nb: [" + "*a, " * 300 + "*a]", "a.rviz")
 
 

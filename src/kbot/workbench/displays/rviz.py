@@ -127,7 +127,8 @@ def read_view(views: Marked, notes: list[str]) -> View | None:
         back = (STRAIGHT_DOWN * math.sin(angle), -STRAIGHT_DOWN * math.cos(angle), 1.0)
         return View(_along(target, back, height), target, flat=True, follow=frame != "", frame=frame)
     notes.append(
-        f"the view {fields.get('Class')}, line {current.line}: KBot does not have it; it is kept in the file"
+        f"the view {fields.get('Class')}, line {current.line}: KBot does not support it; "
+        "it is kept in the file"
     )
     return None
 
@@ -431,7 +432,7 @@ def read_rviz(text: str, file: str) -> RvizFile:
     for holder, part in ((document.fields, "Panels"), (fields, "Tools")):
         if part in holder:
             notes += [
-                f"{name} in {part}: KBot does not have it; it is kept in the file"
+                f"{name} in {part}: KBot does not support it; it is kept in the file"
                 for name in plugins(holder[part].plain)
             ]
     return RvizFile(DisplaySettings(options, tuple(displays), view), tuple(notes), document.plain)
@@ -526,7 +527,7 @@ def _read_display(entry: Marked, number: int, notes: list[str]) -> Display | Non
     kind = _kind(cls)
     if kind is None:
         notes.append(
-            f"{name} ({cls}), line {entry.line}: KBot does not have this display; it is kept in the file"
+            f"{name} ({cls}), line {entry.line}: KBot does not support this display; it is kept in the file"
         )
         return None
     read: set[str] = set()

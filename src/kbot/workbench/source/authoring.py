@@ -202,7 +202,7 @@ def _replace_texts(texts: Iterable[tuple[str, str, str]]) -> list[tuple[str, str
         text = put if now == was else _merged(now, was, put)
         if text is None:
             raise KbotError(
-                f"{Path(file).name} was changed at this place since. Change it back in your editor"
+                f"{Path(file).name} was changed at this place after the edit. Change it back in your editor"
             )
         done.append((file, now, text))
     rewrite({file: (now, text) for file, now, text in done})
@@ -327,7 +327,7 @@ class Authoring:
         for number in self._written:
             if (number.kind, number.name) == (kind, name):
                 return number
-        raise KbotError(f"there is no {kind} {name!r} with a plain number, true or false")
+        raise KbotError(f"there is no {kind} {name!r} whose value is a plain number, true or false")
 
     def _keep(self) -> None:
         changed = [(self._find(*key), text) for key, text in self.overrides.changed.items()]
