@@ -152,7 +152,7 @@ def tensor_not_turned(context: Context) -> Found:
             continue
         rpy = part_rpy(context, link) if about.is_cylinders else ""
         if about.is_cylinders:
-            what = "the inertial frame is not turned with the geometry"
+            what = "the inertial frame is not rotated together with the geometry"
         else:
             low, high = about.across
             what = f"the moments across it, {low:.4g} and {high:.4g}, should be equal for a round body"
