@@ -20,7 +20,7 @@ def test_examples_of_the_page_run():
 
 
 def test_every_documented_method_exists(sim):
-    table = TEXT.partition("## What a running world allows")[2].partition("## ")[0]
+    table = TEXT.partition("## Change a running world")[2].partition("## ")[0]
     rows = [line.split("|")[3] for line in table.splitlines() if line.startswith("| ")][2:]
     assert len(rows) == 18
     for row in rows:
