@@ -48,7 +48,7 @@ def test_odometry_can_steer_the_robot(robot):
 
 @pytest.mark.parametrize(
     ("goal", "words"),
-    [((0.3, 0.0), "inside an obstacle"), ((-2.0, 0.0), "no way"), ((0.2, 0.0), "too near")],
+    [((0.3, 0.0), "inside an obstacle"), ((-2.0, 0.0), "no path"), ((0.2, 0.0), "too near")],
 )
 def test_an_impossible_goal_is_refused_at_once(robot, goal, words):
     trip = go_to(Simulation(robot, "maze:size=3,seed=3"), PlanarPose(*goal))

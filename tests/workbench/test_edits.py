@@ -49,13 +49,13 @@ def test_a_change_of_an_editor_is_not_undone(tmp_path: Path) -> None:
     editor = Editor()
     editor.replace(str(file), 1, 1, "1", "2")
     file.write_text("3")
-    with pytest.raises(KbotError, match="was changed at this place since"):
+    with pytest.raises(KbotError, match="was changed at this place after the edit"):
         editor.undo()
     assert file.read_text() == "3"
     file.write_text("2")
     editor.undo()
     file.write_text("4")
-    with pytest.raises(KbotError, match="was changed at this place since"):
+    with pytest.raises(KbotError, match="was changed at this place after the edit"):
         editor.redo()
     assert file.read_text() == "4"
     editor.replace(str(file), 1, 1, "4", "5")
@@ -87,6 +87,6 @@ def test_undo_is_refused_if_the_changed_line_is_missing_or_ambiguous(tmp_path: P
     editor = Editor()
     editor.replace(str(file), 2, 3, "1", "2")
     file.write_text(saved)
-    with pytest.raises(KbotError, match="was changed at this place since"):
+    with pytest.raises(KbotError, match="was changed at this place after the edit"):
         editor.undo()
     assert file.read_text() == saved
