@@ -18,6 +18,9 @@ OpenPage = Callable[..., Any]
 WORLD = Header(frame_id="world")
 FROM_ABOVE = "kbot.look([0, -0.001, 3], [0, 0, 0])"
 
+NOT_RECEIVED = ("no message received", "no topic", "does not exist", "loading", "off")
+"""Parts of the statuses of a display that has not drawn a message yet."""
+
 ASIDE = "document.querySelectorAll('.toolbar, .tools').forEach((e) => (e.style.display = 'none'))"
 """Takes away what lies over a small picture."""
 
@@ -61,7 +64,7 @@ class Show:
         def is_received() -> bool:
             self.bus.publish(topic, message)
             status = self.status(kind)  # read once, because it may change meanwhile
-            return not any(word in status for word in ("heard", "no topic", "loaded", "off"))
+            return not any(words in status for words in NOT_RECEIVED)
 
         until(is_received)
         self.page.evaluate("kbot.drawn()")
