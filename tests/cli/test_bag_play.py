@@ -21,7 +21,7 @@ def test_play_reports_an_incomplete_recording(
     assert run(["bag", "play", "-r", "100", recording, str(cut)]) == 0
     assert f"{cut} is incomplete: it was not closed" in capsys.readouterr().err
     assert run(["bag", "play", "-r", "100", recording]) == 0
-    assert "not whole" not in capsys.readouterr().err
+    assert "incomplete" not in capsys.readouterr().err
 
 
 def test_play_prints_what_it_publishes_and_to_which_peers(

@@ -147,7 +147,7 @@ def test_find_and_package_addresses_mean_the_reader_s_folder(
     captured = capsys.readouterr()
     assert text in captured.out
     assert "ships with KBot" not in captured.err
-    assert "is not there" not in captured.err
+    assert "does not exist" not in captured.err
 
 
 def test_a_real_package_in_a_folder_of_the_same_name_is_the_package(tmp_path: Path) -> None:
