@@ -27,7 +27,7 @@ def command(words: tuple[str, ...], package_path: tuple[str, ...], as_json: bool
     name:=value sets a xacro argument of FILE or, if FILE has no argument of that name, a top-level
     property.
 
-    Exit status: 0 fine; 1 a mass or a size is not positive; 2 FILE cannot be used.
+    Exit status: 0 success; 1 a mass or a size is not positive; 2 FILE cannot be used.
     """
     from kbot.checks.first_look import MESHES, NUMBERS, first_look  # lazy in this module: -h is fast
     from kbot.kinematics.robot_info import describe, describe_as_text

@@ -1,6 +1,6 @@
 """Runs the verb that the user typed, and turns errors into messages and exit statuses.
 
-Exit status: 0 fine, 1 findings, 2 unusable input or arguments, 130 interrupted.
+Exit status: 0 success, 1 findings, 2 unusable input or arguments, 130 interrupted.
 """
 
 from __future__ import annotations

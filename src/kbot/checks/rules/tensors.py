@@ -158,8 +158,9 @@ def tensor_not_turned(context: Context) -> Found:
             what = f"the moments across it, {low:.4g} and {high:.4g}, should be equal for a round body"
         yield Finding(
             inertial.inertia_origin,
-            f"{link.name}: the moment about its {about.name} is {about.along:.4g} kg m^2, its cylinder has "
-            f"{about.due:.4g} ({(about.along / about.due - 1.0) * 100.0:+.0f} %): {what}",
+            f"{link.name}: the moment of inertia about its {about.name} is {about.along:.4g} kg m^2, "
+            f"but that of its cylinder is {about.due:.4g} "
+            f"({(about.along / about.due - 1.0) * 100.0:+.0f} %): {what}",
             f'give the inertial the origin of its geometry: rpy="{rpy}"' if rpy else "",
             geometry_of(context.bodies[link.name]),
             fix=turning_fix(context, link, inertial) if rpy else None,

@@ -185,8 +185,8 @@ def command(
 
     The options --duration, --cmd-vel, --script, --goto, --plot, --shot and --json need --headless.
 
-    Exit status: 0 fine; 1 the goal was not reached or an assertion of the script failed; 2 unusable
-    input.
+    Exit status: 0 success; 1 the goal was not reached or an assertion of the script failed;
+    2 unusable input.
     """
     file, values = file_and_arguments(words)
     if headless:

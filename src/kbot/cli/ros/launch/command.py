@@ -66,7 +66,9 @@ _NAMED = 10
 @click.option("--args", "args_of", metavar="NODE", help="Print the command line of NODE and exit.")
 @click.option("--trust", is_flag=True, help="Run a Python launch file (ROS 2) without asking.")
 @click.option(
-    "--allow-commands", is_flag=True, help="Let the launch file run any command, not only xacro and cat."
+    "--allow-commands",
+    is_flag=True,
+    help="Let the launch file run any command, not only xacro, cat and (ROS 2) `ros2 param get`.",
 )
 @click.option(
     "--world",
