@@ -109,7 +109,7 @@ def expressions_of_the_page() -> Iterator[Expression]:
     """The named patterns in web/src. Their syntax is also valid in Python."""
     for path in sorted(PAGE.rglob("*.ts")):
         text = path.read_text("utf-8")
-        for match in re.finditer(r"^const \w+ = /(.+)/([gimsuy]*);$", text, re.MULTILINE):
+        for match in re.finditer(r"^const \w+ =\s*/(.+)/([gimsuy]*);$", text, re.MULTILINE):
             flags = re.ASCII | (re.IGNORECASE if "i" in match[2] else 0)
             line = text.count("\n", 0, match.start()) + 1
             yield Expression(f"web/{path.name}:{line}", match[1], flags, frozenset({"search"}))
@@ -278,3 +278,7 @@ def test_the_time_is_linear_in_the_length(expression: Expression) -> None:
 )
 def test_a_slow_expression_is_detected(pattern: str, method: str) -> None:
     assert worst(Expression("", pattern, 0, frozenset({method})))
+
+
+def test_the_expressions_of_the_page_are_found():
+    assert len(list(expressions_of_the_page())) >= 2
