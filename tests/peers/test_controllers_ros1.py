@@ -90,5 +90,5 @@ def test_invalid_trajectory_is_rejected_with_code_and_message(arm: Ros) -> None:
         {"joints": both, "points": [[1.0, [0.1, 0.1]], [0.5, [0.2, 0.2]]]},
     )
     assert [(result["state"], result["code"]) for result in refused] == [(5, -2), (5, -1), (5, -1)]
-    for result, message in zip(refused, ("did you mean 'elbow'", "finite", "grow"), strict=True):
+    for result, message in zip(refused, ("did you mean 'elbow'", "finite", "must increase"), strict=True):
         assert message in str(result["words"])
