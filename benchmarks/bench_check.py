@@ -182,8 +182,8 @@ Ratios to an expansion of the same file. The last column counts the entries abov
 {_row("reader and rules", "KBot's own expansion", [t.added / t.expanding for t in times])}
 
 The KBot robot takes {own.checking * 1e3:.1f} ms with expansion, and {own.typed * 1e3:.1f} ms after an edit
-(limit 30 ms). From an edit of one character in an unsaved text to the findings it takes at most
-{typed.typed * 1e3:.0f} ms (limit 100 ms), for {typed.name}.
+(limit 30 ms). After an edit of one character in an unsaved text, the findings take at most
+{typed.typed * 1e3:.0f} ms (limit 100 ms). The slowest entry is {typed.name}.
 
 {_LIMIT}
 """

@@ -5,11 +5,11 @@
 Both pages are opened in turn in the same headless Chromium with software rendering. The bare page draws the
 same box, cylinders and sphere over the whole window, with the same number of triangles, kinds of lights and
 materials, and antialiasing. It uses only three.js, bundled from `web/node_modules` (`python hatch_build.py
---force` installs them), and comes from a running server, so it includes no start of Python. KBot's page is
-opened twice: just after the command printed its address, and again from the same server. Its first picture
-shows the robot's surfaces; floor, edges and axes follow in the next picture, and then the panels. The browser
-reports the time of a picture as "first contentful paint". Processor time is that of the browser's renderer
-and GPU processes until then.
+--force` installs it), and comes from a server that is already running, so its time does not include the
+start-up of Python. KBot's page is opened twice: just after the command printed its address, and again from
+the same server. Its first picture shows the robot's surfaces; floor, edges and axes follow in the next
+picture, and then the panels. The browser reports the time of a picture as "first contentful paint". Processor
+time is that of the browser's renderer and GPU processes up to the first picture.
 """
 
 from __future__ import annotations

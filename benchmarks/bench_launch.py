@@ -1,13 +1,15 @@
 """Time from `kbot launch` to the robot in the page, compared with roslaunch to the first frame of rviz.
 
-Both run the corrected launch file of the chapter (KBOT_SHARED, or `shared` beside the repository) and start
-everything that a user waits for. roslaunch starts its master, its nodes and rviz with its saved
-configuration. KBot starts its server and Chromium with a used profile. Both render in software on one screen
-(Xvfb). The screen shows when they are ready: rviz's first frame by the grey of its view, a robot by the
-colour of its plate. A second row measures with a Chromium that is already open. The printed package of the
-chapter fails with both programs: there the time to the error message is compared. Processor time is that of
-all processes of a command until then. The medians of alternating rounds are compared, after one warm-up
-round. This needs ROS 1 (`make test-peers` installs it) and Chromium.
+Both run the launch file of a robot package from a book chapter, in a corrected version. The package is in the
+folder `chapter` of KBOT_SHARED, or of `shared` beside the repository. Both start everything that a user waits
+for: roslaunch starts its master, its nodes and rviz with its saved configuration, and KBot starts its server
+and a Chromium that has a profile from an earlier start. Both render in software on one screen (Xvfb). Colours
+on this screen mark the end of each measurement: the grey of rviz's view marks its first frame, and the colour
+of the robot's plate marks the robot. `kbot launch` is also measured with a Chromium that is already open. The
+package as printed in the book fails with both programs, so for this package the time to the error message is
+compared. Processor time is that of all processes of a command until its measurement ends. The medians of
+alternating rounds are compared, after one warm-up round. This needs ROS 1 (`make test-peers` installs it) and
+Chromium.
 
     python benchmarks/bench_launch.py [--runs N]
 """
@@ -41,7 +43,7 @@ from peers.test_kbot_description import picture  # noqa: E402 - found by the pat
 CHAPTER = Path(os.environ.get("KBOT_SHARED") or Path(__file__).parents[2] / "shared") / "chapter"
 LAUNCH = "launch/kbot_base_rviz.launch"
 OURS = "kbot launch, to the robot in the page"
-OPEN = "the same, in an open Chromium"
+OPEN = "kbot launch, in an open Chromium"
 FRAME = "roslaunch, to rviz's first frame"
 ROBOT = "roslaunch, to the robot in rviz"
 SOFTWARE = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
@@ -62,7 +64,7 @@ class Cost(NamedTuple):
 
 
 class Desk:
-    """A home folder with one package of the chapter, and used profiles of rviz and Chromium."""
+    """A home folder with one package of the chapter, and the profiles of rviz and Chromium."""
 
     def __init__(self, home: Path, package: str) -> None:
         home.mkdir()
@@ -111,7 +113,7 @@ def main() -> None:
     if missing:
         sys.exit(f"ROS 1 is not installed: {', '.join(missing)} missing")
     if not CHAPTER.is_dir():
-        sys.exit(f"the chapter is not found at {CHAPTER} (set KBOT_SHARED)")
+        sys.exit(f"the robot packages are not found at {CHAPTER} (set KBOT_SHARED)")
     rounds: dict[str, list[Cost]] = defaultdict(list)
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         printed = Desk(Path(folder) / "printed", "printed")
@@ -136,8 +138,8 @@ def one_round(desk: Desk, screen: Path, printed: Desk) -> Iterator[tuple[str, Co
     yield from zip((FRAME, ROBOT), rviz, strict=True)
     with desk.open_browser(screen) as browser:
         yield OPEN, until(desk.ros, desk.kbot_launch, screen, PAGE_PLATE, beside=browser)[0]
-    yield "kbot launch, printed: to its error", until_refused(printed.ros, printed.kbot_launch)
-    yield "roslaunch, printed: to its error", until_refused(printed.ros, printed.roslaunch)
+    yield "kbot launch, as printed: to its error", until_refused(printed.ros, printed.kbot_launch)
+    yield "roslaunch, as printed: to its error", until_refused(printed.ros, printed.roslaunch)
 
 
 def until(

@@ -2,14 +2,15 @@
 
     python benchmarks/bench_page.py [--rounds N] [--seconds S]
 
-There are two scenes: 1,000 boxes around KBot, without those at its start; and KBot turning between four
-walls, with 20 frames that are sent 50 times a second and drawn as axes, and a scan of 360 beams 10 times a
-second. Each scene is shown in turn by the workbench and by a bare page (`bare.js`) in the same headless
-Chromium with software rendering. The bare page has the same triangles of robot, boxes, walls, axes and floor,
-the same canvas, pixel ratio, antialiasing, lights, materials and camera path. Its own timers replace the 50
-and 10 Hz. It has no lines on floor and edges, no panels and no socket. Both cameras orbit the scene, so that
-every frame is drawn again. Frame rates are compared round by round. Processor time per frame of the browser's
-renderer and GPU processes gives the same comparison on a busy machine.
+There are two scenes. In the first, KBot stands in a grid of 1,000 boxes, minus the 25 boxes around its start.
+In the second, KBot turns between four walls: the server sends 20 frames, which are drawn as axes, 50 times a
+second, and a scan of 360 beams 10 times a second. Each scene is shown in turn by the workbench and by a bare
+page (`bare.js`) in the same headless Chromium with software rendering. The bare page has the same triangles
+of robot, boxes, walls, axes and floor, the same canvas, pixel ratio, antialiasing, lights, materials and
+camera path. Its own timers, at 50 Hz and 10 Hz, replace the messages from the server. It draws no floor grid
+and no edge lines, and has no panels and no socket. Both cameras orbit the scene, so that every frame is drawn
+again. Frame rates are compared round by round. Processor time per frame of the browser's renderer and GPU
+processes gives the same comparison on a busy machine.
 """
 
 from __future__ import annotations

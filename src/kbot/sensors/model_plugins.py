@@ -27,10 +27,10 @@ Read = Callable[[SensorValues, Keywords], Spec]
 
 _WITHOUT: Mapping[str, str] = {
     "gazebo_ros_planar_move": "KBot does not move a base sideways: only wheels can drive the robot",
-    "gazebo_ros_kobuki": "the wheels drive the base with cmd_vel and odom, and each sensor has its own "
-    "topic: remap mobile_base/commands/velocity; mobile_base/events is not published",
-    "gazebo_ros_create": "the wheels drive the base with cmd_vel and odom, and each sensor has its own "
-    "topic: turtlebot_node/sensor_state is not published",
+    "gazebo_ros_kobuki": "KBot subscribes to cmd_vel and publishes odom, and each sensor has its own topic. "
+    "Remap mobile_base/commands/velocity to cmd_vel. mobile_base/events is not published",
+    "gazebo_ros_create": "KBot subscribes to cmd_vel and publishes odom, and each sensor has its own topic. "
+    "turtlebot_node/sensor_state is not published",
     "gazebo_ros_video": "the robot's screen stays blank",
     "warthog_suspension_plugin": "its joints have no springs: make them fixed or use a controller",
     "sawyer_gazebo_ros_control": "use libgazebo_ros_control.so to command its joints",

@@ -93,8 +93,10 @@ class OccupancyGrid:
     def from_message(cls, message: nav.OccupancyGrid) -> OccupancyGrid:
         """A grid from a message of SLAM or map_server. Raises KbotError if its size and data do not match."""
         info, data = message.info, np.asarray(message.data, dtype=np.int8)
-        if data.size != info.width * info.height:
-            raise KbotError(f"a map of {info.width} x {info.height} cells has {data.size} values")
+        size = info.width * info.height
+        if data.size != size:
+            shape = f"{info.width} x {info.height} cells"
+            raise KbotError(f"a map of {shape} must have {size} values, not {data.size}")
         position, yaw = info.origin.position, info.origin.orientation.yaw
         cells = data.reshape(info.height, info.width)
         return cls(cells, info.resolution, PlanarPose(position.x, position.y, yaw), message.header.frame_id)

@@ -33,7 +33,7 @@ export class PushFields {
     step: "any",
     value: LASTING,
     required: true,
-    "aria-label": "Seconds of the push",
+    "aria-label": "Duration of the push in seconds",
   });
   private readonly lasting = h(
     "span",

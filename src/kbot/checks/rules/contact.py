@@ -92,8 +92,8 @@ def footprint_off_ground(context: Context) -> Found:
     Example: A joint from `base_footprint` to `base_link` at z = 0, although the axle is 35 mm above the
     ground.
 
-    Fix: Set the z of the joint to `base_link` to the wheel radius plus the height of `base_link` above the
-    axle.
+    Fix: For the joint from `base_footprint` to `base_link`, set z to the wheel radius plus the height of
+    `base_link` above the axle.
 
     Autofix: none.
     """

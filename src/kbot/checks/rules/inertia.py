@@ -329,9 +329,8 @@ def _outline(context: Context, link: Link, by_name: bool) -> tuple[float, ...] |
 def root_inertia(context: Context) -> Found:
     """The root link has an `<inertial>`.
 
-    Why: KDL does not support an inertia on the root link and ignores it with a warning.
-    robot_state_publisher, and dynamics and controllers that use KDL, then ignore the mass of the
-    root link.
+    Why: KDL does not support an inertia on the root link and ignores it with a warning. Programs that use
+    KDL, such as robot_state_publisher and some controllers, then ignore the mass of the root link.
 
     Example: `<link name="base_link"> <inertial>…</inertial> … </link>` as the first link.
 

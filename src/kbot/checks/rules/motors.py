@@ -96,9 +96,8 @@ def wheel_effort_small(context: Context) -> Found:
 def wheel_mesh_collision(context: Context) -> Found:
     """The collision shape of a drive wheel is a mesh.
 
-    Why: A mesh is a polygon. The wheel rumbles from edge to edge, and its rolling radius changes with its
-    angle. Each contact takes as much time as a hundred contacts of primitive
-    shapes.
+    Why: The rim of a mesh is a polygon, not a circle. The wheel rumbles from edge to edge, and its rolling
+    radius changes with its angle. Each contact takes as much time as a hundred contacts of primitive shapes.
 
     Example: `<collision> <geometry> <mesh filename="…/wheel.stl"/>`
 
@@ -112,7 +111,7 @@ def wheel_mesh_collision(context: Context) -> Found:
                 if isinstance(collision.geometry, Mesh):
                     yield Finding(
                         collision.geometry.origin,
-                        f"{wheel.link}: the collision of the wheel is a mesh, which rumbles",
+                        f"{wheel.link}: its collision shape is a mesh, so the wheel does not roll smoothly",
                         "use a cylinder of the wheel's radius",
                     )
                     break

@@ -53,8 +53,8 @@ def interface_unknown(context: Context) -> Found:
 
     Example: `<command_interface name="pos"/>`
 
-    Fix: Write `position`, `velocity` or `effort`. Your own hardware may have other interfaces, so
-    KBot reports only typos of these three names there.
+    Fix: Write `position`, `velocity` or `effort`. Your own hardware may have other interfaces.
+    For such hardware, KBot reports only typos of these three names.
 
     Autofix: safe: KBot corrects the name if it is a typo of exactly one known name.
     """

@@ -190,7 +190,8 @@ def camera_no_optical_frame(context: Context) -> Found:
             sensor.origin,
             f"{sensor.attributes.get('name', 'camera')}: image pipelines expect z forward, but '{link}' has "
             "x forward and no optical frame below it",
-            'add a link with <origin rpy="${-pi/2} 0 ${-pi/2}"/> and name it as the frame of the sensor',
+            'add a link on a fixed joint with <origin rpy="${-pi/2} 0 ${-pi/2}"/>, and name this link as the '
+            "frame of the sensor",
             (Related(f"'{link}'", context.robot.links[link].origin),),
         )
 

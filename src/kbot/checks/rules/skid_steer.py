@@ -20,9 +20,9 @@ def turns_short(context: Context) -> Found:
 
     Why: Wheels in front of and behind the centre are dragged sideways in a turn, and their friction reduces
     the turn. With axles 2a apart and wheels 2b apart the robot makes b^2 / (a^2 + b^2) of a turn, while
-    odometry reports the whole turn. With wheels in a square that is half a turn. The formula assumes equal
-    loads and Coulomb friction. In simulation the robot turns even less. Mecanum wheels that are simulated as
-    ordinary wheels have the same drag.
+    odometry reports the whole turn. If the wheels form a square (a = b), the robot makes half a turn. The
+    formula assumes equal loads and Coulomb friction. In simulation the robot turns even less. Mecanum wheels
+    that are simulated as ordinary wheels have the same drag.
 
     Example: `wheel_separation: 0.3756` for a robot with four wheels whose axles are 0.262 m apart.
 

@@ -112,7 +112,7 @@ class Sliders:
         return None
 
     def seek(self, at: float) -> None:
-        raise KbotError("there is no time to seek, because nothing is simulated here")
+        raise KbotError("cannot seek: nothing is simulated here, so there is no timeline")
 
     def save(self) -> None:
         return None

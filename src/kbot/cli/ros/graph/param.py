@@ -48,7 +48,7 @@ def command() -> None:
 def list_(node: str, at: str) -> None:
     """List the parameters.
 
-    With NODE, list only the parameters in its namespace. A node of KBot, such as /kbot, has all
+    With NODE, list only the parameters in its namespace. For KBot's own node, /kbot, list all
     parameters.
     """
     with connect(at) as graph:

@@ -40,7 +40,8 @@ def command() -> None:
 def tree(as_json: bool, at: str) -> None:
     """Print the tree of frames.
 
-    The tree holds the frames that are published within one second.
+    The command subscribes to /tf and /tf_static for one second and prints the frames that it
+    receives.
     """
     frames = _Frames()
     with connect(at) as graph:

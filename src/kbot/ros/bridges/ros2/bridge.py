@@ -148,8 +148,8 @@ class Ros2Bridge:
     def __init__(self, link: PeerLink, host: str | None = None, node: str = NODE) -> None:
         """Join the domain ROS_DOMAIN_ID, else 0.
 
-        Only this machine can connect, unless `host` is its address in another network. `node` is the node's
-        full name.
+        By default, only this machine can connect. With `host`, this machine's address in a network, the
+        machines in that network can connect. `node` is the node's full name.
 
         Raises:
             KbotError: the domain is invalid, or the address cannot be used.

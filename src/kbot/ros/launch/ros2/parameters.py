@@ -89,7 +89,7 @@ def _read(source: Source) -> YamlDocument:
         message = f"the YAML cannot be read: {error}"
         raise DescriptionError([Diagnostic("L033", Severity.ERROR, message, Origin(error.span))]) from None
     if not isinstance(document.data, dict):
-        message = f"{source.path} is not a parameter file, which has the form NODE: ros__parameters: …"
+        message = f"{source.path} is not a parameter file of the form NODE: ros__parameters: …"
         where = Origin(Span(source, 0, 0))
         raise DescriptionError([Diagnostic("L033", Severity.ERROR, message, where)])
     return document
