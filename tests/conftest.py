@@ -32,12 +32,15 @@ CHROMIUMS = (
 
 
 def pytest_configure() -> None:
-    """Let Ctrl-C reach the programs that tests start, and show their tracebacks.
+    """Let Ctrl-C reach the programs that tests start, show their tracebacks, and compile modules once.
 
     A shell starts background jobs with SIGINT ignored. Child processes inherit this, including the programs
     whose Ctrl-C is tested.
     """
     os.environ["KBOT_DEBUG"] = "1"  # programs that tests start print the traceback of an internal error
+    # Tests start hundreds of programs. Each would compile all modules again without their bytecode.
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    sys.dont_write_bytecode = False
     if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
