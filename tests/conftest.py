@@ -4,11 +4,14 @@ import json
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Timer
 from typing import TypeVar
 
 import pytest
@@ -100,8 +103,8 @@ def chromium() -> str:
 
 
 @dataclass(frozen=True)
-class Measured:
-    """The output and resource use of a `kbot` process."""
+class Ended:
+    """The exit status, output and resource use of a `kbot` process."""
 
     status: int
     out: str
@@ -122,32 +125,61 @@ class Measured:
         return self.is_bounded() and "error" in errors and "Traceback" not in self.out + self.err
 
 
+class KbotProcesses:
+    """Runs `kbot` in processes that need no time to import it (see kbot_processes.py)."""
+
+    def __init__(self) -> None:
+        self._socket, theirs = socket.socketpair()
+        server = [sys.executable, str(Path(__file__).parent / "kbot_processes.py"), str(theirs.fileno())]
+        self._server = subprocess.Popen(server, pass_fds=[theirs.fileno()], start_new_session=True)
+        theirs.close()
+
+    def run(self, *words: str, cwd: Path, env: dict[str, str]) -> Ended:
+        request = json.dumps({"words": words, "cwd": str(cwd), "env": env}) + "\n"
+        outputs, inputs = zip(*(os.pipe() for _ in range(2)), strict=True)
+        with Path(os.devnull).open("rb") as nothing:
+            socket.send_fds(self._socket, [request.encode()], [nothing.fileno(), *inputs])
+        for stream in inputs:
+            os.close(stream)
+        timeout = Timer(300, os.killpg, (self._server.pid, signal.SIGKILL))  # of a process that sleeps
+        timeout.start()
+        with ThreadPoolExecutor() as readers:
+            out, err = readers.map(_read_text, outputs)
+        answer = self._socket.makefile().readline()
+        timeout.cancel()
+        if not answer:
+            pytest.fail(f"kbot {' '.join(words)} did not end within 300 s")
+        return Ended(out=out, err=err, **json.loads(answer))
+
+    def close(self) -> None:
+        self._socket.close()
+        self._server.wait()
+
+
+def _read_text(stream: int) -> str:
+    with os.fdopen(stream, encoding="utf-8", errors="replace") as file:
+        return file.read()
+
+
+@pytest.fixture(scope="session")
+def kbot_processes() -> Iterator[KbotProcesses]:
+    if sys.platform == "win32":
+        pytest.skip("process limits need POSIX")
+    processes = KbotProcesses()
+    yield processes
+    processes.close()
+
+
 @pytest.fixture
-def measured_kbot(tmp_path: Path) -> Callable[..., Measured]:
-    """Run `kbot WORDS` in a separate process: `measured_kbot("check", "a.xacro", cwd=folder)`.
+def run_kbot(kbot_processes: KbotProcesses, tmp_path: Path) -> Callable[..., Ended]:
+    """Run `kbot WORDS` in a separate process: `run_kbot("check", "a.xacro", cwd=folder)`.
 
     After 10 s of CPU time, the system stops the process, and its status is negative. CPU time does not depend
     on the load of the machine.
     """
-    if sys.platform == "win32":
-        pytest.skip("process limits need POSIX")
 
-    def run(*words: str | Path, cwd: Path = tmp_path, env: dict[str, str] | None = None) -> Measured:
-        report = tmp_path / "measured_process.json"
-        measure = [sys.executable, "-S", str(Path(__file__).parent / "measure_process.py"), str(report)]
-        done = subprocess.run(
-            [*measure, sys.executable, "-m", "kbot", *map(str, words)],
-            cwd=cwd,
-            env=os.environ | (env or {}),
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            encoding="utf-8",
-            errors="replace",
-            timeout=300,
-            check=True,
-        )
-        return Measured(out=done.stdout, err=done.stderr, **json.loads(report.read_text()))
+    def run(*words: str | Path, cwd: Path = tmp_path, env: dict[str, str] | None = None) -> Ended:
+        return kbot_processes.run(*map(str, words), cwd=cwd, env=os.environ | (env or {}))
 
     return run
 

@@ -10,10 +10,9 @@ import sys
 import zlib
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
-
-from kbot.cli import start
 
 VERBS = {
     "expand": ("expand", "FILE"),
@@ -74,41 +73,8 @@ def png() -> bytes:
     return b"\x89PNG\r\n\x1a\n" + head + chunk(b"IDAT", zlib.compress(bytes(4))) + chunk(b"IEND", b"")
 
 
-def kbot(*words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "kbot", *words],
-        cwd=cwd,
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        timeout=60,
-        check=False,
-    )
-
-
-@pytest.fixture
-def kbot_here(
-    files: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> Callable[..., subprocess.CompletedProcess[str]]:
-    """Run `kbot` in this process. An exception that would print a traceback fails the test."""
-    monkeypatch.chdir(files)
-
-    def run(*words: str) -> subprocess.CompletedProcess[str]:
-        monkeypatch.setattr(sys, "argv", ["kbot", *words])
-        status: object = 0
-        try:
-            start.main()
-        except SystemExit as end:
-            status = end.code or 0
-        assert isinstance(status, int), status
-        output = capfd.readouterr()
-        return subprocess.CompletedProcess(words, status, output.out, output.err)
-
-    return run
-
-
-def assert_one_clear_message(done: subprocess.CompletedProcess[str], *parts: str) -> None:
-    output = done.stdout + done.stderr
+def assert_one_clear_message(done: Any, *parts: str) -> None:
+    output = done.out + done.err
     lines = output.splitlines()
     assert "Traceback" not in output, output
     assert sum("error: " in line for line in lines) == 1, output
@@ -120,55 +86,56 @@ def assert_one_clear_message(done: subprocess.CompletedProcess[str], *parts: str
 
 @pytest.mark.parametrize("verb", VERBS)
 def test_a_file_that_is_not_a_robot_is_rejected_with_one_message(
-    verb: str, files: Path, kbot_here: Callable[..., subprocess.CompletedProcess[str]]
+    verb: str, files: Path, run_kbot: Callable[..., Any]
 ) -> None:
     names = [*TEXTS, "missing.xacro", "image.png", "latin1.xacro", "utf16.xacro", "folder.xacro"]
     names = [name for name in names if (verb, name) not in NOT_REFUSED]
     for name in names:
         words = [str(files / name) if word == "FILE" else word for word in VERBS[verb]]
-        done = kbot_here(*words)
-        if name == "truncated.xacro":  # a separate process prints the same and exits with the same status
-            alone = kbot(*words, cwd=files)
-            assert (alone.returncode, alone.stdout, alone.stderr) == (
-                done.returncode,
-                done.stdout,
-                done.stderr,
-            )
+        done = run_kbot(*words, cwd=files)
+        if name == "truncated.xacro":  # `python -m kbot` prints the same and exits with the same status
+            command = [sys.executable, "-m", "kbot", *words]
+            alone = subprocess.run(command, cwd=files, capture_output=True, encoding="utf-8", timeout=60)
+            assert (alone.returncode, alone.stdout, alone.stderr) == (done.status, done.out, done.err)
         assert_one_clear_message(done, name)
         # for `check`, a robot with an error is a finding
         finding = verb == "check" and name == "html.xml"
-        assert done.returncode == (1 if finding else 2), (name, done)
+        assert done.status == (1 if finding else 2), (name, done)
         if verb != "check":
-            assert done.stdout == ""
+            assert done.out == ""
 
 
 @pytest.mark.parametrize("verb", ["expand", "info", "check", "view", "sim", "launch"])
-def test_one_equals_sign_instead_of_colon_and_equals_sign(verb: str, files: Path) -> None:
-    done = kbot(verb, "kbot", "wheel_radius=0.04", cwd=files)
-    assert done.returncode == 2
+def test_one_equals_sign_instead_of_colon_and_equals_sign(
+    verb: str, files: Path, run_kbot: Callable[..., Any]
+) -> None:
+    done = run_kbot(verb, "kbot", "wheel_radius=0.04", cwd=files)
+    assert done.status == 2
     assert_one_clear_message(done, "wheel_radius:=0.04")
 
 
 @pytest.mark.parametrize("verb", ["expand", "info", "check", "view", "sim", "launch"])
-def test_no_file(verb: str, files: Path) -> None:
-    done = kbot(verb, cwd=files)
-    assert done.returncode == 2
+def test_no_file(verb: str, files: Path, run_kbot: Callable[..., Any]) -> None:
+    done = run_kbot(verb, cwd=files)
+    assert done.status == 2
     assert_one_clear_message(done)
 
 
 @pytest.mark.parametrize("verb", ["view", "sim"])
-def test_a_port_in_use(verb: str, files: Path) -> None:
+def test_a_port_in_use(verb: str, files: Path, run_kbot: Callable[..., Any]) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])
-        done = kbot(verb, "kbot", "--no-browser", "--port", port, cwd=files)
-    assert done.returncode == 2
+        done = run_kbot(verb, "kbot", "--no-browser", "--port", port, cwd=files)
+    assert done.status == 2
     assert_one_clear_message(done, port, "in use")
 
 
 @pytest.mark.parametrize("value", ["nan,0", "0,inf", "-inf,0", "1", "1,2,3", "a,b", "", "\uff11,0", "1_0,0"])
-def test_commands_that_are_not_two_finite_numbers(value: str, files: Path) -> None:
-    done = kbot("sim", "kbot", "--headless", f"--cmd-vel={value}", cwd=files)
-    assert done.returncode == 2
+def test_commands_that_are_not_two_finite_numbers(
+    value: str, files: Path, run_kbot: Callable[..., Any]
+) -> None:
+    done = run_kbot("sim", "kbot", "--headless", f"--cmd-vel={value}", cwd=files)
+    assert done.status == 2
     assert_one_clear_message(done, "--cmd-vel")
 
 
@@ -207,28 +174,30 @@ def test_commands_that_are_not_two_finite_numbers(value: str, files: Path) -> No
     ],
     ids=" ".join,
 )
-def test_impossible_arguments_are_rejected(words: tuple[str, ...], files: Path) -> None:
-    done = kbot(*words, cwd=files)
-    assert done.returncode == 2
-    assert done.stdout == ""
+def test_impossible_arguments_are_rejected(
+    words: tuple[str, ...], files: Path, run_kbot: Callable[..., Any]
+) -> None:
+    done = run_kbot(*words, cwd=files)
+    assert done.status == 2
+    assert done.out == ""
     assert_one_clear_message(done)
 
 
-def test_a_missing_mesh_is_reported_and_the_robot_is_used(files: Path) -> None:
+def test_a_missing_mesh_is_reported_and_the_robot_is_used(files: Path, run_kbot: Callable[..., Any]) -> None:
     robot = str(files / "mesh.urdf")
-    checked = kbot("check", robot, cwd=files)
-    assert checked.returncode == 1
-    assert "missing.stl" in checked.stdout
+    checked = run_kbot("check", robot, cwd=files)
+    assert checked.status == 1
+    assert "missing.stl" in checked.out
     warning = "mesh.urdf:3:21: warning: base_link: the visual's mesh missing.stl does not exist [G101]"
-    informed = kbot("info", robot, cwd=files)
-    assert informed.returncode == 0
-    assert warning in informed.stderr
-    assert "did you mean 'misssing.stl'?" in informed.stderr
-    assert informed.stdout.startswith("box: 1 link")
-    simulated = kbot("sim", robot, "--headless", "--duration", "0.1", cwd=files)
-    assert simulated.returncode == 0
-    assert warning in simulated.stderr
-    assert "Traceback" not in simulated.stderr
+    informed = run_kbot("info", robot, cwd=files)
+    assert informed.status == 0
+    assert warning in informed.err
+    assert "did you mean 'misssing.stl'?" in informed.err
+    assert informed.out.startswith("box: 1 link")
+    simulated = run_kbot("sim", robot, "--headless", "--duration", "0.1", cwd=files)
+    assert simulated.status == 0
+    assert warning in simulated.err
+    assert "Traceback" not in simulated.err
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise on Windows")
@@ -243,27 +212,33 @@ def test_a_missing_mesh_is_reported_when_the_robot_is_shown(verb: str, files: Pa
     assert "mesh.urdf:3:21: warning: base_link: the visual's mesh missing.stl does not exist" in err
 
 
-def test_non_positive_sizes_are_reported_besides_the_figures(files: Path) -> None:
-    done = kbot("info", "kbot", "wheel_radius:=-1", cwd=files)
-    assert done.returncode == 1
-    assert "kbot.xacro" in done.stderr
-    assert "[G107]" in done.stderr
-    assert "radius -1" in done.stderr
-    assert kbot("info", "kbot", cwd=files).stderr == ""
+def test_non_positive_sizes_are_reported_besides_the_figures(
+    files: Path, run_kbot: Callable[..., Any]
+) -> None:
+    done = run_kbot("info", "kbot", "wheel_radius:=-1", cwd=files)
+    assert done.status == 1
+    assert "kbot.xacro" in done.err
+    assert "[G107]" in done.err
+    assert "radius -1" in done.err
+    assert run_kbot("info", "kbot", cwd=files).err == ""
 
 
 @pytest.mark.parametrize(("radius", "code"), [("9e8", "W113"), ("1e30", "U012")])
-def test_far_too_large_sizes_are_not_simulated(files: Path, radius: str, code: str) -> None:
-    done = kbot("sim", "kbot", f"wheel_radius:={radius}", "--headless", cwd=files)
-    assert done.returncode == 2
-    assert f"[{code}]" in done.stderr
+def test_far_too_large_sizes_are_not_simulated(
+    files: Path, radius: str, code: str, run_kbot: Callable[..., Any]
+) -> None:
+    done = run_kbot("sim", "kbot", f"wheel_radius:={radius}", "--headless", cwd=files)
+    assert done.status == 2
+    assert f"[{code}]" in done.err
 
 
-def test_a_robot_without_wheels_is_simulated_with_the_reason_why_it_cannot_drive(files: Path) -> None:
+def test_a_robot_without_wheels_is_simulated_with_the_reason_why_it_cannot_drive(
+    files: Path, run_kbot: Callable[..., Any]
+) -> None:
     robot = str(files / "box.urdf")
-    assert kbot("sim", robot, "--headless", "--duration", "0.1", cwd=files).returncode == 0
-    done = kbot("sim", robot, "--headless", "--cmd-vel", "0.2,0", cwd=files)
-    assert done.returncode == 2
+    assert run_kbot("sim", robot, "--headless", "--duration", "0.1", cwd=files).status == 0
+    done = run_kbot("sim", robot, "--headless", "--cmd-vel", "0.2,0", cwd=files)
+    assert done.status == 2
     assert_one_clear_message(done, "cannot drive")
 
 
@@ -318,7 +293,9 @@ def test_ctrl_c_while_modules_are_imported(interrupt: str, files: Path) -> None:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise on Windows")
-def test_ctrl_c_in_a_run_without_a_page_reports_what_was_simulated(files: Path) -> None:
+def test_ctrl_c_in_a_run_without_a_page_reports_what_was_simulated(
+    files: Path, run_kbot: Callable[..., Any]
+) -> None:
     (files / "drive.py").write_text(
         "import os, signal\n"
         "def drive(sim):\n"
@@ -328,11 +305,11 @@ def test_ctrl_c_in_a_run_without_a_page_reports_what_was_simulated(files: Path) 
         "    sim.run(1e6)\n"
     )
     words = ("--headless", "--script", "drive.py", "--json", "--plot", "way.png")
-    done = kbot("sim", "kbot", *words, cwd=files)
-    assert done.returncode == 130
-    assert 2.0 <= json.loads(done.stdout)["simulated_s"] < 1e6
-    assert "interrupted at" in done.stderr
-    assert "Traceback" not in done.stderr
+    done = run_kbot("sim", "kbot", *words, cwd=files)
+    assert done.status == 130
+    assert 2.0 <= json.loads(done.out)["simulated_s"] < 1e6
+    assert "interrupted at" in done.err
+    assert "Traceback" not in done.err
     assert (files / "way.png").read_bytes().startswith(b"\x89PNG")
 
 

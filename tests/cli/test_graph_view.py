@@ -5,9 +5,10 @@ import re
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -16,6 +17,8 @@ from kbot.record.feed import Feed
 from kbot.sim import Simulation
 from kbot.tf.state_publishers import StatePublishers
 
+RunKbot = Callable[..., Any]
+
 ROBOT = """<robot name="{}"><link name="base"/><link name="arm"/><link name="camera"/>
 <joint name="turn" type="continuous"><parent link="base"/><child link="arm"/><origin xyz="0 0 1"/>
 <axis xyz="0 0 1"/></joint>
@@ -23,24 +26,18 @@ ROBOT = """<robot name="{}"><link name="base"/><link name="arm"/><link name="cam
 </robot>"""
 
 
-def kbot(*words: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "kbot", *words], capture_output=True, text=True, timeout=60, check=False
-    )
-
-
 @pytest.fixture
-def viewed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+def viewed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run_kbot: RunKbot) -> Iterator[Path]:
     """The file of a shown robot."""
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     file = tmp_path / "arm.urdf"
     file.write_text(ROBOT.format("arm"))
-    with showing(tmp_path, file):
+    with showing(tmp_path, file, run_kbot):
         yield file
 
 
 @contextmanager
-def showing(tmp_path: Path, file: Path) -> Iterator[None]:
+def showing(tmp_path: Path, file: Path, run_kbot: RunKbot) -> Iterator[None]:
     """Start `kbot view`, and wait until it can be queried."""
     with (tmp_path / "log").open("w") as log:
         viewing = subprocess.Popen(
@@ -50,7 +47,7 @@ def showing(tmp_path: Path, file: Path) -> Iterator[None]:
             env=dict(os.environ),
         )
     try:
-        until(lambda: kbot("node", "list").returncode == 0)
+        until(lambda: run_kbot("node", "list").status == 0)
         yield
     finally:
         viewing.terminate()
@@ -64,8 +61,8 @@ def until(condition: object, seconds: float = 60.0) -> None:
         time.sleep(0.2)
 
 
-def test_topics_frames_parameters_and_nodes_of_a_shown_robot(viewed: Path) -> None:
-    topics = dict(re.findall(r"(\S+) \[(\S+)\]", kbot("topic", "list", "-t").stdout))
+def test_topics_frames_parameters_and_nodes_of_a_shown_robot(viewed: Path, run_kbot: RunKbot) -> None:
+    topics = dict(re.findall(r"(\S+) \[(\S+)\]", run_kbot("topic", "list", "-t").out))
     assert topics == {
         "/clock": "rosgraph_msgs/msg/Clock",
         "/joint_states": "sensor_msgs/msg/JointState",
@@ -73,25 +70,25 @@ def test_topics_frames_parameters_and_nodes_of_a_shown_robot(viewed: Path) -> No
         "/tf": "tf2_msgs/msg/TFMessage",
         "/tf_static": "tf2_msgs/msg/TFMessage",
     }
-    assert kbot("tf", "tree").stdout.splitlines() == ["base", "  arm", "    camera (static)"]
-    where = kbot("tf", "echo", "base", "camera", "--once").stdout
+    assert run_kbot("tf", "tree").out.splitlines() == ["base", "  arm", "    camera (static)"]
+    where = run_kbot("tf", "echo", "base", "camera", "--once").out
     assert "Translation: [0.500, 0.000, 1.000]" in where
-    assert kbot("topic", "echo", "/joint_states", "--once", "--field", "name").stdout == "- turn\n---\n"
-    assert 'robot name="arm"' in kbot("param", "get", "/robot_description").stdout
-    assert "/joint_states: sensor_msgs/msg/JointState" in kbot("node", "info", "/kbot").stdout
-    assert kbot("service", "list").stdout.strip() == ""
-    refused = kbot("service", "call", "/gazebo/pause_physics")
-    assert (refused.returncode, refused.stderr) == (2, "error: there is no service /gazebo/pause_physics\n")
+    assert run_kbot("topic", "echo", "/joint_states", "--once", "--field", "name").out == "- turn\n---\n"
+    assert 'robot name="arm"' in run_kbot("param", "get", "/robot_description").out
+    assert "/joint_states: sensor_msgs/msg/JointState" in run_kbot("node", "info", "/kbot").out
+    assert run_kbot("service", "list").out.strip() == ""
+    refused = run_kbot("service", "call", "/gazebo/pause_physics")
+    assert (refused.status, refused.err) == (2, "error: there is no service /gazebo/pause_physics\n")
 
 
-def test_a_saved_description_updates_topics_and_frames(viewed: Path) -> None:
+def test_a_saved_description_updates_topics_and_frames(viewed: Path, run_kbot: RunKbot) -> None:
     viewed.write_text(ROBOT.format("other").replace("camera", "gripper"))
-    until(lambda: 'robot name="other"' in kbot("param", "get", "/robot_description").stdout)
-    assert kbot("tf", "tree").stdout.splitlines() == ["base", "  arm", "    gripper (static)"]
+    until(lambda: 'robot name="other"' in run_kbot("param", "get", "/robot_description").out)
+    assert run_kbot("tf", "tree").out.splitlines() == ["base", "  arm", "    gripper (static)"]
 
 
 def test_a_played_recording_is_published_with_its_time(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run_kbot: RunKbot
 ) -> None:
     """It drives at 0.2 m/s for 2 s. After its end, the last pose is still published."""
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
@@ -101,19 +98,19 @@ def test_a_played_recording_is_published_with_its_time(
     with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(file)):
         sim.cmd_vel(0.2, 0.0)
         sim.run(2.0)
-    with showing(tmp_path, file):
-        topics = kbot("topic", "list").stdout.split()
+    with showing(tmp_path, file, run_kbot):
+        topics = run_kbot("topic", "list").out.split()
         assert {"/clock", "/odom", "/tf", "/tf_static", "/joint_states", "/robot_description"} <= {*topics}
-        assert "<robot" in kbot("topic", "echo", "/robot_description", "--once").stdout
-        until(lambda: clock_of(kbot("topic", "echo", "/clock", "--once").stdout) == 2.0)
-        tree = kbot("tf", "tree").stdout.splitlines()
+        assert "<robot" in run_kbot("topic", "echo", "/robot_description", "--once").out
+        until(lambda: clock_of(run_kbot("topic", "echo", "/clock", "--once").out) == 2.0)
+        tree = run_kbot("tf", "tree").out.splitlines()
         assert tree[:3] == ["odom", "  base_footprint", "    base_link (static)"]
-        where = kbot("tf", "echo", "odom", "base_footprint", "--once").stdout
+        where = run_kbot("tf", "echo", "odom", "base_footprint", "--once").out
         at = re.search(r"At time (\S+)\n- Translation: \[(\S+),", where)
         assert at is not None
         assert float(at[1]) == 2.0
         assert float(at[2]) == pytest.approx(sim.odometry.pose.x, abs=2e-3)
-        assert "there is no frame 'nope'" in kbot("tf", "echo", "odom", "nope", "--once").stderr
+        assert "there is no frame 'nope'" in run_kbot("tf", "echo", "odom", "nope", "--once").err
 
 
 def clock_of(text: str) -> float:

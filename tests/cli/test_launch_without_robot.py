@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
@@ -25,6 +26,8 @@ occupied_thresh: 0.65
 free_thresh: 0.2
 """
 
+RunKbot = Callable[..., Any]
+
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="there are no such terminals")
 
 
@@ -34,12 +37,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for name in ("ROS_MASTER_URI", "ROS_VERSION", "ROS_DISTRO", "KBOT_TRANSPORT", "KBOT_AT"):
         monkeypatch.delenv(name, raising=False)
     return tmp_path
-
-
-def kbot(*words: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "kbot", *words], capture_output=True, text=True, timeout=60, check=False
-    )
 
 
 def until(condition: Callable[[], bool]) -> None:
@@ -76,51 +73,51 @@ def terminal() -> Iterator[tuple[int, int]]:
     os.close(theirs)
 
 
-def test_frames_maps_and_parameters_exist_without_a_robot(folder: Path) -> None:
+def test_frames_maps_and_parameters_exist_without_a_robot(folder: Path, run_kbot: RunKbot) -> None:
     """Their time is wall-clock time, because no simulation publishes a clock."""
     (folder / "map.pgm").write_bytes(b"P5\n2 2\n255\n\xfe\xfe\x00\x00")
     (folder / "map.yaml").write_text(MAP)
     (folder / "a.launch").write_text(f"<launch>{FRAME}{SERVER}{PARAMETER}</launch>")
     before = time.time()
     with running(folder, "launch", str(folder / "a.launch")):
-        until(lambda: kbot("node", "list").returncode == 0)
-        topics = kbot("topic", "list").stdout.split()
+        until(lambda: run_kbot("node", "list").status == 0)
+        topics = run_kbot("topic", "list").out.split()
         assert {"/tf_static", "/map", "/map_metadata"} == {*topics}
-        assert kbot("param", "list").stdout.split() == ["/speed"]
-        assert kbot("tf", "tree").stdout.splitlines() == ["map", "  odom (static)"]
-        assert "Translation: [1.000, 2.000, 3.000]" in kbot("tf", "echo", "map", "odom", "--once").stdout
-        output = yaml.safe_load(kbot("topic", "echo", "/tf_static", "--once").stdout.removesuffix("---\n"))
+        assert run_kbot("param", "list").out.split() == ["/speed"]
+        assert run_kbot("tf", "tree").out.splitlines() == ["map", "  odom (static)"]
+        assert "Translation: [1.000, 2.000, 3.000]" in run_kbot("tf", "echo", "map", "odom", "--once").out
+        output = yaml.safe_load(run_kbot("topic", "echo", "/tf_static", "--once").out.removesuffix("---\n"))
         assert before <= output["transforms"][0]["header"]["stamp"]["sec"] + 1 <= time.time() + 1
-        output = kbot("topic", "echo", "/map", "--once", "--field", "info.resolution").stdout
+        output = run_kbot("topic", "echo", "/map", "--once", "--field", "info.resolution").out
         assert output == "0.25\n---\n"
 
 
-def test_keys_are_read_without_a_robot(folder: Path, terminal: tuple[int, int]) -> None:
+def test_keys_are_read_without_a_robot(folder: Path, terminal: tuple[int, int], run_kbot: RunKbot) -> None:
     ours, theirs = terminal
     (folder / "a.launch").write_text(f"<launch>{TELEOP}</launch>")
     with running(folder, "launch", str(folder / "a.launch"), keyboard=theirs) as output:
         until(lambda: "The launch file has no robot" in output())
         os.write(ours, b"i")
-        assert kbot("topic", "echo", "/cmd_vel", "--once", "--field", "linear.x").stdout == "0.5\n---\n"
+        assert run_kbot("topic", "echo", "/cmd_vel", "--once", "--field", "linear.x").out == "0.5\n---\n"
 
 
-def test_keys_drive_the_running_kbot(folder: Path, terminal: tuple[int, int]) -> None:
+def test_keys_drive_the_running_kbot(folder: Path, terminal: tuple[int, int], run_kbot: RunKbot) -> None:
     ours, theirs = terminal
     (folder / "a.launch").write_text(f"<launch>{TELEOP}{FRAME}</launch>")
     with running(folder, "sim", "kbot", "--no-browser", "--port", "0"):
-        until(lambda: kbot("node", "list").returncode == 0)
+        until(lambda: run_kbot("node", "list").status == 0)
         with running(folder, "launch", str(folder / "a.launch"), keyboard=theirs) as output:
             until(lambda: "The launch file has no robot" in output())
             assert "The running KBot receives /cmd_vel." in output()
             assert "Frames of the launch file are not published" in output()
             os.write(ours, b"i")
-            until(lambda: speed() > 0.2)
+            until(lambda: speed(run_kbot) > 0.2)
             os.write(ours, b"k")
-            until(lambda: speed() < 0.01)
+            until(lambda: speed(run_kbot) < 0.01)
 
 
-def speed() -> float:
-    output = kbot("topic", "echo", "/odom", "--once", "--field", "twist.twist.linear.x").stdout
+def speed(run_kbot: RunKbot) -> float:
+    output = run_kbot("topic", "echo", "/odom", "--once", "--field", "twist.twist.linear.x").out
     found = re.match(r"\S+", output)
     assert found is not None
     return float(found[0])

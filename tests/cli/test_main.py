@@ -3,9 +3,10 @@
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import click
 import pytest
@@ -34,10 +35,10 @@ def test_help_names_every_verb(word: str, capsys: pytest.CaptureFixture[str]) ->
 
 
 @pytest.mark.parametrize("verb", VERBS)
-def test_every_verb_has_help_with_an_example(verb: str) -> None:
-    done = kbot(verb, "-h")
-    assert (done.returncode, done.stderr) == (0, "")
-    assert f"kbot {verb} " in done.stdout.split("Examples:")[1]
+def test_every_verb_has_help_with_an_example(verb: str, run_kbot: Callable[..., Any]) -> None:
+    done = run_kbot(verb, "-h")
+    assert (done.status, done.err) == (0, "")
+    assert f"kbot {verb} " in done.out.split("Examples:")[1]
 
 
 def _commands(

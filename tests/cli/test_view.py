@@ -5,16 +5,13 @@ import signal
 import subprocess
 import sys
 import urllib.request
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 ROBOT = "<robot name='r'><link name='a'/></robot>"
-
-
-def view(*words: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "kbot", "view", *words, "--no-browser"]
-    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
 
 
 @pytest.mark.parametrize(
@@ -29,22 +26,22 @@ def view(*words: str) -> subprocess.CompletedProcess[str]:
     ],
 )
 def test_a_file_that_is_not_a_robot_is_reported_with_exit_status_2(
-    tmp_path: Path, name: str, content: bytes | None, message: str
+    tmp_path: Path, name: str, content: bytes | None, message: str, run_kbot: Callable[..., Any]
 ) -> None:
     file = tmp_path / name
     if content is not None:
         file.write_bytes(content)
-    ended = view(str(file))
-    assert ended.returncode == 2
-    assert message in ended.stderr
-    assert "Traceback" not in ended.stderr
-    assert ended.stdout == ""
+    ended = run_kbot("view", file, "--no-browser")
+    assert ended.status == 2
+    assert message in ended.err
+    assert "Traceback" not in ended.err
+    assert ended.out == ""
 
 
-def test_name_equals_value_is_explained() -> None:
-    ended = view("kbot", "wheel_radius=0.04")
-    assert ended.returncode == 2
-    assert "wheel_radius:=0.04" in ended.stderr
+def test_name_equals_value_is_explained(run_kbot: Callable[..., Any]) -> None:
+    ended = run_kbot("view", "kbot", "wheel_radius=0.04", "--no-browser")
+    assert ended.status == 2
+    assert "wheel_radius:=0.04" in ended.err
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT for one process")

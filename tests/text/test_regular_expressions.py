@@ -64,7 +64,9 @@ def written(node: ast.expr) -> Any:
     return "name"
 
 
-TEXTS = {path.relative_to(SOURCES).as_posix(): path.read_text("utf-8") for path in sorted(SOURCES.rglob("*.py"))}
+TEXTS = {
+    path.relative_to(SOURCES).as_posix(): path.read_text("utf-8") for path in sorted(SOURCES.rglob("*.py"))
+}
 
 
 def expressions(module: str) -> Iterator[Expression]:
