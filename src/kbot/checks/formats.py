@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections import defaultdict
 from collections.abc import Sequence
+from functools import lru_cache
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -104,15 +105,24 @@ def _region(span: Span) -> dict[str, int]:
 
 def relative(path: str) -> str:
     """A path with forward slashes, relative to the working directory if it is inside."""
+    return _relative_to(os.getcwd(), path)
+
+
+@lru_cache(maxsize=256)  # thousands of findings, with all their calls, may be in one file
+def _relative_to(folder: str, path: str) -> str:
     absolute = Path(os.path.abspath(path))
-    here = Path.cwd()
-    return (absolute.relative_to(here) if absolute.is_relative_to(here) else absolute).as_posix()
+    return (absolute.relative_to(folder) if absolute.is_relative_to(folder) else absolute).as_posix()
 
 
 def _uri(path: str) -> str:
+    return _uri_from(os.getcwd(), path)
+
+
+@lru_cache(maxsize=256)
+def _uri_from(folder: str, path: str) -> str:
     from urllib.parse import quote  # imported late for start-up time: only SARIF needs it
 
-    name = relative(path)
+    name = _relative_to(folder, path)
     return Path(name).as_uri() if Path(name).is_absolute() else quote(os.fsencode(name))
 
 

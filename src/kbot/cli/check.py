@@ -342,7 +342,8 @@ def _print(found: Sequence[Diagnostic], output: _Output, files: Sequence[str]) -
     elif form == "sarif":
         from importlib.metadata import version  # slow to import
 
-        print_json(sarif(found, version("kbot")))
+        # indenting a large log takes ten times as long, and only programs read it
+        print_json(sarif(found, version("kbot")), indent=None)
     elif form == "github":
         click.echo(github(found), nl=False)
     elif form == "junit":

@@ -93,9 +93,9 @@ def warn_about_duplicates(package: str, packages: Packages) -> None:
         )
 
 
-def print_json(value: object) -> None:
+def print_json(value: object, indent: int | None = 2) -> None:
     """Print one JSON object. NaN and infinity raise ValueError, because JSON cannot express them."""
-    click.echo(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False))
+    click.echo(json.dumps(value, indent=indent, ensure_ascii=False, allow_nan=False))
 
 
 def refuse_to_overwrite(output: str, sources: Iterable[str]) -> None:
