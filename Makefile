@@ -2,7 +2,7 @@
 #   make run          drive KBot in the browser          (ARGS="--no-browser --port 9000")
 #   make test         checks and all tests               (ARGS="-k xacro" for some of the Python tests)
 #   make check        lint, format, types and layers, of Python and of the page
-#   make test-peers   tests against real programs: ROS 1, libsdformat, pre-commit (Debian, Ubuntu)
+#   make test-peers   tests against real programs: ROS 1, libsdformat, pip, pre-commit (Debian, Ubuntu)
 #   make benchmarks   what it costs, as ratios
 #   make clean        forget what was set up
 
