@@ -198,10 +198,10 @@ def _row(measured: str, compared: str, ratios: list[float]) -> str:
 _LIMIT = """\
 KBot expands a plain URDF mostly with an XML parser written in C, in 0.3 ms for ten links, and a xacro file
 four to five times as fast as the official package. The rules are written in Python and look at every link and
-joint, so they take longer than the expansion. These measures reduce their time: one walk of the result for
-all rules, skipping plain parts of the sources, computing source places only when they are needed, computing
-equal numbers and tensors once, and disabling the garbage collector. The remaining time is spread over all
-rules; no rule takes more than a twentieth of it."""
+joint, so they take longer than the expansion. These measures reduce their time: all rules share one walk of
+the result, plain parts of the sources are skipped, source locations are computed only when needed, repeated
+numbers and tensors are computed only once, and the garbage collector is disabled. The remaining time is
+spread over all rules; no rule takes more than a twentieth of it."""
 
 
 def main() -> None:

@@ -3,7 +3,7 @@
     python benchmarks/bench_load.py [--hours 1]
 
 The time per step is a multiple of that of one robot on a plane. All robots drive. For the long run, the
-memory (resident set) after a minute and at the end and the final odometry error are measured.
+benchmark measures the memory (resident set) after a minute and at the end, and the final odometry error.
 """
 
 from __future__ import annotations

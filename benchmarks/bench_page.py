@@ -9,8 +9,8 @@ page (`bare.js`) in the same headless Chromium with software rendering. The bare
 of robot, boxes, walls, axes and floor, the same canvas, pixel ratio, antialiasing, lights, materials and
 camera path. Its own timers, at 50 Hz and 10 Hz, replace the messages from the server. It draws no floor grid
 and no edge lines, and has no panels and no socket. Both cameras orbit the scene, so that every frame is drawn
-again. Frame rates are compared round by round. Processor time per frame of the browser's renderer and GPU
-processes gives the same comparison on a busy machine.
+again. Frame rates are compared round by round. The processor time per frame of the browser's renderer
+and GPU processes is compared too, because other load on the machine hardly affects it.
 """
 
 from __future__ import annotations

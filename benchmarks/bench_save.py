@@ -101,7 +101,8 @@ def saves(
 
 
 def summary(taken: list[float]) -> str:
-    return f"median {statistics.median(taken) * 1e3:.0f} ms, worst {max(taken) * 1e3:.0f} ms of {len(taken)}"
+    median, worst = statistics.median(taken) * 1e3, max(taken) * 1e3
+    return f"median {median:.0f} ms, worst of {len(taken)} runs {worst:.0f} ms"
 
 
 def largest_entry() -> dict[str, str] | None:

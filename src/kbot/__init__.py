@@ -72,7 +72,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> object:
-    from importlib import import_module  # lazy in this module: start-up time
+    from importlib import import_module  # imported lazily, for a fast start-up
 
     value: object
     if name in _HOMES:

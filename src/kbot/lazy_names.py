@@ -13,7 +13,7 @@ def lazy_names(package: str, homes: "Mapping[str, str]") -> "Callable[[str], obj
 
     def get(name: str) -> object:
         import sys
-        from importlib import import_module  # lazy: each millisecond counts in `kbot expand`
+        from importlib import import_module  # imported lazily: each millisecond counts in `kbot expand`
 
         if name not in homes:
             raise AttributeError(f"module '{package}' has no attribute '{name}'")

@@ -141,7 +141,7 @@ def test_an_existing_folder_is_not_changed(here: Path, capsys: pytest.CaptureFix
             ("robot", "--separation", "0.1"),
             "the wheels would be inside the body: --separation must be at least 0.22 m",
         ),
-        (("robot", "--wheel-radius", "2"), "--wheel-radius must be at most 0.22 m, so that the caster"),
+        (("robot", "--wheel-radius", "2"), "--wheel-radius must be at most 0.22 m, not 2: the caster"),
         (("robot", "--wheel-radius", "0.03", "--length", "0.02"), "--wheel-radius must be at most 0.02 m"),
         (("robot", "--in", "nowhere"), "nowhere"),
     ],

@@ -134,7 +134,7 @@ def test_rates_are_known_without_subscribers_and_do_not_change_by_seeking(run: R
 
 def test_a_recording_cannot_be_driven(run: Run) -> None:
     session = played_session(str(run.path))
-    with pytest.raises(KbotError, match="a recording is played back"):
+    with pytest.raises(KbotError, match="a recording is being played back"):
         session.handle(Drive(0.1, 0.0), 1)
 
 

@@ -34,7 +34,7 @@ def resolve_typed_names(file: str, values: Mapping[str, str], package_path: Sequ
     Raises:
         DescriptionError: a name is neither an argument nor a top-level property of the file.
     """
-    from kbot.model.load import resolve_robot_path  # lazy in this module: -h is fast
+    from kbot.model.load import resolve_robot_path  # imported lazily, so that -h stays fast
     from kbot.xacro import Packages
     from kbot.xacro.assignments import resolve_names
 
@@ -209,7 +209,7 @@ def read_displays(path: str) -> DisplayFile:
     Raises:
         KbotError: the file is of another kind, unreadable, or malformed (with file:line).
     """
-    from kbot.workbench.displays.display_file import DisplayFile  # lazy in this module: -h is fast
+    from kbot.workbench.displays.display_file import DisplayFile  # imported lazily, so that -h stays fast
 
     displays = DisplayFile(path)
     for text in displays.notes:
@@ -248,7 +248,7 @@ class PageOptions:
         Raises:
             KbotError: the port is in use, or the address does not belong to this machine.
         """
-        from kbot.workbench.address import bound  # lazy in this module: -h is fast
+        from kbot.workbench.address import bound  # imported lazily, so that -h stays fast
 
         return bound(self.host, self.port, open_browser=self.browser and has_window)
 

@@ -121,7 +121,7 @@ def command(
         fail(f"-o and --source-map both write {output}. Choose two different files")
     text = expansion.plain_text if plain else expansion.text
     if source_map:
-        from kbot.xacro.source_map import SourceMap  # lazy in this module: a plain expansion is fast
+        from kbot.xacro.source_map import SourceMap  # imported lazily: a plain expansion is fast
 
         _write(source_map, SourceMap(expansion.document, text).to_json())
     if deps:

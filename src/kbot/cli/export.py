@@ -81,7 +81,7 @@ def command(
     """
     file, values = file_and_arguments(words)
     wanted = kind or _by_ending(output)
-    from kbot.checks.first_look import MESHES, first_look  # lazy in this module: -h is fast
+    from kbot.checks.first_look import MESHES, first_look  # imported lazily, so that -h stays fast
     from kbot.model.extensions import initial_positions
     from kbot.model.load import load_robot
     from kbot.text.file_names import plain_file_name

@@ -29,7 +29,7 @@ def command(words: tuple[str, ...], package_path: tuple[str, ...], as_json: bool
 
     Exit status: 0 success; 1 a mass or a size is not positive; 2 FILE cannot be used.
     """
-    from kbot.checks.first_look import MESHES, NUMBERS, first_look  # lazy in this module: -h is fast
+    from kbot.checks.first_look import MESHES, NUMBERS, first_look  # imported lazily, so that -h stays fast
     from kbot.kinematics.robot_info import describe, describe_as_text
     from kbot.model.load import load_robot
     from kbot.xacro import Packages

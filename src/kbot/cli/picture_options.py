@@ -31,7 +31,7 @@ def parse_size(size: str) -> tuple[int, int]:
     Raises:
         KbotError: the text is not a size, or it is too large to draw.
     """
-    from kbot.render.look import MOST_PIXELS  # lazy in this module: -h is fast
+    from kbot.render.look import MOST_PIXELS  # imported lazily, so that -h stays fast
 
     try:
         width, height = (int(word) for word in size.lower().split("x"))

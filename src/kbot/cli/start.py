@@ -27,7 +27,7 @@ def main() -> None:
     except BaseException as error:  # noqa: BLE001 - the last guard
         if _comes_from_ctrl_c(error):  # also while modules are still being imported
             sys.exit(130)
-        from kbot.text.crash import report_internal_error  # lazy in this module: start-up time
+        from kbot.text.crash import report_internal_error  # imported lazily, for a fast start-up
 
         report_internal_error(error)
         sys.exit(2)

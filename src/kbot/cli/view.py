@@ -63,10 +63,10 @@ def command(
     Playback starts when the page opens. With --no-browser, it starts immediately.
 
     While kbot view runs, `kbot topic` and `kbot tf` can read joint states, frames and recorded topics.
-    Ctrl-C stops it.
+    Ctrl-C stops kbot view.
     """
     path, values = file_and_arguments(words)
-    from kbot.cli.run_outputs import run_outputs  # lazy in this module: -h is fast
+    from kbot.cli.run_outputs import run_outputs  # imported lazily, so that -h stays fast
     from kbot.record.names import is_recording
 
     if is_recording(path):

@@ -72,7 +72,7 @@ class MeshData:
     @cached_property
     def volume(self) -> float | None:
         """The enclosed volume in m^3, or None if the surface is not closed or encloses nothing."""
-        import trimesh  # lazy in this module: slow to import
+        import trimesh  # imported lazily: slow to import
 
         mesh = trimesh.Trimesh(self.vertices, self.faces, process=True)
         volume = (

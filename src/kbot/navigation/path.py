@@ -34,7 +34,9 @@ class Path:
 
     def __post_init__(self) -> None:
         if self.points.ndim != 2 or self.points.shape[1] != 2 or not len(self.points):
-            raise KbotError(f"a path needs points (n, 2) of x and y, not the shape {self.points.shape}")
+            raise KbotError(
+                f"a path needs points (x, y) in an array of shape (n, 2), not {self.points.shape}"
+            )
         if not np.isfinite(self.points).all():
             raise KbotError("the points of a path must be finite numbers")
 
@@ -44,7 +46,7 @@ class Path:
         try:
             array = np.array(points, dtype=np.float64)
         except ValueError:
-            raise KbotError("a path needs points (n, 2) of x and y, all numbers") from None
+            raise KbotError("a path needs points (x, y) in an array of numbers of shape (n, 2)") from None
         return cls(array, yaw, frame)
 
     @classmethod

@@ -52,7 +52,7 @@ class Types:
         Raises:
             KbotError: the definition does not follow the ROS grammar, or is too large.
         """
-        from kbot.record.encodings.safe_store import safe_copy  # rosbags, lazy in this module: slow to import
+        from kbot.record.encodings.safe_store import safe_copy  # imported lazily: rosbags is slow to import
 
         if name in self.ros2.fielddefs:
             return

@@ -1,4 +1,4 @@
-"""Random access to recordings by time, by the index of the file or by reading all of it into memory."""
+"""Random access to recordings by time, through the file's index or by reading the whole file into memory."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def open_index(path: str) -> Index:
 
 def _opened(path: str) -> Index:
     if Path(path).suffix == ".mcap" and not Path(path).is_dir():
-        from kbot.record.mcap_file import McapIndex  # lazy in this module: one format needs no other's reader
+        from kbot.record.mcap_file import McapIndex  # imported lazily: only MCAP files need it
 
         try:
             return McapIndex(path)

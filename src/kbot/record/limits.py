@@ -106,7 +106,7 @@ def _inflated(data: bytes, compression: str, most: int) -> bytes:
         case "" | "none":
             return data
         case "zstd":
-            import zstandard  # lazy in this module: one compression needs no other's library
+            import zstandard  # imported lazily: only this compression needs it
 
             try:
                 with zstandard.ZstdDecompressor().stream_reader(data, read_across_frames=True) as reader:

@@ -156,7 +156,7 @@ def _source(path: str) -> RecordingSource:
     if not (file.is_dir() or file.is_file()):
         raise KbotError(f"{path} is neither a file nor a folder")
     if file.is_dir() or path.endswith(BAGS):
-        # lazy in this module: one format needs no other's reader
+        # imported lazily: only bags need it
         from kbot.record.bags.reader import Ros1Source, Ros2Source
 
         return Ros2Source(path) if file.is_dir() else Ros1Source(path)

@@ -261,6 +261,6 @@ def run_facts(simulation: Simulation, world: str = "") -> dict[str, str]:
 
 
 def _engine_version() -> str:
-    import mujoco  # lazy: it is slow to import
+    import mujoco  # imported lazily: it is slow to import
 
     return str(mujoco.__version__)

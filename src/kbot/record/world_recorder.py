@@ -105,7 +105,7 @@ def _bodies(simulation: Simulation) -> dict[str, int]:
     """Body indices of the first robot's root, of movable objects, and of the links of other robots."""
     from kbot.sim.engine.world_builder import (
         moving_bodies,
-    )  # lazy: reading recordings needs no physics engine
+    )  # imported lazily: reading recordings needs no physics engine
 
     model, _ = simulation.engine.current()
     first, *others = simulation.robots.values()

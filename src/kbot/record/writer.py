@@ -30,7 +30,7 @@ def open_writer(path: str, *, compress: bool = True) -> RecordingWriter:
     try:
         match target.suffix:
             case ".mcap":
-                # lazy in this module: one format needs no other's writer
+                # imported lazily: only MCAP files need it
                 from kbot.record.mcap_file import McapWriter
 
                 return McapWriter(path, compress=compress)

@@ -14,7 +14,7 @@ from kbot.render.normals import creased
 from kbot.render.surfaces import PaintedSurface, robot_surfaces
 
 if TYPE_CHECKING:
-    import trimesh  # lazy in this module: slow to import
+    import trimesh  # imported lazily: slow to import
 
 # glTF 2.0, section 3.4: y is up and the front faces +z. In URDF z is up and the front faces +x (REP 103).
 Y_UP_FROM_Z_UP = np.array(

@@ -94,7 +94,7 @@ def require_offscreen() -> None:
 def _context(width: int, height: int) -> Any:  # noqa: ANN401 - each platform has its own class
     try:
         if sys.platform.startswith("linux"):
-            from mujoco.egl import GLContext  # lazy in this module: each platform has its own
+            from mujoco.egl import GLContext  # imported lazily: each platform has its own module
         else:
             from mujoco.gl_context import GLContext
         return GLContext(width, height)

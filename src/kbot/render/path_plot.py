@@ -38,7 +38,7 @@ def draw(truth: Sequence[PlanarPose], odometry: Sequence[PlanarPose], world: Wor
     x points right and y up. The start is green, the true end red and the end of odometry orange. The `title`,
     a legend and both end poses are above the plane.
     """
-    from PIL import Image, ImageDraw  # lazy in this module: slow to import
+    from PIL import Image, ImageDraw  # imported lazily: slow to import
 
     xs, ys = [p.x for p in (*truth, *odometry)], [p.y for p in (*truth, *odometry)]
     width = max(max(xs) - min(xs), max(ys) - min(ys), 0.5) + 2 * MARGIN

@@ -89,7 +89,7 @@ def body_surfaces(body: things.Body) -> Iterator[PaintedSurface]:
 
 def parts(shape: Geometry | things.Shape) -> tuple[MeshPart, ...]:
     """Return a shape's triangles. The parts of a mesh can have their own colours."""
-    from trimesh import creation  # lazy in this module: slow to import
+    from trimesh import creation  # imported lazily: slow to import
 
     match shape:
         case things.Box(size=size):

@@ -45,7 +45,7 @@ def convert(text: str, type_: str) -> ParameterValue:
 
 def dump_yaml(parameters: Mapping[str, ParameterValue], namespace: str) -> str:
     """The parameters below a namespace as a YAML tree, in the format of `rosparam dump`."""
-    import yaml  # lazy in this module: start-up time
+    import yaml  # imported lazily, for a fast start-up
 
     tree: dict[str, Any] = {}
     base = namespace.strip("/")

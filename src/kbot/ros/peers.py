@@ -50,7 +50,7 @@ class RosPeers:
         Raises:
             KbotError: a bridge cannot be opened.
         """
-        from kbot.ros.gazebo.gazebo_services import gazebo_services  # lazy: they load the engine
+        from kbot.ros.gazebo.gazebo_services import gazebo_services  # imported lazily: they load the engine
         from kbot.ros.gazebo.states import GazeboTopics
 
         self._simulation = simulation
@@ -112,6 +112,6 @@ class RosPeers:
 
 
 def _navigation_topics() -> frozenset[str]:
-    from kbot.navigation.topics import TOPICS  # lazy: start-up time
+    from kbot.navigation.topics import TOPICS  # imported lazily, for a fast start-up
 
     return TOPICS

@@ -49,7 +49,7 @@ class ServiceType:
 
 def service_type(name: str) -> ServiceType:
     """The type of a name with or without `/srv/`. Raises KbotError: KBot does not have it."""
-    from kbot.messages.services import SERVICES  # lazy in this module: start-up time
+    from kbot.messages.services import SERVICES  # imported lazily, for a fast start-up
 
     short = name.replace("/srv/", "/")
     if short not in SERVICES:

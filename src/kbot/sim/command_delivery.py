@@ -1,4 +1,4 @@
-"""Delivers commands to the robots that follow one, and drops commands at random if a fault is injected."""
+"""Delivers commands to the robots that execute them, and drops commands at random if a fault is injected."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Follower(Protocol):
 
 
 class CommandDelivery:
-    """The commands that robots follow. `lost_share` of the commands from outside are dropped."""
+    """The commands that robots are executing. `lost_share` of the commands from outside are dropped."""
 
     def __init__(self, engine: Engine, seed: int) -> None:
         self._engine = engine
@@ -61,7 +61,7 @@ class CommandDelivery:
             self.following.append(robot)
 
     def advance(self, step: int) -> int:
-        """Advance the robots that follow a command. Returns the steps until the next one is due."""
+        """Advance the robots that are executing a command. Returns the steps until the next one is due."""
         wait = self._longest
         for robot in tuple(self.following):
             due = robot.advance(step)

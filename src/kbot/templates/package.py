@@ -77,8 +77,8 @@ class Sizes:
         most = min(self.length, max(_BESIDE_A_WHEEL * self.length, between))
         if self.wheel_radius > most:
             raise KbotError(
-                f"--wheel-radius must be at most {most:g} m, so that the caster, which is as high, fits"
-                f" between the wheels or behind them; not {self.wheel_radius:g}"
+                f"--wheel-radius must be at most {most:g} m, not {self.wheel_radius:g}: the caster's"
+                " diameter equals the wheel radius, and the caster must fit between the wheels or behind them"
             )
 
 

@@ -45,7 +45,7 @@ def report_internal_error(error: BaseException, during: str = "") -> None:
     line = f"error: {internal_error(error, during)}\n"
     with suppress(OSError, ValueError):  # ValueError: the stream is closed
         if os.environ.get("KBOT_DEBUG"):
-            import traceback  # lazy in this module: only after a crash
+            import traceback  # imported lazily: only a crash needs it
 
             traceback.print_exception(error)
         sys.stderr.write(line)

@@ -81,7 +81,7 @@ class Dialect:
     @cached_property
     def loaders(self) -> tuple[Any, Any]:
         """PyYAML's loaders for this dialect, in C and in Python, with limits."""
-        import yaml  # lazy in this module: start-up time
+        import yaml  # imported lazily, for a fast start-up
 
         kind = "BaseLoader" if self.as_text else "SafeLoader"
         in_python = getattr(yaml, kind)

@@ -84,7 +84,7 @@ def _bind(host: str, port: int | None) -> socket.socket:
 
 
 def _open(url: str) -> None:
-    import webbrowser  # lazy in this module: few runs open a browser
+    import webbrowser  # imported lazily: few runs open a browser
 
     webbrowser.open(url)
 

@@ -51,7 +51,7 @@ def open_session(
     """
     description = DescriptionFile(resolve_robot_path(path), arguments, package_path, properties=properties)
     if simulate:
-        # lazy in this module: it loads the engine
+        # imported lazily: it loads the engine
         from kbot.workbench.session.driven_session import driven_session
 
         return driven_session(description, load_world(world), world, seed, contacts, on_start, start)

@@ -92,7 +92,7 @@ class Expansion:
     @cached_property
     def source_map(self) -> SourceMap:
         """Where every line, element and attribute of `text` was written."""
-        from kbot.xacro.source_map import SourceMap  # lazy in this module: few expansions need it
+        from kbot.xacro.source_map import SourceMap  # imported lazily: few expansions need it
 
         return SourceMap(self.document, self.text)
 

@@ -28,7 +28,7 @@ class Problem:
 
     def also(self, message: str, origin: Origin) -> None:
         """Add a related place, unless it is the problem's own place or already known."""
-        from kbot.text.diagnostic import Related  # lazy in this module: only for an error
+        from kbot.text.diagnostic import Related  # imported lazily: only an error needs it
 
         span = origin.span
         if self.origin is None or (span.source, span.start) != (

@@ -46,7 +46,7 @@ def load(source: Source, evaluate: Callable[[str], Value], budget: Budget) -> Va
     Raises:
         XacroError: X116, the file is not valid YAML; X190, reading it takes too much work.
     """
-    from kbot.text.yaml import YamlError  # lazy in this module: clear_cache imports this module
+    from kbot.text.yaml import YamlError  # imported lazily: clear_cache imports this module
 
     budget.charge(len(source.text))  # also for cached data, which is copied
     known = _cache.get(source.path)

@@ -27,7 +27,7 @@ export function parameters(app: App): HTMLElement {
     "button",
     {
       type: "button",
-      title: "Restore the values in the file",
+      title: "Restore the values from the file",
       onclick: () => app.send({ type: "drop_parameters" }),
     },
     "Drop",

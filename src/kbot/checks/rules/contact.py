@@ -66,15 +66,15 @@ def not_on_ground(context: Context) -> Found:
         if off > max(_LEAST_OFF, 0.03 * size) and not (touching and not isinstance(caster.shape, Sphere)):
             yield Finding(
                 caster_place(context, caster),
-                f"{caster.link}: it hangs {off * 1e3:.3g} mm above the ground under the wheels: "
-                f"the robot tips by {tilt:.2g} degrees until it touches",
+                f"{caster.link} hangs {off * 1e3:.3g} mm above the ground on which the wheels stand: "
+                f"the robot tips by {tilt:.2g} degrees until this caster touches the ground",
                 "compute its height from the radii",
                 (Related("its shape", caster.shape.origin), Related("a drive wheel", axle.left.joint.origin)),
             )
         elif off < -_LEAST_OFF:
             yield Finding(
                 caster_place(context, caster),
-                f"{caster.link}: it reaches {-off * 1e3:.3g} mm below the ground under the wheels: "
+                f"{caster.link} reaches {-off * 1e3:.3g} mm below the ground on which the wheels stand: "
                 f"it lifts them or tilts the robot by {tilt:.2g} degrees",
                 "compute its height from the radii",
                 (Related("its shape", caster.shape.origin), Related("a drive wheel", axle.left.joint.origin)),

@@ -163,8 +163,9 @@ def shapes_differ(context: Context) -> Found:
     """A link's collision and visual are the same primitive shape, but their extents or centres differ by more
     than a fifth.
 
-    Why: An invisible part of the collision stops the robot, or a visible part of it passes through obstacles.
-    A wheel rolls on the collision's radius and not on the visible one, so odometry is wrong by their ratio.
+    Why: An invisible part of the collision stops the robot, or a visible part of the robot passes through
+    obstacles. A wheel rolls on the collision's radius and not on the visible one, so odometry is wrong by
+    their ratio.
 
     Example: A visual `<cylinder radius="0.035" …/>` with a collision `<cylinder radius="0.35" …/>`.
 

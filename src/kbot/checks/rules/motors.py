@@ -17,7 +17,7 @@ _SLOPE = math.radians(5.0)
 
 @rule("D117", "wheel-cannot-turn", Severity.WARNING, "drive")
 def wheel_cannot_turn(context: Context) -> Found:
-    """The joint of a drive wheel is fixed, prismatic or has limits.
+    """The joint of a drive wheel is fixed or prismatic, or has limits.
 
     Why: The robot drives only until the wheel reaches its stop, for example after 0.31 m with a wheel of
     radius 5 cm and one full turn. On a fixed or prismatic joint the wheel does not turn.

@@ -60,7 +60,7 @@ def tips_over(context: Context) -> Found:
         yield Finding(
             heavy or context.robot.origin,
             f"the centre of mass ({total_mass(context.robot):.3g} kg) is {-margin * 1e3:.3g} mm outside "
-            f"the contacts, {direction}: the robot falls over at rest",
+            f"the support polygon ({direction}): the robot falls over at rest",
             "move the mass over the wheels and casters",
             tuple(
                 Related(f"'{c.link}' carries the robot", caster_place(context, c))
@@ -70,9 +70,9 @@ def tips_over(context: Context) -> Found:
     elif GRAVITY * margin / height < _LEAST_ACCELERATION:
         yield Finding(
             heavy or context.robot.origin,
-            f"the centre of mass is {max(margin, 0.0) * 1e3:.3g} mm inside the contacts, {direction}, at a "
-            f"height of {height * 1e3:.3g} mm: the robot tips over at "
-            f"{GRAVITY * max(margin, 0.0) / height:.2g} m/s^2",
+            f"the centre of mass is only {max(margin, 0.0) * 1e3:.3g} mm inside the support polygon "
+            f"({direction}) and {height * 1e3:.3g} mm above the ground: the robot tips over at an "
+            f"acceleration of {GRAVITY * max(margin, 0.0) / height:.2g} m/s^2",
             "move the mass, or add a caster on that side",
         )
 

@@ -246,7 +246,7 @@ def info(recording: str, as_json: bool) -> int:
 
     Exit status: 0 complete; 1 incomplete or damaged.
     """
-    from kbot.record import Recording  # lazy in this module: -h is fast
+    from kbot.record import Recording  # imported lazily, so that -h stays fast
 
     found = Recording(recording).summary()
     if as_json:

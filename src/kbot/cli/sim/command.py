@@ -211,7 +211,7 @@ def _serve(
     """Simulate in the page until Ctrl-C."""
     start = pose_of("--pose", setup.pose)
     with loading(file):
-        # lazy in this module: -h is fast
+        # imported lazily, so that -h stays fast
         from kbot.checks.first_look import CONTROL, MESHES, first_look
         from kbot.model.load import load_robot, resolve_robot_path
         from kbot.world import load_world

@@ -24,7 +24,7 @@ def run_goto(simulation: Simulation, goal: PlanarPose, timeout: float | None, as
 
     If the description declares a flat lidar, the robot also stops before obstacles that the lidar sees.
     """
-    from kbot.navigation.simulated import go_to  # lazy in this module: -h is fast
+    from kbot.navigation.simulated import go_to  # imported lazily, so that -h stays fast
     from kbot.sensors import LidarSensor
     from kbot.sensors.declared import mount_declared
     from kbot.sim.report import make_report

@@ -100,7 +100,7 @@ def _metadata(file: Path) -> dict[str, object]:
 
 def _decompress(file: Path, target: Path, allowance: Allowance) -> None:
     """Decompress a file. Raises ValueError: it is damaged; RecordingTooLarge: the allowance is used up."""
-    import zstandard  # lazy in this module: few recordings are compressed
+    import zstandard  # imported lazily: few recordings are compressed
 
     try:
         with (

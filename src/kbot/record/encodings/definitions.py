@@ -16,7 +16,7 @@ ROS1_TIMES = {"builtin_interfaces/Time": "time", "builtin_interfaces/Duration": 
 
 def own_definitions() -> Iterator[tuple[str, str]]:
     """Names and texts of the types that the rosbags library lacks, each after the types that it uses."""
-    from kbot.messages.services import SERVICES  # lazy in this module: start-up time
+    from kbot.messages.services import SERVICES  # imported lazily, for a fast start-up
 
     for name, cls in parts().items():
         yield name, definition(cls)

@@ -140,7 +140,7 @@ class _Definition:
             self._fields.append((name, self._kind(found)))
 
     def _kind(self, found: re.Match[str]) -> FieldDesc:
-        from rosbags.interfaces import Nodetype  # lazy in this module: rosbags takes start-up time
+        from rosbags.interfaces import Nodetype  # imported lazily: rosbags is slow to import
 
         written, limit = found["type"], found["limit"]
         if limit is not None and written != "string":

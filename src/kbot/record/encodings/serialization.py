@@ -50,7 +50,7 @@ def encode_ros1(message: object, name: str = "") -> bytes:
 @cache
 def _encoder(kind: type, name: str, *, ros1: bool) -> Callable[[object], bytes]:
     """The function that encodes messages of a type. Cached, so that the type is looked up only once."""
-    from rosbags.serde import SerdeError  # lazy in this module: rosbags takes start-up time
+    from rosbags.serde import SerdeError  # imported lazily: rosbags is slow to import
 
     name = name or ros_name(kind)
     convert = _outward(kind, ros1, name)

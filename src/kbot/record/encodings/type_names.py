@@ -52,7 +52,7 @@ PARTS = {
 @cache
 def shipped_types() -> Typestore:
     """The ROS 2 message types of the rosbags library."""
-    from rosbags.typesys import Stores, get_typestore  # lazy in this module: rosbags takes start-up time
+    from rosbags.typesys import Stores, get_typestore  # imported lazily: rosbags is slow to import
 
     return get_typestore(Stores.ROS2_JAZZY)
 

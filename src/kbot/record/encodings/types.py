@@ -25,7 +25,7 @@ def ros2_types() -> SafeStore:
 @cache
 def ros1_types() -> SafeStore:
     """The message types of ROS 1. The library lacks those of tf2, so they are added here."""
-    # lazy in this module: rosbags takes start-up time
+    # imported lazily: rosbags is slow to import
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
     store = get_typestore(Stores.ROS1_NOETIC)

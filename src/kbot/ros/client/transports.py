@@ -144,7 +144,7 @@ class _Ros1:
     """Always None: the bridge reconnects when the master is back."""
 
     def __init__(self, link: PeerLink, node: NodeArguments) -> None:
-        from kbot.ros.bridges.ros1.bridge import Ros1Bridge  # lazy in this module: only with ROS 1
+        from kbot.ros.bridges.ros1.bridge import Ros1Bridge  # imported lazily: only ROS 1 needs it
 
         self._node = node.full_name
         # like any ROS 1 node, a user's node contacts all nodes that the master of its environment names

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from kbot.ros.launch.ros2 import read_launch_2
     from kbot.ros.launch.ros_version import is_ros_2
 
-# lazy: nodes and bridges use plans but do not read launch files
+# imported lazily: nodes and bridges use plans but do not read launch files
 _READERS = {"is_ros_2": "ros_version", "read_launch": "ros1", "read_launch_2": "ros2"}
 
 __all__ = [

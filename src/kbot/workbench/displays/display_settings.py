@@ -86,7 +86,7 @@ def check(document: Marked) -> DisplaySettings:
 
 def write_settings(settings: DisplaySettings) -> str:
     """Return the text of a `.kbot.yaml` with these settings."""
-    import yaml  # lazy in this module: start-up time
+    import yaml  # imported lazily, for a fast start-up
 
     return HEADER + str(yaml.safe_dump(plain(settings, sources=False), sort_keys=False, allow_unicode=True))
 

@@ -446,7 +446,7 @@ def write_rviz(
     Everything else in `original` is kept. Without `original` the configuration is a new one for that version
     of rviz.
     """
-    import yaml  # lazy in this module: start-up time
+    import yaml  # imported lazily, for a fast start-up
 
     document: dict[str, Any] = copy.deepcopy(dict(original)) if original else new_document(version)
     manager = document["Visualization Manager"]

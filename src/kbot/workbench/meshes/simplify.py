@@ -29,7 +29,7 @@ def simplify(parts: Sequence[MeshPart], wanted: int = WANTED_TRIANGLES) -> tuple
 
 
 def _lighter(part: MeshPart, kept: float) -> MeshPart:
-    import fast_simplification  # lazy in this module: few meshes are that large
+    import fast_simplification  # imported lazily: few meshes are that large
     import trimesh
 
     vertices, faces, texture = part.vertices, part.faces, part.texture

@@ -314,4 +314,4 @@ class PlayedRun:
 
 
 def _refuse() -> NoReturn:
-    raise KbotError("a recording is played back and cannot be changed")
+    raise KbotError("a recording is being played back and cannot be changed")

@@ -73,7 +73,7 @@ class DescriptionFile:
 
     def read(self) -> DescriptionReading:
         """Expand, read and check the current file. Never raises for errors in the description."""
-        from kbot.checks import check_file  # lazy in this module: start-up time
+        from kbot.checks import check_file  # imported lazily, for a fast start-up
         from kbot.model.load import load_robot
         from kbot.workbench.meshes.roots import MeshRoots, confine
 

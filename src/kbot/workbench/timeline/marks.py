@@ -109,7 +109,7 @@ def _is_number(value: object) -> TypeGuard[float]:
 
 def _has_comments(text: str) -> bool:
     """Return whether there are comments other than KBot's. Between two YAML tokens there is nothing else."""
-    import yaml  # lazy in this module: start-up time
+    import yaml  # imported lazily, for a fast start-up
 
     text = text.removeprefix(HEADER)
     try:

@@ -116,7 +116,7 @@ def _compile(expression: str) -> Closure:
             return simple
     if len(source) > MAX_CHARACTERS:
         raise InvalidExpression(f"the expression is longer than {MAX_CHARACTERS:,} characters")
-    import ast  # lazy in this module: simple expressions need no parser
+    import ast  # imported lazily: simple expressions need no parser
 
     from kbot.xacro.expressions.closures import closure_of
 

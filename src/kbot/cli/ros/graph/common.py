@@ -14,7 +14,7 @@ from kbot.cli.output import fail, print_json
 from kbot.text.yaml import YamlError, load_yaml
 
 if TYPE_CHECKING:
-    from kbot.ros.graph.client import GraphClient  # lazy in this module: -h is fast
+    from kbot.ros.graph.client import GraphClient  # imported lazily, so that -h stays fast
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 

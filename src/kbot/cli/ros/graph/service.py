@@ -64,7 +64,7 @@ def _types(graph: GraphClient, *, typed: bool) -> dict[str, str]:
 @at_option
 def type_(service: str, at: str) -> None:
     """Print a service's type, request and response."""
-    from kbot.record.encodings.definitions import definition  # lazy in this module: -h is fast
+    from kbot.record.encodings.definitions import definition  # imported lazily, so that -h stays fast
     from kbot.ros.service_types import service_type
 
     with connect(at) as graph:

@@ -118,7 +118,7 @@ class _Frames:
         self._poses: dict[str, Transform] = {}
 
     def add(self, topic: str, message: dict[str, Any]) -> None:
-        from kbot.kinematics.transform import Transform  # lazy: numpy, which -h does not need
+        from kbot.kinematics.transform import Transform  # imported lazily: numpy, which -h does not need
 
         for item in message["transforms"]:
             child, transform = item["child_frame_id"], item["transform"]
@@ -151,7 +151,7 @@ class _Frames:
         return ["  " * depth + frame + mark, *below]
 
     def _to_root(self, frame: str) -> tuple[str, Transform] | None:
-        from kbot.kinematics.transform import Transform  # lazy in this module: -h is fast
+        from kbot.kinematics.transform import Transform  # imported lazily, so that -h stays fast
 
         if frame not in self.names():
             return None

@@ -235,7 +235,7 @@ def echo(
 def hz(topic: str, window: int, count: int | None, at: str) -> None:
     """Print a topic's publishing rate every second.
 
-    The rate is measured in wall-clock time. Ctrl-C stops it.
+    The rate is measured in wall-clock time. Ctrl-C stops the command.
     """
     times: deque[float] = deque(maxlen=window)
     due, reports = 0.0, 0

@@ -101,7 +101,7 @@ def command(
     that ROS would raise are reported with file, line and a fix.
     """
     named, arguments = split_arguments(words)
-    from kbot.ros.launch import is_ros_2, read_launch, read_launch_2  # lazy in this module: -h is fast
+    from kbot.ros.launch import is_ros_2, read_launch, read_launch_2  # imported lazily, so that -h stays fast
 
     path = _find(named, Packages(package_path))
     packages = Packages(package_path, around=path)
@@ -124,7 +124,7 @@ def command(
         print_answers(plan, questions)
         return 0
     with loading(path):
-        # lazy: numpy, which -h does not need
+        # imported lazily: numpy, which -h does not need
         from kbot.ros.launch.running.findings import simulation_findings
         from kbot.ros.launch.staging import stage
 
@@ -178,7 +178,7 @@ class LaunchTerminal:
 
 
 def _without_robot(plan: Plan, staged: Stage, record: RecordOptions, peers: PeerOptions) -> int:
-    from kbot.ros.launch.running.programs import run_programs  # lazy in this module: start-up time
+    from kbot.ros.launch.running.programs import run_programs  # imported lazily, for a fast start-up
     from kbot.ros.launch.running.without_robot import run_without_robot
 
     if not (staged.stand_ins.has_publishers or staged.programs):

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def _open(link: PeerLink, host: str | None) -> Ros1Bridge:
-    from kbot.ros.bridges.ros1.bridge import Ros1Bridge  # lazy in this module: start-up time
+    from kbot.ros.bridges.ros1.bridge import Ros1Bridge  # imported lazily, for a fast start-up
 
     return Ros1Bridge(link, host)
 

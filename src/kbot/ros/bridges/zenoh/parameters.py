@@ -156,7 +156,7 @@ def parameter_services(link: PeerLink, node: str) -> list[Served]:
 
 
 def _served(name: str, service: str, work: Callable[[Message], Message]) -> Served:
-    from rosbags.serde import SerdeError  # lazy in this module: rosbags takes start-up time
+    from rosbags.serde import SerdeError  # imported lazily: rosbags is slow to import
 
     store = _types()
     short, request, response = _type_names(service)

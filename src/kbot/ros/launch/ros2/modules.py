@@ -348,7 +348,7 @@ class RewrittenYaml(Substitution):
         self.values, self.keys = dict(param_rewrites), dict(key_rewrites or {})
 
     def perform(self, context: LaunchContext) -> str:
-        import yaml  # lazy in this module: few launches rewrite YAML
+        import yaml  # imported lazily: few launches rewrite YAML
 
         values = {name: performed(value, context) for name, value in self.values.items()}
         keys = {name: performed(value, context) for name, value in self.keys.items()}

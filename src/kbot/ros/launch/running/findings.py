@@ -17,7 +17,7 @@ def simulation_findings(stage: Stage, packages: Packages) -> tuple[Diagnostic, .
         CONTROL,
         first_look,
         merged_findings,
-    )  # lazy: start-up time of launches without a simulation
+    )  # imported lazily, for a fast start-up of launches without a simulation
     from kbot.sim.preparation import controller_findings
 
     findings: list[Diagnostic] = []

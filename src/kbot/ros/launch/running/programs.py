@@ -31,7 +31,7 @@ def run_programs(plan: Plan, programs: Sequence[Program], note: Callable[[str], 
     Raises:
         KbotError: they need a ROS 1 master, and none is running.
     """
-    from kbot.ros.client import wanted_transport  # lazy in this module: most launches run no programs
+    from kbot.ros.client import wanted_transport  # imported lazily: most launches run no programs
 
     kind = wanted_transport(os.environ)
     with _processes(plan, programs, {"KBOT_TRANSPORT": kind}, note) as built:
@@ -168,7 +168,7 @@ def _parameter_file(plan: Plan, node: PlannedNode, path: Path) -> str:
     own = {name: param.value for name, param in plan.params_of(node).items()}
     if not plan.is_ros_2 or not own:
         return ""
-    import yaml  # lazy: only ROS 2 nodes with parameters need it
+    import yaml  # imported lazily: only ROS 2 nodes with parameters need it
 
     path.write_text(yaml.safe_dump({node.full_name: {"ros__parameters": own}}), encoding="utf-8")
     return str(path)

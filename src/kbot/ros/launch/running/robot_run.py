@@ -98,7 +98,7 @@ class RobotRun:
         return displays
 
     def _simulated(self, outputs: RunOutputs, world: ChosenWorld) -> Session:
-        # lazy: they load the engine, which a robot that is only shown does not need
+        # imported lazily: they load the engine, which a robot that is only shown does not need
         from kbot.sensors.declared import mount_on_others
         from kbot.sim.naming import Naming
         from kbot.workbench.session.driven_session import driven_session

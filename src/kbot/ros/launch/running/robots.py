@@ -33,7 +33,7 @@ def spawn_all(simulation: Simulation, stage: Stage, package_path: Sequence[str])
 
 
 def _spawn_robot(simulation: Simulation, spawned: SpawnedRobot, package_path: Sequence[str]) -> None:
-    from kbot.model.load import load_robot  # lazy in this module: most launches have one robot
+    from kbot.model.load import load_robot  # imported lazily: most launches have one robot
 
     packages, spawn = Packages(package_path, around=spawned.path), spawned.spawn
     robot = load_robot(spawned.path, spawned.arguments, packages=packages).require()

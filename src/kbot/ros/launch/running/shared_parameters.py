@@ -30,7 +30,7 @@ def _is_portable(value: object) -> bool:
 
 def dump_parameters(plan: Plan) -> None:
     """Write the files of `<rosparam command="dump">`."""
-    from kbot.ros.parameter_values import dump_yaml  # lazy: start-up time
+    from kbot.ros.parameter_values import dump_yaml  # imported lazily, for a fast start-up
     from kbot.text.files import write_text
 
     for command, name, file in plan.store:
@@ -42,7 +42,7 @@ def dump_parameters(plan: Plan) -> None:
 def clear_on_master(plan: Plan) -> None:
     """Delete parameters on the ROS 1 master as roslaunch does: first those of `<rosparam command="delete">`,
     then those of `clear_params`. Without a master, do nothing."""
-    from kbot.ros.bridges.ros1.rpc import RpcFailed, call  # lazy in this module: only with ROS 1
+    from kbot.ros.bridges.ros1.rpc import RpcFailed, call  # imported lazily: only ROS 1 needs it
 
     deleted = [name for command, name, _ in plan.store if command == "delete"]
     for name in (*deleted, *plan.clear):

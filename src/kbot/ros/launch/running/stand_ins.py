@@ -44,7 +44,7 @@ class StandIns:
         """
         if not self.settings.maps:
             return
-        from kbot.messages.navigation import MapMetaData, OccupancyGrid  # lazy: start-up time
+        from kbot.messages.navigation import MapMetaData, OccupancyGrid  # imported lazily: start-up time
         from kbot.world.occupancy_files import read_map
 
         for path in self.settings.maps:

@@ -144,7 +144,7 @@ def _report_unpublished(settings: StandInSettings, terminal: Terminal) -> None:
 def _with_installed_ros(peers: PeerOptions) -> PeerOptions:
     """The peers, with a bridge to the installed ROS if the user did not ask for a bridge and it can be
     opened."""
-    from kbot.ros.client import wanted_transport  # lazy: few launches need it
+    from kbot.ros.client import wanted_transport  # imported lazily: few launches need it
 
     if peers.is_live:
         return peers
@@ -169,7 +169,7 @@ def _forward(stack: ExitStack, bus: Bus, topic: str) -> None:
     Raises:
         KbotError: KBOT_AT does not select one, or that KBot does not subscribe to the topic.
     """
-    from kbot.ros.graph.client import GraphClient  # lazy: it loads websockets
+    from kbot.ros.graph.client import GraphClient  # imported lazily: it loads websockets
 
     graph = stack.enter_context(GraphClient(find(os.environ.get("KBOT_AT", ""), "KBOT_AT=NUMBER")))
     graph.advertise(topic, _TWIST)
