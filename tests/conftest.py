@@ -12,7 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Timer
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import pytest
 from hypothesis import settings
@@ -46,11 +46,6 @@ def pytest_configure() -> None:
     sys.dont_write_bytecode = False
     if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-
-
-def pytest_xdist_auto_num_workers() -> int:
-    """Two workers for each core: tests that wait for a program, a browser or a clock leave it idle."""
-    return 2 * (os.cpu_count() or 1)
 
 
 @pytest.hookimpl(tryfirst=True)  # before -m selects by the marks
@@ -100,6 +95,67 @@ def chromium() -> str:
     if path is None:
         pytest.skip("Chromium is not installed (install it, or set KBOT_CHROMIUM to its path)")
     return path
+
+
+CHROMIUM_ARGUMENTS = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--webgl-antialiasing-mode=none",  # smooth edges cost two fifths of the time it takes to draw a frame
+    "--host-resolver-rules=MAP evil.example 127.0.0.1",
+)
+
+
+class SharedBrowser:
+    """The Chromium of a worker. Starting it takes longer than most tests in it.
+
+    Its driver runs an event loop in this thread, so it stops before a test without a browser, which may need
+    a loop of its own.
+    """
+
+    def __init__(self) -> None:
+        self._driver: Any = None
+        self._browser: Any = None
+
+    def start(self, path: str) -> Any:
+        playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+        if self._driver is None:
+            self._driver = playwright.sync_playwright().start()
+            self._browser = self._driver.chromium.launch(executable_path=path, args=[*CHROMIUM_ARGUMENTS])
+        return self._browser
+
+    def stop(self) -> None:
+        if self._driver is not None:
+            self._browser.close()
+            self._driver.stop()
+            self._driver = None
+
+
+SHARED_BROWSER = SharedBrowser()
+
+
+@pytest.fixture(scope="session")
+def chromium_arguments() -> tuple[str, ...]:
+    return CHROMIUM_ARGUMENTS
+
+
+@pytest.fixture(scope="module")
+def browser(chromium: str) -> Any:
+    """A browser for which `evil.example` is this machine, as after DNS rebinding."""
+    return SHARED_BROWSER.start(chromium)
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    if item.get_closest_marker("browser") is None:
+        SHARED_BROWSER.stop()
+
+
+def pytest_sessionfinish() -> None:
+    SHARED_BROWSER.stop()
 
 
 @dataclass(frozen=True)

@@ -22,17 +22,6 @@ FOREIGN_HOST = "evil.example"
 DESCRIPTION = "<robot name='secret'/>"
 
 
-@pytest.fixture(scope="module")
-def browser(chromium: str) -> Iterator[Any]:
-    """A browser in which a foreign name resolves to this machine, as after DNS rebinding."""
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    arguments = ["--no-sandbox", "--disable-gpu", f"--host-resolver-rules=MAP {FOREIGN_HOST} 127.0.0.1"]
-    with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=chromium, args=arguments)
-        yield browser
-        browser.close()
-
-
 class _Blank(http.server.BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         self.send_response(200)

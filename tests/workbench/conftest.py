@@ -3,6 +3,7 @@
 import shutil
 import time
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -15,17 +16,6 @@ from kbot.workbench.session.session import Session
 from .pages import Pages
 
 ROBOTS = Path(kbot.__file__).parent / "robots"
-
-CHROMIUM_ARGUMENTS = (
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--webgl-antialiasing-mode=none",  # smooth edges cost two fifths of the time it takes to draw a frame
-)
 
 
 @pytest.fixture
@@ -60,18 +50,14 @@ def keeps_up(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("kbot.workbench.driving.driving.BUSY_SECONDS", float("inf"))
 
 
-@pytest.fixture(scope="module")
-def browser(chromium: str) -> Iterator[Any]:
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=chromium, args=list(CHROMIUM_ARGUMENTS))
-        yield browser
-        browser.close()
+@cache
+def pages_of(browser: Any) -> Pages:
+    return Pages(browser)
 
 
 @pytest.fixture(scope="module")
 def pages(browser: Any) -> Pages:
-    return Pages(browser)
+    return pages_of(browser)
 
 
 @pytest.fixture
@@ -108,5 +94,5 @@ def until(condition: Callable[[], Any], seconds: float = 60.0) -> Any:
     end = time.monotonic() + seconds
     while not (result := condition()):
         assert time.monotonic() < end, "it did not come true in time"
-        time.sleep(0.01)
+        time.sleep(0.02)
     return result

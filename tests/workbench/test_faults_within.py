@@ -1,6 +1,7 @@
 """An internal error of KBot ends neither the server nor its recording."""
 
 import logging
+import time
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +21,10 @@ def broken(*_: Any) -> Any:
 
 
 def refusal(connection: Any, text: str) -> str:
+    """The next reason of a refusal that contains this text."""
+    end = time.monotonic() + 60
     while text not in (reason := str(receive(connection, "refused")["reason"])):
-        pass
+        assert time.monotonic() < end, f"no refusal with {text!r} within 60 s"
     return reason
 
 

@@ -1,7 +1,6 @@
 """Accessibility of the page: axe, the keyboard, a narrow page, a large zoom."""
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -9,26 +8,19 @@ import pytest
 from kbot.workbench.protocol import Notice, Refused
 from kbot.workbench.session.session import Session
 
+from .axe import violations
 from .conftest import until
 from .served import run_between_steps, state_of
 
 OpenPage = Callable[..., Any]
 
-AXE = Path(__file__).parents[2] / "web" / "node_modules" / "axe-core" / "axe.min.js"
 SIZES = {"wide": (1440, 900), "phone": (390, 844), "zoomed": (720, 450)}
-
-
-@pytest.fixture(scope="module")
-def axe() -> str:
-    if not AXE.is_file():
-        pytest.skip("axe-core is not installed (npm ci in web/ does it)")
-    return AXE.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("theme", ["dark", "light"])
 @pytest.mark.parametrize("size", SIZES)
 def test_axe_reports_no_violations(
-    driving: tuple[str, Session], open_page: OpenPage, axe: str, theme: str, size: str
+    driving: tuple[str, Session], open_page: OpenPage, theme: str, size: str
 ) -> None:
     width, height = SIZES[size]
     page = open_page(driving[0], viewport={"width": width, "height": height}, color_scheme=theme)
@@ -38,12 +30,10 @@ def test_axe_reports_no_violations(
             until(lambda: page.locator(".line.here").count() == 1)
             page.keyboard.press("l")
             until(lambda: page.locator("#plots canvas").count() == 1)
-        page.evaluate(axe)
-        found = page.evaluate("axe.run()")["violations"]
-        assert [(v["impact"], v["id"], v["nodes"][0]["html"]) for v in found] == []
+        assert violations(page) == []
 
 
-def test_forced_colours_hide_no_state(driving: tuple[str, Session], open_page: OpenPage, axe: str) -> None:
+def test_forced_colours_hide_no_state(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0], color_scheme="dark", forced_colors="active")
     page.locator("#links [data-link=left_wheel]").click()
     until(lambda: page.locator("#links [aria-selected=true]").count() == 1)
@@ -55,9 +45,7 @@ def test_forced_colours_hide_no_state(driving: tuple[str, Session], open_page: O
     assert ground("#links [aria-selected=true]") != ground("#links [aria-selected=false]")
     # green, or nothing if it is off
     assert ground(".lamp[data-level=ok]") != ground(".lamp[data-level=off]")
-    page.evaluate(axe)
-    found = page.evaluate("axe.run()")["violations"]
-    assert [(v["impact"], v["id"], v["nodes"][0]["html"]) for v in found] == []
+    assert violations(page) == []
 
 
 def test_everything_is_reachable_by_keyboard(driving: tuple[str, Session], open_page: OpenPage) -> None:

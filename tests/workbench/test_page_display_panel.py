@@ -11,11 +11,11 @@ import yaml
 from kbot.workbench.displays.display_file import DisplayFile
 from kbot.workbench.serve import open_session, serving
 
+from .axe import violations
 from .conftest import until, wait_for_page
 from .displayed import ASIDE
 from .pictures import pixels_per_metre, screenshot
 from .rviz_texts import RVIZ1
-from .test_page_access import AXE
 
 OpenPage = Callable[..., Any]
 
@@ -67,16 +67,12 @@ def test_a_display_opens_with_its_settings_and_status(viewing: str, open_page: O
 
 @pytest.mark.parametrize("theme", ["dark", "light"])
 def test_axe_reports_no_violations_in_opened_displays(viewing: str, open_page: OpenPage, theme: str) -> None:
-    if not AXE.is_file():
-        pytest.skip("axe-core is not installed (npm ci in web/ does it)")
     page = open_page(viewing, color_scheme=theme)
     for name in ("Global options", "Grid", "RobotModel", "TF", "LaserScan"):
         head(page, name).click()
     for summary in page.locator("#displays summary:visible").all():
         summary.click()
-    page.evaluate(AXE.read_text(encoding="utf-8"))
-    found = page.evaluate("axe.run('#displays')")["violations"]
-    assert [(v["impact"], v["id"], v["nodes"][0]["html"]) for v in found] == []
+    assert violations(page, "#displays") == []
 
 
 def test_a_number_is_not_changed_while_it_is_typed(viewing: str, open_page: OpenPage) -> None:

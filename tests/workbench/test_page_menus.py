@@ -1,28 +1,20 @@
 """Menus and dialogs by keyboard: without violations for axe, and not wider than the page."""
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from kbot.workbench.session.session import Session
 
+from .axe import violations
 from .conftest import until
 
 OpenPage = Callable[..., Any]
 
-AXE = Path(__file__).parents[2] / "web" / "node_modules" / "axe-core" / "axe.min.js"
 SIZES = {"wide": (1440, 900, "dark"), "phone": (390, 844, "light"), "zoomed": (640, 400, "dark")}
 """Width, height and theme; a page of 1280 by 800 at 200 % is the last."""
 AGAIN = "document.activeElement.blur()"
-
-
-@pytest.fixture(scope="module")
-def axe() -> str:
-    if not AXE.is_file():
-        pytest.skip("axe-core is not installed (npm ci in web/ does it)")
-    return AXE.read_text(encoding="utf-8")
 
 
 def world_menu(page: Any) -> str:
@@ -78,7 +70,7 @@ OPENERS = (world_menu, keys, traffic, plots, saving, bookmarks, settings, tool)
 
 @pytest.mark.parametrize("size", SIZES)
 def test_axe_reports_no_violations_in_menus(
-    driving: tuple[str, Session], open_page: OpenPage, axe: str, size: str
+    driving: tuple[str, Session], open_page: OpenPage, size: str
 ) -> None:
     width, height, theme = SIZES[size]
     page = open_page(
@@ -87,15 +79,13 @@ def test_axe_reports_no_violations_in_menus(
         color_scheme=theme,
         reduced_motion="reduce",
     )
-    page.evaluate(axe)
     found = {}
     for opener in OPENERS:
         opened = opener(page)
         until(lambda opened=opened: page.locator(opened).first.is_visible())
         name = opener.__name__
-        violations = page.evaluate("opened => axe.run(document.querySelector(opened))", opened)["violations"]
-        if violations:
-            found[name] = [(v["impact"], v["id"], v["nodes"][0]["html"]) for v in violations]
+        if wrong := violations(page, opened):
+            found[name] = wrong
         if page.evaluate("document.documentElement.scrollWidth") > width:
             found[name] = [("serious", "wider than the page", "")]
         page.keyboard.press("Escape")

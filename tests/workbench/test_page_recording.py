@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from kbot.record import Recording
-from kbot.workbench.protocol import Seek
+from kbot.workbench.protocol import Seek, SetLoop
 from kbot.workbench.serve import serving
 from kbot.workbench.session.played_session import played_session
 
@@ -54,6 +54,7 @@ def test_a_recording_is_played_back_and_scrubbed(page: Any, open_page: OpenPage)
     page.get_by_role("button", name="Stop recording").click()
     until(lambda: run_between_steps(page.session, page.session.recording.view) is None)
     session = played_session(path)
+    session.handle(SetLoop(True), 1)  # else it may end and pause before the page is ready
     with serving(session) as address:
         player = open_page(address)
         until(lambda: shown_x(player) > 0.6)
@@ -68,8 +69,11 @@ def test_a_recording_is_played_back_and_scrubbed(page: Any, open_page: OpenPage)
         drag(player, 0.02)
         until(lambda: shown_x(player) < 0.45)
         assert " of " in slider(player).get_attribute("aria-valuetext")
-        player.get_by_role("button", name="Loop").click()
-        until(lambda: run_between_steps(session, session.timeline).loop)
+        loop = player.get_by_role("button", name="Loop")
+        for is_on in (False, True):
+            loop.click()
+            until(lambda is_on=is_on: loop.get_attribute("aria-pressed") == str(is_on).lower())
+            assert run_between_steps(session, session.timeline).loop is is_on
         assert player.get_by_role("button", name="Record", exact=True).count() == 0
         player.get_by_label("Speed", exact=True).select_option("10")
         player.get_by_role("button", name="Continue").click()

@@ -15,12 +15,10 @@ from kbot.workbench.serve import open_session, serving
 from kbot.workbench.serving.past import Past
 from kbot.workbench.session.session import Session
 
+from .axe import violations
 from .conftest import until, wait_for_page
 from .displayed import WORLD, Show, pose
 from .served import Speaker, do, state_of
-from .test_page_access import axe
-
-__all__ = ["axe"]
 
 OpenPage = Callable[..., Any]
 
@@ -74,7 +72,7 @@ def inks(page: Any) -> set[str]:
     return {entry.evaluate("e => getComputedStyle(e).color") for entry in numbers.all()}
 
 
-def test_a_page_reconnects_to_a_restarted_server(xacro: Path, browser: Any, axe: str) -> None:
+def test_a_page_reconnects_to_a_restarted_server(xacro: Path, browser: Any) -> None:
     page = browser.new_page(viewport={"width": 960, "height": 560}, color_scheme="dark")
     with serving(open_session(str(xacro), simulate=True)) as address:
         page.goto(address)
@@ -88,8 +86,7 @@ def test_a_page_reconnects_to_a_restarted_server(xacro: Path, browser: Any, axe:
     until(lambda: page.get_by_text("No connection to the server.").is_visible())
     assert page.inner_text(".status") == "connection lost"
     assert inks(page).isdisjoint(live)  # stale numbers look different
-    page.evaluate(axe)
-    assert [(v["id"], v["nodes"][0]["html"]) for v in page.evaluate("axe.run()")["violations"]] == []
+    assert violations(page) == []
     xacro.write_text(xacro.read_text().replace('"base_len" default="0.16"', '"base_len" default="0.2"'))
     with serving(open_session(str(xacro), simulate=True), port=urlsplit(address).port):
         until(lambda: page.inner_text(".status") == "live")

@@ -7,18 +7,16 @@ import pytest
 
 from kbot.workbench.session.session import Session
 
+from .axe import violations
 from .conftest import until
 from .served import state_of
-from .test_page_access import axe
 
 OpenPage = Callable[..., Any]
-
-__all__ = ["axe"]
 
 
 @pytest.mark.parametrize(("theme", "size"), [("dark", (1440, 900)), ("light", (390, 844))])
 def test_axe_reports_no_violations_while_looking_back(
-    driving: tuple[str, Session], open_page: OpenPage, axe: str, theme: str, size: tuple[int, int]
+    driving: tuple[str, Session], open_page: OpenPage, theme: str, size: tuple[int, int]
 ) -> None:
     page = open_page(
         driving[0],
@@ -40,6 +38,4 @@ def test_axe_reports_no_violations_while_looking_back(
         if opened:
             page.get_by_role("button", name=opened).click()
             until(lambda: page.locator(":popover-open").count() == 1)
-        page.evaluate(axe)
-        found = page.evaluate("axe.run()")["violations"]
-        assert [(v["impact"], v["id"], v["nodes"][0]["html"]) for v in found] == []
+        assert violations(page) == []

@@ -9,7 +9,7 @@ import pytest
 from kbot.cli.main import run
 from kbot.workbench.session.session import Session
 
-from .conftest import CHROMIUM_ARGUMENTS, until
+from .conftest import until
 from .pictures import screenshot
 from .served import state_of
 
@@ -26,10 +26,12 @@ LOSE = """() => {
 
 
 @pytest.fixture(scope="module", params=["--disable-3d-apis", "--disable-software-rasterizer"])
-def plain(request: pytest.FixtureRequest, browser: Any) -> Iterator[Any]:
+def plain(
+    request: pytest.FixtureRequest, browser: Any, chromium: str, chromium_arguments: tuple[str, ...]
+) -> Iterator[Any]:
     """A browser without WebGL."""
-    arguments = [*CHROMIUM_ARGUMENTS, request.param]
-    plain = browser.browser_type.launch(executable_path=request.getfixturevalue("chromium"), args=arguments)
+    arguments = [*chromium_arguments, request.param]
+    plain = browser.browser_type.launch(executable_path=chromium, args=arguments)
     yield plain
     plain.close()
 

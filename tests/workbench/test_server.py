@@ -4,6 +4,7 @@ import http.client
 import json
 import socket
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -39,8 +40,10 @@ def get(address: str, path: str, **headers: str) -> tuple[int, dict[str, str], b
 
 
 def receive(connection: ClientConnection, kind: str) -> dict[str, Any]:
+    """The next message of this kind."""
+    end = time.monotonic() + 60
     while (message := json.loads(connection.recv(timeout=60)))["type"] != kind:
-        pass
+        assert time.monotonic() < end, f"no {kind} within 60 s"
     return dict(message)
 
 
