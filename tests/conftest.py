@@ -113,8 +113,8 @@ CHROMIUM_ARGUMENTS = (
 class SharedBrowser:
     """The Chromium of a worker. Starting it takes longer than most tests in it.
 
-    Its driver runs an event loop in this thread, so it stops before a test without a browser, which may need
-    a loop of its own.
+    Its driver runs an event loop in this thread, so it stops before a test without a browser, which may start
+    its own loop.
     """
 
     def __init__(self) -> None:
@@ -160,13 +160,13 @@ def pytest_sessionfinish() -> None:
 
 @dataclass(frozen=True)
 class Ended:
-    """The exit status, output and resource use of a `kbot` process."""
+    """The exit status, output and resource use of a `kbot` process. Windows does not measure its use."""
 
     status: int
     out: str
     err: str
-    cpu_s: float
-    peak_bytes: int
+    cpu_s: float = 0.0
+    peak_bytes: int = 0
 
     def is_bounded(self) -> bool:
         """Whether it ended within 10 s of CPU time and 1 GB of memory, and not by a signal."""
@@ -192,15 +192,18 @@ class KbotProcesses:
 
     def run(self, *words: str, cwd: Path, env: dict[str, str]) -> Ended:
         request = json.dumps({"words": words, "cwd": str(cwd), "env": env}) + "\n"
-        outputs, inputs = zip(*(os.pipe() for _ in range(2)), strict=True)
+        out_reader, out_writer = os.pipe()
+        err_reader, err_writer = os.pipe()
         with Path(os.devnull).open("rb") as nothing:
-            socket.send_fds(self._socket, [request.encode()], [nothing.fileno(), *inputs])
-        for stream in inputs:
-            os.close(stream)
-        timeout = Timer(300, os.killpg, (self._server.pid, signal.SIGKILL))  # of a process that sleeps
+            streams = [nothing.fileno(), out_writer, err_writer]
+            socket.send_fds(self._socket, [request.encode()], streams)
+        os.close(out_writer)
+        os.close(err_writer)
+        # a process that waits for ever uses no CPU time, so its limit does not end it
+        timeout = Timer(300, os.killpg, (self._server.pid, signal.SIGKILL))
         timeout.start()
         with ThreadPoolExecutor() as readers:
-            out, err = readers.map(_read_text, outputs)
+            out, err = readers.map(_read_text, (out_reader, err_reader))
         answer = self._socket.makefile().readline()
         timeout.cancel()
         if not answer:
@@ -219,25 +222,46 @@ def _read_text(stream: int) -> str:
 
 @pytest.fixture(scope="session")
 def kbot_processes() -> Iterator[KbotProcesses]:
-    if sys.platform == "win32":
-        pytest.skip("process limits need POSIX")
     processes = KbotProcesses()
     yield processes
     processes.close()
 
 
 @pytest.fixture
-def run_kbot(kbot_processes: KbotProcesses, tmp_path: Path) -> Callable[..., Ended]:
-    """Run `kbot WORDS` in a separate process: `run_kbot("check", "a.xacro", cwd=folder)`.
+def run_kbot(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[..., Ended]:
+    """Run `kbot WORDS` in a separate process: `run_kbot("check", "a.xacro", cwd=folder)`."""
+
+    def run(*words: str | Path, cwd: Path = tmp_path, env: dict[str, str] | None = None) -> Ended:
+        arguments, environment = [*map(str, words)], os.environ | (env or {})
+        if sys.platform != "win32":
+            processes: KbotProcesses = request.getfixturevalue("kbot_processes")
+            return processes.run(*arguments, cwd=cwd, env=environment)
+        done = subprocess.run(  # Windows cannot fork a process
+            [sys.executable, "-m", "kbot", *arguments],
+            cwd=cwd,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            encoding="utf-8",
+            errors="replace",
+            timeout=300,
+            check=False,
+        )
+        return Ended(done.returncode, done.stdout, done.stderr)
+
+    return run
+
+
+@pytest.fixture
+def measured_kbot(run_kbot: Callable[..., Ended]) -> Callable[..., Ended]:
+    """As `run_kbot`, where the system can measure and limit a process.
 
     After 10 s of CPU time, the system stops the process, and its status is negative. CPU time does not depend
     on the load of the machine.
     """
-
-    def run(*words: str | Path, cwd: Path = tmp_path, env: dict[str, str] | None = None) -> Ended:
-        return kbot_processes.run(*map(str, words), cwd=cwd, env=os.environ | (env or {}))
-
-    return run
+    if sys.platform == "win32":
+        pytest.skip("Windows has neither limits for a process nor its CPU time")
+    return run_kbot
 
 
 @pytest.hookimpl(wrapper=True)

@@ -25,9 +25,11 @@ MALFORMED = {
 
 
 @pytest.mark.parametrize("what", MALFORMED)
-def test_malformed_xml_is_reported_quickly(what: str, tmp_path: Path, run_kbot: Callable[..., Any]) -> None:
+def test_malformed_xml_is_reported_quickly(
+    what: str, tmp_path: Path, measured_kbot: Callable[..., Any]
+) -> None:
     (tmp_path / "robot.xacro").write_text(MALFORMED[what])
-    result = run_kbot("check", "robot.xacro")
+    result = measured_kbot("check", "robot.xacro")
     assert result.is_bounded(), result
     assert result.status == 2
     assert "not well-formed XML" in result.out
@@ -109,11 +111,11 @@ def test_time_grows_linearly_with_file_size(what: str, tmp_path: Path) -> None:
     assert work[1] < 5 * work[0], work
 
 
-def test_many_unknown_children_take_linear_time(tmp_path: Path, run_kbot: Callable[..., Any]) -> None:
+def test_many_unknown_children_take_linear_time(tmp_path: Path, measured_kbot: Callable[..., Any]) -> None:
     """Takes 2 s. A search among the siblings for each child took more than 10 s."""
     inner = "".join(f"<lnk{number}/>" for number in range(50_000))
     (tmp_path / "robot.urdf").write_text(f'<robot name="x"><link name="a">{inner}</link></robot>')
-    result = run_kbot("check", "robot.urdf")
+    result = measured_kbot("check", "robot.urdf")
     assert result.is_bounded(), result
     assert result.status == 1
     assert "25000 more findings are not listed [K004]" in result.out
@@ -124,14 +126,14 @@ def test_many_unknown_children_take_linear_time(tmp_path: Path, run_kbot: Callab
     "options", [("--output-format", "sarif"), ("--diff",), ("--fix", "--json")], ids=" ".join
 )
 def test_number_of_findings_through_60_macro_calls_is_limited(
-    options: tuple[str, ...], tmp_path: Path, run_kbot: Callable[..., Any]
+    options: tuple[str, ...], tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
     """Takes up to 5 s. Without the limit, SARIF took 8 GB and `--diff` 66 s."""
     calls = "".join(f'<xacro:macro name="m{i}" params=""><xacro:m{i + 1}/></xacro:macro>' for i in range(59))
     inner = '<xacro:macro name="m59" params="">' + "<linc/>" * 50_000 + "</xacro:macro>"
     text = f'{H}<link name="a"/>{calls}{inner}<xacro:m0/></robot>'
     (tmp_path / "robot.xacro").write_text(text)
-    result = run_kbot("check", "robot.xacro", *options)
+    result = measured_kbot("check", "robot.xacro", *options)
     assert result.is_bounded(), result
     assert result.status == 1
     assert (tmp_path / "robot.xacro").read_text() == text
@@ -154,7 +156,7 @@ def test_errors_are_listed_first_if_findings_are_limited() -> None:
 
 
 def test_too_many_robots_of_a_launch_file_are_not_checked(
-    tmp_path: Path, run_kbot: Callable[..., Any]
+    tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
     """Takes 2 s. Checking all 60 robots took 48 s."""
     work = "${len([x * y for x in python.range(1000) for y in python.range(600)])}"
@@ -163,7 +165,7 @@ def test_too_many_robots_of_a_launch_file_are_not_checked(
     )
     tag = '<param name="p{0}" command="xacro $(dirname)/r.xacro a:={0}"/>'
     (tmp_path / "a.launch").write_text(f"<launch>{''.join(map(tag.format, range(60)))}</launch>")
-    result = run_kbot("check", "a.launch")
+    result = measured_kbot("check", "a.launch")
     assert result.is_bounded(), result
     assert result.status == 1
     assert "r.xacro is not checked: the launch file has too many robots [K003]" in result.out
@@ -172,10 +174,10 @@ def test_too_many_robots_of_a_launch_file_are_not_checked(
 
 @pytest.mark.parametrize("options", [(), ("--json",), ("--diff",)])
 def test_thousands_of_findings_are_reported(
-    options: tuple[str, ...], tmp_path: Path, run_kbot: Callable[..., Any]
+    options: tuple[str, ...], tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
     (tmp_path / "robot.xacro").write_text(MANY["unknown attributes of one element"](5_000))
-    result = run_kbot("check", "robot.xacro", *options)
+    result = measured_kbot("check", "robot.xacro", *options)
     assert result.is_bounded(), result
     assert result.status == 1
     assert (result.out + result.err).count("is not an attribute of <link>") == (
@@ -183,9 +185,9 @@ def test_thousands_of_findings_are_reported(
     )
 
 
-def test_fixes_that_do_not_help_are_abandoned(tmp_path: Path, run_kbot: Callable[..., Any]) -> None:
+def test_fixes_that_do_not_help_are_abandoned(tmp_path: Path, measured_kbot: Callable[..., Any]) -> None:
     """Each `<linc>` is a typo of `<link>`, but a robot of 5,000 links without joints has more errors."""
     (tmp_path / "robot.xacro").write_text(MANY["unknown elements"](5_000))
-    result = run_kbot("check", "robot.xacro", "--fix")
+    result = measured_kbot("check", "robot.xacro", "--fix")
     assert result.is_bounded(), result
     assert "linc" in (tmp_path / "robot.xacro").read_text()

@@ -21,11 +21,11 @@ H = '<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">'
 
 @pytest.mark.parametrize("verb", VERBS)
 def test_a_file_that_is_not_a_robot_is_rejected(
-    verb: str, tmp_path: Path, run_kbot: Callable[..., Any]
+    verb: str, tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
     file = tmp_path / "robot.xacro"
     file.write_text(f'{H}<link name="${{1 +}}"/></robot>')
-    result = run_kbot(*(str(file) if word == "FILE" else word for word in VERBS[verb]))
+    result = measured_kbot(*(str(file) if word == "FILE" else word for word in VERBS[verb]))
     assert result.is_refusal(), result
 
 
@@ -46,11 +46,11 @@ def doubled(count: int) -> str:
 
 @pytest.mark.parametrize("verb", VERBS)
 def test_a_number_of_too_many_digits_is_one_error(
-    verb: str, tmp_path: Path, run_kbot: Callable[..., Any]
+    verb: str, tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
     file = tmp_path / "robot.xacro"
     file.write_text(DIGITS)
-    result = run_kbot(*(str(file) if word == "FILE" else word for word in VERBS[verb]))
+    result = measured_kbot(*(str(file) if word == "FILE" else word for word in VERBS[verb]))
     assert result.is_refusal(), result
     assert f"robot.xacro:1:{DIGITS.index('${') + 1}" in result.out + result.err
 
@@ -59,11 +59,11 @@ def test_a_number_of_too_many_digits_is_one_error(
     "text", [SEARCH, COLLISIONS, doubled(27), doubled(60)], ids=["search", "collisions", "p27", "p60"]
 )
 def test_the_work_and_size_of_expressions_are_bounded(
-    text: str, tmp_path: Path, run_kbot: Callable[..., Any]
+    text: str, tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
     file = tmp_path / "robot.xacro"
     file.write_text(text)
-    result = run_kbot("expand", file)
+    result = measured_kbot("expand", file)
     assert result.is_refusal(), result
     assert result.err.count("error") == 1
 
@@ -76,13 +76,13 @@ def test_the_work_and_size_of_expressions_are_bounded(
     ],
 )
 def test_expressions_of_launch_files_are_bounded(
-    name: str, line: str, tmp_path: Path, run_kbot: Callable[..., Any]
+    name: str, line: str, tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
     expression = "('a' * 3000000).rfind('ab' + 'a' * 1000000)"
     if name == "a.launch.xml":
         expression = expression.replace("'", "&apos;")
     (tmp_path / name).write_text(f"<launch>{line.format(expression)}</launch>")
-    result = run_kbot("launch", tmp_path / name, "--no-browser")
+    result = measured_kbot("launch", tmp_path / name, "--no-browser")
     assert result.is_refusal(), result
     assert "too many steps" in result.err
     assert "L014" in result.err

@@ -30,17 +30,17 @@ NOT_FILES = ("/proc/self/mem", "/proc/kmsg", "/proc/*/*", "/dev/*", "/dev/fd/*",
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="these are files of Linux")
-def test_including_something_that_is_not_a_file(tmp_path: Path, run_kbot: Callable[..., Any]) -> None:
+def test_including_something_that_is_not_a_file(tmp_path: Path, measured_kbot: Callable[..., Any]) -> None:
     includes = "".join(f'<xacro:include filename="{name}"/>' for name in NOT_FILES)
     (tmp_path / "robot.xacro").write_text(f"{H}{includes}</robot>")
     for verb in ("expand", "check"):
-        result = run_kbot(verb, "robot.xacro")
+        result = measured_kbot(verb, "robot.xacro")
         assert result.is_refusal(), result
 
 
 @pytest.mark.parametrize("kind", ["pipe", "folder", "large file", "device"])
 def test_an_option_that_names_something_that_is_not_a_file(
-    kind: str, tmp_path: Path, run_kbot: Callable[..., Any]
+    kind: str, tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
     (tmp_path / "robot.urdf").write_text(f'{H}<link name="base_link"/></robot>')
     name = tmp_path / "given"
@@ -53,7 +53,7 @@ def test_an_option_that_names_something_that_is_not_a_file(
             file.truncate(10 << 30)
     else:
         name.symlink_to("/dev/zero")
-    result = run_kbot("check", "robot.urdf", "--baseline", name)
+    result = measured_kbot("check", "robot.urdf", "--baseline", name)
     assert result.is_refusal(), result
     assert f"error: {name} cannot be read: it is" in result.err
 

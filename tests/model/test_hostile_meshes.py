@@ -242,7 +242,7 @@ def test_a_header_cannot_hide_its_counts(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("what", EXPENSIVE)
 def test_an_expensive_mesh_is_an_error_before_it_is_loaded(
-    tmp_path: Path, what: str, run_kbot: Callable[..., Any]
+    tmp_path: Path, what: str, measured_kbot: Callable[..., Any]
 ) -> None:
     extension, content, message = EXPENSIVE[what]
     (tmp_path / f"a.{extension}").write_bytes(content)
@@ -250,7 +250,7 @@ def test_an_expensive_mesh_is_an_error_before_it_is_loaded(
     (tmp_path / "a.urdf").write_text(
         f'<robot name="a"><link name="base_link"><visual>{geometry}</visual></link></robot>'
     )
-    result = run_kbot("check", "a.urdf")
+    result = measured_kbot("check", "a.urdf")
     assert result.status == 1
     assert re.search(rf"{message}.*, more than \d+\. Simplify the mesh", result.out)
     assert result.cpu_s < 3

@@ -79,64 +79,66 @@ def refused(words: str, use: Callable[[], object]) -> None:
 @pytest.mark.parametrize("verb", [("bag", "info"), ("view", "--no-browser")])
 @pytest.mark.parametrize("compression", ["zstd", "lz4"])
 def test_chunk_of_a_gibibyte_is_refused(
-    compression: str, verb: tuple[str, ...], tmp_path: Path, run_kbot: Callable[..., Any]
+    compression: str, verb: tuple[str, ...], tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
     packed = zeros(compression, BOMB)
     file = mcap_file(tmp_path / "bomb.mcap", mcap_chunk(packed, compression, BOMB))
-    result = run_kbot(*verb, file)
+    result = measured_kbot(*verb, file)
     assert result.is_refusal(), result
     assert "bomb.mcap: the chunk at byte 33 is not read: it decompresses to more than" in result.err
 
 
 @pytest.mark.parametrize("compression", ["bz2", "lz4"])
 def test_large_chunk_of_a_bag_is_refused(
-    compression: str, tmp_path: Path, run_kbot: Callable[..., Any]
+    compression: str, tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
     size = BOMB if compression == "lz4" else BOMB // 4  # compressing more would take too long for a test
     chunk = compression, zeros(compression, size), size, {0: 1}
-    result = run_kbot("bag", "info", ros1_bag(tmp_path / "bomb.bag", CHATTER, chunk))
+    result = measured_kbot("bag", "info", ros1_bag(tmp_path / "bomb.bag", CHATTER, chunk))
     assert result.is_refusal(), result
     assert "bomb.bag: the chunk at byte" in result.err
 
 
 @pytest.mark.parametrize("mode", ["file", "message"])
 def test_folder_that_decompresses_to_gibibytes_is_refused(
-    mode: str, tmp_path: Path, run_kbot: Callable[..., Any]
+    mode: str, tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
     packed = zeros("zstd", 2 * BOMB if mode == "file" else BOMB)
     folder = ros2_folder(tmp_path / "bomb", packed if mode == "message" else WORD, mode=mode)
     if mode == "file":
         (folder / "run.db3.zstd").write_bytes(packed)
-    result = run_kbot("bag", "info", folder)
+    result = measured_kbot("bag", "info", folder)
     assert result.is_refusal(), result
     assert "bomb" in result.err
 
 
-def test_many_allowed_chunks_are_refused_together(tmp_path: Path, run_kbot: Callable[..., Any]) -> None:
+def test_many_allowed_chunks_are_refused_together(tmp_path: Path, measured_kbot: Callable[..., Any]) -> None:
     """40 chunks of 128 MiB, and one chunk with two million messages."""
     skipped = mcap_record(15 << 4, bytes((1 << 27) - 9))  # a record of an unknown kind
     large = mcap_file(tmp_path / "large.mcap", *[mcap_chunk(PACK["zstd"](skipped), "zstd", 1 << 27)] * 40)
     messages = mcap_record(5, struct.pack("<HIQQ", 1, 0, 1, 1) + WORD) * 2_000_000
     many = mcap_file(tmp_path / "many.mcap", mcap_chunk(PACK["zstd"](messages), "zstd", len(messages)))
     for file in (large, many):
-        result = run_kbot("bag", "info", file)
+        result = measured_kbot("bag", "info", file)
         assert result.is_refusal(), result
         assert f"{file}: it decompresses to too much data for a file of" in result.err
 
 
 def test_definition_with_six_gigabytes_of_code_is_refused(
-    tmp_path: Path, run_kbot: Callable[..., Any]
+    tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
     file = mcap_of(tmp_path / "huge.mcap", {"a/msg/T": "string[100000000] a"})
     for words in (("bag", "info", file), ("bag", "export", file, "--topic", "/topic0")):
-        result = run_kbot(*words)
+        result = measured_kbot(*words)
         assert result.is_refusal(), result
         assert f"{file}: the definition of a/msg/T cannot be used" in result.err
 
 
-def test_longest_accepted_definition_is_read_quickly(tmp_path: Path, run_kbot: Callable[..., Any]) -> None:
+def test_longest_accepted_definition_is_read_quickly(
+    tmp_path: Path, measured_kbot: Callable[..., Any]
+) -> None:
     file = mcap_of(tmp_path / "long.mcap", {"a/msg/T": "string[4900] a"})
-    result = run_kbot("bag", "export", file, "--topic", "/topic0")
+    result = measured_kbot("bag", "export", file, "--topic", "/topic0")
     assert result.is_refusal(), result
     assert f"{file}: /topic0 at 0.000 s is not a a/msg/T" in result.err
 

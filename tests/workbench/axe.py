@@ -1,4 +1,4 @@
-"""Accessibility of a page, as axe-core finds it."""
+"""Accessibility of a page, as axe-core reports it."""
 
 from pathlib import Path
 from typing import Any
@@ -7,14 +7,14 @@ import pytest
 
 AXE = Path(__file__).parents[2] / "web" / "node_modules" / "axe-core" / "axe.min.js"
 
-# Without the other types of results, which are not used here, axe needs half the time.
+# axe-core works half as long if it reports only violations.
 RUN = "within => axe.run(document.querySelector(within), {resultTypes: ['violations']})"
 
 
 def violations(page: Any, within: str = "html") -> list[tuple[str, str, str]]:
     """Impact, rule and first element of each violation in the first element that matches a selector."""
     if not AXE.is_file():
-        pytest.skip("axe-core is not installed (npm ci in web/ does it)")
+        pytest.skip("axe-core is not installed (npm ci in web/ installs it)")
     if not page.evaluate("'axe' in window"):
         page.evaluate(AXE.read_text(encoding="utf-8"))
     found = page.evaluate(RUN, within)["violations"]

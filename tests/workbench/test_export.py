@@ -217,14 +217,14 @@ def test_shapes_without_volume_are_drawn_if_visible(tmp_path: Path, shape: str) 
 
 @pytest.mark.parametrize("kind", ["png", "glb"])
 def test_too_many_triangles_in_all_visuals_are_an_error(
-    kind: str, tmp_path: Path, run_kbot: Callable[..., Any]
+    kind: str, tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
     """250,001 triangles in a mesh that two visuals show."""
     triangle = struct.pack("<12fH", 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0)
     (tmp_path / "a.stl").write_bytes(bytes(80) + struct.pack("<I", 250_001) + triangle * 250_001)
     visual = '<visual><geometry><mesh filename="a.stl"/></geometry></visual>'
     (tmp_path / "a.urdf").write_text(f'<robot name="a"><link name="base">{visual * 2}</link></robot>')
-    result = run_kbot("export", "a.urdf", "--to", kind)
+    result = measured_kbot("export", "a.urdf", "--to", kind)
     assert result.status == 2
     message = "the visuals of the robot have more than 500000 triangles. The link 'base' exceeds the limit"
     assert message in result.err
