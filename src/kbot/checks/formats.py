@@ -115,15 +115,10 @@ def _relative_to(folder: str, path: str) -> str:
 
 
 def _uri(path: str) -> str:
-    return _uri_from(os.getcwd(), path)
-
-
-@lru_cache(maxsize=256)
-def _uri_from(folder: str, path: str) -> str:
     from urllib.parse import quote  # imported late for start-up time: only SARIF needs it
 
-    name = _relative_to(folder, path)
-    return Path(name).as_uri() if Path(name).is_absolute() else quote(os.fsencode(name))
+    name = relative(path)
+    return Path(name).as_uri() if os.path.isabs(name) else quote(os.fsencode(name))
 
 
 def github(found: Sequence[Diagnostic]) -> str:
