@@ -118,7 +118,8 @@ class _Frames:
         self._poses: dict[str, Transform] = {}
 
     def add(self, topic: str, message: dict[str, Any]) -> None:
-        from kbot.kinematics.transform import Transform  # imported lazily: numpy, which -h does not need
+        # imported lazily: it loads numpy, which -h does not need
+        from kbot.kinematics.transform import Transform
 
         for item in message["transforms"]:
             child, transform = item["child_frame_id"], item["transform"]

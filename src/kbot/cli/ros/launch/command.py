@@ -124,7 +124,7 @@ def command(
         print_answers(plan, questions)
         return 0
     with loading(path):
-        # imported lazily: numpy, which -h does not need
+        # imported lazily: it loads numpy, which -h does not need
         from kbot.ros.launch.running.findings import simulation_findings
         from kbot.ros.launch.staging import stage
 

@@ -44,7 +44,8 @@ class StandIns:
         """
         if not self.settings.maps:
             return
-        from kbot.messages.navigation import MapMetaData, OccupancyGrid  # imported lazily: start-up time
+        # imported lazily, for a fast start-up
+        from kbot.messages.navigation import MapMetaData, OccupancyGrid
         from kbot.world.occupancy_files import read_map
 
         for path in self.settings.maps:
