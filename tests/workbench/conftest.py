@@ -10,10 +10,11 @@ from typing import Any
 import pytest
 
 import kbot
-from kbot.workbench.serve import open_session, serving
+from kbot.workbench.serve import open_session
 from kbot.workbench.session.session import Session
 
 from .pages import Pages
+from .served import served
 
 ROBOTS = Path(kbot.__file__).parent / "robots"
 
@@ -32,7 +33,7 @@ def xacro(package: Path) -> Path:
 @pytest.fixture
 def viewing(xacro: Path) -> Iterator[str]:
     """The address of a workbench with sliders for the copied robot."""
-    with serving(open_session(str(xacro), simulate=False)) as address:
+    with served(open_session(str(xacro), simulate=False)) as address:
         yield address
 
 
@@ -40,7 +41,7 @@ def viewing(xacro: Path) -> Iterator[str]:
 def driving(xacro: Path) -> Iterator[tuple[str, Session]]:
     """Address and session of a workbench that simulates the copied robot on an empty plane."""
     session = open_session(str(xacro), simulate=True, seed=1)
-    with serving(session) as address:
+    with served(session) as address:
         yield address, session
 
 

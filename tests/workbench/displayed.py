@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from kbot.messages import Header, Point, Pose, Quaternion
-from kbot.workbench.serve import open_session, serving
+from kbot.workbench.serve import open_session
 
 from .conftest import until
 from .pictures import screenshot
-from .served import Speaker
+from .served import Speaker, served
 
 OpenPage = Callable[..., Any]
 
@@ -114,16 +114,13 @@ def showing(
     bus = session.topics.bus
     for topic, kind in topics.items():
         bus.advertise(topic, kind)
-    with serving(session) as address:
+    with served(session) as address:
         page = open_page(address, color_scheme="dark", viewport={"width": 1180, "height": 480})
         page.evaluate(ASIDE)
         show = Show(page, Speaker(session))
         for kind in ("Grid", "RobotModel", "World", "LaserScan"):
             page.get_by_label(f"Show {kind}", exact=True).uncheck()
-        try:
-            yield show
-        finally:
-            page.goto("about:blank")  # it would try to reconnect
+        yield show
 
 
 def pose(x: float = 0.0, y: float = 0.0, z: float = 0.0, yaw: float = 0.0) -> Pose:

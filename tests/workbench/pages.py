@@ -73,8 +73,14 @@ class Pages:
         page.tools = page.context.new_cdp_session(page)
         complaints = page.complaints = []
         page.on("pageerror", lambda error: complaints.append(str(error)))
-        page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
+        page.on("console", lambda m: complaints.append(m.text) if is_complaint(m) else None)
         return page
+
+
+def is_complaint(message: Any) -> bool:
+    """Whether a message of the console is an error. A page that reconnects to a stopped server reports one
+    for each attempt, which is not an error of the page."""
+    return message.type == "error" and not message.text.startswith("WebSocket connection to ")
 
 
 def address_origin(address: str) -> str:

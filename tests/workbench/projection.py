@@ -5,7 +5,6 @@ model's kinematics.
 """
 
 from collections.abc import Iterator, Mapping
-from math import ceil, floor
 
 import numpy as np
 
@@ -60,39 +59,59 @@ def _draw(
     tied: np.ndarray,
     index: int,
 ) -> None:
+    """Draw triangles (n, 3, 3) of a link into a picture (height, width)."""
     height, width = image.shape
     clip = np.concatenate([corners, np.ones((*corners.shape[:2], 1))], axis=2) @ clip_from_world.T
     in_front = (clip[..., 3] > 1e-6).all(axis=1)
     seen = clip[in_front, :, :3] / clip[in_front, :, 3:]
-    x, y, z = (seen[..., 0] + 1) / 2 * width, (1 - seen[..., 1]) / 2 * height, seen[..., 2]
-    columns, rows = np.arange(width)[None, :] + 0.5, np.arange(height)[:, None] + 0.5
-    for (x0, x1, x2), (y0, y1, y2), (z0, z1, z2) in zip(x.tolist(), y.tolist(), z.tolist(), strict=True):
-        area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
-        if abs(area) < 1e-12:
-            continue
-        # pixels whose centre may be inside
-        left, right = max(0, ceil(min(x0, x1, x2) - 0.5)), min(width, floor(max(x0, x1, x2) + 0.5))
-        top, bottom = max(0, ceil(min(y0, y1, y2) - 0.5)), min(height, floor(max(y0, y1, y2) + 0.5))
-        if left >= right or top >= bottom:
-            continue
-        px = columns[:, left:right]
-        py = rows[top:bottom]
-        b = ((px - x0) * (y2 - y0) - (x2 - x0) * (py - y0)) / area
-        c = ((x1 - x0) * (py - y0) - (px - x0) * (y1 - y0)) / area
-        a = 1 - b - c
-        inside = (a >= 0) & (b >= 0) & (c >= 0)
-        if not inside.any():
-            continue
-        at = z0 * a + z1 * b + z2 * c
-        inside &= at > -1
-        part = np.s_[top:bottom, left:right]
-        before = depth[part]
-        other = (image[part] != index) & (image[part] >= 0)
-        tied[part][inside & other & (np.abs(at - before) <= TIE)] = True
-        tied[part][inside & (at < before - TIE)] = False
-        nearer = inside & (at < before)
-        before[nearer] = at[nearer]
-        image[part][nearer] = index
+    seen[..., :2] = (seen[..., :2] * (1.0, -1.0) + 1.0) / 2.0 * (width, height)
+    pixels, at = _rasterized(seen, width, height)
+    order = np.argsort(-at)  # of several values for a pixel, the last one stays: the nearest
+    nearest = np.full(image.size, np.inf)
+    nearest[pixels[order]] = at[order]
+    rows, columns = np.nonzero(nearest.reshape(image.shape) < np.inf)
+    near, before, link = nearest[rows * width + columns], depth[rows, columns], image[rows, columns]
+    is_tied = (link != index) & (link >= 0) & (np.abs(near - before) <= TIE)
+    tied[rows, columns] = is_tied | (tied[rows, columns] & (near >= before - TIE))
+    image[rows, columns] = np.where(near < before, index, link)
+    depth[rows, columns] = np.minimum(near, before)
+
+
+def _rasterized(triangles: np.ndarray, width: int, height: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the number of each pixel whose centre is in a triangle, and its depth there, once for each
+    triangle.
+
+    `triangles` is (n, 3, 3): column and row in pixels, and depth.
+    """
+    corners = np.dstack([triangles[..., :2], np.ones(triangles.shape[:2])])
+    has_area = np.abs(np.linalg.det(corners)) > 1e-12
+    triangles = triangles[has_area]
+    # (column, row, 1) @ shares[n, :, i] is the share of corner i at a place of triangle n
+    shares = np.linalg.inv(corners[has_area])
+    depths = np.einsum("nji,ni->nj", shares, triangles[..., 2])
+    # one span of columns for each triangle and row
+    top = np.clip(np.ceil(triangles[..., 1].min(axis=1) - 0.5), 0, height).astype(int)
+    bottom = np.clip(np.floor(triangles[..., 1].max(axis=1) + 0.5), 0, height).astype(int)
+    of, rows = _counted(top, np.maximum(bottom - top, 0))
+    left, right = np.full(len(rows), 0.5), np.full(len(rows), width - 0.5)
+    for along, down, constant in shares[of].transpose(2, 1, 0):
+        rest = down * (rows + 0.5) + constant
+        with np.errstate(divide="ignore", invalid="ignore"):
+            edge = -rest / along
+        left = np.where(along > 0.0, np.maximum(left, edge), left)
+        right = np.where(along < 0.0, np.minimum(right, edge), right)
+        right = np.where((along == 0.0) & (rest < 0.0), -1.0, right)
+    start = np.ceil(left - 0.5).astype(int)
+    span, columns = _counted(start, np.maximum(np.floor(right - 0.5).astype(int) + 1 - start, 0))
+    rows, of = rows[span], of[span]
+    at = depths[of, 0] * (columns + 0.5) + depths[of, 1] * (rows + 0.5) + depths[of, 2]
+    return (rows * width + columns)[at > -1.0], at[at > -1.0]
+
+
+def _counted(starts: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return `counts[i]` numbers from `starts[i]` on for each i, and i with each of them."""
+    of = np.repeat(np.arange(len(counts)), counts)
+    return of, starts[of] + np.arange(len(of)) - (np.cumsum(counts) - counts)[of]
 
 
 def _triangles(shape: Geometry) -> Iterator[np.ndarray]:

@@ -10,11 +10,11 @@ import kbot
 from kbot.record import Recorder
 from kbot.record.feed import Feed
 from kbot.sim import Simulation
-from kbot.workbench.serve import serving
 from kbot.workbench.session.played_session import played_session
 
 from .conftest import until
 from .pictures import blue, screenshot
+from .served import served
 
 OpenPage = Callable[..., Any]
 
@@ -154,7 +154,7 @@ def test_the_robot_of_a_recording_is_read_only(tmp_path: Path, open_page: OpenPa
     with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(tmp_path / "run.mcap")):
         sim.run(0.5)
     session = played_session(str(tmp_path / "run.mcap"))
-    with serving(session) as address:
+    with served(session) as address:
         page = open_page(address)
         until(
             lambda: "The robot of a recording cannot be changed." in page.locator("#parameters").inner_text()
@@ -165,7 +165,6 @@ def test_the_robot_of_a_recording_is_read_only(tmp_path: Path, open_page: OpenPa
         number.dblclick()
         assert page.locator("#source .edit").count() == 0
         assert number.evaluate("e => getComputedStyle(e).cursor") != "ew-resize"
-        page.goto("about:blank")
 
 
 def test_expressions_have_their_values_beside_them(viewing: str, open_page: OpenPage) -> None:

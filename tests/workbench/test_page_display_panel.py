@@ -9,13 +9,14 @@ import pytest
 import yaml
 
 from kbot.workbench.displays.display_file import DisplayFile
-from kbot.workbench.serve import open_session, serving
+from kbot.workbench.serve import open_session
 
 from .axe import violations
 from .conftest import until, wait_for_page
 from .displayed import ASIDE
 from .pictures import pixels_per_metre, screenshot
 from .rviz_texts import RVIZ1
+from .served import served
 
 OpenPage = Callable[..., Any]
 
@@ -97,7 +98,7 @@ def test_a_page_opens_and_saves_an_rviz_configuration(
     path.write_text(RVIZ1)
     session = open_session(str(xacro), simulate=False)
     session.display_file = DisplayFile(str(path))
-    with serving(session) as address:
+    with served(session) as address:
         page = open_page(address)
         until(lambda: names(page) == ["Grid", "Front lidar", "Eye", "RobotModel", "World"])
         clip = page.evaluate("kbot.camera()")
@@ -116,7 +117,6 @@ def test_a_page_opens_and_saves_an_rviz_configuration(
         grid = yaml.safe_load(path.read_text())["Visualization Manager"]["Displays"][0]
         assert grid["Cell Size"] == 0.125
         assert grid["Line Style"]["Value"] == "Lines"
-        page.goto("about:blank")
 
 
 def test_a_copy_of_the_settings_is_saved_and_opened_again(
@@ -147,7 +147,7 @@ def test_a_robot_without_shapes_is_reported_and_casts_no_shadow(
     tmp_path: Path, open_page: OpenPage, shape: str
 ) -> None:
     (tmp_path / "r.urdf").write_text(f"<robot name='r'><link name='a'>{shape}</link></robot>")
-    with serving(open_session(str(tmp_path / "r.urdf"), simulate=False)) as address:
+    with served(open_session(str(tmp_path / "r.urdf"), simulate=False)) as address:
         page = open_page(address)
         lamp = page.locator(".display[data-display=RobotModel] .lamp")
         until(lambda: ("no link has a visual" in lamp.get_attribute("aria-label")) == (shape == ""))
@@ -159,7 +159,6 @@ def test_a_robot_without_shapes_is_reported_and_casts_no_shadow(
         row, column = (size // 2 for size in ground.shape[:2])
         beneath, beside = ground[row, column + 3], ground[row, column + int(0.1 * pixels_per_metre(page))]
         assert (np.abs(beneath - beside).max() <= 1) == (shape == "")
-        page.goto("about:blank")
 
 
 def test_the_robot_display_reports_missing_meshes(tmp_path: Path, open_page: OpenPage) -> None:
@@ -169,7 +168,7 @@ def test_the_robot_display_reports_missing_meshes(tmp_path: Path, open_page: Ope
         '<link name="tool"><visual><geometry><mesh filename="package://gone/t.stl"/></geometry></visual></link>'
         '<joint name="j" type="fixed"><parent link="base"/><child link="tool"/></joint></robot>'
     )
-    with serving(open_session(str(file), simulate=False)) as address:
+    with served(open_session(str(file), simulate=False)) as address:
         lamp = open_page(address).locator(".display[data-display=RobotModel] .lamp")
         expected = "error: meshes are missing (see Findings): tool"
         until(lambda: lamp.get_attribute("aria-label") == expected)

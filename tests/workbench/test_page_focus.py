@@ -8,11 +8,11 @@ import pytest
 
 from kbot.messages import Header, Point, Pose, Quaternion
 from kbot.messages.navigation import PoseStamped
-from kbot.workbench.serve import open_session, serving
+from kbot.workbench.serve import open_session
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .served import Speaker, state_of
+from .served import Speaker, served, state_of
 
 OpenPage = Callable[..., Any]
 
@@ -139,7 +139,7 @@ def with_mast(xacro: Path) -> Iterator[tuple[str, Session]]:
     """A KBot with a mast that a controller turns."""
     xacro.write_text(xacro.read_text().replace("</robot>", MAST))
     session = open_session(str(xacro), simulate=True, seed=1)
-    with serving(session) as address:
+    with served(session) as address:
         yield address, session
 
 

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from kbot.cli.main import run
-from kbot.workbench.serve import open_session, serving
+from kbot.workbench.serve import open_session
 
 from .conftest import until
 from .pictures import decode_png
+from .served import served
 
 OpenPage = Callable[..., Any]
 
@@ -57,7 +58,7 @@ def arm(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def running(arm: Path) -> Iterator[str]:
-    with serving(open_session(str(arm), simulate=True)) as address:
+    with served(open_session(str(arm), simulate=True)) as address:
         yield address
 
 
@@ -83,7 +84,7 @@ def test_joints_follow_commands_to_their_controllers(running: str, open_page: Op
 
 
 def test_zero_is_shown_without_a_sign(arm: Path, open_page: OpenPage) -> None:
-    with serving(open_session(str(arm), simulate=False)) as address:
+    with served(open_session(str(arm), simulate=False)) as address:
         page = open_page(address)
         number = page.get_by_label("turn in degrees", exact=True)
         slider = page.get_by_role("slider", name="turn", exact=True)
@@ -92,7 +93,6 @@ def test_zero_is_shown_without_a_sign(arm: Path, open_page: OpenPage) -> None:
         until(lambda: float(slider.input_value()) < 0)
         until(lambda: slider.get_attribute("aria-valuetext") == "0.0 degrees")
         assert number.input_value() == "0.0"
-        page.goto("about:blank")
 
 
 def test_joints_have_units_limits_and_search(arm: Path, open_page: OpenPage) -> None:
@@ -106,7 +106,7 @@ def test_joints_have_units_limits_and_search(arm: Path, open_page: OpenPage) -> 
             + "</robot>",
         )
     )
-    with serving(open_session(str(arm), simulate=False)) as address:
+    with served(open_session(str(arm), simulate=False)) as address:
         page = open_page(address)
         limits = page.locator("[data-joint=turn] .limits span")
         units = page.get_by_role("group", name="Units")
@@ -126,7 +126,6 @@ def test_joints_have_units_limits_and_search(arm: Path, open_page: OpenPage) -> 
         assert page.locator(".joint:visible").count() == 1
         page.get_by_label("Search joints").fill("nothing")
         assert page.locator("#joints").inner_text().strip().endswith("No joint matches.")
-        page.goto("about:blank")
 
 
 def test_joints_start_at_the_initial_positions_of_ros2_control(
@@ -140,14 +139,13 @@ def test_joints_start_at_the_initial_positions_of_ros2_control(
             "</robot>", f'<ros2_control name="a" type="system">{expected}</ros2_control></robot>'
         )
     )
-    with serving(open_session(str(arm), simulate=False)) as address:
+    with served(open_session(str(arm), simulate=False)) as address:
         page = open_page(address)
         assert value(page, "turn in degrees") == pytest.approx(np.degrees(0.5), abs=0.05)
         # the mimic joint follows
         assert value(page, "echo in degrees") == pytest.approx(np.degrees(0.25), abs=0.05)
         assert value(page, "lift in millimetres") == pytest.approx(200.0, abs=0.05)
         assert value(page, "spin in degrees") == 0.0
-        page.goto("about:blank")
     saved = tmp_path / "arm.html"
     assert run(["export", str(arm), "-o", str(saved), "--joint", "lift:=0.1"]) == 0
     page = open_page(saved.as_uri())
@@ -161,12 +159,12 @@ def test_a_saved_picture_has_the_pages_joint_positions(arm: Path, tmp_path: Path
         '<param name="initial_value">0.3</param></state_interface></joint></ros2_control></robot>'
     )
     pictures = [tmp_path / f"{name}.png" for name in ("shot", "export", "moved", "zero")]
-    moved = ["--joint", "lift:=0.3"]
-    assert run(["export", str(arm), "-o", str(pictures[2]), *moved]) == 0
-    assert run(["export", str(arm), "-o", str(pictures[3])]) == 0
+    small = ["--size", "400x250"]
+    assert run(["export", str(arm), "-o", str(pictures[2]), *small, "--joint", "lift:=0.3"]) == 0
+    assert run(["export", str(arm), "-o", str(pictures[3]), *small]) == 0
     arm.write_text(arm.read_text().replace("</robot>", hardware))
-    assert run(["view", str(arm), "--shot", str(pictures[0])]) == 0
-    assert run(["export", str(arm), "-o", str(pictures[1])]) == 0
+    assert run(["view", str(arm), "--shot", str(pictures[0]), *small]) == 0
+    assert run(["export", str(arm), "-o", str(pictures[1]), *small]) == 0
     shot, exported, by_hand, zero = (decode_png(picture.read_bytes()) for picture in pictures)
     assert (exported == by_hand).all()
     assert (shot == by_hand).all()

@@ -8,13 +8,12 @@ from typing import Any
 import pytest
 
 from kbot.workbench.protocol import AskSeries, Timeline
-from kbot.workbench.serve import serving
 from kbot.workbench.serving.hub import Client
 from kbot.workbench.serving.plotting import Plotting, Request
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .served import run_between_steps, state_of
+from .served import run_between_steps, served, state_of
 from .test_page_authoring import length_in_source
 from .test_page_plot_recording import played
 from .test_page_plot_time import WIDE, at_line, is_past, line, open_plots, page, plot, shown, table
@@ -89,7 +88,7 @@ def test_a_slow_answer_is_awaited_while_time_continues(
 
 def test_a_step_starts_from_the_playback_position(played: Session, open_page: OpenPage) -> None:
     played.speed = 0.5
-    with serving(played) as address:
+    with served(played) as address:
         page = open_page(address, viewport=WIDE)
         page.keyboard.press("p")
         until(lambda: page.get_by_role("button", name="Pause").is_visible())
@@ -102,7 +101,6 @@ def test_a_step_starts_from_the_playback_position(played: Session, open_page: Op
         until(lambda: slider.evaluate("s => s.valueAsNumber") == pytest.approx(at, abs=0.01))
         page.keyboard.press("ArrowRight")
         until(lambda: run_between_steps(played, played.timeline).at == pytest.approx(at + 0.1, abs=0.02))
-        page.goto("about:blank")
 
 
 def test_quick_key_presses_on_a_joint_add_up(viewing: str, open_page: OpenPage) -> None:

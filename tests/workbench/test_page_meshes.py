@@ -11,11 +11,12 @@ import pytest
 import trimesh
 
 from kbot.model.load import load_robot
-from kbot.workbench.serve import open_session, serving
+from kbot.workbench.serve import open_session
 
 from .conftest import until
 from .pictures import id_image, screenshot
 from .projection import link_image, overlap
+from .served import served
 
 OpenPage = Callable[..., Any]
 
@@ -104,7 +105,7 @@ def test_each_format_has_its_size_and_its_colour(tmp_path: Path, open_page: Open
     file = tmp_path / "wall.urdf"
     file.write_text(wall({name: f"<mesh filename='{name}'/>" for name in FILES}))
     expected = wall(dict.fromkeys(FILES, box()))
-    with serving(open_session(str(file), simulate=False)) as address:
+    with served(open_session(str(file), simulate=False)) as address:
         page = open_page(address, viewport={"width": 1180, "height": 640})
         page.evaluate("kbot.look([0, -0.3, 1.2], [0, 0, 0])")
         until(lambda: min(agree(page, expected, tmp_path).values()) > RIGHT)
@@ -115,13 +116,12 @@ def test_each_format_has_its_size_and_its_colour(tmp_path: Path, open_page: Open
         for name, channel in (("red.obj", 0), ("green.dae", 1)):
             colour = np.median(shown[image == links.index(name)], axis=0)
             assert colour[channel] > 3 * np.delete(colour, channel).max(), name
-        page.goto("about:blank")
 
 
 def test_a_mesh_changed_on_disk_changes_in_the_picture(tmp_path: Path, open_page: OpenPage) -> None:
     file = tmp_path / "wall.urdf"
     file.write_text(wall({"part": "<mesh filename='binary.stl'/>"}))
-    with serving(open_session(str(file), simulate=False)) as address:
+    with served(open_session(str(file), simulate=False)) as address:
         page = open_page(address)
         page.evaluate("kbot.look([-0.26, -0.3, 1.2], [-0.26, -0.16, 0])")
 
@@ -140,7 +140,6 @@ def test_a_mesh_changed_on_disk_changes_in_the_picture(tmp_path: Path, open_page
         until(lambda: "cannot be read" in findings.inner_text())
         (tmp_path / "binary.stl").write_bytes(whole)
         until(lambda: is_drawn(1.5) and "cannot be read" not in findings.inner_text())
-        page.goto("about:blank")
 
 
 @pytest.mark.parametrize(("name", "alpha"), [("red.obj", 1.0), ("glass.obj", 0.25), ("fog.obj", 0.25)])

@@ -10,12 +10,11 @@ import pytest
 from kbot.record import Recorder
 from kbot.record.feed import Feed
 from kbot.sim import Simulation
-from kbot.workbench.serve import serving
 from kbot.workbench.session.played_session import played_session
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .served import run_between_steps
+from .served import run_between_steps, served
 from .test_page_plot_time import WIDE, click, line, once, open_plots, plot
 
 OpenPage = Callable[..., Any]
@@ -35,7 +34,7 @@ def played(tmp_path: Path) -> Session:
 
 
 def test_a_whole_recording_is_plotted(played: Session, open_page: OpenPage) -> None:
-    with serving(played) as address:
+    with served(played) as address:
         page = open_page(address, viewport=WIDE)
         open_plots(page)
         page.get_by_label("Plot another field").select_option("left_wheel_joint")
@@ -54,11 +53,10 @@ def test_a_whole_recording_is_plotted(played: Session, open_page: OpenPage) -> N
         click(page, 0.5)
         until(lambda: run_between_steps(played, played.timeline).at == pytest.approx(3.0, abs=0.1))
         until(lambda: abs(line(page).bounding_box()["x"] - plot(page)["x"] - plot(page)["width"] / 2) < 6)
-        page.goto("about:blank")
 
 
 def test_topics_of_a_recording_have_mean_rates_from_the_start(played: Session, open_page: OpenPage) -> None:
-    with serving(played) as address:
+    with served(played) as address:
         page = open_page(address, viewport=WIDE)
         page.keyboard.press("y")
         rate = page.locator("[data-topic='/odom'] .rate")
@@ -72,4 +70,3 @@ def test_topics_of_a_recording_have_mean_rates_from_the_start(played: Session, o
             moment.press("ArrowRight")
         until(lambda: page.locator("[data-topic='/odom'] dt button").count() > 3)
         assert rate.inner_text() == "50 Hz"
-        page.goto("about:blank")

@@ -79,4 +79,3 @@ def test_a_recording_is_played_back_and_scrubbed(page: Any, open_page: OpenPage)
         player.get_by_role("button", name="Continue").click()
         until(lambda: shown_x(player) > 0.6)
         until(lambda: shown_x(player) < 0.5)  # playback restarted
-        player.goto("about:blank")

@@ -11,12 +11,11 @@ from kbot.record.feed import Feed
 from kbot.record.replay import replay
 from kbot.sim import Simulation
 from kbot.workbench.protocol import Spawn
-from kbot.workbench.serve import serving
 from kbot.workbench.session.played_session import played_session
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .served import do, run_between_steps, state_of
+from .served import do, run_between_steps, served, state_of
 from .test_playback_damage import damaged, whole  # noqa: F401 - a fixture
 
 OpenPage = Callable[..., Any]
@@ -117,7 +116,7 @@ def recorded(tmp_path: Path) -> str:
 def test_a_recording_is_shown_in_its_world(recorded: str, open_page: OpenPage) -> None:
     session = played_session(recorded)
     session.paused = True
-    with serving(session) as address:
+    with served(session) as address:
         page = open_page(address)
         page.evaluate("kbot.look([0, 0, 6], [0.01, 0, 0])")
         assert page.locator(".crumbs").inner_text().strip() != ""
@@ -142,7 +141,7 @@ def test_a_damaged_part_is_reported_in_the_page(
     path, start, end = damaged(whole, tmp_path / "bad.mcap", 6)
     session = played_session(str(path))
     session.paused = True
-    with serving(session) as address:
+    with served(session) as address:
         page = open_page(address)
         press(page, (start + 0.1) / run_between_steps(session, session.timeline).end)
         words = page.locator(".notices").get_by_text(f"is damaged from {start:.2f} s to {end:.2f} s")

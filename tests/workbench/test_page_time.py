@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 
 from kbot.messages.navigation import Path as Way
-from kbot.workbench.serve import open_session, serving
+from kbot.workbench.serve import open_session
 from kbot.workbench.session.session import Session
 
 from .conftest import until, wait_for_page
-from .served import run_between_steps, state_of
+from .served import run_between_steps, served, state_of
 
 OpenPage = Callable[..., Any]
 
@@ -96,7 +96,7 @@ def test_live_numbers_are_marked_while_looking_back(page: Any) -> None:
 
 def test_a_time_without_a_scan_is_not_an_error(xacro: Path, open_page: OpenPage) -> None:
     session = open_session(str(xacro), simulate=True, arguments={"lidar": "true"})
-    with serving(session) as address:
+    with served(session) as address:
         until(lambda: state_of(session).at > 1.0)  # the lidar has no subscriber
         page = open_page(address)
         lamp = page.locator(".display[data-display=LaserScan] .lamp")
@@ -112,7 +112,6 @@ def test_a_time_without_a_scan_is_not_an_error(xacro: Path, open_page: OpenPage)
         chooser.select_option("Path /way")
         until(lambda: page.locator("#displays .badge").is_visible())
         assert page.locator("#displays .panel-head").bounding_box()["height"] == head["height"]
-        page.goto("about:blank")
 
 
 def test_keys_go_back_in_time(page: Any) -> None:

@@ -10,12 +10,12 @@ import pytest
 
 from kbot.messages.navigation import PoseWithCovarianceStamped
 from kbot.messages.visualization import PointStamped
-from kbot.workbench.serve import open_session, serving
+from kbot.workbench.serve import open_session
 from kbot.workbench.session.session import Session
 
 from .conftest import until
 from .pictures import blue, middle, screenshot
-from .served import collect, state_of
+from .served import collect, served, state_of
 
 OpenPage = Callable[..., Any]
 FROM_ABOVE = "kbot.look([0.6, 0.5999, 3.6], [0.6, 0.6, 0])"
@@ -25,7 +25,7 @@ ARROW = (46, 204, 113)
 @pytest.fixture
 def maze(xacro: Path) -> Iterator[tuple[str, Session]]:
     session = open_session(str(xacro), simulate=True, world="maze:size=3,seed=3", seed=1)
-    with serving(session) as address:
+    with served(session) as address:
         yield address, session
 
 

@@ -14,7 +14,7 @@ from kbot.workbench.session.session import Session
 
 from .conftest import until
 from .pictures import decode_png
-from .served import state_of
+from .served import served, state_of
 
 OpenPage = Callable[..., Any]
 
@@ -55,7 +55,7 @@ def test_playback_starts_with_its_page_and_keys_work_on_the_timeline(
     player: Session, open_page: OpenPage
 ) -> None:
     assert player.paused
-    with serving(player) as address:
+    with served(player) as address:
         page = open_page(address)
         until(lambda: state_of(player).at > 0.1)
         page.keyboard.press("Tab")
@@ -73,7 +73,6 @@ def test_playback_starts_with_its_page_and_keys_work_on_the_timeline(
         until(lambda: page.get_by_role("button", name="1 bookmark").is_visible())
         page.keyboard.press("l")
         until(lambda: page.locator("#plots canvas").count() == 1)
-        page.goto("about:blank")
 
 
 def test_the_lamp_of_a_new_display_is_green(viewing: str, open_page: OpenPage) -> None:
@@ -124,7 +123,7 @@ def test_the_background_of_an_rviz_file_is_behind_everything(
     file.write_text(RVIZ)
     session = open_session(str(xacro), simulate=False)
     session.display_file = DisplayFile(str(file))
-    with serving(session) as address:
+    with served(session) as address:
         page = open_page(address)
 
         def share() -> float:
@@ -132,7 +131,6 @@ def test_the_background_of_an_rviz_file_is_behind_everything(
             return float((abs(image - (48, 96, 48)).max(axis=-1) <= 4).mean())
 
         until(lambda: share() > 0.5)
-        page.goto("about:blank")
 
 
 def test_the_timeline_uses_the_available_width(driving: tuple[str, Session], open_page: OpenPage) -> None:

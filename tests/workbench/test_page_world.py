@@ -10,11 +10,11 @@ import pytest
 
 from kbot.text import KbotError
 from kbot.workbench.protocol import Delete, MoveModel, Spawn
-from kbot.workbench.serve import open_session, serving
+from kbot.workbench.serve import open_session
 from kbot.workbench.session.session import Session
 
 from .conftest import until
-from .served import do, state_of
+from .served import do, served, state_of
 
 OpenPage = Callable[..., Any]
 
@@ -22,7 +22,7 @@ OpenPage = Callable[..., Any]
 @pytest.fixture
 def boxes() -> Iterator[tuple[str, Session]]:
     session = open_session("kbot", simulate=True, world="boxes:count=20")
-    with serving(session) as address:
+    with served(session) as address:
         yield address, session
 
 
@@ -80,7 +80,7 @@ def island(tmp_path: Path) -> Iterator[tuple[str, Session]]:
     file = tmp_path / "island.sdf"
     file.write_text(ISLAND)
     session = open_session("kbot", simulate=True, world=str(file))
-    with serving(session) as address:
+    with served(session) as address:
         yield address, session
 
 

@@ -23,7 +23,6 @@ def test_scan_points_are_in_the_picture(xacro: Path, open_page: OpenPage) -> Non
         until(lambda: red(page) > 60)
         button.click()
         until(lambda: red(page) == 0)
-        page.goto("about:blank")
 
 
 def red(page: Any) -> int:
