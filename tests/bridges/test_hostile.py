@@ -26,6 +26,11 @@ from kbot.text import KbotError
 
 from .conftest import Running, wait_until
 
+PROTOCOLS = [Subprotocol(SUBPROTOCOLS[0])]
+CLOSE_SECONDS = 0.5
+"""How long a client waits for the server to confirm the end of the connection. A server that still waits for
+the rest of a frame does not confirm it."""
+
 
 @pytest.fixture(params=[FoxgloveBridge, RosbridgeBridge])
 def server(running: Running, request: pytest.FixtureRequest) -> Iterator[TopicServer]:
@@ -38,7 +43,7 @@ def server(running: Running, request: pytest.FixtureRequest) -> Iterator[TopicSe
 
 def still_serves(server: TopicServer) -> bool:
     """Whether a correct client gets an answer."""
-    with connect(server.address, subprotocols=[Subprotocol(SUBPROTOCOLS[0])]) as connection:
+    with connect(server.address, subprotocols=PROTOCOLS) as connection:
         connection.send('{"op": "no such"}')
         while True:
             answer = connection.recv(60)
@@ -76,7 +81,7 @@ def test_invalid_frames_have_no_effect(running: Running, server: TopicServer) ->
         with (
             raw,
             contextlib.suppress(WebSocketException, OSError, EOFError),
-            connect(server.address, sock=raw, subprotocols=[Subprotocol(SUBPROTOCOLS[0])]),
+            connect(server.address, sock=raw, subprotocols=PROTOCOLS, close_timeout=CLOSE_SECONDS),
         ):
             raw.sendall(frame)
     assert running.is_stepping()
@@ -92,7 +97,7 @@ def test_an_unforeseen_error_is_reported_to_the_client(
         raise ZeroDivisionError("a bug")
 
     name = type(server).__name__.removesuffix("Bridge")
-    with connect(server.address, subprotocols=[Subprotocol(SUBPROTOCOLS[0])]) as connection:
+    with connect(server.address, subprotocols=PROTOCOLS) as connection:
         with monkeypatch.context() as patch:
             patch.setattr("kbot.ros.bridges.websocket.topic_server.JsonSession.receive", fail)
             connection.send("{}")
@@ -127,7 +132,7 @@ def test_random_service_calls_have_no_effect(running: Running) -> None:
     noise = random.Random(4)
     bridge = FoxgloveBridge(running.link, port=0)
     try:
-        with connect(bridge.address, subprotocols=[Subprotocol(SUBPROTOCOLS[0])]) as connection:
+        with connect(bridge.address, subprotocols=PROTOCOLS, close_timeout=CLOSE_SECONDS) as connection:
             for number in range(300):
                 head = struct.pack("<BIII", 2, number % 25, number, (3, 4, 0, 1 << 31)[number % 4])
                 body = (b"cdr", b"json", b"", b"x")[number % 4] + noise.randbytes(noise.randrange(80))
