@@ -260,7 +260,7 @@ def measured_kbot(run_kbot: Callable[..., Ended]) -> Callable[..., Ended]:
     After 10 s of CPU time, the system stops the process, and its status is negative. CPU time does not depend
     on the load of the machine.
     """
-    if sys.platform == "win32":
+    if sys.platform == "win32":  # it lacks setrlimit and wait4, which kbot_processes.py uses
         pytest.skip("Windows has neither limits for a process nor its CPU time")
     return run_kbot
 

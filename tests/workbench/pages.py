@@ -78,9 +78,13 @@ class Pages:
 
 
 def is_complaint(message: Any) -> bool:
-    """Whether a message of the console is an error. A page that reconnects to a stopped server reports one
-    for each attempt, which is not an error of the page."""
-    return message.type == "error" and not message.text.startswith("WebSocket connection to ")
+    """Whether a message of the console is an error of the page. A page that tries to reconnect to a stopped
+    server also reports one for each attempt. A server that answers but refuses the page does not count as
+    stopped."""
+    is_stopped = (
+        message.text.startswith("WebSocket connection to ") and "net::ERR_CONNECTION_" in message.text
+    )
+    return message.type == "error" and not is_stopped
 
 
 def address_origin(address: str) -> str:

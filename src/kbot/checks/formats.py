@@ -115,7 +115,7 @@ def _relative_to(folder: str, path: str) -> str:
 
 
 def _uri(path: str) -> str:
-    from urllib.parse import quote  # imported late for start-up time: only SARIF needs it
+    from urllib.parse import quote  # imported lazily: only SARIF needs it
 
     name = relative(path)
     return Path(name).as_uri() if os.path.isabs(name) else quote(os.fsencode(name))
