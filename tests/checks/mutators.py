@@ -337,7 +337,7 @@ DRIVE = (
     _m(
         "separation property",
         "D105",
-        (r"(<xacro:arg )", r'§<xacro:property name="wheel_separation" value="0.111"/>\n  \1'),
+        (r"(<xacro:arg )", r'§<xacro:property name="wheel_separation" value="0.05"/>\n  \1'),
     ),
     _m(
         "radius property",

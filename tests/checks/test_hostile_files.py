@@ -165,7 +165,7 @@ def test_too_many_robots_of_a_launch_file_are_not_checked(
     )
     tag = '<param name="p{0}" command="xacro $(dirname)/r.xacro a:={0}"/>'
     (tmp_path / "a.launch").write_text(f"<launch>{''.join(map(tag.format, range(60)))}</launch>")
-    result = measured_kbot("check", "a.launch")
+    result = measured_kbot("check", "-v", "a.launch")
     assert result.is_bounded(), result
     assert result.status == 1
     assert "r.xacro is not checked: the launch file has too many robots [K003]" in result.out

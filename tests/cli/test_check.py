@@ -383,6 +383,62 @@ def test_a_file_of_macros_is_not_a_broken_robot(robot: Path) -> None:
     assert {"U002", "U003"} <= {f["code"] for f in findings("robot.xacro")}
 
 
+LEARNER = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r">
+  <xacro:property name="unused" value="1"/>
+  <link name="base_link"> <visual> <geometry> <box size="1 1 ${height}"/> </geometry> </visual> </link>
+  <link name="arm"> <visual> <geometry> <box size="1 1 1" sise="2"/> </geometry> </visual> </link>
+  <joint name="shoulder" type="revolute">
+    <parent link="base_link"/> <child link="amr"/> <axis xyz="0 0 1" rpy="0 0 0"/>
+  </joint>
+</robot>
+"""
+
+
+def test_causes_are_printed_first_and_the_rest_is_summarized(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("robot.xacro").write_text(LEARNER.replace("child link", "child lnik"))
+    lines = run("robot.xacro").output.splitlines()
+    heads = [line for line in lines if line.startswith("robot.xacro:")]
+    assert [head.rsplit("[", 1)[1] for head in heads] == ["X103]", "U013]"]
+    summary = lines[lines.index("After the errors (-v shows all findings):") + 1 : -2]
+    assert summary == ["  3 warnings U202 unknown-attribute  first at robot.xacro:4:65"]
+    assert lines[-1].startswith("2 errors, 3 warnings")
+
+
+def test_verbose_prints_everything_in_the_order_of_severity(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("robot.xacro").write_text(LEARNER)
+    output = run("-v", "robot.xacro").output
+    heads = [line for line in output.splitlines() if line.startswith("robot.xacro:")]
+    severities = [head.split(": ")[1] for head in heads]
+    assert severities == sorted(severities, key=["error", "warning", "info"].index)
+    assert len(heads) == len(json.loads(run("--json", "robot.xacro").output)["findings"])
+    assert "After the error" not in output
+
+
+def test_warnings_alone_are_printed_in_full(robot: Path) -> None:
+    output = run("robot.xacro").output
+    assert "After" not in output
+    assert output.count("warning:") + output.count("info:") == 2
+
+
+def test_a_summary_has_at_most_ten_lines() -> None:
+    from kbot.checks.ranking import summary
+    from kbot.text import Diagnostic, Severity
+
+    found = [Diagnostic(f"T{n:03}", Severity.WARNING, "m") for n in range(30) for _ in range(n + 1)]
+    found.append(Diagnostic("T999", Severity.INFO, "m"))
+    lines = summary(found)
+    assert len(lines) == 10
+    assert lines[0] == "30 warnings T029"
+    assert lines[-1] == "… and 22 more rules"
+    assert len(summary(found[-10:])) == 2
+
+
 def test_rule_prints_a_page() -> None:
     def words(*given: str) -> str:
         return CliRunner().invoke(rule, list(given), catch_exceptions=False, standalone_mode=False).stdout

@@ -270,4 +270,6 @@ def test_numbers_separated_by_commas_have_a_hint():
         robot(link("a"), link("b"), joint("j", "a", "b", inside="<origin xyz='0.15,0,0'/>"))
     ).diagnostics
     assert found.message == "'xyz' of <origin> needs 3 numbers, not 1"
-    assert found.hint == "separate numbers by spaces, not by commas"
+    assert found.hint == "separate numbers by spaces, not by commas: 0.15 0 0"
+    assert found.fix is not None
+    assert [edit.replacement for edit in found.fix.edits] == ["0.15 0 0"]

@@ -64,9 +64,14 @@ def test_a_long_text_is_one_node() -> None:
         (
             "<a><link></lnk></a>",
             "</lnk> has no start tag: the open element is <link>, opened at 1:4",
-            "write </link>",
+            "write </link> at 1:12",
             "1:4",
         ),
+        ("<a><parrent></parent></a>", "the open element is <parrent>", "write <parent> at 1:5", "1:4"),
+        ("<a><arm/><amr></arm></a>", "the open element is <amr>", "write <arm> at 1:11", "1:10"),
+        ("<a><amr></arm></a>", "the open element is <amr>", "the same name in both: </amr>, or <arm>", "1:4"),
+        ("<a><macro></xacro:macro></a>", "the open element is <macro>", "write <xacro:macro> at 1:5", "1:4"),
+        ("<a><xacro:if></if></a>", "the open element is <xacro:if>", "write </xacro:if> at 1:16", "1:4"),
         (
             "<a>\n <b><c/>",
             "<b>, opened at 2:2, is not closed at the end of the file",

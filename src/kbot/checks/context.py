@@ -11,6 +11,7 @@ from kbot.checks.edits import copy_as_collision, insert_child, set_value
 from kbot.checks.facts.bodies import LinkBody, body_of
 from kbot.checks.facts.folders import Folders
 from kbot.checks.facts.sources import SourceFile, in_order, read_sources
+from kbot.checks.facts.unprefixed import unprefixed
 from kbot.checks.facts.vocabulary import CHILDREN
 from kbot.kinematics.controller_files import ControllerFile, controller_files
 from kbot.kinematics.drive.declared import DeclaredDrive, declared_drives
@@ -97,6 +98,11 @@ class Context:
         return read_sources(self.entry, self.expansion.dependencies)
 
     @cached_property
+    def unprefixed(self) -> tuple[Element, ...]:
+        """The tags of xacro that are written without their prefix, in any of the files."""
+        return tuple(unprefixed(self.sources))
+
+    @cached_property
     def words(self) -> frozenset[str]:
         """Every name that is used in any of the files."""
         return frozenset().union(*(file.words for file in self.sources))
@@ -137,7 +143,7 @@ class Context:
         for element in self.document.elements():
             if element.tag not in ("link", "joint"):
                 continue
-            if any(_touches(e, errors) for e in (element, *element.descendants())):
+            if any(_is_unexpanded(e) or _touches(e, errors) for e in (element, *element.descendants())):
                 names.add(element.attributes.get("name", ""))
                 names.update(e.attributes.get("link", "") for e in element.elements("child"))
         return frozenset(names)
@@ -316,6 +322,11 @@ def _urdf(root: Element) -> Iterator[tuple[Element, Element]]:
                     break
         else:
             inner.pop()
+
+
+def _is_unexpanded(element: Element) -> bool:
+    """Whether an expression of an attribute failed: its text then stays as it is."""
+    return any("$" in value and ("${" in value or "$(" in value) for value in element.attributes.values())
 
 
 def _touches(element: Element, errors: Mapping[tuple[Source, int], list[Origin]]) -> bool:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from itertools import groupby, islice
 from pathlib import Path
 
+from kbot.checks.consequences import UNUSED, WRONG_UNITS, is_cause
 from kbot.text import Diagnostic, Edit, Fix
 from kbot.text.files import unsaved
 from kbot.text.notes import note
@@ -123,19 +124,23 @@ def _is_better(after: Sequence[Diagnostic], before: Sequence[Diagnostic]) -> boo
     if hiding != hiding_before:
         return hiding < hiding_before
     errors, errors_before = (sum(d.is_error for d in found) for found in (after, before))
+    if errors_before:  # unused definitions are reported only without errors
+        after, before = ([d for d in found if d.code not in UNUSED] for found in (after, before))
     return len(after) < len(before) and errors <= errors_before
 
 
 def _hiding(found: Sequence[Diagnostic]) -> tuple[int, ...]:
-    """The numbers of errors that keep rules from running: of XML, of expansion, of the URDF reader.
+    """The numbers of findings that keep others from being reported: errors of XML, of expansion, of the URDF
+    reader, and lengths in millimetres.
 
     A property without a value (X100) counts less than other expansion errors, because the fix of an unknown
     property (X103) leaves one.
     """
-    codes = [d.code for d in found if d.is_error]
+    codes = [d.code for d in found if is_cause(d)]
     unvalued = codes.count("X100")
-    xml, expansion, reading = (sum(code.startswith(of) for code in codes) for of in ("P", "X", "U0"))
-    return xml, expansion - unvalued, unvalued, reading
+    xml, expansion, reading = (sum(code.startswith(of) for code in codes) for of in ("P", ("X", "S"), "U0"))
+    units = sum(d.code in WRONG_UNITS for d in found)
+    return xml, expansion - unvalued, unvalued, reading, units
 
 
 def _apart(fixes: Sequence[Fix]) -> tuple[list[Fix], list[Edit]]:

@@ -15,9 +15,9 @@ from kbot.text import Call, Diagnostic, Element, Fix, Origin, Related, Span
 _SHOWN = 8
 """Other calls that a merged finding lists; the rest are counted in its hint."""
 
-_REPORTED_ONCE = frozenset({"X103", "X112", "X121", "X129"})
-"""Undefined names. Expansion reports each only where it first occurs, so the other calls have no such
-finding."""
+_REPORTED_ONCE = "X1"
+"""The first letters of errors of expansion. Each is reported only for the first call that has it, so the
+other calls have no such finding. It stays at its line in the macro."""
 _BARE = re.compile(r"\s*\$\{\s*(\w+)\s*\}\s*")
 Parameters = Mapping[str, frozenset[str]]
 
@@ -36,7 +36,7 @@ def merge_findings(found: Iterable[Diagnostic], context: Context) -> list[Diagno
     for given in found:
         diagnostic = with_fix(_at_value(given, context.parameters), context)
         origin = diagnostic.origin
-        if origin is None or diagnostic.code in _REPORTED_ONCE or not _macros(origin.call):
+        if origin is None or diagnostic.code.startswith(_REPORTED_ONCE) or not _macros(origin.call):
             result.append(diagnostic)
         else:
             span = origin.span

@@ -16,7 +16,11 @@ _NAMES = ("U006", "U007", "U011", "X103", "X112", "X121", "X122", "X129")
 _AUTOFIXES = {
     **dict.fromkeys(_NAMES, _TYPO),
     "X103": f"{_TYPO} Otherwise unsafe: KBot inserts a property without a value, which you fill in.",
-    "P001": "safe: KBot joins a root tag that was closed too early, and removes white space before `<?xml`.",
+    "P001": "safe: KBot joins a root tag that was closed too early, removes white space before `<?xml`, and "
+    "corrects the misspelt one of a start tag and its end tag.",
+    "X104": "safe: KBot writes a property that is a text as a number, for example `0,035` as 0.035.",
+    "X131": "safe: KBot separates parameters by spaces.",
+    "U012": "safe: KBot writes the number without a decimal comma, unit or second minus sign.",
     "K001": "safe: KBot removes the comment.",
 }
 

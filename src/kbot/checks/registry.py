@@ -17,6 +17,7 @@ from typing import Literal
 from kbot.checks.context import Context
 from kbot.extensions import parts
 from kbot.text import Diagnostic, Fix, KbotError, Origin, Related, Severity
+from kbot.text.diagnostic import ON_ROS
 from kbot.text.suggest import did_you_mean
 
 Needs = Literal["source", "document", "robot", "drive", "below"]
@@ -53,7 +54,7 @@ class Rule:
 
     `needs` is what must be available before the rule can run. "below" marks codes that lower packages report
     (files, XML, expansion, the URDF reader, the simulation) and those of launch files. They have a page, but
-    no function.
+    no function. `on_ros`: KBot accepts what the rule reports, and ROS does not.
     """
 
     code: str
@@ -63,6 +64,7 @@ class Rule:
     needs: Needs
     page: str
     check: Check
+    on_ros: bool = False
 
     @property
     def summary(self) -> str:
@@ -81,7 +83,7 @@ class Rule:
         return Diagnostic(
             self.code,
             finding.severity or self.severity,
-            finding.message,
+            ON_ROS + finding.message if self.on_ros else finding.message,
             finding.origin,
             finding.hint,
             finding.related,
@@ -100,6 +102,7 @@ _FAMILIES = (
     "tensors",
     "magnitudes",
     "geometry",
+    "lengths",
     "meshes",
     "wheels",
     "motors",
@@ -114,7 +117,7 @@ _FAMILIES = (
 
 
 def rule(
-    code: str, name: str, severity: Severity, needs: Needs, since: str = "0.1"
+    code: str, name: str, severity: Severity, needs: Needs, since: str = "0.1", *, on_ros: bool = False
 ) -> Callable[[Check], Check]:
     """Register the decorated function as a rule. Its docstring is the source of the rule's page."""
 
@@ -122,7 +125,7 @@ def rule(
         if code in _RULES or any(other.name == name for other in _RULES.values()):
             raise ValueError(f"{code} {name} is registered twice")
         page = "What: " + inspect.cleandoc(function.__doc__ or "")
-        _RULES[code] = Rule(code, name, severity, since, needs, page, function)
+        _RULES[code] = Rule(code, name, severity, since, needs, page, function, on_ros)
         return function
 
     return add

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from kbot.checks.config import Config
+from kbot.checks.consequences import without_consequences
 from kbot.checks.context import Context
 from kbot.checks.file_kinds import kind_of
 from kbot.checks.merge import merge_findings
@@ -29,16 +30,6 @@ if TYPE_CHECKING:
 _ALLOWED_IN_PARTS = frozenset({"U002", "U003", "X100", "X103", "X112", "X121", "X129"})
 """Not reported for a file that is meant to be included: it has no robot name and no links, and it uses names
 that the including file defines."""
-
-_LOSES_PARTS = frozenset(
-    {"P001", "X114", "X117", "X118", "X120", "X121", "X122", "X123", "X124", "X128", "X129", "X131", "X190"}
-)
-"""Errors after which whole parts of the robot are missing."""
-_FOLLOWS_FROM_LOSS = frozenset(
-    {"D101", "D102", "D103", "D104", "D105", "D106", "D107", "D108", "D109", "D121", "W134"}
-)
-"""Not reported if parts are missing: unknown names and drive faults. The missing part may have had the names
-and the wheels."""
 
 
 def examine(
@@ -64,19 +55,13 @@ def as_loaded(loaded: Loaded, source: Source, config: Config) -> Context:
 
 
 def findings(context: Context) -> list[Diagnostic]:
-    """The findings of expansion, reading and the rules. A fault in a macro is reported once.
-
-    If parts of the robot are missing because of an error, findings that follow from it are left out: how the
-    rest would drive, and names that are not found.
-    """
-    is_whole = not any(d.is_error and d.code in _LOSES_PARTS for d in context.problems)
+    """The findings of expansion, reading and the rules, without consequences of errors. A fault in a macro is
+    reported once."""
     found = [d for d in context.problems if not (context.is_part and d.code in _ALLOWED_IN_PARTS)]
     for needs, rules in rules_by_need().items():
-        for rule in rules if context.has(needs) and (is_whole or needs != "drive") else ():
-            if not is_whole and rule.code in _FOLLOWS_FROM_LOSS:
-                continue
+        for rule in rules if context.has(needs) else ():
             found += [rule.diagnostic(finding) for finding in rule.check(context)]
-    return merge_findings(found, context)
+    return merge_findings(without_consequences(found, context), context)
 
 
 def _not_reported_before(reported: list[Diagnostic], new: tuple[Diagnostic, ...]) -> list[Diagnostic]:
@@ -96,7 +81,7 @@ def _not_reported_before(reported: list[Diagnostic], new: tuple[Diagnostic, ...]
 
 
 def _overlap(a: Span, b: Span) -> bool:
-    return a.file == b.file and a.start < b.end and b.start < a.end
+    return a.file == b.file and (a.start == b.start or (a.start < b.end and b.start < a.end))
 
 
 def check_file(

@@ -18,6 +18,7 @@ from kbot.checks.file_kinds import kind_of
 from kbot.checks.fixes import fixed, fixed_includes, unified_diff
 from kbot.checks.folder_files import entry_points
 from kbot.checks.formats import github, junit, relative, sarif
+from kbot.checks.ranking import ranked, summary
 from kbot.checks.settings import with_selection
 from kbot.cli.arguments import NO_FILE, collect_options, examples, package_path_option, split_arguments
 from kbot.cli.output import fail, has_color, is_unusable, print_json, warn_about_duplicates
@@ -81,6 +82,7 @@ class _Output:
     as_json: bool
     output_format: str | None
     statistics: bool
+    verbose: bool
 
     @property
     def form(self) -> str:
@@ -123,6 +125,12 @@ class _Output:
 @click.option("--baseline", metavar="FILE", help="Do not report the findings that are listed in FILE.")
 @click.option("--write-baseline", metavar="FILE", help="Write the current findings to FILE and exit.")
 @click.option("--statistics", is_flag=True, help="Print the number of findings per rule.")
+@click.option(
+    "-v",
+    "--verbose",
+    is_flag=True,
+    help="Print every finding in full. Without it, warnings are summarized while there are errors.",
+)
 @package_path_option
 @collect_options("choice", _Choice)
 @collect_options("fixing", _FixOptions)
@@ -349,7 +357,7 @@ def _print(found: Sequence[Diagnostic], output: _Output, files: Sequence[str]) -
     elif form == "junit":
         click.echo(junit(found, files), nl=False)
     else:
-        click.echo(render_text(found, color=has_color(sys.stdout), width=None), nl=False)
+        _print_text(found, output.verbose)
         if found:
             click.echo(_summary(found))
         elif sys.stderr.isatty():  # confirm it to a person; a pipe gets no output
@@ -358,6 +366,21 @@ def _print(found: Sequence[Diagnostic], output: _Output, files: Sequence[str]) -
         for code, number in Counter(d.code for d in found).most_common():
             rule = all_rules().get(code)
             click.echo(f"{number:6}  {code}  {rule.name if rule else ''}".rstrip())
+
+
+def _print_text(found: Sequence[Diagnostic], verbose: bool) -> None:
+    """Print the findings, errors first. While there are errors, the others are only summarized: they may
+    change with the errors."""
+    in_order = ranked(found)
+    errors = [d for d in in_order if d.is_error]
+    others = [d for d in in_order if not d.is_error]
+    is_short = bool(errors and others) and not verbose
+    click.echo(render_text(errors if is_short else in_order, color=has_color(sys.stdout)), nl=False)
+    if is_short:
+        click.echo(f"\nAfter the {'errors' if len(errors) > 1 else 'error'} (-v shows all findings):")
+        for line in summary(others):
+            click.echo(f"  {line}")
+        click.echo()
 
 
 def _summary(found: Sequence[Diagnostic]) -> str:

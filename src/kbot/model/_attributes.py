@@ -8,7 +8,7 @@ import re
 from functools import lru_cache
 from typing import Protocol
 
-from kbot.text import Diagnostic, Element, Origin, Related, Severity
+from kbot.text import Diagnostic, Edit, Element, Fix, Origin, Related, Severity
 from kbot.text.numbers import NUMBER
 
 _WORDS = re.compile(r"[^ \t\n\v\f\r]+")
@@ -37,9 +37,15 @@ class AttributeReader:
         self._files: dict[str, str | None] = {}
 
     def error(
-        self, code: str, message: str, origin: Origin, hint: str = "", related: tuple[Related, ...] = ()
+        self,
+        code: str,
+        message: str,
+        origin: Origin,
+        hint: str = "",
+        related: tuple[Related, ...] = (),
+        fix: Fix | None = None,
     ) -> None:
-        self.diagnostics.append(Diagnostic(code, Severity.ERROR, message, origin, hint, related))
+        self.diagnostics.append(Diagnostic(code, Severity.ERROR, message, origin, hint, related, fix))
 
     def name(self, element: Element) -> str | None:
         """The `name` attribute, or None and an error (U015) if it is missing or empty."""
@@ -121,6 +127,10 @@ class AttributeReader:
             self._not_a_number(element, attribute, text)
             return (fallback,) * count
         words = _WORDS.findall(text)
+        separated = _floats(text.replace(",", " "))
+        if separated and len(separated) == count and (len(words) != count or text.count(", ") == count - 1):
+            self._commas(element, attribute, text, count, len(words))
+            return (fallback,) * count
         if len(words) != count:
             message = f"'{attribute}' of <{element.tag}> needs {count} numbers, not {len(words)}"
             hint = "separate numbers by spaces, not by commas" if "," in text else ""
@@ -135,11 +145,36 @@ class AttributeReader:
         self._not_a_number(element, attribute, text.strip())
         return fallback
 
+    def _commas(self, element: Element, attribute: str, text: str, count: int, words: int) -> None:
+        """Report commas between numbers."""
+        origin, spaced = element.attribute_origin(attribute), " ".join(text.replace(",", " ").split())
+        fix = None
+        if origin.span.text == text:
+            fix = Fix(f"write {spaced}", (Edit(origin.span, spaced),), safe=True)
+        message = f"'{attribute}' of <{element.tag}> has commas between its numbers"
+        if words != count:
+            message = f"'{attribute}' of <{element.tag}> needs {count} numbers, not {words}"
+        hint = f"separate numbers by spaces, not by commas: {spaced}"
+        self.error("U012", message, origin, hint, fix=fix)
+
     def _not_a_number(self, element: Element, attribute: str, text: str) -> None:
+        """Report a word of an attribute: at the property that it comes from if that is a text, else here."""
+        # only for an error: start-up time
+        from kbot.xacro.not_a_number import PropertyFault, explain_word, source_of_text
+
+        binding = source_of_text((element.inputs or {}).get(attribute, ()))
+        if binding is not None and "${" not in text:
+            fault = PropertyFault(binding)
+            if fault.is_explained and fault.origin is not None:
+                self.error("U012", fault.message, fault.origin, fault.hint, fix=fault.fix)
+                return
         kind = "a finite number" if _is_infinite(text) else "a number"
         hint = "the expression was not expanded" if "${" in text else ""
+        origin = element.attribute_origin(attribute)
         message = f"'{attribute}' of <{element.tag}> is not {kind}: '{text}'"
-        self.error("U012", message, element.attribute_origin(attribute), hint)
+        found, fix = explain_word(origin.span, element.attributes[attribute], origin.span.text, text)
+        message += f": {found.reason}" if found.reason else ""
+        self.error("U012", message, origin, found.hint or hint, fix=fix)
 
 
 def parts(element: Element) -> dict[str, Element]:

@@ -17,6 +17,10 @@ more than any real file has. Printing them as SARIF takes 3 s and 300 MB, a thir
 take."""
 
 
+ON_ROS = "on ROS: "
+"""Begins the message of an error that ROS would raise, although KBot accepts the file."""
+
+
 class Severity(StrEnum):
     """How serious a finding is: an error is rejected, a warning misbehaves, an info may be intended."""
 

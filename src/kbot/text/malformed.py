@@ -17,6 +17,15 @@ _NAMELESS = re.compile(rb"<([\w:.-]+)\s*=")
 _NAME = re.compile(rb"[^\s<>/=\"']+")
 _ENTITY = re.compile(rb"&(?!(?:lt|gt|amp|quot|apos);)[\w:.-]+;")
 _LONE_AND = re.compile(rb"&#?[\w:.-]*\Z")
+_TAGS = frozenset({
+    "robot", "link", "joint", "inertial", "visual", "collision", "geometry", "origin", "mass", "inertia",
+    "box", "cylinder", "sphere", "capsule", "mesh", "material", "color", "texture", "parent", "child",
+    "axis", "calibration", "dynamics", "limit", "mimic", "safety_controller", "gazebo", "transmission",
+    "ros2_control", "sensor", "plugin", "launch", "node", "param", "arg", "include", "group", "remap",
+    "rosparam", "xacro:property", "xacro:macro", "xacro:arg", "xacro:include", "xacro:if",
+    "xacro:unless", "xacro:insert_block",
+})  # fmt: skip
+"""Tags of URDF, launch files and xacro."""
 _VALUES = re.compile(rb"""<[^<>"']*(?:"[^"]*"[^<>"']*|'[^']*'[^<>"']*)*""")
 """A tag up to the first quote that is not closed."""
 
@@ -50,7 +59,7 @@ def _broken_root(source: Source, found: _Explanation) -> _Explanation | None:
     if not split:
         return None
     return _Explanation(
-        found.message,
+        "xmlns:xacro is an attribute of <robot>, not an element",
         "the root element is split in two: write "
         '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="…">',
         fix=_safe("join the root element", source, split.start(), split.start(2), "<robot "),
@@ -73,12 +82,12 @@ def _mismatched(source: Source, offset: int, opened: Sequence[Element]) -> _Expl
     name = _word(data, offset)
     here = _opening(inner)
     if all(element.tag != name for element in opened):
-        near = did_you_mean(name, [inner.tag])
-        hint = (
-            f"write </{inner.tag}>"
-            if near
-            else f"remove </{name}>, or write <{name}> where the element begins"
-        )
+        if did_you_mean(name, [inner.tag]) or "xacro:" in (
+            name.removesuffix(inner.tag),
+            inner.tag.removesuffix(name),
+        ):
+            return _misspelt(source, offset, name, inner)
+        hint = f"remove </{name}>, or write <{name}> where the element begins"
         return _Explanation(f"</{name}> has no start tag: the open element is {_where(inner)}", hint, here)
     after = data[data.find(b">", offset) + 1 :].lstrip()
     if after.startswith(b"</" + inner.tag.encode()):
@@ -86,6 +95,25 @@ def _mismatched(source: Source, offset: int, opened: Sequence[Element]) -> _Expl
     else:
         hint = f"write </{inner.tag}> at its end, or <{inner.tag} …/> if it is empty"
     return _Explanation(f"{_where(inner)}, is not closed before </{name}>", hint, here)
+
+
+def _misspelt(source: Source, offset: int, name: str, inner: Element) -> _Explanation:
+    """Explain a start tag and an end tag whose names differ by a typo or a missing prefix.
+
+    The name that URDF, xacro or another place of the file uses is right. Otherwise only the author knows.
+    """
+    message = f"</{name}> has no start tag: the open element is {_where(inner)}"
+    data, written, ending = source.data, inner.tag.encode(), name.encode()
+    is_start_right = inner.tag in _TAGS or inner.tag == f"xacro:{name}" or data.count(b"<" + written) > 1
+    is_end_right = name in _TAGS or name == f"xacro:{inner.tag}" or b"<" + ending in data
+    if is_start_right == is_end_right:
+        hint = f"write the same name in both: </{inner.tag}>, or <{name}> at the start"
+        return _Explanation(message, hint, _opening(inner))
+    at, old, new = (offset, ending, inner.tag) if is_start_right else (inner.start + 1, written, name)
+    shown = f"</{new}>" if is_start_right else f"<{new}>"
+    line, column = source.line_column(at)
+    fix = _safe(f"write {shown}", source, at, at + len(old), new) if data.startswith(old, at) else None
+    return _Explanation(message, f"write {shown} at {line}:{column}", _opening(inner), fix)
 
 
 def _ends_early(opened: Sequence[Element]) -> _Explanation:

@@ -59,6 +59,11 @@ def count(diagnostics: Iterable[Diagnostic]) -> str:
     return ", ".join([*parts, *([f"{notes} info"] if notes else [])])
 
 
+def place(origin: Origin) -> str:
+    """`file:line:column` as it is printed."""
+    return _clean(_at(origin))
+
+
 def _start(span: Span) -> dict[str, object]:
     line, column = span.source.line_column(span.start)
     return {"file": span.file, "line": line, "column": column}
@@ -77,7 +82,7 @@ class _Text:
 
     def render(self, diagnostic: Diagnostic) -> str:
         tone = _COLORS[diagnostic.severity]
-        where = f"{_clean(_at(diagnostic.origin))}: " if diagnostic.origin else ""
+        where = f"{place(diagnostic.origin)}: " if diagnostic.origin else ""
         severity = self._paint(f"{diagnostic.severity}:", tone)
         lines = [
             f"{self._paint(where, '1')}{severity} {_clean(diagnostic.message)} "

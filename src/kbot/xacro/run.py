@@ -183,7 +183,10 @@ class Run:
             fault.origin = locate(node, attribute, call, fault.part)
         if isinstance(fault, LimitFault):
             raise fault
-        return self._add(fault, fault.origin)
+        problem = self._add(fault, fault.origin)
+        if fault.is_elsewhere:
+            problem.also("needed here", locate(node, attribute, call, fault.part))
+        return problem
 
     def report_value(self, fault: XacroError, binding: Binding) -> Problem:
         """Report a fault of a property's own value."""
@@ -207,6 +210,7 @@ class Run:
         from kbot.text.diagnostic import Severity  # only for an error: start-up time
 
         problem = Problem(fault.code, Severity.ERROR, fault.message, origin, fault.hint)
+        problem.fix = fault.fix
         self._known[key] = problem
         self.problems.append(problem)
         self._errors += 1

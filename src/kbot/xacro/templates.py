@@ -38,6 +38,11 @@ EXPRESSION_ERRORS = (
 )  # fmt: skip
 
 
+_WRONG_KINDS = re.compile(
+    r"unsupported operand|can only concatenate|can't multiply|bad operand|must be real number|"
+    r"'.*' not supported"
+)
+"""Python's words for an operand of the wrong type."""
 _MOST_PIECES = 50_000
 """Expressions, commands and the words between them in one text."""
 _SHORT = 64
@@ -208,7 +213,7 @@ def _expression_evaluator(content: str, start: int, end: int) -> Evaluator:
     try:
         closure = compiled(content)
     except InvalidExpression as error:
-        fault = invalid(error)
+        fault = invalid(error, content)
         fault.part = (start, end)
         raise fault from None
     except XacroError as fault:
@@ -219,7 +224,7 @@ def _expression_evaluator(content: str, start: int, end: int) -> Evaluator:
         try:
             return closure(scope)
         except EXPRESSION_ERRORS as error:
-            raise failed(error, content) from None
+            raise failed(error, content, scope) from None
 
     return guarded
 
@@ -233,9 +238,11 @@ def _text(content: str, scope: Names) -> str:
     return value if type(value) is str else scope.budget.text(value)
 
 
-def invalid(error: InvalidExpression) -> XacroError:
+def invalid(error: InvalidExpression, content: str) -> XacroError:
     """The fault of a syntax error."""
-    return XacroError("X102", f"invalid expression: {error}")
+    from kbot.xacro.explanations import syntax_fault  # only for an error: start-up time
+
+    return syntax_fault(error, content)
 
 
 def expression(content: str, names: Environment) -> Value:
@@ -248,15 +255,20 @@ def expression(content: str, names: Environment) -> Value:
     try:
         closure = compiled(content)
     except InvalidExpression as error:
-        raise invalid(error) from None
+        raise invalid(error, content) from None
     try:
         return closure(names)
     except EXPRESSION_ERRORS as error:
-        raise failed(error, content) from None
+        raise failed(error, content, names) from None
 
 
-def failed(error: Exception, content: str) -> XacroError:
+def failed(error: Exception, content: str, names: Environment) -> XacroError:
     """The fault of an expression that raised an error."""
+    from kbot.xacro.explanations import failure  # only for an error: start-up time
+
+    explained = failure(error, content, names)
+    if explained is not None:
+        return explained
     wanted = getattr(error, "wanted", None)
     hint = ""
     if wanted:
@@ -270,6 +282,8 @@ def failed(error: Exception, content: str) -> XacroError:
         reason = "it is nested too deeply"
     elif isinstance(error, MemoryError):
         reason = "it needs too much memory"
+    elif isinstance(error, TypeError) and _WRONG_KINDS.match(reason):
+        reason = "a value is not a number, as the operator or function needs"
     return XacroError("X104", f"{reason}, in '{shortened(' '.join(content.split()), 60)}'", hint)
 
 

@@ -71,6 +71,9 @@ class XacroError(Exception):
         self.origin = origin
         self.key = key
         self.problem = problem
+        self.fix: Fix | None = None
+        self.is_elsewhere = False
+        """Whether the origin is the cause, and not the text being evaluated, which needs it."""
         self.near = False
         """Whether the unknown name resembles an existing one."""
         self.missing_file = False

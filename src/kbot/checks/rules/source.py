@@ -8,14 +8,13 @@ from collections.abc import Iterator
 from kbot.checks.context import Context
 from kbot.checks.edits import rename_tag, replace_value
 from kbot.checks.facts.sources import named
+from kbot.checks.facts.unprefixed import outside_extensions
 from kbot.checks.facts.vocabulary import ATTRIBUTES
 from kbot.checks.registry import Finding, Found, rule
 from kbot.text import Comment, Element, Related, Severity, Text
 
 _BOOLEANS = ("true", "True", "false", "False")
 """The texts that xacro converts to a boolean."""
-_EXTENSIONS = frozenset({"gazebo", "transmission", "ros2_control", "sensor", "plugin", "hardware", "param"})
-"""Elements with tags of their own, which may have the name of a macro."""
 
 
 @rule("S106", "redefined-after-use", Severity.WARNING, "source")
@@ -72,7 +71,7 @@ def macro_without_prefix(context: Context) -> Found:
     """
     macros = {m.element.attributes["name"]: m for file in context.sources for m in file.macros}
     for file in context.sources:
-        for element in _outside_extensions(file.root) if macros else ():
+        for element in outside_extensions(file.root) if macros else ():
             macro = macros.get(element.tag)
             if macro is None or element.tag in ATTRIBUTES or ":" in element.tag:
                 continue
@@ -86,15 +85,27 @@ def macro_without_prefix(context: Context) -> Found:
                 )
 
 
-def _outside_extensions(root: Element) -> Iterator[Element]:
-    """The elements in document order, without extensions and their content."""
-    waiting = list(root.elements())[::-1]
-    while waiting:
-        element = waiting.pop()
-        if element.tag not in _EXTENSIONS:
-            yield element
-            if element.children:
-                waiting += [child for child in reversed(element.children) if type(child) is Element]
+@rule("S115", "tag-without-prefix", Severity.ERROR, "source")
+def tag_without_prefix(context: Context) -> Found:
+    """A tag of xacro is written without the prefix `xacro:`.
+
+    Why: xacro copies the tag into the result, and URDF parsers ignore it. A property or macro is then not
+    defined, and every use of it is an error.
+
+    Example: `<property name="wheel_radius" value="0.035"/>`
+
+    Fix: Write `<xacro:property name="wheel_radius" value="0.035"/>`. KBot does not report the unknown names
+    and the other consequences.
+
+    Autofix: safe: KBot adds the prefix.
+    """
+    for element in context.unprefixed:
+        yield Finding(
+            element.origin,
+            f"<{element.tag}> is a tag of xacro without 'xacro:', so it has no effect",
+            f"write <xacro:{element.tag} …>",
+            fix=rename_tag(element, f"xacro:{element.tag}", safe=True),
+        )
 
 
 @rule("S112", "argument-before-default", Severity.ERROR, "source")

@@ -4,4 +4,7 @@ from pathlib import Path
 
 from kbot.checks.pages import register_pages
 
-register_pages(Path(__file__).with_suffix(".tsv"), {"L053": "safe: KBot writes the new name."})
+_REMOVED = "safe: KBot removes the option."
+_AUTOFIXES = {"L053": "safe: KBot writes the new name.", "L056": _REMOVED, "L057": _REMOVED}
+
+register_pages(Path(__file__).with_suffix(".tsv"), _AUTOFIXES)

@@ -12,7 +12,7 @@ from kbot.ros.launch.includes import charge
 from kbot.ros.launch.launch_error import LaunchError
 from kbot.ros.launch.plan import RobotDescription
 from kbot.ros.launch.quoting import split_words
-from kbot.ros.launch.reporter import part_of
+from kbot.ros.launch.reporter import part_of, removal_of
 from kbot.text import Diagnostic, Origin, Severity, read_source
 from kbot.text.installed import find_file
 from kbot.xacro import expand
@@ -94,7 +94,9 @@ def _xacro(
             arguments[key] = value
         elif word in ("--inorder", "-i"):
             message = f"{word} has no effect: xacro processes a file in order since Melodic"
-            note(Diagnostic("L057", Severity.INFO, message, part_of(origin, word), "remove the option"))
+            place = part_of(origin, word)
+            fix = removal_of(place, word)
+            note(Diagnostic("L057", Severity.INFO, message, place, "remove the option", fix=fix))
         elif word in _XACRO_VALUES:
             next(rest, None)
         elif word.startswith("-") and word not in _XACRO_FLAGS:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 from kbot.ros.launch.launch_error import LaunchError
-from kbot.text import Diagnostic, Origin, Related, Severity, Span
+from kbot.text import Diagnostic, Edit, Fix, Origin, Related, Severity, Span
+from kbot.text.diagnostic import ON_ROS
 from kbot.xacro.budget import Budget
 from kbot.xacro.limits import DEFAULT
 from kbot.xacro.packages import Packages
@@ -49,8 +51,22 @@ class Reporter:
 
     def finding(self, diagnostic: Diagnostic) -> None:
         """Report an error that ROS would raise."""
+        if diagnostic.is_error and diagnostic.code.startswith("L"):
+            diagnostic = replace(diagnostic, message=ON_ROS + diagnostic.message)
         if diagnostic not in self.findings:
             self.findings.append(diagnostic)
+
+
+def removal_of(place: Origin, word: str) -> Fix | None:
+    """The fix that removes a word of a command, with the white space before it. None if the place is not the
+    word alone."""
+    span = place.span
+    if span.text != word:
+        return None
+    start, data = span.start, span.source.data
+    while data[start - 1 : start].isspace():
+        start -= 1
+    return Fix(f"remove {word}", (Edit(Span(span.source, start, span.end), ""),), safe=True)
 
 
 def part_of(origin: Origin, piece: str) -> Origin:

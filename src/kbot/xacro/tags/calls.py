@@ -143,6 +143,8 @@ def call_macro(walk: Expander, node: Element, place: ExpansionContext, has_next:
     macro, macros, outer = _find(walk, node, place)
     if macro.problem is not None:
         raise XacroError("X131", "", problem=macro.problem)
+    if any("," in parameter.name and not parameter.is_optional for parameter in macro.parameters):
+        raise _with_commas(macro)
     run.copied += macro.size
     run.budget.charge(_PARAMETER_STEPS * len(macro.parameters))
     run.macro_depth += 1
@@ -198,6 +200,25 @@ def _unknown(walk: Expander, name: str, place: ExpansionContext) -> XacroError:
     hint = near or f'define it first: <xacro:macro name="{name}">, or include the file that defines it'
     fault = XacroError("X121", f"there is no macro '{name}'", hint, key=("macro", name))
     fault.near = bool(near)
+    return fault
+
+
+def _with_commas(macro: Macro) -> XacroError:
+    """The fault of `params="a,b"`: one parameter whose name has a comma. No call can pass it."""
+    from kbot.text.diagnostic import Edit, Fix  # only for an error: start-up time
+
+    written = macro.body.attributes["params"]
+    spaced = " ".join(written.replace(",", " ").split())
+    origin = locate(macro.body, "params", macro.call, None)
+    fault = XacroError(
+        "X131",
+        f"the parameters of the macro '{macro.name}' are separated by commas",
+        f'separate them by spaces: params="{spaced}"',
+        origin=origin,
+        key=("params", id(macro.body)),
+    )
+    if origin.span.text == written and "=" not in written:
+        fault.fix = Fix(f'write params="{spaced}"', (Edit(origin.span, spaced),), safe=True)
     return fault
 
 

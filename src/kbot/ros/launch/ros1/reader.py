@@ -19,7 +19,7 @@ from kbot.ros.launch.launch_error import LaunchError
 from kbot.ros.launch.node_arguments import place_of
 from kbot.ros.launch.plan import Argument, Included, Machine, Param, Plan, PlannedNode
 from kbot.ros.launch.quoting import split_words
-from kbot.ros.launch.reporter import Reporter
+from kbot.ros.launch.reporter import Reporter, removal_of
 from kbot.ros.launch.ros1.attributes import Attributes, TagReader
 from kbot.ros.launch.ros1.context import LaunchScope
 from kbot.ros.launch.ros1.param_tags import ParameterStore
@@ -517,7 +517,9 @@ def _review_spawn_model(node: PlannedNode, reporter: Reporter) -> None:
             hint = f"{near} " if near else "remove it; "
             hint += f"the options are {' '.join(SPAWN_MODEL_VALUES)}"
             message = f"spawn_model has no option '{word}': it does not start, and the robot does not appear"
-            reporter.finding(Diagnostic("L056", Severity.ERROR, message, place_of(node, word), hint))
+            place = place_of(node, word)
+            fix = None if near else removal_of(place, word)
+            reporter.finding(Diagnostic("L056", Severity.ERROR, message, place, hint, fix=fix))
             continue
         for _ in range(count):
             next(rest, None)

@@ -1,0 +1,71 @@
+"""Leaves out findings that follow from an error, so that a check reports the cause alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from kbot.checks.context import Context
+from kbot.checks.registry import all_rules
+from kbot.text import Diagnostic
+
+_LOSES_PARTS = frozenset(
+    {
+        "P001", "X114", "X117", "X118", "X120", "X121", "X122", "X123", "X124", "X128", "X129", "X131",
+        "X190", "S110", "S115",
+    }
+)  # fmt: skip
+"""Errors after which whole parts of the robot are missing."""
+_OF_LOST_PARTS = frozenset({"U003", "U006", "U007", "U008", "U014", "J110", "I106", "G106"})
+"""Links, joints, masses and shapes that are missing: the missing part may have had them."""
+_LOSES_JOINTS = frozenset({"U011", "U013", "U014", "U015"})
+_OF_LOST_JOINTS = frozenset({"U008"})
+"""A joint that cannot be read leaves its child without a parent."""
+_OF_UNKNOWN_VALUES = frozenset(
+    {"D101", "D102", "D103", "D104", "D105", "D106", "D107", "D108", "D109", "D121", "W134", "G111", "C102"}
+)
+"""Besides the rules of the drive: names that are not found, sizes and sides of the drive, and positions of
+parts. After an error in a value, the robot that these rules judge is not the one that the author meant."""
+_UNKNOWN_NAMES = frozenset({"X103", "X112", "X121", "X129", "U004", "U005", "U011", "U012", "U015", "U201"})
+"""Errors in the content of a tag without its prefix, such as a macro that is copied instead of defined."""
+WRONG_UNITS = frozenset({"G113"})
+"""Lengths in millimetres: the robot is a thousand times too large."""
+_OF_WRONG_UNITS = frozenset({"G104", "G109", "I107", "I108", "I109", "I110", "I111", "I112", "I113", "I117"})
+"""Comparisons of masses and tensors with sizes that are wrong."""
+UNUSED = frozenset({"S101", "S102", "S103", "S104"})
+"""An unknown name may mean the definition that seems unused, and the author may still be typing."""
+_FAMILIES = ("P", "X", "U0")
+"""Codes of errors that leave a value or an element unknown."""
+
+
+def is_cause(diagnostic: Diagnostic) -> bool:
+    """Whether a finding is an error that can have consequences: values or parts are unknown."""
+    return diagnostic.is_error and (diagnostic.code.startswith(_FAMILIES) or diagnostic.code in _LOSES_PARTS)
+
+
+def without_consequences(found: Iterable[Diagnostic], context: Context) -> list[Diagnostic]:
+    """The findings without those that may follow from an error among them."""
+    found = [d for d in found if not _is_of_unprefixed(d, context)]
+    errors = {d.code for d in found if d.is_error}
+    left_out = set(UNUSED) if errors else set[str]()
+    if errors & _LOSES_PARTS:
+        left_out |= _OF_LOST_PARTS
+    if errors & _LOSES_JOINTS:
+        left_out |= _OF_LOST_JOINTS
+    if any(is_cause(d) for d in found) or any(d.code in WRONG_UNITS for d in found):
+        left_out |= _OF_UNKNOWN_VALUES
+        left_out |= {code for code, rule in all_rules().items() if rule.needs == "drive"}
+    if any(d.code in WRONG_UNITS for d in found):
+        left_out |= _OF_WRONG_UNITS
+    return [d for d in found if d.code not in left_out]
+
+
+def _is_of_unprefixed(diagnostic: Diagnostic, context: Context) -> bool:
+    """Whether a finding is an unknown name that a tag without its prefix should define, or is inside it."""
+    if diagnostic.code not in _UNKNOWN_NAMES or diagnostic.origin is None:
+        return False
+    span = diagnostic.origin.span
+    return any(
+        f"'{element.attributes.get('name')}'" in diagnostic.message
+        or (element.source.path == span.file and element.start <= span.start < element.end)
+        for element in context.unprefixed
+    )

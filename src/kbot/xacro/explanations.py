@@ -1,0 +1,349 @@
+"""Explains errors of expressions in the terms of a robot description instead of Python's."""
+
+from __future__ import annotations
+
+import ast
+import math
+import re
+import warnings
+from keyword import iskeyword
+
+from kbot.text.suggest import did_you_mean
+from kbot.xacro.expressions.closures import closure_of
+from kbot.xacro.expressions.operations import InvalidExpression
+from kbot.xacro.not_a_number import PropertyFault, explain, source_of_text
+from kbot.xacro.values import Value, public_names
+from kbot.xacro.xacro_error import XacroError
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from kbot.xacro.binding import Binding
+    from kbot.xacro.expressions.operations import Environment
+
+_QUOTED = 60
+"""Characters of an expression or a value that a message quotes."""
+_FAILURES = (ArithmeticError, AttributeError, LookupError, NameError, TypeError, ValueError, XacroError)
+_OPERATORS = {
+    ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//", ast.Mod: "%", ast.Pow: "**",
+    ast.BitXor: "^", ast.BitAnd: "&", ast.BitOr: "|", ast.LShift: "<<", ast.RShift: ">>", ast.MatMult: "@",
+}  # fmt: skip
+_LOGICAL = {"&": "and", "|": "or"}
+_PURE = frozenset(
+    [*(name for name, value in vars(math).items() if callable(value)), "abs", "int", "float", "min", "max",
+     "round", "len", "pow", "radians", "degrees", "str", "sum"]
+)  # fmt: skip
+"""Functions that may be called again to find the part that fails."""
+_DECIMAL_COMMA = re.compile(r"(?<![\w.,(\[])(\d++),(\d++)(?![\w.,])")
+_NUMBER_AND_NAME = re.compile(r"(?<![\w.])(\d++(?:\.\d*+)?)([A-Za-z_]\w*+)")
+_NO_OPERATOR = re.compile(r"((?<![\w.])[\w.]++|\))\s++([\w.]++|\()|(\))([\w.]++|\()")
+_SINGLE_EQUALS = re.compile(r"(?<![=!<>:])=(?!=)")
+_DANGLING = re.compile(r"([-+*/%]|\*\*)\s*$")
+_LOOK_ALIKES = {
+    "\N{MULTIPLICATION SIGN}": "*", "\N{MIDDLE DOT}": "*", "\N{DIVISION SIGN}": "/", "\N{MINUS SIGN}": "-",
+    "\N{EN DASH}": "-", "\N{SUPERSCRIPT TWO}": "**2", "\N{SUPERSCRIPT THREE}": "**3",
+    "\N{RIGHT SINGLE QUOTATION MARK}": "'", "\N{LEFT SINGLE QUOTATION MARK}": "'",
+    "\N{LEFT DOUBLE QUOTATION MARK}": "'", "\N{RIGHT DOUBLE QUOTATION MARK}": "'",
+}  # fmt: skip
+_UNITS = frozenset({"m", "mm", "cm", "kg", "g", "deg", "rad"})
+
+
+def syntax_fault(error: InvalidExpression, content: str) -> XacroError:
+    """The fault of a text that is not an expression."""
+    message, hint = _syntax(str(error), content.strip())
+    return XacroError("X102", f"invalid expression: {message}", hint)
+
+
+def _syntax(reason: str, content: str) -> tuple[str, str]:
+    """What is wrong in an expression, and what to do."""
+    comma = _DECIMAL_COMMA.search(content)
+    if comma:
+        return "a decimal comma", f"write {comma[1]}.{comma[2]}"
+    for mark, right in _LOOK_ALIKES.items():
+        if mark in content:
+            return f"'{mark}' is not an operator or quote", f"write {right}"
+    for mark, right in (("&&", "and"), ("||", "or"), ("!", "not")):
+        if mark in content.replace("!=", ""):
+            return f"'{mark}' is not an operator", f"write {right}"
+    if reason.startswith("unmatched '"):
+        closing = reason.split("'")[1]
+        opening = {")": "(", "]": "["}.get(closing, "{")
+        return f"one '{closing}' too many", f"remove it, or add the '{opening}' that it closes"
+    if "was never closed" in reason:
+        opening = reason.split("'")[1]
+        return f"a '{opening}' is not closed", f"add {({'(': ')', '[': ']'}).get(opening, '}')!r}"
+    if "does not match opening" in reason:
+        return "brackets of different kinds close each other", "close '(' with ')' and '[' with ']'"
+    if "string literal" in reason:
+        return "a quote is not closed", "write ' at both ends of the text"
+    if reason.startswith("leading zeros"):
+        return "a number begins with 0", "remove the leading zeros"
+    named = _NUMBER_AND_NAME.search(content)
+    if named and ("literal" in reason or "invalid syntax" in reason):
+        if named[2] in _UNITS:
+            right = explain(named[0], named[0]).replacement.strip("${}") or named[1]
+            return f"the number {named[0]} has a unit", f"write {right}"
+        return f"an operator is missing in '{named[0]}'", f"write {named[1]}*{named[2]}"
+    dangling = _DANGLING.search(content)
+    if dangling:
+        return f"a value is missing after '{dangling[1]}'", "write the value, or remove the operator"
+    if _SINGLE_EQUALS.search(content):
+        return "'=' is not a comparison", "write =="
+    if "invalid syntax" in reason:
+        for missing in _NO_OPERATOR.finditer(content):
+            left, right = missing[1] or missing[3], missing[2] or missing[4]
+            if iskeyword(left) or iskeyword(right):
+                continue
+            return (
+                f"an operator is missing between '{left}' and '{right}'",
+                f"write {left} * {right}",
+            )
+        return "this cannot be computed", "write numbers, names, operators and brackets: ${2 * (a + b)}"
+    return reason, ""
+
+
+def failure(error: Exception, content: str, names: Environment) -> XacroError | None:
+    """The fault of an expression that raised an error. None if the part that fails is not found."""
+    source = content.strip()
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            tree = ast.parse(source, mode="eval")
+        node = _failing(tree.body, names)
+    except (SyntaxError, RecursionError, MemoryError, ValueError, InvalidExpression):
+        return None
+    return _Explainer(source, names).explain(node, error) if node is not None else None
+
+
+def _failing(node: ast.expr, names: Environment) -> ast.expr | None:
+    """The innermost part of an expression that fails. None if it cannot be evaluated again."""
+    if not _is_pure(node, names):
+        return None
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.expr) and not (isinstance(node, ast.Call) and child is node.func):
+            found = _failing(child, names)
+            if found is not None:
+                return found
+    return node if _fails(node, names) else None
+
+
+def _fails(node: ast.expr, names: Environment) -> bool:
+    try:
+        closure_of(node)(names)
+    except _FAILURES:
+        return True
+    return False
+
+
+def _is_pure(node: ast.expr, names: Environment) -> bool:
+    """Whether a part can be evaluated again: it only computes, and calls only functions of mathematics."""
+    if isinstance(node, ast.Call):
+        if node.keywords or not isinstance(node.func, ast.Name | ast.Attribute | ast.Constant):
+            return False
+        return _called(node) in _PURE or not (
+            _fails(node.func, names) or callable(closure_of(node.func)(names))
+        )
+    return isinstance(
+        node,
+        ast.BinOp | ast.UnaryOp | ast.Compare | ast.BoolOp | ast.IfExp | ast.Name | ast.Constant
+        | ast.Subscript | ast.Attribute | ast.Tuple | ast.List,
+    )  # fmt: skip
+
+
+def _called(node: ast.Call) -> str:
+    return node.func.id if isinstance(node.func, ast.Name) else getattr(node.func, "attr", "")
+
+
+class _Explainer:
+    """Explains the failing part of one expression."""
+
+    def __init__(self, source: str, names: Environment) -> None:
+        self.source = source
+        self.names = names
+
+    def explain(self, node: ast.expr, error: Exception) -> XacroError | None:
+        try:
+            found = self._of_text(node) or self._explain(node, error)
+        except _FAILURES:
+            return None
+        return found
+
+    def _explain(self, node: ast.expr, error: Exception) -> XacroError | None:
+        match node:
+            case ast.BinOp():
+                return self._operation(node, error)
+            case ast.UnaryOp() | ast.Compare():
+                return self._kinds(list(_operands(node)))
+            case ast.Call():
+                return self._call(node, error)
+            case ast.Subscript():
+                return self._item(node, error)
+            case ast.Attribute():
+                return self._attribute(node)
+        return None
+
+    def _of_text(self, node: ast.expr) -> XacroError | None:
+        """The fault of an operand that is a text, at the property or parameter that has the text."""
+        texts = [(part, value) for part in _operands(node) if isinstance(value := self._value(part), str)]
+        if not texts or (isinstance(node, ast.Compare) and len(texts) > 1):
+            return None
+        part, text = texts[0]
+        if isinstance(node, ast.Call) and _called(node) in ("str", "len"):
+            return None
+        name = self._name_of_text(part)
+        binding = source_of_text([b for b in (self._binding(name),) if b] if name is not None else ())
+        shown = _shortened(text)
+        if binding is None or binding.node is None:
+            hint = explain(text, text).hint if isinstance(part, ast.Constant) else ""
+            return self._fault(f"'{shown}' is text, not a number", hint)
+        found = PropertyFault(binding)
+        if not found.is_explained:  # a text that is meant: the expression is wrong
+            what = f"'{binding.name}' is the text '{shown}', not a number"
+            return self._fault(what, f"its value is written at {found.origin}")
+        fault = XacroError("X104", found.message, found.hint, key=("text", id(binding)), origin=found.origin)
+        fault.fix, fault.is_elsewhere = found.fix, True
+        return fault
+
+    def _operation(self, node: ast.BinOp, error: Exception) -> XacroError | None:
+        operator = _OPERATORS[type(node.op)]
+        left, right = self._segment(node.left), self._segment(node.right)
+        if isinstance(error, ZeroDivisionError):
+            return self._fault("division by zero" if right == "0" else f"division by zero: '{right}' is 0")
+        if isinstance(error, OverflowError):
+            return self._fault(f"the result of '{self._segment(node)}' is too large")
+        if operator == "^":
+            return self._fault("'^' is not a power in an expression", f"write {left}**{right}")
+        if operator in _LOGICAL:
+            return self._fault(
+                f"'{operator}' needs whole numbers", f"for conditions, write {_LOGICAL[operator]}"
+            )
+        return self._kinds([node.left, node.right], operator)
+
+    def _kinds(self, parts: list[ast.expr], operator: str = "") -> XacroError | None:
+        """The fault of an operand that is not a number."""
+        for part in parts:
+            value, shown = self._value(part), self._segment(part)
+            if callable(value):
+                return self._fault(f"'{shown}' is a function", f"call it: {shown}(…)")
+            if isinstance(value, tuple):
+                comma = _DECIMAL_COMMA.search(self.source)
+                hint = f"write {comma[1]}.{comma[2]}" if comma else "write numbers with a decimal point"
+                return self._fault(f"'{shown}' is more than one value, because of the comma", hint)
+            if not isinstance(value, int | float):
+                by = f", and '{operator}' needs numbers" if operator else ""
+                return self._fault(f"'{shown}' is {_kind(value)}{by}")
+        return None
+
+    def _call(self, node: ast.Call, error: Exception) -> XacroError | None:
+        name, shown = self._segment(node.func), self._segment(node)
+        inside = ", ".join(self._segment(argument) for argument in node.args)
+        function = self._value(node.func)
+        if not callable(function):
+            what = name if isinstance(node.func, ast.Constant) else f"'{name}'"
+            return self._fault(
+                f"{what} is {_kind(function)}, not a function", f"to multiply, write {name}*({inside})"
+            )
+        reason = str(error)
+        if "argument" in reason and isinstance(error, TypeError):
+            wanted = re.search(
+                r"(?:takes|expected)\s+(exactly |at least |at most |from )?(no|one|two|\d+)( to \d+)?", reason
+            )
+            number = (wanted[1] or "") + wanted[2] + (wanted[3] or "") if wanted else ""
+            takes = number.replace("from ", "").replace("exactly ", "") or "a different number of"
+            count = len(node.args)
+            return self._fault(
+                f"{name}() takes {takes} argument{'s' * (takes not in ('1', 'one'))}, not {count}"
+            )
+        if isinstance(error, ValueError) and name not in ("int", "float"):
+            values = ", ".join(_shortened(str(self._value(argument))) for argument in node.args)
+            return self._fault(
+                f"{name}({values}) is not defined", f"'{shown}' has no real result for this value"
+            )
+        if isinstance(error, OverflowError):
+            return self._fault(f"the result of '{shown}' is too large")
+        return self._kinds(node.args, f"{name}()")
+
+    def _item(self, node: ast.Subscript, error: Exception) -> XacroError | None:
+        owner, index, shown = self._value(node.value), self._value(node.slice), self._segment(node.value)
+        if isinstance(error, IndexError):
+            count = len(owner)
+            last = f", the last is {shown}[{count - 1}]" if count else ""
+            return self._fault(
+                f"'{shown}' has {count} entries, and none is number {index}", f"count from 0{last}"
+            )
+        if isinstance(owner, dict):
+            return None
+        if isinstance(owner, str):
+            return self._fault(
+                f"'{shown}' is text, so it has no entry '{index}'", "pass a list or dictionary"
+            )
+        if isinstance(owner, list | tuple):
+            return self._fault(f"'{index}' is not the number of an entry of '{shown}'", f"write {shown}[0]")
+        return self._fault(f"'{shown}' is {_kind(owner)}, so it has no entry '{index}'")
+
+    def _attribute(self, node: ast.Attribute) -> XacroError | None:
+        owner, shown = self._value(node.value), self._segment(node.value)
+        if isinstance(owner, dict) or hasattr(owner, "xacro_attribute"):
+            return None
+        near = did_you_mean(node.attr, public_names(owner))
+        return self._fault(f"'{shown}' is {_kind(owner)}, so it has no '.{node.attr}'", near)
+
+    def _fault(self, message: str, hint: str = "") -> XacroError:
+        shown = _shortened(" ".join(self.source.split()))
+        return XacroError("X104", f"{message}, in '{shown}'" if shown not in message else message, hint)
+
+    def _value(self, node: ast.expr) -> Value:
+        return closure_of(node)(self.names)
+
+    def _segment(self, node: ast.expr) -> str:
+        return _shortened(ast.get_source_segment(self.source, node) or "")
+
+    def _binding(self, node: ast.expr) -> Binding | None:
+        """The property or parameter that a name means; None in a comprehension or lambda function."""
+        find = getattr(self.names, "find", None)
+        return find(node.id) if find is not None and isinstance(node, ast.Name) else None
+
+    def _name_of_text(self, node: ast.expr) -> ast.Name | None:
+        """The name of the text that a part was computed from: `2 * '1'` repeats the text."""
+        match node:
+            case ast.Name():
+                return node if isinstance(self._value(node), str) else None
+            case ast.BinOp():
+                return self._name_of_text(node.left) or self._name_of_text(node.right)
+            case ast.UnaryOp():
+                return self._name_of_text(node.operand)
+        return None
+
+
+def _operands(node: ast.expr) -> Iterator[ast.expr]:
+    match node:
+        case ast.BinOp():
+            yield from (node.left, node.right)
+        case ast.UnaryOp():
+            yield node.operand
+        case ast.Compare():
+            yield from (node.left, *node.comparators)
+        case ast.Call():
+            yield from node.args
+
+
+def _kind(value: Value) -> str:
+    match value:
+        case bool():
+            return "a truth value"
+        case int() | float():
+            return "a number"
+        case str():
+            return "text"
+        case list() | tuple():
+            return "a list"
+        case dict():
+            return "a dictionary"
+        case None:
+            return "empty"
+    return "not a number"
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= _QUOTED else text[: _QUOTED - 1] + "…"
