@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from kbot.checks.context import Context
 from kbot.checks.registry import all_rules
-from kbot.text import Diagnostic
+from kbot.text import Diagnostic, Severity
 
 _LOSES_PARTS = frozenset(
     {
@@ -31,6 +31,8 @@ WRONG_UNITS = frozenset({"G113"})
 """Lengths in millimetres: the robot is a thousand times too large."""
 _OF_WRONG_UNITS = frozenset({"G104", "G109", "I107", "I108", "I109", "I110", "I111", "I112", "I113", "I117"})
 """Comparisons of masses and tensors with sizes that are wrong."""
+_OF_WRONG_MASSES = frozenset({"D115", "D119"})
+"""The stability and the motors of a robot with a mass that no material has (I117)."""
 UNUSED = frozenset({"S101", "S102", "S103", "S104"})
 """An unknown name may mean the definition that seems unused, and the author may still be typing."""
 _FAMILIES = ("P", "X", "U0")
@@ -56,6 +58,8 @@ def without_consequences(found: Iterable[Diagnostic], context: Context) -> list[
         left_out |= {code for code, rule in all_rules().items() if rule.needs == "drive"}
     if any(d.code in WRONG_UNITS for d in found):
         left_out |= _OF_WRONG_UNITS
+    if any(d.code == "I117" and d.severity is Severity.WARNING for d in found):
+        left_out |= _OF_WRONG_MASSES
     return [d for d in found if d.code not in left_out]
 
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 from kbot.checks.context import Context
+from kbot.checks.edits import with_line
 from kbot.checks.spelling import with_fix
 from kbot.text import Call, Diagnostic, Element, Fix, Origin, Related, Span
 
@@ -34,7 +35,7 @@ def merge_findings(found: Iterable[Diagnostic], context: Context) -> list[Diagno
     groups: dict[tuple[str, str, int, int], list[Diagnostic]] = defaultdict(list)
     result: list[Diagnostic] = []
     for given in found:
-        diagnostic = with_fix(_at_value(given, context.parameters), context)
+        diagnostic = with_fix(_at_value(given, context), context)
         origin = diagnostic.origin
         if origin is None or diagnostic.code.startswith(_REPORTED_ONCE) or not _macros(origin.call):
             result.append(diagnostic)
@@ -52,9 +53,12 @@ def merge_findings(found: Iterable[Diagnostic], context: Context) -> list[Diagno
     return list(dict.fromkeys(result))
 
 
-def _at_value(diagnostic: Diagnostic, parameters: Parameters) -> Diagnostic:
-    """Move a finding to the call that passed the value, if the macro only passes it on."""
-    origin = diagnostic.origin
+def _at_value(diagnostic: Diagnostic, context: Context) -> Diagnostic:
+    """Move a finding to the call that passed the value, if the macro only passes it on.
+
+    It keeps its fix only if that edits this call alone.
+    """
+    origin, parameters, caller = diagnostic.origin, context.parameters, None
     while origin is not None and origin.call is not None and origin.call.kind == "macro":
         call = origin.call
         bare = _BARE.fullmatch(origin.span.text)
@@ -65,11 +69,12 @@ def _at_value(diagnostic: Diagnostic, parameters: Parameters) -> Diagnostic:
         if not match:
             break
         span = Span(call.span.source, match.start(1) + 1, match.end(1) - 1)
-        origin = Origin(span, call.caller)
+        origin, caller = Origin(span, call.caller), context.call_at(call.span)
     if origin is diagnostic.origin or diagnostic.origin is None:
         return diagnostic
     made = Related("the value is used here", diagnostic.origin)
-    return replace(diagnostic, origin=origin, related=(*diagnostic.related, made), fix=None)
+    fix = diagnostic.fix if _edits_only(diagnostic.fix, caller) else None
+    return replace(diagnostic, origin=origin, related=(*diagnostic.related, made), fix=fix)
 
 
 class _Copies:
@@ -136,13 +141,12 @@ def _at_call(diagnostic: Diagnostic, faultless: Set[tuple[int, Span]], context: 
 
 
 def _edits_only(fix: Fix | None, element: Element | None) -> bool:
-    """Whether all edits of a fix are inside an element."""
+    """Whether all edits of a fix are inside an element, or remove its line."""
     if fix is None or element is None:
         return False
+    line = with_line(element.whole)
     spans = [edit.span for edit in fix.edits]
-    return all(
-        s.file == element.source.path and element.start <= s.start and s.end <= element.end for s in spans
-    )
+    return all(s.file == line.file and line.start <= s.start and s.end <= line.end for s in spans)
 
 
 def _joined(fixes: list[Fix | None]) -> Fix | None:

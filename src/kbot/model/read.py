@@ -417,7 +417,8 @@ def read_robot(document: Element, packages: MeshFinder | None = None) -> RobotRe
     links = _read_links(document, values)
     joints, is_tree = _read_joints(document, links, values)
     if not links:
-        values.error("U003", "the robot has no link", document.origin)
+        hint = 'add the first one: <link name="base_link"> … </link>'
+        values.error("U003", "the robot has no link", document.origin, hint)
     robot = None
     if links and is_tree:
         extensions = tuple(e for e in document.elements() if e.tag not in _READ)

@@ -83,7 +83,7 @@ def source_of_text(bindings: Sequence[Binding]) -> Binding | None:
         found, bindings = text, text.inputs
 
 
-_TOKEN = re.compile(r"(?:\$\{[^{}]*+\}|[^\s$]|\$)++")
+TOKEN = re.compile(r"(?:\$\{[^{}]*+\}|[^\s$]|\$)++")
 """A word of an attribute with several numbers, which may be an expression with blanks."""
 
 
@@ -92,7 +92,7 @@ def explain_word(span: Span, value: str, written: str, word: str) -> tuple[Expla
 
     `span` is the value in the source, `written` its text there, and `value` what it evaluates to.
     """
-    words, tokens = value.split(), list(_TOKEN.finditer(written))
+    words, tokens = value.split(), list(TOKEN.finditer(written))
     if word not in words or len(words) != len(tokens):
         return Explanation(""), None
     token = tokens[words.index(word)]

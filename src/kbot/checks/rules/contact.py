@@ -5,15 +5,21 @@ from __future__ import annotations
 import math
 
 from kbot.checks.context import Context
+from kbot.checks.edits import remove_element, set_attribute
 from kbot.checks.facts.bodies import lowest
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rules.wheels import at_both, pose_origin
 from kbot.kinematics.drive.wheels import Caster, is_caster, movable_above
-from kbot.model import Cylinder, JointType, Mesh, Sphere
-from kbot.text import Element, Origin, Related, Severity
+from kbot.model import Cylinder, Joint, JointType, Mesh, Sphere
+from kbot.text import Edit, Element, Fix, Origin, Related, Severity, Span
+from kbot.xacro.location import within
+from kbot.xacro.not_a_number import TOKEN as _WORDS
 
 _SLIDES = 0.2
 """A caster with at most this friction coefficient slides in a turn. Gazebo's default is 1."""
+_UP = (0.0, 0.0, 1.0)
+_LEVEL = 1.0 - 1e-6
+"""The cosine of a tilt that changes no height by a tenth of a millimetre."""
 _LEAST_OFF = 1e-3
 """m. Wheels, casters and frames that are off by less than this are not reported."""
 
@@ -37,7 +43,7 @@ def not_on_ground(context: Context) -> Found:
 
     Fix: Compute the mount's height from both radii: `z = wheel_z - wheel_radius + caster_radius`.
 
-    Autofix: none.
+    Autofix: unsafe: KBot writes the height with which the caster touches the ground as the z of its joint.
     """
     ground = _ground(context)
     if ground is None:
@@ -68,17 +74,42 @@ def not_on_ground(context: Context) -> Found:
                 caster_place(context, caster),
                 f"{caster.link} hangs {off * 1e3:.3g} mm above the ground on which the wheels stand: "
                 f"the robot tips by {tilt:.2g} degrees until this caster touches the ground",
-                "compute its height from the radii",
-                (Related("its shape", caster.shape.origin), Related("a drive wheel", axle.left.joint.origin)),
+                *_height(context, caster, off),
             )
         elif off < -_LEAST_OFF:
             yield Finding(
                 caster_place(context, caster),
                 f"{caster.link} reaches {-off * 1e3:.3g} mm below the ground on which the wheels stand: "
                 f"it lifts them or tilts the robot by {tilt:.2g} degrees",
-                "compute its height from the radii",
-                (Related("its shape", caster.shape.origin), Related("a drive wheel", axle.left.joint.origin)),
+                *_height(context, caster, off),
             )
+
+
+def _height(context: Context, caster: Caster, off: float) -> tuple[str, tuple[Related, ...], Fix | None]:
+    """The hint, related places and fix of a caster whose lowest point is `off` m above the ground.
+
+    The height is given for the caster's joint, if its parent link is not tilted.
+    """
+    axle = context.base.pairs[0].left
+    related = (Related("its shape", caster.shape.origin), Related("a drive wheel", axle.joint.origin))
+    joint = context.robot.parent_joint[caster.link]
+    origin = joint.pose.origin
+    if context.frames[joint.parent].direction(_UP)[2] < _LEVEL or origin is None:
+        return "compute its height from the radii", related, None
+    height = f"{joint.pose.xyz[2] - off:.6g}"
+    hint = f"write {height} as the z of its joint: the axle's z minus the wheel's plus the caster's radius"
+    return hint, related, _with_z(context, origin, height)
+
+
+def _with_z(context: Context, origin: Origin, height: str) -> Fix | None:
+    """The fix that writes the z of an `<origin>`."""
+    element = context.element_at(origin)
+    span = element.attribute_spans().get("xyz") if element is not None else None
+    words = list(_WORDS.finditer(span[1].text)) if span is not None else []
+    if span is None or len(words) != 3:
+        return None
+    place = within(span[1], span[1].text, *words[2].span())
+    return Fix(f"write z = {height}", (Edit(place, height),), safe=False)
 
 
 @rule("D113", "footprint-off-ground", Severity.WARNING, "drive")
@@ -184,6 +215,7 @@ def below_ground(context: Context) -> Found:
                 yield Finding(
                     part.origin,
                     f"{link.name}: its {what} reaches {depth * 1e3:.3g} mm below the ground under the wheels",
+                    f"raise it by {depth * 1e3:.3g} mm",
                     severity=severity,
                 )
                 break
@@ -202,7 +234,7 @@ def caster_scrubs(context: Context) -> Found:
     Fix: Put a swivel joint about z above the roll joint, or use a fixed ball without friction:
     `<gazebo reference="caster_wheel"> <mu1>0</mu1> <mu2>0</mu2> </gazebo>`.
 
-    Autofix: none.
+    Autofix: unsafe: KBot makes a ball fixed and frictionless, unless a macro makes it.
     """
     # without settings for Gazebo a description cannot set friction, so a fixed caster is only a note
     is_for_gazebo = any(e.tag == "gazebo" and "reference" in e.attributes for e in context.robot.extensions)
@@ -234,13 +266,34 @@ def caster_scrubs(context: Context) -> Found:
             if abs(axis[2]) > 0.9:
                 continue  # an upright axis is a swivel
             text = f"{caster.link}: {_ONE_AXIS}"
+        is_ball = isinstance(caster.shape, Sphere)
+        slides = f'<gazebo reference="{caster.link}"> <mu1>0</mu1> <mu2>0</mu2> </gazebo>'
         yield Finding(
             joint.axis_origin if joint.axis_origin and joint.is_movable else joint.origin,
             f"{text}, {arm * 1e3:.4g} mm from the axle",
-            _SWIVEL,
+            f'make it a fixed ball without friction: type="fixed" without <axis>, and {slides}'
+            if is_ball
+            else _SWIVEL,
             (Related("its shape on the ground", caster.shape.origin),),
-            severity=severity,
+            _as_sliding_ball(context, joint, slides) if is_ball else None,
+            severity,
         )
+
+
+def _as_sliding_ball(context: Context, joint: Joint, slides: str) -> Fix | None:
+    """The fix that makes a ball caster fixed and frictionless. None in a macro."""
+    element = context.element_at(joint.origin)
+    if element is None or joint.origin.call is not None:
+        return None
+    edits = set_attribute(element, "type", "fixed")
+    for part in element.elements():
+        if part.tag in ("axis", "limit", "dynamics", "mimic"):  # without effect on a fixed joint
+            edits += remove_element(part, safe=False).edits
+    line = element.source.line(element.source.line_column(element.start)[0])
+    indent = line[: len(line) - len(line.lstrip())]
+    at = Span(element.source, element.end, element.end)
+    edits += (Edit(at, f"{element.source.line_end}{indent}{slides}"),)
+    return Fix("make it a fixed ball without friction", edits, safe=False)
 
 
 _ONE_AXIS = "it rolls about one axis only and scrubs sideways in every turn"

@@ -6,10 +6,11 @@ import re
 from collections.abc import Iterator
 
 from kbot.checks.context import Context
+from kbot.checks.edits import replace_value
 from kbot.checks.registry import Finding, Found, reported, rule
 from kbot.kinematics.drive.findings import joint_places, separation_is_off
 from kbot.kinematics.drive.wheels import Pair
-from kbot.text import Origin, Related, Severity
+from kbot.text import Element, Related, Severity
 from kbot.text.numbers import NUMBER
 
 _SEPARATION = re.compile(r"(wheels?_?(separation|track|distance|spacing)|track_?width)", re.IGNORECASE)
@@ -41,7 +42,7 @@ def separation_differs(context: Context) -> Found:
     if not pairs or context.unsure & {w.link for w in context.base.wheels}:
         return
     true, related = context.wheel_pairs[0].separation, joint_places(context.wheel_pairs[0])
-    for name, value, origin in _properties(context, _SEPARATION):
+    for name, value, element in _properties(context, _SEPARATION):
         if (
             all(abs(value - d) > 0.01 * true for d in _conventions(pairs[0]))
             and abs(value - true / 2) > 0.01 * true  # half the separation places one wheel
@@ -49,22 +50,23 @@ def separation_differs(context: Context) -> Found:
             if any(_conventions(p)[0] and abs(value - p.separation) < 0.01 * value for p in pairs):
                 continue
             yield Finding(
-                origin,
+                element.origin,
                 f"property '{name}': " + separation_is_off(value, true),
-                "compute it from the properties that place the joints",
+                f"write {true:.4g}, or compute it from the properties that place the joints",
                 related,
+                replace_value(element, "value", f"{true:.6g}", f"write {true:.6g}", safe=False),
             )
 
 
-def _properties(context: Context, name: re.Pattern[str]) -> Iterator[tuple[str, float, Origin]]:
-    """Top-level properties of this name whose value is a plain positive number: name, value and place."""
+def _properties(context: Context, name: re.Pattern[str]) -> Iterator[tuple[str, float, Element]]:
+    """Top-level properties of this name whose value is a plain positive number: name, value and element."""
     for file in context.sources:
         for element in file.root.elements():
             if element.tag != "xacro:property":
                 continue
             own, value = element.attributes.get("name", ""), context.value_in_use(element) or ""
             if name.fullmatch(own) and NUMBER.fullmatch(value.strip()) and float(value) > 0.0:
-                yield own, float(value), element.origin
+                yield own, float(value), element
 
 
 @rule("D106", "radius-differs", Severity.WARNING, "robot")
@@ -87,11 +89,11 @@ def radius_differs(context: Context) -> Found:
         return
     radii = [w.radius for w in wheels]
     related = tuple(Related(f"the shape of '{w.link}'", w.shape.origin) for w in wheels[:1] if w.shape)
-    for name, value, origin in _properties(context, _RADIUS):
+    for name, value, element in _properties(context, _RADIUS):
         given = value / 2.0 if "diameter" in name.lower() else value
         if all(abs(given - r) > 0.01 * r for r in radii):
             yield Finding(
-                origin,
+                element.origin,
                 f"property '{name}': the wheels have a radius of {radii[0]:.4g} m, not {given:.4g}",
                 "make the wheels with this property",
                 related,

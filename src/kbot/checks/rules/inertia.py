@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from kbot.checks.context import Context
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.rules.inertia_fixes import solid_fix, solid_hint
+from kbot.checks.rules.inertia_fixes import remove_inertial, solid_fix, solid_hint
 from kbot.kinematics.spatial import Vector, eigenvalues
 from kbot.model import Inertial, Joint, Link, Mesh, RobotModel
 from kbot.text import Related, Severity
@@ -40,6 +40,13 @@ def _downwards(robot: RobotModel) -> list[str]:
 def _own_mass(context: Context, link: str) -> float:
     inertial = context.robot.links[link].inertial
     return inertial.mass if inertial and math.isfinite(inertial.mass) else 0.0
+
+
+def is_carried(robot: RobotModel, link: str) -> bool:
+    """Whether a fixed joint connects a link to a neighbour, so that it needs no mass of its own."""
+    parent = robot.parent_joint.get(link)
+    joints = (*robot.child_joints[link], *([parent] if parent else []))
+    return any(not joint.is_movable for joint in joints)
 
 
 @rule("I116", "mass-ratio", Severity.WARNING, "robot")
@@ -334,18 +341,24 @@ def root_inertia(context: Context) -> Found:
 
     Example: `<link name="base_link"> <inertial>…</inertial> … </link>` as the first link.
 
-    Fix: Add an empty link above it: `<link name="base_footprint"/>` and a fixed joint.
+    Fix: Add an empty link above it: `<link name="base_footprint"/>` and a fixed joint. If the root is such a
+    frame, remove its inertial.
 
-    Autofix: none.
+    Autofix: unsafe: KBot removes it if a link with a mass is fixed to the root.
     """
     link = context.robot.links[context.robot.root]
     if link.name in context.unsure or link.inertial is None or not link.inertial.mass > 0.0:
         return
     if not context.robot.joints:
         return
+    fixed = (j.child for j in context.robot.child_joints[link.name] if not j.is_movable)
+    carried = next((child for child in fixed if _own_mass(context, child) > 0.0), "")
     yield Finding(
         link.inertial.origin,
         f"{link.name}: the root link has an inertial of {link.inertial.mass:g} kg, which KDL ignores "
         "with a warning",
-        "put an empty link above it, joined by a fixed joint",
+        f"remove it: '{carried}', which is fixed to it, has the mass"
+        if carried
+        else "put an empty link above it, joined by a fixed joint",
+        fix=remove_inertial(context, link.inertial) if carried else None,
     )

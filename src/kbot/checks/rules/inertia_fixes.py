@@ -13,7 +13,7 @@ import re
 from dataclasses import dataclass
 
 from kbot.checks.context import Context
-from kbot.checks.edits import set_attribute, set_value
+from kbot.checks.edits import remove_element, set_attribute, set_value
 from kbot.checks.facts.inertia_macros import InertiaMacro, Kind, find_macros, known_macro
 from kbot.kinematics.spatial import rotation, scale_matrix, tensor_in, transpose
 from kbot.model import Box, Collision, Cylinder, Inertial, Link, Sphere, Visual
@@ -89,6 +89,15 @@ def exchanging_fix(context: Context, inertial: Inertial, a: int, b: int) -> Fix 
     texts = spans[first][1].text, spans[second][1].text
     edits = (*set_value(spans[first][1], texts[1]), *set_value(spans[second][1], texts[0]))
     return Fix(f"swap {first} and {second}", edits, safe=False) if edits else None
+
+
+def remove_inertial(context: Context, inertial: Inertial) -> Fix | None:
+    """The fix that removes an inertial, or the call of the inertia macro that made it."""
+    made = _macro_call(context, inertial)
+    if made is None and inertial.origin.call is not None:
+        return None
+    element = made.element if made is not None else context.element_at(inertial.origin)
+    return remove_element(element, safe=False, title="remove the inertial") if element is not None else None
 
 
 @dataclass(frozen=True, slots=True)

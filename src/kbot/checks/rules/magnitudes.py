@@ -7,8 +7,8 @@ import math
 from kbot.checks.context import Context
 from kbot.checks.facts.bodies import Solid
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.rules.inertia import breaks_triangle, is_valid, links_with_inertial
-from kbot.checks.rules.inertia_fixes import solid_fix, solid_hint
+from kbot.checks.rules.inertia import breaks_triangle, is_carried, is_valid, links_with_inertial
+from kbot.checks.rules.inertia_fixes import remove_inertial, solid_fix, solid_hint
 from kbot.checks.rules.tensors import about_axle, geometry_of
 from kbot.kinematics.spatial import eigenvalues
 from kbot.model import Inertial, Link
@@ -17,6 +17,9 @@ from kbot.text import Severity
 _SMALL = 1e-3  # m: smaller bodies are markers and not parts
 _FOAM, _HEAVIEST = 50.0, 20_000.0
 """kg/m^3: foam, and a little more than gold (19,300)."""
+_MATERIALS = {"plastic": 1200.0, "aluminium": 2700.0, "steel": 7850.0}  # kg/m^3
+_MARKER = 1e-7
+"""m^3: a shape smaller than a cube of 5 mm marks a frame."""
 _ROUNDED = 1.05
 """A thin ring's radius of gyration is as large as its shape; 5 % more is allowed for rounded numbers."""
 _OTHER_UNITS = 3.0
@@ -201,7 +204,8 @@ def density(context: Context) -> Found:
 
     Fix: Weigh the real part, or compute its mass from volume and material.
 
-    Autofix: none.
+    Autofix: unsafe: KBot writes the mass that fits the tensor. On a fixed joint, it removes the inertial of a
+    shape smaller than a cube of 5 mm.
     """
     for link, inertial in links_with_inertial(context):
         solid = context.bodies[link.name].solid
@@ -216,17 +220,31 @@ def density(context: Context) -> Found:
             like = f"{_FOAM / found:.3g} times lighter than foam"
         else:
             like = f"{found / 7850.0:.3g} times steel"
+        is_marker = solid.volume < _MARKER and is_carried(context.robot, link.name)
         fitting = _mass_of_tensor(context, link, inertial)
+        fix = remove_inertial(context, inertial) if is_marker else None
         if fitting:
             like += f"; its tensor is that of {fitting:.3g} kg"
+            mass = f"{fitting:.6g}"
+            fix = fix or context.replace_plain(inertial.mass_origin, mass, f"write {mass} kg", safe=False)
         yield Finding(
             inertial.mass_origin,
             f"{link.name}: {inertial.mass:g} kg in {_volume(solid.volume)} is {found:.3g} kg/m^3, {like}",
-            "compute the mass from volume and material",
+            _mass_hint(solid.volume, is_marker),
             geometry_of(context.bodies[link.name]),
+            fix,
             # a collision shape is often larger than its part, and makes a light part seem lighter
             severity=Severity.INFO if 5.0 <= found < _FOAM and not fitting else None,
         )
+
+
+def _mass_hint(volume: float, is_marker: bool) -> str:
+    if is_marker:
+        return (
+            "a frame needs no mass: remove its <inertial>, because a fixed joint connects it to another link"
+        )
+    by_material = (f"{volume * density:.2g} kg of {name}" for name, density in _MATERIALS.items())
+    return f"compute the mass from volume and material: {', '.join(by_material)}"
 
 
 def _volume(cubic_metres: float) -> str:

@@ -11,6 +11,8 @@ from kbot.kinematics.spatial import GRAVITY
 from kbot.model import JointType, Mesh
 from kbot.text import Related, Severity
 
+_RADIUS = 0.05
+"""m: the radius of a wheel whose size is not known."""
 _SLOPE = math.radians(5.0)
 """A little steeper than a ramp for wheelchairs (1:12, 4.8 degrees)."""
 
@@ -117,6 +119,12 @@ def wheel_mesh_collision(context: Context) -> Found:
                     break
 
 
+def _motor(load: float, radius: float) -> str:
+    """The `<limit>` of a motor that just makes its wheel slip under a load in kg, up to 1 m/s."""
+    radius = radius or _RADIUS
+    return f'<limit effort="{load * GRAVITY * radius:.2g}" velocity="{1.0 / radius:.2g}"/>'
+
+
 @rule("D125", "wheel-undriven", Severity.INFO, "drive")
 def wheel_undriven(context: Context) -> Found:
     """No plugin, controller or transmission drives a drive wheel, and its joint has no effort or velocity
@@ -131,7 +139,7 @@ def wheel_undriven(context: Context) -> Found:
     Fix: Add `<limit effort="…" velocity="…"/>` and `<dynamics damping="…"/>`, and a drive plugin or
     ros2_control.
 
-    Autofix: none.
+    Autofix: unsafe: KBot inserts a `<limit>` with which the wheel just slips, and 1 m/s.
     """
     driven = _driven(context)
     for extension in context.robot.extensions:
@@ -145,11 +153,13 @@ def wheel_undriven(context: Context) -> Found:
             joint = wheel.joint
             if joint.name in driven or joint.limit is not None or joint.type is not JointType.CONTINUOUS:
                 continue
+            limit = _motor(total_mass(context.robot) / len(context.base.wheels), wheel.radius)
             lacks = "no effort or velocity limit" + (
                 ", no damping or friction" if joint.dynamics is None else ""
             )
             yield Finding(
                 joint.origin,
                 f"{joint.name}: no plugin, controller or transmission drives it, and it has {lacks}",
-                'add <limit effort="…" velocity="…"/>, and a drive plugin or ros2_control',
+                f"add a motor's limits, for example {limit}, and a drive plugin or ros2_control",
+                fix=context.insert_into(joint.origin, limit, f"insert {limit}", safe=False),
             )
