@@ -32,6 +32,10 @@ def test_printed_launch_file_has_the_findings_for_noetic(shared: Path) -> None:
     assert renamed.fix is not None
     assert [edit.replacement for edit in renamed.fix.edits] == ["robot_state_publisher"]
     assert not any(problem.is_error for problem in plan.problems)
+    assert {d.code for d in plan.findings if d.message.startswith("on ROS: ")} == {"L053", "L056"}
+    (removed,) = [d.fix for d in plan.findings if d.code == "L056"]
+    assert removed is not None
+    assert [(edit.span.text, edit.replacement) for edit in removed.edits] == [(" -verbose", "")]
 
 
 def test_gazebo_world_is_replaced_with_its_arguments(shared: Path) -> None:

@@ -62,6 +62,15 @@ def test_a_late_definition_is_shown_for_an_undefined_property() -> None:
     assert [(r.message, str(r.origin)) for r in error.related] == [("defined here", "f:3:37")]
 
 
+def test_a_definition_without_prefix_is_shown_for_an_undefined_name() -> None:
+    definitions = '<property name="width" value="1"/>\n<macro name="wheel"/>'
+    errors = expand_text(f'{HEAD}{definitions}\n<a x="${{width}}"/><xacro:wheel/></r>', "f").diagnostics
+    assert [(e.hint, [str(r.origin) for r in e.related]) for e in errors] == [
+        ("write <xacro:property …> where it is defined", ["f:2:1"]),
+        ("write <xacro:macro …> where it is defined", ["f:3:1"]),
+    ]
+
+
 def test_a_lone_surrogate_is_an_error() -> None:
     found = expand_text(
         f"{HEAD}<a x=\"1 ${{'\\ud800'}}\"/>\n<b y=\"${{'\\ud83e\\udd16'}}\" z=\"${{'\U0001f916'}}\"/></r>",

@@ -130,6 +130,7 @@ def _walk(document: XmlDocument, expander: Expander, scope: Scope) -> Element:
     root = expander.root(document.root, scope)
     expander.run.check_result(root)
     expander.run.point_at_later_definitions(scope.find)
+    expander.run.point_at_unprefixed(document.root)
     _warn_about_unknown(expander, scope)
     return root
 

@@ -6,6 +6,7 @@ import ast
 import math
 import re
 import warnings
+from copy import copy
 from keyword import iskeyword
 
 from kbot.text.suggest import did_you_mean
@@ -24,6 +25,10 @@ if TYPE_CHECKING:
 
 _QUOTED = 60
 """Characters of an expression or a value that a message quotes."""
+_LONGEST = 500
+"""Characters of an expression whose parts are evaluated again."""
+_STEPS = 16
+"""Steps charged for each of its characters: parsing and evaluating its parts takes about 15 us each."""
 _FAILURES = (ArithmeticError, AttributeError, LookupError, NameError, TypeError, ValueError, XacroError)
 _OPERATORS = {
     ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//", ast.Mod: "%", ast.Pow: "**",
@@ -106,49 +111,96 @@ def _syntax(reason: str, content: str) -> tuple[str, str]:
 def failure(error: Exception, content: str, names: Environment) -> XacroError | None:
     """The fault of an expression that raised an error. None if the part that fails is not found."""
     source = content.strip()
+    if len(source) > _LONGEST:
+        return None
+    names.budget.charge(_STEPS * len(source))
+    parts = _Parts(names)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             tree = ast.parse(source, mode="eval")
-        node = _failing(tree.body, names)
-    except (SyntaxError, RecursionError, MemoryError, ValueError, InvalidExpression):
-        return None
-    return _Explainer(source, names).explain(node, error) if node is not None else None
+        parts.evaluate(tree.body)
+    except _PartFailed as failed:
+        return _Explainer(source, parts).explain(failed.node, error)
+    except (SyntaxError, RecursionError, MemoryError, ValueError, InvalidExpression, _NotPure):
+        pass
+    return None
 
 
-def _failing(node: ast.expr, names: Environment) -> ast.expr | None:
-    """The innermost part of an expression that fails. None if it cannot be evaluated again."""
-    if not _is_pure(node, names):
-        return None
-    for child in ast.iter_child_nodes(node):
-        if isinstance(child, ast.expr) and not (isinstance(node, ast.Call) and child is node.func):
-            found = _failing(child, names)
-            if found is not None:
-                return found
-    return node if _fails(node, names) else None
+class _PartFailed(Exception):
+    """The innermost part of an expression that fails."""
+
+    def __init__(self, node: ast.expr) -> None:
+        super().__init__()
+        self.node = node
 
 
-def _fails(node: ast.expr, names: Environment) -> bool:
-    try:
-        closure_of(node)(names)
-    except _FAILURES:
-        return True
-    return False
+class _NotPure(Exception):
+    """A part cannot be evaluated again, because it may have effects."""
 
 
-def _is_pure(node: ast.expr, names: Environment) -> bool:
-    """Whether a part can be evaluated again: it only computes, and calls only functions of mathematics."""
-    if isinstance(node, ast.Call):
+class _Parts:
+    """Evaluates the parts of an expression one by one, to find the one that fails. Each is evaluated once."""
+
+    def __init__(self, names: Environment) -> None:
+        self.names = names
+        self._values: dict[ast.expr, Value] = {}
+
+    def value(self, node: ast.expr) -> Value:
+        """The value of a part that was evaluated."""
+        return self._values[node]
+
+    def evaluate(self, node: ast.expr) -> Value:
+        """The value of a part.
+
+        Raises:
+            _PartFailed: this part or one inside it fails.
+            _NotPure: it may have effects.
+        """
+        match node:
+            case ast.IfExp():
+                return self.evaluate(node.body if self.evaluate(node.test) else node.orelse)
+            case ast.BoolOp():
+                for operand in node.values:
+                    value = self.evaluate(operand)
+                    if bool(value) is isinstance(node.op, ast.Or):
+                        break
+                return value
+            case ast.Call():
+                node_of_values = self._of_call(node)
+            case (
+                ast.BinOp() | ast.UnaryOp() | ast.Compare() | ast.Name() | ast.Constant() | ast.Subscript()
+                | ast.Attribute() | ast.Tuple() | ast.List()
+            ):  # fmt: skip
+                node_of_values = self._with_values(node)
+            case _:
+                raise _NotPure
+        try:
+            value = self._values[node] = closure_of(node_of_values)(self.names)
+        except _FAILURES:
+            raise _PartFailed(node) from None
+        return value
+
+    def _of_call(self, node: ast.Call) -> ast.expr:
         if node.keywords or not isinstance(node.func, ast.Name | ast.Attribute | ast.Constant):
-            return False
-        return _called(node) in _PURE or not (
-            _fails(node.func, names) or callable(closure_of(node.func)(names))
-        )
-    return isinstance(
-        node,
-        ast.BinOp | ast.UnaryOp | ast.Compare | ast.BoolOp | ast.IfExp | ast.Name | ast.Constant
-        | ast.Subscript | ast.Attribute | ast.Tuple | ast.List,
-    )  # fmt: skip
+            raise _NotPure
+        function = self.evaluate(node.func)
+        if callable(function) and _called(node) not in _PURE:
+            raise _NotPure
+        return ast.Call(func=node.func, args=[self._constant(a) for a in node.args], keywords=[])
+
+    def _with_values(self, node: ast.expr) -> ast.expr:
+        """A part with the values of the parts inside it."""
+        made = copy(node)
+        for name, field in ast.iter_fields(node):
+            if isinstance(field, ast.expr) and not isinstance(field, ast.Slice):
+                setattr(made, name, self._constant(field))
+            elif isinstance(field, list) and field and isinstance(field[0], ast.expr):
+                setattr(made, name, [self._constant(item) for item in field])
+        return made
+
+    def _constant(self, node: ast.expr) -> ast.expr:
+        return ast.Constant(self.evaluate(node))
 
 
 def _called(node: ast.Call) -> str:
@@ -158,9 +210,9 @@ def _called(node: ast.Call) -> str:
 class _Explainer:
     """Explains the failing part of one expression."""
 
-    def __init__(self, source: str, names: Environment) -> None:
+    def __init__(self, source: str, parts: _Parts) -> None:
         self.source = source
-        self.names = names
+        self.parts = parts
 
     def explain(self, node: ast.expr, error: Exception) -> XacroError | None:
         try:
@@ -294,14 +346,14 @@ class _Explainer:
         return XacroError("X104", f"{message}, in '{shown}'" if shown not in message else message, hint)
 
     def _value(self, node: ast.expr) -> Value:
-        return closure_of(node)(self.names)
+        return self.parts.value(node)
 
     def _segment(self, node: ast.expr) -> str:
         return _shortened(ast.get_source_segment(self.source, node) or "")
 
     def _binding(self, node: ast.expr) -> Binding | None:
         """The property or parameter that a name means; None in a comprehension or lambda function."""
-        find = getattr(self.names, "find", None)
+        find = getattr(self.parts.names, "find", None)
         return find(node.id) if find is not None and isinstance(node, ast.Name) else None
 
     def _name_of_text(self, node: ast.expr) -> ast.Name | None:

@@ -272,6 +272,16 @@ class Run:
                     problem.hint = "it is defined only further down. Define it before its first use"
                     problem.also("defined here", origin)
 
+    def point_at_unprefixed(self, root: Element) -> None:
+        """Change the hint of undefined properties and macros that `root` defines without `xacro:`."""
+        for key, problem in self._known.items():
+            kind, name = key if isinstance(key, tuple) and len(key) == 2 else ("", "")
+            tag = {"undefined": "property", "macro": "macro"}.get(kind)
+            for element in root.elements(tag) if tag else ():
+                if element.attributes.get("name") == name:
+                    problem.hint = f"write <xacro:{tag} …> where it is defined"
+                    problem.also("this tag has no 'xacro:'", element.origin)
+
     def _start(self) -> Origin:
         return Origin(Span(Source(self.files[0], ""), 0, 0))
 

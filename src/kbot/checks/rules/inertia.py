@@ -14,6 +14,8 @@ from kbot.model import Inertial, Joint, Link, Mesh, RobotModel
 from kbot.text import Related, Severity
 
 _RATIO = 1000.0
+_MARKER = 1e-7
+"""m^3: a shape smaller than a cube of 5 mm marks a frame."""
 _LIGHTEST = 0.02
 """kg. A lighter part is not reported, however heavy the robot is that carries it."""
 
@@ -42,10 +44,14 @@ def _own_mass(context: Context, link: str) -> float:
     return inertial.mass if inertial and math.isfinite(inertial.mass) else 0.0
 
 
-def is_carried(robot: RobotModel, link: str) -> bool:
-    """Whether a fixed joint connects a link to a neighbour, so that it needs no mass of its own."""
-    parent = robot.parent_joint.get(link)
-    joints = (*robot.child_joints[link], *([parent] if parent else []))
+def is_frame(context: Context, link: Link) -> bool:
+    """Whether a link only marks a frame: a fixed joint connects it to a neighbour, and it has at most a tiny
+    visual. Such a link needs no mass."""
+    robot, solid = context.robot, context.bodies[link.name].solid
+    if link.collisions or any(solid is None or solid.volume > _MARKER for _ in link.visuals):
+        return False
+    parent = robot.parent_joint.get(link.name)
+    joints = (*robot.child_joints[link.name], *([parent] if parent else []))
     return any(not joint.is_movable for joint in joints)
 
 
@@ -344,7 +350,7 @@ def root_inertia(context: Context) -> Found:
     Fix: Add an empty link above it: `<link name="base_footprint"/>` and a fixed joint. If the root is such a
     frame, remove its inertial.
 
-    Autofix: unsafe: KBot removes it if a link with a mass is fixed to the root.
+    Autofix: unsafe: KBot removes it if the root is a frame and a link with a mass is fixed to it.
     """
     link = context.robot.links[context.robot.root]
     if link.name in context.unsure or link.inertial is None or not link.inertial.mass > 0.0:
@@ -352,7 +358,8 @@ def root_inertia(context: Context) -> Found:
     if not context.robot.joints:
         return
     fixed = (j.child for j in context.robot.child_joints[link.name] if not j.is_movable)
-    carried = next((child for child in fixed if _own_mass(context, child) > 0.0), "")
+    heavy = (child for child in fixed if _own_mass(context, child) > 0.0)
+    carried = next(heavy, "") if is_frame(context, link) else ""
     yield Finding(
         link.inertial.origin,
         f"{link.name}: the root link has an inertial of {link.inertial.mass:g} kg, which KDL ignores "

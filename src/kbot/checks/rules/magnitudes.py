@@ -7,7 +7,7 @@ import math
 from kbot.checks.context import Context
 from kbot.checks.facts.bodies import Solid
 from kbot.checks.registry import Finding, Found, rule
-from kbot.checks.rules.inertia import breaks_triangle, is_carried, is_valid, links_with_inertial
+from kbot.checks.rules.inertia import breaks_triangle, is_frame, is_valid, links_with_inertial
 from kbot.checks.rules.inertia_fixes import remove_inertial, solid_fix, solid_hint
 from kbot.checks.rules.tensors import about_axle, geometry_of
 from kbot.kinematics.spatial import eigenvalues
@@ -18,8 +18,6 @@ _SMALL = 1e-3  # m: smaller bodies are markers and not parts
 _FOAM, _HEAVIEST = 50.0, 20_000.0
 """kg/m^3: foam, and a little more than gold (19,300)."""
 _MATERIALS = {"plastic": 1200.0, "aluminium": 2700.0, "steel": 7850.0}  # kg/m^3
-_MARKER = 1e-7
-"""m^3: a shape smaller than a cube of 5 mm marks a frame."""
 _ROUNDED = 1.05
 """A thin ring's radius of gyration is as large as its shape; 5 % more is allowed for rounded numbers."""
 _OTHER_UNITS = 3.0
@@ -204,8 +202,8 @@ def density(context: Context) -> Found:
 
     Fix: Weigh the real part, or compute its mass from volume and material.
 
-    Autofix: unsafe: KBot writes the mass that fits the tensor. On a fixed joint, it removes the inertial of a
-    shape smaller than a cube of 5 mm.
+    Autofix: unsafe: KBot writes the mass that fits the tensor. It removes the inertial of a frame on a
+    fixed joint: a link with at most a visual that is smaller than a cube of 5 mm.
     """
     for link, inertial in links_with_inertial(context):
         solid = context.bodies[link.name].solid
@@ -220,7 +218,7 @@ def density(context: Context) -> Found:
             like = f"{_FOAM / found:.3g} times lighter than foam"
         else:
             like = f"{found / 7850.0:.3g} times steel"
-        is_marker = solid.volume < _MARKER and is_carried(context.robot, link.name)
+        is_marker = is_frame(context, link)
         fitting = _mass_of_tensor(context, link, inertial)
         fix = remove_inertial(context, inertial) if is_marker else None
         if fitting:
