@@ -14,6 +14,7 @@ from typing import Protocol
 PARTS = ("kbot.ros",)
 """Packages whose module `extensions` adds file kinds of `kbot check`, verbs and peers."""
 _NOTEBOOK = "kbot.workbench.notebook"
+_LIVE_PAGE = "kbot.workbench.live_page"
 
 
 class NotebookView(Protocol):
@@ -26,6 +27,29 @@ class NotebookView(Protocol):
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the page as one HTML file. Raises KbotError: the folder is missing or not writable."""
         ...
+
+
+class LivePage(Protocol):
+    """The result of `Simulation.serve()`. `url` is its address. The end of a `with` block closes it."""
+
+    url: str
+
+    def wait(self) -> None:
+        """Serve until Ctrl-C, while the simulation runs on in real time and the page's keys drive."""
+        ...
+
+    def close(self) -> None:
+        """Close the page. The simulation then steps as fast as possible again."""
+        ...
+
+    def __enter__(self) -> LivePage: ...
+
+    def __exit__(self, *_: object) -> None: ...
+
+
+def live_page() -> ModuleType:
+    """The module that serves a page for a running simulation. It is imported at the first use."""
+    return import_module(_LIVE_PAGE)
 
 
 def notebook() -> ModuleType:

@@ -13,6 +13,7 @@ import type {
   Parameters,
   Place,
   PlotDrawn,
+  ProgramView,
   Recorded,
   SaveDisplays,
   Scene,
@@ -53,6 +54,8 @@ export class App {
   readonly plotImage = new Signal<PlotDrawn | null>(null);
   /** The robot's trail, as last sent by the server. */
   readonly trail = new Signal<Trail | null>(null);
+  /** The user's program that drives the simulation, null if there is none. */
+  readonly program = new Signal<ProgramView | null>(null);
   /** The recording that ended last. */
   readonly recorded = new Signal<Recorded | null>(null);
   /** Whether the topics and the log are shown. */
@@ -241,6 +244,9 @@ export class App {
         break;
       case "plot_drawn":
         this.plotImage.set(message);
+        break;
+      case "program":
+        this.program.set(message);
         break;
       case "told":
         this.notice.set({ text: message.text });

@@ -86,6 +86,12 @@ export class Driver {
     return about?.mode === "sim" && about.cannot_drive === "";
   }
 
+  /** The program that drives, empty if none does. */
+  private get program(): string {
+    const program = this.app.program.value;
+    return program?.phase === "running" ? program.name : "";
+  }
+
   private get isCut(): boolean {
     return ["lost", "full"].includes(this.app.connection.link.value);
   }
@@ -98,6 +104,8 @@ export class Driver {
       clearInterval(this.timer);
       this.timer = null;
       this.send();
+    } else if (!idle && this.timer === null && this.program !== "") {
+      this.app.refused.set({ reason: `${this.program} drives the robot. Press Space to stop it first.` });
     } else if (!idle && this.timer === null) {
       if (this.app.state.value?.paused)
         this.app.refused.set({ reason: "The simulation is paused. Press P to continue." });

@@ -12,6 +12,7 @@ import { joints } from "./panels/joints";
 import { links } from "./panels/links";
 import { notices } from "./panels/notices";
 import { parameters } from "./panels/parameters";
+import { program } from "./panels/program";
 import { sheets } from "./panels/sheets";
 import { source } from "./panels/source";
 import { toolbar } from "./panels/toolbar";
@@ -19,6 +20,7 @@ import { topbar } from "./panels/topbar";
 import { traffic } from "./panels/traffic";
 import { transport } from "./panels/transport";
 import { plots } from "./plots/plots";
+import { showProgramOutput } from "./program-output";
 import { usePush } from "./push";
 import { timelineBar } from "./time/timeline";
 import { bodyChoice, toolBar } from "./tools/bar";
@@ -44,9 +46,11 @@ export function addPanels(
   const driver = new Driver(app);
   const keys = help(app);
   const showHelp = (): void => keys.showModal();
+  const messages = notices(app, picture);
+  messages.prepend(program(app, driver));
   centre.append(
     toolbar(app, () => view),
-    notices(app, picture),
+    messages,
     transport(app),
     timelineBar(app),
     hover(app, view, picture),
@@ -65,4 +69,5 @@ export function addPanels(
   lookByKeys(view.stage, () => view.viewpoint.writeAddress());
   useGamepad(driver);
   useKeys(app, view, driver, showHelp, tools, body);
+  showProgramOutput(app);
 }

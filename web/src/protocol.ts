@@ -341,6 +341,16 @@ export interface PlotDrawn {
   type: "plot_drawn";
 }
 
+/** The user's program that drives the simulation. `name` is its file. `busy` means that it computes for a while without a step, so that time stands still. `can_start` means that `RunProgram` starts it again. `error` says why it failed, with file and line. */
+export interface ProgramView {
+  name: string;
+  phase: "waiting" | "running" | "finished" | "failed" | "stopped";
+  busy: boolean;
+  can_start: boolean;
+  error: string;
+  type: "program";
+}
+
 /** A notice for the user about something that was done. */
 export interface Notice {
   text: string;
@@ -365,9 +375,14 @@ export interface Drive {
   type: "drive";
 }
 
-/** Stop the robot, whichever page drives it. */
+/** Stop the robot, whichever page or program drives it. */
 export interface Stop {
   type: "stop";
+}
+
+/** Start the program again that `kbot sim --script` was started with. */
+export interface RunProgram {
+  type: "run_program";
 }
 
 export interface SetJoint {
@@ -647,6 +662,6 @@ export interface BeatReply {
   type: "heard";
 }
 
-export type FromServer = About | Scene | Things | State | Findings | SourceText | Parameters | Topics | TopicMessage | Displays | DisplaysText | DisplaysSaved | Timeline | Bookmarks | Recorded | Trail | Series | PlotDrawn | Notice | Refused | Beat;
+export type FromServer = About | Scene | Things | State | Findings | SourceText | Parameters | Topics | TopicMessage | Displays | DisplaysText | DisplaysSaved | Timeline | Bookmarks | Recorded | Trail | Series | PlotDrawn | ProgramView | Notice | Refused | Beat;
 
-export type FromPage = Drive | Stop | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | Push | Spawn | Delete | MoveModel | Kick | Disturb | EndFault | ResetPart | JointSpeed | SetWorld | OpenSource | SetParameter | DropParameters | KeepParameters | EditSource | ApplyFix | Undo | Redo | Subscribe | Unsubscribe | Publish | SaveDisplays | OpenDisplays | Seek | GoLive | Resume | SetLoop | RecordRun | Mark | NoteMark | RemoveMark | AskTrail | AskSeries | DrawPlot | BeatReply;
+export type FromPage = Drive | Stop | RunProgram | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | Push | Spawn | Delete | MoveModel | Kick | Disturb | EndFault | ResetPart | JointSpeed | SetWorld | OpenSource | SetParameter | DropParameters | KeepParameters | EditSource | ApplyFix | Undo | Redo | Subscribe | Unsubscribe | Publish | SaveDisplays | OpenDisplays | Seek | GoLive | Resume | SetLoop | RecordRun | Mark | NoteMark | RemoveMark | AskTrail | AskSeries | DrawPlot | BeatReply;

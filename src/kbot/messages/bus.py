@@ -108,6 +108,13 @@ class Bus:
         self._topics: dict[str, _Topic] = {}
         self.changes = 0
         """Grows whenever a publisher or subscription is added or closed, or a topic is muted."""
+        self.when_announced: list[Callable[[], None]] = []
+        """Called by `announce`. A recorder subscribes to new topics then."""
+
+    def announce(self) -> None:
+        """Report that topics were added, so that a recorder receives their first message."""
+        for listener in tuple(self.when_announced):
+            listener()
 
     def advertise(
         self,

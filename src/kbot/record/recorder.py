@@ -95,6 +95,7 @@ class Recorder:
                 simulation.journal.write = self._note
                 self._timer = simulation.clock.every(UPDATE_RATE, self._update)
                 simulation.robots.when_changed.append(self._update)
+                simulation.bus.when_announced.append(self._update)
                 self._update()
         except BaseException:
             self._detach()
@@ -233,6 +234,7 @@ class Recorder:
         self._simulation.journal.write = None
         if self._update in self._simulation.robots.when_changed:
             self._simulation.robots.when_changed.remove(self._update)
+            self._simulation.bus.when_announced.remove(self._update)
         if hasattr(self, "_timer"):
             self._timer.cancel()
         if self._world_recorder is not None:

@@ -19,6 +19,12 @@ from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 
 
+class UnknownRobot(KbotError, KeyError):
+    """No robot has the name. A KeyError too, as a mapping raises it."""
+
+    __str__ = Exception.__str__  # a KeyError would print the quoted message
+
+
 class Robots(Mapping[str, SimulatedRobot]):
     """The robots by name, in the order of spawning. The `first` cannot be deleted."""
 
@@ -43,7 +49,7 @@ class Robots(Mapping[str, SimulatedRobot]):
         self.first = self.add(first)
 
     def __getitem__(self, name: str) -> SimulatedRobot:
-        return self._robots[name]
+        return self.named(name)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._robots)
@@ -52,12 +58,12 @@ class Robots(Mapping[str, SimulatedRobot]):
         return len(self._robots)
 
     def named(self, name: str | None = None) -> SimulatedRobot:
-        """The robot of a name, or the first robot for None. Raises KbotError for an unknown name."""
+        """The robot of a name, or the first robot for None. Raises UnknownRobot."""
         if name is None:
             return self.first
         if not isinstance(name, str) or name not in self._robots:
             hint = did_you_mean(str(name), self._robots) or f"choose from {', '.join(self._robots)}"
-            raise KbotError(f"unknown robot {reprlib.repr(name)}: {hint}")
+            raise UnknownRobot(f"unknown robot {reprlib.repr(name)}: {hint}")
         return self._robots[name]
 
     def engine_name(self, link: str, robot: str | None) -> str:

@@ -1,30 +1,55 @@
-"""Runs a user's function `drive(sim)` and reports a failed assertion with its time and values."""
+"""Runs a user's function `drive(sim)` and reports its errors with file, line and values."""
 
 from __future__ import annotations
 
 import ast
+import importlib
+import linecache
 import sys
 import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 from types import CodeType, FrameType, TracebackType
+from typing import TextIO
 
+from kbot.messages.log import ERROR
+from kbot.sim.printed_lines import PrintStream
 from kbot.sim.simulation import Simulation
 from kbot.text import KbotError
 from kbot.text.files import read_source
 
+MOST_FRAMES = 6
+"""Calls that an error lists: the innermost ones, which tell the most about a recursion."""
 
-class ScriptFailed(KbotError):
+
+class ScriptError(KbotError):
+    """A script cannot be run, or raised an error: at `line` of the file `path`."""
+
+    def __init__(self, path: str, line: int, message: str, details: tuple[str, ...] = ()) -> None:
+        self.path, self.line, self.message = path, line, message
+        place = f"{shown_path(path)}:{line}"
+        super().__init__("\n".join((f"{place}: {message}", *(f"    {each}" for each in details))))
+
+
+class ScriptFailed(ScriptError):
     """An assertion of a script failed."""
 
     def __init__(
-        self, path: str, line: int, claim: str, message: str, time: float, values: dict[str, str]
+        self,
+        path: str,
+        line: int,
+        claim: str,
+        message: str,
+        time: float,
+        values: dict[str, str],
+        details: tuple[str, ...] = (),
     ) -> None:
-        self.path, self.line, self.claim, self.message = path, line, claim, message
-        self.time, self.values = time, values
-        detail = f": {message}" if message else ""
-        lines = [f"{path}:{line}: assertion failed at {time:.3f} s: {claim}{detail}"]
-        lines += [f"    {name} = {value}" for name, value in values.items()]
-        super().__init__("\n".join(lines))
+        self.claim, self.time, self.values = claim, time, values
+        self.reason = message
+        text = f"assertion failed at {time:.3f} s: {claim}" + (f": {message}" if message else "")
+        shown = tuple(f"{name} = {value}" for name, value in values.items())
+        super().__init__(path, line, text, (*shown, *details))
 
     def to_json(self) -> dict[str, object]:
         return {
@@ -32,61 +57,164 @@ class ScriptFailed(KbotError):
             "line": self.line,
             "time_s": self.time,
             "assertion": self.claim,
-            "message": self.message,
+            "message": self.reason,
             "values": self.values,
         }
 
 
-def run_script(path: str, simulation: Simulation) -> None:
-    """Run the file and call its `drive(sim)`.
+class Script:
+    """A file with a function `drive(sim)`, and the modules beside it that it imports."""
 
-    The file is the user's own program, so it runs without restrictions.
+    def __init__(self, path: str) -> None:
+        """Raises KbotError: the file does not exist or cannot be read."""
+        self.path = path
+        self._folder = Path(path).resolve().parent
+        self._known = frozenset(sys.modules)
+        read_source(path)
 
-    Raises:
-        ScriptFailed: an assertion failed.
-        KbotError: the file is not valid Python, has no `drive`, or raised another error.
-    """
-    source = read_source(path)
-    code = _compiled(source.text, path)
-    namespace: dict[str, object] = {"__name__": "kbot_script", "__file__": path}
-    folder = str(Path(path).resolve().parent)
-    sys.path.insert(0, folder)
-    try:
-        exec(code, namespace)  # noqa: S102 - the user's own program, named on the command line
-        drive = namespace.get("drive")
-        if not callable(drive):
-            raise KbotError(f"{path} has no function drive(sim)")
-        drive(simulation)
-    except KbotError:
-        raise
-    except AssertionError as error:
-        raise _failed(path, source.text, error, simulation) from None
-    except Exception as error:
-        where = _line_in(path, error.__traceback__)
-        raise KbotError(f"{path}:{where}: {type(error).__name__}: {error}") from error
-    finally:
-        sys.path.remove(folder)
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The script, and the imported modules in its folder."""
+        return (self.path, *(file for _, file in self._modules()))
+
+    def run(self, simulation: Simulation, stdout: TextIO | None = None) -> None:
+        """Read the file and call its `drive(sim)`.
+
+        The file is the user's own program, so it runs without restrictions. What it prints goes to `stdout`,
+        by default to the standard output, and to `simulation.printed`.
+
+        Raises:
+            ScriptFailed: an assertion failed.
+            ScriptError: the file is not valid Python, has no `drive`, or raised another error.
+            KbotError: the file cannot be read.
+        """
+        source = read_source(self.path)
+        printed = PrintStream(stdout or sys.stdout, simulation.printed)
+        try:
+            with self._imports(), redirect_stdout(printed):
+                linecache.getlines(self.path)  # errors quote the file as it is now
+                self.call(source.text, simulation)
+        except ScriptError as error:
+            printed.end()
+            for number, line in enumerate(str(error).split("\n")):
+                simulation.printed.add(line, ERROR, error.path if number == 0 else "", error.line)
+            raise
+        finally:
+            printed.end()
+            simulation.draw.publish()  # drawings after the last step
+
+    def call(self, text: str, simulation: Simulation) -> None:
+        """Run the text of the script and its `drive`. Everything the script does runs within this call."""
+        namespace: dict[str, object] = {"__name__": "kbot_script", "__file__": self.path}
+        code = self._compiled(text)
+        try:
+            exec(code, namespace)  # noqa: S102 - the user's own program, named on the command line
+            drive = namespace.get("drive")
+            if not callable(drive):
+                raise ScriptError(self.path, 1, "the script has no function drive(sim)")
+            drive(simulation)
+        except ScriptError:
+            raise
+        except AssertionError as error:
+            raise self._failed(error, simulation) from None
+        except SyntaxError as error:  # of an imported module
+            raise self._not_python(error, error.filename or self.path) from None
+        except Exception as error:
+            name = "" if isinstance(error, KbotError) else f"{type(error).__name__}: "
+            path, line, calls = self._place(error.__traceback__)
+            raise ScriptError(path, line, f"{name}{error}".removesuffix(": "), calls) from error
+
+    @contextmanager
+    def _imports(self) -> Iterator[None]:
+        """Let the script import modules beside it, each time as they are now."""
+        for name, _ in self._modules():
+            del sys.modules[name]
+        importlib.invalidate_caches()
+        linecache.checkcache()
+        folder, writes = str(self._folder), sys.dont_write_bytecode
+        sys.path.insert(0, folder)
+        # a cached module is found by its time in seconds, and so is outdated if it is saved twice in one
+        sys.dont_write_bytecode = True
+        try:
+            yield
+        finally:
+            sys.dont_write_bytecode = writes
+            if folder in sys.path:  # the script may have changed it
+                sys.path.remove(folder)
+
+    def _modules(self) -> list[tuple[str, str]]:
+        """Name and file of each module of the script's folder that was imported since."""
+        found = []
+        for name, module in tuple(sys.modules.items()):
+            file = getattr(module, "__file__", None)
+            if name not in self._known and isinstance(file, str) and self._is_own(file):
+                found.append((name, file))
+        return found
+
+    def _is_own(self, file: str) -> bool:
+        """Whether a file is the user's: the script, or in its folder and not an installed package."""
+        path = Path(file)
+        return file == self.path or (self._folder in path.parents and "site-packages" not in path.parts)
+
+    def _compiled(self, text: str) -> CodeType:
+        try:
+            return compile(text, self.path, "exec")
+        except SyntaxError as error:
+            raise self._not_python(error, self.path) from None
+        except ValueError as error:
+            raise ScriptError(self.path, 1, f"not valid Python: {error}") from None
+
+    def _not_python(self, error: SyntaxError, path: str) -> ScriptError:
+        code = (error.text or "").rstrip("\n")
+        details = (code.strip(),) if code.strip() else ()
+        if details and error.offset:
+            indent = len(code) - len(code.lstrip())
+            details += (" " * max(0, error.offset - 1 - indent) + "^",)
+        return ScriptError(path, error.lineno or 1, f"not valid Python: {error.msg}", details)
+
+    def _failed(self, error: AssertionError, simulation: Simulation) -> ScriptFailed:
+        path, line, calls = self._place(error.__traceback__)
+        frames = self._own_frames(error.__traceback__)
+        claim, names = _assertion_at(path, line)
+        values = {}
+        for name in names if frames else ():
+            if (value := _value(name, frames[-1][0])) is not None:
+                values[name] = value
+        return ScriptFailed(path, line, claim, str(error), simulation.time, values, calls[:-1])
+
+    def _place(self, trace: TracebackType | None) -> tuple[str, int, tuple[str, ...]]:
+        """File and line of an error, and the user's calls that led to it with the code of the last."""
+        own = self._own_frames(trace)
+        if not own:  # drive itself could not be called
+            return self.path, 1, ()
+        frame, line = own[-1]
+        path = frame.f_code.co_filename
+        code = linecache.getline(path, line, frame.f_globals).strip()
+        calls = [
+            f"{shown_path(caller.f_code.co_filename)}:{number} in {caller.f_code.co_name}: "
+            + linecache.getline(caller.f_code.co_filename, number, caller.f_globals).strip()
+            for caller, number in own[:-1]
+            if caller.f_code.co_name != "<module>" or len(own) > 1
+        ]
+        return path, line, (*calls[-MOST_FRAMES:], code)
+
+    def _own_frames(self, trace: TracebackType | None) -> list[tuple[FrameType, int]]:
+        return [
+            (frame, line)
+            for frame, line in traceback.walk_tb(trace)
+            if self._is_own(frame.f_code.co_filename)
+        ]
 
 
-def _compiled(text: str, path: str) -> CodeType:
-    try:
-        return compile(text, path, "exec")
-    except (SyntaxError, ValueError) as error:
-        line = getattr(error, "lineno", None) or 1
-        raise KbotError(f"{path}:{line}: not valid Python: {error}") from None
+def shown_path(path: str) -> str:
+    """The path relative to the current folder, if it is below."""
+    here = Path.cwd()
+    return str(Path(path).relative_to(here)) if here in Path(path).parents else path
 
 
-def _failed(path: str, text: str, error: AssertionError, simulation: Simulation) -> ScriptFailed:
-    line = _line_in(path, error.__traceback__)
-    frame = _frame_in(path, error.__traceback__)
-    claim, names = _assertion_at(text, line)
-    values = {name: value for name in names if (value := _value(name, frame)) is not None}
-    return ScriptFailed(path, line, claim, str(error), simulation.time, values)
-
-
-def _assertion_at(text: str, line: int) -> tuple[str, list[str]]:
+def _assertion_at(path: str, line: int) -> tuple[str, list[str]]:
     """The condition of the assertion at a line, and the names and attributes in it."""
-    for node in ast.walk(ast.parse(text)):
+    for node in ast.walk(ast.parse("".join(linecache.getlines(path)))):
         if isinstance(node, ast.Assert) and node.lineno <= line <= (node.end_lineno or node.lineno):
             parts = [n for n in ast.walk(node.test) if isinstance(n, ast.Name | ast.Attribute)]
             inner = {id(n.value) for n in parts if isinstance(n, ast.Attribute)}
@@ -96,10 +224,8 @@ def _assertion_at(text: str, line: int) -> tuple[str, list[str]]:
     return "", []
 
 
-def _value(name: str, frame: FrameType | None) -> str | None:
+def _value(name: str, frame: FrameType) -> str | None:
     """The repr of a dotted name's value in a frame, or None if the name is not defined there."""
-    if frame is None:
-        return None
     first, *rest = name.split(".")
     scope = {**frame.f_globals, **frame.f_locals}
     if first not in scope:
@@ -108,18 +234,3 @@ def _value(name: str, frame: FrameType | None) -> str | None:
     for attribute in rest:
         value = getattr(value, attribute, None)
     return repr(value)
-
-
-def _frames(trace: TracebackType | None) -> list[tuple[FrameType, int]]:
-    return [(frame, line) for frame, line in traceback.walk_tb(trace)]
-
-
-def _frame_in(path: str, trace: TracebackType | None) -> FrameType | None:
-    """The innermost frame that runs the script."""
-    own = [frame for frame, _ in _frames(trace) if frame.f_code.co_filename == path]
-    return own[-1] if own else None
-
-
-def _line_in(path: str, trace: TracebackType | None) -> int:
-    own = [line for frame, line in _frames(trace) if frame.f_code.co_filename == path]
-    return own[-1] if own else 1

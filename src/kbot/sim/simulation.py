@@ -8,7 +8,7 @@ import reprlib
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol, TypeVar
 
-from kbot.extensions import NotebookView, notebook
+from kbot.extensions import LivePage, NotebookView, live_page, notebook
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.messages.bus import Bus
@@ -19,13 +19,16 @@ from kbot.sim import recipe
 from kbot.sim.command_delivery import CommandDelivery
 from kbot.sim.disturbances import Disturbances
 from kbot.sim.divergence import ELSEWHERE
+from kbot.sim.drawings import Drawings
 from kbot.sim.drive.twist_controller import DriveLimits
 from kbot.sim.engine.assembly import Assembly
 from kbot.sim.engine.engine import Engine
 from kbot.sim.journal import Journal
 from kbot.sim.models import Models
 from kbot.sim.naming import ROOT_NAMING, Naming
+from kbot.sim.plots import Plots
 from kbot.sim.preparation import check_settings, prepare, read_robot
+from kbot.sim.printed_lines import PrintedLines
 from kbot.sim.recipe import Contacts
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.robots import Robots
@@ -92,6 +95,11 @@ class Simulation:
         """Called by `run_errands`. Each returns whether it did something."""
         self.mounted: dict[str, Any] = {}  # each key has a value of its own type
         """What was added once for all users of this simulation, such as the robot's declared sensors."""
+        self.draw = Drawings(self.bus, self.clock)
+        """Points, lines and text in the scene: `sim.draw.points("goal", [(1.0, 0.5)], color="red")`."""
+        self.printed = PrintedLines(self.bus, self.clock)
+        """The lines that the user's program prints."""
+        self._plots = Plots(self.bus)
         name = naming.name or robot.name
         prepared = prepare(robot, dataclasses.replace(naming, name=name), start, limits, contacts)
         assembly = Assembly.of(place, contacts, timestep, {name: prepared.plan})
@@ -162,6 +170,15 @@ class Simulation:
         errand may reset the run, or spawn and delete robots.
         """
         return sum(errand() for errand in tuple(self.errands)) > 0
+
+    def plot(self, name: str, value: float) -> None:
+        """Publish a value on `/plot/NAME`. The page plots it over time, and recordings contain it.
+
+        Raises:
+            KbotError: the name has other characters than letters, digits, `_` and `/`, there are too many
+                names, or the value is not a finite number.
+        """
+        self._plots.add(name, value)
 
     # the first robot
 
@@ -238,8 +255,9 @@ class Simulation:
         return self.models.diagnostics
 
     def reset(self) -> None:
-        """Reset to time 0: the same robots and world, without commands and attachments."""
+        """Reset to time 0: the same robots and world, without commands, attachments and drawings."""
         self.snapshots.reset()
+        self.draw.clear()
 
     def state(self) -> Snapshot:
         """Save everything that determines how the run continues."""
@@ -281,6 +299,25 @@ class Simulation:
         other.journal.changes[:] = self.journal.changes
         other.stepping.jump(self.engine.steps)
         return other
+
+    def serve(self, *, browser: bool = True, host: str = "127.0.0.1", port: int | None = None) -> LivePage:
+        """Show this simulation live in a page, and print the address.
+
+        From now on `run` and `step` keep real time, and the page's speed and pause. What the program prints,
+        plots and draws appears in the page. The page answers while the simulation steps.
+
+            with sim.serve() as page:
+                drive(sim)
+                page.wait()    # until Ctrl-C
+
+        `browser` opens a browser and waits for its page, at most 10 s. `port` None takes the first free port
+        from 8300. If other machines can reach `host`, the address has a token.
+
+        Raises:
+            KbotError: the simulation is already served, or the address is in use.
+        """
+        page: LivePage = live_page().serve(self, browser=browser, host=host, port=port)
+        return page
 
     def show(self, snapshots: Sequence[Snapshot] = (), *, height: int = 480) -> NotebookView:
         """Show the robot in its world in a notebook. `height` is in pixels.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import reprlib
 from collections.abc import Callable
+from typing import Protocol
 
 import mujoco
 import numpy as np
@@ -20,6 +21,16 @@ from kbot.sim.robots import Robots
 from kbot.text import KbotError
 
 _WHOLE = (int, np.integer)
+
+
+class Pace(Protocol):
+    """Slows a program's steps down to real time, for a page that shows them."""
+
+    def wait(self, steps: int) -> int:
+        """Wait until the next steps are due. Returns how many may be made then, at most `steps`."""
+        ...
+
+
 _MOST_STEPS = 10**14
 """The longest time, `LONGEST`, at the smallest time step of 1e-5 s."""
 
@@ -48,6 +59,8 @@ class Stepping:
 
         With watchers, the engine makes single steps, each with a Python call.
         """
+        self.pace: Pace | None = None
+        """Called before steps while a page shows the run. Otherwise steps are made as fast as possible."""
         self._period = max(1, round(recipe.CONTROL_PERIOD / engine.timestep))
         self._nanoseconds = engine.timestep * 1e9
 
@@ -62,6 +75,12 @@ class Stepping:
             raise KbotError(
                 f"the number of steps must be a whole number from 0 to {_MOST_STEPS:g}, not {reprlib.repr(n)}"
             )
+        while self.pace is not None and (allowed := self.pace.wait(n)) < n:
+            self._step(allowed)
+            n -= allowed
+        self._step(n)
+
+    def _step(self, n: int) -> None:
         engine = self._engine
         if engine.failure is not None:
             raise engine.failure

@@ -50,7 +50,7 @@ def bound(host: str, port: int | None, *, open_browser: bool = False) -> Iterato
     with _bind(host, port) as listening:
         token = None if is_loopback(host) else secrets.token_urlsafe(18)
         address = Address(listening, Access(host, listening.getsockname()[1], token))
-        if open_browser and _has_display():
+        if open_browser and can_open_browser():
             threading.Thread(target=_open, args=(address.url,), daemon=True).start()
         yield address
 
@@ -89,8 +89,8 @@ def _open(url: str) -> None:
     webbrowser.open(url)
 
 
-def _has_display() -> bool:
-    """Return whether a browser could open a window. Without one, `webbrowser` may take over the terminal."""
+def can_open_browser() -> bool:
+    """Return whether a browser could open a window. Otherwise `webbrowser` may take over the terminal."""
     if sys.platform.startswith("linux"):
         return bool(environ.get("DISPLAY") or environ.get("WAYLAND_DISPLAY"))
     return True

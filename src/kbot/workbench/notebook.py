@@ -55,7 +55,7 @@ def show_robot(robot: RobotModel, joints: Mapping[str, float] | None, height: in
     Raises:
         KbotError: an unknown joint.
     """
-    session = Session(_LoadedReader(_reading(robot)), "view", Sliders)
+    session = Session(LoadedReader(reading_of(robot)), "view", Sliders)
     for name, position in (joints or {}).items():
         session.handle(SetJoint(name, float(position)), 0)
     return NotebookPage(saved_page(session, robot), height)
@@ -77,9 +77,9 @@ def show_simulation(simulation: Simulation, moments: Sequence[Moment], height: i
 
 
 def _display_session(simulation: Simulation) -> Session:
-    reading = _reading(simulation.robot)
+    reading = reading_of(simulation.robot)
     return Session(
-        _LoadedReader(reading),
+        LoadedReader(reading),
         "sim",
         lambda robot: _StillView(robot, simulation=simulation),
         simulation.world,
@@ -129,7 +129,7 @@ class _StillView(Sliders):
 
 
 @dataclass
-class _LoadedReader:
+class LoadedReader:
     """A description that is already read."""
 
     reading: DescriptionReading
@@ -140,7 +140,7 @@ class _LoadedReader:
         return self.reading
 
 
-def _reading(robot: RobotModel) -> DescriptionReading:
+def reading_of(robot: RobotModel) -> DescriptionReading:
     """Return what a robot was read from, if it is known."""
     loaded: Loaded | None = getattr(robot, "loaded", None)
     if loaded is None:

@@ -74,17 +74,23 @@ def serving(session: Session, host: str = "127.0.0.1", port: int | None = 0) -> 
     Raises:
         KbotError: the address is in use or not this machine's.
     """
-    with bound(host, port) as address:
-        server = Server(session, address.access)
-        loop = asyncio.new_event_loop()
-        running = loop.create_task(server.run(address.listening))
-        thread = threading.Thread(target=_run_until_cancelled, args=(loop, running), daemon=True)
-        thread.start()
-        try:
-            yield address.url
-        finally:
-            loop.call_soon_threadsafe(running.cancel)
-            thread.join()
+    with bound(host, port) as address, served_at(session, address):
+        yield address.url
+
+
+@contextmanager
+def served_at(session: Session, address: Address) -> Iterator[None]:
+    """Serve a session at a bound address, on its own thread."""
+    server = Server(session, address.access)
+    loop = asyncio.new_event_loop()
+    running = loop.create_task(server.run(address.listening))
+    thread = threading.Thread(target=_run_until_cancelled, args=(loop, running), daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        loop.call_soon_threadsafe(running.cancel)
+        thread.join()
 
 
 def _run_until_cancelled(loop: asyncio.AbstractEventLoop, running: asyncio.Task[None]) -> None:

@@ -94,7 +94,8 @@ export function drive(app: App, driver: Driver): HTMLElement {
     truth.element.classList.toggle("apart", isApart);
     write(truth.title, isApart ? "In the world: differs from odometry" : "In the world");
     const other = state.driver !== 0 && state.driver !== about.client;
-    write(driverNote, other ? "Driven from another tab" : "");
+    const program = app.program.value?.phase === "running" ? app.program.value.name : "";
+    write(driverNote, program ? `${program} drives` : other ? "Driven from another tab" : "");
   });
   return panel("drive", "Drive", [], controls, why);
 }

@@ -1,6 +1,7 @@
 import type { App } from "../app";
 import { baseName, h } from "../dom";
 import { icon } from "../icons";
+import type { TopicMessage } from "../protocol";
 import { clock, recordedText } from "../time/format";
 import { goalText, onGoal } from "../tools/goal";
 
@@ -9,7 +10,18 @@ const MOST = 300;
 
 type Level = "error" | "warning" | "info";
 
-/** The log since the page was opened: refusals, notices, findings and goals, with the simulated time. */
+/** The topic of what the user's program prints. */
+const PRINTED = "/log";
+const ERROR = 40;
+
+/** The last lines of a run, from number `first` on. Each run has another `run`. */
+interface Printed {
+  run: number;
+  first: number;
+  lines: { stamp: { sec: number; nanosec: number }; level: number; msg: string }[];
+}
+
+/** The log since the page was opened: refusals, notices, findings, goals and what a program prints, with the simulated time. */
 export function log(app: App): HTMLElement {
   const list = h("ol", {});
   const log = h("div", { class: "log", role: "log", "aria-label": "Log", tabindex: 0 }, list);
@@ -63,7 +75,29 @@ export function log(app: App): HTMLElement {
       `${time.toFixed(2)} s`,
     ),
   );
+  followPrinted(app, add);
   return log;
+}
+
+/** Adds what the user's program prints, each line once. */
+function followPrinted(app: App, add: (level: Level, text: string, when: string) => void): void {
+  let [known, next] = [-1, 0];
+  let stop: (() => void) | null = null;
+  const receive = ({ message }: TopicMessage): void => {
+    const { run, first, lines } = message as unknown as Printed;
+    if (run !== known) [known, next] = [run, 0];
+    if (first + lines.length <= next) return; // the page looks back in time
+    if (first > next) add("info", `… ${first - next} lines are only in the terminal`, "");
+    for (const { stamp, level, msg } of lines.slice(Math.max(0, next - first)))
+      add(level >= ERROR ? "error" : "info", msg, `${(stamp.sec + stamp.nanosec * 1e-9).toFixed(2)} s`);
+    next = first + lines.length;
+  };
+  app.topics.list.watch((topics) => {
+    const exists = topics.some(({ name }) => name === PRINTED);
+    if (exists === (stop !== null)) return;
+    stop?.();
+    stop = exists ? app.topics.subscribe(PRINTED, receive) : null;
+  });
 }
 
 /** The time of an entry: simulated time, time in the recording, or time of day. */

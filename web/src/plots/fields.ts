@@ -3,6 +3,8 @@ import type { Scene, State } from "../protocol";
 /** A number that can be plotted. */
 export interface Field {
   name: string;
+  /** What the plot shows instead of the name. */
+  label?: string;
   group: string;
   unit: string;
   /** Its key on the server: `state twist.0`, or a topic and a path in its messages. */
@@ -44,8 +46,8 @@ export function fields(scene: Scene | null, played: boolean): Field[] {
 }
 
 /** The name with its unit, such as `forward speed [m/s]`. */
-export function labelled({ name, unit }: Field): string {
-  return name + (unit && ` [${unit}]`);
+export function labelled({ name, label, unit }: Field): string {
+  return (label ?? name) + (unit && ` [${unit}]`);
 }
 
 const KEY = "kbot.plots";
@@ -59,6 +61,15 @@ export function storedFields(): string[] {
     // storage is disabled or holds something else
   }
   return ["forward speed", "commanded forward speed", "turning speed"];
+}
+
+/** Whether the user or a program chose fields in this browser. */
+export function hasStoredFields(): boolean {
+  try {
+    return localStorage.getItem(KEY) !== null;
+  } catch {
+    return false;
+  }
 }
 
 export function storeFields(names: string[]): void {

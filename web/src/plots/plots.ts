@@ -4,10 +4,11 @@ import { letGo } from "../focus";
 import { icon } from "../icons";
 import { DRAGGED } from "../panels/topics";
 import type { Scene } from "../protocol";
-import { fields, labelled, storedFields, storeFields, type Field } from "./fields";
+import { fields, hasStoredFields, labelled, storedFields, storeFields, type Field } from "./fields";
 import { Graph, MOST_CURVES, strokeOf } from "./graph";
 import { Span, SPANS, type SpanName } from "./span";
 import { Table } from "./table";
+import { PLOTTED } from "./topic-field";
 
 /** Milliseconds between two drawings. */
 const EVERY = 80;
@@ -128,8 +129,10 @@ export function plots(app: App): HTMLElement {
     const newest = of.at(-1)?.name;
     if (newest === undefined || of === restored) return;
     all = [...fields(app.scene.value, app.about.value?.mode === "play"), ...of];
+    // what a program plots replaces the first choice, which the user has not changed
+    const isFirst = newest.startsWith(PLOTTED) && !hasStoredFields();
     const others = table.fields.map((field) => field.name).filter((name) => name !== newest);
-    choose([...others, newest].slice(-MOST_CURVES));
+    choose([...(isFirst ? [] : others), newest].slice(-MOST_CURVES));
   });
   const dragged = (event: DragEvent): boolean => event.dataTransfer?.types.includes(DRAGGED) === true;
   dock.addEventListener("dragover", (event) => {
@@ -168,7 +171,7 @@ function chip(field: Field, index: number, value: HTMLElement, remove: () => voi
   const button = h(
     "button",
     { type: "button", class: "chip", title: `Remove ${field.name}`, onclick: remove },
-    field.name,
+    field.label ?? field.name,
     value,
     field.unit && h("span", { class: "unit" }, field.unit),
   );

@@ -5,6 +5,9 @@ import { storedFields, type Field } from "./fields";
 /** Limit of samples: a minute at the rate at which the server sends messages to a page. */
 const MOST = 2000;
 
+/** The topics of `sim.plot` begin with this. */
+export const PLOTTED = "/plot/";
+
 /** The name of a topic's field in the plots. */
 export function fieldName(topic: string, path: readonly string[]): string {
   return `${topic} ${path.join(".")}`;
@@ -21,6 +24,7 @@ export function storedTopicFields(topics: Topics): TopicField[] {
 /** A numeric field of a topic over time. The topic is subscribed while the field is plotted. */
 export class TopicField implements Field {
   readonly name: string;
+  readonly label: string;
   readonly key: string;
   readonly group = "Topics";
   readonly unit = "";
@@ -34,6 +38,7 @@ export class TopicField implements Field {
     readonly path: readonly string[],
   ) {
     this.name = this.key = fieldName(topic, path);
+    this.label = topic.startsWith(PLOTTED) ? topic.slice(PLOTTED.length) : this.name;
   }
 
   /** Subscribes to the topic or unsubscribes from it. */

@@ -62,7 +62,7 @@ class _RunOptions:
     as_json: bool
 
     def refuse_without_headless(self) -> None:
-        for name in ("duration", "cmd_vel", "script", "goto", "plot", "shot"):
+        for name in ("duration", "cmd_vel", "goto", "plot", "shot"):
             if getattr(self, name) is not None:
                 fail(f"--{name.replace('_', '-')} needs --headless")
         if self.as_json:
@@ -89,6 +89,7 @@ class _RunOptions:
     epilog=examples(
         ("kbot sim kbot --world boxes", "drive in the browser"),
         ("kbot sim kbot --record run.mcap", "record the run"),
+        ("kbot sim kbot --script drive.py", "watch a program drive; save it to start it again"),
         ("kbot sim kbot --ros1", "connect to rostopic, tf and rviz"),
         "kbot sim kbot --world maze:size=8,seed=3 --pose 1,0,1.57",
         "kbot sim kbot --headless --duration 10 --cmd-vel 0.2,0",
@@ -116,7 +117,11 @@ class _RunOptions:
     help="Time to simulate in seconds. For --goto, the time limit.",
 )
 @click.option("--cmd-vel", metavar="V,W", help="Constant speeds: forward in m/s, turning in rad/s.")
-@click.option("--script", metavar="PY", help="Python file whose function drive(sim) drives the robot.")
+@click.option(
+    "--script",
+    metavar="PY",
+    help="Python file whose function drive(sim) drives the robot. The page starts it again when you save it.",
+)
 @click.option("--goto", metavar="X,Y,YAW", help="Goal pose to drive to, in m, m and rad.")
 @click.option(
     "--pose",
@@ -183,7 +188,9 @@ def command(
     the same inputs give the same result, bit for bit. A headless run with a bridge runs in real time,
     until Ctrl-C if there is no --duration.
 
-    The options --duration, --cmd-vel, --script, --goto, --plot, --shot and --json need --headless.
+    The options --duration, --cmd-vel, --goto, --plot, --shot and --json need --headless.
+
+    What a script prints goes to stdout, and with --json to stderr.
 
     Exit status: 0 success; 1 the goal was not reached or an assertion of the script failed;
     2 unusable input.
@@ -194,7 +201,7 @@ def command(
         run.require_consistent()
         return _run_headless(file, values, setup, run, record, peers, package_path)
     run.refuse_without_headless()
-    _serve(file, values, setup, record, peers, package_path, displays, page)
+    _serve(file, values, setup, run.script, record, peers, package_path, displays, page)
     return 0
 
 
@@ -202,6 +209,7 @@ def _serve(
     file: str,
     values: dict[str, str],
     setup: _Setup,
+    script: str | None,
     record: RecordOptions,
     peers: PeerRequest | None,
     package_path: tuple[str, ...],
@@ -243,7 +251,14 @@ def _serve(
                 start,
             )
         session.display_file = displays or session.display_file
-        serve_session(session, address)
+        if script is None:
+            serve_session(session, address)
+            return
+        from kbot.sim.script import Script
+        from kbot.workbench.script_loop import serve_script
+
+        session.paused = session.waits_for_page = page.browser
+        serve_script(session, Script(script), address)
 
 
 def _run_headless(

@@ -114,7 +114,7 @@ def run_headless(
 ) -> int:
     """Run, print the report, and return the exit status. `seconds` None: run until Ctrl-C."""
     from kbot.sim.report import Odometer, make_report
-    from kbot.sim.script import ScriptFailed, run_script
+    from kbot.sim.script import Script, ScriptFailed
 
     odometer = Odometer(simulation, keeps=plot is not None)
     failed: ScriptFailed | None = None
@@ -128,7 +128,8 @@ def run_headless(
             elif script is None:
                 simulation.run(seconds)
             else:
-                run_script(script, simulation)
+                # with --json, stdout is one JSON object
+                Script(script).run(simulation, sys.stderr if as_json else None)
         except ScriptFailed as failure:
             failed = failure
         except KeyboardInterrupt:  # the report covers the time until then

@@ -28,6 +28,7 @@ NAMESAKES = {
     "trajectory_msgs": "JointTrajectory JointTrajectoryPoint",
     "tf2_msgs": "TFMessage",
     "rosgraph_msgs": "Clock",
+    "rcl_interfaces": "Log",
     "actionlib_msgs": "GoalID GoalStatus GoalStatusArray",
     "visualization_msgs": "Marker MarkerArray MeshFile UVCoordinate",
     "builtin_interfaces": "Duration Time",

@@ -290,6 +290,16 @@ class Driving:
         here, there = (run.moment().poses[run._sim.robot.root].translation[:2] for run in (self, before))
         return bool(np.abs(here - there).max() < SAME_PLACE)
 
+    def renewed(self, robot: RobotModel) -> Driving:
+        other = Driving(robot, self._setup)
+        other.paused = self.paused
+        return other
+
+    @property
+    def simulation(self) -> Simulation:
+        """The simulation, for a program that drives it."""
+        return self._sim
+
     def enter(self, world: str, seed: int) -> tuple[Driving, World]:
         """Return the robot at the start of another world."""
         if world != self._setup.first_world_name:

@@ -116,6 +116,11 @@ class Mover(Protocol):
         """Go to a time in s from the recording's start. Raises KbotError if no recording is played back."""
         ...
 
+    def renewed(self, robot: RobotModel) -> Mover:
+        """Return a robot in the same world, as a new run from the start. Raises KbotError if nothing is
+        simulated."""
+        ...
+
     def record(self, recording: RunRecording) -> None:
         """Start recording. Raises KbotError if nothing is simulated, or as `RunRecording.begin`."""
         ...

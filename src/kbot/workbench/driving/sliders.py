@@ -123,6 +123,9 @@ class Sliders:
     def record(self, recording: RunRecording) -> None:
         raise KbotError("there is nothing to record, because nothing is simulated here. Use kbot sim")
 
+    def renewed(self, robot: RobotModel) -> Mover:
+        raise KbotError("there is no run to start again, because nothing is simulated here. Use kbot sim")
+
     def enter(self, world: str, seed: int) -> tuple[Mover, World]:
         raise KbotError("there is no world to choose, because nothing is simulated here. Use kbot sim")
 

@@ -275,6 +275,9 @@ class PlayedRun:
         other.loop, other.paused = self.loop, self.paused
         return other
 
+    def renewed(self, robot: RobotModel) -> NoReturn:
+        _refuse()
+
     def enter(self, world: str, seed: int) -> NoReturn:
         _refuse()
 

@@ -831,6 +831,22 @@ class State:
 
 
 @dataclass(frozen=True, slots=True)
+class ProgramView:
+    """The user's program that drives the simulation. `name` is its file.
+
+    `busy` means that it computes for a while without a step, so that time stands still. `can_start` means
+    that `RunProgram` starts it again. `error` says why it failed, with file and line.
+    """
+
+    name: str
+    phase: Literal["waiting", "running", "finished", "failed", "stopped"]
+    busy: bool
+    can_start: bool
+    error: str
+    type: Literal["program"] = "program"
+
+
+@dataclass(frozen=True, slots=True)
 class About:
     """Describes the session. It is sent first.
 
@@ -900,6 +916,7 @@ FromServer = (
     | Trail
     | Series
     | PlotDrawn
+    | ProgramView
     | Notice
     | Refused
     | Beat
@@ -920,9 +937,16 @@ class Drive:
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """Stop the robot, whichever page drives it."""
+    """Stop the robot, whichever page or program drives it."""
 
     type: Literal["stop"] = "stop"
+
+
+@dataclass(frozen=True, slots=True)
+class RunProgram:
+    """Start the program again that `kbot sim --script` was started with."""
+
+    type: Literal["run_program"] = "run_program"
 
 
 @dataclass(frozen=True, slots=True)
@@ -977,6 +1001,7 @@ class BeatReply:
 FromPage = (
     Drive
     | Stop
+    | RunProgram
     | SetJoint
     | SetJoints
     | Pause

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import itertools
+from collections import deque
 from collections.abc import Awaitable, Callable, Iterable, Iterator
 
-from kbot.workbench.protocol import Beat, FromServer, Scene, SourceText, State, Things, Timeline
+from kbot.workbench.protocol import Beat, FromPage, FromServer, Scene, SourceText, State, Things, Timeline
 from kbot.workbench.protocol.codec import encode
 
 MAX_PAGES = 500  # each page uses a file descriptor, and the limit of a process is often 1024
@@ -35,6 +36,8 @@ class Client:
         """Topics without a message until that time."""
         self.timeline: Timeline | None = None
         """The timeline that was sent last."""
+        self.orders: deque[FromPage] = deque()
+        """Messages from the page that wait until a program lends the simulation."""
         self._waiting: dict[str, str | bytes] = {}
         self._news = asyncio.Event()
         self._beats = 0

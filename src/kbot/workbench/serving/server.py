@@ -35,6 +35,7 @@ from kbot.workbench.protocol import (
     RemoveMark,
     Resume,
     Seek,
+    Stop,
     Subscribe,
     Topics,
     Unsubscribe,
@@ -58,6 +59,10 @@ UNSEEN_SECONDS = 1 / 10
 """Seconds between two states that are kept while no page is open."""
 TOPICS_SECONDS = 1.0
 """Seconds between two checks of the list of topics."""
+PROGRAM_SECONDS = 0.1
+"""Seconds between two looks at the user's program."""
+IMPORTS_SECONDS = 1.0
+"""Seconds between two looks at the modules that the user's program has imported."""
 TIMELINE_SECONDS = 0.25
 """Seconds between two checks of the timeline."""
 SIGNS_OF_LIFE = 4
@@ -66,6 +71,10 @@ CLOSING_SECONDS = 1.0
 """Seconds that pages have to close their connection."""
 AFTER_FAULT_SECONDS = 1.0
 """Seconds before a failed task is tried again."""
+GREETING_SECONDS = 0.5
+"""Seconds that a new page waits for the current state while a program uses the simulation."""
+MOST_ORDERS = 200
+"""Messages of a page that wait while a program uses the simulation: those of ten seconds of driving."""
 _CHANGE_NOTHING = (
     OpenSource
     | Drive
@@ -119,6 +128,8 @@ class Server:
                 tasks.create_task(self._keep_time())
                 tasks.create_task(self._send_topics())
                 tasks.create_task(self._send_timeline())
+                tasks.create_task(self._send_program())
+                tasks.create_task(self._follow_program())
                 tasks.create_task(self._follow_files())
                 tasks.create_task(self._follow_page())
                 try:
@@ -138,16 +149,22 @@ class Server:
         if len(self.hub) >= MAX_PAGES:
             await connection.close(CloseCode.TRY_AGAIN_LATER, f"{MAX_PAGES} pages are open")
             return
-        client = self.hub.join()
         session = self.session
-        for message in session.greeting(client.number):
-            client.put(message)
-        if self._topics is not None:  # the current list: it is not updated while no page is open
-            client.put(session.topics.topics())
+        is_lent = await session.turns.take_within(GREETING_SECONDS)
+        client = self.hub.join()
+        try:
+            for message in session.greeting(client.number, is_lent=is_lent):
+                client.put(message)
+            if self._topics is not None and is_lent:
+                # the current list: it is not updated while no page is open
+                client.put(session.topics.topics())
+        finally:
+            if is_lent:
+                session.turns.give_back()
         pump = asyncio.create_task(client.pump(connection.send))
         try:
             async for data in connection:
-                self._receive(client, data)
+                self._take(client, data)
         except ConnectionClosed:
             pass
         finally:
@@ -156,18 +173,41 @@ class Server:
                 await pump
             self.hub.leave(client)
             self._plotting.leave(client)
-            session.leave(client.number)
+            async with session.turns:
+                session.leave(client.number)
             self._changed = True
 
-    def _receive(self, client: Client, data: str | bytes) -> None:
-        message: FromPage | None = None
+    def _take(self, client: Client, data: str | bytes) -> None:
+        """Carry out a page's message at once, or when the program next lends the simulation."""
         try:
             message = decode(data)
+        except BadMessage as error:
+            self._complaints.add(f"page {client.number}: {error}")
+            client.put(Refused(str(error)))
+            self._changed = True
+            return
+        if isinstance(message, BeatReply):
+            client.count_answer()
+            return
+        program, turns = self.session.program, self.session.turns
+        if isinstance(message, Stop) and program is not None:
+            program.stop()
+        if not client.orders and turns.try_take():
+            try:
+                self._receive(client, message)
+            finally:
+                turns.give_back()
+        elif len(client.orders) < MOST_ORDERS:
+            client.orders.append(message)
+        else:
+            name = program.name if program is not None else "the program"
+            client.put(Refused(f"{name} computes and does not call sim.run. Press Space to stop it"))
+
+    def _receive(self, client: Client, message: FromPage) -> None:
+        try:
             if isinstance(message, Seek):
                 client.requested_time = message.at
             match message:
-                case BeatReply():
-                    client.count_answer()
                 case Subscribe(topic=topic):
                     self._subscribe(client, topic)
                 case Unsubscribe(topic=topic):
@@ -187,12 +227,9 @@ class Server:
                     for answer in self.session.handle(message, client.number):
                         client.put(answer)
         except KbotError as error:
-            if isinstance(error, BadMessage):
-                self._complaints.add(f"page {client.number}: {error}")
             client.put(Refused(str(error)))
         except Exception as error:  # noqa: BLE001 - a fault does not end the server
-            what = message.type if message is not None else "a page's message"
-            client.put(Refused(self._complaints.fault(what, error)))
+            client.put(Refused(self._complaints.fault(message.type, error)))
         if not isinstance(message, _CHANGE_NOTHING):
             self._changed = True
 
@@ -211,16 +248,20 @@ class Server:
         before = sent = time.monotonic()
         while True:
             await asyncio.sleep(FRAME_SECONDS)
-            now = time.monotonic()
-            self._changed |= self._advance(min(now - before, 0.1))
-            before = now
-            with self._surviving("sending the state"):
-                apart = STATE_SECONDS if len(self.hub) else UNSEEN_SECONDS
-                if self._changed and now - sent >= apart - FRAME_SECONDS / 2:
-                    self._changed, sent = False, now
-                    self.past.send_state(self.session.state())
-                for topic, frame, pages in self.session.topics.news():
-                    self.past.send_topic(topic, frame, pages)
+            async with self.session.turns:
+                now = time.monotonic()
+                for client in self.hub:
+                    while client.orders:
+                        self._receive(client, client.orders.popleft())
+                self._changed |= self._advance(min(now - before, 0.1))
+                before = now
+                with self._surviving("sending the state"):
+                    apart = STATE_SECONDS if len(self.hub) else UNSEEN_SECONDS
+                    if self._changed and now - sent >= apart - FRAME_SECONDS / 2:
+                        self._changed, sent = False, now
+                        self.past.send_state(self.session.state())
+                    for topic, frame, pages in self.session.topics.news():
+                        self.past.send_topic(topic, frame, pages)
 
     async def _send_topics(self) -> None:
         """Send the list of topics if it has changed, once a second."""
@@ -228,7 +269,9 @@ class Server:
             await asyncio.sleep(TOPICS_SECONDS)
             with self._surviving("listing topics"):
                 await asyncio.to_thread(ros2_types)  # takes a while the first time
-                if len(self.hub) and (topics := self.session.topics.topics()) != self._topics:
+                async with self.session.turns:
+                    topics = self.session.topics.topics() if len(self.hub) else self._topics
+                if topics is not None and topics != self._topics:
                     self._topics = topics
                     self.hub.publish(topics)
 
@@ -244,6 +287,28 @@ class Server:
                     self.past.send_timeline(client, again=count % SIGNS_OF_LIFE == 0)
                 if (recorded := self.session.recording.take_ended()) is not None:
                     self.hub.publish(recorded)
+
+    async def _send_program(self) -> None:
+        """Send what the user's program does, also while it computes."""
+        program, sent = self.session.program, None
+        while program is not None:
+            if (view := program.view()) != sent:
+                sent = view
+                self.hub.publish(view)
+            await asyncio.sleep(PROGRAM_SECONDS)
+
+    async def _follow_program(self) -> None:
+        """Start the user's program again when one of its files changes."""
+        program = self.session.program
+        if program is None:
+            return
+        watcher = Watcher(program.files(), program.began)
+        while True:
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(IMPORTS_SECONDS):
+                    await watcher.changed()
+                    program.restart()
+            watcher.watch(program.files(), program.began)
 
     def _advance(self, wall_seconds: float) -> bool:
         with self._surviving("the run"):
@@ -299,7 +364,9 @@ class Server:
             self.hub.publish(Refused(str(error)))
             return
         known = self.session.missing_meshes()
-        for message in self.session.adopt(reading):
+        async with self.session.turns:
+            messages = self.session.adopt(reading)
+        for message in messages:
             self.hub.publish(message)
         for missing in self.session.missing_meshes():
             if missing not in known:

@@ -6,8 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from kbot.model import RobotModel
+from kbot.text import KbotError
 from kbot.workbench.displays.display_file import DisplayFile
 from kbot.workbench.driving.mover import Moment, Mover, flat
+from kbot.workbench.driving.program import Program
+from kbot.workbench.driving.turns import Turns
 from kbot.workbench.meshes.markers import MarkerMeshes
 from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.playback.recorded_path import RecordedPath
@@ -29,6 +32,7 @@ from kbot.workbench.protocol import (
     Refused,
     Reset,
     ResetPart,
+    RunProgram,
     SaveDisplays,
     Scene,
     Seek,
@@ -123,7 +127,10 @@ RECORDED = "the robot is part of a recording and cannot be changed"
 
 
 class Session:
-    """One displayed robot. Everything runs on the server's loop except `read`, which only reads."""
+    """One displayed robot. Everything runs on the server's loop except `read`, which only reads.
+
+    If a `program` drives the simulation on another thread, only the holder of `turns` may use the session.
+    """
 
     def __init__(
         self,
@@ -149,6 +156,12 @@ class Session:
         self.waits_for_page = False
         """Whether it starts paused and continues when the first page connects."""
         self.marks = Marks()
+        self.turns = Turns()
+        self.program: Program | None = None
+        """The user's program that drives the simulation, if there is one."""
+        self._was_programmed = False
+        self.requests: list[Callable[[], None]] = []
+        """What the program's thread asks to be done on the server's loop, once each."""
         self.wants_reading: Callable[[], None] = lambda: None
         """Called to read the description again without waiting for its files to change."""
         self.announce: Callable[[FromServer], None] = lambda message: None
@@ -161,6 +174,7 @@ class Session:
         for_page = MarkerMeshes(self.meshes, self.shown.file, self.shown.package_path)
         self.note = ""
         """A notice for new pages, for example about what is not displayed."""
+        self._last_state: State | None = None
         self.topics = TopicRelay(self._motion.bus, lambda: self._motion.clock.nanoseconds, for_page)
         self.speed = 1.0
         self.rate = 0.0
@@ -193,17 +207,26 @@ class Session:
         return [self.about(), *messages, self.findings(), self.shown.authoring.parameters(), self.state()]
 
     def _replace(self, robot: RobotModel) -> None:
-        self._motion = self._motion.replace(robot)
+        if self.program is not None and self.program.is_running:
+            self._motion = self._motion.renewed(robot)  # the program starts again, with the changed robot
+            self._resets += 1
+            self.program.restart()
+        else:
+            self._motion = self._motion.replace(robot)
 
-    def greeting(self, client: int) -> list[FromServer]:
-        """Return the first messages for a page."""
+    def greeting(self, client: int, *, is_lent: bool = True) -> list[FromServer]:
+        """Return the first messages for a page. Without `is_lent` a program uses the simulation, and the page
+        gets the last state."""
         if self.waits_for_page and client != NOBODY:
             self.waits_for_page = self.paused = False
-        parts = (self.scene, self.findings(), self.shown.authoring.parameters(), self.state())
+        state = self.state() if is_lent or self._last_state is None else self._last_state
+        parts = (self.scene, self.findings(), self.shown.authoring.parameters(), state)
         settings = self.display_file.greeting
         note = [Refused(self.note)] if self.note and client != NOBODY else []
         marks = [self.marks.view] if self.mode != "view" else []
-        return [self.about(client), *([settings] if settings is not None else []), *parts, *marks, *note]
+        program = [self.program.view()] if self.program is not None else []
+        displays = [settings] if settings is not None else []
+        return [self.about(client), *displays, *parts, *marks, *program, *note]
 
     def missing_meshes(self) -> list[str]:
         """Return the findings about meshes that are missing, or that the page may not load."""
@@ -232,7 +255,7 @@ class Session:
 
     def state(self) -> State:
         moment = self._motion.moment()
-        return state_message(
+        self._last_state = state_message(
             moment,
             self.shown.robot,
             revision=self._scene.revision,
@@ -243,6 +266,7 @@ class Session:
             resets=self._resets,
             at=self._along(moment.time),
         )
+        return self._last_state
 
     def _along(self, time: float) -> float:
         played = self.timeline()
@@ -267,15 +291,29 @@ class Session:
 
     def advance(self, wall_seconds: float) -> bool:
         """Advance by wall-clock time. Returns whether anything may have changed."""
+        while self.requests:
+            self.requests.pop(0)()
         self._deadman.pass_time(wall_seconds)
         if self.mode == "view":
             self._motion.advance(wall_seconds)
         changed = self._motion.run_errands() | self._send_changes()
+        was_programmed, self._was_programmed = self._was_programmed, self._is_programmed
+        if self._was_programmed or was_programmed:
+            return True
         if self.mode == "view" or self.paused or wall_seconds <= 0.0:
             return changed
         done = self._motion.advance(wall_seconds * self.speed)
         self.rate += (done / wall_seconds - self.rate) * min(1.0, wall_seconds / 0.5)
         return True
+
+    @property
+    def _is_programmed(self) -> bool:
+        """Whether a program makes the steps now."""
+        return self.program is not None and self.program.is_running
+
+    def renew(self) -> None:
+        """Start the robot and world on display again, as a new simulation at time 0."""
+        self._use(self._motion.renewed(self.shown.robot))
 
     @property
     def run(self) -> object:
@@ -290,8 +328,10 @@ class Session:
         """Continue the simulation from a saved state. A robot that was being driven stops.
 
         Raises:
-            KbotError: robots were added or deleted since.
+            KbotError: robots were added or deleted since, or a program drives.
         """
+        if self.program is not None and self.program.is_running:
+            raise KbotError(f"{self.program.name} drives the robot. Press Space to stop it first")
         self._motion.resume(saved)
         self.paused = False
         self._resets += 1
@@ -304,7 +344,13 @@ class Session:
         Raises:
             KbotError: the message cannot be carried out. The text is the reason.
         """
+        if self.program is not None and self.program.is_running and self._reserved(message, self.program):
+            return []
         match message:
+            case RunProgram():
+                if self.program is None:
+                    raise KbotError("there is no program to run. Start one with kbot sim FILE --script PY")
+                self.program.start()
             case Drive(linear=linear, angular=angular):
                 self._deadman.drive(linear, angular, client)
             case Stop():
@@ -341,14 +387,43 @@ class Session:
                     self.wants_reading()
         return []
 
+    def _reserved(self, message: FromPage, program: Program) -> bool:
+        """Handle what means something else while a program drives. Returns whether it was such a message.
+
+        Raises:
+            KbotError: only the program may do it now.
+        """
+        match message:
+            case Drive(linear=linear, angular=angular):
+                if linear or angular:
+                    raise KbotError(f"{program.name} drives the robot. Press Space to stop it first")
+            case Reset() if program.can_start:
+                program.restart()
+            case SetWorld(world=world, seed=seed):
+                self._enter(world, round(seed))
+                program.restart()
+            case Advance(seconds=seconds):
+                self.paused = True
+                program.grant(seconds)
+            case Stop():
+                pass  # the program ends, and then stops the robot
+            case _:
+                return False
+        return True
+
     def leave(self, client: int) -> None:
         """Forget a page that has disconnected. If it was driving, the robot stops."""
         self.topics.leave(client)
         self._deadman.leave(client)
 
     def _enter(self, name: str, seed: int) -> None:
-        self._motion, self._scene.world = self._motion.enter(name, seed)
+        motion, self._scene.world = self._motion.enter(name, seed)
         self._offers = replace(self._offers, world_name=name)
+        self._use(motion)
+
+    def _use(self, motion: Mover) -> None:
+        """Continue with another mover, and display it."""
+        self._motion = motion
         self.recording.end()
         self.topics.attach(self._motion.bus)
         self._resets += 1

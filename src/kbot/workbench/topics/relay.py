@@ -13,26 +13,31 @@ from typing import Any
 import numpy as np
 
 from kbot.messages.bus import Bus, absolute
+from kbot.messages.log import Log
 from kbot.messages.visualization import Marker, MarkerArray, PointStamped
 from kbot.record.encodings.plain import from_plain, to_plain
 from kbot.record.encodings.type_names import ros_name
 from kbot.record.encodings.types import known_type
 from kbot.record.feed import Feed, Packet
+from kbot.sim.drawings import TOPIC as DRAWINGS
+from kbot.sim.plots import PREFIX as PLOTS
+from kbot.sim.printed_lines import TOPIC as PRINTED
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.workbench.protocol import Topics, TopicView
+from kbot.workbench.topics.log_tail import LogTail
 from kbot.workbench.topics.marker_state import MarkerState
 
 _ALIGNED = 8
 """Arrays in a binary frame are aligned to this many bytes, so that the page can use them in place."""
 
 
-def encode_packet(packet: Packet, is_latched: bool = False) -> str | bytes:
+def encode_packet(packet: Packet, is_latched: bool = False, shown: object = None) -> str | bytes:
     """Encode one message of a topic: as text, or as bytes if it has array or bytes fields.
 
-    `is_latched` means that it was published before the page subscribed.
+    `is_latched` means that it was published before the page subscribed. `shown` replaces its fields.
     """
-    message: Any = packet.message  # Any: each topic has its own type
+    message: Any = packet.message if shown is None else shown  # Any: each topic has its own type
     fields: dict[str, Any] = {}
     arrays: dict[str, list[object]] = {}
     parts: list[bytes] = []
@@ -88,6 +93,15 @@ MOST_TOPICS = 256
 COUNTED_SECONDS = 2.0
 """Seconds of simulated time over which a rate is measured."""
 
+_EVERY_PAGE = -1
+"""The number of a page that stands for all, also those that are not open yet."""
+
+
+def _is_program_s(topic: str) -> bool:
+    """Whether the user's program shows something on a topic. It is kept from its first message on."""
+    return topic in (DRAWINGS, PRINTED) or topic.startswith(PLOTS)
+
+
 Frame = str | bytes
 
 
@@ -103,12 +117,15 @@ class _Subscription:
         """Wall-clock time before which pages receive no further message."""
         self.times: deque[int] = deque(maxlen=200)
         self.markers = MarkerState()
+        self.log = LogTail()
 
     def receive(self, packet: Packet) -> None:
         if self.times and packet.nanoseconds < self.times[-1]:
             self.times.clear()  # time was reset
         if isinstance(packet.message, Marker | MarkerArray):
             self.markers.take(packet.message)
+        elif isinstance(packet.message, Log):
+            self.log.take(packet.message)
         self.newest, self.is_new, self.is_latched = packet, True, False
         self.times.append(packet.nanoseconds)
 
@@ -152,6 +169,8 @@ class TopicRelay:
             return
         for topic in tuple(self._subscriptions):
             self._end(topic)
+        for topic in self.subscribed_by(_EVERY_PAGE):
+            self.unsubscribe(topic, _EVERY_PAGE)
         self._bus, self._feed = bus, Feed(bus, self._now)
         self._update_subscriptions()
 
@@ -248,6 +267,8 @@ class TopicRelay:
 
     def _encoded(self, subscription: _Subscription, packet: Packet, is_latched: bool) -> Frame:
         message = packet.message
+        if isinstance(message, Log):
+            return encode_packet(packet, is_latched, subscription.log.current())
         # a marker is valid until it is deleted, so none may be lost
         if isinstance(message, Marker | MarkerArray):
             message = subscription.markers.current(self._now())
@@ -263,6 +284,8 @@ class TopicRelay:
         offered = self._feed.offered()
         for topic in tuple(self._subscriptions.keys() - offered.keys()):
             self._end(topic)
+        for topic in filter(_is_program_s, offered):
+            self._wanted.setdefault(topic, set()).add(_EVERY_PAGE)
         for topic in self._wanted:
             if topic in offered and topic not in self._subscriptions:
                 subscription = self._subscriptions[topic] = _Subscription()

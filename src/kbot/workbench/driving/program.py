@@ -1,0 +1,192 @@
+"""The user's program that drives the simulation, as the server and its pages see it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Literal, NoReturn, Protocol
+
+from kbot.sim import Simulation
+from kbot.text import KbotError
+from kbot.workbench.driving.turns import Turns
+from kbot.workbench.protocol import ProgramView
+
+SLICE_SECONDS = 0.01
+"""Simulated seconds that a program steps at once. Pages act on the simulation between two slices."""
+PAUSED_SECONDS = 0.02
+"""Seconds between two looks whether the simulation is still paused."""
+BEHIND_SECONDS = 0.2
+"""Seconds of wall-clock time that a program catches up. If it computes for longer, the simulation falls
+behind."""
+HELD_SECONDS = 0.03
+"""Longest wall-clock time in which a simulation that is slower than real time does not lend itself."""
+SMOOTHING_SECONDS = 0.5
+"""Time over which the real-time factor is averaged."""
+BUSY_SECONDS = 1.0
+"""Seconds without a step after which pages report that the program computes."""
+
+Phase = Literal["waiting", "running", "finished", "failed", "stopped"]
+
+
+class Clockwork(Protocol):
+    """What pages set: how fast time runs."""
+
+    speed: float
+    rate: float
+    paused: bool
+
+
+class Stopped(BaseException):
+    """Raised in a program to end it. Not an Exception, so that `except Exception` does not catch it."""
+
+
+class Program:
+    """A program drives the simulation on its own thread and lends it to the server between two slices.
+
+    Between `begin` and `finish` its steps are paced to real time, and to the speed and pause of the page.
+    """
+
+    def __init__(self, name: str, turns: Turns, clockwork: Clockwork, can_start: bool = False) -> None:
+        """`can_start` means that a page can start the program. The program's thread has the simulation."""
+        self.name, self.turns, self._clockwork = name, turns, clockwork
+        self.can_start = can_start
+        self.interrupt: Callable[[], None] = lambda: None
+        """Called on any thread to interrupt the program after `stop` and `restart`."""
+        self.files: Callable[[], tuple[str, ...]] = tuple
+        """Returns the files of the program. When one is saved, the program starts again."""
+        self.began = time.time_ns()
+        """Wall-clock time in ns at which the program started last."""
+        self.wants_start = False
+        """Whether a page or a saved file asks to start the program again."""
+        self.phase: Phase = "waiting"
+        self._text = ""
+        self._thread = 0
+        self.is_lending = False
+        """Whether the program waits in a step, and the server may use the simulation."""
+        self._is_ending = self._was_interrupted = False
+        self._due = self._lent = self._stepped = 0.0
+        self._left = self._slice = 0
+        self._timestep = 1.0
+        self._granted = 0.0
+
+    # the server's side
+
+    @property
+    def is_running(self) -> bool:
+        return self.phase == "running"
+
+    @property
+    def is_stopping(self) -> bool:
+        """Whether the running program was asked to end."""
+        return self.is_running and self._is_ending
+
+    def view(self) -> ProgramView:
+        is_busy = self.is_running and time.monotonic() - self._lent > BUSY_SECONDS
+        return ProgramView(self.name, self.phase, is_busy, self.can_start, self._text)
+
+    def stop(self) -> None:
+        """End the program. May be called on any thread."""
+        self.wants_start = False
+        self._end()
+
+    def restart(self) -> None:
+        """Start the program again, and end it first if it runs. May be called on any thread."""
+        self.wants_start = True
+        self._end()
+
+    def start(self) -> None:
+        """Carry out a page's request to start the program again.
+
+        Raises:
+            KbotError: a page cannot start it.
+        """
+        if not self.can_start:
+            raise KbotError(
+                f"{self.name} was not started by kbot sim --script. Start it where you started it"
+            )
+        self.restart()
+
+    def grant(self, seconds: float) -> None:
+        """Let a paused program step for some simulated seconds."""
+        self._granted += seconds
+
+    def _end(self) -> None:
+        if self.is_running:
+            self._is_ending = True
+            self.interrupt()
+
+    # the program's side
+
+    def begin(self, simulation: Simulation) -> None:
+        """Pace the steps of a simulation from now on, on this thread."""
+        self._thread, self.began = threading.get_ident(), time.time_ns()
+        self._is_ending = self.wants_start = False
+        self._timestep = simulation.timestep
+        self._slice = max(1, round(SLICE_SECONDS / simulation.timestep))
+        self._left, self._granted = 0, 0.0
+        self._due = self._lent = self._stepped = time.monotonic()
+        self._text, self.phase = "", "running"
+        simulation.stepping.pace = self
+
+    def finish(self, simulation: Simulation, phase: Phase, text: str = "") -> None:
+        """Stop pacing. `text` is the error of a failed program."""
+        simulation.stepping.pace = None
+        self._was_interrupted = self._is_ending and self.wants_start
+        self._text, self.phase = text, phase
+
+    def fail(self, text: str) -> None:
+        """Report that the program could not start."""
+        self.wants_start = False
+        self._text, self.phase = text, "failed"
+
+    @property
+    def was_interrupted(self) -> bool:
+        """Whether the program was started again while it ran. Its run stays paused if it was."""
+        return self._was_interrupted
+
+    def wait(self, steps: int) -> int:
+        """Wait until the next slice is due. Returns how many of the steps may be made now."""
+        if threading.get_ident() != self._thread:
+            return steps
+        if self._is_ending:
+            self._stop()
+        if self._left == 0:
+            self._end_slice()
+        allowed = min(steps, self._left)
+        self._left -= allowed
+        return allowed
+
+    def _end_slice(self) -> None:
+        seconds = self._slice * self._timestep
+        self._due += seconds / self._clockwork.speed
+        while (ahead := self._due - time.monotonic()) > 0.0:
+            self._lend(min(ahead, PAUSED_SECONDS))  # the page may change the speed or pause
+        if time.monotonic() - self._lent > HELD_SECONDS:
+            self._lend(0.0)
+        while self._clockwork.paused and self._granted <= 0.0:
+            self._lend(PAUSED_SECONDS)
+            self._due = self._stepped = time.monotonic()
+        self._granted = max(0.0, self._granted - seconds)
+        now = time.monotonic()
+        self._due = max(self._due, now - BEHIND_SECONDS)
+        if now > self._stepped:
+            wall = now - self._stepped
+            self._clockwork.rate += (seconds / wall - self._clockwork.rate) * min(
+                1.0, wall / SMOOTHING_SECONDS
+            )
+        self._stepped = now
+        self._left = self._slice
+
+    def _lend(self, seconds: float) -> None:
+        self.is_lending = True
+        try:
+            self.turns.lend(seconds)
+        finally:
+            self.is_lending = False
+        self._lent = time.monotonic()
+        if self._is_ending:
+            self._stop()
+
+    def _stop(self) -> NoReturn:
+        raise Stopped

@@ -1,0 +1,53 @@
+"""Decides which thread may use the simulation: that of the user's program, or that of the server."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+import time
+
+POLL_SECONDS = 0.002
+"""Seconds between two attempts of the server to get the simulation. It gets it between two slices."""
+LEAST_SECONDS = 0.005
+"""Seconds for which a program lends the simulation: the server looks at least once in that time."""
+
+
+class Turns:
+    """One user at a time. Without a program, the server always gets the simulation at once."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+
+    async def __aenter__(self) -> None:
+        """Wait, on the server's loop, until the program lends the simulation."""
+        while not self.try_take():
+            await asyncio.sleep(POLL_SECONDS)
+
+    async def __aexit__(self, *_: object) -> None:
+        self.give_back()
+
+    async def take_within(self, seconds: float) -> bool:
+        """Take the simulation, on the server's loop, if a program lends it in that time."""
+        end = time.monotonic() + seconds
+        while not (is_taken := self.try_take()) and time.monotonic() < end:
+            await asyncio.sleep(POLL_SECONDS)
+        return is_taken
+
+    def try_take(self) -> bool:
+        """Take the simulation if nobody uses it."""
+        return self._lock.acquire(blocking=False)
+
+    def take(self) -> None:
+        """Wait for the simulation, on the program's thread."""
+        self._lock.acquire()
+
+    def give_back(self) -> None:
+        self._lock.release()
+
+    def lend(self, seconds: float) -> None:
+        """Give the server the simulation for some time, on the program's thread, which has it."""
+        self._lock.release()
+        try:
+            time.sleep(max(seconds, LEAST_SECONDS))
+        finally:
+            self._lock.acquire()

@@ -1,0 +1,185 @@
+"""The page of `sim.serve()`: show a simulation live while the user's own program drives it."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import NoReturn
+
+from kbot.model import RobotModel
+from kbot.sim import Simulation
+from kbot.sim.printed_lines import PrintStream
+from kbot.text import KbotError
+from kbot.workbench.address import bound, can_open_browser
+from kbot.workbench.driving.driving import Driving, RunSetup
+from kbot.workbench.driving.interruption import signal_main_thread
+from kbot.workbench.driving.program import Program
+from kbot.workbench.driving.world_actions import SPAWNABLE
+from kbot.workbench.notebook import LoadedReader, reading_of
+from kbot.workbench.serve import served_at
+from kbot.workbench.session.driven_session import limits, reason_not_driving
+from kbot.workbench.session.offers import Offers
+from kbot.workbench.session.session import Session
+
+PATIENCE_SECONDS = 10.0
+"""Seconds that `serve` waits for the page when it opens a browser, so that the page shows the run from its
+start."""
+LOOK_SECONDS = 0.02
+"""Seconds between two looks whether the page is connected or closed."""
+PAGE = "kbot.live_page"
+"""The key of a simulation's page in `Simulation.mounted`."""
+
+
+class LivePage:
+    """A page that shows a simulation. `url` is its address. The end of a `with` block closes it.
+
+    The simulation's steps keep real time, and the page's speed and pause, until the page is closed. The page
+    answers while the simulation steps, and in `wait`.
+    """
+
+    def __init__(self, simulation: Simulation, host: str, port: int | None, *, opens_browser: bool) -> None:
+        """Serve at an address, on a thread of its own. `port` None takes the first free port from 8300.
+
+        Raises:
+            KbotError: the simulation is already served, or the address is in use.
+        """
+        if PAGE in simulation.mounted:
+            raise KbotError(f"this simulation is already served at {simulation.mounted[PAGE].url}")
+        self._simulation = simulation
+        opens_browser = opens_browser and can_open_browser()
+        session = _session(simulation)
+        self._program = session.program = _Caller(Path(sys.argv[0]).name or "Python", session.turns, session)
+        session.waits_for_page = opens_browser
+        self._turns, self._open = session.turns, ExitStack()
+        with self._open:
+            address = self._open.enter_context(bound(host, port, open_browser=opens_browser))
+            self._turns.take()
+            self._open.callback(self._turns.give_back)
+            self._program.begin(simulation)
+            self._open.callback(self._program.finish, simulation, "finished")
+            self._open.enter_context(_published_prints(simulation))
+            serving = ExitStack()
+            serving.enter_context(served_at(session, address))
+            # the server needs the simulation to end
+            self._open.callback(self._end, serving)
+            self.url = address.url
+            simulation.mounted[PAGE] = self
+            self._open.callback(simulation.mounted.pop, PAGE, None)
+            _print(f"{simulation.robot.name} is at  {self.url}\n")
+            end = time.monotonic() + PATIENCE_SECONDS
+            while session.waits_for_page and time.monotonic() < end:
+                self._turns.lend(LOOK_SECONDS)
+            self._closing = self._open.pop_all()
+        self._is_closed = False
+
+    def wait(self) -> None:
+        """Serve until Ctrl-C, while the simulation runs on in real time. The page's keys drive it.
+
+        Timers and callbacks that the program added to the simulation continue to run.
+        """
+        if self._is_closed:
+            return
+        self._program.finish(self._simulation, "finished")
+        try:
+            while True:
+                self._turns.lend(LOOK_SECONDS)
+        except KeyboardInterrupt:
+            _print("\n")
+        finally:
+            self._program.begin(self._simulation)
+
+    def close(self) -> None:
+        """Close the page. The simulation then steps as fast as possible again."""
+        if not self._is_closed:
+            self._is_closed = True
+            self._closing.close()
+
+    def __enter__(self) -> LivePage:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<page of {self._simulation.robot.name} at {self.url}>"
+
+    def _end(self, serving: ExitStack) -> None:
+        self._simulation.draw.publish()
+        self._turns.give_back()
+        serving.close()
+        self._turns.take()
+
+
+@contextmanager
+def _published_prints(simulation: Simulation) -> Iterator[None]:
+    """Publish what the program prints, unless it redirects its output elsewhere."""
+    before, printed = sys.stdout, PrintStream(sys.stdout, simulation.printed)
+    sys.stdout = printed
+    try:
+        yield
+    finally:
+        printed.end()
+        if sys.stdout is printed:
+            sys.stdout = before
+
+
+def _print(text: str) -> None:
+    sys.stdout.write(text)
+    sys.stdout.flush()
+
+
+def serve(simulation: Simulation, *, browser: bool, host: str, port: int | None) -> LivePage:
+    """Show a simulation in a page. See `Simulation.serve`."""
+    return LivePage(simulation, host, port, opens_browser=browser)
+
+
+class _Caller(Program):
+    """The program that called `serve`. A page stops it as Ctrl-C does."""
+
+    def _end(self) -> None:
+        if self.is_lending or threading.get_ident() == self._thread:
+            self._is_ending = True  # raised at the end of the slice
+        elif self._thread == threading.main_thread().ident:
+            signal_main_thread()
+        else:
+            self._is_ending = True
+
+    def _stop(self) -> NoReturn:
+        self._is_ending = False
+        raise KeyboardInterrupt
+
+
+class _ServedDriving(Driving):
+    """A simulation that a program made, so that pages cannot replace it."""
+
+    def renewed(self, robot: RobotModel) -> NoReturn:
+        raise KbotError("the program made this simulation, so only the program can start it again")
+
+    def enter(self, world: str, seed: int) -> NoReturn:
+        raise KbotError("the program made this simulation, so only the program can choose the world")
+
+
+def _session(simulation: Simulation) -> Session:
+    naming = simulation.robots.first.naming
+    world = simulation.world
+    setup = RunSetup(
+        world,
+        world.name,
+        world.name,
+        simulation.seed,
+        simulation.contacts,
+        lambda simulation: None,
+        simulation.start,
+        naming,
+    )
+    return Session(
+        LoadedReader(reading_of(simulation.robot)),
+        "sim",
+        lambda robot: _ServedDriving(robot, setup, simulation),
+        world,
+        Offers(reason_not_driving, limits, things=SPAWNABLE),
+    )

@@ -1,0 +1,139 @@
+"""Run a script on the main thread while the page shows it, again after each save."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+from kbot.sim import Simulation
+from kbot.sim.script import Script, ScriptError
+from kbot.text import KbotError
+from kbot.workbench.address import Address
+from kbot.workbench.driving.driving import Driving
+from kbot.workbench.driving.interruption import Interruption
+from kbot.workbench.driving.program import Phase, Program, Stopped
+from kbot.workbench.serve import served_at
+from kbot.workbench.session.session import Session
+
+LOOK_SECONDS = 0.02
+"""Seconds between two looks whether the script should start again."""
+
+
+def serve_script(session: Session, script: Script, address: Address) -> None:
+    """Serve a simulated session until Ctrl-C, and let a script drive it.
+
+    The script starts again, on a new simulation, when it is saved or a page asks for it.
+    """
+    _ScriptLoop(session, script).serve(address)
+
+
+class _ScriptLoop:
+    def __init__(self, session: Session, script: Script) -> None:
+        self._session, self._script = session, script
+        self._program = Program(Path(script.path).name, session.turns, session, can_start=True)
+        self._program.files = lambda: script.files
+        session.program = self._program
+        self._used: object = None
+        """The run that the script has used."""
+
+    def serve(self, address: Address) -> None:
+        session, program = self._session, self._program
+        session.turns.take()
+        with Interruption(program) as interruption, served_at(session, address):
+            try:
+                _print(f"{session.scene.robot} is at  {address.url}\n{self._welcome()}\n")
+                while not interruption.is_over:
+                    self._run(interruption)
+                    while not (program.wants_start or interruption.is_over):
+                        session.turns.lend(LOOK_SECONDS)
+            finally:
+                session.turns.give_back()  # the server needs it to end
+
+    def _welcome(self) -> str:
+        start = " starts when the page opens" if self._session.waits_for_page else " drives the robot"
+        return f"{self._program.name}{start}, and again when it is saved.  Ctrl-C here stops KBot."
+
+    def _run(self, interruption: Interruption) -> None:
+        session, program = self._session, self._program
+        try:
+            driving = self._fresh_run(interruption)
+        except KbotError as error:
+            program.fail(str(error))
+            _report(f"error: {error}")
+            return
+        if driving is None:
+            return
+        simulation = self._used_simulation(driving)
+        if not (program.was_interrupted or session.waits_for_page):
+            session.paused = False
+        program.begin(simulation)
+        phase, problem = self._outcome(simulation)
+        interruption.end_tracing()
+        for robot in simulation.robots.values():
+            if robot.can_drive:
+                with suppress(KbotError):  # the run has diverged
+                    robot.cmd_vel(0.0, 0.0)
+        if not program.wants_start:
+            # nothing that the script left behind, such as timers, may drive the robot on
+            session.paused = True
+        program.finish(simulation, phase, problem)
+        if problem:
+            _report(f"error: {problem}")
+        if not (program.wants_start or interruption.is_over):
+            _print(f"{program.name} {phase} at {simulation.time:.2f} s. Save it to start it again.\n")
+
+    def _used_simulation(self, driving: Driving) -> Simulation:
+        self._used = driving
+        return driving.simulation
+
+    def _outcome(self, simulation: Simulation) -> tuple[Phase, str]:
+        """Run the script. Returns how it ended, and its error."""
+        try:
+            self._script.run(simulation)
+        except (Stopped, KeyboardInterrupt):
+            return "stopped", ""
+        except SystemExit as end:
+            return ("failed", str(end.code)) if end.code else ("finished", "")
+        except (ScriptError, KbotError) as error:
+            return "failed", str(error)
+        return "finished", ""
+
+    def _fresh_run(self, interruption: Interruption) -> Driving | None:
+        """Return a run that nothing has used yet. None if the user ends KBot meanwhile."""
+        session = self._session
+        run = session.run
+        if run is self._used or not isinstance(run, Driving) or run.simulation.steps > 0:
+            self._do_on_server(session.renew, interruption)
+            run = session.run
+        return run if isinstance(run, Driving) and not interruption.is_over else None
+
+    def _do_on_server(self, work: Callable[[], None], interruption: Interruption) -> None:
+        """Do something on the server's thread, which owns the pages. Raises its KbotError."""
+        done, errors = threading.Event(), list[KbotError]()
+
+        def carry_out() -> None:
+            try:
+                work()
+            except KbotError as error:
+                errors.append(error)
+            finally:
+                done.set()
+
+        self._session.requests.append(carry_out)
+        while not (done.is_set() or interruption.is_over):
+            self._session.turns.lend(LOOK_SECONDS)
+        if errors:
+            raise errors[0]
+
+
+def _print(text: str) -> None:
+    sys.stdout.write(text)
+    sys.stdout.flush()
+
+
+def _report(text: str) -> None:
+    sys.stderr.write(f"{text}\n")
+    sys.stderr.flush()

@@ -1,0 +1,59 @@
+import type { App } from "../app";
+import type { Driver } from "../drive-keys";
+import { h } from "../dom";
+import { icon } from "../icons";
+import type { ProgramView } from "../protocol";
+import { stop } from "./drive";
+
+/** The user's program: whether it drives the robot, its error, and a button to stop it or to start it again. */
+export function program(app: App, driver: Driver): HTMLElement {
+  const status = h("span", { role: "status" });
+  const error = h("pre", { tabindex: 0, "aria-label": "Error of the program" });
+  const end = h(
+    "button",
+    { type: "button", title: "Stop the program (Space)", onclick: () => stop(app, driver) },
+    "Stop",
+  );
+  const start = h("button", { type: "button", onclick: () => app.send({ type: "run_program" }) }, "Run");
+  const sign = h("span", { class: "sign", "aria-hidden": "true" });
+  const bar = h("div", { class: "notice program", hidden: true }, sign, status, error, end, start);
+  app.program.watch((now) => {
+    bar.hidden = now === null;
+    if (now === null) return;
+    const hadFocus = bar.contains(document.activeElement);
+    bar.dataset["phase"] = now.phase;
+    bar.classList.toggle("error", now.phase === "failed");
+    sign.replaceChildren(icon(signOf(now)));
+    status.textContent = statusText(now);
+    error.textContent = now.error;
+    error.hidden = now.error === "";
+    end.hidden = now.phase !== "running";
+    start.hidden = !now.can_start || now.phase === "running" || now.phase === "waiting";
+    start.title = `Start ${now.name} again, from the start`;
+    // the button that was pressed is hidden: the keyboard continues on the other one
+    if (hadFocus && document.activeElement === document.body) (end.hidden ? start : end).focus();
+  });
+  return bar;
+}
+
+function signOf({ phase }: ProgramView): "play" | "error" | "check" | "pause" {
+  if (phase === "running") return "play";
+  if (phase === "failed") return "error";
+  return phase === "finished" ? "check" : "pause";
+}
+
+/** One sentence about who drives. */
+export function statusText({ name, phase, busy, can_start }: ProgramView): string {
+  switch (phase) {
+    case "waiting":
+      return `${name} starts soon.`;
+    case "running":
+      return busy ? `${name} drives, but makes no step: time stands still.` : `${name} drives the robot.`;
+    case "finished":
+      return can_start ? `${name} finished. Time stands still.` : `${name} waits. You can drive.`;
+    case "failed":
+      return `${name} failed:`;
+    case "stopped":
+      return `${name} was stopped. Time stands still.`;
+  }
+}
