@@ -46,7 +46,11 @@ def on_a_robot() -> None:
 
 
 if __name__ == "__main__":
-    if "--robot" in sys.argv:
-        on_a_robot()
-    else:
-        in_simulation()
+    try:
+        if "--robot" in sys.argv:
+            on_a_robot()
+        else:
+            in_simulation()
+    except kbot.KbotError as error:  # no KBot is running, or several are, or it has stopped
+        print(f"error: {error}", file=sys.stderr)
+        sys.exit(2)

@@ -56,6 +56,8 @@ export class App {
   readonly trail = new Signal<Trail | null>(null);
   /** The user's program that drives the simulation, null if there is none. */
   readonly program = new Signal<ProgramView | null>(null);
+  /** The line that the program printed last. */
+  readonly printed = new Signal("");
   /** The recording that ended last. */
   readonly recorded = new Signal<Recorded | null>(null);
   /** Whether the topics and the log are shown. */

@@ -18,6 +18,7 @@ from kbot.record.recorder import COMMANDS_TOPIC, DESCRIPTION_TOPIC, NODES, STATE
 from kbot.sim import Simulation
 from kbot.sim.injected_faults import from_journal
 from kbot.sim.naming import Naming
+from kbot.sim.plots import PREFIX as PLOTS
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.snapshots import Snapshot
 from kbot.text import KbotError
@@ -226,6 +227,8 @@ def replay(path: str, packages: Packages | None = None) -> Replayed:
 
 
 def _is_repeated(topic: str) -> bool:
+    if topic.startswith(PLOTS):  # a user's program may plot a value called odom
+        return False
     return topic in MADE_BY_SIMULATION or topic.rpartition("/")[2] in MADE_BY_ROBOTS
 
 

@@ -109,8 +109,12 @@ class Drawings:
 
     def clear(self, name: str | None = None) -> None:
         """Remove the drawing of a name, or all. A name without a drawing is ignored."""
-        removed = list(self._markers) if name is None else [name]
-        if any(self._markers.pop(each, None) is not None for each in removed):
+        before = len(self._markers)
+        if name is None:
+            self._markers.clear()
+        else:
+            self._markers.pop(name, None)
+        if len(self._markers) < before:
             self._publish_later()
 
     def _draw(
@@ -119,9 +123,7 @@ class Drawings:
         if not (isinstance(name, str) and 0 < len(name) <= 100):
             raise KbotError(f"a drawing needs a name of 1 to 100 characters, not {reprlib.repr(name)}")
         if name not in self._markers and len(self._markers) >= MOST_DRAWINGS:
-            raise KbotError(
-                f"draw {name!r}: the limit of {MOST_DRAWINGS} drawings is reached. Clear some first"
-            )
+            raise KbotError(f"draw {name!r}: the limit is {MOST_DRAWINGS} drawings. Clear some first")
         pose = Pose(position=points[0]) if kind == TEXT_VIEW_FACING else Pose()
         self._markers[name] = Marker(
             header=Header(self._clock.stamp, WORLD),

@@ -70,12 +70,14 @@ class Script:
         self.path = path
         self._folder = Path(path).resolve().parent
         self._known = frozenset(sys.modules)
+        self._imported: tuple[str, ...] = ()
+        """The files of the modules in the last run."""
         read_source(path)
 
     @property
     def files(self) -> tuple[str, ...]:
         """The script, and the imported modules in its folder."""
-        return (self.path, *(file for _, file in self._modules()))
+        return tuple(dict.fromkeys((self.path, *self._imported, *(file for _, file in self._modules()))))
 
     def run(self, simulation: Simulation, stdout: TextIO | None = None) -> None:
         """Read the file and call its `drive(sim)`.
@@ -127,8 +129,7 @@ class Script:
     @contextmanager
     def _imports(self) -> Iterator[None]:
         """Let the script import modules beside it, each time as they are now."""
-        for name, _ in self._modules():
-            del sys.modules[name]
+        self._known = frozenset(sys.modules)
         importlib.invalidate_caches()
         linecache.checkcache()
         folder, writes = str(self._folder), sys.dont_write_bytecode
@@ -141,9 +142,13 @@ class Script:
             sys.dont_write_bytecode = writes
             if folder in sys.path:  # the script may have changed it
                 sys.path.remove(folder)
+            modules = self._modules()
+            self._imported = tuple(file for _, file in modules)
+            for name, _ in modules:
+                del sys.modules[name]
 
     def _modules(self) -> list[tuple[str, str]]:
-        """Name and file of each module of the script's folder that was imported since."""
+        """Name and file of each module of the script's folder that the current run has imported."""
         found = []
         for name, module in tuple(sys.modules.items()):
             file = getattr(module, "__file__", None)

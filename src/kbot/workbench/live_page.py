@@ -61,7 +61,6 @@ class LivePage:
             self._open.callback(self._turns.give_back)
             self._program.begin(simulation)
             self._open.callback(self._program.finish, simulation, "finished")
-            self._open.enter_context(_published_prints(simulation))
             serving = ExitStack()
             serving.enter_context(served_at(session, address))
             # the server needs the simulation to end
@@ -70,6 +69,7 @@ class LivePage:
             simulation.mounted[PAGE] = self
             self._open.callback(simulation.mounted.pop, PAGE, None)
             _print(f"{simulation.robot.name} is at  {self.url}\n")
+            self._open.enter_context(_published_prints(simulation))
             end = time.monotonic() + PATIENCE_SECONDS
             while session.waits_for_page and time.monotonic() < end:
                 self._turns.lend(LOOK_SECONDS)

@@ -85,12 +85,16 @@ function followPrinted(app: App, add: (level: Level, text: string, when: string)
   let stop: (() => void) | null = null;
   const receive = ({ message }: TopicMessage): void => {
     const { run, first, lines } = message as unknown as Printed;
-    if (run !== known) [known, next] = [run, 0];
+    if (run !== known) {
+      [known, next] = [run, 0];
+      app.printed.set("");
+    }
     if (first + lines.length <= next) return; // the page looks back in time
     if (first > next) add("info", `… ${first - next} lines are only in the terminal`, "");
     for (const { stamp, level, msg } of lines.slice(Math.max(0, next - first)))
       add(level >= ERROR ? "error" : "info", msg, `${(stamp.sec + stamp.nanosec * 1e-9).toFixed(2)} s`);
     next = first + lines.length;
+    app.printed.set(lines.at(-1)?.msg ?? "");
   };
   app.topics.list.watch((topics) => {
     const exists = topics.some(({ name }) => name === PRINTED);

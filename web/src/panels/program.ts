@@ -1,6 +1,6 @@
 import type { App } from "../app";
 import type { Driver } from "../drive-keys";
-import { h } from "../dom";
+import { h, write } from "../dom";
 import { icon } from "../icons";
 import type { ProgramView } from "../protocol";
 import { stop } from "./drive";
@@ -16,7 +16,14 @@ export function program(app: App, driver: Driver): HTMLElement {
   );
   const start = h("button", { type: "button", onclick: () => app.send({ type: "run_program" }) }, "Run");
   const sign = h("span", { class: "sign", "aria-hidden": "true" });
-  const bar = h("div", { class: "notice program", hidden: true }, sign, status, error, end, start);
+  const printed = h("button", {
+    type: "button",
+    class: "printed",
+    title: "The last printed line. Click to open the log (Y).",
+    hidden: true,
+    onclick: () => app.traffic.set(true),
+  });
+  const bar = h("div", { class: "notice program", hidden: true }, sign, status, end, start, printed, error);
   app.program.watch((now) => {
     bar.hidden = now === null;
     if (now === null) return;
@@ -33,6 +40,13 @@ export function program(app: App, driver: Driver): HTMLElement {
     // the button that was pressed is hidden: the keyboard continues on the other one
     if (hadFocus && document.activeElement === document.body) (end.hidden ? start : end).focus();
   });
+  const showPrinted = (): void => {
+    const text = app.program.value?.error === "" ? app.printed.value : ""; // the error is printed too
+    write(printed, text);
+    printed.hidden = text === "";
+  };
+  app.printed.watch(showPrinted);
+  app.program.watch(showPrinted);
   return bar;
 }
 

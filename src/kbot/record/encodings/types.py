@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from kbot.record.encodings.safe_store import SafeStore
 
 TF_MESSAGE = "geometry_msgs/TransformStamped[] transforms\n"
+LOG = "time stamp\nuint8 level\nstring name\nstring msg\nstring file\nstring function\nuint32 line\n"
 
 
 @cache
@@ -24,12 +25,13 @@ def ros2_types() -> SafeStore:
 
 @cache
 def ros1_types() -> SafeStore:
-    """The message types of ROS 1. The library lacks those of tf2, so they are added here."""
+    """The message types of ROS 1. The library lacks that of tf2, and ROS 1 itself that of ROS 2's log."""
     # imported lazily: rosbags is slow to import
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
     store = get_typestore(Stores.ROS1_NOETIC)
     store.register(get_types_from_msg(TF_MESSAGE, "tf2_msgs/msg/TFMessage"))
+    store.register(get_types_from_msg(LOG, "rcl_interfaces/msg/Log"))
     return _with_own(store)
 
 
@@ -48,9 +50,9 @@ def _with_own(store: Typestore) -> SafeStore:
 
 @cache
 def _known() -> dict[str, type]:
-    from kbot.messages import actions, control, navigation, sensing, types, visualization
+    from kbot.messages import actions, control, log, navigation, sensing, types, visualization
 
-    homes = (types, sensing, navigation, control, actions, visualization)
+    homes = (types, sensing, navigation, control, actions, visualization, log)
     found = [(home, value) for home in homes for value in vars(home).values() if isinstance(value, type)]
     return parts() | {ros_name(value): value for home, value in found if value.__module__ == home.__name__}
 

@@ -21,6 +21,8 @@ BEHIND_SECONDS = 0.2
 behind."""
 HELD_SECONDS = 0.03
 """Longest wall-clock time in which a simulation that is slower than real time does not lend itself."""
+NEVER = float("-inf")
+"""When the first slice is due, before it is requested."""
 SMOOTHING_SECONDS = 0.5
 """Time over which the real-time factor is averaged."""
 BUSY_SECONDS = 1.0
@@ -102,9 +104,7 @@ class Program:
             KbotError: a page cannot start it.
         """
         if not self.can_start:
-            raise KbotError(
-                f"{self.name} was not started by kbot sim --script. Start it where you started it"
-            )
+            raise KbotError(f"start {self.name} again where you started it")
         self.restart()
 
     def grant(self, seconds: float) -> None:
@@ -120,12 +120,13 @@ class Program:
 
     def begin(self, simulation: Simulation) -> None:
         """Pace the steps of a simulation from now on, on this thread."""
+        now = time.monotonic()
         self._thread, self.began = threading.get_ident(), time.time_ns()
         self._is_ending = self.wants_start = False
         self._timestep = simulation.timestep
         self._slice = max(1, round(SLICE_SECONDS / simulation.timestep))
         self._left, self._granted = 0, 0.0
-        self._due = self._lent = self._stepped = time.monotonic()
+        self._due, self._lent, self._stepped = NEVER, now, now
         self._text, self.phase = "", "running"
         simulation.stepping.pace = self
 
@@ -159,6 +160,8 @@ class Program:
 
     def _end_slice(self) -> None:
         seconds = self._slice * self._timestep
+        if self._due == NEVER:  # the first step since `begin`
+            self._due = time.monotonic()
         self._due += seconds / self._clockwork.speed
         while (ahead := self._due - time.monotonic()) > 0.0:
             self._lend(min(ahead, PAUSED_SECONDS))  # the page may change the speed or pause

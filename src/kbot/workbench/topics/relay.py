@@ -149,6 +149,7 @@ class TopicRelay:
         self._subscriptions: dict[str, _Subscription] = {}
         self._bus, self._now, self._for_page = bus, now, for_page
         self._feed = Feed(bus, now)
+        bus.when_announced.append(self._update_subscriptions)
         self._known = -1
         """The number of the bus's changes that are processed."""
         self.counts = True
@@ -171,7 +172,9 @@ class TopicRelay:
             self._end(topic)
         for topic in self.subscribed_by(_EVERY_PAGE):
             self.unsubscribe(topic, _EVERY_PAGE)
+        self._bus.when_announced.remove(self._update_subscriptions)
         self._bus, self._feed = bus, Feed(bus, self._now)
+        bus.when_announced.append(self._update_subscriptions)
         self._update_subscriptions()
 
     def subscribe(self, topic: str, page: int) -> Frame | None:

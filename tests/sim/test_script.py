@@ -1,0 +1,122 @@
+"""A script's errors: file, line, code, and the user's own calls."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from kbot.messages.log import Log
+from kbot.sim import Simulation
+from kbot.sim.script import Script, ScriptError, ScriptFailed
+from kbot.text import KbotError
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def error_of(text: str) -> ScriptError:
+    Path("drive.py").write_text(text)
+    with pytest.raises(ScriptError) as caught:
+        Script("drive.py").run(Simulation("kbot"))
+    return caught.value
+
+
+def test_an_error_lists_the_user_s_calls_with_their_code(folder: Path) -> None:
+    (folder / "maths.py").write_text("def half(x):\n    return x / 0\n")
+    error = error_of("import maths\n\ndef go(x):\n    return maths.half(x)\n\ndef drive(sim):\n    go(3)\n")
+    assert str(error) == (
+        "maths.py:2: ZeroDivisionError: division by zero\n"
+        "    drive.py:7 in drive: go(3)\n"
+        "    drive.py:4 in go: return maths.half(x)\n"
+        "    return x / 0"
+    )
+    assert (Path(error.path).name, error.line) == ("maths.py", 2)
+
+
+def test_an_error_of_kbot_is_at_the_line_that_called_it(folder: Path) -> None:
+    error = error_of("def drive(sim):\n    sim.cmd_vel(0.1,\n        float('nan'))\n")
+    assert str(error).startswith("drive.py:2: ")
+    assert "KbotError" not in str(error)
+    error = error_of("def drive(sim):\n    sim.robots['q']\n")
+    assert str(error) == "drive.py:2: unknown robot 'q': choose from kbot\n    sim.robots['q']"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "def drive(sim:\n    pass\n",
+            "drive.py:1: not valid Python: '(' was never closed\n    def drive(sim:",
+        ),
+        ("x = '\0'", "drive.py:1: not valid Python"),
+        (
+            "import nowhere\n",
+            "drive.py:1: ModuleNotFoundError: No module named 'nowhere'\n    import nowhere",
+        ),
+        ("def drive():\n    pass\n", "drive.py:1: TypeError: drive() takes 0 positional arguments"),
+        ("drive = 3\n", "drive.py:1: the script has no function drive(sim)"),
+        ("def drive(sim):\n    raise ValueError\n", "drive.py:2: ValueError\n    raise ValueError"),
+        ("def drive(sim):\n    drive(sim)\n", "drive.py:2: RecursionError: maximum recursion depth exceeded"),
+    ],
+)
+def test_unusable_scripts(folder: Path, text: str, message: str) -> None:
+    assert str(error_of(text)).startswith(message)
+
+
+def test_an_error_in_a_recursion_lists_only_the_last_calls(folder: Path) -> None:
+    assert len(str(error_of("def drive(sim):\n    drive(sim)\n")).split("\n")) == 8
+
+
+def test_a_module_that_is_not_python_is_reported_at_its_line(folder: Path) -> None:
+    (folder / "maths.py").write_text("\ndef half(x:\n")
+    assert "maths.py:2: not valid Python" in str(error_of("import maths\n"))
+
+
+def test_an_assertion_in_a_function_is_reported_with_values_and_calls(folder: Path) -> None:
+    error = error_of(
+        "def check(speed):\n    assert speed < 0.1, 'too fast'\n\ndef drive(sim):\n    sim.run(0.5)\n    check(0.2)\n"
+    )
+    assert isinstance(error, ScriptFailed)
+    assert str(error) == (
+        "drive.py:2: assertion failed at 0.500 s: speed < 0.1: too fast\n"
+        "    speed = 0.2\n"
+        "    drive.py:6 in drive: check(0.2)"
+    )
+
+
+def test_modules_beside_the_script_are_read_again_and_belong_to_its_files(folder: Path) -> None:
+    maths, sim = folder / "maths.py", Simulation("kbot")
+    Path("drive.py").write_text("import maths, json\n\ndef drive(sim):\n    assert maths.VALUE == 1\n")
+    maths.write_text("VALUE = 1\n")
+    script = Script("drive.py")
+    script.run(sim)
+    assert script.files == ("drive.py", str(maths))
+    maths.write_text("VALUE = 2\n")
+    with pytest.raises(ScriptFailed):
+        script.run(sim)
+    assert not (folder / "__pycache__").exists()
+    assert str(folder) not in sys.path
+
+
+def test_prints_are_published_with_the_error_and_reach_the_output(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sim, lines = Simulation("kbot"), list[Log]()
+    sim.bus.subscribe("/log", Log, lines.append)
+    Path("drive.py").write_text(
+        "def drive(sim):\n    print('a', end='')\n    print('b\\nc', end='')\n    1 / 0\n"
+    )
+    with pytest.raises(ScriptError):
+        Script("drive.py").run(sim)
+    assert [line.msg for line in lines][:3] == ["ab", "c", "drive.py:4: ZeroDivisionError: division by zero"]
+    assert [line.level for line in lines] == [20, 20, 40, 40]
+    assert (lines[2].file, lines[2].line) == ("drive.py", 4)
+    assert capsys.readouterr().out == "ab\nc"
+
+
+def test_a_missing_script_is_reported(folder: Path) -> None:
+    with pytest.raises(KbotError, match=r"gone\.py does not exist"):
+        Script("gone.py")

@@ -1,0 +1,89 @@
+"""`sim.serve()`: the page of a program that runs its own simulation."""
+
+import signal
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import kbot
+from kbot.text import KbotError
+
+from .conftest import until
+from .scripted import needs_signals, running, watching
+
+
+def test_steps_keep_real_time_while_served_and_end_in_the_same_state(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    free = kbot.Simulation("kbot")
+    sim = kbot.Simulation("kbot")
+    for each in (free, sim):
+        each.cmd_vel(0.2, 0.3)
+    free.run(0.4)
+    with sim.serve(browser=False, port=0) as page:
+        assert f"kbot is at  {page.url}" in capsys.readouterr().out
+        with watching(page.url) as watcher:
+            before = time.monotonic()
+            sim.run(0.4)
+            assert time.monotonic() - before >= 0.4  # each slice of 0.01 s starts when it is over
+            sim.plot("a", 1.0)
+            sys.stdout.write("hello\n")
+            sim.run(0.2)
+            until(lambda: watcher.time > 0.4)
+            watcher.send("subscribe", topic="/log")
+            sim.run(0.1)  # the page is served while the simulation steps
+            until(lambda: "/log" in watcher.newest)
+            assert [line["msg"] for line in watcher.newest["/log"]["message"]["lines"]] == ["hello"]
+            with pytest.raises(KbotError, match="already served at http"):
+                sim.serve(browser=False)
+    free.run(0.3)
+    assert sim.state_sha256() == free.state_sha256()
+    assert sys.stdout.write.__self__ is sys.stdout  # the output is the user's own again
+    page.close()
+    page.wait()  # returns at once
+    before = sim.steps
+    sim.run(1.0)
+    assert sim.steps == before + 500
+    assert sim.stepping.pace is None  # as fast as possible again
+
+
+PROGRAM = """
+import kbot
+sim = kbot.Simulation("kbot")
+with sim.serve(browser=False, port=0) as page:
+    sim.cmd_vel(0.2, 0.0)
+    sim.run(0.2)
+    sim.cmd_vel(0.0, 0.0)
+    print("waiting at", sim.steps)
+    page.wait()
+    print("continues", sim.steps > 100)
+    try:
+        while True: sim.time
+    except KeyboardInterrupt:
+        print("interrupted")
+print("closed")
+"""
+
+
+@needs_signals
+def test_wait_serves_until_ctrl_c_and_a_page_interrupts_the_program(tmp_path: Path) -> None:
+    (tmp_path / "own.py").write_text(PROGRAM)
+    with running("own.py", cwd=tmp_path) as run, watching(run.url) as page:
+        until(lambda: run.printed("waiting at 100") and page.phase == "finished")
+        page.send("drive", linear=-0.2, angular=0.0)  # the page's keys drive now
+        until(lambda: page.newest["state"]["command"][0] < 0.0)
+        page.send("set_world", world="boxes", seed=1)
+        until(lambda: page.refused)
+        assert page.refused[0].endswith("only the program can choose the world")
+        page.send("run_program")
+        until(lambda: len(page.refused) == 2)
+        assert page.refused[1] == "start own.py again where you started it"
+        run.process.send_signal(signal.SIGINT)
+        until(lambda: run.printed("continues True") and page.phase == "running")
+        page.send("stop")
+        until(lambda: run.printed("interrupted"))
+        until(lambda: run.printed("closed"))
+        assert run.process.wait(60) == 0
+    assert run.err == []
