@@ -152,10 +152,11 @@ def test_error_for_an_unknown_transport() -> None:
         wanted_transport({"KBOT_TRANSPORT": "ros3"})
 
 
-def test_example_prints_only_the_error_message(environment: dict[str, str]) -> None:
-    example = Path(__file__).parents[2] / "examples" / "own_node.py"
+@pytest.mark.parametrize("words", [("own_node.py",), ("own_controller.py", "--robot")])
+def test_example_prints_only_the_error_message(environment: dict[str, str], words: tuple[str, ...]) -> None:
     environment |= {"KBOT_TRANSPORT": "local"}
-    command = [sys.executable, str(example)]
+    example, *options = words
+    command = [sys.executable, str(Path(__file__).parents[2] / "examples" / example), *options]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60, check=False)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("error: no KBot is running. Start one")

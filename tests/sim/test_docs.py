@@ -1,10 +1,12 @@
 """The examples, methods and worlds in docs/simulation.md exist and work."""
 
 import inspect
+import math
 import re
 from operator import attrgetter
 from pathlib import Path
 
+from kbot.sim import Simulation
 from kbot.world import BUILDERS, parameters
 from kbot.world.sdf.model_paths import LIBRARY
 
@@ -17,6 +19,17 @@ def test_examples_of_the_page_run():
     exec(code, names)
     names["sim"].run(1.0)
     assert list(names["sim"].robots) == ["kbot"]
+
+
+def test_the_program_of_the_page_reaches_its_goal(capsys):
+    code = next(code for code in re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL) if "def drive" in code)
+    names = {}
+    exec(code, names)
+    sim = Simulation("kbot", "boxes")
+    names["drive"](sim)
+    pose = sim.ground_truth.pose
+    assert math.hypot(pose.x - 1.0, pose.y - 0.5) < 0.1
+    assert capsys.readouterr().out == "reached the goal\n"
 
 
 def test_every_documented_method_exists(sim):

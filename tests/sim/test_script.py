@@ -77,7 +77,8 @@ def test_a_module_that_is_not_python_is_reported_at_its_line(folder: Path) -> No
 
 def test_an_assertion_in_a_function_is_reported_with_values_and_calls(folder: Path) -> None:
     error = error_of(
-        "def check(speed):\n    assert speed < 0.1, 'too fast'\n\ndef drive(sim):\n    sim.run(0.5)\n    check(0.2)\n"
+        "def check(speed):\n    assert speed < 0.1, 'too fast'\n\n"
+        "def drive(sim):\n    sim.run(0.5)\n    check(0.2)\n"
     )
     assert isinstance(error, ScriptFailed)
     assert str(error) == (

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from .axe import violations
 from .conftest import until
 from .pictures import decode_png, screenshot
 from .scripted import needs_signals, scripted
@@ -110,6 +111,7 @@ def test_an_error_is_shown_with_its_line_until_the_script_is_saved(script: Path,
         shown = page.locator(f"{BAR} pre").inner_text().split("\n")
         assert shown == ["drive.py:4: assertion failed at 0.100 s: speed < 0.4", "    speed = 0.5"]
         until(lambda: page.locator(".log li[data-level=error]", has_text="drive.py:4").count() == 1)
+        assert violations(page, BAR) == []
         script.write_text("def drive(sim):\n    sim.run(0.1)\n")
         until(lambda: "drive.py finished." in page.inner_text(BAR))
         assert not page.locator(f"{BAR} pre").is_visible()

@@ -16,6 +16,7 @@ from kbot.workbench.protocol import (
     Pause,
     Push,
     Reset,
+    RunProgram,
     Scene,
     SetJoint,
     SetJoints,
@@ -113,6 +114,12 @@ def test_a_broken_description_keeps_the_last_valid_robot(arm: Path) -> None:
     (findings,) = of(Findings, messages)
     assert isinstance(findings, Findings)
     assert not findings.stale
+
+
+def test_a_page_cannot_run_a_program_that_the_user_did_not_start() -> None:
+    session = open_session("kbot", simulate=True)
+    with pytest.raises(KbotError, match="there is no program to run"):
+        session.handle(RunProgram(), 1)
 
 
 def test_a_description_without_a_robot_is_refused_at_the_start(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from kbot.messages import Transform as TransformMessage
 from kbot.messages.sensing import LaserScan, Range
 from kbot.messages.types import TransformStamped
 from kbot.record.feed import Packet
+from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.tf.state_publishers import StatePublishers
 from kbot.workbench.protocol import Drive, SetWorld
@@ -231,3 +232,42 @@ def test_the_odometry_frame_is_where_the_wheels_started() -> None:
     assert abs(state.odometry[0]) > 0.02
     # wheels hardly slip on a plane, so the odometry frame stays at the start pose
     assert np.linalg.norm(state.frame_poses[:2]) < 0.002
+
+
+def test_pages_receive_all_printed_lines_since_the_first() -> None:
+    sim = Simulation("kbot")
+    relay = TopicRelay(sim.bus, lambda: sim.clock.nanoseconds)
+    sim.printed.add("first")
+    sim.step(500)
+    sim.printed.add("second")
+    relay.subscribe("/log", 1)
+    ((topic, frame, _),) = relay.news()
+    header, _ = read(frame)
+    assert (topic, header["kind"], header["message"]["first"]) == ("/log", "rcl_interfaces/msg/Log", 0)
+    lines = header["message"]["lines"]
+    assert [(line["stamp"]["sec"], line["msg"]) for line in lines] == [(0, "first"), (1, "second")]
+    for number in range(150):
+        sim.printed.add(f"line {number}")
+    newest = relay.newest("/log")
+    assert newest is not None
+    message = read(newest)[0]["message"]
+    assert (message["first"], len(message["lines"])) == (52, 100)
+    other = Simulation("kbot")
+    relay.attach(other.bus)
+    other.printed.add("another run")
+    again = relay.newest("/log")
+    assert again is not None
+    assert read(again)[0]["message"]["first"] == 0
+    assert read(again)[0]["message"]["run"] != message["run"]
+
+
+def test_what_a_program_plots_is_kept_before_a_page_subscribes() -> None:
+    sim = Simulation("kbot")
+    relay = TopicRelay(sim.bus, lambda: sim.clock.nanoseconds)
+    sim.plot("speed", 1.0)
+    (kept,) = relay.news()
+    assert kept[0] == "/plot/speed"
+    relay.subscribe("/plot/speed", 1)
+    relay.leave(1)
+    sim.plot("speed", 2.0)
+    assert relay.newest("/plot/speed") is not None

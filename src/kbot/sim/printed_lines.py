@@ -44,6 +44,10 @@ class PrintStream(io.TextIOBase):
     def encoding(self) -> str:  # type: ignore[override]  # a property here, an attribute in the base class
         return self.stream.encoding
 
+    def __getattr__(self, name: str) -> object:
+        """What else the stream has: a notebook's stream knows its cell."""
+        return getattr(self.stream, name)
+
     def writable(self) -> bool:
         return True
 

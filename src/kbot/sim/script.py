@@ -171,7 +171,7 @@ class Script:
 
     def _not_python(self, error: SyntaxError, path: str) -> ScriptError:
         code = (error.text or "").rstrip("\n")
-        details = (code.strip(),) if code.strip() else ()
+        details: tuple[str, ...] = (code.strip(),) if code.strip() else ()
         if details and error.offset:
             indent = len(code) - len(code.lstrip())
             details += (" " * max(0, error.offset - 1 - indent) + "^",)

@@ -49,6 +49,8 @@ class LivePage:
         """
         if PAGE in simulation.mounted:
             raise KbotError(f"this simulation is already served at {simulation.mounted[PAGE].url}")
+        if simulation.stepping.pace is not None:
+            raise KbotError("this simulation is already shown in the page of kbot sim. Remove sim.serve()")
         self._simulation = simulation
         opens_browser = opens_browser and can_open_browser()
         session = _session(simulation)

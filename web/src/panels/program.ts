@@ -8,7 +8,7 @@ import { stop } from "./drive";
 /** The user's program: whether it drives the robot, its error, and a button to stop it or to start it again. */
 export function program(app: App, driver: Driver): HTMLElement {
   const status = h("span", { role: "status" });
-  const error = h("pre", { tabindex: 0, "aria-label": "Error of the program" });
+  const error = h("pre", { tabindex: 0, role: "group", "aria-label": "Error of the program" });
   const end = h(
     "button",
     { type: "button", title: "Stop the program (Space)", onclick: () => stop(app, driver) },

@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Callable
 from types import FrameType
+from typing import Any
 
 from kbot.sim.script import Script
 from kbot.workbench.driving.program import Program, Stopped
@@ -100,7 +101,8 @@ def signal_main_thread() -> None:
 def _stop_at_next_line(frame: FrameType | None) -> None:
     """Raise `Stopped` at the next line of the script's own code, which may be that of an `except:`."""
 
-    def trace(at: FrameType, event: str, _: object) -> Callable[..., object] | None:
+    # Any: as sys.settrace requires
+    def trace(at: FrameType, event: str, _: Any) -> Callable[..., Any] | None:  # noqa: ANN401
         if str(at.f_globals.get("__name__")).partition(".")[0] == "kbot":
             return None
         if event == "line":
