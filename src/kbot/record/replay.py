@@ -9,6 +9,7 @@ from typing import Any
 
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.transform import Transform
+from kbot.messages.program_topics import is_program_topic
 from kbot.model.load import load_robot_text
 from kbot.record.entry import RecordedMessage
 from kbot.record.feed import Feed, Packet
@@ -18,7 +19,6 @@ from kbot.record.recorder import COMMANDS_TOPIC, DESCRIPTION_TOPIC, NODES, STATE
 from kbot.sim import Simulation
 from kbot.sim.injected_faults import from_journal
 from kbot.sim.naming import Naming
-from kbot.sim.plots import PREFIX as PLOTS
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.snapshots import Snapshot
 from kbot.text import KbotError
@@ -227,7 +227,7 @@ def replay(path: str, packages: Packages | None = None) -> Replayed:
 
 
 def _is_repeated(topic: str) -> bool:
-    if topic.startswith(PLOTS):  # a user's program may plot a value called odom
+    if is_program_topic(topic):  # it may plot a value called odom
         return False
     return topic in MADE_BY_SIMULATION or topic.rpartition("/")[2] in MADE_BY_ROBOTS
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kbot.messages.bus import Bus, Publisher
 from kbot.messages.clock import Clock
+from kbot.messages.program_topics import DRAWN
 from kbot.messages.types import Header, Point, Pose, Vector3
 from kbot.messages.visualization import (
     DELETE_ALL,
@@ -24,7 +25,6 @@ from kbot.sim.numbers import FURTHEST, is_finite, positive
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 
-TOPIC = "/draw"
 WORLD = "world"
 """The frame of the positions."""
 ON_FLOOR = 0.01
@@ -148,7 +148,7 @@ class Drawings:
             return
         self._is_waiting = False
         if self._publisher is None:
-            self._publisher = self._bus.advertise(TOPIC, MarkerArray, latched=True)
+            self._publisher = self._bus.advertise(DRAWN, MarkerArray, latched=True)
             self._bus.announce()
         # the whole set in each message: the last one is all that a late subscriber gets
         self._publisher.publish(MarkerArray((Marker(action=DELETE_ALL), *self._markers.values())))

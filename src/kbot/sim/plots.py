@@ -7,10 +7,10 @@ import reprlib
 
 from kbot.messages.bus import Bus, Publisher
 from kbot.messages.control import Float64
+from kbot.messages.program_topics import PLOTTED
 from kbot.sim.numbers import is_finite
 from kbot.text import KbotError
 
-PREFIX = "/plot/"
 MOST = 100
 """Names. The page can subscribe to 256 topics, and the robot's own need some."""
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*(/[A-Za-z0-9_]+)*")
@@ -50,6 +50,6 @@ class Plots:
         if len(self._publishers) >= MOST:
             raise KbotError(f"plot {name!r}: the limit of {MOST} plots is reached")
         # latched, so that the first value reaches those who subscribe to a new topic
-        publisher = self._publishers[name] = self._bus.advertise(PREFIX + name, Float64, latched=True)
+        publisher = self._publishers[name] = self._bus.advertise(PLOTTED + name, Float64, latched=True)
         self._bus.announce()
         return publisher

@@ -9,8 +9,8 @@ from typing import TextIO
 from kbot.messages.bus import Bus, Publisher
 from kbot.messages.clock import Clock
 from kbot.messages.log import INFO, Log
+from kbot.messages.program_topics import PRINTED
 
-TOPIC = "/log"
 LONGEST = 2000
 """Characters of a published line. The terminal shows the whole line."""
 
@@ -25,7 +25,7 @@ class PrintedLines:
     def add(self, text: str, level: int = INFO, file: str = "", line: int = 0) -> None:
         """Publish a line. `file` and `line` are the place in the program that it is about, if any."""
         if self._publisher is None:
-            self._publisher = self._bus.advertise(TOPIC, Log, latched=True)
+            self._publisher = self._bus.advertise(PRINTED, Log, latched=True)
             self._bus.announce()
         short = text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}…"
         self._publisher.publish(Log(self._clock.stamp, level, "program", short, file, "", line))

@@ -89,7 +89,7 @@ class _RunOptions:
     epilog=examples(
         ("kbot sim kbot --world boxes", "drive in the browser"),
         ("kbot sim kbot --record run.mcap", "record the run"),
-        ("kbot sim kbot --script drive.py", "watch a program drive; save it to start it again"),
+        ("kbot sim kbot --script drive.py", "watch a program drive"),
         ("kbot sim kbot --ros1", "connect to rostopic, tf and rviz"),
         "kbot sim kbot --world maze:size=8,seed=3 --pose 1,0,1.57",
         "kbot sim kbot --headless --duration 10 --cmd-vel 0.2,0",

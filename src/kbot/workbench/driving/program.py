@@ -5,12 +5,14 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
-from typing import Literal, NoReturn, Protocol
+from typing import TYPE_CHECKING, Literal, NoReturn, Protocol
 
-from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.workbench.driving.turns import Turns
 from kbot.workbench.protocol import ProgramView
+
+if TYPE_CHECKING:
+    from kbot.sim import Simulation
 
 SLICE_SECONDS = 0.01
 """Simulated seconds that a program steps at once. Pages act on the simulation between two slices."""

@@ -14,14 +14,12 @@ import numpy as np
 
 from kbot.messages.bus import Bus, absolute
 from kbot.messages.log import Log
+from kbot.messages.program_topics import is_program_topic
 from kbot.messages.visualization import Marker, MarkerArray, PointStamped
 from kbot.record.encodings.plain import from_plain, to_plain
 from kbot.record.encodings.type_names import ros_name
 from kbot.record.encodings.types import known_type
 from kbot.record.feed import Feed, Packet
-from kbot.sim.drawings import TOPIC as DRAWINGS
-from kbot.sim.plots import PREFIX as PLOTS
-from kbot.sim.printed_lines import TOPIC as PRINTED
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.workbench.protocol import Topics, TopicView
@@ -95,11 +93,6 @@ COUNTED_SECONDS = 2.0
 
 _EVERY_PAGE = -1
 """The number of a page that stands for all, also those that are not open yet."""
-
-
-def _is_program_s(topic: str) -> bool:
-    """Whether the user's program shows something on a topic. It is kept from its first message on."""
-    return topic in (DRAWINGS, PRINTED) or topic.startswith(PLOTS)
 
 
 Frame = str | bytes
@@ -287,7 +280,7 @@ class TopicRelay:
         offered = self._feed.offered()
         for topic in tuple(self._subscriptions.keys() - offered.keys()):
             self._end(topic)
-        for topic in filter(_is_program_s, offered):
+        for topic in filter(is_program_topic, offered):  # kept from the first message on
             self._wanted.setdefault(topic, set()).add(_EVERY_PAGE)
         for topic in self._wanted:
             if topic in offered and topic not in self._subscriptions:
