@@ -151,6 +151,17 @@ def test_a_recording_contains_all_values_from_the_first_on(sim: Simulation, tmp_
     ]
 
 
+def test_only_one_plot_is_recorded(sim: Simulation, tmp_path: Path) -> None:
+    path = str(tmp_path / "run.mcap")
+    feed = Feed(sim.bus, lambda: sim.clock.nanoseconds)
+    with Recorder(sim, feed, path, topics=["/plot/count"]):
+        sim.plot("other", 1.0)
+        sim.plot("count", 2.0)
+        sim.step()
+    assert {entry.topic for entry in Recording(path).entries()} >= {"/plot/count"}
+    assert "/plot/other" not in {entry.topic for entry in Recording(path).entries()}
+
+
 def test_a_printed_line_has_the_simulated_time(sim: Simulation) -> None:
     sim.step(500)
     sim.printed.add("x" * 3000)

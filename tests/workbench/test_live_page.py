@@ -58,8 +58,8 @@ with sim.serve(browser=False, port=0) as page:
     sim.cmd_vel(0.0, 0.0)
     print("waiting at", sim.steps)
     page.wait()
-    print("continues", sim.steps > 100)
     try:
+        print("continues", sim.steps > 100)
         while True: sim.time
     except KeyboardInterrupt:
         print("interrupted")

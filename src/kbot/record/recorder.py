@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from kbot.messages.bus import absolute
+from kbot.messages.program_topics import is_program_topic
 from kbot.messages.types import String
 from kbot.model.writer import to_urdf
 from kbot.record.feed import Feed, Packet
@@ -150,6 +151,8 @@ class Recorder:
     def _require_topics(self) -> None:
         known = self._feed.offered()
         for topic in sorted(self._wanted - known.keys()):
+            if is_program_topic(topic):  # it appears when the program first uses it
+                continue
             hint = did_you_mean(topic, known)
             raise KbotError(f"cannot record {topic}: there is no such topic" + (f": {hint}" if hint else ""))
 

@@ -10,7 +10,7 @@ import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
-from types import CodeType, FrameType, TracebackType
+from types import CodeType, FrameType, ModuleType, TracebackType
 from typing import TextIO
 
 from kbot.messages.log import ERROR
@@ -151,7 +151,8 @@ class Script:
         """Name and file of each module of the script's folder that the current run has imported."""
         found = []
         for name, module in tuple(sys.modules.items()):
-            file = getattr(module, "__file__", None)
+            # not getattr, which would load the contents of a lazy module
+            file = vars(module).get("__file__") if isinstance(module, ModuleType) else None
             if name not in self._known and isinstance(file, str) and self._is_own(file):
                 found.append((name, file))
         return found

@@ -36,19 +36,21 @@ class _ScriptLoop:
         self._program = Program(Path(script.path).name, session.turns, session, can_start=True)
         self._program.files = lambda: script.files
         session.program = self._program
+        self._interruption = Interruption(self._program)
         self._used: object = None
         """The run that the script has used."""
 
     def serve(self, address: Address) -> None:
         session, program = self._session, self._program
         session.turns.take()
-        with Interruption(program) as interruption, served_at(session, address):
+        with self._interruption, served_at(session, address):
             try:
                 _print(f"{session.scene.robot} is at  {address.url}\n{self._welcome()}\n")
-                while not interruption.is_over:
-                    self._run(interruption)
-                    while not (program.wants_start or interruption.is_over):
+                while not self._interruption.is_over:
+                    self._run()
+                    while not (program.wants_start or self._interruption.is_over):
                         session.turns.lend(LOOK_SECONDS)
+                _print("\n")
             finally:
                 session.turns.give_back()  # the server needs it to end
 
@@ -56,38 +58,32 @@ class _ScriptLoop:
         start = " starts when the page opens" if self._session.waits_for_page else " drives the robot"
         return f"{self._program.name}{start}, and again when it is saved.  Ctrl-C here stops KBot."
 
-    def _run(self, interruption: Interruption) -> None:
+    def _run(self) -> None:
         session, program = self._session, self._program
+        program.prepare()
         try:
-            driving = self._fresh_run(interruption)
+            driving = self._fresh_run()
         except KbotError as error:
             program.fail(str(error))
             _report(f"error: {error}")
             return
         if driving is None:
             return
-        simulation = self._used_simulation(driving)
+        self._used, simulation = driving, driving.simulation
         if not (program.was_interrupted or session.waits_for_page):
             session.paused = False
         program.begin(simulation)
         phase, problem = self._outcome(simulation)
-        interruption.end_tracing()
-        for robot in simulation.robots.values():
-            if robot.can_drive:
-                with suppress(KbotError):  # the run has diverged
-                    robot.cmd_vel(0.0, 0.0)
+        self._interruption.end_tracing()
+        _stop_robots(simulation)
         if not program.wants_start:
             # nothing that the script left behind, such as timers, may drive the robot on
             session.paused = True
         program.finish(simulation, phase, problem)
         if problem:
             _report(f"error: {problem}")
-        if not (program.wants_start or interruption.is_over):
+        if not (program.wants_start or self._interruption.is_over):
             _print(f"{program.name} {phase} at {simulation.time:.2f} s. Save it to start it again.\n")
-
-    def _used_simulation(self, driving: Driving) -> Simulation:
-        self._used = driving
-        return driving.simulation
 
     def _outcome(self, simulation: Simulation) -> tuple[Phase, str]:
         """Run the script. Returns how it ended, and its error."""
@@ -101,16 +97,16 @@ class _ScriptLoop:
             return "failed", str(error)
         return "finished", ""
 
-    def _fresh_run(self, interruption: Interruption) -> Driving | None:
+    def _fresh_run(self) -> Driving | None:
         """Return a run that nothing has used yet. None if the user ends KBot meanwhile."""
         session = self._session
         run = session.run
         if run is self._used or not isinstance(run, Driving) or run.simulation.steps > 0:
-            self._do_on_server(session.renew, interruption)
+            self._do_on_server(session.renew)
             run = session.run
-        return run if isinstance(run, Driving) and not interruption.is_over else None
+        return run if isinstance(run, Driving) and not self._interruption.is_over else None
 
-    def _do_on_server(self, work: Callable[[], None], interruption: Interruption) -> None:
+    def _do_on_server(self, work: Callable[[], None]) -> None:
         """Do something on the server's thread, which owns the pages. Raises its KbotError."""
         done, errors = threading.Event(), list[KbotError]()
 
@@ -123,10 +119,17 @@ class _ScriptLoop:
                 done.set()
 
         self._session.requests.append(carry_out)
-        while not (done.is_set() or interruption.is_over):
+        while not (done.is_set() or self._interruption.is_over):
             self._session.turns.lend(LOOK_SECONDS)
         if errors:
             raise errors[0]
+
+
+def _stop_robots(simulation: Simulation) -> None:
+    for robot in simulation.robots.values():
+        if robot.can_drive:
+            with suppress(KbotError):  # the run has diverged
+                robot.cmd_vel(0.0, 0.0)
 
 
 def _print(text: str) -> None:

@@ -81,6 +81,11 @@ class Program:
         return self.phase == "running"
 
     @property
+    def owns_time(self) -> bool:
+        """Whether only the program may advance the simulation: it drives, or is about to."""
+        return self.phase in ("waiting", "running")
+
+    @property
     def is_stopping(self) -> bool:
         """Whether the running program was asked to end."""
         return self.is_running and self._is_ending
@@ -137,6 +142,10 @@ class Program:
         simulation.stepping.pace = None
         self._was_interrupted = self._is_ending and self.wants_start
         self._text, self.phase = text, phase
+
+    def prepare(self) -> None:
+        """Keep the server from advancing the simulation until `begin` or `fail`."""
+        self._text, self.phase = "", "waiting"
 
     def fail(self, text: str) -> None:
         """Report that the program could not start."""

@@ -88,7 +88,6 @@ _CHANGE_NOTHING = (
     | Mark
     | NoteMark
     | RemoveMark
-    | BeatReply
 )
 """Messages that change no state, or only as time passes."""
 

@@ -309,7 +309,7 @@ class Session:
     @property
     def _is_programmed(self) -> bool:
         """Whether a program makes the steps now."""
-        return self.program is not None and self.program.is_running
+        return self.program is not None and self.program.owns_time
 
     def renew(self) -> None:
         """Start the robot and world on display again, as a new simulation at time 0."""
