@@ -31,6 +31,19 @@ def test_every_world_has_a_floor_and_bodies_with_unique_names(name):
     assert len(set(names)) == len(names)
 
 
+@pytest.mark.parametrize("scale", [0.5, 1.0, 3.0])
+def test_the_way_ahead_in_the_playground_is_free(scale):
+    """A robot of radius 0.35 m, times the scale, drives 2 m straight ahead without a collision."""
+    for body in load_world(f"playground:scale={scale}").bodies[1:]:
+        shape = body.parts[0].shape
+        reach = shape.radius if isinstance(shape, Cylinder) else hypot(*shape.size[:2]) / 2
+        if body.name.startswith("wall_along"):
+            reach = 0.01 * scale  # it is parallel to the way
+        x, y = body.pose.translation[:2]
+        nearest = min(max(x, 0.0), 2.0 * scale)
+        assert hypot(x - nearest, y) - reach > 0.35 * scale, body.name
+
+
 @pytest.mark.parametrize(("size", "seed"), [(1, 1), (5, 2), (12, 7)])
 def test_maze_is_perfect(size, seed):
     """A spanning tree of n cells opens n - 1 of the inner walls."""
@@ -79,7 +92,7 @@ def test_track_is_closed():
     ("text", "message"),
     [
         ("maz", "did you mean 'maze'"),
-        ("qqqq", "choose from empty, boxes"),
+        ("qqqq", "choose from empty, playground, boxes"),
         ("maze:sise=3", "no parameter 'sise': did you mean 'size'"),
         ("maze:size", "parameter=value"),
         ("maze:size=big", "size must be a whole number"),
@@ -95,6 +108,7 @@ def test_track_is_closed():
         ("stairs:steps=0", "steps"),
         ("rooms:door=5", "door"),
         ("track:radius=0", "radius"),
+        ("playground:scale=0", "scale must be from 0.1 to 100"),
     ],
 )
 def test_invalid_parameters_are_one_error(text, message):

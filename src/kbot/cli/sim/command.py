@@ -26,6 +26,7 @@ from kbot.cli.arguments import (
 from kbot.cli.output import fail, report
 from kbot.cli.progress import loading
 from kbot.cli.run_outputs import PeerRequest, peer_options, record_options, run_outputs
+from kbot.cli.sim.default_world import HEADLESS_WORLD, page_world
 from kbot.cli.sim.headless import run_goto, run_headless
 from kbot.text.files import write_bytes
 
@@ -43,10 +44,14 @@ DURATION = 10.0
 class _Setup:
     """The simulation: world, start pose, seed, and contact model."""
 
-    world: str
+    world: str | None
     pose: str
     seed: int
     contacts: str
+
+    @property
+    def headless_world(self) -> str:
+        return HEADLESS_WORLD if self.world is None else self.world
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,11 +105,10 @@ class _RunOptions:
 @click.argument("words", nargs=-1, metavar="FILE [name:=value ...]")
 @click.option(
     "--world",
-    default="empty",
-    show_default=True,
+    show_default="playground; with --headless empty",
     metavar="W",
-    help="World to simulate in: a built-in world (empty, boxes, maze, rooms, corridor, ramp, stairs, "
-    "obstacle_course, track), an SDF file or a map.yaml.",
+    help="World to simulate in: a built-in world (empty, playground, boxes, maze, rooms, corridor, ramp, "
+    "stairs, obstacle_course, track), an SDF file or a map.yaml.",
 )
 @click.option(
     "--headless", is_flag=True, help="Simulate without a page, as fast as possible, and print a report."
@@ -229,11 +233,12 @@ def _serve(
         loaded = load_robot(file, given.arguments, given.properties, Packages(package_path))
         found = first_look(loaded, (*MESHES, *CONTROL))
     report(found)
-    loaded.require()
-    with loading(setup.world):
-        place = load_world(setup.world)
+    robot = loaded.require()
+    with loading(setup.world or "the world"):
+        world = page_world(robot) if setup.world is None else setup.world
+        place = load_world(world)
     with page.bound() as address, run_outputs(record, peers, served=True) as outputs:
-        with loading(setup.world):
+        with loading(world):
             from kbot.workbench.serve import serve_session
             from kbot.workbench.session.driven_session import driven_session
             from kbot.workbench.source.description import DescriptionFile
@@ -244,10 +249,10 @@ def _serve(
             session = driven_session(
                 description,
                 place,
-                setup.world,
+                world,
                 setup.seed,
                 setup.contacts,
-                lambda simulation: outputs.join(simulation, "", setup.world),
+                lambda simulation: outputs.join(simulation, "", world),
                 start,
             )
         session.display_file = displays or session.display_file
@@ -291,7 +296,7 @@ def _run_headless(
     with ExitStack() as stack:
         if has_outputs:
             outputs = stack.enter_context(run_outputs(record, peers))
-            outputs.join(simulation, loaded.expansion.text, setup.world)
+            outputs.join(simulation, loaded.expansion.text, setup.headless_world)
         if goal is not None:
             status = run_goto(simulation, goal, run.duration, run.as_json)
         else:
@@ -328,14 +333,14 @@ def _simulation(
     package_path: tuple[str, ...],
 ) -> tuple[Loaded, Simulation]:
     start = pose_of("--pose", setup.pose)
-    with loading(setup.world):
+    with loading(setup.headless_world):
         from kbot.checks.first_look import CONTROL, MESHES, first_look, merged_findings
         from kbot.model.load import load_robot
         from kbot.sim import Simulation
         from kbot.world import load_world
         from kbot.xacro import Packages
 
-        place = load_world(setup.world)
+        place = load_world(setup.headless_world)
         given = resolve_typed_names(file, values, package_path)
         loaded = load_robot(file, given.arguments, given.properties, Packages(package_path))
         robot = loaded.require()

@@ -14,7 +14,7 @@ from kbot.kinematics.transform import Transform
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.world.builders import BLACK, GREEN, ORANGE, WOOD, at, box, cylinder, floor, slope, wall
-from kbot.world.world import Body, Box, Part, World
+from kbot.world.world import Body, Box, Part, Rgba, World
 
 THICKNESS = 0.0004
 """Thickness of a painted line in m."""
@@ -135,6 +135,41 @@ def boxes(count: int = 12, spread: float = 1.6, seed: int = 1) -> World:
             rgba = WOOD if index % 3 else ORANGE
             bodies.append(box(f"box_{index}", (size, size, height), x, y, yaw=yaw, rgba=rgba))
     return World("boxes", tuple(bodies))
+
+
+def playground(scale: float = 1.0) -> World:
+    """A corner of two walls, boxes and pillars to drive around, and a gate 2.2 m ahead of the start.
+
+    The start, and the way ahead through the gate, are free for a robot that reaches 0.35 m from its base.
+    `scale` multiplies all lengths, for larger robots.
+    """
+    if not 0.1 <= scale <= 100.0:
+        raise KbotError("world 'playground': scale must be from 0.1 to 100")
+    s = scale
+
+    def block(name: str, size: float, height: float, x: float, y: float, yaw: float, rgba: Rgba) -> Body:
+        return box(name, (size * s, size * s, height * s), x * s, y * s, yaw=yaw, rgba=rgba)
+
+    def pillar(name: str, height: float, x: float, y: float, rgba: Rgba) -> Body:
+        return cylinder(name, 0.04 * s, height * s, x * s, y * s, rgba)
+
+    return World(
+        "playground",
+        (
+            floor(40.0 * max(1.0, s)),
+            wall("wall_along", (0.5 * s, 0.65 * s), (1.5 * s, 0.65 * s), 0.18 * s, 0.02 * s),
+            wall("wall_across", (1.5 * s, 0.65 * s), (1.5 * s, 1.25 * s), 0.18 * s, 0.02 * s),
+            block("box_0", 0.14, 0.10, 0.5, -0.55, 0.4, ORANGE),
+            block("box_1", 0.18, 0.14, 0.95, -0.7, 1.1, WOOD),
+            block("box_2", 0.12, 0.12, -0.5, 0.6, 0.8, WOOD),
+            block("box_3", 0.16, 0.09, 0.15, 1.1, 0.2, ORANGE),
+            pillar("pillar_0", 0.22, 0.05, 0.62, GREEN),
+            pillar("pillar_1", 0.22, 1.45, -0.5, GREEN),
+            pillar("pillar_2", 0.16, -0.45, -0.6, ORANGE),
+            pillar("gate_left", 0.3, 2.2, 0.45, GREEN),
+            pillar("gate_right", 0.3, 2.2, -0.45, GREEN),
+        ),
+    )
 
 
 Cell = tuple[int, int]
@@ -265,7 +300,7 @@ def _side(name: str, start: tuple[float, float], end: tuple[float, float], door:
 
 BUILDERS: dict[str, Callable[..., World]] = {
     builder.__name__: builder
-    for builder in (empty, boxes, maze, rooms, corridor, ramp, stairs, obstacle_course, track)
+    for builder in (empty, playground, boxes, maze, rooms, corridor, ramp, stairs, obstacle_course, track)
 }
 
 
