@@ -218,3 +218,48 @@ def test_overrides_replace_command_line_values() -> None:
     assert overrides.value("arg", "a", 7.0) == 2.0
     assert overrides.value("arg", "b", 7.0) == 7.0
     assert overrides.value("arg", "c", 7.0) == 7.0
+
+
+MEASURED = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:arg name="reach" default="0.2"/>
+  <xacro:property name="radius" value="0.05"/>
+  <xacro:property name="gap" value="0.01"/>
+  <xacro:property name="tilt" value="0.3"/>
+  <xacro:property name="load" value="2.0"/>
+  <xacro:property name="scale" value="3.0"/>
+  <xacro:property name="both" value="0.5"/>
+  <xacro:property name="density" value="900"/>
+  <xacro:property name="offset" value="0.1"/>
+  <xacro:property name="half" value="${-(radius + gap) / 2}"/>
+  <xacro:macro name="part" params="name side size:=1">
+    <link name="${name}">
+      <visual><origin xyz="${half} ${side * offset} $(arg reach)" rpy="0 ${tilt} 0"/>
+        <geometry><sphere radius="${size}"/></geometry></visual>
+      <inertial><mass value="${load + density * radius * both}"/>
+        <inertia ixx="${load}" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+    </link>
+  </xacro:macro>
+  <xacro:part name="a" side="1" size="${2 * radius}"/>
+  <xacro:part name="b" side="-1" size="${scale * 0.01}"/>
+  <joint name="j" type="fixed"><parent link="a"/><child link="b"/>
+    <origin xyz="${both} 0 0" rpy="${both} 0 0"/></joint>
+</robot>"""
+
+
+def test_values_have_the_unit_of_the_attributes_that_they_end_in(tmp_path: Path) -> None:
+    """Through macros, arguments and other properties. `both` is a length and an angle, and factors such as
+    `scale` and `density` have units of their own."""
+    (tmp_path / "r.xacro").write_text(MEASURED)
+    session = open_session(str(tmp_path / "r.xacro"), simulate=False)
+    units = {p.name: p.unit for p in session.shown.authoring.parameters().parameters}
+    assert units == {
+        "reach": "m",
+        "radius": "m",
+        "gap": "m",
+        "tilt": "rad",
+        "load": "kg",
+        "scale": "",
+        "offset": "m",
+        "both": "",
+        "density": "",
+    }

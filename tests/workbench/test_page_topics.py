@@ -140,7 +140,7 @@ def test_a_topic_has_a_rate_before_it_is_opened(driving: tuple[str, Session], op
     rate = page.locator("[data-topic='/odom'] .rate")
     until(lambda: rate.count() == 1 and rate.inner_text() == "50 Hz")
     assert page.locator("[data-topic='/cmd_vel'] .rate").inner_text() == "in"
-    assert page.locator("[data-topic='/plan'] .rate").inner_text() == "no rate"
+    assert page.locator("[data-topic='/plan'] .rate").inner_text() == "latched"
     assert "/odom" not in driving[1].topics._subscriptions
 
 

@@ -203,13 +203,14 @@ export interface SourceText {
   type: "source";
 }
 
-/** A number in the description that can be changed: a xacro argument or property. `written` is the value in the file and `value` the one on display. With `is_truth` the value is a boolean, as 1 or 0. `place` is the place of the number. */
+/** A number in the description that can be changed: a xacro argument or property. `written` is the value in the file and `value` the one on display. With `is_truth` the value is a boolean, as 1 or 0. `unit` is the unit that the geometry implies, or empty. `place` is the place of the number. */
 export interface Parameter {
   kind: "arg" | "property";
   name: string;
   written: number;
   value: number;
   is_truth: boolean;
+  unit: string;
   place: Place;
 }
 
@@ -221,12 +222,13 @@ export interface Parameters {
   type: "parameters";
 }
 
-/** A topic with its ROS type (`sensor_msgs/msg/LaserScan`). `rate` is in messages per simulated second: measured while a page subscribes, otherwise the publisher's declared rate, or None. In a recording it is the mean over the whole recording. An input is a topic that other programs are meant to publish. */
+/** A topic with its ROS type (`sensor_msgs/msg/LaserScan`). `rate` is in messages per simulated second: measured while a page subscribes, otherwise the publisher's declared rate, or None. In a recording it is the mean over the whole recording. An input is a topic that other programs are meant to publish. Late subscribers of a latched topic receive its last message. */
 export interface TopicView {
   name: string;
   kind: string;
   rate: number | null;
   is_input: boolean;
+  is_latched: boolean;
 }
 
 /** All topics that a page can subscribe to. */

@@ -204,6 +204,7 @@ describe("Topics", () => {
         kind,
         rate: null,
         is_input: false,
+        is_latched: false,
       })),
     });
     expect(topics.firstOfType(["b/B"])).toBe("/t1");

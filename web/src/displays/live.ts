@@ -1,7 +1,7 @@
 import { Group, type Object3D } from "three";
 
 import type { App } from "../app";
-import type { Scene, State, TopicMessage } from "../protocol";
+import type { Scene, State, TopicMessage, TopicView } from "../protocol";
 import type { Display, Picture } from "./display";
 import { GAPS, hasGaps } from "./gaps";
 import { MAKERS } from "./registry";
@@ -226,9 +226,15 @@ export class LiveDisplays {
     if (entry.problem !== null) return entry.problem;
     return {
       level: "ok",
-      reason: topicView.rate === null ? entry.topic : `${entry.topic}, ${topicView.rate} Hz`,
+      reason: `${entry.topic}${rateOf(topicView)}`,
     };
   }
+}
+
+/** The rate of a topic, after a comma. Empty if it is unknown. */
+function rateOf({ rate, is_latched }: TopicView): string {
+  if (is_latched && !rate) return ", latched";
+  return rate === null ? "" : `, ${rate} Hz`;
 }
 
 /** A type without its package: `LaserScan` for `sensor_msgs/msg/LaserScan`. */

@@ -80,7 +80,8 @@ function row(app: App, parameter: Parameter): Row {
     if (Number.isFinite(value)) app.send({ type: "set_parameter", kind, name, value });
   };
   const { value, slider, show } = parameter.is_truth ? checked(result, send) : dragged(result, send);
-  result.element.append(label, h("span", { class: "value" }, value), ...slider);
+  const unit = parameter.unit === "" ? null : h("span", { class: "unit" }, parameter.unit);
+  result.element.append(label, h("span", { class: "value" }, value, unit), ...slider);
   result.show = show;
   return result;
 }
@@ -152,5 +153,5 @@ function sameNames(rows: readonly Row[], parameters: readonly Parameter[]): bool
 }
 
 function same(a: Parameter, b: Parameter): boolean {
-  return a.name === b.name && a.kind === b.kind && a.is_truth === b.is_truth;
+  return a.name === b.name && a.kind === b.kind && a.is_truth === b.is_truth && a.unit === b.unit;
 }

@@ -19,6 +19,10 @@ const PUBLISHED: RateTexts = [
   ["No nominal rate. The rate is measured while the topic is open here or displayed.", COUNTED],
 ];
 const INPUT: RateTexts = ["in", ["", COUNTED]];
+const LATCHED: RateTexts = [
+  "latched",
+  ["Published once. Late subscribers receive the last message.", COUNTED],
+];
 
 /** The data type of a field that is dragged into the plots. */
 export const DRAGGED = "application/x-kbot-field";
@@ -70,11 +74,13 @@ class Row {
     this.element = h("li", { "data-topic": topic }, this.head, this.body);
   }
 
-  update({ kind, rate, is_input }: TopicView): void {
+  update({ kind, rate, is_input, is_latched }: TopicView): void {
     this.type.textContent = shortType(kind);
-    const [without, title] = this.app.about.value?.mode === "play" ? PLAYED : is_input ? INPUT : PUBLISHED;
-    this.rate.textContent = rate === null ? without : `${rate} Hz`;
-    this.rate.title = title[rate === null ? 0 : 1];
+    const isPlayed = this.app.about.value?.mode === "play";
+    const [without, title] = isPlayed ? PLAYED : is_input ? INPUT : is_latched ? LATCHED : PUBLISHED;
+    const hasRate = rate !== null && !(rate === 0 && is_latched);
+    this.rate.textContent = hasRate ? `${rate} Hz` : without;
+    this.rate.title = title[hasRate ? 1 : 0];
   }
 
   close(): void {

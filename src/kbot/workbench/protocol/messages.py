@@ -222,13 +222,14 @@ class TopicView:
 
     `rate` is in messages per simulated second: measured while a page subscribes, otherwise the publisher's
     declared rate, or None. In a recording it is the mean over the whole recording. An input is a topic that
-    other programs are meant to publish.
+    other programs are meant to publish. Late subscribers of a latched topic receive its last message.
     """
 
     name: str
     kind: str
     rate: float | None
     is_input: bool
+    is_latched: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -510,7 +511,7 @@ class Parameter:
     """A number in the description that can be changed: a xacro argument or property.
 
     `written` is the value in the file and `value` the one on display. With `is_truth` the value is a boolean,
-    as 1 or 0. `place` is the place of the number.
+    as 1 or 0. `unit` is the unit that the geometry implies, or empty. `place` is the place of the number.
     """
 
     kind: Literal["arg", "property"]
@@ -518,6 +519,7 @@ class Parameter:
     written: float
     value: float
     is_truth: bool
+    unit: str
     place: Place
 
 

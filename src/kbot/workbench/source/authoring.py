@@ -25,6 +25,7 @@ from kbot.workbench.protocol import (
 )
 from kbot.workbench.source.overrides import TRUTHS, Overrides, number_text, value_of
 from kbot.workbench.source.places import place_of_span
+from kbot.workbench.source.units import units_of
 from kbot.xacro.packages import SHIPPED
 
 if TYPE_CHECKING:
@@ -41,6 +42,8 @@ class WrittenValue:
     name: str
     value: float
     span: Span
+    unit: str = ""
+    """`m`, `rad` or `kg`. Empty if it is unknown."""
 
     @property
     def is_truth(self) -> bool:
@@ -61,10 +64,11 @@ def written_parameters(expansion: Expansion | None) -> tuple[WrittenValue, ...]:
     """
     if expansion is None or expansion.scope is None:
         return ()
+    units = units_of(expansion)
     files = {file: index for index, file in enumerate((expansion.path, *expansion.dependencies))}
     found = [
-        *_written("arg", expansion.defaults.values()),
-        *_written("property", expansion.scope.values.values()),
+        *_written("arg", expansion.defaults.values(), units),
+        *_written("property", expansion.scope.values.values(), units),
     ]
     return tuple(
         sorted(found, key=lambda number: (files.get(number.span.file, len(files)), number.span.start))
@@ -79,20 +83,21 @@ def parameters_for_page(written: Iterable[WrittenValue], overrides: Overrides) -
             written=number.value,
             value=overrides.value(number.kind, number.name, number.value),
             is_truth=number.is_truth,
+            unit=number.unit,
             place=place_of_span(number.span),
         )
         for number in written
     )
 
 
-def _written(kind: str, bindings: Iterable[Binding]) -> Iterator[WrittenValue]:
+def _written(kind: str, bindings: Iterable[Binding], units: dict[int, str]) -> Iterator[WrittenValue]:
     for binding in bindings:
         node, origin = binding.node, binding.origin
         if node is None or origin is None:
             continue
         value = value_of(node.attributes.get(binding.attribute, ""))
         if value is not None:
-            yield WrittenValue(kind, binding.name, value, origin.span)
+            yield WrittenValue(kind, binding.name, value, origin.span, units.get(id(binding), ""))
 
 
 MOST_UNDONE = 200

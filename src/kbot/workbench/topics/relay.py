@@ -230,7 +230,7 @@ class TopicRelay:
         inputs = self._bus.inputs
         return Topics(
             tuple(
-                TopicView(name, ros_name(kind), self._rate(name), name in inputs)
+                TopicView(name, ros_name(kind), self._rate(name), name in inputs, self._bus.is_latched(name))
                 for name, kind in sorted(self._feed.offered().items())
             )
         )
