@@ -66,6 +66,8 @@ export class App {
   /** All topic fields that were plotted on this page. */
   readonly topicFields = new Signal<readonly TopicField[]>(storedTopicFields(this.topics));
   readonly options = storedOptions();
+  /** Whether the view shows the whole world and stays where it is, although `follow` is on. */
+  readonly overview = new Signal(false);
   readonly displays = new DisplaySet();
   /** The status of each display, by its id. */
   readonly statuses = new Signal<ReadonlyMap<number, Status>>(new Map());
@@ -94,6 +96,11 @@ export class App {
   /** Whether the page can edit the description. A saved page and a recording cannot be edited. */
   get canWrite(): boolean {
     return this.connection.writes && this.about.value?.mode !== "play";
+  }
+
+  /** Whether the camera follows the robot. */
+  get follows(): boolean {
+    return this.options.value.follow && !this.overview.value;
   }
 
   send(message: FromPage): void {

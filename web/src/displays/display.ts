@@ -1,4 +1,4 @@
-import type { Object3D, PerspectiveCamera, Texture } from "three";
+import type { Object3D, PerspectiveCamera, Texture, Vector2, Vector3 } from "three";
 
 import type { App } from "../app";
 import type { Scene, State, TopicMessage } from "../protocol";
@@ -23,6 +23,8 @@ export interface Picture {
   readonly radius: number;
   /** Size of a CSS pixel in m at a distance of 1 m, or at any distance without perspective. */
   readonly perPixel: number;
+  /** The place of a point of the world in the view, in CSS pixels from the top left. */
+  onScreen(point: Vector3): Vector2;
   invalidate(): void;
   /** Draws the scene from another camera onto a canvas. An image `behind` replaces the floor. Only displays whose names
    * pass `isSeen` are drawn. */

@@ -17,13 +17,14 @@ import {
 
 import type { Theme } from "../options";
 import { AXES } from "../view/palette";
+import { stepsUp, type Rect } from "./declutter";
 import type { Display, Make, Picture } from "./display";
 import type { Values } from "./set";
 
 /** Height of a label in CSS pixels. */
 const LABEL_PIXELS = 22;
-/** Frames closer than this fraction of the axis length share a place, so their labels are stacked. */
-const SAME_PLACE = 0.05;
+/** The point of a label that is at its frame, as a part of its width and height: the frame is below its left end. */
+const [ANCHOR_X, ANCHOR_Y] = [-0.06, -0.25];
 const ARROWS = 0xe86fc5;
 const COLOURS = [AXES.x, AXES.y, AXES.z].map((colour) => new Color(colour));
 
@@ -81,7 +82,7 @@ class Frames implements Display {
     const { transforms, perPixel } = this.picture;
     const { axes, names } = this.values;
     const passes = this.nameFilter();
-    const shared = new Map<string, number>();
+    const taken: Rect[] = [];
     const product = new Matrix4();
     const at = new Matrix4();
     const named = new Set<string>();
@@ -94,15 +95,7 @@ class Frames implements Display {
       if (!(hasAxes || hasName) || transforms.lookup(name, null, at) === null) continue;
       if (hasName) {
         named.add(name);
-        const place = new Vector3()
-          .setFromMatrixPosition(at)
-          .divideScalar(this.length * SAME_PLACE)
-          .round()
-          .toArray()
-          .join();
-        const above = shared.get(place) ?? 0;
-        shared.set(place, above + 1);
-        this.putLabel(name, at, LABEL_PIXELS * perPixel, above);
+        this.putLabel(name, at, LABEL_PIXELS * perPixel, taken);
       }
       if (!hasAxes || count >= mesh.instanceMatrix.count) continue;
       for (const still of this.still) mesh.setMatrixAt(count++, product.multiplyMatrices(at, still));
@@ -141,8 +134,8 @@ class Frames implements Display {
     return (name) => filter(name) && !isExcluded(name);
   }
 
-  /** Creates a label on first use and places it. `above` is the number of labels below it at the same place. */
-  private putLabel(name: string, at: Matrix4, tall: number, above: number): void {
+  /** Creates a label on first use, and places it above those that it would cover. */
+  private putLabel(name: string, at: Matrix4, tall: number, taken: Rect[]): void {
     let sprite = this.labels.get(name);
     if (sprite === undefined) {
       sprite = label(name, this.picture.app.theme.value);
@@ -150,8 +143,13 @@ class Frames implements Display {
       this.group.add(sprite);
     }
     sprite.position.setFromMatrixPosition(at);
-    sprite.center.set(-0.06, -0.25 - above);
-    sprite.scale.set(tall * (sprite.userData["aspect"] as number), tall, 1);
+    const [height, width] = [LABEL_PIXELS, LABEL_PIXELS * (sprite.userData["aspect"] as number)];
+    const { x, y } = this.picture.onScreen(sprite.position);
+    const place = { left: x - ANCHOR_X * width, top: y - (1 - ANCHOR_Y) * height, width, height };
+    const steps = stepsUp(place, taken);
+    taken.push({ ...place, top: place.top - steps * height });
+    sprite.center.set(ANCHOR_X, ANCHOR_Y - steps);
+    sprite.scale.set((tall * width) / height, tall, 1);
   }
 
   dispose(): void {

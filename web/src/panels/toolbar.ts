@@ -37,7 +37,7 @@ const CHIPS: readonly Chip[] = [
   { name: "frames", image: "axes", label: "Frames", key: "4", display: "TF", property: "axes" },
   { name: "names", image: "tag", label: "Names", key: "5", display: "TF", property: "names" },
   { name: "grid", image: "grid", label: "Grid", key: "6", display: "Grid" },
-  { name: "trail", image: "path", label: "Path", key: "7", display: "Trail" },
+  { name: "trail", image: "path", label: "Trail", key: "7", display: "Trail" },
   { name: "scan", image: "scan", label: "Scan", key: "0", display: "LaserScan" },
 ];
 const FLAT: Chip = { name: "flat", image: "box", label: "Ortho", key: "o", option: "flat" };
@@ -49,6 +49,7 @@ const ALONG: readonly Chip[] = [
 const FOR_MOVING = ["trail", "follow", "ride"];
 
 function isOn(app: App, chip: Chip): boolean {
+  if (chip.option === "follow") return app.follows;
   return chip.option === undefined
     ? app.displays.isOn(chip.display ?? "", chip.property ?? null)
     : app.options.value[chip.option];
@@ -56,7 +57,10 @@ function isOn(app: App, chip: Chip): boolean {
 
 function turn(app: App, chip: Chip, on: boolean): void {
   if (chip.option === undefined) app.displays.turn(chip.display ?? "", chip.property ?? null, on);
-  else app.setOption(chip.option, on);
+  else {
+    if (chip.option !== "flat") app.overview.set(false);
+    app.setOption(chip.option, on);
+  }
 }
 
 /** Toggles the chip with a key. */
@@ -71,6 +75,7 @@ function button(app: App, chip: Chip, title: string, ...content: (Node | string)
   const show = (): void => made.setAttribute("aria-pressed", String(isOn(app, chip)));
   if (chip.option === undefined) app.displays.all.watch(show);
   else app.options.watch(show);
+  if (chip.option === "follow") app.overview.watch(show);
   return made;
 }
 

@@ -16,6 +16,7 @@ import {
 
 import type { BodyView, Scene, Shape, State } from "../protocol";
 import { Batch } from "./batches";
+import { boxOf, roundness, type Solid } from "./contact-shadows";
 import type { IdBuffer } from "./ids";
 import { mesh } from "./meshes";
 import { sized, unit } from "./shapes";
@@ -23,8 +24,12 @@ import { colourOf, place, placeAt, surface } from "./solid";
 
 /** Opacity of a body that hides the robot. */
 const FADED = 0.16;
-/** With more bodies than this, no edges are drawn, because they would hide each other. */
-const MOST_WITH_EDGES = 200;
+/** With more bodies than this, no edges are drawn, because they would hide each other, and no contact shadows, which would
+ * cost too much in software rendering. */
+const MOST_IN_DETAIL = 200;
+
+/** Number of directions in which `enclosure` looks. */
+const DIRECTIONS = 32;
 
 /** A shape of a body, and the batch that draws it. */
 interface Part {
@@ -37,6 +42,7 @@ interface Part {
   probe: Mesh<BufferGeometry, MeshStandardMaterial>;
   batch: Batch | null;
   slot: number;
+  round: Solid["round"];
 }
 
 interface Body {
@@ -80,6 +86,16 @@ export class Bodies {
       placeAt(body.object, state.bodies, index * 7);
       this.put(body);
     });
+  }
+
+  /** The solids that cast contact shadows: those of bodies that move, or those of all others. */
+  *solids(moving: boolean): Generator<Solid> {
+    if (this.bodies.length > MOST_IN_DETAIL) return;
+    for (const body of this.bodies) {
+      if (this.moving.includes(body) !== moving) continue;
+      for (const { probe, round } of body.parts)
+        yield { matrix: probe.matrix, box: boxOf(probe.geometry), round };
+    }
   }
 
   /** Fades the bodies between the camera and the robot, but not floors and ramps below it. */
@@ -135,12 +151,28 @@ export class Bodies {
 
   /** The bounding box of a body in the world, by its number. */
   boxOf(number: number): Box3 {
-    const box = new Box3();
-    for (const { probe } of this.bodies.find((body) => body.number === number)?.parts ?? []) {
-      if (probe.geometry.boundingBox === null) probe.geometry.computeBoundingBox();
-      box.union(probe.geometry.boundingBox!.clone().applyMatrix4(probe.matrixWorld));
+    const body = this.bodies.find((candidate) => candidate.number === number);
+    return body === undefined ? new Box3() : boxAround(body);
+  }
+
+  /** The bounding box of all bodies that rise above a height. */
+  boxAbove(height: number): Box3 {
+    const all = new Box3();
+    for (const box of this.bodies.map(boxAround)) if (box.max.z > height) all.union(box);
+    return all;
+  }
+
+  /** The share of the level directions from a point in which a body is closer than `far`. */
+  enclosure(from: Vector3, far: number): number {
+    const ray = new Raycaster();
+    ray.far = far;
+    let hits = 0;
+    for (let i = 0; i < DIRECTIONS; i += 1) {
+      const angle = (2 * Math.PI * i) / DIRECTIONS;
+      ray.set(from, new Vector3(Math.cos(angle), Math.sin(angle), 0));
+      if (this.nearest(ray) !== null) hits += 1;
     }
-    return box;
+    return hits / DIRECTIONS;
   }
 
   dispose(): void {
@@ -191,7 +223,7 @@ export class Bodies {
     probe.matrixAutoUpdate = false;
     if (geometry.boundingSphere === null) geometry.computeBoundingSphere();
     body.around.union(geometry.boundingSphere!.clone().applyMatrix4(local));
-    body.parts.push({ geometry, rgba, texture, local, probe, batch: null, slot: 0 });
+    body.parts.push({ geometry, rgba, texture, local, probe, batch: null, slot: 0, round: roundness(shape) });
   }
 
   /** Groups parts of equal shape and opacity into batches. */
@@ -215,7 +247,7 @@ export class Bodies {
 
   private batch(members: [Body, Part][]): Batch {
     const part = members[0]![1];
-    const edged = part.geometry.userData["edged"] === true && this.bodies.length <= MOST_WITH_EDGES;
+    const edged = part.geometry.userData["edged"] === true && this.bodies.length <= MOST_IN_DETAIL;
     const batch = new Batch(
       part.geometry,
       members.map(([body]) => body.number),
@@ -252,4 +284,11 @@ export class Bodies {
     }
     this.put(body);
   }
+}
+
+function boxAround(body: Body): Box3 {
+  const box = new Box3();
+  for (const { probe } of body.parts)
+    box.union(boxOf(probe.geometry).clone().applyMatrix4(probe.matrixWorld));
+  return box;
 }

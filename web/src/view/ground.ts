@@ -1,18 +1,25 @@
-import { CircleGeometry, Color, DoubleSide, Mesh, ShaderMaterial, ShadowMaterial, Vector3 } from "three";
+import {
+  CircleGeometry,
+  Color,
+  DoubleSide,
+  Mesh,
+  ShaderMaterial,
+  ShadowMaterial,
+  type Object3D,
+} from "three";
 
 import type { Theme } from "../options";
+import { ContactShadows } from "./contact-shadows";
 import { AXES, PALETTES, type Palette } from "./palette";
 
-// `at` is in cells, with lines where its fraction is 0.5; `near` is in radii of the object above.
+// `at` is in cells, with lines where its fraction is 0.5.
 const VERTEX = /* glsl */ `
-  uniform vec3 under;
   uniform float cell;
-  varying vec2 at, near;
+  varying vec2 at;
   varying float fade;
   void main() {
     vec4 world = modelMatrix * vec4(position, 1.0);
     at = world.xy / cell - 0.5;
-    near = (world.xy - under.xy) / under.z;
     fade = 1.33 * (1.0 - length(position.xy));
     gl_Position = projectionMatrix * viewMatrix * world;
   }`;
@@ -21,7 +28,7 @@ const VERTEX = /* glsl */ `
 // in the program, because uniforms are fetched for each pixel. They are mixed in sRGB, which saves three powers. No
 // value is clamped twice.
 const FRAGMENT = /* glsl */ `
-  varying vec2 at, near;
+  varying vec2 at;
   varying float fade;
   void main() {
     vec2 wide = fwidth(at);
@@ -33,13 +40,9 @@ const FRAGMENT = /* glsl */ `
     colour = mix(colour, MAJOR, max(max(large.x, large.y), 0.0) * LINES);
     colour = mix(colour, X_AXIS, onAxis.y);
     colour = mix(colour, Y_AXIS, onAxis.x);
-    float above = max(1.0 - dot(near, near), 0.0);
-    colour *= 1.0 - SHADE * above * above;
     gl_FragColor = vec4(mix(BACKGROUND, colour, clamp(fade, 0.0, 1.0)), 1.0);
   }`;
 
-/** Approximate exponent between linear light and sRGB. */
-const GAMMA = 2.2;
 /** Render order after solid objects, so that hidden parts of the floor are not shaded. */
 const LAST_OF_OPAQUE = 1;
 
@@ -47,6 +50,9 @@ const LAST_OF_OPAQUE = 1;
 export class Ground {
   readonly floor: Mesh<CircleGeometry, ShaderMaterial>;
   readonly shadow: Mesh<CircleGeometry, ShadowMaterial>;
+  readonly contacts = new ContactShadows();
+  /** Strength of the contact shadows: they add to the shadows of the sun, if there are any. */
+  contactShare = 1;
   private palette: Palette = PALETTES.dark;
   private readonly requested = { cell: 0, colour: "", background: "" };
   private gridOwner: object | null = null;
@@ -57,8 +63,8 @@ export class Ground {
     const material = new ShaderMaterial({
       vertexShader: VERTEX,
       fragmentShader: FRAGMENT,
-      uniforms: { cell: { value: 0.1 }, under: { value: new Vector3(0, 0, 1) } },
-      defines: { X_AXIS: srgbConstant(AXES.x), Y_AXIS: srgbConstant(AXES.y), LINES: glsl(1), SHADE: glsl(0) },
+      uniforms: { cell: { value: 0.1 } },
+      defines: { X_AXIS: srgbConstant(AXES.x), Y_AXIS: srgbConstant(AXES.y), LINES: glsl(1) },
       // fades by colour, because blending every sample costs a software renderer more than everything else
       depthWrite: false,
       side: DoubleSide,
@@ -78,11 +84,17 @@ export class Ground {
     this.shadow.renderOrder = -1;
   }
 
+  /** Everything that is drawn as part of the floor. */
+  get objects(): readonly Object3D[] {
+    return [this.floor, this.shadow, this.contacts.group];
+  }
+
   setTheme(theme: Theme): void {
     const palette = PALETTES[theme];
     this.palette = palette;
     this.setBackground(this.requested.background);
     this.shadow.material.opacity = palette.shadow;
+    this.contacts.setDarkness(palette.contact * this.contactShare);
   }
 
   /** Sets the colour that the floor fades to. A colour other than the theme's is also the floor's, since rviz has no floor. */
@@ -99,12 +111,7 @@ export class Ground {
     this.autoCell = 10 ** Math.round(Math.log10(radius * 0.8));
     this.floor.material.uniforms["cell"]!.value = this.requested.cell || this.autoCell;
     this.floor.position.z = this.shadow.position.z = height;
-  }
-
-  /** Darkens the floor below an object of this radius. Replaces shadows without a graphics card. */
-  shadeUnder(x: number, y: number, radius: number, strength: number): void {
-    (this.floor.material.uniforms["under"]!.value as Vector3).set(x, y, radius);
-    this.define("SHADE", glsl(1 - (1 - strength) ** (1 / GAMMA)));
+    this.contacts.fitTo(radius, height);
   }
 
   /** Sets the grid lines: their distance in m (0: default), colour (empty: the theme's) and opacity. Only the first `who`
@@ -123,7 +130,7 @@ export class Ground {
   }
 
   showFloor(on: boolean): void {
-    this.floor.visible = this.shadow.visible = on;
+    for (const object of this.objects) object.visible = on;
   }
 
   private paintLines(): void {

@@ -11,6 +11,8 @@ export interface Palette {
   sky: number;
   ground: number;
   shadow: number;
+  /** Opacity of the shadow where an object touches the floor. */
+  contact: number;
 }
 
 export const PALETTES: Record<Theme, Palette> = {
@@ -24,6 +26,7 @@ export const PALETTES: Record<Theme, Palette> = {
     sky: 0xe9f1ff,
     ground: 0x59626e,
     shadow: 0.5,
+    contact: 0.85,
   },
   light: {
     background: 0xeef1f5,
@@ -35,6 +38,7 @@ export const PALETTES: Record<Theme, Palette> = {
     sky: 0xffffff,
     ground: 0xb9c0c9,
     shadow: 0.22,
+    contact: 0.42,
   },
 };
 

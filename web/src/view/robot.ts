@@ -1,10 +1,12 @@
 import {
   BoxGeometry,
+  BufferGeometry,
   Color,
   EdgesGeometry,
   Group,
   LineBasicMaterial,
   LineSegments,
+  Matrix4,
   Mesh,
   MeshBasicMaterial,
   MeshStandardMaterial,
@@ -13,6 +15,7 @@ import {
 } from "three";
 
 import type { InertiaView, LinkView, Scene, State } from "../protocol";
+import { boxOf, roundness, type Solid } from "./contact-shadows";
 import { COLLISION, INERTIA, SELECTED } from "./palette";
 import type { IdBuffer } from "./ids";
 import { freezeMatrices, place, placeAt, solid, surface, type Paint } from "./solid";
@@ -150,6 +153,26 @@ export class RobotObject {
 
   apply(state: State): void {
     this.links.forEach((link, index) => placeAt(link.group, state.poses, index * 7));
+  }
+
+  /** The visible solids, which cast contact shadows. */
+  *solids(): Generator<Solid> {
+    for (const link of this.links) {
+      if (!link.visual.visible) continue;
+      for (const [index, holder] of link.visual.children.entries()) {
+        for (const mesh of holder.children) {
+          if (!(mesh instanceof Mesh)) continue;
+          const matrix = new Matrix4()
+            .multiplyMatrices(link.group.matrix, holder.matrix)
+            .multiply(mesh.matrix);
+          yield {
+            matrix,
+            box: boxOf(mesh.geometry as BufferGeometry),
+            round: roundness(link.view.visuals[index]!),
+          };
+        }
+      }
+    }
   }
 
   /** Shows the given parts of each link. */

@@ -1,4 +1,5 @@
 import {
+  Box3,
   Color,
   MathUtils,
   Mesh,
@@ -188,6 +189,36 @@ export class Stage {
       centre.z + distance * Math.sin(e),
     );
     this.lookAt(centre);
+  }
+
+  /** Looks at a box from an azimuth and elevation in degrees, so that it fills the view between insets in CSS pixels: top,
+   * right, bottom, left. */
+  lookAtBox(
+    box: Box3,
+    insets: readonly [number, number, number, number],
+    azimuth: number,
+    elevation: number,
+  ): void {
+    const centre = box.getCenter(new Vector3());
+    this.look(centre, 1, azimuth, elevation);
+    const [right, up, back] = [new Vector3(), new Vector3(), new Vector3()];
+    this.camera.updateMatrixWorld();
+    this.camera.matrixWorld.extractBasis(right, up, back);
+    const [top, east, bottom, west] = insets;
+    const perPixel = (2 * Math.tan(MathUtils.degToRad(FIELD_OF_VIEW) / 2)) / Math.max(1, this.size.y);
+    const wide = (perPixel * (this.size.x - west - east)) / 2;
+    const high = (perPixel * (this.size.y - top - bottom)) / 2;
+    let distance = 0;
+    for (const x of [box.min.x, box.max.x])
+      for (const y of [box.min.y, box.max.y])
+        for (const z of [box.min.z, box.max.z]) {
+          const corner = new Vector3(x, y, z).sub(centre);
+          const aside = Math.max(Math.abs(corner.dot(up)) / high, Math.abs(corner.dot(right)) / wide);
+          distance = Math.max(distance, corner.dot(back) + aside);
+        }
+    const shift = (perPixel * distance) / 2; // of the target, so that the box is in the middle between the insets
+    centre.addScaledVector(right, (east - west) * shift).addScaledVector(up, (top - bottom) * shift);
+    this.look(centre, distance, azimuth, elevation);
   }
 
   /** Looks at a point from the current camera position. */

@@ -1,4 +1,4 @@
-import { Group, Object3D, PerspectiveCamera, Texture, Vector3 } from "three";
+import { Group, Matrix4, Object3D, PerspectiveCamera, Texture, Vector2, Vector3 } from "three";
 
 import type { App } from "../app";
 import type { Picture } from "../displays/display";
@@ -39,6 +39,11 @@ export class View implements Picture {
   private readonly lastSeen = new Vector3();
   private lastFrame = "";
   private placed = false;
+  /** The bodies whose contact shadows are drawn, null if they must be computed again. */
+  private castsFrom: Bodies | null = null;
+  /** The world that the camera framed, and whether it must frame another one. */
+  private framedWorld = "";
+  private reframes = false;
   /** The state in the last frame, null if it must be drawn again. */
   private drawn: State | null = null;
   /** The last projection and camera mode. */
@@ -54,8 +59,11 @@ export class View implements Picture {
     this.ids = new IdBuffer(this.stage.renderer);
     this.transforms = new Transforms(app);
     this.displays = new LiveDisplays(app, this);
-    this.world.add(this.ground.floor, this.displays.group, this.marks);
-    if (this.stage.hasShadows) this.world.add(this.ground.shadow);
+    this.world.add(this.ground.floor, this.ground.contacts.group, this.displays.group, this.marks);
+    if (this.stage.hasShadows) {
+      this.world.add(this.ground.shadow);
+      this.ground.contactShare = 0.5;
+    }
     this.world.matrixAutoUpdate = false;
     this.stage.scene.add(this.world);
     this.stage.onFrame(() => this.beforeFrame());
@@ -99,6 +107,12 @@ export class View implements Picture {
       : this.transforms.world;
   }
 
+  onScreen(point: Vector3): Vector2 {
+    const { camera, size } = this.stage;
+    const { x, y } = point.clone().applyMatrix4(this.world.matrix).project(camera);
+    return new Vector2(((x + 1) / 2) * size.x, ((1 - y) / 2) * size.y);
+  }
+
   invalidate(): void {
     this.stage.invalidate();
   }
@@ -109,7 +123,7 @@ export class View implements Picture {
     behind: Texture | null,
     isSeen: (display: string) => boolean,
   ): void {
-    const floor = behind === null ? [] : [this.ground.floor]; // the image behind shows the floor
+    const floor = behind === null ? [] : [this.ground.floor, this.ground.contacts.group]; // the image behind shows the floor
     const hidden = [...floor, ...this.displays.objects((name) => !isSeen(name))].filter(
       (object) => object.visible,
     );
@@ -120,7 +134,7 @@ export class View implements Picture {
 
   /** The current view as a PNG. */
   png(wanted: Wanted): Promise<Blob | null> {
-    return takePicture(this.stage, [this.ground.floor, this.ground.shadow], wanted);
+    return takePicture(this.stage, this.ground.objects, wanted);
   }
 
   private build(scene: Scene): void {
@@ -137,7 +151,6 @@ export class View implements Picture {
     this.robot = new RobotObject(scene, this.ids, changed);
     this.createBodies(scene);
     this.world.add(this.robot.group);
-    this.ground.fitTo(scene.radius, scene.ground);
     this.paint();
     this.robot.select(this.app.selected.value);
   }
@@ -160,10 +173,17 @@ export class View implements Picture {
   /** Creates the bodies of a scene. */
   private createBodies(scene: Scene): void {
     const shown = this.bodies?.group.visible ?? true;
-    this.bodies = new Bodies(scene, this.ids, () => this.stage.invalidate());
+    this.bodies = new Bodies(scene, this.ids, () => {
+      this.castsFrom = null;
+      this.stage.invalidate();
+    });
     this.bodies.group.visible = shown;
     this.bodies.setEdges(PALETTES[this.app.theme.value].edge);
     this.world.add(this.bodies.group);
+    const world = this.app.about.value?.world ?? "";
+    this.reframes = this.placed && world !== this.framedWorld;
+    this.framedWorld = world;
+    this.ground.fitTo(scene.radius, scene.ground);
   }
 
   private apply(state: State): void {
@@ -181,36 +201,34 @@ export class View implements Picture {
       this.placed = true;
       const { value: view } = this.app.requestedView;
       if (!this.viewpoint.applyAddress()) {
-        if (view === null) this.viewpoint.showAll(followed === start ? start : this.centre());
+        if (view === null) this.viewpoint.showStart(followed === start ? start : this.centre());
         else this.viewpoint.applyFile(view);
       }
+    } else if (this.reframes && !this.app.options.value.ride) {
+      this.viewpoint.showStart(this.centre());
     } else if (this.app.options.value.ride) {
       this.viewpoint.ride();
       this.stage.invalidate();
-    } else if (this.app.options.value.follow && frame === this.lastFrame) {
+    } else if (this.app.follows && frame === this.lastFrame) {
       const moved = followed.clone().sub(this.lastSeen);
       this.stage.controls.target.add(moved);
       this.stage.camera.position.add(moved);
     }
+    this.reframes = false;
     this.lastSeen.copy(followed);
     this.lastFrame = frame;
     const radius = this.app.scene.value?.radius ?? 1;
     this.stage.lights.aimAt(this.centre(), radius * 1.5);
-    const { x, y } = this.root;
-    const isCast = !isGone && this.robot.scene.links.some(({ visuals }) => visuals.length > 0);
-    if (!this.stage.hasShadows)
-      this.ground.shadeUnder(
-        x + (this.robot.scene.centre[0] ?? 0),
-        y + (this.robot.scene.centre[1] ?? 0),
-        radius,
-        isCast ? PALETTES[this.app.theme.value].shadow : 0,
-      );
     if (this.drawn === null || !looksTheSame(state, this.drawn)) this.stage.invalidate();
     this.drawn = state;
   }
 
   private get root(): Vector3 {
     return this.rootObject?.position ?? new Vector3();
+  }
+
+  get pictureFromWorld(): Matrix4 {
+    return this.world.matrix;
   }
 
   get rootObject(): Object3D | undefined {
@@ -234,19 +252,25 @@ export class View implements Picture {
   }
 
   private beforeFrame(): void {
-    const { target } = this.stage.controls;
-    const centre = target.clone().applyMatrix4(this.world.matrix.clone().invert());
+    const { camera, controls } = this.stage;
+    camera.updateMatrixWorld(); // displays and tools project points with it
+    const centre = controls.target.clone().applyMatrix4(this.world.matrix.clone().invert());
     this.ground.follow(
       centre.x,
       centre.y,
       Math.max(this.stage.heightSeen * 1.75, (this.app.scene.value?.radius ?? 0.1) * 2),
     );
-    this.bodies?.fadeOccluders(
-      this.stage.camera.position,
-      this.centre(),
-      this.app.scene.value?.radius ?? 0.1,
-    );
+    this.bodies?.fadeOccluders(camera.position, this.centre(), this.app.scene.value?.radius ?? 0.1);
     this.displays.frame();
+    this.castShadows();
+  }
+
+  private castShadows(): void {
+    const bodies = this.bodies?.group.visible ? this.bodies : null;
+    const { contacts } = this.ground;
+    if (bodies !== this.castsFrom) contacts.setStill(bodies?.solids(false) ?? []);
+    this.castsFrom = bodies;
+    contacts.setMoving([...(bodies?.solids(true) ?? []), ...(this.robot?.solids() ?? [])]);
   }
 
   /** The size at which a sprite covers one CSS pixel: relative to the distance, or in m without perspective. */

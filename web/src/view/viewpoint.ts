@@ -1,18 +1,39 @@
-import { Box3, Object3D, Vector3 } from "three";
+import { Box3, Matrix4, Object3D, Vector3 } from "three";
 
 import type { App } from "../app";
 import type { ViewSettings } from "../displays/set";
 import { readView, viewHash } from "./address";
+import type { Bodies } from "./bodies";
 import type { RobotObject } from "./robot";
 import { sideOf, SIDES, type Side } from "./sides";
 import type { Stage } from "./stage";
 
 /** Azimuth and elevation of the default view in degrees. */
 const ASLANT = [215, 28] as const;
+/** Azimuth and elevation of an overview in degrees: steep enough to look over the walls of a maze. */
+const OVERVIEW = [245, 56] as const;
+/** Width in CSS pixels from which the tools have labels, and the space that the tools cover in a wide and in a narrow view:
+ * top, right, bottom, left. The style sheet `tools.css` has the same limit. */
+const LABELLED = 700;
+const [WIDE, NARROW] = [
+  [56, 76, 150, 156],
+  [96, 76, 185, 12],
+] as const;
+/** The part of the view's height that an overview leaves to the tools at most. */
+const MOST_COVERED = 0.65;
+/** The share of directions in which walls must surround the robot for an overview. A corridor has one open end. */
+const WALLED = 0.7;
+/** The largest overview in radii of the robot. In a larger one the robot would be too small to recognise. */
+const WIDEST = 60;
+/** The radius of a simulation's first view in radii of the robot, on an empty floor and among objects. */
+const ALONE = 2.1;
+const AMONG = 4.8;
 
 /** The objects that the camera can look at. */
 export interface ViewTarget {
   readonly robot: RobotObject | null;
+  readonly bodies: Bodies | null;
+  readonly pictureFromWorld: Matrix4;
   readonly rootObject: Object3D | undefined;
   /** Centre of the robot, in view coordinates. */
   centre(): Vector3;
@@ -34,13 +55,13 @@ export class Viewpoint {
     app.currentView = () => ({
       ...this.relativeView(),
       flat: stage.isOrthographic,
-      follow: app.options.value.follow,
+      follow: app.follows,
     });
   }
 
   /** The current view, relative to the followed frame if any, because that may have moved when the view is restored. */
   private relativeView(): { eye: number[]; target: number[]; frame: string } {
-    const { follow } = this.app.options.value;
+    const follow = this.app.follows;
     const origin = follow ? this.target.origin(this.frame) : new Vector3();
     const from = (place: Vector3): number[] => place.clone().sub(origin).toArray();
     return {
@@ -71,13 +92,36 @@ export class Viewpoint {
     this.fit();
   }
 
-  /** Like `fit`, but does not change the URL. */
-  showAll(middle = this.target.centre()): void {
+  /** The first view of a world: all of it if walls surround the robot, otherwise the robot and the objects around it. */
+  showStart(middle: Vector3): void {
+    const { bodies, pictureFromWorld } = this.target;
+    const scene = this.app.scene.value;
+    if (scene === null || bodies === null || this.app.options.value.side !== "") return this.showAll(middle);
+    const box = bodies.boxAbove(scene.ground + scene.radius * 0.1);
+    const eye = middle.clone().applyMatrix4(pictureFromWorld.clone().invert());
+    const widest = scene.radius * WIDEST;
+    const reach = box.getSize(new Vector3()).length() / 2;
+    if (box.isEmpty()) return this.showAll(middle);
+    if (reach > widest || bodies.enclosure(eye, widest) < WALLED)
+      return this.showAll(middle, box.distanceToPoint(eye) < scene.radius * AMONG ? AMONG : ALONE);
+    this.app.overview.set(true);
+    const { x, y } = this.stage.size;
+    const [top, right, bottom, left] = x < LABELLED ? NARROW : WIDE;
+    const part = Math.min(1, (MOST_COVERED * y) / (top + bottom));
+    this.stage.lookAtBox(
+      box.applyMatrix4(pictureFromWorld),
+      [top * part, right, bottom * part, left],
+      ...OVERVIEW,
+    );
+  }
+
+  /** Like `fit`, but does not change the URL. `wide` is the radius of the view in radii of the robot. */
+  showAll(middle = this.target.centre(), wide = this.app.about.value?.mode === "sim" ? ALONE : 1.05): void {
+    this.app.overview.set(false);
     const scene = this.app.scene.value;
     if (scene === null) return;
     const { side } = this.app.options.value;
     const [azimuth, elevation] = side === "" ? ASLANT : SIDES[side];
-    const wide = this.app.about.value?.mode === "sim" ? 2.1 : 1.05;
     this.stage.look(middle, this.stage.distanceFor(scene.radius * wide), azimuth, elevation);
   }
 
@@ -85,6 +129,7 @@ export class Viewpoint {
   focus(name: string): void {
     const link = this.target.robot?.links.find((candidate) => candidate.view.name === name);
     if (link === undefined) return;
+    this.app.overview.set(false);
     const box = new Box3().setFromObject(link.visual);
     if (box.isEmpty())
       box.setFromCenterAndSize(
@@ -143,8 +188,13 @@ export class Viewpoint {
   /** Writes the view to the page's URL, so that the URL opens the same view. */
   writeAddress(): void {
     if (location.protocol === "about:") return; // embedded in another page, which owns the URL
-    const { flat, ride, follow } = this.app.options.value;
-    const hash = viewHash({ ...this.relativeView(), orthographic: flat, ride, follow });
+    const { flat, ride } = this.app.options.value;
+    const hash = viewHash({
+      ...this.relativeView(),
+      orthographic: flat,
+      ride,
+      follow: this.app.follows,
+    });
     history.replaceState(null, "", hash);
   }
 }
