@@ -118,8 +118,10 @@ def showing(
         page = open_page(address, color_scheme="dark", viewport={"width": 1180, "height": 480})
         page.evaluate(ASIDE)
         show = Show(page, Speaker(session))
-        for kind in ("Grid", "RobotModel", "World", "LaserScan"):
-            page.get_by_label(f"Show {kind}", exact=True).uncheck()
+        for kind in ("Grid", "RobotModel", "World"):
+            if kind != "World" or world != "empty":  # the list leaves out displays with nothing to show
+                page.get_by_label(f"Show {kind}", exact=True).uncheck()
+        page.keyboard.press("0")  # the same for LaserScan
         yield show
 
 

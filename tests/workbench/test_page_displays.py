@@ -60,6 +60,20 @@ def test_a_scanned_wall_is_drawn_at_its_place(open_page: OpenPage) -> None:
         assert abs(seen[:, 1] - low[1]).max() <= 4  # one column: the points are 4 px wide
         assert abs(seen[:, 0].min() - low[0]) <= 4
         assert abs(seen[:, 0].max() - high[0]) <= 4
+        # a beam is a faint line from the sensor to its point: here halfway along the outermost beam
+        (row, column), = show.pixels([(0.5, -0.5 * np.tan(0.6), 0.0)])  # fmt: skip
+
+        def greenness() -> int:
+            show.page.evaluate("kbot.drawn()")
+            around = screenshot(show.page)[row - 1 : row + 2, column - 1 : column + 2].astype(int)
+            return int((around[..., 1] - around[..., 0]).max())
+
+        without = greenness()
+        show.field("LaserScan", "beams").check()
+        show.publish("LaserScan", "/laser", scan)
+        until(lambda: greenness() > without + 20)
+        show.field("LaserScan", "beams").uncheck()
+        until(lambda: greenness() == without)
 
 
 def test_a_scan_is_drawn_in_its_own_frame(open_page: OpenPage) -> None:

@@ -1,6 +1,7 @@
 import { Group, Matrix4, Vector3 } from "three";
 
 import type { TopicMessage } from "../protocol";
+import { Beams } from "./beams";
 import { readCloud, readScan, type Cloud, type ReadCloud } from "./clouds";
 import { linear, shades } from "./colours";
 import type { Display, Make, Picture } from "./display";
@@ -24,10 +25,14 @@ class PointsDisplay implements Display {
   constructor(
     private readonly picture: Picture,
     private readonly read: ReadCloud,
-  ) {}
+    private readonly beams: Beams | null = null,
+  ) {
+    if (beams !== null) this.group.add(beams.lines);
+  }
 
   configure(values: Values): void {
     this.values = values;
+    this.beams?.set(values);
     this.shapes.set(values, values["by"] === "colour" ? String(values["colour"]) : null);
     for (const entry of this.shown) {
       const { matrix, visible } = entry.drawn;
@@ -47,6 +52,7 @@ class PointsDisplay implements Display {
     this.shown = this.shown.filter((entry) => !isOld(entry));
     const place = new Group();
     const status = placeAtHeader(this.picture, place, cloud.header);
+    this.beams?.show(cloud.places, place);
     const drawn = this.draw(cloud, place.matrix);
     drawn.visible = place.visible;
     this.shown.push({ cloud, time, drawn });
@@ -54,6 +60,7 @@ class PointsDisplay implements Display {
   }
 
   clear(): void {
+    this.beams?.clear();
     for (const { drawn } of this.shown) this.shapes.drop(drawn);
     this.shown = [];
   }
@@ -61,6 +68,7 @@ class PointsDisplay implements Display {
   dispose(): void {
     this.clear();
     this.shapes.dispose();
+    this.beams?.dispose();
   }
 
   private draw(cloud: Cloud, matrix: Matrix4): Drawn {
@@ -114,5 +122,5 @@ class PointsDisplay implements Display {
   }
 }
 
-export const laserScan: Make = (picture) => new PointsDisplay(picture, readScan);
+export const laserScan: Make = (picture) => new PointsDisplay(picture, readScan, new Beams());
 export const pointCloud: Make = (picture) => new PointsDisplay(picture, readCloud);

@@ -48,9 +48,15 @@ const START: readonly Saved[] = ["Grid", "RobotModel", "TF", "Trail", "World", "
   kind,
   name: kind,
   enabled: true,
-  properties: {},
+  properties: kind === "LaserScan" ? { beams: true } : {},
   source: -1,
 }));
+
+/** Whether a display is one of the initial displays, and the user has not changed it. */
+export function isInitial({ kind, name, enabled, properties, source }: DisplayConfig): boolean {
+  const start = START.find((candidate) => candidate.kind === kind);
+  return JSON.stringify(start) === JSON.stringify({ kind, name, enabled, properties, source });
+}
 
 /** The display kind with a name. */
 export function kindOf(name: string): DisplayKind {

@@ -52,6 +52,7 @@ TOPIC_KINDS = (
             choice("by", "Colour by", ("colour", "intensity", "distance", "x", "y", "z")),
             *_RANGE,
             opacity(),
+            switch("beams", "Beams", False),
         ),
         topics=("sensor_msgs/msg/LaserScan",),
         rviz=("LaserScan",),
