@@ -7,10 +7,10 @@ In the second, KBot turns between four walls: the server sends 20 frames, which 
 second, and a scan of 360 beams 10 times a second. Each scene is shown in turn by the workbench and by a bare
 page (`bare.js`) in the same headless Chromium with software rendering. The bare page has the same triangles
 of robot, boxes, walls, axes and floor, the same canvas, pixel ratio, antialiasing, lights, materials and
-camera path. Its own timers, at 50 Hz and 10 Hz, replace the messages from the server. It draws no floor grid
-and no edge lines, and has no panels and no socket. Both cameras orbit the scene, so that every frame is drawn
-again. Frame rates are compared round by round. The processor time per frame of the browser's renderer
-and GPU processes is compared too, because other load on the machine hardly affects it.
+camera path. Its own timers, at 50 Hz and 10 Hz, replace the messages from the server. It draws no floor grid,
+edge lines, contact shadows or beams, and has no panels and no socket. Both cameras orbit the scene, so that
+every frame is drawn again. Frame rates are compared round by round. The processor time per frame of the
+browser's renderer and GPU processes is compared too, because other load on the machine hardly affects it.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ DISPLAYS = """displays:
 - {kind: RobotModel, name: RobotModel}
 - {kind: TF, name: TF, properties: {axes: true}}
 - {kind: World, name: World}
-- {kind: LaserScan, name: LaserScan}
+- {kind: LaserScan, name: LaserScan, properties: {beams: true}}
 """
 
 

@@ -14,7 +14,7 @@ from kbot.workbench.serve import open_session
 from .axe import violations
 from .conftest import until, wait_for_page
 from .displayed import ASIDE
-from .pictures import pixels_per_metre, screenshot
+from .pictures import screenshot
 from .rviz_texts import RVIZ1
 from .served import served
 
@@ -23,6 +23,16 @@ OpenPage = Callable[..., Any]
 
 def names(page: Any) -> list[str]:
     return list(page.locator("#displays .display:not(.globals) .name").all_inner_texts())
+
+
+def floor_colours(page: Any, *places: tuple[float, float]) -> np.ndarray:
+    """Return the colours at places of the floor, (n, 3) in 0..255."""
+    camera = page.evaluate("kbot.camera()")
+    seen = [np.array(camera["clipFromWorld"]).reshape(4, 4) @ (x, y, 0.0, 1.0) for x, y in places]
+    rows = [int((1 - clip[1] / clip[3]) / 2 * camera["height"]) for clip in seen]
+    columns = [int((1 + clip[0] / clip[3]) / 2 * camera["width"]) for clip in seen]
+    colours: np.ndarray = screenshot(page)[rows, columns].astype(int)
+    return colours
 
 
 def head(page: Any, name: str) -> Any:
@@ -69,8 +79,9 @@ def test_a_display_opens_with_its_settings_and_status(viewing: str, open_page: O
 @pytest.mark.parametrize("theme", ["dark", "light"])
 def test_axe_reports_no_violations_in_opened_displays(viewing: str, open_page: OpenPage, theme: str) -> None:
     page = open_page(viewing, color_scheme=theme)
-    for name in ("Global options", "Grid", "RobotModel", "TF", "LaserScan"):
+    for name in ("Global options", "Grid", "RobotModel", "TF"):
         head(page, name).click()
+    page.get_by_label("Add a display").select_option("LaserScan")
     for summary in page.locator("#displays summary:visible").all():
         summary.click()
     assert violations(page, "#displays") == []
@@ -139,26 +150,30 @@ def test_a_copy_of_the_settings_is_saved_and_opened_again(
     until(lambda: "broken.kbot.yaml:2: unknown display kind" in page.inner_text(".notices"))
 
 
-SPECK = "<visual><geometry><sphere radius='1e-4'/></geometry></visual>"
+SLAB = "<visual><origin xyz='0 0 0.1'/><geometry><box size='0.2 0.2 0.01'/></geometry></visual>"
 
 
-@pytest.mark.parametrize("shape", ["", SPECK], ids=["bare", "speck"])
+@pytest.mark.parametrize("shape", ["", SLAB], ids=["bare", "slab"])
 def test_a_robot_without_shapes_is_reported_and_casts_no_shadow(
     tmp_path: Path, open_page: OpenPage, shape: str
 ) -> None:
+    """A robot with a shape casts one below it: the camera looks under the slab."""
     (tmp_path / "r.urdf").write_text(f"<robot name='r'><link name='a'>{shape}</link></robot>")
     with served(open_session(str(tmp_path / "r.urdf"), simulate=False)) as address:
         page = open_page(address)
         lamp = page.locator(".display[data-display=RobotModel] .lamp")
         until(lambda: ("no link has a visual" in lamp.get_attribute("aria-label")) == (shape == ""))
-        for name in ("Grid", "RobotModel", "TF"):
+        for name in ("Grid", "TF"):
             page.get_by_label(f"Show {name}", exact=True).uncheck()
-        page.evaluate("kbot.look([0, -0.001, 0.4], [0, 0, 0])")
+        page.evaluate("kbot.look([0, -0.5, 0.05], [0, 0, 0])")
         page.evaluate(ASIDE)
-        ground = screenshot(page).astype(int)
-        row, column = (size // 2 for size in ground.shape[:2])
-        beneath, beside = ground[row, column + 3], ground[row, column + int(0.1 * pixels_per_metre(page))]
+        beneath, beside = floor_colours(page, (0.0, 0.0), (0.0, 0.4))
         assert (np.abs(beneath - beside).max() <= 1) == (shape == "")
+        assert (beneath <= beside).all()
+        page.get_by_label("Show RobotModel", exact=True).uncheck()  # its shadow disappears with it
+        page.evaluate("kbot.drawn()")
+        beneath, beside = floor_colours(page, (0.0, 0.0), (0.0, 0.4))
+        assert np.abs(beneath - beside).max() <= 1
 
 
 def test_the_robot_display_reports_missing_meshes(tmp_path: Path, open_page: OpenPage) -> None:

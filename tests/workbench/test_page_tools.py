@@ -30,8 +30,10 @@ def maze(xacro: Path) -> Iterator[tuple[str, Session]]:
 
 
 def from_above(page: Any, look: str = FROM_ABOVE) -> None:
-    """Set a fixed view above the maze."""
-    page.keyboard.press("8")
+    """Set a fixed view from above. A view of a whole maze does not follow the robot from the start."""
+    if page.locator("[data-option=follow]").get_attribute("aria-pressed") == "true":
+        page.keyboard.press("8")
+    page.evaluate("document.querySelector('.drive-hint')?.remove()")  # it covers a part of the picture
     page.evaluate(look)
     page.evaluate("kbot.drawn()")
 

@@ -5,6 +5,7 @@ import { useGamepad } from "./gamepad";
 import { useKeys } from "./keys";
 import { displays } from "./panels/displays";
 import { drive } from "./panels/drive";
+import { driveHint } from "./panels/drive-hint";
 import { findings } from "./panels/findings";
 import { help } from "./panels/help";
 import { hover } from "./panels/hover";
@@ -63,7 +64,7 @@ export function addPanels(
   app.focused.watch((request) => request && view.viewpoint.focus(request.link));
   const tools = new ToolBox(app, view);
   const body = bodyChoice(app, view, tools);
-  centre.append(...toolBar(app, tools, body.element));
+  centre.append(...toolBar(app, tools, body.element, driveHint(app, driver)));
   usePush(app, view);
   keepKeysForDriving();
   lookByKeys(view.stage, () => view.viewpoint.writeAddress());

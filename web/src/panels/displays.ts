@@ -1,6 +1,6 @@
 import type { App } from "../app";
 import { GLOBALS, KINDS, type DisplayKind } from "../displays/kinds";
-import { kindOf, valueOf, type DisplayConfig, type Status } from "../displays/set";
+import { isInitial, kindOf, valueOf, type DisplayConfig, type Status } from "../displays/set";
 import { baseName, h, panel } from "../dom";
 import { focusedByKeyboard } from "../focus";
 import { icon } from "../icons";
@@ -59,6 +59,8 @@ export function displays(app: App): HTMLElement {
     );
   });
   const refresh = (): void => rows.forEach((row) => row.refresh());
+  app.about.watch(refresh);
+  app.displayFile.watch(refresh);
   app.topics.list.watch(refresh);
   app.scene.watch(refresh);
   app.namespaces.watch(refresh);
@@ -138,6 +140,14 @@ function adder(app: App, added: (id: number) => void): HTMLElement {
   field.addEventListener("change", () => {
     const [kind = "", topic = ""] = field.value.split(" ");
     field.value = "";
+    const leftOut = app.displays.all.value.find(
+      (display) => display.kind === kind && isLeftOut(app, display),
+    );
+    if (leftOut !== undefined) {
+      app.displays.set(leftOut.id, "topic", topic);
+      added(leftOut.id);
+      return;
+    }
     const made = kind === "" ? null : app.displays.add(kind);
     if (made === null) return;
     if (topic !== "") app.displays.set(made.id, "topic", topic);
@@ -285,8 +295,9 @@ class Row {
     this.refresh();
   }
 
-  /** Updates the fields and the lists, if the row is open. */
+  /** Updates the row, and the fields and the lists if it is open. */
   refresh(): void {
+    this.element.hidden = isLeftOut(this.app, this.config);
     if (this.body.hidden) return;
     for (const property of kindOf(this.config.kind).properties)
       this.fields.get(property.name)?.show(valueOf(this.config, property));
@@ -309,6 +320,14 @@ class Row {
     this.element.scrollIntoView({ block: "nearest" });
   }
 
+  /** The next or previous row that is not hidden. */
+  private neighbour(step: 1 | -1): HTMLElement | null {
+    let row: Element | null = this.element;
+    do row = step > 0 ? row.nextElementSibling : row.previousElementSibling;
+    while (row instanceof HTMLElement && row.hidden);
+    return row as HTMLElement | null;
+  }
+
   private toggle(): void {
     this.unfold(Boolean(this.body.hidden));
   }
@@ -325,9 +344,7 @@ class Row {
     const step = { ArrowDown: 1, ArrowUp: -1 }[event.key] as 1 | -1 | undefined;
     if (step !== undefined && event.altKey) displays.move(this.config.id, step);
     else if (step !== undefined && focusedByKeyboard())
-      (step > 0 ? this.element.nextElementSibling : this.element.previousElementSibling)
-        ?.querySelector<HTMLElement>(".head")
-        ?.focus();
+      this.neighbour(step)?.querySelector<HTMLElement>(".head")?.focus();
     else if (event.key === "ArrowRight" && focusedByKeyboard()) this.unfold(true);
     else if (event.key === "ArrowLeft" && focusedByKeyboard()) this.unfold(false);
     else if (event.key === "Delete") displays.remove(this.config.id);
@@ -361,5 +378,23 @@ class Row {
     });
     this.head.replaceWith(field);
     field.select();
+  }
+}
+
+/** Whether the list leaves out a display: an initial one that has nothing to show. A display file is listed in full. */
+function isLeftOut(app: App, display: DisplayConfig): boolean {
+  return !app.displayFile.value?.name && isInitial(display) && hasNothing(app, display.kind);
+}
+
+function hasNothing(app: App, kind: string): boolean {
+  switch (kind) {
+    case "Trail":
+      return (app.about.value?.mode ?? "view") === "view";
+    case "World":
+      return (app.scene.value?.bodies.length ?? 0) === 0;
+    case "LaserScan":
+      return app.topics.firstOfType(kindOf(kind).topics) === "";
+    default:
+      return false;
   }
 }

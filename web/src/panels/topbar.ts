@@ -14,6 +14,7 @@ export function topbar(app: App, help: () => void): HTMLElement {
     app.send({ type: "set_world", world: world.value, seed: app.about.value?.seed ?? 0 });
     letGo(world);
   });
+  const inWorld = h("span", { class: "in-world", "aria-hidden": "true" }, "in world");
   const link = h("span", { class: "status", role: "status" });
   const theme = h("button", {
     class: "icon-button",
@@ -42,7 +43,7 @@ export function topbar(app: App, help: () => void): HTMLElement {
     file.title = shown;
     mode.textContent = about.mode === "play" ? "recording" : "view";
     mode.hidden = about.mode === "sim";
-    world.hidden = about.mode !== "sim";
+    world.hidden = inWorld.hidden = about.mode !== "sim";
     const builtIn = about.worlds.map((choice) => choice.name);
     const names = builtIn.includes(about.world) ? builtIn : [about.world, ...builtIn];
     world.replaceChildren(
@@ -62,7 +63,7 @@ export function topbar(app: App, help: () => void): HTMLElement {
       h("img", { src: new URL("../icon.svg", import.meta.url).href, alt: "", width: 22, height: 22 }),
       "KBot",
     ),
-    h("span", { class: "crumbs" }, file, mode, world, worldMenu(app)),
+    h("span", { class: "crumbs" }, file, mode, inWorld, world, worldMenu(app)),
     h("span", { class: "spacer" }),
     link,
     h(

@@ -12,8 +12,9 @@ import type { ToolBox } from "./toolbox";
 /** Pixels that the pointer may move during a click. */
 const STILL = 4;
 
-/** The tool bar, and below the view the hint of the active tool, the state of the goal and the selected object. */
-export function toolBar(app: App, box: ToolBox, chosen: HTMLElement): HTMLElement[] {
+/** The tool bar, and below the view the hint of the active tool, the state of the goal, and other bars: the selected object
+ * and the hint on driving. */
+export function toolBar(app: App, box: ToolBox, ...others: HTMLElement[]): HTMLElement[] {
   const buttons = box.tools.map((tool) => {
     const button = h(
       "button",
@@ -25,6 +26,7 @@ export function toolBar(app: App, box: ToolBox, chosen: HTMLElement): HTMLElemen
         onclick: () => box.choose(tool),
       },
       icon(tool.image),
+      h("span", {}, tool.label),
     );
     box.active.watch((active) => button.setAttribute("aria-pressed", String(active === tool)));
     return button;
@@ -58,7 +60,7 @@ export function toolBar(app: App, box: ToolBox, chosen: HTMLElement): HTMLElemen
       leave,
     );
   });
-  return [bar, h("div", { class: "chip-bars" }, hint, goalStatus(app), chosen)];
+  return [bar, h("div", { class: "chip-bars" }, hint, goalStatus(app), ...others)];
 }
 
 /** Selects the object of the world that is clicked. Delete removes it. */
