@@ -27,7 +27,7 @@ def report_of(capsys, *words):
 
 def test_the_report_has_the_documented_keys(capsys):
     report = report_of(capsys, "kbot", "--duration", "2", "--cmd-vel", "0.2,0")
-    promised = "pose odometry distance_m steps simulated_s wall_s real_time_factor state_sha256"
+    promised = "pose odometry distance_m steps simulated_s wall_s real_time_factor state_sha256 findings"
     assert set(report) == set(promised.split())
     assert set(report["pose"]) == set(report["odometry"]) == {"x", "y", "yaw"}
     assert report["steps"] == 1000

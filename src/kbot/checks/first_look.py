@@ -7,12 +7,15 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from kbot.checks.config import Config
+from kbot.checks.context import Context
 from kbot.checks.merge import merge_findings
 from kbot.checks.registry import find_rule
 from kbot.checks.runner import as_loaded
 from kbot.text import Diagnostic, Severity
+from kbot.xacro import Expansion, Packages
 
 if TYPE_CHECKING:
+    from kbot.model import RobotModel
     from kbot.model.load import Loaded
 
 MESHES = ("G101", "G102")
@@ -45,3 +48,12 @@ def first_look(loaded: Loaded, codes: Sequence[str]) -> list[Diagnostic]:
         replace(d, severity=Severity.WARNING) if d.code in (*MESHES, *CONTROL) else d
         for d in merge_findings(found, context)
     ]
+
+
+def look_at_robot(robot: RobotModel, codes: Sequence[str]) -> list[Diagnostic]:
+    """The findings of the rules with these codes about a robot that was read earlier, without its text."""
+    source = robot.origin.span.source
+    nothing = Expansion(source.path, None, None, (), ())
+    context = Context(source, nothing, robot, (), Packages(), Config(), {})
+    rules = [rule for rule in map(find_rule, codes) if context.has(rule.needs)]
+    return [rule.diagnostic(finding) for rule in rules for finding in rule.check(context)]

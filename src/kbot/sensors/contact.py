@@ -9,8 +9,9 @@ import mujoco
 import numpy as np
 
 from kbot.messages.sensing import Bool
-from kbot.sensors.sensor import Sensor, Spec, own_geometries
+from kbot.sensors.sensor import Sensor, Spec
 from kbot.sim import Simulation
+from kbot.sim.engine.geometry import own_geometries
 from kbot.sim.engine.world_builder import PREFIX, owner
 
 

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.sensors.sensor import own_geometries
+from kbot.sim.engine.geometry import own_geometries
 
 _TYPE = mujoco.mjtGeom
 _SIMPLE = (

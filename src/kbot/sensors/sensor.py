@@ -221,10 +221,3 @@ def require_sensor_topic(topic: str) -> None:
     require_topic_name(topic)
     if topic in _OTHERS or topic.startswith(_KBOT):
         raise KbotError(f"the topic {topic} is reserved: choose another for the sensor")
-
-
-def own_geometries(model: mujoco.MjModel, robot: str) -> NDArray[np.intp]:
-    """The engine's indices of a robot's shapes."""
-    prefix = f"{robot}/"
-    bodies = np.array([model.body(b).name.startswith(prefix) for b in range(model.nbody)])
-    return np.flatnonzero(bodies[model.geom_bodyid])

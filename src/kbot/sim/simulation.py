@@ -25,6 +25,8 @@ from kbot.sim.engine.assembly import Assembly
 from kbot.sim.engine.engine import Engine
 from kbot.sim.journal import Journal
 from kbot.sim.models import Models
+from kbot.sim.motion_findings import MotionFindings
+from kbot.sim.motion_watch import MotionWatch
 from kbot.sim.naming import ROOT_NAMING, Naming
 from kbot.sim.plots import Plots
 from kbot.sim.preparation import check_settings, prepare, read_robot
@@ -120,8 +122,10 @@ class Simulation:
         self.models = Models(
             self.engine, self.robots, self.commands, self.disturbances, self.journal, warnings
         )
+        self._watch = MotionWatch(self.engine, self.robots, self.disturbances)
+        self._findings = MotionFindings(self._watch, self.engine, self._first, contacts)
         self.stepping = Stepping(
-            self.engine, self.clock, self.commands, self.robots, self.disturbances, inside
+            self.engine, self.clock, self.commands, self.robots, self.disturbances, self._watch, inside
         )
         self.snapshots = Snapshots(
             self.engine,
@@ -205,6 +209,24 @@ class Simulation:
         return self._first.ground_truth
 
     @property
+    def collided(self) -> bool:
+        """Whether the robot has touched anything except the ground since the last reset or placement.
+
+        The ground is defined as for goals: `Collisions` in `kbot.sim.collisions`. Contacts are read once per
+        control period, every 20 ms.
+        """
+        return bool(self._watch.touched)
+
+    @property
+    def findings(self) -> tuple[Diagnostic, ...]:
+        """How the run of the first robot differs from its commands and odometry, with the likely cause.
+
+        W301: odometry is wrong. W302: the robot hardly moves though it is commanded. W303: it fell over.
+        W304: it is below the floor. A reset or another placement of the robot clears them.
+        """
+        return self._findings.find()
+
+    @property
     def joint_positions(self) -> dict[str, float]:
         """Position in rad or m by joint."""
         return self._first.body.joint_positions
@@ -251,7 +273,7 @@ class Simulation:
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """The warnings from building the world and its robots."""
+        """The warnings from building the world and its robots. `findings` are those about the run."""
         return self.models.diagnostics
 
     def reset(self) -> None:

@@ -16,6 +16,7 @@ from kbot.sim.command_delivery import CommandDelivery
 from kbot.sim.disturbances import Disturbances
 from kbot.sim.divergence import diverged, engine_failed
 from kbot.sim.engine.engine import Engine
+from kbot.sim.motion_watch import MotionWatch
 from kbot.sim.numbers import FASTEST, LONGEST, is_within
 from kbot.sim.robots import Robots
 from kbot.text import KbotError
@@ -49,9 +50,11 @@ class Stepping:
         commands: CommandDelivery,
         robots: Robots,
         disturbances: Disturbances,
+        watch: MotionWatch,
         inside: str,
     ) -> None:
         """`inside` names the body that the first robot overlaps at the start, or is empty."""
+        self._watch = watch
         self._engine, self._clock, self._commands = engine, clock, commands
         self._robots, self._disturbances, self._inside = robots, disturbances, inside
         self.watchers: list[Callable[[mujoco.MjModel, mujoco.MjData], None]] = []
@@ -116,6 +119,7 @@ class Stepping:
         self._commands.following = [robot for robot in self._robots.values() if robot.is_following]
         self._clock.set(round(steps * self._nanoseconds))
         self._disturbances.jump()
+        self._watch.restart()
         self._plan_stop()
 
     def _advance(self, n: int) -> None:
@@ -165,6 +169,7 @@ class Stepping:
             # before anything that can raise, because the step was made
             self._next_period += self._period
             self._robots.tick(engine.steps)
+            self._watch.look()
             self._robots.publish(round(engine.steps * self._nanoseconds))
         if self._planned_timer < NEVER:
             self._clock.advance_to(round(engine.steps * self._nanoseconds))

@@ -35,6 +35,7 @@ def run_goto(simulation: Simulation, goal: PlanarPose, timeout: float | None, as
     with ProgressLine(simulation, None) as progress:
         trip = go_to(simulation, goal, timeout=timeout, lidar=lidar)
     run = make_report(simulation, trip.distance, progress.wall)
+    report(run.findings)
     if as_json:
         navigation = {
             "goal": {"x": goal.x, "y": goal.y, "yaw": goal.yaw},
@@ -136,6 +137,7 @@ def run_headless(
             interrupted = True
     odometer.close()
     result = make_report(simulation, odometer.distance, progress.wall)
+    report(result.findings)
     if as_json:
         print_json({**result.to_json(), **({"failure": failed.to_json()} if failed else {})})
     else:

@@ -107,6 +107,11 @@ class DriveController:
         linear, angular = self._believed.twist(*self._servos.speeds())
         return Motion(self._odometry.pose(*self._servos.angles()), self._odometry.twist(linear, angular))
 
+    @property
+    def axle(self) -> tuple[float, float, float]:
+        """The axle's pose (m, m, rad) by odometry, as of the last `tick`."""
+        return self._odometry.state[:3]
+
     def restart_odometry(self) -> None:
         """Restart odometry at zero, at the current pose and wheel angles."""
         self._odometry.reset(*self._servos.angles())

@@ -131,3 +131,10 @@ def _add_height_field(spec: mujoco.MjSpec, field: w.HeightField) -> str:
         userdata=np.maximum(heights / rise, 0.0).ravel(),
     )
     return name
+
+
+def own_geometries(model: mujoco.MjModel, robot: str) -> NDArray[np.intp]:
+    """The engine's indices of a robot's shapes."""
+    prefix = f"{robot}/"
+    bodies = np.array([model.body(b).name.startswith(prefix) for b in range(model.nbody)])
+    return np.flatnonzero(bodies[model.geom_bodyid])

@@ -22,7 +22,7 @@ from kbot.sim import Simulation
 from kbot.sim.naming import Naming
 from kbot.sim.simulation import ORIGIN
 from kbot.sim.snapshots import Snapshot
-from kbot.text import KbotError
+from kbot.text import Diagnostic, KbotError
 from kbot.workbench.driving.contact_forces import ContactForces
 from kbot.workbench.driving.mover import Moment, flat
 from kbot.workbench.driving.out_of_world import OutOfWorld
@@ -130,6 +130,10 @@ class Driving:
     @paused.setter
     def paused(self, paused: bool) -> None:
         self._sim.paused = paused
+
+    @property
+    def findings(self) -> tuple[Diagnostic, ...]:
+        return self._sim.findings
 
     def run_errands(self) -> bool:
         return self._sim.run_errands()

@@ -9,6 +9,7 @@ from typing import Literal, Protocol
 from kbot.kinematics.transform import Transform
 from kbot.messages import Bus, Clock
 from kbot.model import RobotModel
+from kbot.text import Diagnostic
 from kbot.workbench.protocol import Action, FallenView, FaultView, Timeline
 from kbot.workbench.scene.foreign_frames import Frames
 from kbot.workbench.scene.scene import Control
@@ -61,6 +62,11 @@ class Mover(Protocol):
         ...
 
     def moment(self) -> Moment: ...
+
+    @property
+    def findings(self) -> tuple[Diagnostic, ...]:
+        """How the run differs from its commands and odometry. Empty if nothing is simulated."""
+        ...
 
     def run_errands(self) -> bool:
         """Run the tasks that other threads requested. Returns whether anything may have changed."""

@@ -11,7 +11,7 @@ from kbot.kinematics.frames import FrameTree
 from kbot.messages import Bus, Clock, Header, JointState
 from kbot.model import Joint, JointType, RobotModel
 from kbot.model.extensions import initial_positions
-from kbot.text import KbotError
+from kbot.text import Diagnostic, KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.tf.robot_state_publisher import RobotStatePublisher
 from kbot.workbench.driving.mover import Moment, Mover
@@ -73,6 +73,10 @@ class Sliders:
     @property
     def world(self) -> str:
         return self.robot.root
+
+    @property
+    def findings(self) -> tuple[Diagnostic, ...]:
+        return ()
 
     def run_errands(self) -> bool:
         return sum(errand() for errand in self.errands) > 0

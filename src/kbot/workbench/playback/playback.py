@@ -14,7 +14,7 @@ from kbot.record.encodings.serialization import decode_cdr
 from kbot.record.formats import Index
 from kbot.record.player import LATCHED
 from kbot.record.world_recorder import POSES_TOPIC
-from kbot.text import KbotError
+from kbot.text import Diagnostic, KbotError
 from kbot.tf.static_transforms import add_static_transforms
 from kbot.workbench.driving.mover import Moment, flat
 from kbot.workbench.playback.recorded_moves import RecordedMoves
@@ -259,6 +259,10 @@ class PlayedRun:
 
     def record(self, recording: RunRecording) -> None:
         raise KbotError("this is already a recording. Use kbot bag cut to save a part of it")
+
+    @property
+    def findings(self) -> tuple[Diagnostic, ...]:
+        return ()
 
     @property
     def controls(self) -> Mapping[str, Control]:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from kbot.model import RobotModel
-from kbot.text import KbotError
+from kbot.text import Diagnostic, KbotError
 from kbot.workbench.displays.display_file import DisplayFile
 from kbot.workbench.driving.mover import Moment, Mover, flat
 from kbot.workbench.driving.program import Program
@@ -122,6 +122,8 @@ def apply_to_mover(order: FromPage, motion: Mover) -> bool:
     return True
 
 
+REPORT_PERIOD = 0.5
+"""Seconds between two looks for new findings about the run, which read the whole scene."""
 NOTHING = Offers()
 RECORDED = "the robot is part of a recording and cannot be changed"
 
@@ -175,6 +177,12 @@ class Session:
         self.note = ""
         """A notice for new pages, for example about what is not displayed."""
         self._last_state: State | None = None
+        self.others: list[Diagnostic] = []
+        """Findings that are not about the description, such as those of a launch file. Any thread may append
+        to them."""
+        self._reported: tuple[str, ...] = ()
+        """Codes of `others` and of the findings about the run, as pages know them."""
+        self._report_in = 0.0
         self.topics = TopicRelay(self._motion.bus, lambda: self._motion.clock.nanoseconds, for_page)
         self.speed = 1.0
         self.rate = 0.0
@@ -251,7 +259,25 @@ class Session:
         )
 
     def findings(self) -> Findings:
-        return self.shown.findings()
+        return self.shown.findings(self._other_findings)
+
+    @property
+    def _other_findings(self) -> tuple[Diagnostic, ...]:
+        return (*self.others, *self._motion.findings)
+
+    def _report_findings(self, wall_seconds: float = REPORT_PERIOD) -> None:
+        """Send the findings to every page if those about the run, or `others`, have changed."""
+        self._report_in -= wall_seconds
+        if self._report_in > 0.0:
+            return
+        self._report_in = REPORT_PERIOD
+        found = self._other_findings
+        known, self._reported = self._reported, tuple(finding.code for finding in found)
+        if self._reported != known:
+            self.announce(self.findings())
+            for finding in found[len(self.others) :]:
+                if finding.code not in known:
+                    self.announce(Notice(f"{finding.message} [{finding.code}]"))
 
     def state(self) -> State:
         moment = self._motion.moment()
@@ -297,6 +323,7 @@ class Session:
         if self.mode == "view":
             self._motion.advance(wall_seconds)
         changed = self._motion.run_errands() | self._send_changes()
+        self._report_findings(wall_seconds)
         was_programmed, self._was_programmed = self._was_programmed, self._is_programmed
         if self._was_programmed or was_programmed:
             return True
@@ -362,6 +389,7 @@ class Session:
                 self._motion.reset()
                 self._resets += 1
                 self._deadman.release()
+                self._report_findings()
             case SetSpeed(factor=factor):
                 self.speed = factor
             case SetWorld(world=world, seed=seed):
@@ -378,7 +406,7 @@ class Session:
             case RecordRun():
                 self.recording.end()
             case OpenSource(file=file):
-                return [self.shown.source(file)]
+                return [self.shown.source(file, self._other_findings)]
             case _ if apply_to_mover(message, self._motion):
                 self._resets += isinstance(message, ResetPart | Seek)
                 self._send_changes()

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 from kbot.model import RobotModel
-from kbot.text import DescriptionError, Element, KbotError, Source, Span
+from kbot.text import DescriptionError, Diagnostic, Element, KbotError, Source, Span
 from kbot.text.files import read_source
 from kbot.workbench.meshes.notes import lightened_meshes, missing_meshes
 from kbot.workbench.meshes.roots import Confined, MeshRoots, confine
@@ -185,21 +185,25 @@ class ShownDescription:
         self._findings = by_severity((*self._latest.findings, *notes))
         self.authoring.take_reading(self._latest, self._findings)
 
-    def findings(self) -> Findings:
-        found = findings_for_page(self._findings, self._ownership)
+    def findings(self, others: Sequence[Diagnostic] = ()) -> Findings:
+        """Return the findings, followed by others that are not about the description. Others have no fix,
+        because pages refer to fixes by their place in the description's list."""
+        others = tuple(dataclasses.replace(other, fix=None) for other in others)
+        found = findings_for_page((*self._findings, *others), self._ownership)
         return Findings(self.authoring.serial, self.is_stale, found)
 
     def missing_meshes(self) -> list[str]:
         """Return the findings about missing meshes as text."""
         return missing_meshes(self._findings)
 
-    def source(self, file: str) -> SourceText:
-        """Return the text of one of the description's files.
+    def source(self, file: str, others: Sequence[Diagnostic] = ()) -> SourceText:
+        """Return the text of one of the description's files, or of a file that another finding is in.
 
         Raises:
             KbotError: the file is not part of the description, or cannot be read.
         """
-        if file not in self._latest.files and file not in self._good.files:
+        places = {other.origin.span.file for other in others if other.origin is not None}
+        if file not in {*self._latest.files, *self._good.files, *places}:
             raise KbotError(f"{file} is not part of this description")
         source = read_source(file)
         if self._hints is None:

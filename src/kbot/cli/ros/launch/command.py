@@ -159,7 +159,8 @@ def command(
         with loading(staged.robot.path):
             from kbot.ros.launch.running.robot_run import RobotRun  # with the workbench
 
-            run = RobotRun(plan, staged, LaunchTerminal(), package_path)
+            of_launch = [finding for finding in found if finding.code.startswith("L")]
+            run = RobotRun(plan, staged, LaunchTerminal(), package_path, of_launch)
         return run.run(record, peers, chosen, address)
 
 

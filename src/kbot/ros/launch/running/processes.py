@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from kbot.text import KbotError
+from kbot.text import Diagnostic, KbotError, Origin, Severity
 
 SIGINT_SECONDS = 15.0
 SIGTERM_SECONDS = 2.0
@@ -33,6 +33,7 @@ class Process:
     required  whether its exit ends the launch
     delay     seconds to its start, from the start of the launch or from `after`
     after     the event that its start waits for: `start` or `exit`, and the name of the other node
+    origin    where the launch file names it
     """
 
     name: str
@@ -44,17 +45,24 @@ class Process:
     required: bool = False
     delay: float = 0.0
     after: tuple[str, str] | None = None
+    origin: Origin | None = None
 
 
 class Processes:
     """Runs processes until `close`. A separate thread watches them."""
 
     def __init__(
-        self, processes: Sequence[Process], report: Callable[[str], None], end: Callable[[], None]
+        self,
+        processes: Sequence[Process],
+        report: Callable[[str], None],
+        end: Callable[[], None],
+        failed: Callable[[Diagnostic], None] = lambda finding: None,
     ) -> None:
-        """`report` receives sentences for the user. `end` is called when a required process exits."""
-        self._report, self._end = report, end
+        """`report` receives sentences for the user, and `failed` a finding about each process that fails.
+        `end` is called when a required process exits. All are called on another thread."""
+        self._report, self._end, self._failed = report, end, failed
         self._running: dict[str, tuple[Process, subprocess.Popen[bytes]]] = {}
+        self._failures: set[str] = set()
         self._due: list[tuple[float, Process]] = []
         self._waiting: list[Process] = []
         self.status = 0
@@ -119,6 +127,7 @@ class Processes:
             running = start(process)
         except KbotError as error:
             self._report(str(error))
+            self._fail(process, str(error))
             self._ended(process, 127, silently=True)
             return
         self._running[process.name] = process, running
@@ -126,6 +135,8 @@ class Processes:
 
     def _ended(self, process: Process, status: int, silently: bool = False) -> None:
         where = f"; its output is in {process.log}" if process.log and status else ""
+        if status and not silently:
+            self._fail(process, f"{process.name} exited with status {status}{where}")
         if process.respawn is not None:
             self._report(f"{process.name} exited with status {status} and is restarted{where}")
             self._due.append((time.monotonic() + process.respawn, process))
@@ -139,6 +150,12 @@ class Processes:
             how = "exited" if status == 0 else f"exited with status {status}"
             self._report(f"{process.name} {how}{where}")
         self._follow("exit", process)
+
+    def _fail(self, process: Process, message: str) -> None:
+        if process.name not in self._failures:  # one that is restarted may fail again and again
+            self._failures.add(process.name)
+            hint = "read the output of the node"
+            self._failed(Diagnostic("L090", Severity.ERROR, message, process.origin, hint))
 
     def _follow(self, event: str, process: Process) -> None:
         now = time.monotonic()

@@ -19,6 +19,7 @@ from kbot.ros.launch.running.processes import Process, Processes
 from kbot.ros.launch.running.shared_parameters import set_on_master
 from kbot.ros.launch.user_program import Program
 from kbot.ros.peer_options import PeerOptions
+from kbot.text import Diagnostic
 
 _POLL_S = 0.1
 """Seconds between two checks whether all programs have ended."""
@@ -53,15 +54,17 @@ def start_programs(
     programs: Sequence[Program],
     peers: PeerOptions,
     note: Callable[[str], None],
+    failed: Callable[[Diagnostic], None] = lambda finding: None,
 ) -> Processes | None:
     """Start the programs of a launch, which run until the stack is closed. Without a bridge they connect to
-    this KBot. The exit of a required one interrupts the main thread. Return None if there are no programs."""
+    this KBot. The exit of a required one interrupts the main thread. `failed` receives a finding about each
+    program that fails, on another thread. Return None if there are no programs."""
     if not programs:
         return None
     kind = "ros2" if "ros2" in peers.bridges and "ros1" not in peers.bridges else "ros1"
     defaults = {"KBOT_TRANSPORT": kind if peers.is_live else "local"}
     built = stack.enter_context(_processes(plan, programs, defaults, note))
-    processes = Processes(built, note, _thread.interrupt_main)
+    processes = Processes(built, note, _thread.interrupt_main, failed)
     stack.callback(processes.close)
     return processes
 
@@ -140,6 +143,7 @@ def _process(plan: Plan, program: Program, logs: Path, defaults: Mapping[str, st
         required=node.required,
         delay=node.delay,
         after=node.after,
+        origin=node.origin,
     )
 
 

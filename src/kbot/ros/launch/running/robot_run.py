@@ -25,7 +25,7 @@ from kbot.ros.launch.staging import Stage
 from kbot.ros.nodes.gz_bridge import GzBridge
 from kbot.ros.nodes.joint_state_publisher import with_dependent_joints
 from kbot.ros.peer_options import PeerOptions
-from kbot.text import KbotError
+from kbot.text import Diagnostic, KbotError
 from kbot.workbench.address import Address
 from kbot.workbench.displays.display_file import DisplayFile
 from kbot.workbench.driving.sliders import Sliders, SliderSetting
@@ -42,12 +42,18 @@ class RobotRun:
     """A run of a launch whose stage has a robot."""
 
     def __init__(
-        self, plan: Plan, stage: Stage, terminal: Terminal, package_path: Sequence[str] = ()
+        self,
+        plan: Plan,
+        stage: Stage,
+        terminal: Terminal,
+        package_path: Sequence[str] = (),
+        findings: Sequence[Diagnostic] = (),
     ) -> None:
+        """`findings` are those of the launch file, for the page."""
         if stage.robot is None:
             raise ValueError("the launch has no robot")
         self._plan, self._stage, self._robot, self._terminal = plan, stage, stage.robot, terminal
-        self._package_path = package_path
+        self._package_path, self._findings = package_path, findings
         self.stand_ins = StandIns(stage.stand_ins, terminal, _thread.interrupt_main)
 
     def run(
@@ -69,7 +75,9 @@ class RobotRun:
             outputs = stack.enter_context(terminal.outputs(record, peers, stage.stand_ins.transforms))
             with terminal.loading(self._robot.path if world is None else world.name):
                 session = self.session(outputs, world)
-            processes = start_programs(stack, plan, stage.programs, peers, terminal.note)
+            processes = start_programs(
+                stack, plan, stage.programs, peers, terminal.note, session.others.append
+            )
             if world is not None:
                 stack.enter_context(self.stand_ins.keys())
             serve_session(session, address)
@@ -78,6 +86,7 @@ class RobotRun:
     def session(self, outputs: RunOutputs, world: ChosenWorld | None) -> Session:
         """The robot in the workbench: simulated in a world, or only shown if `world` is None."""
         session = self._shown(outputs) if world is None else self._simulated(outputs, world)
+        session.others += self._findings
         if self._stage.viewer is not None:
             session.display_file = self._displays(self._stage.viewer)
         return session

@@ -1,0 +1,339 @@
+"""Findings about a run: what `MotionWatch` observed, with the finding about the robot that explains it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from math import degrees, inf, radians
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.kinematics.drive.drive import DifferentialDrive
+from kbot.kinematics.drive.findings import findings_of_drive
+from kbot.kinematics.transform import Transform
+from kbot.model import Mesh
+from kbot.model.shapes import span_along
+from kbot.sim.engine.engine import Engine
+from kbot.sim.engine.geometry import own_geometries
+from kbot.sim.engine.servo import effort_limit, speed_limit
+from kbot.sim.motion_watch import STUCK, Explanation, MotionWatch, OdometryError, Standstill
+from kbot.sim.recipe import Contacts
+from kbot.sim.robot import SimulatedRobot
+from kbot.text import Diagnostic, Origin, Related, Severity
+
+_SAME = 0.01
+"""Share by which a declared size may differ, as in D105 and D106."""
+_SLOPE = radians(3.0)
+"""Tilt in rad above which the ground is a likely cause."""
+_SLIPPERY = 0.3
+"""Coefficient of friction below which a wheel slips in ordinary driving. A tyre on snow has 0.3."""
+_DEEP = 0.005
+"""Metres below the floor that are reported. Stiff contacts sink in by 0.01 mm, and soft ones by a few mm."""
+_BELOW_WORLD = 0.5
+"""Metres below the lowest fixed shape at which the robot has left the world."""
+
+_SIDES = ("D107", "D108", "D109")
+_SLIPS = ("D112", "D128", "D116", "D110", "D111", "D126", "D115")
+_WEAK = ("D119", "D117")
+_TIPS = ("D115", "D116", "D112", "G106")
+
+
+@dataclass(frozen=True, slots=True)
+class _Cause:
+    """Why something happened, and at which line. `is_fault`: whether the description is the reason."""
+
+    text: str
+    origin: Origin | None = None
+    hint: str = ""
+    is_fault: bool = True
+    related: tuple[Related, ...] = ()
+
+
+class MotionFindings:
+    """The findings about the first robot of a simulation. Each cause is looked up once."""
+
+    def __init__(self, watch: MotionWatch, engine: Engine, robot: SimulatedRobot, contacts: Contacts) -> None:
+        self._watch, self._engine, self._robot = watch, engine, robot
+        # with KBot's own contacts no caster scrubs
+        self._slips = _SLIPS if contacts is Contacts.RECIPE else ("D118", *_SLIPS)
+        self._causes: dict[str, _Cause] = {}
+        self._sunk: Diagnostic | None = None
+        self._restarts = watch.restarts
+
+    def find(self) -> tuple[Diagnostic, ...]:
+        """What was observed since the last reset, and whether the robot is below the floor now."""
+        found = [self._fall(), self._depth(), self._standstill(), self._odometry()]
+        return tuple(finding for finding in found if finding is not None)
+
+    # observations
+
+    def _odometry(self) -> Diagnostic | None:
+        seen = self._watch.odometry_error
+        if seen is None or self._follows_from_fall(seen.since):
+            return None
+        what = (
+            f"odometry is {seen.off * 1e3:.0f} mm and {degrees(abs(seen.turned_off)):.1f} degrees off after "
+            f"{seen.way:.2f} m and {degrees(seen.turned):.0f} degrees of turns, {_percent(seen.share)} of what "
+            f"the wheels drove (first at {seen.since:.1f} s)"
+        )
+        cause = self._cause("W301", seen.explanation, lambda: self._why_off(seen))
+        return _finding("W301", what, cause)
+
+    def _standstill(self) -> Diagnostic | None:
+        seen = self._watch.standstill
+        if seen is None or self._follows_from_fall(seen.since):
+            return None
+        what = (
+            f"from {seen.since:.1f} s on the robot hardly moves: it covers {_percent(seen.share)} of the "
+            "commanded distance"
+        )
+        cause = self._cause("W302", seen.explanation, lambda: self._why_still(seen))
+        return _finding("W302", what, cause)
+
+    def _follows_from_fall(self, since: float) -> bool:
+        fall = self._watch.fall
+        return fall is not None and fall.since <= since
+
+    def _fall(self) -> Diagnostic | None:
+        seen = self._watch.fall
+        if seen is None:
+            return None
+        cause = self._cause("W303", seen.explanation, self._why_fallen)
+        return _finding("W303", f"the robot fell over at {seen.since:.1f} s", cause)
+
+    def _depth(self) -> Diagnostic | None:
+        """W304. What sinks without a contact is seen only at the time of this call."""
+        engine = self._engine
+        if engine.has_failed:
+            return None
+        self._forget_before_restart()
+        if self._sunk is None:
+            model, data = engine.current()
+            own = own_geometries(model, self._robot.name)
+            self._sunk = self._below_world(model, data) or self._below_floor(model, data, own)
+        return self._sunk
+
+    def _below_world(self, model: mujoco.MjModel, data: mujoco.MjData) -> Diagnostic | None:
+        """W304 of a robot that fell through the floor, or off its edge."""
+        fixed = data.geom_xpos[model.body_weldid[model.geom_bodyid] == 0, 2]
+        height = self._robot.body.link_pose(self._robot.robot.root).translation[2]
+        if height > fixed.min(initial=0.0) - _BELOW_WORLD:
+            return None
+        what = f"at {self._engine.time:.1f} s the robot is {-height:.1f} m below the floor and falls"
+        touches = [link for link in self._robot.robot.links.values() if link.collisions]
+        if not touches:
+            origin = self._robot.robot.origin
+            return _finding(
+                "W304", what, _Cause("no link has a <collision>", origin, "add <collision> to the links")
+            )
+        return _finding("W304", what, _Cause("it left the ground of the world", is_fault=False))
+
+    def _below_floor(
+        self, model: mujoco.MjModel, data: mujoco.MjData, own: NDArray[np.intp]
+    ) -> Diagnostic | None:
+        """W304 of a shape that reaches into the floor, seen or in a contact."""
+        deepest, link = max(
+            (*self._depths_of_contacts(model, data, own), *self._depths_of_shapes(model, data)),
+            default=(0.0, ""),
+        )
+        if deepest < _DEEP:
+            return None
+        faults = self._faults(("D112", "G106", "D128"), link)
+        collides = bool(self._robot.robot.links[link].collisions)
+        cause = faults or _Cause(
+            "its contact is too soft for the weight" if collides else "it has no <collision>",
+            self._robot.robot.links[link].origin,
+            "raise <kp> of its surface" if collides else "add a <collision>, or move the link up",
+        )
+        return _finding("W304", f"'{link}' reaches {deepest * 1e3:.0f} mm below the floor", cause)
+
+    def _depths_of_contacts(
+        self, model: mujoco.MjModel, data: mujoco.MjData, own: NDArray[np.intp]
+    ) -> Iterator[tuple[float, str]]:
+        """How deep each link is in fixed shapes, in m."""
+        mine = set(own.tolist())
+        for at in np.flatnonzero(data.contact.dist < -_DEEP).tolist():
+            contact = data.contact[at]
+            pair = contact.geom.tolist()
+            for geom, other in (pair, pair[::-1]):
+                if geom in mine and model.body_weldid[model.geom_bodyid[other]] == 0:
+                    link = str(model.body(int(model.geom_bodyid[geom])).name).partition("/")[2]
+                    yield -float(contact.dist), link
+
+    def _depths_of_shapes(self, model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[tuple[float, str]]:
+        """How deep the shapes of each link, apart from meshes, reach below a level floor, in m."""
+        is_floor = (model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE) & (data.geom_xmat[:, 8] > 1.0 - 1e-9)
+        if not is_floor.any():
+            return
+        floor = float(data.geom_xpos[is_floor, 2].min())
+        for name, link in self._robot.robot.links.items():
+            for part in link.visuals or link.collisions:
+                if isinstance(part.geometry, Mesh):
+                    continue
+                pose = self._robot.body.link_pose(name) @ Transform.of(part.pose)
+                span = span_along(part.geometry, pose.rotation[2])
+                if span is not None:
+                    yield floor - float(pose.translation[2]) - span[0], name
+
+    # causes
+
+    def _cause(self, code: str, outside: Explanation, why: Callable[[], _Cause]) -> _Cause:
+        """The cause of an observation. What acted from outside explains it by itself."""
+        self._forget_before_restart()
+        if code not in self._causes:
+            self._causes[code] = _from_outside(outside) or why()
+        return self._causes[code]
+
+    def _forget_before_restart(self) -> None:
+        if self._restarts != self._watch.restarts:
+            self._restarts, self._sunk = self._watch.restarts, None
+            self._causes.clear()
+
+    def _why_off(self, seen: OdometryError) -> _Cause:
+        declared = [
+            code
+            for code, odometry, true in (
+                ("D106", seen.odometry_way, seen.way),
+                ("D105", seen.odometry_turned, seen.turned),
+            )
+            if abs(odometry - true) > _SAME * true
+        ]
+        return (
+            self._drive_fault((*_SIDES, *declared))
+            or self._faults(self._slips)
+            or self._slippery_wheel()
+            or self._skids(seen)
+            or self._hanging_wheel()
+            or self._slope()
+            or _Cause("the wheels slip", hint="check the load on the wheels and their friction")
+        )
+
+    def _why_still(self, seen: Standstill) -> _Cause:
+        if seen.allowed < 2.0 * STUCK:
+            return self._limits(seen)
+        if seen.wheels_turn:
+            found = self._faults(self._slips) or self._slippery_wheel() or self._hanging_wheel()
+            return found or self._slope() or _Cause("the wheels turn and slip")
+        found = self._faults(_WEAK) or self._weak_motor() or self._slope()
+        return found or _Cause("its wheels do not turn", hint="check what blocks the wheels")
+
+    def _why_fallen(self) -> _Cause:
+        text = "its centre of mass is too high for its acceleration, its turns or the slope"
+        return self._faults(_TIPS) or _Cause(text, hint="lower the heavy parts, or the acceleration")
+
+    def _drive_fault(self, codes: Sequence[str]) -> _Cause | None:
+        """The first of these faults of the plugin or controller that drives."""
+        return _first(codes, findings_of_drive(self._robot.robot, self._robot.drive))
+
+    def _faults(self, codes: Sequence[str], link: str = "") -> _Cause | None:
+        """The first of these faults of the description; with `link`, only faults that name the link."""
+        from kbot.checks.first_look import look_at_robot  # all rules, needed only if something goes wrong
+
+        found = look_at_robot(self._robot.robot, codes)
+        if link:
+            return _first(codes, [fault for fault in found if fault.message.startswith(f"{link}: ")])
+        # D128 of a visual is an info: it carries nothing
+        return _first(codes, [f for f in found if f.code != "D128" or f.severity is Severity.WARNING])
+
+    def _skids(self, seen: OdometryError) -> _Cause | None:
+        """Several axles, whose wheels are dragged sideways in a turn."""
+        drive = self._robot.drive
+        axles = len(drive.left) if isinstance(drive, DifferentialDrive) else 1
+        if axles < 2 or seen.odometry_turned <= (1.0 + _SAME) * max(seen.turned, 0.1):
+            return None
+        factor = seen.odometry_turned / seen.turned if seen.turned else inf
+        text = f"a turn drags the wheels of {axles} axles across the ground"
+        hint = f"give the drive a wheel separation that is {factor:.1f} times as large"
+        return _Cause(text, self._robot.robot.origin, hint if factor < inf else "", is_fault=False)
+
+    def _hanging_wheel(self) -> _Cause | None:
+        """A driving wheel that touches nothing now."""
+        engine, drive = self._engine, self._robot.drive
+        if not isinstance(drive, DifferentialDrive):
+            return None
+        model, data = engine.current()
+        touching = set(model.geom_bodyid[np.unique(data.contact.geom)].tolist())
+        for name in drive.joints if len(drive.left) == 1 else ():  # of four wheels one may hang
+            wheel = drive.wheels[name]
+            if self._robot.body.index(wheel.link) not in touching:
+                origin = wheel.joint.pose.origin or wheel.joint.origin
+                text = f"the wheel '{wheel.link}' does not touch the ground"
+                return _Cause(text, origin, "lower the wheel, or raise what lifts it")
+        return None
+
+    def _slippery_wheel(self) -> _Cause | None:
+        """A driving wheel with little friction."""
+        drive, model = self._robot.drive, self._engine.model
+        for wheel in drive.wheels.values() if isinstance(drive, DifferentialDrive) else ():
+            geoms = np.flatnonzero(model.geom_bodyid == self._robot.body.index(wheel.link))
+            friction = float(model.geom_friction[geoms, 0].min(initial=1.0))
+            if friction < _SLIPPERY:
+                text = f"the coefficient of friction of '{wheel.link}' is only {friction:g}"
+                return _Cause(text, self._robot.robot.links[wheel.link].origin, "raise its <mu1>")
+        return None
+
+    def _limits(self, seen: Standstill) -> _Cause:
+        """The limit of speed that holds the wheels back."""
+        robot, drive = self._robot.robot, self._robot.drive
+        text = f"the limits of the drive allow only {_percent(seen.allowed)} of the commanded speed"
+        joints = drive.joints if isinstance(drive, DifferentialDrive) else ()
+        name = min(joints, key=lambda joint: speed_limit(robot, joint), default="")
+        limit = robot.joints[name].limit if name else None
+        linear, angular = self._robot.commanded_twist.x, self._robot.commanded_twist.yaw
+        if (
+            limit is None
+            or not isinstance(drive, DifferentialDrive)
+            or speed_limit(robot, name) > max(abs(speed) for speed in drive.wheel_speeds(linear, angular))
+        ):
+            return _Cause(text, robot.origin, "command a lower speed, or raise the controller's limits")
+        text += f": '{name}' has a velocity limit of {speed_limit(robot, name):g} rad/s"
+        return _Cause(text, limit.origin, "raise the velocity limit, or command a lower speed")
+
+    def _weak_motor(self) -> _Cause | None:
+        """A driving joint whose servo is at its effort limit now."""
+        robot, drive = self._robot.robot, self._robot.drive
+        for name in drive.joints if isinstance(drive, DifferentialDrive) else ():
+            limit = robot.joints[name].limit
+            most = effort_limit(robot, name)
+            if limit is not None and abs(self._robot.body.joint_efforts[name]) > 0.99 * most:
+                text = f"the motor of '{name}' is at its effort limit of {most:g} N m"
+                return _Cause(text, limit.origin, "write the motor's torque, or the robot's real mass")
+        return None
+
+    def _slope(self) -> _Cause | None:
+        tilt = self._watch.tilt
+        text = f"the ground is not level: the robot tilted by up to {degrees(tilt):.0f} degrees"
+        return _Cause(text, is_fault=False) if tilt > _SLOPE else None
+
+
+def _finding(code: str, what: str, cause: _Cause) -> Diagnostic:
+    severity = Severity.WARNING if cause.is_fault else Severity.INFO
+    return Diagnostic(code, severity, f"{what}: {cause.text}", cause.origin, cause.hint, cause.related)
+
+
+def _percent(share: float) -> str:
+    return f"{share * 100.0:.0f} %"
+
+
+def _from_outside(seen: Explanation) -> _Cause | None:
+    """The cause if something acted on the robot from outside."""
+    if seen.touched:
+        return _Cause(f"it touched '{seen.touched}' at {seen.touched_at:.1f} s", is_fault=False)
+    if seen.disturbance:
+        return _Cause(f"{seen.disturbance} acted on it", is_fault=False)
+    return None
+
+
+def _first(codes: Sequence[str], faults: Sequence[Diagnostic]) -> _Cause | None:
+    """The fault whose code comes first, as a cause."""
+    found = min(
+        (fault for fault in faults if fault.code in codes),
+        key=lambda fault: codes.index(fault.code),
+        default=None,
+    )
+    if found is None:
+        return None
+    is_fault = found.severity is not Severity.INFO
+    return _Cause(f"{found.message} ({found.code})", found.origin, found.hint, is_fault, found.related)

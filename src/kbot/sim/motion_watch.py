@@ -1,0 +1,292 @@
+"""Watches whether a robot moves as it is commanded, and as its odometry says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import acos, atan2, cos, hypot, pi, radians, sin
+
+import numpy as np
+
+from kbot.kinematics.drive.drive import DifferentialDrive, SteeredDrive
+from kbot.kinematics.transform import Transform
+from kbot.sim.collisions import Collisions
+from kbot.sim.disturbances import Disturbances
+from kbot.sim.engine.engine import Engine
+from kbot.sim.recipe import CONTROL_PERIOD
+from kbot.sim.robots import Robots
+
+OFF = 0.02
+"""Share of the distance driven by which odometry may differ from the true motion.
+
+The shipped robot and the book's differ by 0.0001. A declared wheel separation or radius may differ by 0.01
+(D105, D106), and two such errors add up. A caster that scrubs gives 0.05 and more."""
+LEAST_OFF = 0.01
+"""Smallest difference in m that is reported, or half a wheel radius if that is more.
+
+A run of a few centimetres says nothing about odometry. On the edge of a ramp of 30 degrees the body turns
+about its axle by half a radian, which odometry takes for half a wheel radius of driving."""
+STUCK = 0.2
+"""Share of the commanded distance below which a robot hardly moves. A robot that is slow to accelerate, or
+climbs a slope, covers more."""
+STUCK_TIME, STUCK_WAY = 1.0, 0.03
+"""Seconds, and commanded metres, over which that share is measured."""
+UPRIGHT = cos(radians(60.0))
+"""Upward component of the root link's z axis below which a robot has fallen over. Ramps are less steep."""
+SETTLING = 0.5
+"""Seconds after a start during which the robot settles on its wheels, and is not watched."""
+_EVERY = 10
+"""Control periods between two samples: 5 Hz. A sample takes 10 us, 1 % of the time that the steps need."""
+_PERIOD = _EVERY * CONTROL_PERIOD
+_STILL = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Explanation:
+    """What acted on the robot from outside before something was observed, both may be empty.
+
+    touched      the object or robot that it touched, and since when in s
+    disturbance  a push or an injected fault
+    """
+
+    touched: str
+    touched_at: float
+    disturbance: str
+
+
+@dataclass(frozen=True, slots=True)
+class OdometryError:
+    """Odometry differs from the motion of the axle since `since` (s). `explanation` is of that time.
+
+    off, turned_off      difference in m and rad (odometry minus truth)
+    way, turned          the true path length in m, and the sum of all turns in rad
+    odometry_way, odometry_turned   the same by odometry
+    share                the difference as a share of the distance that the wheels drove
+    """
+
+    since: float
+    explanation: Explanation
+    off: float
+    turned_off: float
+    way: float
+    turned: float
+    odometry_way: float
+    odometry_turned: float
+    share: float
+
+
+@dataclass(frozen=True, slots=True)
+class Standstill:
+    """The robot hardly moved from `since` (s) on, though it was commanded.
+
+    share        of the commanded distance that it covered
+    allowed      share of the commanded distance that the limits of speed and acceleration allow
+    wheels_turn  whether the wheels turned nevertheless
+    """
+
+    since: float
+    explanation: Explanation
+    share: float
+    allowed: float
+    wheels_turn: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Fall:
+    """The robot lay on its side or back from `since` (s) on."""
+
+    since: float
+    explanation: Explanation
+
+
+class MotionWatch:
+    """Watches the first robot of a simulation.
+
+    `odometry_error`, `standstill` and `fall` are what was observed since the last reset or placement of the
+    robot, `touched` is what the robot first touched except the ground. All are None or empty without one.
+
+    Only the motion of the axle relative to itself is compared with odometry. So the slope of a ramp, which
+    shortens the way on the map, is not an error.
+    """
+
+    def __init__(self, engine: Engine, robots: Robots, disturbances: Disturbances) -> None:
+        self._engine, self._robots, self._disturbances = engine, robots, disturbances
+        self._collisions = Collisions(robots)
+        self.restarts = 0
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget everything: the robot is placed elsewhere, or time has jumped."""
+        robot = self._robots.first
+        drive = robot.drive
+        self.restarts += 1
+        self.odometry_error: OdometryError | None = None
+        self.standstill: Standstill | None = None
+        self.fall: Fall | None = None
+        self.touched, self._touched_at = "", 0.0
+        self._last_touched, self._last_touched_at = "", 0.0
+        self._least_up = 1.0
+        self._jumps = robot.jumps
+        self._begun = self._engine.time
+        self._contacts, self._count = -1, _EVERY
+        self._half = drive.separation / 2.0 if isinstance(drive, DifferentialDrive) else 0.0
+        self._least = (
+            max(LEAST_OFF, drive.radius / 2.0) if isinstance(drive, DifferentialDrive) else LEAST_OFF
+        )
+        self._turns_in_place = not isinstance(drive, SteeredDrive)
+        self._axle_of = _axle_of(robot.body.base_from_root, drive)
+        self._last = self._axle_of(robot.body.root_place) if robot.body.root_qpos >= 0 else None
+        self._odometry = self._true = robot.wheels.axle if robot.wheels is not None else _STILL
+        self._way = self._turned = self._odometry_way = self._odometry_turned = 0.0
+        self._start_window(self._begun)
+
+    def look(self) -> None:
+        """Call this every control period, after odometry was updated."""
+        self._count -= 1
+        if not self._count:
+            self._count = _EVERY
+            self._look_at_contacts()
+            self._sample()
+        elif self._engine.data.ncon != self._contacts:
+            self._look_at_contacts()
+
+    def _look_at_contacts(self) -> None:
+        model, data = self._engine.model, self._engine.data
+        self._contacts = data.ncon
+        touched = self._collisions.touched(model, data)
+        if touched:
+            self._last_touched, self._last_touched_at = touched, self._engine.time
+            if not self.touched:
+                self.touched, self._touched_at = touched, self._engine.time
+
+    def _sample(self) -> None:
+        robot = self._robots.first
+        if robot.jumps != self._jumps:
+            self.restart()
+        if self._last is None:
+            return
+        time, before = self._engine.time, self._last
+        now = self._last = self._axle_of(robot.body.root_place)
+        up = 1.0 - 2.0 * (now[4] * now[4] + now[5] * now[5])
+        if up < self._least_up:
+            self._least_up = up
+            if up < UPRIGHT and self.fall is None:
+                self.fall = Fall(time, self._explanation)
+        wheels = robot.wheels
+        if wheels is None:
+            return
+        if time < self._begun + SETTLING:
+            self._odometry = self._true = wheels.axle
+            self._start_window(time)
+            return
+        way, turned = self._move(before, now)
+        odometry_way, odometry_turned = self._move_odometry(wheels.axle)
+        half = self._half
+        self._compare(time)
+        half *= self._turns_in_place
+        self._window_way += way + half * turned
+        self._window_odometry += odometry_way + half * odometry_turned
+        linear, angular = wheels.wanted
+        self._window_commanded += (abs(linear) + half * abs(angular)) * _PERIOD
+        linear, angular = wheels.twist
+        self._window_allowed += (abs(linear) + half * abs(angular)) * _PERIOD
+        if time - self._window > STUCK_TIME and self._window_commanded > STUCK_WAY:
+            self._end_window(time)
+
+    def _move(self, before: tuple[float, ...], now: tuple[float, ...]) -> tuple[float, float]:
+        """Add the axle's motion, in its own frame, to its true pose. Returns the distance and the turn."""
+        dx, dy, dz = now[0] - before[0], now[1] - before[1], now[2] - before[2]
+        w, x, y, z = before[3:]
+        # the first two rows of the rotation matrix of a conjugate quaternion
+        forward = (1 - 2 * (y * y + z * z)) * dx + 2 * (x * y + w * z) * dy + 2 * (x * z - w * y) * dz
+        left = 2 * (x * y - w * z) * dx + (1 - 2 * (x * x + z * z)) * dy + 2 * (y * z + w * x) * dz
+        real = w * now[3] + x * now[4] + y * now[5] + z * now[6]
+        up = w * now[6] - z * now[3] - x * now[5] + y * now[4]
+        turn = 2.0 * atan2(up, real)
+        turn -= 2.0 * pi * round(turn / (2.0 * pi))  # q and -q are the same rotation
+        at_x, at_y, yaw = self._true
+        c, s = cos(yaw), sin(yaw)
+        self._true = at_x + c * forward - s * left, at_y + s * forward + c * left, yaw + turn
+        way, turned = hypot(forward, left), abs(turn)
+        self._way += way
+        self._turned += turned
+        return way, turned
+
+    def _move_odometry(self, axle: tuple[float, float, float]) -> tuple[float, float]:
+        x, y, yaw = self._odometry
+        self._odometry = axle
+        way, turned = hypot(axle[0] - x, axle[1] - y), abs(axle[2] - yaw)
+        self._odometry_way += way
+        self._odometry_turned += turned
+        return way, turned
+
+    def _compare(self, time: float) -> None:
+        x, y, yaw = self._true
+        odometry_x, odometry_y, odometry_yaw = self._odometry
+        off, turned_off, half = hypot(odometry_x - x, odometry_y - y), odometry_yaw - yaw, self._half
+        error = off + half * abs(turned_off)
+        driven = max(self._way + half * self._turned, self._odometry_way + half * self._odometry_turned)
+        if error > self._least and error > OFF * driven:
+            known = self.odometry_error
+            self.odometry_error = OdometryError(
+                known.since if known is not None else time,
+                known.explanation if known is not None else self._explanation,
+                off,
+                turned_off,
+                self._way,
+                self._turned,
+                self._odometry_way,
+                self._odometry_turned,
+                error / driven,
+            )
+
+    def _start_window(self, time: float) -> None:
+        self._window = time
+        self._window_way = self._window_odometry = self._window_commanded = self._window_allowed = 0.0
+
+    def _end_window(self, time: float) -> None:
+        share = self._window_way / self._window_commanded
+        if share < STUCK and self.standstill is None:
+            turns = self._window_odometry > 0.5 * self._window_allowed
+            # what it touched earlier does not hold it now
+            held_by = self._last_touched if self._last_touched_at >= self._window else ""
+            explanation = Explanation(held_by, self._last_touched_at, self._disturbances.last)
+            allowed = self._window_allowed / self._window_commanded
+            self.standstill = Standstill(self._window, explanation, share, allowed, turns)
+        self._start_window(time)
+
+    @property
+    def tilt(self) -> float:
+        """The largest angle in rad between the robot's z axis and the vertical so far."""
+        return acos(min(1.0, max(-1.0, self._least_up)))
+
+    @property
+    def _explanation(self) -> Explanation:
+        return Explanation(self.touched, self._touched_at, self._disturbances.last)
+
+
+Place = tuple[float, float, float, float, float, float, float]
+
+
+def _axle_of(base_from_root: Transform, drive: object) -> Callable[[Place], Place]:
+    """Converts `world_from_root` to `world_from_axle`. Without a drive, the axle is the base."""
+    base_from_axle = drive.axle_in_base if isinstance(drive, DifferentialDrive) else Transform.identity()
+    root_from_axle = base_from_root.inverse() @ base_from_axle
+    if np.abs(root_from_axle.matrix - np.eye(4)).max() < 1e-12:
+        return lambda place: place
+    tx, ty, tz = root_from_axle.translation.tolist()
+    bx, by, bz, bw = root_from_axle.quaternion_xyzw
+
+    def convert(place: Place) -> Place:
+        px, py, pz, w, x, y, z = place
+        return (
+            px + (1 - 2 * (y * y + z * z)) * tx + 2 * (x * y - w * z) * ty + 2 * (x * z + w * y) * tz,
+            py + 2 * (x * y + w * z) * tx + (1 - 2 * (x * x + z * z)) * ty + 2 * (y * z - w * x) * tz,
+            pz + 2 * (x * z - w * y) * tx + 2 * (y * z + w * x) * ty + (1 - 2 * (x * x + y * y)) * tz,
+            w * bw - x * bx - y * by - z * bz,
+            w * bx + x * bw + y * bz - z * by,
+            w * by - x * bz + y * bw + z * bx,
+            w * bz + x * by - y * bx + z * bw,
+        )
+
+    return convert

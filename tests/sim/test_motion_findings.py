@@ -1,0 +1,309 @@
+"""A run that differs from its commands or its odometry is reported, with the cause and its line."""
+
+import json
+from math import pi
+
+import pytest
+
+from kbot.cli.main import run
+from kbot.kinematics.planar_pose import PlanarPose
+from kbot.sim import Simulation
+from kbot.sim.injected_faults import BlockedJoint, Kick, Slip
+from kbot.text import Severity
+
+RADIUS, TRACK = 0.05, 0.3
+WORLDS = ("empty", "boxes", "maze", "rooms", "corridor", "ramp:angle=10", "obstacle_course", "track")
+
+
+def link(name, mass, shape, x=0.0, z=0.0, collides=True):
+    """A link with a visual and a collision, and a centre of mass at x, 0, z."""
+    geometry = f'<origin rpy="{pi / 2 if "cylinder" in shape else 0} 0 0"/><geometry>{shape}</geometry>'
+    moment = mass * 0.001
+    inertia = f'<inertia ixx="{moment}" iyy="{moment}" izz="{moment}" ixy="0" ixz="0" iyz="0"/>'
+    return (
+        f'<link name="{name}"><visual>{geometry}</visual>'
+        + (f"<collision>{geometry}</collision>" if collides else "")
+        + f'<inertial><origin xyz="{x} 0 {z}"/><mass value="{mass}"/>{inertia}</inertial></link>\n'
+    )
+
+
+def joint(name, kind, child, xyz, more=""):
+    return (
+        f'<joint name="{name}" type="{kind}"><parent link="base_link"/><child link="{child}"/>'
+        f'<origin xyz="{xyz}"/>{more}</joint>\n'
+    )
+
+
+def cart(
+    separation=TRACK,
+    diameter=2 * RADIUS,
+    limit="",
+    caster_collides=True,
+    caster_z=-0.03,
+    mass=5.0,
+    mass_x=0.0,
+    mass_z=0.0,
+    more="",
+):
+    """Wheels of radius 0.05 m 0.3 m apart, and a ball caster of radius 0.02 m behind them."""
+    axis = '<axis xyz="0 1 0"/>'
+    wheel = f'<cylinder radius="{RADIUS}" length="0.02"/>'
+    return "".join(
+        (
+            '<robot name="cart">\n',
+            link("base_link", mass, '<box size="0.3 0.2 0.04"/>', mass_x, mass_z),
+            link("left", 0.3, wheel),
+            link("right", 0.3, wheel),
+            link("caster", 0.1, '<sphere radius="0.02"/>', collides=caster_collides),
+            joint("left_joint", "continuous", "left", f"0.05 {TRACK / 2} 0", f"{axis}\n{limit}"),
+            joint("right_joint", "continuous", "right", f"0.05 {-TRACK / 2} 0", f"{axis}\n{limit}"),
+            joint("caster_joint", "fixed", "caster", f"-0.13 0 {caster_z}"),
+            '<gazebo><plugin name="diff" filename="libgazebo_ros_diff_drive.so">\n',
+            "<left_joint>left_joint</left_joint><right_joint>right_joint</right_joint>\n",
+            f"<wheel_separation>{separation}</wheel_separation>\n",
+            f"<wheel_diameter>{diameter}</wheel_diameter>\n",
+            f"</plugin></gazebo>{more}\n</robot>\n",
+        )
+    )
+
+
+def line_of(text, part):
+    return next(number for number, line in enumerate(text.splitlines(), 1) if part in line)
+
+
+def driven(robot, *commands, world="empty", **setup):
+    """The simulation after commands (m/s, rad/s, s)."""
+    simulation = Simulation(robot, world, **setup)
+    for linear, angular, seconds in commands:
+        simulation.cmd_vel(linear, angular)
+        simulation.run(seconds)
+    return simulation
+
+
+def only(simulation):
+    (found,) = simulation.findings
+    return found
+
+
+@pytest.mark.parametrize("world", WORLDS)
+def test_a_good_robot_that_drives_freely_is_not_reported(sim, world, kbot_robot):
+    simulation = driven(kbot_robot, (0.2, 0.0, 1.5), (0.0, 1.0, 3.0), (0.0, 0.0, 1.0), world=world)
+    assert simulation.findings == ()
+    assert not simulation.collided
+
+
+def test_a_good_robot_is_not_reported_on_its_way_over_a_ramp(kbot_robot):
+    """On the map the way over a slope is shorter than by odometry, which is no error of odometry."""
+    simulation = driven(kbot_robot, (0.2, 0.0, 14.0), world="ramp:angle=15")
+    assert simulation.findings == ()
+
+
+def test_a_wrong_separation_is_reported_with_its_line_after_turns(urdf):
+    """The wheels drive w b' / 2 for the declared b', so the robot turns by b' / b of what odometry reports:
+    with b' = 0.27 m and b = 0.3 m, odometry is off by 1 - 0.27 / 0.3 = 10 % of what the wheels drive."""
+    text = cart(separation=0.27)
+    found = only(driven(urdf(text), (0.0, 1.0, 10.0)))
+    assert (found.code, found.severity) == ("W301", Severity.WARNING)
+    assert "10 % of what the wheels drove" in found.message
+    assert "(D105)" in found.message
+    assert found.origin.span.line == line_of(text, "<wheel_separation>")
+    assert found.hint
+
+
+def test_a_wrong_separation_is_no_error_of_a_straight_drive(urdf):
+    assert driven(urdf(cart(separation=0.27)), (0.2, 0.0, 10.0)).findings == ()
+
+
+def test_a_wrong_radius_is_reported_with_its_line(urdf):
+    """Odometry counts r' / r of the distance: with r' = 0.04 m and r = 0.05 m, 0.8 m of every metre."""
+    text = cart(diameter=0.08)
+    found = only(driven(urdf(text), (0.2, 0.0, 10.0)))
+    assert "20 % of what the wheels drove" in found.message
+    assert "(D106)" in found.message
+    assert found.origin.span.line == line_of(text, "<wheel_diameter>")
+
+
+@pytest.mark.parametrize(("separation", "is_reported"), [(0.3 * 1.015, False), (0.3 * 1.03, True)])
+def test_only_differences_above_two_per_cent_are_reported(urdf, separation, is_reported):
+    simulation = driven(urdf(cart(separation=separation)), (0.0, 1.0, 20.0))
+    assert [found.code for found in simulation.findings] == ["W301"] * is_reported
+
+
+def test_a_run_of_a_few_millimetres_is_not_reported(urdf):
+    """Odometry is 20 % wrong, but by less than a centimetre."""
+    assert driven(urdf(cart(diameter=0.08)), (0.02, 0.0, 2.0)).findings == ()
+
+
+def test_a_collision_is_the_reason_and_not_the_robot(urdf):
+    simulation = Simulation(urdf(cart(separation=0.27)))
+    simulation.models.spawn_thing("box", "crate", x=0.8, size=(0.2, 2.0, 0.5))
+    simulation.cmd_vel(0.3, 0.0)
+    simulation.run(1.0)
+    assert not simulation.collided
+    simulation.run(9.0)
+    assert simulation.collided
+    for found in simulation.findings:
+        assert found.severity is Severity.INFO
+        assert "touched 'crate'" in found.message
+        assert found.origin is None
+
+
+def test_a_wall_holds_the_robot(kbot_robot):
+    simulation = driven(kbot_robot, (0.3, 0.0, 15.0), world="corridor", start=PlanarPose(0.0, 0.0, pi / 2))
+    assert simulation.collided
+    still = next(found for found in simulation.findings if found.code == "W302")
+    assert still.severity is Severity.INFO
+    assert "touched 'left_wall'" in still.message
+
+
+def test_a_reset_and_another_placement_clear_the_findings(urdf):
+    simulation = driven(urdf(cart(diameter=0.08)), (0.2, 0.0, 5.0))
+    assert simulation.findings
+    state = simulation.state()
+    simulation.reset()
+    assert simulation.findings == ()
+    simulation.restore(state)
+    assert simulation.findings == ()
+    simulation.run(5.0)
+    assert simulation.findings
+    simulation.models.set_pose(3.0, 0.0, 0.0)
+    simulation.cmd_vel(0.0, 0.0)
+    simulation.run(0.5)
+    assert simulation.findings == ()
+
+
+def test_too_little_effort_is_reported_at_the_limit(urdf):
+    """Two motors of 0.001 N m pull with 2 x 0.001 / 0.05 = 0.04 N: 5.7 kg get 7 mm/s in a second."""
+    text = cart(limit='<limit effort="0.0005" velocity="20"/>')
+    found = only(driven(urdf(text), (0.3, 0.0, 4.0)))
+    assert (found.code, found.severity) == ("W302", Severity.WARNING)
+    assert "(D119)" in found.message
+    assert found.origin.span.line == line_of(text, "<limit")
+
+
+def test_a_velocity_limit_is_reported_at_the_limit(urdf):
+    """1 rad/s on wheels of 0.05 m is 0.05 m/s, a tenth of the command."""
+    text = cart(limit='<limit effort="5" velocity="1"/>')
+    found = only(driven(urdf(text), (0.5, 0.0, 4.0)))
+    assert found.code == "W302"
+    assert "allow only 10 % of the commanded speed" in found.message
+    assert "velocity limit of 1 rad/s" in found.message
+    assert found.origin.span.line == line_of(text, "<limit")
+
+
+def test_wheels_in_the_air_are_reported_at_the_caster(urdf):
+    """A caster 30 mm too low lifts the wheels: robot and wheels tilt, and at least one wheel hangs."""
+    text = cart(caster_z=-0.06, mass=20.0)
+    simulation = driven(urdf(text), (0.2, 0.5, 10.0))
+    found = simulation.findings[-1]
+    assert found.code in ("W301", "W302")
+    assert "caster" in found.message
+    assert found.origin.span.line == line_of(text, '<link name="caster"')
+
+
+def test_a_caster_without_collision_is_below_the_floor(urdf):
+    text = cart(caster_collides=False)
+    (found, *_) = driven(urdf(text), (0.0, 0.0, 2.0)).findings
+    assert (found.code, found.severity) == ("W304", Severity.WARNING)
+    assert found.message.startswith("'caster' reaches ")
+    assert found.origin.span.line == line_of(text, '<link name="caster"')
+
+
+def test_a_robot_without_collisions_falls_through_the_floor(urdf):
+    ball = '<sphere radius="0.1"/>'
+    robot = urdf(f'<robot name="ball">{link("ball", 1.0, ball, collides=False)}</robot>')
+    simulation = Simulation(robot)
+    simulation.run(1.0)
+    found = only(simulation)
+    assert found.code == "W304"
+    assert "no link has a <collision>" in found.message
+
+
+def test_a_robot_that_tips_is_reported_with_the_rule_that_explains_it(urdf):
+    """The centre of mass is 0.3 m behind the axle and 0.17 m behind the caster."""
+    text = cart(mass_x=-0.3, mass_z=0.2, mass=20.0)
+    found = only(driven(urdf(text), (0.0, 0.0, 3.0)))
+    assert (found.code, found.severity) == ("W303", Severity.WARNING)
+    assert "(D115)" in found.message
+    assert found.origin.span.line == line_of(text, '<link name="base_link"')
+
+
+def test_a_push_is_the_reason_for_a_fall(kbot_robot):
+    simulation = Simulation(kbot_robot)
+    simulation.run(1.0)
+    # it flies for 2 x 2 / 9.81 = 0.4 s, in which it turns by 8 x 0.4 = 3.3 rad
+    simulation.disturbances.schedule(Kick((0.0, 0.0, 2.0), (8.0, 0.0, 0.0)), at=1.0)
+    simulation.run(0.35)
+    found = simulation.findings[0]
+    assert (found.code, found.severity) == ("W303", Severity.INFO)
+    assert "the fault Kick acted on it" in found.message
+
+
+def test_a_push_is_the_reason_for_wrong_odometry(urdf):
+    simulation = Simulation(urdf(cart()))
+    simulation.run(1.0)
+    simulation.disturbances.apply_body_wrench("base_link", (0.0, 100.0, 0.0), 1.0)
+    simulation.run(2.0)
+    found = simulation.findings[-1]
+    assert (found.code, found.severity) == ("W301", Severity.INFO)
+    assert "a push acted on it" in found.message
+
+
+@pytest.mark.parametrize(
+    ("faults", "code"),
+    [((Slip("left", 0.0),), "W301"), ((BlockedJoint("left_joint"), BlockedJoint("right_joint")), "W302")],
+)
+def test_an_injected_fault_is_the_reason(urdf, faults, code):
+    simulation = Simulation(urdf(cart()))
+    for fault in faults:
+        simulation.disturbances.schedule(fault, at=1.0)
+    simulation.cmd_vel(0.3, 0.0)
+    simulation.run(2.0)
+    simulation.cmd_vel(0.0, 1.0)
+    simulation.run(4.0)
+    found = only(simulation)
+    assert (found.code, found.severity) == (code, Severity.INFO)
+    assert f"the fault {type(faults[0]).__name__} acted on it" in found.message
+
+
+def test_ice_is_reported_at_the_wheel(urdf):
+    ice = "".join(f'<gazebo reference="{side}"><mu1>0.001</mu1></gazebo>' for side in ("left", "right"))
+    text = cart(more=ice)
+    (*_, found) = driven(urdf(text), (0.3, 0.0, 3.0), (0.0, 2.0, 5.0)).findings
+    assert "coefficient of friction of 'left' is only 0.001" in found.message
+    assert found.origin.span.line == line_of(text, '<link name="left"')
+
+
+def test_scrubbing_casters_are_reported_with_contacts_as_written(urdf):
+    """A fixed caster with the default friction drags: with KBot's own contacts it slides freely."""
+    text = cart(more='<gazebo reference="base_link"><mu1>1</mu1></gazebo>')
+    robot = urdf(text)
+    commands = ((0.0, 1.0, 10.0), (0.2, 0.5, 10.0))
+    assert driven(robot, *commands).findings == ()
+    (found,) = driven(robot, *commands, contacts="as-written").findings
+    assert found.code == "W301"
+    assert "(D118)" in found.message
+
+
+def test_findings_are_printed_and_in_the_json_report(tmp_path, capsys):
+    file = tmp_path / "cart.urdf"
+    file.write_text(cart(separation=0.27))
+    words = ["sim", str(file), "--headless", "--duration", "10", "--cmd-vel", "0,1"]
+    assert run(words) == 0
+    line = line_of(file.read_text(), "<wheel_separation>")
+    assert f"{file}:{line}:1: warning: odometry is " in capsys.readouterr().err
+    assert run([*words, "--json"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)["findings"]
+    assert (found["code"], found["file"], found["line"]) == ("W301", str(file), line)
+
+
+def test_the_watch_does_not_change_the_run(kbot_robot):
+    watched, plain = Simulation(kbot_robot, "boxes"), Simulation(kbot_robot, "boxes")
+    for simulation in (watched, plain):
+        simulation.cmd_vel(0.3, 0.4)
+        for _ in range(100):
+            simulation.run(0.02)
+            if simulation is watched:
+                assert simulation.findings is not None
+                assert simulation.collided in (True, False)
+    assert watched.state_sha256() == plain.state_sha256()
