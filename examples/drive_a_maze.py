@@ -18,6 +18,6 @@ write_map(grid, Path(tempfile.mkdtemp()) / "maze.yaml")
 
 goal = kbot.PlanarPose(2.4, 2.4, math.pi / 2)
 trip = go_to(sim, goal, grid)
-print(f"{trip.status} after {trip.time:.1f} s and {trip.distance:.2f} m of {trip.shortest:.2f} m planned")
+print(f"{trip.state} after {trip.time:.1f} s and {trip.distance:.2f} m of {trip.shortest:.2f} m planned")
 print(f"{1e3 * math.hypot(trip.pose.x - goal.x, trip.pose.y - goal.y):.1f} mm from the goal")
 print(f"odometry is {1e3 * trip.odometry_error:.2f} mm off the truth")

@@ -106,13 +106,92 @@ def test_the_launch_files_of_a_new_package_run(
     assert "not run" not in out
 
 
-def test_an_existing_folder_is_not_changed(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_existing_folder_gets_what_is_missing(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Every file that exists keeps its bytes."""
+    mine = {"notes.txt": "mine", "CMakeLists.txt": "# mine", "launch/display.launch": "<launch/>"}
+    for name, text in mine.items():
+        (here / "my_robot" / name).parent.mkdir(parents=True, exist_ok=True)
+        (here / "my_robot" / name).write_text(text)
+    assert run(["new", "my_robot"]) == 0
+    out = capsys.readouterr().out
+    added, kept = out.split("Kept:\n")
+    assert "my_robot/package.xml" in added
+    assert "my_robot/urdf/my_robot.xacro" in added
+    assert "my_robot/launch/display.launch\n" not in added
+    assert {"  my_robot/CMakeLists.txt", "  my_robot/launch/display.launch"} <= {*kept.splitlines()}
+    assert {name: (here / "my_robot" / name).read_text() for name in mine} == mine
+    assert run(["launch", "my_robot", "simulate.launch", "--dry-run"]) == 0
+    capsys.readouterr()
+    assert run(["new", "my_robot"]) == 0
+    assert "Added" not in capsys.readouterr().out
+
+
+ROBOT = """<?xml version="1.0"?>
+<robot name="kbot" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:include filename="$(find my_robot)/urdf/wheels.xacro"/>
+  <link name="chassis"><visual><geometry><box size="1 1 1"/></geometry></visual></link>
+</robot>
+"""
+
+
+@pytest.mark.parametrize(
+    "file", ["display.launch", "simulate.launch", "display_ros2.launch.xml", "simulate_ros2.launch.xml"]
+)
+def test_the_launch_files_of_a_package_with_a_robot_show_this_robot(
+    here: Path, capsys: pytest.CaptureFixture[str], file: str
+) -> None:
+    folder = here / "my_robot" / "urdf"
+    folder.mkdir(parents=True)
+    (folder / "kbot.xacro").write_text(ROBOT)
+    (folder / "wheels.xacro").write_text('<robot name="wheels"/>')
+    assert run(["new", "my_robot", "--length", "0.4"]) == 0
+    out, err = capsys.readouterr()
+    assert "Drive it:  kbot sim my_robot/urdf/kbot.xacro" in out
+    assert err == "note: --length is not used: my_robot/urdf/kbot.xacro is kept\n"
+    assert sorted(path.name for path in folder.iterdir()) == ["kbot.xacro", "wheels.xacro"]
+    assert (folder / "kbot.xacro").read_text() == ROBOT
+    assert not (here / "my_robot" / "README.md").exists()
+    assert "Fixed Frame: chassis\n" in (here / "my_robot" / "config" / "view.rviz").read_text()
+    assert run(["launch", "my_robot", file, "--dry-run"]) in (0, 1)  # the robot has findings
+    assert "urdf/kbot.xacro" in capsys.readouterr().out
+
+
+def test_a_robot_with_errors_gets_launch_files_too(here: Path) -> None:
+    folder = here / "my_robot" / "urdf"
+    folder.mkdir(parents=True)
+    (folder / "my_robot.urdf.xacro").write_text('<robot name="r"><link name="base"/><joint')
+    assert run(["new", "my_robot"]) == 0
+    assert "/urdf/my_robot.urdf.xacro" in (here / "my_robot/launch/display.launch").read_text()
+    assert "Fixed Frame: base\n" in (here / "my_robot/config/view.rviz").read_text()
+
+
+def test_the_package_keeps_the_name_of_its_manifest(here: Path) -> None:
+    (here / "robots").mkdir()
+    manifest = "<package><name>other_name</name></package>"
+    (here / "robots" / "package.xml").write_text(manifest)
+    assert run(["new", "robots"]) == 0
+    assert (here / "robots" / "package.xml").read_text() == manifest
+    assert "$(find other_name)/urdf/other_name.xacro" in (here / "robots/launch/display.launch").read_text()
+    assert (here / "robots" / "urdf" / "other_name.xacro").is_file()
+
+
+@pytest.mark.parametrize("name", ["launch", "urdf"])
+def test_a_file_in_place_of_a_folder_leaves_the_folder_as_it_is(
+    here: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
     (here / "my_robot").mkdir()
-    (here / "my_robot" / "notes.txt").write_text("mine")
+    (here / "my_robot" / name).write_text("mine")
     assert run(["new", "my_robot"]) == 2
-    assert "exists" in capsys.readouterr().err
-    assert [file.name for file in (here / "my_robot").iterdir()] == ["notes.txt"]
-    assert [file.name for file in here.iterdir()] == ["my_robot"]
+    assert f"{name}: " in capsys.readouterr().err
+    assert [path.name for path in (here / "my_robot").iterdir()] == [name]
+    assert (here / "my_robot" / name).read_text() == "mine"
+
+
+def test_a_file_of_the_name_is_not_changed(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (here / "my_robot").write_text("mine")
+    assert run(["new", "my_robot"]) == 2
+    assert "my_robot is not a folder" in capsys.readouterr().err
+    assert (here / "my_robot").read_text() == "mine"
 
 
 @pytest.mark.parametrize(

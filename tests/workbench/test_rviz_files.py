@@ -67,7 +67,7 @@ def test_skipped_parts_are_reported() -> None:
 def test_rviz_files_of_kbot_are_read_completely(tmp_path: Path) -> None:
     made = make_package(tmp_path / "my_robot", "my_robot", Sizes())
     ours = Path(kbot.__file__).parent / "robots" / "kbot_description" / "config" / "kbot.rviz"
-    files = [ours, *(tmp_path / "my_robot" / path for path in made if path.suffix == ".rviz")]
+    files = [ours, *(tmp_path / "my_robot" / path for path in made.added if path.suffix == ".rviz")]
     assert len(files) == 3
     for file in files:
         assert read_rviz(file.read_text(), file.name).notes == ()

@@ -7,11 +7,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import click
+from click.core import ParameterSource
 
 from kbot.cli.arguments import examples
+from kbot.cli.output import print_note
 from kbot.templates import Sizes, make_package
 
 _SIZES = Sizes()
+_SIZE_OPTIONS = ("length", "width", "height", "wheel_radius", "wheel_width", "separation")
 
 
 def _size(name: str, default: float, text: str) -> Callable[[click.decorators.FC], click.decorators.FC]:
@@ -21,9 +24,9 @@ def _size(name: str, default: float, text: str) -> Callable[[click.decorators.FC
 @click.command(
     "new",
     epilog=examples(
-        "kbot new my_robot",
         "kbot new my_robot --length 0.4 --width 0.3 --wheel-radius 0.08",
         "kbot new my_robot --in ~/catkin_ws/src",
+        ("kbot new my_robot", "in an existing folder: add what is missing"),
     ),
 )
 @click.argument("name")
@@ -48,7 +51,9 @@ def _size(name: str, default: float, text: str) -> Callable[[click.decorators.FC
     show_default="width + wheel-width + 0.02",
     help="Distance between the wheel centres in m.",
 )
+@click.pass_context
 def command(
+    ctx: click.Context,
     name: str,
     parent: Path,
     length: float,
@@ -61,14 +66,20 @@ def command(
     """Create a package NAME with a robot that has two driven wheels and a ball caster.
 
     The package builds with catkin and colcon. Its launch files run with roslaunch, ros2 launch and kbot
-    launch. The folder NAME must not exist yet.
+    launch.
+
+    If the folder NAME exists, only missing files are added, and nothing is overwritten. If it has a robot in
+    urdf/, the new launch files show that robot.
     """
     sizes = Sizes.of(length, width, height, wheel_radius, wheel_width)
     folder = parent / name
-    written = make_package(
-        folder, name, sizes if separation is None else replace(sizes, separation=separation)
-    )
-    for file in written:
-        click.echo(f"  {folder / file}")
-    robot = folder / "urdf" / f"{name}.xacro"
-    click.echo(f"\nDrive it:  kbot sim {robot}\nCheck it:  kbot check {folder}")
+    made = make_package(folder, name, sizes if separation is None else replace(sizes, separation=separation))
+    for title, files in (("Added:", made.added), ("Kept:", made.kept)):
+        if files and made.kept:
+            click.echo(title)
+        for file in files:
+            click.echo(f"  {folder / file}")
+    given = [name for name in _SIZE_OPTIONS if ctx.get_parameter_source(name) is ParameterSource.COMMANDLINE]
+    if given and made.robot in made.kept:
+        print_note(f"note: --{given[0].replace('_', '-')} is not used: {folder / made.robot} is kept")
+    click.echo(f"\nDrive it:  kbot sim {folder / made.robot}\nCheck it:  kbot check {folder}")

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kbot.messages.types import Header, Quaternion, Vector3
+from kbot.text import KbotError
 
 HEADER, UPRIGHT, ZERO = Header(), Quaternion(), Vector3()
 
 Covariance = tuple[float, float, float, float, float, float, float, float, float]
 
 UNKNOWN_COVARIANCE: Covariance = (0.0,) * 9
+
+
+_SAME_ANGLE = 1e-3
+"""Degrees by which two angles may differ and count as equal. Messages have the angles as 32-bit numbers."""
 
 
 def _empty() -> NDArray[np.float32]:
@@ -34,6 +40,36 @@ class LaserScan:
     range_max: float = 0.0
     ranges: NDArray[np.float32] = field(default_factory=_empty)
     intensities: NDArray[np.float32] = field(default_factory=_empty)
+
+    def sector(self, start: float, end: float) -> NDArray[np.float32]:
+        """The ranges (n,) in m of the beams from `start` to `end` in degrees, counter-clockwise.
+
+        Angles are in the frame of the sensor (REP 103): 0 is straight ahead, 90 is left, -90 is right. A
+        sector may cross the rear: `sector(150, -150)` is 60 degrees wide. Both ends are included.
+
+        A value is +inf if nothing was measured: no return, NaN, or a value outside the limits of the sensor.
+        It is -inf if an object is closer than `range_min`. So `min(scan.sector(-30, 30))` is the distance to
+        the nearest object ahead, also if there is none.
+
+        Raises:
+            KbotError: an angle is not finite, or the sensor has no beam in the sector.
+        """
+        if not (math.isfinite(start) and math.isfinite(end)):
+            raise KbotError(f"a sector needs two finite angles in degrees, not {start} and {end}")
+        angles = np.degrees(self.angle_min + self.angle_increment * np.arange(len(self.ranges)))
+        width = 360.0 if abs(end - start) >= 360.0 else (end - start) % 360.0
+        behind_start = (angles - start + _SAME_ANGLE) % 360.0 - _SAME_ANGLE
+        chosen = np.flatnonzero(behind_start <= width + _SAME_ANGLE)
+        if not len(chosen):
+            first, last = sorted((math.degrees(self.angle_min), math.degrees(self.angle_max)))
+            raise KbotError(
+                f"the scan has no beam from {start:g} to {end:g} degrees: it has {len(self.ranges)} beams "
+                f"from {first:g} to {last:g} degrees"
+            )
+        ranges = self.ranges[chosen[np.argsort(behind_start[chosen], kind="stable")]]
+        low, high = np.float32(self.range_min), np.float32(self.range_max)  # rounded like the ranges
+        is_valid = np.isneginf(ranges) | ((ranges >= low) & (ranges <= high))
+        return np.where(is_valid, ranges, np.float32(np.inf))
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,11 +25,19 @@ class GoalState(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class GoalReport:
-    """The state of a goal and its reason in one sentence, which may be empty."""
+    """The state of a goal and its reason in one sentence, which may be empty.
+
+    It equals the text of its state, so `status == "reached"` works.
+    """
 
     goal: PlanarPose
     state: GoalState
     reason: str = ""
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, GoalReport):
+            return (self.goal, self.state, self.reason) == (other.goal, other.state, other.reason)
+        return self.state == other if isinstance(other, str) else NotImplemented
 
     def __str__(self) -> str:
         return f"{self.state}: {self.reason}" if self.reason else str(self.state)

@@ -246,7 +246,9 @@ class Navigator:
             return STILL
         if observation.time > run.deadline:
             took = observation.time - run.begun
-            return self._end(GoalState.STUCK, f"not at the goal after {took:.1f} s, {self._left(run)} left")
+            return self._end(
+                GoalState.STUCK, f"out of time: not at the goal after {took:.1f} s, {self._left(run)} left"
+            )
         follower = run.follower
         assert follower is not None
         wanted = follower.update(observation.of_point(run.guided))

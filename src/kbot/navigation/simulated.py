@@ -175,13 +175,13 @@ class Pilot:
 class Trip:
     """How a goal ended; metres and seconds.
 
-    status          the final state of the goal
+    status          the final state of the goal, with the reason
     time            that the goal took
     distance        that the robot drove
     shortest        length of the first planned path
     pose            the true pose at the end
     odometry_error  distance between the true position and that of odometry at the end
-    collided        whether the robot touched anything but the ground, as `CollisionWatch` defines it
+    collided        whether the robot touched anything but the ground, as `Collisions` defines it
     """
 
     status: GoalReport
@@ -204,8 +204,13 @@ class Trip:
         return abs(wrapped(self.status.goal.yaw - self.pose.yaw))
 
     @property
+    def state(self) -> GoalState:
+        """The final state, which equals its text: `trip.state == "reached"`."""
+        return self.status.state
+
+    @property
     def reached(self) -> bool:
-        return self.status.state is GoalState.REACHED
+        return self.state is GoalState.REACHED
 
 
 def go_to(

@@ -75,8 +75,8 @@ class MotionFindings:
             return None
         what = (
             f"odometry is {seen.off * 1e3:.0f} mm and {degrees(abs(seen.turned_off)):.1f} degrees off after "
-            f"{seen.way:.2f} m and {degrees(seen.turned):.0f} degrees of turns, {_percent(seen.share)} of what "
-            f"the wheels drove (first at {seen.since:.1f} s)"
+            f"{seen.way:.2f} m and {degrees(seen.turned):.0f} degrees of turns, "
+            f"{_percent(seen.share)} of what the wheels drove (first at {seen.since:.1f} s)"
         )
         cause = self._cause("W301", seen.explanation, lambda: self._why_off(seen))
         return _finding("W301", what, cause)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-import shutil
-import tempfile
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, fields
 from pathlib import Path
 
+from kbot.model.load import load_robot
 from kbot.text import KbotError
 
 TEMPLATE = Path(__file__).parent / "robot"
@@ -28,6 +28,10 @@ _DEVICE = re.compile(r"con|prn|aux|nul|com[0-9]|lpt[0-9]")
 """Names that a file cannot have on Windows."""
 _NEEDED = re.compile(r"<[a-z]+_depend\b[^<>]*>([^<]+)<")
 """The packages that a manifest depends on."""
+_NAMED_ROBOT = re.compile(r"<robot\b[^>]*\sname\s*=")
+"""The root of a robot. A file that is only included has no name."""
+_LINK = re.compile(r"<link\b[^>$]*\bname\s*=\s*[\"']([^\"'$]+)")
+_PACKAGE = re.compile(r"<name>\s*([\w.-]+)\s*</name>")
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,48 +106,117 @@ def check_name(name: str) -> None:
     )
 
 
-def make_package(folder: Path, name: str, sizes: Sizes) -> list[Path]:
-    """Make a package in a folder that does not exist yet, and return its files as paths in it. If this fails,
+@dataclass(frozen=True, slots=True)
+class Made:
+    """The files that `make_package` added and kept, and the robot of the launch files, as paths in the
+    folder."""
+
+    added: tuple[Path, ...]
+    kept: tuple[Path, ...]
+    robot: Path
+
+
+def make_package(folder: Path, name: str, sizes: Sizes) -> Made:
+    """Make a package in a folder, or add what is missing in a folder that exists. Existing files are kept.
+
+    If the folder has a robot in `urdf`, the launch files name it, and no other robot is added. If this fails,
     nothing is written.
 
     Raises:
-        KbotError: the name or a size is invalid, the folder exists, or it cannot be written.
+        KbotError: the name or a size is invalid, or the folder cannot be written.
     """
     check_name(name)
     sizes.check()
-    if folder.exists() or folder.is_symlink():
-        raise KbotError(f"{folder} already exists. Choose another folder with --in DIR, or move it away")
-    values = {"NAME": name, **{f.name.upper(): f"{getattr(sizes, f.name):.12g}" for f in fields(sizes)}}
-    values |= {"DISTANCE": f"{sizes.view_distance:.2g}", "MIDDLE": f"{sizes.middle:.2g}"}
+    if (folder.exists() or folder.is_symlink()) and not folder.is_dir():
+        raise KbotError(f"{folder} is not a folder. Choose another name, or another folder with --in DIR")
+    name = _package_name(folder) or name
+    existing = find_robot(folder, name)
+    values = {"NAME": name, **_values(sizes), **_values_of_robot(folder, existing, name)}
+    texts = dict(_filled_files(values))
+    if existing is not None:
+        texts = {file: text for file, text in texts.items() if file.parts[0] not in ("urdf", "README.md")}
+    kept = tuple(file for file in texts if (folder / file).exists() or (folder / file).is_symlink())
+    added = tuple(file for file in texts if file not in kept)
+    robot = existing if existing is not None else Path("urdf", f"{name}.xacro")
     try:
-        scratch = Path(tempfile.mkdtemp(prefix=f".{name}.", dir=folder.parent))
+        _add(folder, {file: texts[file] for file in added})
     except OSError as error:
-        raise KbotError(f"cannot make {folder}: {error.strerror}") from None
+        raise KbotError(f"cannot make {error.filename or folder}: {error.strerror}") from None
+    return Made(added, kept if existing is None else (existing, *kept), robot)
+
+
+def find_robot(folder: Path, name: str) -> Path | None:
+    """The robot in a package's folder `urdf`, as a path in the folder; None without one.
+
+    Of several, it is the one with the package's name, or the first that no other file includes.
+    """
+    files = sorted(file for file in (folder / "urdf").glob("*") if file.suffix in (".xacro", ".urdf"))
+    texts = {file: file.read_text(encoding="utf-8", errors="replace") for file in files if file.is_file()}
+    robots = [file for file, text in texts.items() if _NAMED_ROBOT.search(text)]
+    robots.sort(
+        key=lambda file: (
+            file.name.split(".")[0] != name,
+            any(f"/{file.name}" in text or f'"{file.name}' in text for text in texts.values()),
+        )
+    )
+    return robots[0].relative_to(folder) if robots else None
+
+
+def _values(sizes: Sizes) -> dict[str, str]:
+    values = {field.name.upper(): f"{getattr(sizes, field.name):.12g}" for field in fields(sizes)}
+    return values | {"DISTANCE": f"{sizes.view_distance:.2g}", "MIDDLE": f"{sizes.middle:.2g}"}
+
+
+def _values_of_robot(folder: Path, robot: Path | None, name: str) -> dict[str, str]:
+    """What the templates need about the robot: the one in the folder, or the new one."""
+    if robot is None:
+        details = ": two driven wheels and a ball caster"
+        plugins = {"CLASSIC": " control:=classic", "GZ": " control:=gz"}
+        return {"ROBOT": f"{name}.xacro", "FRAME": "base_footprint", "DETAILS": details, **plugins}
+    text = (folder / robot).read_text(encoding="utf-8", errors="replace")
+    link = _LINK.search(text)
+    frame = link.group(1) if link is not None else "base_footprint"
+    with suppress(KbotError):  # a robot with errors has no tree yet
+        frame = load_robot(folder / robot).require().root
+    return {"ROBOT": robot.name, "FRAME": frame, "DETAILS": "", "CLASSIC": "", "GZ": ""}
+
+
+def _package_name(folder: Path) -> str:
+    """The name in a folder's package.xml, or an empty string."""
     try:
-        written = [_write(file, scratch, values) for file in _files()]
-        scratch.chmod(0o755)
-        scratch.rename(folder)
-    except OSError as error:
-        raise KbotError(f"cannot make {folder}: {error.strerror}") from None
-    finally:
-        shutil.rmtree(scratch, ignore_errors=True)
-    return written
+        found = _PACKAGE.search((folder / "package.xml").read_text(encoding="utf-8", errors="replace"))
+    except OSError:
+        return ""
+    return found.group(1) if found is not None else ""
 
 
-def _files() -> Iterator[Path]:
-    return (file for file in sorted(TEMPLATE.rglob("*")) if file.is_file())
+def _filled_files(values: dict[str, str]) -> Iterator[tuple[Path, str]]:
+    """Each file of the package with its text."""
+    for file in sorted(TEMPLATE.rglob("*")):
+        if file.is_file():
+            name, text = str(file.relative_to(TEMPLATE)), file.read_text(encoding="utf-8")
+            if name.endswith(FILLED):
+                name, text = _filled(name.removesuffix(FILLED), values), _filled(text, values)
+            yield Path(name), text
 
 
-def _write(file: Path, target: Path, values: dict[str, str]) -> Path:
-    text = file.read_text(encoding="utf-8")
-    name = str(file.relative_to(TEMPLATE))
-    if name.endswith(FILLED):
-        name = _filled(name.removesuffix(FILLED), values)
-        text = _filled(text, values)
-    written = target / name
-    written.parent.mkdir(exist_ok=True)
-    written.write_text(text, encoding="utf-8", newline="\n")
-    return Path(name)
+def _add(folder: Path, texts: dict[Path, str]) -> None:
+    """Write new files, all or none."""
+    made: list[Path] = []
+    try:
+        for file, text in texts.items():
+            for parent in reversed((folder / file).relative_to(folder.parent).parents[:-1]):
+                if not (folder.parent / parent).is_dir():
+                    (folder.parent / parent).mkdir()
+                    made.append(folder.parent / parent)
+            with (folder / file).open("x", encoding="utf-8", newline="\n") as opened:
+                made.append(folder / file)
+                opened.write(text)
+    except (OSError, KeyboardInterrupt):
+        for path in reversed(made):
+            with suppress(OSError):
+                path.rmdir() if path.is_dir() else path.unlink()
+        raise
 
 
 def _filled(text: str, values: dict[str, str]) -> str:
