@@ -1,6 +1,8 @@
 """Tests the command line as a whole: verbs, help, errors and exit statuses."""
 
 import os
+import re
+import shlex
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -11,7 +13,8 @@ from typing import Any
 import click
 import pytest
 
-from kbot.cli.main import ELSEWHERE, VERBS, group, run
+from kbot.cli.main import VERBS, group, run
+from kbot.cli.other_tools import _ADVICE, _SUBCOMMANDS, OF_ROS_2
 from kbot.xacro.packages import SHIPPED
 
 KBOT = str(Path(SHIPPED) / "kbot_description" / "urdf" / "kbot.xacro")
@@ -98,10 +101,56 @@ def test_an_unknown_verb_without_a_similar_name_refers_to_the_list(
     assert "unknown verb 'xyz'. `kbot --help` lists the verbs.\n" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("verb", ELSEWHERE)
+@pytest.mark.parametrize("verb", OF_ROS_2)
 def test_a_missing_verb_of_ros_2_names_the_replacement(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run([verb, "list"]) == 2
-    assert f"unknown verb '{verb}': {ELSEWHERE[verb]}" in capsys.readouterr().err
+    assert f"unknown verb '{verb}': {OF_ROS_2[verb]}" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("typed", "answer"),
+    [
+        ("roslaunch my_pkg x.launch gui:=false", "type kbot launch my_pkg x.launch gui:=false"),
+        ("roslaunch --screen my_pkg x.launch", "use kbot launch PACKAGE FILE [arg:=value ...]"),
+        ("roslaunch", "use kbot launch PACKAGE FILE [arg:=value ...]"),
+        ("ros2 launch my_pkg x.launch.py", "type kbot launch my_pkg x.launch.py"),
+        ("ros2 topic echo /odom", "type kbot topic echo /odom"),
+        ("ros2 topic echo /odom --qos-depth 1", "use kbot topic"),
+        ("ros2 run tf2_ros tf2_echo odom base_link", "type kbot tf echo odom base_link"),
+        ("ros2 run my_pkg my_node", "start your Python node with python FILE while KBot runs"),
+        ("ros2 bag record -a", "to record a run, use kbot sim ROBOT --record FILE"),
+        ("rosbag record -a", "to record a run, use kbot sim ROBOT --record FILE"),
+        ("rosbag play run.bag", "type kbot bag play run.bag"),
+        ("rostopic hz /scan", "type kbot topic hz /scan"),
+        ("rosrun xacro xacro r.xacro -o r.urdf", "type kbot expand r.xacro -o r.urdf"),
+        ("rosrun rviz rviz -d my.rviz", "use kbot view FILE for a robot"),
+        ("xacro r.xacro size:='a b'", "type kbot expand r.xacro 'size:=a b'"),
+        ("xacro --check-order r.xacro", "use kbot expand FILE [name:=value ...]"),
+        ("check_urdf robot.urdf", "type kbot check robot.urdf"),
+        ("catkin_make", "KBot needs no build"),
+        ("source devel/setup.bash", "KBot needs no build and no setup file"),
+        ("gazebo my.world", "use kbot sim FILE, with --world W"),
+        ("rqt_graph", "use kbot node list and kbot topic list"),
+        ("rviz", "use kbot view FILE for a robot"),
+        ("roscore", "KBot needs no master"),
+    ],
+)
+def test_a_command_of_another_tool_names_the_command_of_kbot(
+    typed: str, answer: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = shlex.split(typed)
+    assert run(words) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith(f"error: '{words[0]}' is not a verb of KBot: {answer}")
+    assert err.count("\n") == 1
+
+
+def test_every_command_that_is_suggested_for_another_tool_exists() -> None:
+    texts = [*OF_ROS_2.values(), *_ADVICE.values()]
+    named = {match for text in texts for match in re.findall(r"kbot ([a-z]+)", text)}
+    assert named <= {*VERBS}
+    assert {*_SUBCOMMANDS} <= {*VERBS}
 
 
 def test_a_file_instead_of_a_verb_explains_how_to_view_it(

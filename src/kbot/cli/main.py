@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from kbot.cli.arguments import HOW_TO_RECORD, examples
+from kbot.cli.arguments import examples
+from kbot.cli.other_tools import OF_ROS_2, instead_of
 from kbot.cli.output import report_error
 from kbot.extensions import parts
 from kbot.text.crash import report_thread_error
@@ -44,16 +45,6 @@ VERBS = {
 for _part in parts():
     VERBS |= _part.VERBS
 
-ELSEWHERE = {
-    "record": HOW_TO_RECORD,
-    "play": "use kbot bag play FILE",
-    "run": "start your Python node with python FILE while KBot runs, or from a launch file",
-    "action": "KBot's actions are topics, as in ROS 1. List them with kbot topic list",
-    "interface": "use kbot topic type NAME or kbot service type NAME",
-    "pkg": "use kbot new NAME to create a package",
-}
-"""Verbs of `ros2` that KBot does not have, and what to use instead."""
-
 
 class Verbs(click.Group):
     """The verbs by name. A verb's module is imported only when needed, so that `kbot --help` is fast."""
@@ -80,7 +71,9 @@ class Verbs(click.Group):
         word = args[0]
         if word in VERBS:
             return super().resolve_command(ctx, args)
-        hint: str = ELSEWHERE.get(word) or did_you_mean(word, VERBS, sides=False)
+        if instead := instead_of(args, VERBS):
+            raise click.ClickException(f"'{word}' is not a verb of KBot: {instead}")
+        hint: str = OF_ROS_2.get(word) or did_you_mean(word, VERBS, sides=False)
         if word == "kbot" or Path(word).is_file():
             hint = f"to show it, use kbot view {word}"
         more = f": {hint}" if hint else ". `kbot --help` lists the verbs."
