@@ -9,7 +9,7 @@ from kbot.kinematics import PlanarPose, PlanarTwist
 from kbot.model.load import load_robot
 from kbot.navigation.controller import Observation, twist, wrapped
 from kbot.navigation.footprint import Outline
-from kbot.navigation.goal_status import GoalState
+from kbot.navigation.goal_status import GoalReport, GoalState
 from kbot.navigation.navigator import Navigator, NavigatorSettings, ProgressChecker
 from kbot.navigation.planner import GridPlanner
 from kbot.navigation.simulated import Pilot, go_to
@@ -77,6 +77,19 @@ def test_a_goal_that_exceeds_its_time_limit_is_stuck(robot):
     trip = go_to(Simulation(robot), PlanarPose(3, 0), timeout=1.0)
     assert trip.status.state is GoalState.STUCK
     assert "not at the goal after 1.0 s" in trip.status.reason
+    assert trip.status.reason.startswith("out of time: ")
+
+
+def test_the_state_of_a_trip_equals_its_text(robot):
+    trip = go_to(Simulation(robot), PlanarPose(0.3, 0.0))
+    assert trip.state == "reached"
+    assert trip.state is GoalState.REACHED
+    assert trip.status == "reached"
+    assert trip.status != "stuck"
+    assert trip.status == GoalReport(PlanarPose(0.3, 0.0), GoalState.REACHED)
+    assert trip.status != GoalReport(PlanarPose(0.4, 0.0), GoalState.REACHED)
+    assert trip.status != None  # noqa: E711 - any object may be compared
+    assert len({trip.status, GoalReport(PlanarPose(0.3, 0.0), GoalState.REACHED)}) == 1
 
 
 def test_cancelling_stops_the_robot(robot):

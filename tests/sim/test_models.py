@@ -7,6 +7,7 @@ import pytest
 
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.transform import Transform
+from kbot.messages.sensing import Bool
 from kbot.sim import Simulation, SimulationDiverged
 from kbot.sim.injected_faults import Kick
 from kbot.text import KbotError
@@ -48,6 +49,20 @@ def test_robot_attached_to_a_static_body_is_held(yard):
     yard.models.detach("base_link")
     yard.run(1.0)
     assert yard.ground_truth.pose.x > 0.2
+
+
+def test_a_robot_whose_topic_has_another_type_is_not_added(yard, kbot_robot):
+    taken = yard.bus.advertise("/b/odom", Bool)
+    topics, digest = yard.bus.topics, yard.state_sha256()
+    with pytest.raises(KbotError, match="topic /b/odom carries Bool, not Odometry"):
+        yard.models.spawn_model(kbot_robot, "b", x=-0.9)
+    assert [*yard.robots] == [yard.robots.first.name]
+    assert yard.bus.topics == topics
+    assert yard.state_sha256() == digest
+    taken.close()
+    yard.cmd_vel(0.2, 0.0)
+    yard.run(1.0)
+    assert yard.models.spawn_model(kbot_robot, "b", x=-0.9).name == "b"
 
 
 def test_one_robot_tows_another(yard, kbot_robot):

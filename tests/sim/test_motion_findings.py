@@ -156,6 +156,17 @@ def test_a_wall_holds_the_robot(kbot_robot):
     assert "touched 'left_wall'" in still.message
 
 
+def test_an_attachment_holds_the_robot(urdf):
+    simulation = Simulation(urdf(cart()))
+    simulation.models.spawn_thing("box", "crate", x=-0.5, size=(0.3, 0.3, 0.3))
+    simulation.models.attach("base_link", "crate")
+    simulation.cmd_vel(0.0, 2.0)
+    simulation.run(6.0)
+    for found in simulation.findings:
+        assert found.severity is Severity.INFO
+        assert "attached to something" in found.message or "touched 'crate'" in found.message
+
+
 def test_a_reset_and_another_placement_clear_the_findings(urdf):
     simulation = driven(urdf(cart(diameter=0.08)), (0.2, 0.0, 5.0))
     assert simulation.findings

@@ -58,7 +58,7 @@ class LaserScan:
             raise KbotError(f"a sector needs two finite angles in degrees, not {start} and {end}")
         angles = np.degrees(self.angle_min + self.angle_increment * np.arange(len(self.ranges)))
         width = 360.0 if abs(end - start) >= 360.0 else (end - start) % 360.0
-        behind_start = (angles - start + _SAME_ANGLE) % 360.0 - _SAME_ANGLE
+        behind_start = np.round((angles - start + _SAME_ANGLE) % 360.0 - _SAME_ANGLE, 3)
         chosen = np.flatnonzero(behind_start <= width + _SAME_ANGLE)
         if not len(chosen):
             first, last = sorted((math.degrees(self.angle_min), math.degrees(self.angle_max)))

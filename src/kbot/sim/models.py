@@ -103,8 +103,9 @@ class Models:
 
         Raises:
             DescriptionError: the robot cannot be simulated. It carries every reason with its line.
-            KbotError: the name is taken or not valid, the namespace is not valid, a number is not finite, or
-                the robot would overlap something.
+            KbotError: the name is taken or not valid, the namespace is not valid, a number is not finite, the
+                robot would overlap something, or one of its topics exists with another type. The robot is
+                then not added.
         """
         robot = read_robot(robot)
         name = robot.name if name is None else name
@@ -120,8 +121,13 @@ class Models:
         frame_prefix = f"{namespace or name}/" if frame_prefix is None else frame_prefix
         naming = Naming(name, namespace, frame_prefix)
         prepared = prepare(robot, naming, PlanarPose(x, y, yaw), None, self._engine.assembly.contacts)
-        self.use(self._engine.assembly.with_robot(prepared.plan))
-        simulated = self._robots.add(prepared)
+        before = self._engine.assembly
+        self.use(before.with_robot(prepared.plan))
+        try:
+            simulated = self._robots.add(prepared)
+        except KbotError:
+            self.use(before)
+            raise
         self.diagnostics = (*self.diagnostics, *prepared.findings)
         simulated.restart()
         if simulated.is_following:

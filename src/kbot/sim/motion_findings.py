@@ -183,13 +183,20 @@ class MotionFindings:
         """The cause of an observation. What acted from outside explains it by itself."""
         self._forget_before_restart()
         if code not in self._causes:
-            self._causes[code] = _from_outside(outside) or why()
+            self._causes[code] = _from_outside(outside) or self._attached() or why()
         return self._causes[code]
 
     def _forget_before_restart(self) -> None:
         if self._restarts != self._watch.restarts:
             self._restarts, self._sunk = self._watch.restarts, None
             self._causes.clear()
+
+    def _attached(self) -> _Cause | None:
+        """An attachment of the robot, which pulls it or holds it."""
+        own = self._robot.body.prefix
+        welds = self._engine.assembly.welds
+        is_held = any(body.startswith(own) for weld in welds for body in (weld.first, weld.second))
+        return _Cause("it is attached to something", is_fault=False) if is_held else None
 
     def _why_off(self, seen: OdometryError) -> _Cause:
         declared = [

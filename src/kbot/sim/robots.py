@@ -87,12 +87,12 @@ class Robots(Mapping[str, SimulatedRobot]):
         return owner.body.prefix + link
 
     def add(self, prepared: Prepared) -> SimulatedRobot:
-        """Add a robot that is in the engine."""
+        """Add a robot that is in the engine. Raises KbotError: a topic exists with another type."""
         robot = SimulatedRobot(prepared, self._engine, self._commands, self._journal)
-        self._robots[robot.name] = robot
-        self._topics[robot.name] = RobotTopics(
-            self._bus, self._clock, robot, self._journal.report, publishes_clock=len(self._robots) == 1
+        topics = RobotTopics(
+            self._bus, self._clock, robot, self._journal.report, publishes_clock=not self._robots
         )
+        self._robots[robot.name], self._topics[robot.name] = robot, topics
         return robot
 
     def remove(self, name: str) -> None:

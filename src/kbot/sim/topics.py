@@ -52,53 +52,57 @@ class RobotTopics:
         *,
         publishes_clock: bool,
     ) -> None:
-        """`report` receives reports to the user. `publishes_clock`: whether this robot publishes `/clock`."""
-        self._robot = robot
-        naming = robot.naming
-        self._frame_prefix = naming.frame_prefix
+        """`report` receives reports to the user. `publishes_clock`: whether this robot publishes `/clock`.
+
+        Raises:
+            KbotError: a topic exists with another type.
+        """
+        self._robot, self._bus, self._clock = robot, bus, clock
+        self._frame_prefix = robot.naming.frame_prefix
         self._covariance = covariance(POSE_VARIANCE)
-        advertise = partial(bus.advertise, rate=1.0 / CONTROL_PERIOD)
-        joints = partial(joint_state, robot)
-        self._outputs: list[tuple[Publisher[Any], Callable[[msg.Time], object]]] = [
-            (advertise(naming.topic("joint_states"), msg.JointState), joints),
-        ]
-        if publishes_clock:
-            self._outputs.insert(0, (advertise("/clock", msg.ClockMessage), msg.ClockMessage))
-        self._outputs += [
-            (advertise(naming.topic(topic), msg.JointState), joints)
-            for topic in robot.joints.control.state_topics
-            if naming.topic(topic) != naming.topic("joint_states")
-        ]
-        self._clock = clock
-        self._commands: list[Subscription | TrajectoryAction] = []
-        for controller in robot.joints.control.controllers:
-            self._commands.append(_subscribe_controller(bus, robot, controller))
-            if controller.constraints is not None:
-                self._commands.append(TrajectoryAction(bus, clock, robot, controller, report))
         self._odometry_frame = self._frame_prefix
-        if robot.settings is not None:
-            self._odometry_frame += robot.settings.odometry_frame
-            self._outputs += [
-                (
-                    advertise(naming.topic(robot.settings.odometry_topic), msg.Odometry),
-                    self._odometry,
-                ),
-                (advertise("/tf", msg.TFMessage), self._transform),
-            ]
-            self._commands += [
-                bus.subscribe(naming.topic(topic), kind, self._drive)
-                for topic, kind in robot.settings.command_topics.items()
-            ]
-            self._outputs += [
-                (advertise(naming.topic(topic), msg.Odometry), self._odometry)
-                for topic in robot.settings.odometry_topics[1:]
-            ]
-        self._subscribed = self._outputs
+        self._outputs: list[tuple[Publisher[Any], Callable[[msg.Time], object]]] = []
+        self._commands: list[Subscription | TrajectoryAction] = []
         self._motion: Motion | None = None
         """The odometry of this period, computed once for all messages."""
         base_from_root = robot.body.base_from_root
         x, y, z = base_from_root.translation.tolist()
         self._base_from_root = (x, y, z), base_from_root.quaternion_xyzw
+        try:
+            self._open(report, publishes_clock)
+        except KbotError:
+            self.close()
+            raise
+        self._subscribed = self._outputs
+
+    def _open(self, report: Callable[[str], None], publishes_clock: bool) -> None:
+        """Advertise and subscribe. Raises KbotError: a topic exists with another type."""
+        robot, bus, naming = self._robot, self._bus, self._robot.naming
+        joints = partial(joint_state, robot)
+        self._advertise(naming.topic("joint_states"), msg.JointState, joints)
+        if publishes_clock:
+            self._advertise("/clock", msg.ClockMessage, msg.ClockMessage)
+            self._outputs.reverse()  # the time is published before the state at this time
+        for topic in robot.joints.control.state_topics:
+            if naming.topic(topic) != naming.topic("joint_states"):
+                self._advertise(naming.topic(topic), msg.JointState, joints)
+        for controller in robot.joints.control.controllers:
+            self._commands.append(_subscribe_controller(bus, robot, controller))
+            if controller.constraints is not None:
+                self._commands.append(TrajectoryAction(bus, self._clock, robot, controller, report))
+        if robot.settings is None:
+            return
+        self._odometry_frame += robot.settings.odometry_frame
+        first, *others = robot.settings.odometry_topics
+        self._advertise(naming.topic(first), msg.Odometry, self._odometry)
+        self._advertise("/tf", msg.TFMessage, self._transform)
+        for topic, kind in robot.settings.command_topics.items():
+            self._commands.append(bus.subscribe(naming.topic(topic), kind, self._drive))
+        for topic in others:
+            self._advertise(naming.topic(topic), msg.Odometry, self._odometry)
+
+    def _advertise(self, topic: str, kind: type, message: Callable[[msg.Time], object]) -> None:
+        self._outputs.append((self._bus.advertise(topic, kind, rate=1.0 / CONTROL_PERIOD), message))
 
     def close(self) -> None:
         """Unsubscribe from commands and stop publishing."""
