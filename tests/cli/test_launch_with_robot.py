@@ -4,6 +4,8 @@ import json
 import os
 import subprocess
 import sys
+import time
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -18,11 +20,14 @@ from kbot.record.record_options import RecordOptions
 from kbot.record.replay import replay
 from kbot.record.run_outputs import RunOutputs
 from kbot.ros.launch import Plan, read_launch
+from kbot.ros.launch.running.programs import start_programs
 from kbot.ros.launch.running.robot_run import RobotRun
 from kbot.ros.launch.running.world import choose_world
 from kbot.ros.launch.staging import stage
+from kbot.ros.peer_options import PeerOptions
 from kbot.sim import Simulation
 from kbot.templates import Sizes, make_package
+from kbot.text import Diagnostic, Severity
 from kbot.workbench.session.session import Session
 from kbot.xacro import Packages
 
@@ -95,6 +100,26 @@ def test_height_and_attitude_are_those_of_the_spawner(package: Path) -> None:
     pose = session._motion._sim.link_pose("base_footprint")
     assert float(pose.translation[2]) == pytest.approx(0.5)
     assert pose.rpy == pytest.approx((0.1, -0.2, 0.7))
+
+
+def test_findings_of_the_launch_file_and_failed_nodes_are_for_the_page(package: Path) -> None:
+    node = program(package, "bad.py", "import rospy\nraise SystemExit(3)\n").format('output="screen"')
+    plan = planned(package, GAZEBO.format("") + SPAWN.format("") + "\n" + node)
+    warning = Diagnostic("L063", Severity.WARNING, "done in part", plan.nodes[0].origin)
+    run = RobotRun(plan, stage(plan, Packages(around=plan.path)), LaunchTerminal(), (), [warning])
+    session = run.session(RunOutputs(print), EMPTY)
+    assert [*session.findings().findings][-1].code == "L063"
+    with ExitStack() as stack:
+        local = PeerOptions()
+        start_programs(stack, plan, run._stage.programs, local, print, session.others.append)
+        end = time.monotonic() + 60.0
+        while len(session.others) < 2:
+            assert time.monotonic() < end, "no failure"
+            time.sleep(0.02)
+    failed = session.findings().findings[-1]
+    assert (failed.code, failed.message) == ("L090", "/bad exited with status 3")
+    assert failed.place is not None
+    assert failed.place.line == plan.nodes[-1].origin.span.line
 
 
 def test_a_paused_gazebo_is_a_paused_simulation(package: Path) -> None:

@@ -129,6 +129,7 @@ class Watch:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.reports: list[str] = []
+        self.failures: list[Diagnostic] = []
         self.ended = threading.Event()
 
     def process(self, name: str, code: str, **more: object) -> Process:
@@ -141,7 +142,7 @@ class Watch:
         )
 
     def run(self, *processes: Process) -> Processes:
-        return Processes(processes, self.reports.append, self.ended.set)
+        return Processes(processes, self.reports.append, self.ended.set, self.failures.append)
 
 
 @pytest.fixture
@@ -193,6 +194,24 @@ def test_output_of_a_process_is_in_its_log(watch: Watch) -> None:
     running.close()
     assert log.read_text() == "hello\n"
     assert watch.reports == [f"/a exited with status 1; its output is in {log}"]
+
+
+def test_a_process_that_fails_is_one_finding_at_its_node(watch: Watch, folder: Path) -> None:
+    node = plan_of(folder, '<node pkg="mine" type="n.py" name="n"/>').nodes[0]
+    count = f"{COUNT}; raise SystemExit(2)"
+    running = watch.run(watch.process("n", count, respawn=0.0, origin=node.origin), watch.process("good", ""))
+    until(lambda: len(watch.reports) >= 4, "third failure")
+    running.close()
+    (failure,) = watch.failures
+    assert (failure.code, failure.is_error, failure.origin) == ("L090", True, node.origin)
+    assert failure.message == "/n exited with status 2"
+
+
+def test_a_program_that_cannot_start_is_a_finding(watch: Watch) -> None:
+    running = watch.run(Process("/a", ["/no/such/program"], {}, str(watch.folder)))
+    until(lambda: bool(watch.reports), "report")
+    running.close()
+    assert [failure.message for failure in watch.failures] == watch.reports
 
 
 def test_process_waits_for_the_exit_of_another(watch: Watch) -> None:
