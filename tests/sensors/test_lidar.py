@@ -51,6 +51,29 @@ def test_lidar_moves_with_its_robot(robot):
     assert lidar.distances() == pytest.approx(expected, abs=1e-9)
 
 
+def test_a_program_avoids_walls_by_a_sector_of_the_scan(robot):
+    """At 0.2 m/s the robot turns 0.4 m before a wall, twice its length."""
+    simulation = Simulation(robot, ROOM)
+    lidar = simulation.add_sensor(Lidar(link="base_footprint", pose=UP, rate=20, range_max=1.0))
+    simulation.run(0.1)
+    nearest = []
+    for _ in range(400):
+        ahead = min(lidar.latest.sector(-30, 30))
+        nearest.append(ahead)
+        if ahead > 0.4:
+            simulation.cmd_vel(0.2, 0.0)
+        else:
+            simulation.cmd_vel(0.0, 1.0)
+        simulation.run(0.05)
+    assert max(nearest) == math.inf  # at first no wall is within a metre
+    assert min(nearest) > 0.3
+    assert not simulation.collided
+    assert simulation.findings == ()
+    simulation.cmd_vel(0.3, 0.0)
+    simulation.run(15.0)  # more than the room is long
+    assert simulation.collided
+
+
 def test_distances_to_a_pillar_are_those_of_a_circle(robot):
     simulation = Simulation(robot, World("pillar", (floor(), cylinder("pillar", 0.2, 1.0, 1.0, 0.0))))
     lidar = simulation.add_sensor(

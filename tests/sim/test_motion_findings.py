@@ -104,7 +104,7 @@ def test_a_wrong_separation_is_reported_with_its_line_after_turns(urdf):
     text = cart(separation=0.27)
     found = only(driven(urdf(text), (0.0, 1.0, 10.0)))
     assert (found.code, found.severity) == ("W301", Severity.WARNING)
-    assert "10 % of what the wheels drove" in found.message
+    assert "odometry is 10 % off: " in found.message
     assert "(D105)" in found.message
     assert found.origin.span.line == line_of(text, "<wheel_separation>")
     assert found.hint
@@ -118,7 +118,7 @@ def test_a_wrong_radius_is_reported_with_its_line(urdf):
     """Odometry counts r' / r of the distance: with r' = 0.04 m and r = 0.05 m, 0.8 m of every metre."""
     text = cart(diameter=0.08)
     found = only(driven(urdf(text), (0.2, 0.0, 10.0)))
-    assert "20 % of what the wheels drove" in found.message
+    assert "odometry is 20 % off: " in found.message
     assert "(D106)" in found.message
     assert found.origin.span.line == line_of(text, "<wheel_diameter>")
 

@@ -48,8 +48,8 @@ def test_a_finding_about_the_run_is_sent_once_with_a_notice_until_a_reset(wrong:
     sent = [message for message in messages if isinstance(message, Findings)]
     assert [run_codes(message) for message in sent] == [["W301"]]
     (notice,) = [message for message in messages if isinstance(message, Notice)]
-    assert notice.text.startswith("odometry is ")
-    assert notice.text.endswith("[W301]")
+    # 1 - 0.15 / 0.174 is 14 %
+    assert notice.text == "Odometry is 14 % off. See Findings: W301."
     (found,) = [finding for finding in sent[0].findings if finding.code == "W301"]
     control = wrong.with_name("kbot_control.xacro")
     line = next(n for n, text in enumerate(control.read_text().splitlines(), 1) if ">0.15<" in text)

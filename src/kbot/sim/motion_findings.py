@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import degrees, inf, radians
 
 import mujoco
@@ -73,11 +73,9 @@ class MotionFindings:
         seen = self._watch.odometry_error
         if seen is None or self._follows_from_fall(seen.since):
             return None
-        what = (
-            f"odometry is {seen.off * 1e3:.0f} mm and {degrees(abs(seen.turned_off)):.1f} degrees off after "
-            f"{seen.way:.2f} m and {degrees(seen.turned):.0f} degrees of turns, "
-            f"{_percent(seen.share)} of what the wheels drove (first at {seen.since:.1f} s)"
-        )
+        off = _both(seen.off * 1e3, "{:.0f} mm", degrees(abs(seen.turned_off)), "{:.1f} degrees")
+        driven = _both(seen.way * 1e3, f"{seen.way:.2f} m", degrees(seen.turned), "{:.0f} degrees of turns")
+        what = f"odometry is {_percent(seen.share)} off: {off} after {driven}, first at {seen.since:.1f} s"
         cause = self._cause("W301", seen.explanation, lambda: self._why_off(seen))
         return _finding("W301", what, cause)
 
@@ -231,8 +229,14 @@ class MotionFindings:
         return self._faults(_TIPS) or _Cause(text, hint="lower the heavy parts, or the acceleration")
 
     def _drive_fault(self, codes: Sequence[str]) -> _Cause | None:
-        """The first of these faults of the plugin or controller that drives."""
-        return _first(codes, findings_of_drive(self._robot.robot, self._robot.drive))
+        """The first of these faults of the plugin or controller that drives. The others are related."""
+        faults = findings_of_drive(self._robot.robot, self._robot.drive)
+        first = _first(codes, faults)
+        if first is None:
+            return None
+        others = [f for f in faults if f.code in codes and f.origin != first.origin]
+        more = tuple(Related(f"{f.message} ({f.code})", f.origin) for f in others if f.origin is not None)
+        return replace(first, related=(*first.related, *more))
 
     def _faults(self, codes: Sequence[str], link: str = "") -> _Cause | None:
         """The first of these faults of the description; with `link`, only faults that name the link."""
@@ -320,6 +324,12 @@ def _finding(code: str, what: str, cause: _Cause) -> Diagnostic:
     return Diagnostic(code, severity, f"{what}: {cause.text}", cause.origin, cause.hint, cause.related)
 
 
+def _both(millimetres: float, length: str, angle: float, turn: str) -> str:
+    """A distance and an angle in degrees as text, without the one that is next to nothing."""
+    texts = [length.format(millimetres)] * (millimetres >= 1.0) + [turn.format(angle)] * (angle >= 0.1)
+    return " and ".join(texts)
+
+
 def _percent(share: float) -> str:
     return f"{share * 100.0:.0f} %"
 
@@ -335,12 +345,9 @@ def _from_outside(seen: Explanation) -> _Cause | None:
 
 def _first(codes: Sequence[str], faults: Sequence[Diagnostic]) -> _Cause | None:
     """The fault whose code comes first, as a cause."""
-    found = min(
-        (fault for fault in faults if fault.code in codes),
-        key=lambda fault: codes.index(fault.code),
-        default=None,
-    )
-    if found is None:
+    fitting = [fault for fault in faults if fault.code in codes]
+    if not fitting:
         return None
+    found = min(fitting, key=lambda fault: codes.index(fault.code))
     is_fault = found.severity is not Severity.INFO
     return _Cause(f"{found.message} ({found.code})", found.origin, found.hint, is_fault, found.related)

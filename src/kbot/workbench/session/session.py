@@ -277,7 +277,8 @@ class Session:
             self.announce(self.findings())
             for finding in found[len(self.others) :]:
                 if finding.code not in known:
-                    self.announce(Notice(f"{finding.message} [{finding.code}]"))
+                    what = finding.message.partition(": ")[0]  # the list of findings has the cause
+                    self.announce(Notice(f"{what[0].upper()}{what[1:]}. See Findings: {finding.code}."))
 
     def state(self) -> State:
         moment = self._motion.moment()
