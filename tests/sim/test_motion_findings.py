@@ -220,6 +220,18 @@ def test_a_caster_without_collision_is_below_the_floor(urdf):
     assert found.origin.span.line == line_of(text, '<link name="caster"')
 
 
+def test_a_contact_that_is_too_soft_is_reported(urdf):
+    """Springs of 500 N/m under wheels that carry most of 51 kg, 500 N, sink in by centimetres."""
+    soft = "".join(
+        f'<gazebo reference="{side}"><kp>500</kp><kd>10</kd></gazebo>' for side in ("left", "right")
+    )
+    robot = urdf(cart(mass=50.0, more=soft))
+    assert driven(robot, (0.0, 0.0, 2.0)).findings == ()  # KBot's own contacts are stiff
+    (found,) = driven(robot, (0.0, 0.0, 2.0), contacts="as-written").findings
+    assert found.code == "W304"
+    assert "its contact is too soft for the weight" in found.message
+
+
 def test_a_robot_without_collisions_falls_through_the_floor(urdf):
     ball = '<sphere radius="0.1"/>'
     robot = urdf(f'<robot name="ball">{link("ball", 1.0, ball, collides=False)}</robot>')

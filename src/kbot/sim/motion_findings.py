@@ -31,6 +31,8 @@ _SLIPPERY = 0.3
 """Coefficient of friction below which a wheel slips in ordinary driving. A tyre on snow has 0.3."""
 _DEEP = 0.005
 """Metres below the floor that are reported. Stiff contacts sink in by 0.01 mm, and soft ones by a few mm."""
+_FLAT = 0.7
+"""Least vertical component of a floor's normal: it rises by up to 45 degrees."""
 _BELOW_WORLD = 0.5
 """Metres below the lowest fixed shape at which the robot has left the world."""
 
@@ -150,9 +152,11 @@ class MotionFindings:
     def _depths_of_contacts(
         self, model: mujoco.MjModel, data: mujoco.MjData, own: NDArray[np.intp]
     ) -> Iterator[tuple[float, str]]:
-        """How deep each link is in fixed shapes, in m."""
+        """How deep each link is in fixed shapes below it, in m."""
         mine = set(own.tolist())
-        for at in np.flatnonzero(data.contact.dist < -_DEEP).tolist():
+        # the third component of the normal is that along z: walls are not meant
+        is_deep = (data.contact.dist < -_DEEP) & (np.abs(data.contact.frame[:, 2]) > _FLAT)
+        for at in np.flatnonzero(is_deep).tolist():
             contact = data.contact[at]
             pair = contact.geom.tolist()
             for geom, other in (pair, pair[::-1]):
