@@ -49,8 +49,12 @@ def test_a_failed_node_is_a_finding_that_leads_to_its_launch_file(
     page = open_page(address)
     source = read_source(str(launch))
     origin = Origin(Span(source, source.offset(2, 3), source.offset(2, 8)))
-    session.others.append(Diagnostic("L090", Severity.ERROR, "/follower exited with status 1", origin))
+    session.extra_findings.append(
+        Diagnostic("L090", Severity.ERROR, "/follower exited with status 1", origin)
+    )
     until(lambda: card(page, "L090").count() == 1)
+    # errors are first, whatever they are about
+    assert page.locator("#findings li[data-code]").first.get_attribute("data-code") == "L090"
     assert "a.launch:2:3" in card(page, "L090").inner_text()
     card(page, "L090").locator(".finding").click()
     until(lambda: page.locator(".line.here").count() == 1)

@@ -86,9 +86,12 @@ def test_other_findings_are_listed_and_their_file_can_be_opened(xacro: Path, tmp
     messages = announced(session)
     source = read_source(str(launch))
     origin = Origin(Span(source, source.offset(2, 3), len(source.data)))
-    session.others.append(Diagnostic("L090", Severity.ERROR, "/a exited with status 1", origin))
+    session.advance(0.6)
+    session.extra_findings.append(Diagnostic("L090", Severity.ERROR, "/a exited with status 1", origin))
     session.advance(0.6)
     (sent,) = [message for message in messages if isinstance(message, Findings)]
+    (notice,) = [message for message in messages if isinstance(message, Notice)]
+    assert notice.text == "/a exited with status 1. See Findings: L090."
     found = sent.findings[-1]
     assert (found.code, found.severity, found.place.line) == ("L090", "error", 2)
     (shown,) = session.handle(OpenSource(str(launch)), 1)

@@ -12,7 +12,7 @@ export function findings(app: App): HTMLElement {
     counts.replaceChildren(...badges(now));
     list.replaceChildren(
       ...(now.findings.length
-        ? now.findings.map((finding, index) => card(app, finding, now.serial, index))
+        ? bySeverity(now.findings).map(([finding, index]) => card(app, finding, now.serial, index))
         : [nothing()]),
     );
   });
@@ -22,6 +22,14 @@ export function findings(app: App): HTMLElement {
     }
   });
   return panel("findings", "Findings", [ofNow(), counts], list);
+}
+
+/** Findings with their numbers, which the server knows them by. Those about a run come last. */
+function bySeverity(all: readonly Finding[]): [Finding, number][] {
+  const order = ["error", "warning", "info"];
+  return all
+    .map((finding, index): [Finding, number] => [finding, index])
+    .sort(([a], [b]) => order.indexOf(a.severity) - order.indexOf(b.severity));
 }
 
 function card(app: App, finding: Finding, serial: number, index: number): HTMLElement {

@@ -177,11 +177,11 @@ class Session:
         self.note = ""
         """A notice for new pages, for example about what is not displayed."""
         self._last_state: State | None = None
-        self.others: list[Diagnostic] = []
+        self.extra_findings: list[Diagnostic] = []
         """Findings that are not about the description, such as those of a launch file. Any thread may append
         to them."""
-        self._reported: tuple[str, ...] = ()
-        """Codes of `others` and of the findings about the run, as pages know them."""
+        self._reported: tuple[str, ...] | None = None
+        """Codes of `extra_findings` and of the findings about the run, as pages know them."""
         self._report_in = 0.0
         self.topics = TopicRelay(self._motion.bus, lambda: self._motion.clock.nanoseconds, for_page)
         self.speed = 1.0
@@ -259,26 +259,27 @@ class Session:
         )
 
     def findings(self) -> Findings:
-        return self.shown.findings(self._other_findings)
+        return self.shown.findings(self._besides_description)
 
     @property
-    def _other_findings(self) -> tuple[Diagnostic, ...]:
-        return (*self.others, *self._motion.findings)
+    def _besides_description(self) -> tuple[Diagnostic, ...]:
+        return (*self.extra_findings, *self._motion.findings)
 
     def _report_findings(self, wall_seconds: float = REPORT_PERIOD) -> None:
-        """Send the findings to every page if those about the run, or `others`, have changed."""
+        """Send the findings to every page if those about the run, or `extra_findings`, have changed."""
         self._report_in -= wall_seconds
         if self._report_in > 0.0:
             return
         self._report_in = REPORT_PERIOD
-        found = self._other_findings
+        found = self._besides_description
         known, self._reported = self._reported, tuple(finding.code for finding in found)
-        if self._reported != known:
-            self.announce(self.findings())
-            for finding in found[len(self.others) :]:
-                if finding.code not in known:
-                    what = finding.message.partition(": ")[0]  # the list of findings has the cause
-                    self.announce(Notice(f"{what[0].upper()}{what[1:]}. See Findings: {finding.code}."))
+        if known is None or self._reported == known:  # the greeting has those of the start
+            return
+        self.announce(self.findings())
+        for finding in found:
+            if finding.code not in known:
+                what = finding.message.partition(": ")[0]  # the list of findings has the cause
+                self.announce(Notice(f"{what[0].upper()}{what[1:]}. See Findings: {finding.code}."))
 
     def state(self) -> State:
         moment = self._motion.moment()
@@ -407,7 +408,7 @@ class Session:
             case RecordRun():
                 self.recording.end()
             case OpenSource(file=file):
-                return [self.shown.source(file, self._other_findings)]
+                return [self.shown.source(file, self._besides_description)]
             case _ if apply_to_mover(message, self._motion):
                 self._resets += isinstance(message, ResetPart | Seek)
                 self._send_changes()

@@ -76,7 +76,7 @@ class RobotRun:
             with terminal.loading(self._robot.path if world is None else world.name):
                 session = self.session(outputs, world)
             processes = start_programs(
-                stack, plan, stage.programs, peers, terminal.note, session.others.append
+                stack, plan, stage.programs, peers, terminal.note, session.extra_findings.append
             )
             if world is not None:
                 stack.enter_context(self.stand_ins.keys())
@@ -86,7 +86,7 @@ class RobotRun:
     def session(self, outputs: RunOutputs, world: ChosenWorld | None) -> Session:
         """The robot in the workbench: simulated in a world, or only shown if `world` is None."""
         session = self._shown(outputs) if world is None else self._simulated(outputs, world)
-        session.others += self._findings
+        session.extra_findings += self._findings
         if self._stage.viewer is not None:
             session.display_file = self._displays(self._stage.viewer)
         return session
