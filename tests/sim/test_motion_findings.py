@@ -256,7 +256,7 @@ def test_a_push_is_the_reason_for_a_fall(kbot_robot):
     simulation.run(1.0)
     # it flies for 2 x 2 / 9.81 = 0.4 s, in which it turns by 8 x 0.4 = 3.3 rad
     simulation.disturbances.schedule(Kick((0.0, 0.0, 2.0), (8.0, 0.0, 0.0)), at=1.0)
-    simulation.run(0.35)
+    simulation.run(0.39)
     found = simulation.findings[0]
     assert (found.code, found.severity) == ("W303", Severity.INFO)
     assert "the fault Kick acted on it" in found.message
@@ -287,6 +287,19 @@ def test_an_injected_fault_is_the_reason(urdf, faults, code):
     found = only(simulation)
     assert (found.code, found.severity) == (code, Severity.INFO)
     assert f"the fault {type(faults[0]).__name__} acted on it" in found.message
+
+
+def test_a_robot_that_spins_fast_is_not_reported(urdf):
+    """10 rad/s, on wheels that hold: more than a turn between two looks."""
+    simulation = driven(urdf(cart()), (0.0, 10.0, 10.0), (0.0, 0.0, 2.0))
+    assert simulation.ground_truth.pose.yaw > 14 * 2 * pi
+    assert simulation.findings == ()
+
+
+@pytest.mark.parametrize("period", [0.1, 0.2, 0.46, 0.5])
+def test_a_command_that_is_switched_on_and_off_is_not_reported(urdf, period):
+    simulation = driven(urdf(cart()), *[(0.2, 0.0, period / 2), (0.0, 0.0, period / 2)] * 40)
+    assert simulation.findings == ()
 
 
 def test_ice_is_reported_at_the_wheel(urdf):

@@ -12,6 +12,7 @@ from kbot.kinematics.drive.drive import DifferentialDrive, SteeredDrive
 from kbot.kinematics.transform import Transform
 from kbot.sim.collisions import Collisions
 from kbot.sim.disturbances import Disturbances
+from kbot.sim.drive.twist_controller import Twist2
 from kbot.sim.engine.engine import Engine
 from kbot.sim.recipe import CONTROL_PERIOD
 from kbot.sim.robots import Robots
@@ -35,8 +36,9 @@ UPRIGHT = cos(radians(60.0))
 """Upward component of the root link's z axis below which a robot has fallen over. Ramps are less steep."""
 SETTLING = 0.5
 """Seconds after a start during which the robot settles on its wheels, and is not watched."""
-_EVERY = 10
-"""Control periods between two samples: 5 Hz. A sample takes 10 us, 1 % of the time that the steps need."""
+_EVERY = 23
+"""Control periods between two samples: 0.46 s. With ten samples a second, the steps take 5 % more time on a
+busy machine. A prime number, so that a command that is switched on and off is not sampled in step."""
 _PERIOD = _EVERY * CONTROL_PERIOD
 _STILL = (0.0, 0.0, 0.0)
 
@@ -109,6 +111,15 @@ class MotionWatch:
     shortens the way on the map, is not an error.
     """
 
+    # the window over which commanded and covered distance are compared
+    _window: float
+    _window_wanted: Twist2 | None
+    _is_steady: bool
+    _window_way: float
+    _window_odometry: float
+    _window_commanded: float
+    _window_allowed: float
+
     def __init__(self, engine: Engine, robots: Robots, disturbances: Disturbances) -> None:
         self._engine, self._robots, self._disturbances = engine, robots, disturbances
         self._collisions = Collisions(robots)
@@ -136,6 +147,7 @@ class MotionWatch:
         self._turns_in_place = not isinstance(drive, SteeredDrive)
         self._axle_of = _axle_of(robot.body.base_from_root, drive)
         self._last = self._axle_of(robot.body.root_place) if robot.body.root_qpos >= 0 else None
+        self._heading = robot.body.heading
         self._odometry = self._true = robot.wheels.axle if robot.wheels is not None else _STILL
         self._way = self._turned = self._odometry_way = self._odometry_turned = 0.0
         self._start_window(self._begun)
@@ -165,7 +177,8 @@ class MotionWatch:
             self.restart()
         if self._last is None:
             return
-        time, before = self._engine.time, self._last
+        time, before, heading = self._engine.time, self._last, self._heading
+        self._heading = robot.body.heading
         now = self._last = self._axle_of(robot.body.root_place)
         up = 1.0 - 2.0 * (now[4] * now[4] + now[5] * now[5])
         if up < self._least_up:
@@ -179,7 +192,7 @@ class MotionWatch:
             self._odometry = self._true = wheels.axle
             self._start_window(time)
             return
-        way, turned = self._move(before, now)
+        way, turned = self._move(before, now, self._heading - heading)
         odometry_way, odometry_turned = self._move_odometry(wheels.axle)
         half = self._half
         self._compare(time)
@@ -188,13 +201,20 @@ class MotionWatch:
         self._window_odometry += odometry_way + half * odometry_turned
         linear, angular = wheels.wanted
         self._window_commanded += (abs(linear) + half * abs(angular)) * _PERIOD
+        self._window_wanted = self._window_wanted or wheels.wanted
+        self._is_steady = self._is_steady and self._window_wanted == wheels.wanted
         linear, angular = wheels.twist
         self._window_allowed += (abs(linear) + half * abs(angular)) * _PERIOD
-        if time - self._window > STUCK_TIME and self._window_commanded > STUCK_WAY:
-            self._end_window(time)
+        # a command that changes all the time is never reached
+        commanded = self._window_commanded if self._is_steady else self._window_allowed
+        if time - self._window > STUCK_TIME and commanded > STUCK_WAY:
+            self._end_window(time, commanded)
 
-    def _move(self, before: tuple[float, ...], now: tuple[float, ...]) -> tuple[float, float]:
-        """Add the axle's motion, in its own frame, to its true pose. Returns the distance and the turn."""
+    def _move(self, before: Place, now: Place, spun: float) -> tuple[float, float]:
+        """Add the axle's motion, in its own frame, to its true pose. Returns the distance and the turn.
+
+        `spun` is the change of its heading in rad with full turns.
+        """
         dx, dy, dz = now[0] - before[0], now[1] - before[1], now[2] - before[2]
         w, x, y, z = before[3:]
         # the first two rows of the rotation matrix of a conjugate quaternion
@@ -203,7 +223,7 @@ class MotionWatch:
         real = w * now[3] + x * now[4] + y * now[5] + z * now[6]
         up = w * now[6] - z * now[3] - x * now[5] + y * now[4]
         turn = 2.0 * atan2(up, real)
-        turn -= 2.0 * pi * round(turn / (2.0 * pi))  # q and -q are the same rotation
+        turn += 2.0 * pi * round((spun - turn) / (2.0 * pi))  # a fast robot makes several turns
         at_x, at_y, yaw = self._true
         c, s = cos(yaw), sin(yaw)
         self._true = at_x + c * forward - s * left, at_y + s * forward + c * left, yaw + turn
@@ -242,16 +262,17 @@ class MotionWatch:
 
     def _start_window(self, time: float) -> None:
         self._window = time
+        self._window_wanted, self._is_steady = None, True
         self._window_way = self._window_odometry = self._window_commanded = self._window_allowed = 0.0
 
-    def _end_window(self, time: float) -> None:
-        share = self._window_way / self._window_commanded
+    def _end_window(self, time: float, commanded: float) -> None:
+        share = self._window_way / commanded
         if share < STUCK and self.standstill is None:
             turns = self._window_odometry > 0.5 * self._window_allowed
             # what it touched earlier does not hold it now
             held_by = self._last_touched if self._last_touched_at >= self._window else ""
             explanation = Explanation(held_by, self._last_touched_at, self._disturbances.last)
-            allowed = self._window_allowed / self._window_commanded
+            allowed = self._window_allowed / commanded
             self.standstill = Standstill(self._window, explanation, share, allowed, turns)
         self._start_window(time)
 

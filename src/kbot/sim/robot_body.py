@@ -71,7 +71,7 @@ class RobotBody:
         root, base = self.link_pose(self.robot.root), self.link_pose(self._base)
         x, y, _ = base.translation
         full = 2.0 * math.pi
-        counted = self._yaw() + full * self._turns + (root.inverse() @ base).yaw
+        counted = self.heading + (root.inverse() @ base).yaw
         yaw = base.yaw + full * round((counted - base.yaw) / full)
         spin, speed = self.link_velocity(self._base)
         return Motion(PlanarPose(float(x), float(y), yaw), PlanarTwist(speed[0], speed[1], spin[2]))
@@ -84,6 +84,11 @@ class RobotBody:
         """
         q, at = self._qpos, self.root_qpos
         return q[at], q[at + 1], q[at + 2], q[at + 3], q[at + 4], q[at + 5], q[at + 6]
+
+    @property
+    def heading(self) -> float:
+        """Heading of the root in rad. It counts full turns."""
+        return self._yaw() + 2.0 * math.pi * self._turns
 
     @property
     def joint_positions(self) -> dict[str, float]:
