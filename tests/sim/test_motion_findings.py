@@ -255,8 +255,8 @@ def test_a_push_is_the_reason_for_a_fall(kbot_robot):
     simulation = Simulation(kbot_robot)
     simulation.run(1.0)
     # it flies for 2 x 2 / 9.81 = 0.4 s, in which it turns by 8 x 0.4 = 3.3 rad
-    simulation.disturbances.schedule(Kick((0.0, 0.0, 2.0), (8.0, 0.0, 0.0)), at=1.0)
-    simulation.run(0.39)
+    simulation.disturbances.schedule(Kick((0.0, 0.0, 2.0), (8.0, 0.0, 0.0)), at=1.4)
+    simulation.run(0.75)
     found = simulation.findings[0]
     assert (found.code, found.severity) == ("W303", Severity.INFO)
     assert "the fault Kick acted on it" in found.message

@@ -12,7 +12,7 @@ class CollisionWatch:
     """Watches a simulation's first robot for collisions until it is closed.
 
     `collided` becomes true when the robot touches anything except the ground, as `Collisions` defines it.
-    `Simulation.collided` is cheaper, but it looks only once per control period.
+    `Simulation.collided` is cheaper, but it looks only every 0.08 s.
     """
 
     def __init__(self, simulation: Simulation) -> None:

@@ -34,11 +34,13 @@ STUCK_TIME, STUCK_WAY = 1.0, 0.03
 """Seconds, and commanded metres, over which that share is measured."""
 UPRIGHT = cos(radians(60.0))
 """Upward component of the root link's z axis below which a robot has fallen over. Ramps are less steep."""
-SETTLING = 0.5
-"""Seconds after a start during which the robot settles on its wheels, and is not watched."""
-_EVERY = 23
-"""Control periods between two samples: 0.46 s. With ten samples a second, the steps take 5 % more time on a
-busy machine. A prime number, so that a command that is switched on and off is not sampled in step."""
+SETTLING = 0.6
+"""Seconds after a start during which the robot settles on its wheels, and is not watched: one sample."""
+_CONTACTS = 4
+"""Control periods between two looks at the contacts: 0.08 s."""
+_EVERY = 28
+"""Control periods between two samples: 0.56 s. With ten samples a second, the steps take 5 % more time. A
+command that is switched on and off ten times a second is not sampled in step."""
 _PERIOD = _EVERY * CONTROL_PERIOD
 _STILL = (0.0, 0.0, 0.0)
 
@@ -139,7 +141,7 @@ class MotionWatch:
         self._least_up = 1.0
         self._jumps = robot.jumps
         self._begun = self._engine.time
-        self._contacts, self._count = -1, _EVERY
+        self._contacts, self._count = -1, 0
         self._half = drive.separation / 2.0 if isinstance(drive, DifferentialDrive) else 0.0
         self._least = (
             max(LEAST_OFF, drive.radius / 2.0) if isinstance(drive, DifferentialDrive) else LEAST_OFF
@@ -154,9 +156,11 @@ class MotionWatch:
 
     def look(self) -> None:
         """Call this every control period, after odometry was updated."""
-        self._count -= 1
-        if not self._count:
-            self._count = _EVERY
+        self._count += 1
+        if self._count % _CONTACTS:
+            return
+        if self._count == _EVERY:
+            self._count = 0
             self._look_at_contacts()
             self._sample()
         elif self._engine.data.ncon != self._contacts:

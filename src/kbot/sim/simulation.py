@@ -212,8 +212,8 @@ class Simulation:
     def collided(self) -> bool:
         """Whether the robot has touched anything except the ground since the last reset or placement.
 
-        The ground is defined as for goals: `Collisions` in `kbot.sim.collisions`. Contacts are read once per
-        control period, every 20 ms.
+        The ground is defined as for goals: `Collisions` in `kbot.sim.collisions`. Contacts are read every
+        0.08 s.
         """
         return bool(self._watch.touched)
 
