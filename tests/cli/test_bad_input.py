@@ -39,6 +39,9 @@ TEXTS = {
 NOT_REFUSED = {("expand", "html.xml"), ("where", "html.xml")}
 """xacro expands whatever XML it is given."""
 
+SHOWN_WITH_ERRORS = {"empty.xacro", "blank.xacro", "words.xacro", "truncated.xacro", "unclosed.xacro"}
+"""Files that may become a robot: their page opens and shows the errors. See test_view.py."""
+
 BOX = """<robot name="box"><link name="base_link">
   <inertial><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial>
   <visual><geometry>{geometry}</geometry></visual>
@@ -90,6 +93,8 @@ def test_a_file_that_is_not_a_robot_is_rejected_with_one_message(
 ) -> None:
     names = [*TEXTS, "missing.xacro", "image.png", "latin1.xacro", "utf16.xacro", "folder.xacro"]
     names = [name for name in names if (verb, name) not in NOT_REFUSED]
+    if verb in ("view", "sim"):
+        names = [name for name in names if name not in SHOWN_WITH_ERRORS]
     for name in names:
         words = [str(files / name) if word == "FILE" else word for word in VERBS[verb]]
         done = run_kbot(*words, cwd=files)

@@ -18,10 +18,8 @@ ROBOT = "<robot name='r'><link name='a'/></robot>"
     ("name", "content", "message"),
     [
         ("missing.xacro", None, "does not exist"),
-        ("empty.urdf", b"", "the file is empty"),
         ("text.yaml", b"a: 1\n", "not well-formed"),
         ("picture.png", b"\x89PNG\r\n\x1a\n\xff\xfe", "not UTF-8"),
-        ("cut.urdf", b"<robot name='r'><link name='a'/>", "not well-formed"),
         ("world.sdf", b"<sdf/>", "not a robot"),
     ],
 )
@@ -42,6 +40,42 @@ def test_name_equals_value_is_explained(run_kbot: Callable[..., Any]) -> None:
     ended = run_kbot("view", "kbot", "wheel_radius=0.04", "--no-browser")
     assert ended.status == 2
     assert "wheel_radius:=0.04" in ended.err
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT for one process")
+@pytest.mark.parametrize("verb", ["view", "sim"])
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "the file is empty"),
+        ("<robot name='r'></robot>", "the robot has no link"),
+        ("<robot name='r'><link name='a'/>", "not well-formed"),
+    ],
+)
+def test_an_empty_or_broken_description_opens_the_page(
+    tmp_path: Path, verb: str, text: str, message: str
+) -> None:
+    file = tmp_path / "r.urdf"
+    file.write_text(text)
+    command = [sys.executable, "-m", "kbot", verb, str(file), "--no-browser", "--port", "0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
+        assert running.stdout is not None
+        assert running.stderr is not None
+        line = running.stdout.readline()
+        assert "does not describe a robot yet" in line
+        with urllib.request.urlopen(line.split()[-1], timeout=60) as answer:
+            assert message.encode() in answer.read(), "the page shows the error"
+        running.send_signal(signal.SIGINT)
+        assert running.wait(60) == 0
+        assert message in running.stderr.read()
+
+
+def test_a_picture_of_a_broken_description_is_refused(tmp_path: Path, run_kbot: Callable[..., Any]) -> None:
+    file = tmp_path / "r.urdf"
+    file.write_text("<robot name='r'></robot>")
+    ended = run_kbot("view", file, "--shot", tmp_path / "r.png")
+    assert ended.status == 2
+    assert "the robot has no link" in ended.err
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT for one process")

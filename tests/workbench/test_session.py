@@ -15,6 +15,7 @@ from kbot.workbench.protocol import (
     OpenSource,
     Pause,
     Push,
+    RecordRun,
     Reset,
     RunProgram,
     Scene,
@@ -42,6 +43,11 @@ ARM = """<robot name="arm">
     <parent link="upper"/><child link="lower"/><limit lower="0.5" upper="1.5" effort="1" velocity="1"/>
   </joint>
 </robot>
+"""
+
+SOLID = """<robot name="x"><link name="a"><inertial><mass value="1"/>
+<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial>
+<collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link></robot>
 """
 
 
@@ -122,13 +128,62 @@ def test_a_page_cannot_run_a_program_that_the_user_did_not_start() -> None:
         session.handle(RunProgram(), 1)
 
 
-def test_a_description_without_a_robot_is_refused_at_the_start(tmp_path: Path) -> None:
+def test_a_missing_description_is_refused_at_the_start(tmp_path: Path) -> None:
     with pytest.raises(DescriptionError, match="does not exist"):
         open_session(str(tmp_path / "no.urdf"), simulate=False)
-    broken = tmp_path / "broken.urdf"
-    broken.write_text("<robot name='x'><link name='a'></robot>")
-    with pytest.raises(DescriptionError, match="not well-formed"):
-        open_session(str(broken), simulate=True)
+
+
+@pytest.mark.parametrize("simulate", [False, True])
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "the file is empty"),
+        ("<robot name='x'></robot>", "the robot has no link"),
+        ("<robot name='x'><link name='a'></robot>", "not well-formed"),
+    ],
+)
+def test_the_first_usable_version_starts_the_robot(
+    tmp_path: Path, simulate: bool, text: str, message: str
+) -> None:
+    file, started = tmp_path / "r.urdf", []
+    file.write_text(text)
+    session = open_session(
+        str(file), simulate=simulate, world="boxes:count=3", on_start=started.append, on_show=started.append
+    )
+    assert (session.scene.links, session.scene.root) == ((), "")
+    assert len(session.scene.bodies) == (3 if simulate else 0), "the world is shown without a robot"
+    findings = session.findings()
+    assert findings.stale
+    assert message in findings.findings[0].message
+    assert "no robot yet" in session.about().cannot_drive
+    session.advance(0.1)
+    assert (session.state().time, session.state().poses) == (0.0, ())
+    for message in (Push("a", 1.0, 0.0, 0.0, 0.1), Drive(0.1, 0.0), SetWorld("boxes", 0), RecordRun(True)):
+        with pytest.raises(KbotError, match="no robot yet"):
+            session.handle(message, 1)
+    with pytest.raises(KbotError, match="no robot yet"):
+        session.standing()
+    assert started == []
+    file.write_text(text)
+    session.adopt(session.read())
+    assert started == [], "it is still broken"
+    file.write_text(SOLID)
+    (scene,) = of(Scene, session.adopt(session.read()))
+    assert isinstance(scene, Scene)
+    assert [link.name for link in scene.links] == ["a"]
+    assert not session.findings().stale
+    assert len(started) == 1
+    assert len(session.state().poses) == 7
+    session.advance(0.1)
+    assert (session.state().time > 0.0) is simulate
+
+
+def test_an_error_that_is_not_in_the_description_ends_the_start(arm: Path) -> None:
+    def fail(sliders: object) -> None:
+        raise KbotError("the port is in use")
+
+    with pytest.raises(KbotError, match="the port is in use"):
+        open_session(str(arm), simulate=False, on_show=fail)
 
 
 def test_only_files_of_the_description_are_sent(arm: Path, tmp_path: Path) -> None:

@@ -14,10 +14,16 @@ import click
 
 from kbot.text.diagnostic import Diagnostic
 from kbot.text.errors import DescriptionError, KbotError
+from kbot.text.files import read_source
 from kbot.text.render import render_text
 
 if TYPE_CHECKING:
+    from kbot.model.load import Loaded
     from kbot.xacro import Packages
+
+
+_DESCRIPTIONS = (".xacro", ".urdf", ".xml")
+"""Endings of files that may become a robot, even if they are empty or broken now."""
 
 
 def has_color(stream: TextIO) -> bool:
@@ -33,6 +39,23 @@ def report(diagnostics: Iterable[Diagnostic], stream: TextIO | None = None) -> N
     if text:
         stream.write(text)
         stream.flush()
+
+
+def report_for_page(loaded: Loaded) -> None:
+    """Report the errors of a description that a page shows. They do not end the verb, because the user fixes
+    them while the page is open.
+
+    Raises:
+        DescriptionError: the file is missing, not text, or not meant to describe a robot, such as a world.
+    """
+    if loaded.has_errors:
+        path = loaded.expansion.path or ""
+        read_source(path)
+        is_other_kind = any(diagnostic.code == "U001" for diagnostic in loaded.diagnostics)
+        if is_other_kind or not path.endswith(_DESCRIPTIONS):
+            raise DescriptionError(loaded.diagnostics)
+        report(loaded.diagnostics)
+        print_fix_command(loaded.diagnostics)
 
 
 def print_note(text: str) -> None:

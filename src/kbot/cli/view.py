@@ -16,7 +16,7 @@ from kbot.cli.arguments import (
     picture_file,
     resolve_typed_names,
 )
-from kbot.cli.output import fail, report
+from kbot.cli.output import fail, report, report_for_page
 from kbot.cli.picture_options import look_options
 from kbot.cli.progress import loading
 from kbot.text.files import write_bytes
@@ -57,7 +57,8 @@ def command(
     property.
 
     The page has a slider for each joint. It reloads the robot when you save FILE or a file that it
-    includes. If there are errors, the page shows them with their lines and keeps the last valid robot.
+    includes. If there are errors, the page shows them with their lines and keeps the last valid robot. An
+    empty or broken FILE opens an empty page, and the robot appears when you save a version without errors.
 
     A recording (.mcap, .bag or a rosbag2 folder) is played back with the robot that it contains.
     Playback starts when the page opens. With --no-browser, it starts immediately.
@@ -104,7 +105,7 @@ def command(
         robot = loaded.require()
         write_bytes(shot, draw_picture(robot_alone(robot, initial_positions(robot)), look))
         return
-    loaded.require()
+    report_for_page(loaded)
     with (
         page.bound() as address,
         run_outputs(served=True) as outputs,

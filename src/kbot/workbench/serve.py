@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.model.load import resolve_robot_path
+from kbot.text.files import read_source
 from kbot.workbench.address import Address, bound
 from kbot.workbench.driving.sliders import Sliders, SliderSetting
 from kbot.workbench.serving.server import Server
@@ -45,11 +46,15 @@ def open_session(
     `on_start` is called with each simulation before it first moves, `on_show` with each robot that is only
     displayed. `start` is the robot's initial pose.
 
+    If it does not describe a usable robot, the session has findings but no robot until a saved version does.
+
     Raises:
-        DescriptionError: it does not describe a usable robot. The error holds all findings.
+        DescriptionError: the file is missing, not readable, too large, or not text.
         KbotError: there is no such world.
     """
-    description = DescriptionFile(resolve_robot_path(path), arguments, package_path, properties=properties)
+    file = resolve_robot_path(path)
+    read_source(file)
+    description = DescriptionFile(file, arguments, package_path, properties=properties)
     if simulate:
         # imported lazily: it loads the engine
         from kbot.workbench.session.driven_session import driven_session
@@ -111,6 +116,11 @@ def _run_until_cancelled(loop: asyncio.AbstractEventLoop, running: asyncio.Task[
 
 def _welcome(session: Session, address: str) -> str:
     about = session.about()
+    if not session.shown.has_robot:
+        return (
+            f"{session.shown.file} does not describe a robot yet. The page is at  {address}\n"
+            "The robot appears when you save a version without errors.  Ctrl-C here stops KBot.\n"
+        )
     keys = (
         "Drive with W A S D or the arrow keys, held down; Space stops, P pauses, R resets."
         if about.mode == "sim" and not about.cannot_drive

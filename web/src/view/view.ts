@@ -145,6 +145,7 @@ export class View implements Picture {
       return;
     }
     if (this.robot !== null) this.removeRobot(this.robot.group);
+    if (this.robot?.links.length === 0) this.placed = false; // the first robot comes into view
     this.ids.clear();
     forgetPrimitives();
     const changed = (): void => this.stage.invalidate();

@@ -23,7 +23,7 @@ from kbot.cli.arguments import (
     resolve_typed_names,
     speeds_of,
 )
-from kbot.cli.output import fail, report
+from kbot.cli.output import fail, report, report_for_page
 from kbot.cli.progress import loading
 from kbot.cli.run_outputs import PeerRequest, peer_options, record_options, run_outputs
 from kbot.cli.sim.default_world import HEADLESS_WORLD, page_world
@@ -233,9 +233,9 @@ def _serve(
         loaded = load_robot(file, given.arguments, given.properties, Packages(package_path))
         found = first_look(loaded, (*MESHES, *CONTROL))
     report(found)
-    robot = loaded.require()
+    report_for_page(loaded)
     with loading(setup.world or "the world"):
-        world = page_world(robot) if setup.world is None else setup.world
+        world = page_world(None if loaded.has_errors else loaded.robot) if setup.world is None else setup.world
         place = load_world(world)
     with page.bound() as address, run_outputs(record, peers, served=True) as outputs:
         with loading(world):

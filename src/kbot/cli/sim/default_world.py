@@ -14,8 +14,13 @@ FREE_REACH = 0.35
 """Reach in m of a robot for which the way ahead in the `playground` of scale 1 is free."""
 
 
-def page_world(robot: RobotModel) -> str:
-    """Return the playground, scaled so that the robot can start and drive ahead in it."""
+def page_world(robot: RobotModel | None) -> str:
+    """Return the playground, scaled so that the robot can start and drive ahead in it.
+
+    Without a robot yet, it is not scaled.
+    """
+    if robot is None:
+        return "playground"
     from kbot.render.bounds import visible_bounds  # imported lazily, so that -h stays fast
 
     low, high = visible_bounds(robot)

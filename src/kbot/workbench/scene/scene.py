@@ -42,6 +42,10 @@ OWN_COLOURS = (-1.0, -1.0, -1.0, -1.0)
 """Marks a mesh that has the colours of its file."""
 
 
+NO_ROBOT_BOUNDS = np.array([-0.2, -0.2, 0.0]), np.array([0.2, 0.2, 0.2])
+"""What the camera frames while there is no robot: the space that a small robot needs, in m."""
+
+
 def build_scene(
     robot: RobotModel,
     world: World | None,
@@ -55,16 +59,18 @@ def build_scene(
 ) -> Scene:
     """Build the scene of a robot, alone on a floor under its lowest point, or `on_ground` in a world.
 
+    A robot without links means that there is no robot yet.
+
     `frame` is the frame of the poses in states. `controls` are the commands that joints accept. `others` are
     the robots besides the one on display, by name. With a world, links have the colours that Gazebo gives
     them. Without one, they have those of rviz.
     """
-    low, high = visible_bounds(robot)
+    low, high = visible_bounds(robot) if robot.links else NO_ROBOT_BOUNDS
     colours = link_colours(robot) if world is not None else {}
     return Scene(
         revision=revision,
         robot=robot.name,
-        root=robot.root,
+        root=robot.root if robot.links else "",
         world=frame,
         links=tuple(_link(robot, link, meshes, colours.get(name)) for name, link in robot.links.items()),
         joints=tuple(_joint(joint, controls.get(joint.name, "none")) for joint in robot.movable_joints),

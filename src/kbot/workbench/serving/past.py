@@ -51,6 +51,8 @@ class Past:
 
     def _follow(self, state: State) -> None:
         scene = self._session.scene
+        if not scene.links:
+            return  # there is no robot yet
         root = 7 * next(number for number, link in enumerate(scene.links) if link.name == scene.root)
         x, y = state.poses[root : root + 2]
         self._paths.add(state.resets, state.at, x, y, scene.radius * SPACING, state.jumps)

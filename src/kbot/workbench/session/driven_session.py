@@ -31,10 +31,7 @@ def driven_session(
 ) -> Session:
     """Return a session whose robot is simulated, starting at `start` in the world that `world_name` names.
 
-    `naming` sets the namespace of its topics.
-
-    Raises:
-        DescriptionError: it does not describe a robot, or one that cannot be simulated.
+    `naming` sets the namespace of its topics. The simulation starts once the description is usable.
     """
     setup = RunSetup(world, world_name, world_name, seed, contacts, on_start, start, naming)
     return Session(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from kbot.model import RobotModel
+from kbot.workbench.driving.no_robot import NO_ROBOT
 from kbot.workbench.protocol import About, WorldChoice
 from kbot.workbench.source.shown import ShownDescription
 from kbot.world import built_in
@@ -43,7 +44,7 @@ def about(
     client: int,
 ) -> About:
     """Return the description of the session for a page."""
-    linear, angular = offers.limits(shown.robot)
+    linear, angular = offers.limits(shown.robot) if shown.has_robot else (0.0, 0.0)
     return About(
         file=shown.file,
         played=played,
@@ -53,7 +54,7 @@ def about(
         else world.name
         if world
         else "",
-        cannot_drive=offers.cannot_drive(shown.robot),
+        cannot_drive=offers.cannot_drive(shown.robot) if shown.has_robot else NO_ROBOT,
         linear_limit=linear,
         angular_limit=angular,
         files=shown.files,

@@ -35,6 +35,7 @@ def played_session(
         "play",
         lambda robot: PlayedRun(robot, run, world, on_start),
     )
+    session.require_robot()
     session.played, session.marks = path, Marks(path)
     session.recorded_path = RecordedPath(run, session.shown.robot)
     broken = run.index.broken and f"{path} is incomplete: {run.index.broken}. The readable part is shown."

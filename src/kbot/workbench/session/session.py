@@ -6,9 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from kbot.model import RobotModel
-from kbot.text import Diagnostic, KbotError
+from kbot.text import DescriptionError, Diagnostic, KbotError
 from kbot.workbench.displays.display_file import DisplayFile
 from kbot.workbench.driving.mover import Moment, Mover, flat
+from kbot.workbench.driving.no_robot import NO_ROBOT, NoRobot
 from kbot.workbench.driving.program import Program
 from kbot.workbench.driving.turns import Turns
 from kbot.workbench.meshes.markers import MarkerMeshes
@@ -142,10 +143,10 @@ class Session:
         world: World | None = None,
         offers: Offers = NOTHING,
     ) -> None:
-        """Read the description. `make_motion` makes what moves the robot.
+        """Read the description. `make_motion` makes what moves the robot, once the description is usable.
 
         Raises:
-            DescriptionError: it does not describe a robot, or one with errors.
+            KbotError: `make_motion` failed for another reason than the description.
         """
         self.mode = mode
         self._offers = offers
@@ -172,7 +173,10 @@ class Session:
         """Converts the current simulated time to a time on the timeline."""
         self.recorded_path: RecordedPath | None = None
         """The path in the recording that is played back."""
-        self._motion = make_motion(self.shown.robot)
+        self._motion: Mover = NoRobot(make_motion, world)
+        refused = self.shown.take(self.shown.latest, self._replace)
+        if refused is not None and not isinstance(refused, DescriptionError):
+            raise refused
         for_page = MarkerMeshes(self.meshes, self.shown.file, self.shown.package_path)
         self.note = ""
         """A notice for new pages, for example about what is not displayed."""
@@ -204,7 +208,7 @@ class Session:
         """Use a new reading, and return messages about the changes. An unusable reading keeps the last valid
         robot."""
         refused = self.shown.take(reading, self._replace)
-        messages: list[FromServer] = [Refused(refused)] if refused else []
+        messages: list[FromServer] = [Refused(str(refused))] if refused is not None else []
         if not self.shown.is_stale:
             if self._motion.note:
                 messages.append(Notice(self._motion.note))
@@ -219,8 +223,16 @@ class Session:
             self._motion = self._motion.renewed(robot)  # the program starts again, with the changed robot
             self._resets += 1
             self.program.restart()
-        else:
-            self._motion = self._motion.replace(robot)
+            return
+        waited_for_robot = isinstance(self._motion, NoRobot)
+        self._motion = self._motion.replace(robot)
+        if self.program is not None and waited_for_robot:
+            self.program.restart()
+
+    def require_robot(self) -> None:
+        """Raise DescriptionError, with all findings, if the description has never been usable."""
+        if not self.shown.has_robot:
+            raise DescriptionError(self.shown.latest.findings)
 
     def greeting(self, client: int, *, is_lent: bool = True) -> list[FromServer]:
         """Return the first messages for a page. Without `is_lent` a program uses the simulation, and the page
@@ -241,7 +253,13 @@ class Session:
         return [*self.shown.missing_meshes(), *self._scene.outside]
 
     def standing(self) -> tuple[RobotModel, dict[str, float]]:
-        """Return the robot on display, and the positions (rad, m) of its joints without mimic joints."""
+        """Return the robot on display, and the positions (rad, m) of its joints without mimic joints.
+
+        Raises:
+            KbotError: there is no robot yet.
+        """
+        if not self.shown.has_robot:
+            raise KbotError(NO_ROBOT)
         positions = self._motion.moment().positions
         free = (joint.name for joint in self.shown.robot.movable_joints if joint.mimic is None)
         return self.shown.robot, {name: positions[name] for name in free if name in positions}
@@ -399,7 +417,7 @@ class Session:
             case Publish(topic=topic, kind=kind, message=fields):
                 self.topics.publish(topic, kind, fields)
             case SaveDisplays(kind=to, setup=setup):
-                frame = frame_for_peers(self._motion.moment().frames, self.shown.robot.root)
+                frame = frame_for_peers(self._motion.moment().frames, self.scene.root)
                 return [self.display_file.save(to, setup, frame)]
             case OpenDisplays(name=name, text=text):
                 return [self.display_file.open(name, text)]

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 from kbot.model import RobotModel
-from kbot.text import DescriptionError, Diagnostic, Element, KbotError, Source, Span
+from kbot.text import DescriptionError, Diagnostic, Element, KbotError, Origin, Source, Span
 from kbot.text.files import read_source
 from kbot.workbench.meshes.notes import lightened_meshes, missing_meshes
 from kbot.workbench.meshes.roots import Confined, MeshRoots, confine
@@ -103,26 +103,33 @@ class Reader(Protocol):
 
 
 class ShownDescription:
-    """The displayed description. An unusable reading keeps the last valid robot, which is then stale."""
+    """The displayed description. An unusable reading keeps the last valid robot, which is then stale.
+
+    `robot` has no links until `take` accepts the first usable reading.
+    """
 
     def __init__(self, reader: Reader, meshes: MeshStore, read_only_reason: str = "") -> None:
-        """Read the description. `read_only_reason` is the reason why pages may not change it, or empty.
-
-        Raises:
-            DescriptionError: it does not describe a robot, or one with errors.
-        """
+        """Read the description. `read_only_reason` is the reason why pages may not change it, or empty."""
         self._reader, self._meshes = reader, meshes
         self.authoring = Authoring(reader.overrides, read_only_reason)
         self._good = self._latest = reader.read()
-        self.robot = self._good.require()
-        self.is_stale = False
-        meshes.refused = self._good.outside
-        self._ownership = Ownership(self._good.document)
+        self.robot = RobotModel("", {}, {}, {}, (), Origin(Span(Source(self.file, ""), 0, 0)))
+        self.is_stale = True
+        self._ownership = Ownership(self._latest.document)
         self._hints: Hints | None = None
 
     @property
     def file(self) -> str:
         return self._latest.files[0]
+
+    @property
+    def latest(self) -> DescriptionReading:
+        return self._latest
+
+    @property
+    def has_robot(self) -> bool:
+        """Whether a reading has been usable."""
+        return bool(self.robot.links)
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -157,27 +164,27 @@ class ShownDescription:
         """Read the description again. May run on another thread."""
         return self._reader.read()
 
-    def take(self, reading: DescriptionReading, use: Callable[[RobotModel], None]) -> str:
+    def take(self, reading: DescriptionReading, use: Callable[[RobotModel], None]) -> KbotError | None:
         """Use a new reading, and pass its robot to `use`, which may refuse it with a KbotError.
 
-        Returns the reason of the refusal, or an empty string.
+        Returns the refusal, or None.
         """
         self._latest = reading
         self._ownership = Ownership(reading.document)
         self._hints = None
         self.is_stale = reading.robot is None or not reading.usable
         if reading.robot is None or self.is_stale:
-            return ""
+            return None
         try:
             use(reading.robot)
         except KbotError as error:
             problems = error.diagnostics if isinstance(error, DescriptionError) else ()
             self._latest = dataclasses.replace(reading, findings=(*problems, *reading.findings))
             self.is_stale = True
-            return str(error)
+            return error
         self.robot, self._good = reading.robot, reading
         self._meshes.refused = reading.outside
-        return ""
+        return None
 
     def collect_findings(self) -> None:
         """Collect the findings. It must run after the scene's meshes are loaded."""

@@ -138,6 +138,7 @@ class RobotRun:
         )
         naming = Naming(spawn.model, spawn.namespace, robot.frame_prefix)
         session = driven_session(description, world.world, world.name, 0, "recipe", connect, start, naming)
+        session.require_robot()
         session.paused = stage.gazebo.paused
         if session.paused:
             self._terminal.note(
@@ -170,7 +171,9 @@ class RobotRun:
             lambda read: with_dependent_joints(read, joints.dependent, joints.use_mimic_tags),
         )
         setting = SliderSetting(joints.zeros, joints.rate, connect)
-        return Session(description, "view", lambda robot: Sliders(robot, setting=setting))
+        session = Session(description, "view", lambda robot: Sliders(robot, setting=setting))
+        session.require_robot()
+        return session
 
 
 def _command_of(simulation: Simulation, topic: str) -> Callable[[float, float], None]:
