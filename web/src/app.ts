@@ -1,6 +1,7 @@
 import { Connection, type Channel } from "./connection";
 import { DisplaySet, type ViewSettings, type Setup, type Status } from "./displays/set";
 import { download } from "./dom";
+import { Drafts } from "./drafts";
 import { storedOptions, storedTheme, withOption, type Options } from "./options";
 import { fieldName, storedTopicFields, TopicField } from "./plots/topic-field";
 import type {
@@ -15,6 +16,7 @@ import type {
   PlotDrawn,
   ProgramView,
   Recorded,
+  RulePage,
   SaveDisplays,
   Scene,
   Series,
@@ -31,6 +33,9 @@ import { PALETTES } from "./view/palette";
 export interface Spot {
   place: Place;
   finding: Finding | null;
+  /** Whether the text scrolls to the place, and gets the keyboard focus. */
+  scrolls: boolean;
+  takesFocus: boolean;
 }
 
 /** The state that all parts of the page share: what the server sent and what the user selected. */
@@ -46,6 +51,10 @@ export class App {
   readonly sources = new Signal<ReadonlyMap<string, SourceText>>(new Map());
   /** The link that the view last zoomed to. */
   readonly focused = new Signal<{ link: string } | null>(null);
+  /** The unsaved texts of the source panel. */
+  readonly drafts = new Drafts((message) => this.send(message));
+  /** The pages of rules that were requested, by code. */
+  readonly rules = new Signal<ReadonlyMap<string, RulePage>>(new Map());
   readonly selected = new Signal<string>("");
   readonly spot = new Signal<Spot | null>(null);
   readonly plots = new Signal(false);
@@ -171,10 +180,39 @@ export class App {
     this.topicFields.set([...others, field]);
   }
 
+  /** The findings of the text that the page shows: of the unsaved texts if there are any, otherwise of the files. */
+  get shownFindings(): readonly Finding[] {
+    return this.drafts.findings.value ?? this.findings.value?.findings ?? [];
+  }
+
+  /** Applies the fix of a finding to the unsaved text, or to the files if there is no unsaved text. */
+  applyFix(finding: Finding): void {
+    const index = this.findings.value?.findings.indexOf(finding) ?? -1;
+    if (this.drafts.isEmpty && index >= 0)
+      this.send({ type: "apply_fix", serial: this.findings.value?.serial ?? 0, index });
+    else this.drafts.edits.set([...finding.edits]);
+  }
+
+  /** Opens the description in the source panel, to type in it. */
+  edit(): void {
+    const file = this.about.value?.file;
+    if (file === undefined) return;
+    this.show({ file, line: 1, column: 1, length: 0 }, null, true);
+  }
+
+  /** Saves the unsaved text of a file. */
+  save(file: string): void {
+    if (this.connection.link.value === "live") this.drafts.save(file);
+    else
+      this.refused.set({
+        reason: "The text is not saved, because the server cannot be reached. Save again later.",
+      });
+  }
+
   /** Shows a place in the source panel, with the finding at it if any. */
-  show(place: Place, finding: Finding | null = null): void {
+  show(place: Place, finding: Finding | null = null, takesFocus = false): void {
     if (!this.sources.value.has(place.file)) this.send({ type: "open_source", file: place.file });
-    this.spot.set({ place, finding });
+    this.spot.set({ place, finding, scrolls: true, takesFocus });
   }
 
   selectLink(name: string, showSource: boolean): void {
@@ -228,10 +266,29 @@ export class App {
         break;
       case "findings":
         this.findings.set(message);
-        this.updateSpot(message);
+        if (this.drafts.findings.value === null) this.updateSpot(message.findings);
+        this.drafts.check();
         break;
       case "source":
         this.sources.set(new Map(this.sources.value).set(message.file, message));
+        break;
+      case "completions":
+        this.drafts.completions.set(message);
+        break;
+      case "texts_checked":
+        this.drafts.checked(message);
+        if (!this.drafts.isEmpty) this.updateSpot(message.findings);
+        break;
+      case "source_saved":
+        this.drafts.saved(message);
+        if (message.sent !== message.text)
+          this.notice.set({ text: "Saved, together with the changes of another program." });
+        break;
+      case "source_conflict":
+        this.drafts.conflict.set(message);
+        break;
+      case "rule_page":
+        this.rules.set(new Map(this.rules.value).set(message.code, message));
         break;
       case "topics":
         this.topics.setList(message);
@@ -270,17 +327,18 @@ export class App {
   }
 
   /** Updates the finding in the source panel, or removes it once it is fixed. */
-  private updateSpot(now: Findings): void {
+  private updateSpot(now: readonly Finding[]): void {
     const spot = this.spot.value;
     if (spot?.finding == null) return;
     const { code, message, place } = spot.finding;
-    const still = now.findings.find(
+    const quiet = { scrolls: false, takesFocus: false };
+    const still = now.find(
       (other) => other.code === code && other.message === message && other.place?.line === place?.line,
     );
     this.spot.set(
       still?.place
-        ? { place: still.place, finding: still }
-        : { place: { ...spot.place, length: 0 }, finding: null },
+        ? { ...quiet, place: still.place, finding: still }
+        : { ...quiet, place: { ...spot.place, length: 0 }, finding: null },
     );
   }
 

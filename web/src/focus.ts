@@ -30,10 +30,11 @@ export function keepKeysForDriving(): void {
   );
 }
 
-/** Whether the target is a field for text or numbers. */
+/** Whether the target is a field for text or numbers. The text editor counts as one: it is the only shadow root. */
 export function isField(target: EventTarget | null): boolean {
   if (target instanceof HTMLInputElement) return !["button", "checkbox", "range"].includes(target.type);
-  return target instanceof HTMLTextAreaElement || (target instanceof HTMLElement && target.isContentEditable);
+  if (target instanceof HTMLTextAreaElement) return true;
+  return target instanceof HTMLElement && (target.isContentEditable || target.shadowRoot !== null);
 }
 
 /** Takes the arrow keys away from a slider that was focused by the pointer. */

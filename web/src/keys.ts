@@ -66,6 +66,10 @@ export function useKeys(
       event.preventDefault();
       app.send({ type: command });
     }
+    if ((event.ctrlKey || event.metaKey) && event.key === "s" && !app.drafts.isEmpty) {
+      event.preventDefault();
+      for (const file of app.drafts.files.value.keys()) app.save(file);
+    }
     if (event.ctrlKey || event.metaKey || event.altKey || event.repeat || takesKeys(event)) return;
     if (document.querySelector("dialog[open]") !== null) return;
     if (event.key === " " && answersToSpace(event.target)) return;

@@ -166,7 +166,17 @@ export interface Note {
   place: Place;
 }
 
-/** One diagnostic. `link` is the link it is in and `fix` the title of its fix. Both can be empty. */
+/** A change of a file: the text from a line and column to another (1-based, exclusive) becomes `text`. */
+export interface TextEdit {
+  file: string;
+  line: number;
+  column: number;
+  end_line: number;
+  end_column: number;
+  text: string;
+}
+
+/** One diagnostic. `link` is the link it is in and `fix` the title of its fix, made by `edits`. All can be empty. */
 export interface Finding {
   code: string;
   severity: "error" | "warning" | "info";
@@ -177,6 +187,7 @@ export interface Finding {
   related: readonly Note[];
   link: string;
   fix: string;
+  edits: readonly TextEdit[];
 }
 
 /** All findings. `stale` means that the scene shows an older, valid description. `serial` counts readings of the description, so that a page asks for a fix in the list that it displays. */
@@ -194,13 +205,80 @@ export interface Hint {
   more: boolean;
 }
 
-/** The text of one of the description's files. `owners` lists the links of each line, `hints` the values of its expressions. */
+/** The text of one of the description's files. `owners` lists the links of each line, `hints` the values of its expressions. `read_only` is the reason why the page may not save it, or empty. */
 export interface SourceText {
   file: string;
   text: string;
   owners: readonly (readonly string[])[];
   hints: readonly Hint[];
+  read_only: string;
   type: "source";
+}
+
+/** An element that can be completed, such as a link or the call of a macro. Without `children`, it may contain any element. */
+export interface ElementNames {
+  name: string;
+  attributes: readonly string[];
+  children: readonly string[];
+}
+
+/** The values that can be completed in an attribute of an element. */
+export interface AttributeValues {
+  element: string;
+  attribute: string;
+  values: readonly string[];
+}
+
+/** A property or an argument, and its value as text. */
+export interface NamedValue {
+  name: string;
+  value: string;
+}
+
+/** What an editor can complete: elements, attribute values, and names in `${…}` and `$(arg …)`. */
+export interface Completions {
+  elements: readonly ElementNames[];
+  values: readonly AttributeValues[];
+  properties: readonly NamedValue[];
+  arguments: readonly NamedValue[];
+  type: "completions";
+}
+
+/** The findings of unsaved texts. `completions` is None if the text is not well-formed. */
+export interface TextsChecked {
+  number: number;
+  findings: readonly Finding[];
+  completions: Completions | null;
+  type: "texts_checked";
+}
+
+/** A file was written. `sent` is the text that the page sent. `text` is the content of the file, which also has the changes of other programs. */
+export interface SourceSaved {
+  file: string;
+  sent: string;
+  text: string;
+  type: "source_saved";
+}
+
+/** A file was not written, because another program changed the same lines. `text` is its content. */
+export interface SourceConflict {
+  file: string;
+  text: string;
+  type: "source_conflict";
+}
+
+/** A section of a rule's page, such as Why or Fix. */
+export interface RuleSection {
+  title: string;
+  text: string;
+}
+
+/** The page of a rule, as `kbot rule` prints it. */
+export interface RulePage {
+  code: string;
+  name: string;
+  sections: readonly RuleSection[];
+  type: "rule_page";
 }
 
 /** A number in the description that can be changed: a xacro argument or property. `written` is the value in the file and `value` the one on display. With `is_truth` the value is a boolean, as 1 or 0. `unit` is the unit that the geometry implies, or empty. `place` is the place of the number. */
@@ -507,6 +585,28 @@ export interface OpenSource {
   type: "open_source";
 }
 
+/** Check the description with unsaved texts of some of its files, in the same order as `files`. Only the newest request of a page is answered. The answer has the same `number`. */
+export interface CheckTexts {
+  number: number;
+  files: readonly string[];
+  texts: readonly string[];
+  type: "check_texts";
+}
+
+/** Write a file. `was` is its content when the page read it. If the file has changed since, changes at other lines are kept. */
+export interface SaveSource {
+  file: string;
+  was: string;
+  text: string;
+  type: "save_source";
+}
+
+/** Request the page of a rule by its code. */
+export interface AskRule {
+  code: string;
+  type: "ask_rule";
+}
+
 /** Display the robot with another value, without changing the file. */
 export interface SetParameter {
   kind: "arg" | "property";
@@ -664,6 +764,6 @@ export interface BeatReply {
   type: "heard";
 }
 
-export type FromServer = About | Scene | Things | State | Findings | SourceText | Parameters | Topics | TopicMessage | Displays | DisplaysText | DisplaysSaved | Timeline | Bookmarks | Recorded | Trail | Series | PlotDrawn | ProgramView | Notice | Refused | Beat;
+export type FromServer = About | Scene | Things | State | Findings | SourceText | Completions | TextsChecked | SourceSaved | SourceConflict | RulePage | Parameters | Topics | TopicMessage | Displays | DisplaysText | DisplaysSaved | Timeline | Bookmarks | Recorded | Trail | Series | PlotDrawn | ProgramView | Notice | Refused | Beat;
 
-export type FromPage = Drive | Stop | RunProgram | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | Push | Spawn | Delete | MoveModel | Kick | Disturb | EndFault | ResetPart | JointSpeed | SetWorld | OpenSource | SetParameter | DropParameters | KeepParameters | EditSource | ApplyFix | Undo | Redo | Subscribe | Unsubscribe | Publish | SaveDisplays | OpenDisplays | Seek | GoLive | Resume | SetLoop | RecordRun | Mark | NoteMark | RemoveMark | AskTrail | AskSeries | DrawPlot | BeatReply;
+export type FromPage = Drive | Stop | RunProgram | SetJoint | SetJoints | Pause | Advance | Reset | SetSpeed | Push | Spawn | Delete | MoveModel | Kick | Disturb | EndFault | ResetPart | JointSpeed | SetWorld | OpenSource | CheckTexts | SaveSource | AskRule | SetParameter | DropParameters | KeepParameters | EditSource | ApplyFix | Undo | Redo | Subscribe | Unsubscribe | Publish | SaveDisplays | OpenDisplays | Seek | GoLive | Resume | SetLoop | RecordRun | Mark | NoteMark | RemoveMark | AskTrail | AskSeries | DrawPlot | BeatReply;

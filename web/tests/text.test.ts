@@ -1,3 +1,5 @@
+import { xmlLanguage } from "@codemirror/lang-xml";
+import { Text } from "@codemirror/state";
 import { describe, expect, it } from "vitest";
 
 import { baseName, rounded } from "../src/dom";
@@ -7,10 +9,10 @@ import { hasGaps } from "../src/displays/gaps";
 import { shortType } from "../src/displays/live";
 import { matcher } from "../src/displays/tf";
 import { runs } from "../src/handle";
-import { isValue, stepped } from "../src/panels/edit-numbers";
+import { piecesOf } from "../src/editor/colours";
+import { hintText } from "../src/editor/marks";
+import { isValue, stepped } from "../src/editor/numbers";
 import { timeOf } from "../src/panels/faults";
-import { tokenLines } from "../src/panels/highlight";
-import { hintText } from "../src/panels/hints";
 import { tidy, unitOf } from "../src/panels/joints";
 import { formatMass, STEPS } from "../src/panels/links";
 import { formatValue, leaves } from "../src/panels/topics";
@@ -133,48 +135,44 @@ describe("numbers in the source", () => {
   });
 });
 
-describe("tokenLines", () => {
+/** The coloured pieces of a text, each with its style. */
+function coloured(text: string): [string, string][] {
+  const doc = Text.of(text.split("\n"));
+  const pieces = piecesOf(xmlLanguage.parser.parse(text), doc, 0, text.length);
+  return pieces.map(({ from, to, style }) => [text.slice(from, to), style]);
+}
+
+describe("piecesOf", () => {
   it("colours tags, attributes, numbers and expressions", () => {
-    expect(tokenLines('<mass value="0.5"/>')).toEqual([
-      [
-        ["<", "t-mark"],
-        ["mass", "t-tag"],
-        [" ", ""],
-        ["value", "t-name"],
-        ["=", ""],
-        ['"', "t-value"],
-        ["0.5", "t-number"],
-        ['"', "t-value"],
-        ["/>", "t-mark"],
-      ],
+    expect(coloured('<mass value="0.5"/>')).toEqual([
+      ["<", "t-mark"],
+      ["mass", "t-tag"],
+      ["value", "t-name"],
+      ['"', "t-value"],
+      ["0.5", "t-number"],
+      ['"', "t-value"],
+      ["/>", "t-mark"],
     ]);
   });
 
   it("distinguishes xacro tags from others", () => {
-    expect(tokenLines("<xacro:if")[0]).toContainEqual(["xacro:if", "t-xacro"]);
+    expect(coloured("<xacro:if")).toContainEqual(["xacro:if", "t-xacro"]);
   });
 
   it("marks an expression as a whole", () => {
-    expect(tokenLines('<a b="${2*r} 1"')[0]).toContainEqual(["${2*r}", "t-expression"]);
+    expect(coloured('<a b="${2*r} 1"/>')).toContainEqual(["${2*r}", "t-expression"]);
   });
 
   it("does not mark digits in a name as a number", () => {
-    const styles = tokenLines('<a b="link_2"')[0]!.map(([, style]) => style);
-    expect(styles).not.toContain("t-number");
+    expect(coloured('<a b="link_2"/>').map(([, style]) => style)).not.toContain("t-number");
   });
 
-  it("splits a comment over its lines", () => {
-    expect(tokenLines("<!-- a\nb -->")).toEqual([[["<!-- a", "t-comment"]], [["b -->", "t-comment"]]]);
+  it("does not mark the version of XML as a number", () => {
+    expect(coloured('<?xml version="1.0"?><a/>').map(([, style]) => style)).not.toContain("t-number");
   });
 
-  it("extends an unclosed comment to the end", () => {
-    expect(tokenLines("<!-- <a>")).toEqual([[["<!-- <a>", "t-comment"]]]);
-  });
-
-  it("keeps every character", () => {
-    const text = "<?xml version='1.0'?>\n<robot name='r'>\n\ttext &amp; ${x}\n</robot>\n";
-    const joined = tokenLines(text).map((line) => line.map(([piece]) => piece).join(""));
-    expect(joined.join("\n")).toBe(text);
+  it("marks a comment of several lines", () => {
+    expect(coloured("<a/><!-- a\nb -->")).toContainEqual(["<!-- a\nb -->", "t-comment"]);
   });
 });
 

@@ -2,6 +2,7 @@ import type { App } from "../app";
 import { fallenText } from "../displays/fallen";
 import { baseName, h } from "../dom";
 import { icon } from "../icons";
+import type { Finding } from "../protocol";
 import { recordedText } from "../time/format";
 
 /** Milliseconds for which a notice is shown. */
@@ -12,6 +13,35 @@ const UNDRAWN = {
     "This browser cannot draw the robot because it has no WebGL 2. Everything else works. Enable hardware acceleration in the browser's settings.",
   lost: "The browser lost the graphics context, so the robot is not drawn. Drawing continues when the browser restores it, or when you reload the page.",
 } as const;
+
+/** The first error, with its place, as a button that shows it. */
+function brokenText(app: App, findings: readonly Finding[], hasRobot: boolean): HTMLElement {
+  const errors = findings.filter((finding) => finding.severity === "error");
+  const [first] = errors;
+  const shown = hasRobot
+    ? "The view shows the last valid robot."
+    : "The robot appears when you save a version without errors.";
+  if (first === undefined) return h("span", {}, shown);
+  const where = first.place === null ? "" : `${baseName(first.place.file)}:${first.place.line}: `;
+  const others = errors.length > 1 ? ` (and ${errors.length - 1} more)` : "";
+  return h(
+    "span",
+    {},
+    h(
+      "button",
+      {
+        type: "button",
+        class: "first-error",
+        title: "Show this error",
+        onclick: () => app.selectFinding(first),
+      },
+      h("span", { class: "where" }, where),
+      first.message,
+      others,
+    ),
+    h("span", { class: "shown" }, shown),
+  );
+}
 
 /** Notices over the view: no graphics, a broken description, a lost connection, a refused request. */
 export function notices(app: App, picture: HTMLElement): HTMLElement {
@@ -25,20 +55,11 @@ export function notices(app: App, picture: HTMLElement): HTMLElement {
   const refused = h("div", { class: "notice info", role: "status", hidden: true });
   app.findings.watch((now) => {
     const stale = now?.stale === true;
-    picture.classList.toggle("stale", stale);
+    picture.classList.toggle("stale", stale && app.scene.value?.links.length !== 0);
     broken.hidden = !stale;
     if (!stale) return;
-    const errors = now.findings.filter((finding) => finding.severity === "error");
-    const first = errors[0];
-    broken.replaceChildren(
-      icon("error"),
-      h(
-        "span",
-        {},
-        `The file has ${errors.length === 1 ? "an error" : `${errors.length} errors`}. The view shows the last valid robot. `,
-      ),
-      first ? h("button", { type: "button", onclick: () => app.selectFinding(first) }, "Show error") : "",
-    );
+    const hasRobot = (app.scene.value?.links.length ?? 0) > 0;
+    broken.replaceChildren(icon("error"), brokenText(app, now.findings, hasRobot));
   });
   const full = h(
     "div",

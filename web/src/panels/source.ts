@@ -1,195 +1,155 @@
-import type { App, Spot } from "../app";
+import type { App } from "../app";
 import { baseName, h } from "../dom";
+import type { Editor } from "../editor/editor";
 import { icon } from "../icons";
-import type { Finding, SourceText } from "../protocol";
-import { editNumbers, keepFocus, numbersOf, offer } from "./edit-numbers";
-import { highlight } from "./highlight";
-import { showHints } from "./hints";
 
-/** Limit of lines shown around the selected one. */
-const MOST_LINES = 6000;
-let shown: Spot | null = null;
-
-/** The Source panel: the text around a place, with findings in the margin and a caret under the selected one. */
+/** The Source panel: the files of the description in a text editor, which is loaded when the panel first opens. */
 export function source(app: App): HTMLElement {
+  const { drafts, spot } = app;
+  let editor: Editor | null = null;
   const tabs = h("div", { class: "tabs", role: "tablist", "aria-label": "Files" });
-  const body = h("div", {
-    class: "source-body",
-    tabindex: 0,
-    role: "group",
-    "aria-label": "Source text",
+  const note = h("p", { class: "source-note", role: "status", hidden: true });
+  const loading = h("p", { class: "nothing" }, "Loading…");
+  const text = h("div", { class: "source-text" });
+  const openFile = (): string => spot.value?.place.file ?? "";
+  const undo = button("undo", "Undo", () => editor?.undo());
+  const redo = button("redo", "Redo", () => editor?.redo());
+  const save = h(
+    "button",
+    { type: "button", class: "save", title: "Save the file (Ctrl+S)", onclick: () => app.save(openFile()) },
+    "Save",
+  );
+  const tall = button("up", "Taller", () => {
+    const isTall = dock.classList.toggle("tall");
+    tall.setAttribute("aria-pressed", String(isTall));
   });
-  const undo = h(
-    "button",
-    { type: "button", class: "icon-button", "aria-label": "Undo", onclick: () => app.send({ type: "undo" }) },
-    icon("undo"),
-  );
-  const redo = h(
-    "button",
-    { type: "button", class: "icon-button", "aria-label": "Redo", onclick: () => app.send({ type: "redo" }) },
-    icon("redo"),
-  );
-  app.parameters.watch((now) => {
-    undo.hidden = !now?.undo;
-    undo.title = `Undo: ${now?.undo ?? ""} (Ctrl+Z)`;
-    redo.hidden = !now?.redo;
-    redo.title = `Redo: ${now?.redo ?? ""} (Ctrl+Shift+Z)`;
-  });
-  editNumbers(app, body);
-  const close = h(
-    "button",
-    {
-      type: "button",
-      class: "icon-button",
-      title: "Close (Escape)",
-      "aria-label": "Close the source",
-      onclick: () => app.spot.set(null),
-    },
-    icon("close"),
-  );
+  tall.setAttribute("aria-pressed", "false");
+  const close = button("close", "Close the source", () => spot.set(null));
+  close.title = "Close (Escape)";
   const dock = h(
     "section",
     { id: "source", class: "panel", "aria-label": "Source", hidden: true },
-    h("header", { class: "panel-head" }, tabs, undo, redo, close),
-    body,
+    h("header", { class: "panel-head" }, tabs, save, undo, redo, tall, close),
+    note,
+    loading,
+    text,
   );
-  let drawn: SourceText | null = null;
 
-  const draw = (): void => {
-    const spot = app.spot.value;
-    dock.hidden = spot === null;
-    if (spot === null) return;
-    drawTabs(app, tabs, spot.place.file);
-    const text = app.sources.value.get(spot.place.file) ?? null;
-    let giveBack = (): void => undefined;
-    if (!hasSameLines(text, drawn)) {
-      if (text?.file !== drawn?.file) shown = null;
-      const top = body.scrollTop;
-      giveBack = keepFocus(body);
-      body.replaceChildren(
-        text === null ? h("p", { class: "nothing" }, "Loading…") : lines(app, text, spot.place.line),
-      );
-      body.scrollTop = top;
-    }
-    if (text !== null) {
-      if (text !== drawn) showHints(body, text.hints);
-      mark(app, body, text, spot);
-    }
-    drawn = text;
-    giveBack();
+  const leave = (): void => tabs.querySelector<HTMLElement>("[aria-selected=true]")?.focus();
+  const showHistory = (): void => {
+    const { value: server } = app.parameters;
+    const isSaved = !drafts.files.value.has(openFile());
+    const { history } = editor ?? { history: { undo: Boolean(server?.undo), redo: Boolean(server?.redo) } };
+    undo.hidden = !history.undo;
+    redo.hidden = !history.redo;
+    undo.title = isSaved && server?.undo ? `Undo: ${server.undo} (Ctrl+Z)` : "Undo (Ctrl+Z)";
+    redo.title = isSaved && server?.redo ? `Redo: ${server.redo} (Ctrl+Shift+Z)` : "Redo (Ctrl+Shift+Z)";
   };
-  app.spot.watch(draw);
-  app.sources.watch(draw);
-  app.findings.watch(draw);
-  app.about.watch(draw);
-  app.selected.watch(draw);
+  let isLoading = false;
+  const load = async (): Promise<void> => {
+    isLoading = true;
+    const { createEditor } = await import("../editor/editor");
+    loading.hidden = true; // hidden text cannot take the focus
+    text.hidden = false;
+    editor = createEditor(app, text, leave, showHistory);
+    draw();
+  };
+  const draw = (): void => {
+    dock.hidden = spot.value === null;
+    if (spot.value === null) return;
+    if (!isLoading) void load();
+    const { file } = spot.value.place;
+    const isRead = app.sources.value.has(file) || drafts.files.value.has(file);
+    loading.hidden = editor !== null && isRead;
+    text.hidden = !loading.hidden;
+    drawTabs(app, tabs, file);
+    const reason = app.canWrite ? (app.sources.value.get(file)?.read_only ?? "") : whyReadOnly(app);
+    save.hidden = reason !== "";
+    save.disabled = !drafts.files.value.has(file);
+    drawNote(app, note, file, reason);
+    showHistory();
+  };
+  for (const signal of [spot, app.sources, app.about, drafts.files, drafts.conflict, app.parameters])
+    signal.watch(draw);
+  addEventListener("beforeunload", (event) => drafts.isEmpty || event.preventDefault());
   return dock;
 }
 
-/** Whether a text equals the one shown, apart from its hints. Then the rows stay, and so does an open field. */
-function hasSameLines(text: SourceText | null, drawn: SourceText | null): boolean {
-  if (text === null || drawn === null) return false;
-  return (
-    text.file === drawn.file &&
-    text.text === drawn.text &&
-    JSON.stringify(text.owners) === JSON.stringify(drawn.owners)
+function button(
+  image: "undo" | "redo" | "up" | "close",
+  label: string,
+  click: () => void,
+): HTMLButtonElement {
+  return h(
+    "button",
+    { type: "button", class: "icon-button", title: label, "aria-label": label, onclick: click },
+    icon(image),
   );
 }
 
 function drawTabs(app: App, tabs: HTMLElement, open: string): void {
   const files = app.about.value?.files ?? [];
-  const shown = files.includes(open) ? files : [...files, open];
+  const unsaved = app.drafts.files.value;
+  const shown = new Set([...files, ...unsaved.keys(), open]);
+  const isFocused = tabs.contains(document.activeElement);
   tabs.replaceChildren(
-    ...shown.map((file) =>
+    ...[...shown].map((file) =>
       h(
         "button",
         {
           type: "button",
           role: "tab",
           "aria-selected": String(file === open),
-          title: file,
-          onclick: () => app.show({ file, line: 1, column: 1, length: 0 }),
+          tabindex: file === open ? 0 : -1,
+          title: unsaved.has(file) ? `${file} (unsaved)` : file,
+          onclick: () => file !== open && app.show({ file, line: 1, column: 1, length: 0 }),
+          onkeydown: (event: KeyboardEvent) => moveTab(event),
         },
         baseName(file),
+        unsaved.has(file) && h("span", { class: "unsaved", role: "img", "aria-label": "unsaved" }),
       ),
     ),
   );
+  if (isFocused) tabs.querySelector<HTMLElement>("[aria-selected=true]")?.focus();
 }
 
-function lines(app: App, text: SourceText, around: number): HTMLElement {
-  const all = highlight(text.text);
-  const first = all.length > MOST_LINES ? Math.max(0, around - MOST_LINES / 2) : 0;
-  const code = h("div", { class: "code", role: "presentation" });
-  all.slice(first, first + MOST_LINES).forEach((pieces, index) => {
-    const line = first + index + 1;
-    const owners = text.owners[line - 1] ?? [];
-    const row = h(
-      "div",
-      { class: "line", "data-line": line, "data-owners": owners.length ? ` ${owners.join(" ")} ` : null },
-      h(
-        "span",
-        { class: "gutter", title: owners.length ? `part of ${owners.join(", ")}` : null },
-        String(line),
-      ),
-      h("span", { class: "text" }, ...pieces),
+/** Moves between tabs with the arrow keys. */
+function moveTab(event: KeyboardEvent): void {
+  const tab = event.currentTarget as HTMLElement;
+  const other =
+    event.key === "ArrowRight"
+      ? tab.nextElementSibling
+      : event.key === "ArrowLeft"
+        ? tab.previousElementSibling
+        : null;
+  if (!(other instanceof HTMLElement)) return;
+  event.preventDefault();
+  event.stopPropagation();
+  other.focus();
+  other.click();
+}
+
+function whyReadOnly(app: App): string {
+  return app.about.value?.mode === "play"
+    ? "the robot is part of a recording"
+    : "this page was saved as a file and has no server";
+}
+
+/** Shows why the text cannot be saved, or what another program has changed. */
+function drawNote(app: App, note: HTMLElement, file: string, reason: string): void {
+  const { drafts } = app;
+  const name = baseName(file);
+  const content: (Node | string)[] = [];
+  if (reason !== "") content.push(`Read only: ${reason}.`);
+  else if (drafts.conflict.value?.file === file)
+    content.push(
+      `Not saved: another program has changed the same lines of ${name}. `,
+      h("button", { type: "button", onclick: () => drafts.keepMine() }, "Keep my text"),
+      h("button", { type: "button", onclick: () => drafts.takeTheirs() }, "Use the file’s text"),
     );
-    if (owners.length)
-      row.addEventListener("click", () => getSelection()?.isCollapsed && chooseOwner(app, owners));
-    code.append(row);
-  });
-  return code;
-}
-
-/** Selects the link of a line. Repeated clicks on a line with several links select each in turn. */
-function chooseOwner(app: App, owners: readonly string[]): void {
-  const next = (owners.indexOf(app.selected.value) + 1) % owners.length;
-  app.selected.set(owners[next] ?? "");
-}
-
-function mark(app: App, body: HTMLElement, text: SourceText, spot: Spot): void {
-  for (const old of body.querySelectorAll(".caret")) old.remove();
-  const here = new Map<number, Finding>();
-  for (const finding of [...(app.findings.value?.findings ?? [])].reverse()) {
-    if (finding.place?.file === text.file) here.set(finding.place.line, finding);
-  }
-  for (const row of body.querySelectorAll<HTMLElement>(".line")) {
-    const line = Number(row.dataset["line"]);
-    const finding = here.get(line);
-    row.classList.toggle("here", line === spot.place.line && spot.place.length > 0);
-    row.classList.toggle(
-      "owned",
-      app.selected.value !== "" && (row.dataset["owners"] ?? "").includes(` ${app.selected.value} `),
-    );
-    for (const number of numbersOf(row))
-      offer(number, app.canWrite && (row.classList.contains("here") || row.classList.contains("owned")));
-    if (finding) row.dataset["severity"] = finding.severity;
-    else delete row.dataset["severity"];
-  }
-  const row = body.querySelector<HTMLElement>(`.line[data-line="${spot.place.line}"]`);
-  if (row === null) return;
-  if (spot.finding !== null)
-    row.after(caret(spot.finding, spot, row.querySelector(".text")?.textContent ?? ""));
-  if (shown === spot) return; // an edit elsewhere must not scroll the text
-  shown = spot;
-  const top = row.offsetTop - body.clientHeight / 2 + row.offsetHeight;
-  body.scrollTo({ top: Math.max(0, top) });
-}
-
-function caret(finding: Finding, spot: Spot, line: string): HTMLElement {
-  const { column, length } = spot.place;
-  const before = Array.from(line)
-    .slice(0, column - 1)
-    .map((character) => (character === "\t" ? character : " "))
-    .join("");
-  return h(
-    "div",
-    { class: "caret", "data-severity": finding.severity },
-    h("span", { class: "gutter" }),
-    h(
-      "span",
-      { class: "text" },
-      `${before}${"^".repeat(Math.max(1, length))} `,
-      h("span", { class: "says" }, finding.message),
-    ),
-  );
+  else if (drafts.files.value.get(file)?.isOutdated)
+    content.push(`Another program has changed ${name}. Saving keeps its changes at other lines.`);
+  note.hidden = content.length === 0;
+  note.classList.toggle("warning", reason === "");
+  note.replaceChildren(...content);
 }

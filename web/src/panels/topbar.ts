@@ -15,6 +15,18 @@ export function topbar(app: App, help: () => void): HTMLElement {
     letGo(world);
   });
   const inWorld = h("span", { class: "in-world", "aria-hidden": "true" }, "in world");
+  const editLabel = h("span", {});
+  const edit = h(
+    "button",
+    {
+      class: "edit-source",
+      type: "button",
+      onclick: () => (app.spot.value === null ? app.edit() : app.spot.set(null)),
+    },
+    icon("code"),
+    editLabel,
+  );
+  app.spot.watch((spot) => edit.setAttribute("aria-pressed", String(spot !== null)));
   const link = h("span", { class: "status", role: "status" });
   const theme = h("button", {
     class: "icon-button",
@@ -41,6 +53,8 @@ export function topbar(app: App, help: () => void): HTMLElement {
     const shown = about.played || about.file;
     file.textContent = baseName(shown);
     file.title = shown;
+    editLabel.textContent = app.canWrite ? "Edit" : "Source";
+    edit.title = app.canWrite ? `Edit ${baseName(about.file)} here` : `Show ${baseName(about.file)}`;
     mode.textContent = about.mode === "play" ? "recording" : "view";
     mode.hidden = about.mode === "sim";
     world.hidden = inWorld.hidden = about.mode !== "sim";
@@ -63,7 +77,7 @@ export function topbar(app: App, help: () => void): HTMLElement {
       h("img", { src: new URL("../icon.svg", import.meta.url).href, alt: "", width: 22, height: 22 }),
       "KBot",
     ),
-    h("span", { class: "crumbs" }, file, mode, inWorld, world, worldMenu(app)),
+    h("span", { class: "crumbs" }, file, edit, mode, inWorld, world, worldMenu(app)),
     h("span", { class: "spacer" }),
     link,
     h(

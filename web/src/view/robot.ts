@@ -148,7 +148,7 @@ export class RobotObject {
     private readonly changed: () => void,
   ) {
     this.links = scene.links.map((view, index) => new LinkObject(view, index, ids, this.edges, changed));
-    this.group.add(...this.links.map((link) => link.group));
+    for (const link of this.links) this.group.add(link.group);
   }
 
   apply(state: State): void {

@@ -27,12 +27,17 @@ def encode(message: FromServer) -> str:
 
 MAX_MESSAGE = 64 * 1024
 """Characters of a message from a page."""
+MAX_TEXT_MESSAGE = 2 * 1024 * 1024
+"""Characters of a message with the text of files: two texts and their escaped quotes and line ends."""
 MOST_LEVELS = 20
 """How deep objects and lists may be nested."""
 
 _MESSAGES: dict[str, type] = {
     typing.get_args(typing.get_type_hints(cls)["type"])[0]: cls for cls in typing.get_args(FromPage)
 }
+
+
+_WITH_TEXT = frozenset({"check_texts", "save_source"})
 
 
 class BadMessage(KbotError):
@@ -48,8 +53,8 @@ def decode(data: str | bytes) -> FromPage:
     """
     if not isinstance(data, str):
         raise BadMessage("binary message: messages must be JSON text")
-    if len(data) > MAX_MESSAGE:
-        raise BadMessage(f"message of {len(data)} characters: the limit is {MAX_MESSAGE}")
+    if len(data) > MAX_TEXT_MESSAGE:
+        raise BadMessage(f"message of {len(data)} characters: the limit is {MAX_TEXT_MESSAGE}")
     try:
         value = parse_json(data)
     except ValueError:
@@ -60,6 +65,8 @@ def decode(data: str | bytes) -> FromPage:
     if not isinstance(kind, str) or kind not in _MESSAGES:
         hint = did_you_mean(kind, _MESSAGES) if isinstance(kind, str) and len(kind) < 64 else ""
         raise BadMessage(f"unknown message type {_short(kind)}{': ' + hint if hint else ''}")
+    if len(data) > MAX_MESSAGE and kind not in _WITH_TEXT:
+        raise BadMessage(f"{kind} of {len(data)} characters: the limit is {MAX_MESSAGE}")
     cls = _MESSAGES[kind]
     hints = _fields(cls)
     for name in value:

@@ -26,6 +26,8 @@ ShapeKind = Literal["box", "cylinder", "sphere", "capsule", "ellipsoid", "mesh"]
 Name = Annotated[str, Length(256)]
 SettingsText = Annotated[str, Length(60_000)]
 PathName = Annotated[str, Length(4096)]
+FileText = Annotated[str, Length(500_000)]
+"""The text of a file. A real description has at most a tenth of this, and a check of a longer one is slow."""
 Fields = Annotated[tuple[Name, ...], Length(12)]
 """The fields of one plot."""
 
@@ -451,8 +453,21 @@ class Note:
 
 
 @dataclass(frozen=True, slots=True)
+class TextEdit:
+    """A change of a file: the text from a line and column to another (1-based, exclusive) becomes `text`."""
+
+    file: str
+    line: int
+    column: int
+    end_line: int
+    end_column: int
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
 class Finding:
-    """One diagnostic. `link` is the link it is in and `fix` the title of its fix. Both can be empty."""
+    """One diagnostic. `link` is the link it is in and `fix` the title of its fix, made by `edits`. All can be
+    empty."""
 
     code: str
     severity: Literal["error", "warning", "info"]
@@ -463,6 +478,7 @@ class Finding:
     related: tuple[Note, ...]
     link: str
     fix: str
+    edits: tuple[TextEdit, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -497,13 +513,136 @@ class Hint:
 @dataclass(frozen=True, slots=True)
 class SourceText:
     """The text of one of the description's files. `owners` lists the links of each line, `hints` the values
-    of its expressions."""
+    of its expressions. `read_only` is the reason why the page may not save it, or empty."""
 
     file: str
     text: str
     owners: tuple[tuple[str, ...], ...]
     hints: tuple[Hint, ...]
+    read_only: str
     type: Literal["source"] = "source"
+
+
+@dataclass(frozen=True, slots=True)
+class ElementNames:
+    """An element that can be completed, such as a link or the call of a macro.
+
+    Without `children`, it may contain any element.
+    """
+
+    name: str
+    attributes: tuple[str, ...]
+    children: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class AttributeValues:
+    """The values that can be completed in an attribute of an element."""
+
+    element: str
+    attribute: str
+    values: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class NamedValue:
+    """A property or an argument, and its value as text."""
+
+    name: str
+    value: str
+
+
+@dataclass(frozen=True, slots=True)
+class Completions:
+    """What an editor can complete: elements, attribute values, and names in `${…}` and `$(arg …)`."""
+
+    elements: tuple[ElementNames, ...]
+    values: tuple[AttributeValues, ...]
+    properties: tuple[NamedValue, ...]
+    arguments: tuple[NamedValue, ...]
+    type: Literal["completions"] = "completions"
+
+
+@dataclass(frozen=True, slots=True)
+class CheckTexts:
+    """Check the description with unsaved texts of some of its files, in the same order as `files`.
+
+    Only the newest request of a page is answered. The answer has the same `number`.
+    """
+
+    number: Annotated[float, Bounds(0, 1e15)]
+    files: Annotated[tuple[PathName, ...], Length(20)]
+    texts: Annotated[tuple[FileText, ...], Length(20)]
+    type: Literal["check_texts"] = "check_texts"
+
+
+@dataclass(frozen=True, slots=True)
+class TextsChecked:
+    """The findings of unsaved texts. `completions` is None if the text is not well-formed."""
+
+    number: float
+    findings: tuple[Finding, ...]
+    completions: Completions | None
+    type: Literal["texts_checked"] = "texts_checked"
+
+
+@dataclass(frozen=True, slots=True)
+class SaveSource:
+    """Write a file. `was` is its content when the page read it.
+
+    If the file has changed since, changes at other lines are kept.
+    """
+
+    file: PathName
+    was: FileText
+    text: FileText
+    type: Literal["save_source"] = "save_source"
+
+
+@dataclass(frozen=True, slots=True)
+class SourceSaved:
+    """A file was written. `sent` is the text that the page sent. `text` is the content of the file, which also
+    has the changes of other programs."""
+
+    file: str
+    sent: str
+    text: str
+    type: Literal["source_saved"] = "source_saved"
+
+
+@dataclass(frozen=True, slots=True)
+class SourceConflict:
+    """A file was not written, because another program changed the same lines. `text` is its content."""
+
+    file: str
+    text: str
+    type: Literal["source_conflict"] = "source_conflict"
+
+
+@dataclass(frozen=True, slots=True)
+class AskRule:
+    """Request the page of a rule by its code."""
+
+    code: Name
+    type: Literal["ask_rule"] = "ask_rule"
+
+
+@dataclass(frozen=True, slots=True)
+class RuleSection:
+    """A section of a rule's page, such as Why or Fix."""
+
+    title: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class RulePage:
+    """The page of a rule, as `kbot rule` prints it."""
+
+    code: str
+    name: str
+    sections: tuple[RuleSection, ...]
+    type: Literal["rule_page"] = "rule_page"
 
 
 @dataclass(frozen=True, slots=True)
@@ -906,6 +1045,11 @@ FromServer = (
     | State
     | Findings
     | SourceText
+    | Completions
+    | TextsChecked
+    | SourceSaved
+    | SourceConflict
+    | RulePage
     | Parameters
     | Topics
     | TopicMessage
@@ -1021,6 +1165,9 @@ FromPage = (
     | JointSpeed
     | SetWorld
     | OpenSource
+    | CheckTexts
+    | SaveSource
+    | AskRule
     | SetParameter
     | DropParameters
     | KeepParameters

@@ -7,7 +7,19 @@ import itertools
 from collections import deque
 from collections.abc import Awaitable, Callable, Iterable, Iterator
 
-from kbot.workbench.protocol import Beat, FromPage, FromServer, Scene, SourceText, State, Things, Timeline
+from kbot.workbench.protocol import (
+    Beat,
+    FromPage,
+    FromServer,
+    RulePage,
+    Scene,
+    SourceConflict,
+    SourceSaved,
+    SourceText,
+    State,
+    Things,
+    Timeline,
+)
 from kbot.workbench.protocol.codec import encode
 
 MAX_PAGES = 500  # each page uses a file descriptor, and the limit of a process is often 1024
@@ -102,8 +114,10 @@ class Client:
 def _key(message: FromServer) -> str:
     """Return the key of a message. A newer message with the same key replaces it."""
     match message:
-        case SourceText(file=file):
-            return f"source:{file}"
+        case SourceText(file=file) | SourceSaved(file=file) | SourceConflict(file=file):
+            return f"{message.type}:{file}"
+        case RulePage(code=code):
+            return f"rule_page:{code}"
     return message.type
 
 

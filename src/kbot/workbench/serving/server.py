@@ -20,9 +20,11 @@ from kbot.record.encodings.types import ros2_types
 from kbot.text import KbotError
 from kbot.text.complaints import Complaints
 from kbot.workbench.protocol import (
+    AskRule,
     AskSeries,
     AskTrail,
     BeatReply,
+    CheckTexts,
     DrawPlot,
     Drive,
     FromPage,
@@ -40,8 +42,9 @@ from kbot.workbench.protocol import (
     Topics,
     Unsubscribe,
 )
-from kbot.workbench.protocol.codec import MAX_MESSAGE, BadMessage, decode
+from kbot.workbench.protocol.codec import MAX_TEXT_MESSAGE, BadMessage, decode
 from kbot.workbench.serving.access import Access
+from kbot.workbench.serving.checking import Checking
 from kbot.workbench.serving.file_watcher import Watcher
 from kbot.workbench.serving.hub import MAX_PAGES, Client, Hub
 from kbot.workbench.serving.page_files import PageFiles
@@ -77,6 +80,8 @@ MOST_ORDERS = 200
 """Messages of a page that wait while a program uses the simulation: those of ten seconds of driving."""
 _CHANGE_NOTHING = (
     OpenSource
+    | CheckTexts
+    | AskRule
     | Drive
     | Subscribe
     | Unsubscribe
@@ -102,6 +107,7 @@ class Server:
         self.past = Past(session, self.hub)
         self._complaints = Complaints(log)
         self._plotting = Plotting(self.past, self._complaints)
+        self._checking = Checking(session, self._complaints)
         self._files = PageFiles(session, access, self._complaints)
         self._changed = True
         self._topics: Topics | None = None
@@ -117,7 +123,7 @@ class Server:
             process_request=self._files.answer,
             compression=None,
             close_timeout=CLOSING_SECONDS,  # for a page that does not answer
-            max_size=MAX_MESSAGE,
+            max_size=MAX_TEXT_MESSAGE,
             max_queue=8,
             server_header=None,
             logger=socket_logger(self._complaints),
@@ -131,6 +137,7 @@ class Server:
                 tasks.create_task(self._follow_program())
                 tasks.create_task(self._follow_files())
                 tasks.create_task(self._follow_page())
+                tasks.create_task(self._checking.run())
                 try:
                     await self._until_closed(sockets)
                 finally:
@@ -172,6 +179,7 @@ class Server:
                 await pump
             self.hub.leave(client)
             self._plotting.leave(client)
+            self._checking.leave(client)
             async with session.turns:
                 session.leave(client.number)
             self._changed = True
@@ -219,6 +227,8 @@ class Server:
                     self.past.resume(client)
                 case AskSeries() | AskTrail() | DrawPlot():
                     self._plotting.request_plot(client, message)
+                case CheckTexts():
+                    self._checking.request(client, message)
                 case Mark() | NoteMark() | RemoveMark():
                     self.session.marks.handle(message)
                     self.hub.publish(self.session.marks.view)

@@ -19,6 +19,7 @@ from kbot.workbench.protocol import (
     About,
     Action,
     Advance,
+    AskRule,
     Drive,
     Findings,
     FromPage,
@@ -35,6 +36,7 @@ from kbot.workbench.protocol import (
     ResetPart,
     RunProgram,
     SaveDisplays,
+    SaveSource,
     Scene,
     Seek,
     SetJoint,
@@ -51,6 +53,7 @@ from kbot.workbench.session.deadman import NOBODY, Deadman
 from kbot.workbench.session.offers import Mode, Offers, about
 from kbot.workbench.session.shown_scene import ShownScene
 from kbot.workbench.source.description import DescriptionReading
+from kbot.workbench.source.rule_pages import rule_page
 from kbot.workbench.source.shown import Reader, ShownDescription
 from kbot.workbench.timeline.marks import Marks
 from kbot.workbench.timeline.recording import RunRecording
@@ -426,7 +429,15 @@ class Session:
             case RecordRun():
                 self.recording.end()
             case OpenSource(file=file):
-                return [self.shown.source(file, self._besides_description)]
+                completions = self.shown.completions()
+                text = self.shown.source(file, self._besides_description)
+                return [text, *([completions] if completions is not None else [])]
+            case SaveSource():
+                answer = self.shown.save(message)
+                self.wants_reading()
+                return [answer]
+            case AskRule(code=code):
+                return [rule_page(code)]
             case _ if apply_to_mover(message, self._motion):
                 self._resets += isinstance(message, ResetPart | Seek)
                 self._send_changes()

@@ -23,8 +23,10 @@ from kbot.workbench.protocol import (
     SetParameter,
     Undo,
 )
+from kbot.workbench.source.merging import merge
 from kbot.workbench.source.overrides import TRUTHS, Overrides, number_text, value_of
 from kbot.workbench.source.places import place_of_span
+from kbot.workbench.source.saving import SHIPPED_REASON
 from kbot.workbench.source.units import units_of
 from kbot.xacro.packages import SHIPPED
 
@@ -204,7 +206,7 @@ def _replace_texts(texts: Iterable[tuple[str, str, str]]) -> list[tuple[str, str
     done = []
     for file, was, put in texts:
         now = read_source(file).text
-        text = put if now == was else _merged(now, was, put)
+        text = merge(was, put, now)
         if text is None:
             raise KbotError(
                 f"{Path(file).name} was changed at this place after the edit. Change it back in your editor"
@@ -212,37 +214,6 @@ def _replace_texts(texts: Iterable[tuple[str, str, str]]) -> list[tuple[str, str
         done.append((file, now, text))
     rewrite({file: (now, text) for file, now, text in done})
     return done
-
-
-def _merged(now: str, was: str, put: str) -> str | None:
-    """Apply the lines in which `put` differs from `was` to the text `now`.
-
-    Returns None unless the lines of `was` occur exactly once, next to one of their neighbours.
-    """
-    old, new, lines = (text.splitlines(keepends=True) for text in (was, put, now))
-    head = _count_equal(old, new)
-    tail = min(_count_equal(old[::-1], new[::-1]), len(old) - head, len(new) - head)
-    middle = old[head : len(old) - tail]
-    above, below = old[head - 1 : head], old[len(old) - tail : len(old) - tail + 1]
-    found = [
-        at
-        for at in range(len(lines) - len(middle) + 1)
-        if middle
-        and lines[at : at + len(middle)] == middle
-        and (lines[at - 1 : at] == above or lines[at + len(middle) : at + len(middle) + 1] == below)
-    ]
-    if len(found) != 1:
-        return None
-    (at,) = found
-    return "".join([*lines[:at], *new[head : len(new) - tail], *lines[at + len(middle) :]])
-
-
-def _count_equal(first: Sequence[str], second: Sequence[str]) -> int:
-    """Return the number of equal lines at the start."""
-    return next(
-        (n for n, (a, b) in enumerate(zip(first, second, strict=False)) if a != b),
-        min(len(first), len(second)),
-    )
 
 
 def _is_value(text: str) -> bool:
@@ -253,7 +224,7 @@ def _is_value(text: str) -> bool:
 
 def _changed(file: str, edits: Iterable[tuple[Edit, str]]) -> tuple[str, str, str]:
     if Path(file).absolute().is_relative_to(SHIPPED):
-        raise KbotError("this robot ships with KBot and cannot be changed. Work on a copy of its package")
+        raise KbotError(SHIPPED_REASON)
     source = read_source(file)
     data, at = source.data, len(source.data) + 1
     for edit, was in sorted(edits, key=lambda both: both[0].span.start, reverse=True):
@@ -278,7 +249,7 @@ class Authoring:
     def __init__(self, overrides: Overrides, read_only_reason: str = "") -> None:
         """`read_only_reason` is the reason why nothing may be changed, or empty."""
         self.overrides = overrides
-        self._read_only_reason = read_only_reason
+        self.read_only_reason = read_only_reason
         self._editor = Editor()
         self._files: tuple[str, ...] = ()
         self._written: tuple[WrittenValue, ...] = ()
@@ -293,7 +264,7 @@ class Authoring:
         self.serial += 1
 
     def parameters(self) -> Parameters:
-        if self._read_only_reason:
+        if self.read_only_reason:
             return Parameters((), "", "")
         parameters = parameters_for_page(self._written, self.overrides)
         return Parameters(parameters, self._editor.undo_title, self._editor.redo_title)
@@ -305,8 +276,8 @@ class Authoring:
         Raises:
             KbotError: the message cannot be carried out. The text is the reason.
         """
-        if self._read_only_reason and isinstance(message, CHANGES):
-            raise KbotError(self._read_only_reason)
+        if self.read_only_reason and isinstance(message, CHANGES):
+            raise KbotError(self.read_only_reason)
         match message:
             case SetParameter(kind=kind, name=name, value=value):
                 self.overrides.set(kind, name, self._find(kind, name).text_of(value))

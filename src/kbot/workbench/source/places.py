@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from kbot.text import Diagnostic, Origin, Severity, Span
-from kbot.workbench.protocol import Finding, Note, Place, Step
+from kbot.text import Diagnostic, Edit, Origin, Severity, Span
+from kbot.workbench.protocol import Finding, Note, Place, Step, TextEdit
 from kbot.workbench.source.ownership import Ownership
 
 
@@ -47,4 +47,11 @@ def _finding(diagnostic: Diagnostic, ownership: Ownership) -> Finding:
         related=tuple(Note(note.message, place_of_span(note.origin.span)) for note in diagnostic.related),
         link=ownership.link_at(origin),
         fix=diagnostic.fix.title if diagnostic.fix else "",
+        edits=tuple(map(_text_edit, diagnostic.fix.edits)) if diagnostic.fix else (),
     )
+
+
+def _text_edit(edit: Edit) -> TextEdit:
+    source = edit.span.source
+    start, end = source.line_column(edit.span.start), source.line_column(edit.span.end)
+    return TextEdit(source.path, *start, *end, edit.replacement)

@@ -9,16 +9,28 @@ from typing import TYPE_CHECKING, Protocol
 
 from kbot.model import RobotModel
 from kbot.text import DescriptionError, Diagnostic, Element, KbotError, Origin, Source, Span
-from kbot.text.files import read_source
+from kbot.text.files import read_source, unsaved
 from kbot.workbench.meshes.notes import lightened_meshes, missing_meshes
 from kbot.workbench.meshes.roots import Confined, MeshRoots, confine
 from kbot.workbench.meshes.store import MeshStore
-from kbot.workbench.protocol import Findings, Hint, SourceText
+from kbot.workbench.protocol import (
+    CheckTexts,
+    Completions,
+    Findings,
+    Hint,
+    SaveSource,
+    SourceConflict,
+    SourceSaved,
+    SourceText,
+    TextsChecked,
+)
 from kbot.workbench.source.authoring import Authoring
+from kbot.workbench.source.completions import completions_of
 from kbot.workbench.source.description import DescriptionReading
 from kbot.workbench.source.overrides import Overrides
 from kbot.workbench.source.ownership import Ownership
 from kbot.workbench.source.places import by_severity, findings_for_page, place_of_span
+from kbot.workbench.source.saving import read_only_reason, require_valid, save
 from kbot.xacro.packages import Packages
 
 if TYPE_CHECKING:
@@ -209,10 +221,50 @@ class ShownDescription:
         Raises:
             KbotError: the file is not part of the description, or cannot be read.
         """
-        places = {other.origin.span.file for other in others if other.origin is not None}
-        if file not in {*self._latest.files, *self._good.files, *places}:
-            raise KbotError(f"{file} is not part of this description")
+        is_other = any(other.origin is not None and other.origin.span.file == file for other in others)
+        if not is_other:
+            self._require_files((file,))
         source = read_source(file)
         if self._hints is None:
             self._hints = Hints(self._latest.document)
-        return SourceText(file, source.text, self._ownership.lines(source.whole()), self._hints.of(source))
+        owners = self._ownership.lines(source.whole())
+        reason = self.authoring.read_only_reason or read_only_reason(file, source.text)
+        if is_other and file not in self._latest.files:
+            reason = "only the files of the robot's description can be changed here"
+        return SourceText(file, source.text, owners, self._hints.of(source), reason)
+
+    def completions(self) -> Completions | None:
+        """Return what an editor can complete, or None if the latest text is not well-formed."""
+        return completions_of(self._latest)
+
+    def save(self, message: SaveSource) -> SourceSaved | SourceConflict:
+        """Save a file that the page has edited.
+
+        Raises:
+            KbotError: the file is not part of the description, read-only, or cannot be written.
+        """
+        self._require_files((message.file,))
+        if self.authoring.read_only_reason:
+            raise KbotError(self.authoring.read_only_reason)
+        return save(message)
+
+    def check(self, message: CheckTexts) -> TextsChecked:
+        """Check the description with unsaved texts. May run on another thread.
+
+        Raises:
+            KbotError: a file is not part of the description, or the checks' configuration is not usable.
+        """
+        self._require_files(message.files)
+        if len(message.files) != len(message.texts):
+            raise KbotError(f"{len(message.files)} files need as many texts, not {len(message.texts)}")
+        for text in message.texts:
+            require_valid(text)
+        with unsaved(dict(zip(message.files, message.texts, strict=True))):
+            reading = self._reader.read()
+        found = findings_for_page(by_severity(reading.findings), Ownership(reading.document))
+        return TextsChecked(message.number, found, completions_of(reading))
+
+    def _require_files(self, files: Iterable[str]) -> None:
+        for file in files:
+            if file not in self._latest.files and file not in self._good.files:
+                raise KbotError(f"{file} is not part of this description")

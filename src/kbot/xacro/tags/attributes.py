@@ -1,4 +1,4 @@
-"""Checks the attributes of xacro tags."""
+"""The attributes of xacro tags, and their check."""
 
 from __future__ import annotations
 
@@ -13,19 +13,28 @@ if TYPE_CHECKING:
     from kbot.xacro.run import Run
 
 
-def check_attributes(
-    run: Run,
-    node: Element,
-    place: ExpansionContext,
-    required: tuple[str, ...],
-    optional: tuple[str, ...] = (),
-) -> None:
+ATTRIBUTES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "xacro:if": (("value",), ()),
+    "xacro:unless": (("value",), ()),
+    "xacro:property": (("name",), ("value", "default", "remove", "scope", "lazy_eval")),
+    "xacro:arg": (("name", "default"), ()),
+    "xacro:macro": (("name",), ("params",)),
+    "xacro:include": (("filename",), ("ns", "optional")),
+    "xacro:insert_block": (("name",), ()),
+    "xacro:attribute": (("name", "value"), ()),
+}
+"""The required and the optional attributes of each tag. `<xacro:call>` and `<xacro:element>` are missing: they
+have the attributes of the macro or the element that they name."""
+
+
+def check_attributes(run: Run, node: Element, place: ExpansionContext) -> None:
     """Warn about unknown attributes of a tag.
 
     Raises:
         XacroError: a required attribute is missing.
     """
     attributes = node.attributes
+    required, optional = ATTRIBUTES[node.tag]
     if tuple(attributes) == required:
         return
     known = (*required, *optional)

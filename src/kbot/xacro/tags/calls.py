@@ -20,7 +20,7 @@ from kbot.xacro.xacro_error import XacroError
 
 def insert_block(walk: Expander, node: Element, place: ExpansionContext, has_next: bool) -> None:
     """Insert a block, expanded again: its element, or for `**` the content of the element."""
-    check_attributes(walk.run, node, place, ("name",))
+    check_attributes(walk.run, node, place)
     name, scope = node.attributes["name"], place.scope
     several = scope.find(f"**{name}")
     found = scope.find(f"*{name}") if several is None else several
@@ -101,7 +101,7 @@ _PARAMETER_STEPS = 4
 def define_macro(walk: Expander, node: Element, place: ExpansionContext, has_next: bool) -> None:
     """Define a macro."""
     walk.gap.drop_comments(place.out, place.out, has_next)
-    check_attributes(walk.run, node, place, ("name",), ("params",))
+    check_attributes(walk.run, node, place)
     name = node.attributes["name"]
     if name == "call" or "." in name:
         hint = "a dot separates a namespace from a macro" if "." in name else "it is one of xacro's own tags"

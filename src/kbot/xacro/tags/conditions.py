@@ -14,7 +14,7 @@ def condition(walk: Expander, node: Element, place: ExpansionContext, has_next: 
     """Expand the content of the tag, or remove it."""
     tail: list[Node] = []
     walk.gap.drop_comments(place.out, tail, has_next)
-    check_attributes(walk.run, node, place, ("value",))
+    check_attributes(walk.run, node, place)
     try:
         keep = walk.truth(walk.evaluated(node, "value", place), node, "value", place)
     except XacroError as fault:

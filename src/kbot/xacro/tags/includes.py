@@ -28,7 +28,7 @@ _MOST_WILDCARDS = 3
 def include(walk: Expander, node: Element, place: ExpansionContext, has_next: bool) -> None:
     """Replace the tag by the expanded content of other files."""
     run, attributes = walk.run, node.attributes
-    check_attributes(walk.run, node, place, ("filename",), ("ns", "optional"))
+    check_attributes(run, node, place)
     inner: list[Node] = []
     target = place.within({}, inner)
     if attributes.get("ns"):

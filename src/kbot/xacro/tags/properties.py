@@ -13,12 +13,10 @@ from kbot.xacro.tags.attributes import check_attributes
 from kbot.xacro.templates import shortened
 from kbot.xacro.xacro_error import XacroError
 
-_OPTIONAL = ("value", "default", "remove", "scope", "lazy_eval")
-
 
 def declare_argument(walk: Expander, node: Element, place: ExpansionContext, has_next: bool) -> None:
     """Declare an argument, and set its default if it has no value."""
-    check_attributes(walk.run, node, place, ("name", "default"))
+    check_attributes(walk.run, node, place)
     run, name = walk.run, node.attributes["name"]
     run.declared.add(name)
     run.defaults.setdefault(name, Binding(name, None, READY, node, "default", place.call))
@@ -41,7 +39,7 @@ def define_property(walk: Expander, node: Element, place: ExpansionContext, has_
         if is_identifier(name) and not name.startswith("__"):  # fast path: nearly every property is like this
             scope.define(Binding(name, attributes["value"], LAZY, node, "value", place.call))
             return
-    check_attributes(walk.run, node, place, ("name",), _OPTIONAL)
+    check_attributes(walk.run, node, place)
     name = _name(walk, node, place)
     remove = "remove" in attributes and _flag(walk, node, "remove", place)
     if ("value" in attributes) + ("default" in attributes) + remove > 1:

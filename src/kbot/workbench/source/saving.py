@@ -1,0 +1,54 @@
+"""Save the text of the page's editor, without losing the changes of another program."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from kbot.text import KbotError, read_source, rewrite
+from kbot.workbench.protocol import FileText, SaveSource, SourceConflict, SourceSaved
+from kbot.workbench.source.merging import merge
+from kbot.xacro.packages import SHIPPED
+
+MOST_CHARACTERS = next(part.most for part in FileText.__metadata__)
+"""Characters of a file that the page can save."""
+SHIPPED_REASON = "this robot ships with KBot and cannot be changed. Work on a copy of its package"
+
+
+def read_only_reason(file: str, text: str) -> str:
+    """Return why a file of the description cannot be saved, or an empty string."""
+    if Path(file).absolute().is_relative_to(SHIPPED):
+        return SHIPPED_REASON
+    if len(text) > MOST_CHARACTERS:
+        return f"the file has more than {MOST_CHARACTERS:,} characters. Change it in another editor"
+    if not os.access(file, os.W_OK):
+        return "you do not have permission to write this file"
+    return ""
+
+
+def save(message: SaveSource) -> SourceSaved | SourceConflict:
+    """Write a text to its file, merged with what another program has changed in the meantime.
+
+    Raises:
+        KbotError: the file is missing, read-only, or cannot be written.
+    """
+    file, text = message.file, message.text
+    require_valid(text)
+    now = read_source(file).text
+    reason = read_only_reason(file, text)
+    if reason:
+        raise KbotError(reason)
+    merged = merge(message.was, text, now)
+    if merged is None:
+        return SourceConflict(file, now)
+    if merged != now:
+        rewrite({file: (now, merged)})
+    return SourceSaved(file, text, merged)
+
+
+def require_valid(text: str) -> None:
+    """Raise KbotError if a text cannot be encoded: JSON can contain half of a surrogate pair."""
+    try:
+        text.encode()
+    except UnicodeEncodeError as error:
+        raise KbotError(f"the text has an invalid character at position {error.start}") from None

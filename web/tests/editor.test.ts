@@ -1,0 +1,172 @@
+import { CompletionContext } from "@codemirror/autocomplete";
+import { EditorState, Text } from "@codemirror/state";
+import { describe, expect, it, vi } from "vitest";
+
+import { Drafts } from "../src/drafts";
+import { completeName, schemaOf } from "../src/editor/complete";
+import { changesOf, changeTo, columnAt, offsetAt, separatorOf } from "../src/editor/positions";
+import type { Completions, FromPage } from "../src/protocol";
+
+describe("positions", () => {
+  const doc = Text.of(["<a>", 'b="ä😀c"', ""]);
+
+  it.each([
+    [1, 1, 0],
+    [2, 4, 7],
+    [2, 5, 8], // after ä
+    [2, 6, 10], // after the emoji, which has two code units
+    [2, 99, 12],
+    [9, 1, 13],
+  ])("line %d, column %d is at offset %d", (line, column, offset) => {
+    expect(offsetAt(doc, line, column)).toBe(offset);
+  });
+
+  it("count characters in a column", () => {
+    expect(columnAt(doc, 10)).toBe(6);
+  });
+
+  it.each([
+    ["a\r\nb\r\n", "\r\n"],
+    ["a\nb\r\n", "\n"],
+    ["a\r\nb\rc", "\n"],
+    ["\na\r\n", "\n"],
+    ["a\nb", "\n"],
+    ["", "\n"],
+  ])("the lines of %j are separated by %j", (text, separator) => {
+    expect(separatorOf(text)).toBe(separator);
+    const state = EditorState.create({ doc: text, extensions: EditorState.lineSeparator.of(separator) });
+    expect(state.sliceDoc()).toBe(text);
+  });
+
+  it.each([
+    ["one\ntwo\nthree", "one\n2\nthree"],
+    ["aaa", "aa"],
+    ["", "x"],
+    ["x", ""],
+    ["a\r\nb\r\n", "a\r\nc\r\nb\r\n"],
+  ])("change %j to %j", (was, now) => {
+    const extensions = EditorState.lineSeparator.of(separatorOf(was));
+    const state = EditorState.create({ doc: was, extensions });
+    expect(state.update({ changes: changeTo(state, now)! }).state.sliceDoc()).toBe(now);
+    expect(changeTo(state, was)).toBeNull();
+  });
+
+  it("apply the edits of a fix", () => {
+    const edit = { file: "a", line: 1, column: 2, end_line: 2, end_column: 1, text: "x>\n" };
+    const state = EditorState.create({ doc: "<a>\n<b/>" });
+    expect(state.update({ changes: changesOf(state.doc, [edit]) }).state.sliceDoc()).toBe("<x>\n<b/>");
+  });
+});
+
+const COMPLETIONS: Completions = {
+  type: "completions",
+  elements: [
+    { name: "robot", attributes: ["name"], children: ["link"] },
+    { name: "link", attributes: ["name"], children: [] },
+    { name: "parent", attributes: ["link"], children: [] },
+    { name: "xacro:wheel", attributes: ["side"], children: [] },
+  ],
+  values: [{ element: "parent", attribute: "link", values: ["base"] }],
+  properties: [{ name: "radius", value: "0.035" }],
+  arguments: [{ name: "lidar", value: "true" }],
+};
+
+describe("completion", () => {
+  it("offers macros inside every element", () => {
+    const [robot, link] = schemaOf(COMPLETIONS);
+    expect(robot).toMatchObject({ top: true, children: ["link", "xacro:wheel"] });
+    expect(link).not.toHaveProperty("children");
+  });
+
+  it.each([
+    ['<a b="${ra', ["radius"], 8],
+    ['<a b="${2 * ', ["radius"], 12],
+    ['<a b="$(arg l', ["lidar"], 12],
+  ])("completes the name in %s", (text, labels, from) => {
+    const context = new CompletionContext(EditorState.create({ doc: text }), text.length, false);
+    const found = completeName(context, COMPLETIONS);
+    expect(found?.options.map(({ label }) => label)).toEqual(labels);
+    expect(found?.from).toBe(from);
+  });
+
+  it.each(['<a b="ra', '<a b="${radius} ', '<a b="${2'])("completes no name in %s", (text) => {
+    const context = new CompletionContext(EditorState.create({ doc: text }), text.length, false);
+    expect(completeName(context, COMPLETIONS)).toBeNull();
+  });
+});
+
+describe("drafts", () => {
+  function drafts(): { drafts: Drafts; sent: FromPage[] } {
+    const sent: FromPage[] = [];
+    return { drafts: new Drafts((message) => sent.push(message)), sent };
+  }
+
+  it("hold a text until it is saved", () => {
+    const { drafts: all, sent } = drafts();
+    expect(all.read("a", "old")).toBe(true);
+    all.edit("a", "new");
+    expect(all.isEmpty).toBe(false);
+    all.save("a");
+    expect(sent).toEqual([{ type: "save_source", file: "a", was: "old", text: "new" }]);
+    all.saved({ type: "source_saved", file: "a", sent: "new", text: "new" });
+    expect(all.isEmpty).toBe(true);
+  });
+
+  it("are empty again after an undo", () => {
+    const { drafts: all } = drafts();
+    all.read("a", "old");
+    all.edit("a", "new");
+    all.edit("a", "old");
+    expect(all.isEmpty).toBe(true);
+  });
+
+  it("keep the text and the old base when another program changes the file", () => {
+    const { drafts: all, sent } = drafts();
+    all.read("a", "old");
+    all.edit("a", "mine");
+    expect(all.read("a", "theirs")).toBe(false);
+    expect(all.files.value.get("a")).toEqual({ base: "old", text: "mine", isOutdated: true });
+    all.save("a");
+    expect(sent.at(-1)).toMatchObject({ was: "old", text: "mine" });
+  });
+
+  it("keep what was typed while the text was being saved", () => {
+    const { drafts: all } = drafts();
+    all.read("a", "old");
+    all.edit("a", "sent");
+    all.save("a");
+    all.edit("a", "sent and more");
+    all.saved({ type: "source_saved", file: "a", sent: "sent", text: "sent, merged" });
+    expect(all.files.value.get("a")).toEqual({ base: "sent", text: "sent and more", isOutdated: true });
+  });
+
+  it("offer both texts after a conflict", () => {
+    const { drafts: all, sent } = drafts();
+    all.read("a", "old");
+    all.edit("a", "mine");
+    all.conflict.set({ type: "source_conflict", file: "a", text: "theirs" });
+    all.keepMine();
+    expect(sent.at(-1)).toMatchObject({ type: "save_source", was: "theirs", text: "mine" });
+    all.conflict.set({ type: "source_conflict", file: "a", text: "theirs" });
+    all.takeTheirs();
+    expect(all.isEmpty).toBe(true);
+    expect(all.replaced.value).toMatchObject({ file: "a", text: "theirs" });
+  });
+
+  it("are checked once after a pause, and an old answer is ignored", () => {
+    vi.useFakeTimers();
+    const { drafts: all, sent } = drafts();
+    all.read("a", "old");
+    all.edit("a", "new");
+    all.edit("a", "newer");
+    vi.runAllTimers();
+    expect(sent).toEqual([{ type: "check_texts", number: 1, files: ["a"], texts: ["newer"] }]);
+    all.edit("a", "newest");
+    vi.runAllTimers();
+    all.checked({ type: "texts_checked", number: 1, findings: [], completions: null });
+    expect(all.findings.value).toBeNull();
+    all.checked({ type: "texts_checked", number: 2, findings: [], completions: null });
+    expect(all.findings.value).toEqual([]);
+    vi.useRealTimers();
+  });
+});
