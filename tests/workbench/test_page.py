@@ -100,8 +100,11 @@ def test_a_broken_file_keeps_the_last_valid_robot_and_is_reported(
     assert "base_mas" in message.inner_text()
     until(lambda: blue(screenshot(page)).sum() < 0.05 * whole)
     assert mask(page, "base_link").sum() > 1000
-    page.get_by_role("button", name="Show error").click()
-    here = until(lambda: page.locator(".line.here").count() and page.locator(".line.here"))
+    first = page.locator(".notice.error .first-error")
+    assert f"kbot.xacro:{line}: " in first.inner_text()
+    assert "base_mas" in first.inner_text()
+    first.click()
+    here = until(lambda: page.locator(".cm-line.here").count() and page.locator(".cm-line.here"))
     assert here.get_attribute("data-line") == str(line)
     caret = page.locator(".caret").inner_text()
     assert "^" in caret
@@ -121,8 +124,8 @@ def test_an_unclosed_tag_links_to_its_opening(xacro: Path, viewing: str, open_pa
     until(lambda: "is not closed" in card.inner_text())
     card.get_by_role("button").first.click()
     card.get_by_role("button", name="<group> is opened").click()
-    until(lambda: "<group>" in page.locator(".line.here").inner_text())
-    here = until(lambda: page.locator(".line.here").count() and page.locator(".line.here"))
+    until(lambda: "<group>" in page.locator(".cm-line.here").inner_text())
+    here = until(lambda: page.locator(".cm-line.here").count() and page.locator(".cm-line.here"))
     assert here.get_attribute("data-line") == str(1 + good[:opened].count("\n"))
 
 
@@ -137,7 +140,7 @@ def test_a_finding_shows_its_line_and_highlights_its_link(
     page.evaluate("kbot.look([-0.3, 0.0, 0.05], [-0.08, 0, 0.02])")
     before = screenshot(page)
     card.get_by_role("button").first.click()
-    until(lambda: page.locator(".line.here").count() == 1)
+    until(lambda: page.locator(".cm-line.here").count() == 1)
     assert page.locator("[role=tab][aria-selected=true]").inner_text() == "kbot_macros.xacro"
     assert page.locator(".caret").count() == 1
     assert page.locator("#links [aria-selected=true]").inner_text().startswith("caster_wheel")
@@ -154,7 +157,7 @@ def test_a_finding_shows_its_line_and_highlights_its_link(
 def test_a_link_shows_its_line(viewing: str, xacro: Path, open_page: OpenPage) -> None:
     page = open_page(viewing)
     page.locator("#links").get_by_role("button", name="base_link").click()
-    here = until(lambda: page.locator(".line.here").count() and page.locator(".line.here"))
+    here = until(lambda: page.locator(".cm-line.here").count() and page.locator(".cm-line.here"))
     assert 'name="base_link"' in here.inner_text()
     line = xacro.read_text().splitlines().index('  <link name="base_link">') + 1
     assert here.get_attribute("data-line") == str(line)

@@ -27,7 +27,7 @@ def test_axe_reports_no_violations(
     for opened in (False, True):
         if opened:
             page.evaluate("document.querySelector('#links [data-link=left_wheel]').click()")
-            until(lambda: page.locator(".line.here").count() == 1)
+            until(lambda: page.locator(".cm-line.here").count() == 1)
             page.keyboard.press("l")
             until(lambda: page.locator("#plots canvas").count() == 1)
         assert violations(page) == []

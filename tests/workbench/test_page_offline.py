@@ -92,7 +92,7 @@ def test_a_saved_page_shows_the_line_of_a_link(arm: Path, tmp_path: Path, open_p
     assert run(["export", str(arm), "-o", str(out)]) == 0
     page = open_page(out.as_uri())
     page.locator("button[data-link=upper]").click()
-    until(lambda: '<link name="upper">' in page.locator("#source").inner_text())
+    until(lambda: '<link name="upper">' in page.locator("#source .cm-content").inner_text())
 
 
 def test_a_saved_page_offers_no_edits(arm: Path, tmp_path: Path, open_page: OpenPage) -> None:

@@ -55,7 +55,7 @@ def test_without_webgl_everything_but_the_picture_works(driving: tuple[str, Sess
     until(lambda: state_of(session).odometry[0] > 0.02)
     page.keyboard.up("w")
     page.locator("#links [data-link=left_wheel]").click()
-    until(lambda: page.locator(".line.here").count() == 1)
+    until(lambda: page.locator(".cm-line.here").count() == 1)
     page.mouse.move(590, 300)
     page.mouse.click(590, 300)
     for key in ("f", "o", "4", "m", "t", "l"):  # whole robot, flat, frames, measure, theme, plots

@@ -1,9 +1,10 @@
-import { CompletionContext } from "@codemirror/autocomplete";
+import { CompletionContext, type CompletionResult } from "@codemirror/autocomplete";
+import { completeFromSchema, xmlLanguage } from "@codemirror/lang-xml";
 import { EditorState, Text } from "@codemirror/state";
 import { describe, expect, it, vi } from "vitest";
 
 import { Drafts } from "../src/drafts";
-import { completeName, schemaOf } from "../src/editor/complete";
+import { completeName, schemaOf, withinQuotes } from "../src/editor/complete";
 import { changesOf, changeTo, columnAt, offsetAt, separatorOf } from "../src/editor/positions";
 import type { Completions, FromPage } from "../src/protocol";
 
@@ -76,6 +77,15 @@ describe("completion", () => {
     const [robot, link] = schemaOf(COMPLETIONS);
     expect(robot).toMatchObject({ top: true, children: ["link", "xacro:wheel"] });
     expect(link).not.toHaveProperty("children");
+  });
+
+  it.each(['<parent link=""/>', '<parent link="ba"/>'])("offers values between the quotes of %s", (text) => {
+    const state = EditorState.create({ doc: text, extensions: [xmlLanguage] });
+    const context = new CompletionContext(state, text.length - 3, false);
+    const source = completeFromSchema(schemaOf(COMPLETIONS), []);
+    const found = withinQuotes(context, source(context) as CompletionResult);
+    expect(found).toMatchObject({ from: 14, options: [{ label: "base" }] });
+    expect(found?.to).toBeUndefined();
   });
 
   it.each([

@@ -1,7 +1,6 @@
 import {
   autocompletion,
   snippet,
-  startCompletion,
   type Completion,
   type CompletionContext,
   type CompletionResult,
@@ -15,17 +14,22 @@ import type { Completions, NamedValue } from "../protocol";
 /** Completes elements, attributes and names. */
 export function completion(current: () => Completions | null): Extension {
   let known: Completions | null = null;
-  let fromSchema: CompletionSource = () => null;
+  let fromSchema: (context: CompletionContext) => CompletionResult | null = () => null;
   const complete: CompletionSource = (context) => {
     const now = current();
     if (now === null) return null;
     if (now !== known) {
       known = now;
-      fromSchema = completeFromSchema(schemaOf(now), []);
+      const source = completeFromSchema(schemaOf(now), []);
+      fromSchema = (context) => withinQuotes(context, source(context) as CompletionResult | null);
     }
     return completeName(context, now) ?? fromSchema(context);
   };
-  return autocompletion({ override: [complete], icons: false });
+  return autocompletion({
+    override: [complete],
+    icons: false,
+    activateOnCompletion: ({ type }) => type === "property", // the values of the attribute come next
+  });
 }
 
 /** The elements as a schema. xacro tags and macro calls may be anywhere. */
@@ -52,10 +56,20 @@ function attributeOf(element: string, name: string, values: Completions["values"
           return;
         }
         insert(view, completion, from, to);
-        if (known.length > 0) setTimeout(() => startCompletion(view)); // after the list of names has closed
       },
     },
   };
+}
+
+/** The values of an attribute without their quotes, if the cursor is between quotes. CodeMirror would compare the text
+ * up to the closing quote with them, and find none for an empty value. */
+export function withinQuotes(
+  { state }: CompletionContext,
+  found: CompletionResult | null,
+): CompletionResult | null {
+  if (found === null || state.sliceDoc(found.from, found.from + 1) !== '"') return found;
+  const options = found.options.map((option) => ({ ...option, label: option.label.slice(1, -1) }));
+  return { from: found.from + 1, options, validFor: /^[^"]*$/ };
 }
 
 /** Completes the name of a property in `${…}`, or of an argument in `$(arg …)`. */

@@ -11,7 +11,7 @@ import {
 import { autoCloseTags, xmlLanguage } from "@codemirror/lang-xml";
 import { bracketMatching, indentOnInput, indentUnit } from "@codemirror/language";
 import { highlightSelectionMatches, search, searchKeymap } from "@codemirror/search";
-import { Annotation, EditorState, Transaction, type Extension } from "@codemirror/state";
+import { Annotation, EditorState, Prec, Transaction, type Extension } from "@codemirror/state";
 import {
   drawSelection,
   EditorView,
@@ -103,6 +103,14 @@ class SourceEditor implements Editor {
     const isServers = isSaved && (depth === 0 || this.changedByServer.has(this.file));
     if (isServers && this.app.parameters.value?.[type]) this.app.send({ type });
     else command(this.view);
+  }
+
+  /** Handles Ctrl+Z with and without Shift. A key binding would take Shift for Caps Lock if the key is a small letter. */
+  private stepByKeys(event: KeyboardEvent): boolean {
+    if (!(event.ctrlKey || event.metaKey) || event.altKey || event.key.toLowerCase() !== "z") return false;
+    if (event.shiftKey) this.redo();
+    else this.undo();
+    return true;
   }
 
   private draw(): void {
@@ -225,10 +233,9 @@ class SourceEditor implements Editor {
     return [
       keymap.of([
         { key: "Mod-s", run: () => (app.save(this.file), true), preventDefault: true },
-        { key: "Mod-z", run: () => (this.undo(), true), preventDefault: true },
-        { key: "Mod-y", mac: "Mod-Shift-z", run: () => (this.redo(), true), preventDefault: true },
-        { key: "Mod-Shift-z", run: () => (this.redo(), true), preventDefault: true },
+        { key: "Mod-y", run: () => (this.redo(), true), preventDefault: true },
       ]),
+      Prec.high(EditorView.domEventHandlers({ keydown: (event) => this.stepByKeys(event) })),
       numbers(app, file),
       lineNumbers(),
       problems(app, file),

@@ -156,7 +156,6 @@ class CaretWidget extends WidgetType {
   }
 }
 
-const HERE = Decoration.line({ class: "here" });
 const OWNED = Decoration.line({ class: "owned" });
 
 function decorate(state: EditorState): DecorationSet {
@@ -181,7 +180,8 @@ function decorate(state: EditorState): DecorationSet {
     );
   if (spot !== null && spot.place.length > 0) {
     const line = doc.lineAt(from);
-    found.push(HERE.range(line.from));
+    const attributes = { "data-line": String(line.number) };
+    found.push(Decoration.line({ class: "here", attributes }).range(line.from));
     if (spot.finding !== null) {
       const widget = new CaretWidget(spot.finding, line.text, from - line.from, to - from);
       found.push(Decoration.widget({ widget, side: 2, block: true }).range(line.to));

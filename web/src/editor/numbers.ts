@@ -1,4 +1,4 @@
-import { syntaxTree } from "@codemirror/language";
+import { ensureSyntaxTree, syntaxTree } from "@codemirror/language";
 import type { Extension } from "@codemirror/state";
 import { EditorView, keymap } from "@codemirror/view";
 
@@ -9,6 +9,9 @@ import { columnAt } from "./positions";
 
 /** Pixels of a drag that change the last digit by 1. */
 const PIXELS_A_STEP = 6;
+
+/** Milliseconds that a key press may wait until the text is parsed up to the cursor. */
+const PARSE_WITHIN = 200;
 
 /** A number in a file, and its text. */
 interface Spot {
@@ -57,7 +60,8 @@ function numberAt(view: EditorView, offset: number, file: string): Spot | null {
   const { doc, readOnly } = view.state;
   if (readOnly) return null;
   const line = doc.lineAt(offset);
-  const found = piecesOf(syntaxTree(view.state), doc, line.from, line.to).find(
+  const tree = ensureSyntaxTree(view.state, line.to, PARSE_WITHIN) ?? syntaxTree(view.state);
+  const found = piecesOf(tree, doc, line.from, line.to).find(
     ({ from, to, style }) => style === "t-number" && from <= offset && offset <= to,
   );
   return found === undefined ? null : { file, from: found.from, was: doc.sliceString(found.from, found.to) };

@@ -601,8 +601,8 @@ class SaveSource:
 
 @dataclass(frozen=True, slots=True)
 class SourceSaved:
-    """A file was written. `sent` is the text that the page sent. `text` is the content of the file, which also
-    has the changes of other programs."""
+    """A file was written. `sent` is the text that the page sent. `text` is what the file contains now, also with
+    the changes of other programs."""
 
     file: str
     sent: str

@@ -23,8 +23,8 @@ ATTRIBUTES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "xacro:insert_block": (("name",), ()),
     "xacro:attribute": (("name", "value"), ()),
 }
-"""The required and the optional attributes of each tag. `<xacro:call>` and `<xacro:element>` are missing: they
-have the attributes of the macro or the element that they name."""
+"""The required and the optional attributes of each tag. `<xacro:call>` and `<xacro:element>` are missing,
+because they have the attributes of the macro or the element that they name."""
 
 
 def check_attributes(run: Run, node: Element, place: ExpansionContext) -> None:
