@@ -252,7 +252,7 @@ export interface TextsChecked {
   type: "texts_checked";
 }
 
-/** A file was written. `sent` is the text that the page sent. `text` is what the file contains now, also with the changes of other programs. */
+/** A file was written. `sent` is the text that the page sent. `text` is the new content of the file, which also has the changes of other programs. */
 export interface SourceSaved {
   file: string;
   sent: string;

@@ -26,7 +26,8 @@ ShapeKind = Literal["box", "cylinder", "sphere", "capsule", "ellipsoid", "mesh"]
 Name = Annotated[str, Length(256)]
 SettingsText = Annotated[str, Length(60_000)]
 PathName = Annotated[str, Length(4096)]
-FileText = Annotated[str, Length(500_000)]
+MOST_TEXT = 500_000
+FileText = Annotated[str, Length(MOST_TEXT)]
 """The text of a file. A real description has at most a tenth of this, and a check of a longer one is slow."""
 Fields = Annotated[tuple[Name, ...], Length(12)]
 """The fields of one plot."""
@@ -601,8 +602,8 @@ class SaveSource:
 
 @dataclass(frozen=True, slots=True)
 class SourceSaved:
-    """A file was written. `sent` is the text that the page sent. `text` is what the file contains now, also with
-    the changes of other programs."""
+    """A file was written. `sent` is the text that the page sent. `text` is the new content of the file, which
+    also has the changes of other programs."""
 
     file: str
     sent: str

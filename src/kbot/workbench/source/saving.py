@@ -6,12 +6,11 @@ import os
 from pathlib import Path
 
 from kbot.text import KbotError, read_source, rewrite
-from kbot.workbench.protocol import FileText, SaveSource, SourceConflict, SourceSaved
+from kbot.workbench.protocol import SaveSource, SourceConflict, SourceSaved
+from kbot.workbench.protocol.messages import MOST_TEXT
 from kbot.workbench.source.merging import merge
 from kbot.xacro.packages import SHIPPED
 
-MOST_CHARACTERS = next(part.most for part in FileText.__metadata__)
-"""Characters of a file that the page can save."""
 SHIPPED_REASON = "this robot ships with KBot and cannot be changed. Work on a copy of its package"
 
 
@@ -19,8 +18,8 @@ def read_only_reason(file: str, text: str) -> str:
     """Return why a file of the description cannot be saved, or an empty string."""
     if Path(file).absolute().is_relative_to(SHIPPED):
         return SHIPPED_REASON
-    if len(text) > MOST_CHARACTERS:
-        return f"the file has more than {MOST_CHARACTERS:,} characters. Change it in another editor"
+    if len(text) > MOST_TEXT:
+        return f"the file has more than {MOST_TEXT:,} characters. Change it in another editor"
     if not os.access(file, os.W_OK):
         return "you do not have permission to write this file"
     return ""
