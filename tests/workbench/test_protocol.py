@@ -61,7 +61,12 @@ def test_valid_messages_are_decoded() -> None:
             "20 levels",
         ),
         ("[" * 60_000, "not JSON"),
-        ('"' + "a" * 70_000 + '"', "the limit is 65536"),
+        ('{"type": "open_source", "file": "' + "a" * 70_000 + '"}', "the limit is 65536"),
+        ('"' + "a" * 2_100_000 + '"', "the limit is 2097152"),
+        (
+            '{"type": "save_source", "file": "a", "was": "", "text": "' + "a" * 500_001 + '"}',
+            "500001 characters: the limit is 500000",
+        ),
     ],
 )
 def test_bad_messages_are_refused_with_the_reason(text: str, message: str) -> None:

@@ -9,6 +9,7 @@ import pytest
 from kbot.text import DescriptionError, KbotError
 from kbot.workbench.protocol import (
     Advance,
+    Completions,
     Drive,
     Findings,
     FromServer,
@@ -190,8 +191,12 @@ def test_only_files_of_the_description_are_sent(arm: Path, tmp_path: Path) -> No
     other = tmp_path / "other.txt"
     other.write_text("secret")
     session = open_session(str(arm), simulate=False)
-    (source,) = session.handle(OpenSource(str(arm)), 1)
+    source, completions = session.handle(OpenSource(str(arm)), 1)
     assert isinstance(source, SourceText)
+    assert isinstance(completions, Completions)
+    assert ("parent", "link", ("base", "upper", "lower")) in [
+        (known.element, known.attribute, known.values) for known in completions.values
+    ]
     assert source.owners[1] == ("base",)
     assert source.owners[4] == ("upper",)  # a joint belongs to its child link
     with pytest.raises(KbotError, match="not part of this description"):
