@@ -178,7 +178,7 @@ def test_a_save_keeps_the_changes_of_another_editor(xacro: Path, viewing: str, o
     until(page.locator(".source-note").is_hidden)
 
 
-@pytest.mark.parametrize("choice", ["Keep my text", "Use the file’s text"])
+@pytest.mark.parametrize("choice", ["Keep my text", "Use the text of the file"])
 def test_a_conflict_shows_both_choices(xacro: Path, viewing: str, open_page: OpenPage, choice: str) -> None:
     page, text = open_page(viewing), xacro.read_text()
     open_editor(page)

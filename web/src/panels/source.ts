@@ -145,7 +145,7 @@ function drawNote(app: App, note: HTMLElement, file: string, reason: string): vo
     content.push(
       `Not saved: another program has changed the same lines of ${name}. `,
       h("button", { type: "button", onclick: () => drafts.keepMine() }, "Keep my text"),
-      h("button", { type: "button", onclick: () => drafts.takeTheirs() }, "Use the file’s text"),
+      h("button", { type: "button", onclick: () => drafts.takeTheirs() }, "Use the text of the file"),
     );
   else if (drafts.files.value.get(file)?.isOutdated)
     content.push(`Another program has changed ${name}. Saving keeps its changes at other lines.`);
