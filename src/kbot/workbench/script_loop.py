@@ -45,7 +45,8 @@ class _ScriptLoop:
         session.turns.take()
         with self._interruption, served_at(session, address):
             try:
-                _print(f"{session.scene.robot or session.shown.file} is at  {address.url}\n{self._welcome()}\n")
+                name = session.scene.robot or session.shown.file
+                _print(f"{name} is at  {address.url}\n{self._welcome()}\n")
                 while not self._interruption.is_over:
                     self._run()
                     while not (program.wants_start or self._interruption.is_over):

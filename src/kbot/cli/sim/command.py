@@ -235,7 +235,8 @@ def _serve(
     report(found)
     report_for_page(loaded)
     with loading(setup.world or "the world"):
-        world = page_world(None if loaded.has_errors else loaded.robot) if setup.world is None else setup.world
+        robot = None if loaded.has_errors else loaded.robot
+        world = setup.world or page_world(robot)
         place = load_world(world)
     with page.bound() as address, run_outputs(record, peers, served=True) as outputs:
         with loading(world):
