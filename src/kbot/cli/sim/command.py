@@ -236,7 +236,7 @@ def _serve(
     report_for_page(loaded)
     with loading(setup.world or "the world"):
         robot = None if loaded.has_errors else loaded.robot
-        world = setup.world or page_world(robot)
+        world = page_world(robot) if setup.world is None else setup.world
         place = load_world(world)
     with page.bound() as address, run_outputs(record, peers, served=True) as outputs:
         with loading(world):

@@ -430,8 +430,8 @@ class Session:
                 self.recording.end()
             case OpenSource(file=file):
                 completions = self.shown.completions()
-                text = self.shown.source(file, self._besides_description)
-                return [text, *([completions] if completions is not None else [])]
+                source = self.shown.source(file, self._besides_description)
+                return [source, *([completions] if completions is not None else [])]
             case SaveSource():
                 answer = self.shown.save(message)
                 self.wants_reading()
