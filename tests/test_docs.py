@@ -20,7 +20,7 @@ def text_of(name: str) -> str:
     return re.sub(r"```.*?```", "", (ROOT / name).read_text("utf-8"), flags=re.DOTALL)
 
 
-PAGE = text_of("docs/architecture.md") + EXAMPLES.sub("EXAMPLE", text_of("CONTRIBUTING.md"))
+PAGE = text_of("docs/explanation/architecture.md") + EXAMPLES.sub("EXAMPLE", text_of("CONTRIBUTING.md"))
 PATHS = sorted(
     {
         word
@@ -48,4 +48,4 @@ def test_help_and_docs_name_every_built_in_world(world: str) -> None:
     option = next(p for p in command.params if p.name == "world")
     assert isinstance(option, click.Option)
     assert re.search(rf"\b{world}\b", option.help or "")
-    assert f"| `{world}` |" in (ROOT / "docs" / "simulation.md").read_text("utf-8")
+    assert f"| `{world}` |" in (ROOT / "docs" / "reference" / "simulation.md").read_text("utf-8")

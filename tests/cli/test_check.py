@@ -452,7 +452,7 @@ def test_rule_prints_a_page() -> None:
 
 def test_the_document_of_rules_is_up_to_date() -> None:
     done = CliRunner().invoke(rule, ["--all", "--markdown"], catch_exceptions=False, standalone_mode=False)
-    document = Path(__file__).parents[2] / "docs" / "rules.md"
+    document = Path(__file__).parents[2] / "docs" / "reference" / "rules.md"
     assert document.read_text("utf-8") == done.stdout
 
 

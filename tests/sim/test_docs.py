@@ -1,4 +1,4 @@
-"""The examples, methods and worlds in docs/simulation.md exist and work."""
+"""The examples, methods and worlds in docs/reference/simulation.md exist and work."""
 
 import inspect
 import math
@@ -10,7 +10,7 @@ from kbot.sim import Simulation
 from kbot.world import BUILDERS, parameters
 from kbot.world.sdf.model_paths import LIBRARY
 
-TEXT = (Path(__file__).parents[2] / "docs" / "simulation.md").read_text()
+TEXT = (Path(__file__).parents[2] / "docs" / "reference" / "simulation.md").read_text()
 
 
 def test_examples_of_the_page_run():

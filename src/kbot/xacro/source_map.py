@@ -119,7 +119,7 @@ class SourceMap:
             yield Trace(element, name, output, origin, expressions(origin.span), inputs.get(name, ()))
 
     def to_json(self) -> str:
-        """The map as JSON. `docs/source-map.md` describes the format."""
+        """The map as JSON. `docs/reference/source-map.md` describes the format."""
         return json.dumps(_Writer(self).document(), ensure_ascii=False, separators=(",", ":")) + "\n"
 
 
