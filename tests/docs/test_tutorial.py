@@ -1,0 +1,189 @@
+"""The tutorial: a reader who types what it shows gets the files, the output and the robot that it promises."""
+
+import math
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kbot
+from kbot.checks import check_file
+from kbot.cli.main import run
+
+from .pages import DOCS, blocks, commands, matches, sections
+
+STEPS = DOCS / "tutorial" / "steps"
+BUILD = {heading: text for heading, text in sections("tutorial/build.md").items() if heading[0].isdigit()}
+FILES = {
+    1: "01_empty",
+    2: "02_base",
+    3: "03_inertia",
+    4: "04_wheels",
+    5: "05_caster",
+    6: "05_caster",
+    7: "07_colours",
+    8: "08_fixed",
+    9: "09_drive",
+    10: "09_drive",
+}
+"""The robot's file after each step."""
+
+
+def number(heading: str) -> int:
+    return int(heading.partition(".")[0])
+
+
+def step(name: str) -> Path:
+    return STEPS / f"{name}.xacro"
+
+
+@pytest.fixture
+def package(tmp_path, monkeypatch):
+    """The reader's folder `my_robot`, which is the working directory."""
+    folder = tmp_path / "my_robot"
+    (folder / "urdf").mkdir(parents=True)
+    monkeypatch.chdir(folder)
+    return folder
+
+
+def shown(text: str) -> list[str]:
+    """The lines of the xml blocks of a step, without indentation."""
+    return [line.strip() for block in blocks(text, "xml") for line in block.splitlines() if line.strip()]
+
+
+@pytest.mark.parametrize("heading", BUILD)
+def test_the_page_shows_every_line_of_the_file(heading):
+    """Each step's file has the lines of the step before, without those that the page replaces, and exactly
+    the lines that the page shows."""
+    this, last = FILES[number(heading)], FILES.get(number(heading) - 1)
+    after = [line.strip() for line in step(this).read_text().splitlines() if line.strip()]
+    before = [line.strip() for line in step(last).read_text().splitlines() if line.strip()] if last else []
+    for block in blocks(BUILD[heading], "xml"):
+        if "<package" not in block and "<launch>" not in block:
+            lines = [line.strip() for line in block.splitlines() if line.strip()]
+            assert any(after[i : i + len(lines)] == lines for i in range(len(after)))
+    for line in set(after):
+        assert after.count(line) <= before.count(line) + shown(BUILD[heading]).count(line)
+
+
+@pytest.mark.parametrize("heading", BUILD)
+def test_each_command_prints_what_the_page_shows(heading, package, capsys):
+    """Commands that check run on the file as it is when the reader types them."""
+    target = package / "urdf" / "my_robot.xacro"
+    shutil.copy(step(FILES[number(heading)]), target)
+    if number(heading) == 8:
+        shutil.copy(step("07_colours"), target)
+    if number(heading) == 10:
+        write_package(package)
+    for command in commands(BUILD[heading]):
+        if number(heading) == 8 and not command.output:  # the last check, after the edits by hand
+            shutil.copy(step("08_fixed"), target)
+        run(command.words)
+        printed = capsys.readouterr()
+        assert matches(command.output, printed.out + printed.err), f"{command}\n{printed.out}{printed.err}"
+
+
+def write_package(package):
+    """The files of step 10, where the page puts them."""
+    (package / "launch").mkdir()
+    shutil.copy(STEPS / "package.xml", package)
+    shutil.copy(STEPS / "simulate.launch", package / "launch")
+
+
+def codes(file):
+    return [finding.code for finding in check_file(str(file))]
+
+
+def pose(name, link, **joints):
+    return kbot.load(step(name)).pose(link, in_frame="base_footprint", joints=joints)
+
+
+def test_step_2_the_base_is_behind_the_axle_and_above_the_ground():
+    assert pose("02_base", "base_link").translation == pytest.approx([-0.02, 0.0, 0.04])
+
+
+def test_step_3_the_macro_gives_the_inertia_of_the_plate():
+    inertial = kbot.load(step("03_inertia")).links["base_link"].inertial
+    side, height, mass = 0.16, 0.01, 0.5
+    flat, upright = mass * (side**2 + height**2) / 12, mass * 2 * side**2 / 12
+    assert inertial.mass == mass
+    assert np.diag(inertial.tensor) == pytest.approx([flat, flat, upright])
+
+
+def test_step_4_the_wheels_stand_on_the_ground_beside_the_base():
+    for link, y in (("left_wheel", 0.087), ("right_wheel", -0.087)):
+        assert pose("04_wheels", link).translation == pytest.approx([0.0, y, 0.035])
+    assert "D116" in codes(step("04_wheels"))  # "The robot would fall over on two wheels"
+
+
+def test_step_5_the_caster_touches_the_ground_at_any_wheel_radius():
+    assert "D116" not in codes(step("05_caster"))
+    for radius in (0.035, 0.05):
+        robot = kbot.load(step("05_caster"), properties={"wheel_radius": radius})
+        caster = robot.pose("caster", in_frame="base_footprint")
+        assert caster.translation == pytest.approx([-0.08, 0.0, radius / 2])
+
+
+def test_step_6_the_slider_turns_the_wheel_about_y():
+    turned = pose("05_caster", "left_wheel", left_wheel_joint=math.pi / 2)
+    assert turned.translation == pytest.approx([0.0, 0.087, 0.035])
+    assert turned.rotation @ [0.0, 1.0, 0.0] == pytest.approx([0.0, 1.0, 0.0])
+    assert turned.rotation @ [1.0, 0.0, 0.0] == pytest.approx([0.0, 0.0, -1.0])
+    assert pose("05_caster", "caster", left_wheel_joint=1.0) == pose("05_caster", "caster")
+
+
+def test_step_6_the_picture_is_written(package):
+    pytest.importorskip("OpenGL")
+    shutil.copy(step("05_caster"), package / "urdf" / "my_robot.xacro")
+    [line] = [line for line in BUILD["6. Look at it and move its joints"].splitlines() if "kbot export" in line]
+    assert run(line.split()[1:]) == 0
+    assert (package / "my_robot.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_step_7_each_link_has_its_colour():
+    robot = kbot.load(step("07_colours"))
+    colours = {name: link.visuals[0].material for name, link in robot.links.items() if link.visuals}
+    assert {name: material.name for name, material in colours.items()} == {
+        "base_link": "blue",
+        "left_wheel": "black",
+        "right_wheel": "black",
+        "caster": "red",
+    }
+
+
+def test_step_8_the_fix_and_the_edits_give_the_file(package, capsys):
+    target = package / "urdf" / "my_robot.xacro"
+    shutil.copy(step("07_colours"), target)
+    run(["check", str(target), "--unsafe-fixes"])
+    text = target.read_text()
+    _, caster, limit = blocks(BUILD["8. Check it, and fix what KBot finds"], "xml")
+    text = re.sub(r'  <joint name="caster_joint".*?</joint>\n', lambda _: caster, text, flags=re.DOTALL)
+    axis = '      <axis xyz="0 1 0"/>\n'
+    target.write_text(text.replace(axis, axis + limit))
+    assert target.read_text() == step("08_fixed").read_text()
+    assert codes(target) == []
+
+
+@pytest.mark.parametrize("name", ["08_fixed", "09_drive"])
+def test_step_9_the_robot_drives_as_far_as_the_page_claims(name):
+    """0.2 m/s with an acceleration of 1 m/s^2: the first 0.2 s are worth half, so 5.2 s give 1.02 m. The page
+    rounds what KBot prints; the control period delays it."""
+    sim = kbot.Simulation(step(name))
+    sim.cmd_vel(0.2, 0.0)
+    sim.run(5.2)
+    assert sim.ground_truth.pose.x == pytest.approx(0.2 * (5.2 - 0.1), abs=0.01)
+    assert sim.odometry.pose.x == pytest.approx(sim.ground_truth.pose.x, abs=1e-5)
+
+
+def test_step_9_a_size_that_does_not_match_is_reported(tmp_path):
+    wrong = tmp_path / "robot.xacro"
+    wrong.write_text(step("09_drive").read_text().replace("${2*wheel_y}", "0.15"))
+    assert codes(wrong) == ["D105"]
+
+
+def test_step_10_the_package_holds_what_the_page_shows(package):
+    package_xml, launch = blocks(BUILD["10. A package with a launch file"], "xml")
+    assert (STEPS / "package.xml").read_text() == package_xml
+    assert (STEPS / "simulate.launch").read_text() == launch
