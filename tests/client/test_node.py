@@ -3,11 +3,12 @@
 import json
 import os
 import socket
+import struct
 import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -21,6 +22,7 @@ from kbot.sim import Simulation
 from kbot.text import KbotError
 
 PROGRAM = Path(__file__).with_name("drive.py")
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture
@@ -152,15 +154,47 @@ def test_error_for_an_unknown_transport() -> None:
         wanted_transport({"KBOT_TRANSPORT": "ros3"})
 
 
-@pytest.mark.parametrize("words", [("own_node.py",), ("own_controller.py", "--robot")])
-def test_example_prints_only_the_error_message(environment: dict[str, str], words: tuple[str, ...]) -> None:
+@pytest.mark.parametrize(
+    "example", ["examples/own_controller.py", "examples/gamepad.py", "docs/tutorial/steps/metre.py"]
+)
+def test_example_prints_only_the_error_message(environment: dict[str, str], example: str) -> None:
     environment |= {"KBOT_TRANSPORT": "local"}
-    example, *options = words
-    command = [sys.executable, str(Path(__file__).parents[2] / "examples" / example), *options]
+    command = [sys.executable, str(ROOT / example)]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60, check=False)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("error: no KBot is running. Start one")
     assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no named pipes in folders")
+def test_gamepad_example_drives_as_the_stick_is_held(environment: dict[str, str], tmp_path: Path) -> None:
+    """The stick is half forward, then half left, in the events of linux/joystick.h."""
+    device = tmp_path / "js0"
+    os.mkfifo(device)
+    running = Kbot(PeerOptions())
+    commands: list[Twist] = []
+    running.simulation.bus.subscribe("/cmd_vel", Twist, commands.append)
+    command = [sys.executable, str(ROOT / "examples" / "gamepad.py"), f"_device:={device}"]
+    program = subprocess.Popen(command, env=environment | {"KBOT_TRANSPORT": "local"})
+    try:
+        with device.open("wb", buffering=0) as stick:  # waits until the program reads
+            stick.write(struct.pack("IhBB", 0, -16384, 2, 1))  # axis 1: forward is negative
+            until(lambda: any(c.linear.x == pytest.approx(0.25, abs=0.001) for c in commands))
+            until(lambda: running.simulation.ground_truth.pose.x > 0.05)
+            stick.write(struct.pack("IhBB", 0, 1, 1, 0) + struct.pack("IhBB", 0, -16384, 2, 0))  # a button
+            until(lambda: any(c.angular.z == pytest.approx(1.0, abs=0.001) for c in commands))
+            until(lambda: running.simulation.ground_truth.pose.yaw > 0.2)
+    finally:
+        program.kill()
+        program.wait()
+        running.close()
+
+
+def until(met: Callable[[], bool]) -> None:
+    end = time.monotonic() + 60.0
+    while not met():
+        assert time.monotonic() < end
+        time.sleep(0.02)
 
 
 @pytest.fixture

@@ -1,6 +1,9 @@
 """NodePilot: a controller drives a robot through a node, with its odometry and scans."""
 
 import math
+import os
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -80,3 +83,13 @@ def test_guard_stops_the_robot_before_the_wall(simulation: Simulation) -> None:
     front = simulation.ground_truth.pose.x + 0.06
     assert 0.8 < front < 1.09
     assert math.isfinite(front)
+
+
+def test_own_controller_example_follows_a_wall_on_a_running_robot(simulation: Simulation) -> None:
+    """The corridor is 0.8 m wide: the robot starts 0.39 m from the wall, and shall be 0.3 m from it."""
+    example = Path(__file__).parents[2] / "examples" / "own_controller.py"
+    command = [sys.executable, str(example), "_seconds:=4"]
+    subprocess.run(command, env=os.environ | {"KBOT_TRANSPORT": "local"}, timeout=120, check=True)
+    pose = simulation.ground_truth.pose
+    assert pose.x > 0.3
+    assert 0.39 - pose.y == pytest.approx(0.3, abs=0.03)

@@ -1,4 +1,4 @@
-"""The tutorial: a reader who types what it shows gets the files, the output and the robot that it promises."""
+"""The tutorial: a reader who types what it shows gets the files, output and robot that it promises."""
 
 import math
 import re
@@ -137,7 +137,9 @@ def test_step_6_the_slider_turns_the_wheel_about_y():
 def test_step_6_the_picture_is_written(package):
     pytest.importorskip("OpenGL")
     shutil.copy(step("05_caster"), package / "urdf" / "my_robot.xacro")
-    [line] = [line for line in BUILD["6. Look at it and move its joints"].splitlines() if "kbot export" in line]
+    [line] = [
+        line for line in BUILD["6. Look at it and move its joints"].splitlines() if "kbot export" in line
+    ]
     assert run(line.split()[1:]) == 0
     assert (package / "my_robot.png").read_bytes().startswith(b"\x89PNG")
 

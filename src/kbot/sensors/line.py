@@ -71,12 +71,18 @@ class LineSensor(Sensor[Float32MultiArray]):
     def _bind(self, model: mujoco.MjModel) -> None:
         super()._bind(model)
         self._surfaces, self._floor = _surfaces(self.simulation.world)
+        corners = [surface.corners for surface in self._surfaces]
+        self._low = np.array([c.min(axis=0) for c in corners]).reshape(-1, 2)
+        self._high = np.array([c.max(axis=0) for c in corners]).reshape(-1, 2)
 
     def measure(self, sample: int | None = None) -> Float32MultiArray:
         _, _, place, axes = self._place()
         points = place + self._eyes @ axes.T
         seen = np.full(len(points), self._floor)
-        for surface in self._surfaces:
+        low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
+        near = np.all((self._low <= high) & (self._high >= low), axis=1)  # most surfaces are far away
+        for index in np.flatnonzero(near):
+            surface = self._surfaces[index]
             inside = _holds(surface.corners, points[:, :2]) & (points[:, 2] >= surface.height)
             seen[inside] = surface.brightness
         if sample is not None:

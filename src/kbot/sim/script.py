@@ -107,11 +107,13 @@ class Script:
 
     def call(self, text: str, simulation: Simulation) -> None:
         """Run the text of the script and its `drive`. Everything the script does runs within this call."""
-        namespace: dict[str, object] = {"__name__": "kbot_script", "__file__": self.path}
+        module = ModuleType("kbot_script")
+        module.__file__ = self.path
         code = self._compiled(text)
+        sys.modules[module.__name__] = module  # where dataclasses and pickle look up the script's names
         try:
-            exec(code, namespace)  # noqa: S102 - the user's own program, named on the command line
-            drive = namespace.get("drive")
+            exec(code, vars(module))  # noqa: S102 - the user's own program, named on the command line
+            drive = getattr(module, "drive", None)
             if not callable(drive):
                 raise ScriptError(self.path, 1, "the script has no function drive(sim)")
             drive(simulation)
@@ -125,6 +127,8 @@ class Script:
             name = "" if isinstance(error, KbotError) else f"{type(error).__name__}: "
             path, line, calls = self._place(error.__traceback__)
             raise ScriptError(path, line, f"{name}{error}".removesuffix(": "), calls) from error
+        finally:
+            sys.modules.pop(module.__name__, None)
 
     @contextmanager
     def _imports(self) -> Iterator[None]:
@@ -164,7 +168,7 @@ class Script:
 
     def _compiled(self, text: str) -> CodeType:
         try:
-            return compile(text, self.path, "exec")
+            return compile(text, self.path, "exec", dont_inherit=True)  # not this module's future imports
         except SyntaxError as error:
             raise self._not_python(error, self.path) from None
         except ValueError as error:

@@ -1,7 +1,7 @@
 """Write your own node: drive in a circle. The same program works with KBot alone, with ROS 1 and with ROS 2.
 
-In one terminal:  kbot sim kbot
-In another:       python examples/own_node.py _speed:=0.3
+In one terminal:  kbot sim urdf/my_robot.xacro
+In another:       python scripts/circle.py _speed:=0.3
 """
 
 import sys
