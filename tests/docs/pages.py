@@ -7,8 +7,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
-ANY_LINES = "…"
-"""A line of a page's output that stands for any number of lines."""
+ELLIPSIS = "…"
+"""Stands for any number of lines of a page's output or, within a line, for any text."""
 
 
 @dataclass(frozen=True)
@@ -40,9 +40,11 @@ def commands(text: str) -> list[Command]:
 
 
 def matches(expected: tuple[str, ...], printed: str) -> bool:
-    """Whether a command printed the expected lines. `…` stands for any number of lines."""
+    """Whether a command printed the expected lines, up to what `ELLIPSIS` stands for."""
     pattern = "".join(
-        r"(?:.*\n)*?" if line.strip() == ANY_LINES else re.escape(line.rstrip()) + r"[ ]*\n"
+        r"(?:.*\n)*?"
+        if line.strip() == ELLIPSIS
+        else ".*".join(map(re.escape, line.rstrip().split(ELLIPSIS))) + r"[ ]*\n"
         for line in expected
     )
     return re.fullmatch(pattern, printed) is not None

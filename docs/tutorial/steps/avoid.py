@@ -1,0 +1,15 @@
+"""Drive about, and turn away from every wall."""
+
+from kbot import Simulation
+from kbot.sensors import Lidar
+
+
+def drive(sim: Simulation) -> None:
+    lidar = sim.add_sensor(Lidar(link="base_link", rate=20))
+    while sim.time < 30.0:
+        sim.run(0.05)
+        ahead = lidar.latest.ranges[150:210].min()  # 30 degrees to each side; 180 is straight ahead
+        if ahead > 0.4:
+            sim.cmd_vel(0.3, 0.0)
+        else:
+            sim.cmd_vel(0.0, 1.0)
