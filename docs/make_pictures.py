@@ -1,13 +1,21 @@
-"""The pictures in the documentation, made by the program itself: `python docs/make_pictures.py`."""
+"""The pictures of the page in the documentation, taken in a browser: `python docs/make_pictures.py`.
+
+They are committed. `pictures.py` draws the pictures that need no browser, each time the site is built.
+"""
 
 from __future__ import annotations
 
+import io
 import shutil
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from PIL import Image
 
 import kbot
 from kbot.workbench.serve import open_session, serving
@@ -27,6 +35,7 @@ def main() -> None:
     with opened_browser() as browser:
         driving(browser)
         finding(browser)
+        tutorial(browser)
 
 
 def driving(browser: Browser) -> None:
@@ -65,14 +74,63 @@ def finding(browser: Browser) -> None:
             page.close()
 
 
-def opened(browser: Browser, address: str, width: int, height: int) -> Page:
-    page = browser.new_page(viewport={"width": width, "height": height}, color_scheme="dark")
+def tutorial(browser: Browser) -> None:
+    """The page in the steps of the tutorial whose picture is not that of the robot alone."""
+    steps, images = IMAGES.parent / "tutorial" / "steps", IMAGES.parent / "tutorial" / "images"
+    images.mkdir(exist_ok=True)
+    for name, file, keys in (
+        ("01_empty", "01_empty", ""),
+        ("03_inertia", "03_inertia", "3"),
+        ("06_joints", "05_caster", "4"),
+    ):
+        with reader_folder(steps / f"{file}.xacro") as robot:
+            with serving(open_session(robot, simulate=False)) as address:
+                page = opened(browser, address, 1100, 640, "light")
+                take(page, images / f"{name}.png", keys)
+    with reader_folder(steps / "09_drive.xacro") as robot:
+        with serving(open_session(robot, simulate=True)) as address:
+            page = opened(browser, address, 1100, 640, "light")
+            page.get_by_role("button", name="Stop", exact=True).wait_for()
+            page.keyboard.down("w")
+            page.wait_for_timeout(1500)
+            page.keyboard.down("a")
+            page.wait_for_timeout(700)
+            page.keyboard.up("a")
+            page.wait_for_timeout(1000)
+            take(page, images / "09_drive.png", "")
+
+
+@contextmanager
+def reader_folder(step: Path) -> Iterator[str]:
+    """The file of a step, under the name that the tutorial's reader gives it."""
+    with tempfile.TemporaryDirectory() as folder:
+        target = Path(folder) / "my_robot" / "urdf" / "my_robot.xacro"
+        target.parent.mkdir(parents=True)
+        shutil.copy(step, target)
+        yield str(target)
+
+
+def take(page: Page, path: Path, keys: str) -> None:
+    """Press keys in the page, and store its picture with few colours."""
+    for key in keys:
+        page.keyboard.press(key)
+    page.wait_for_timeout(500)
+    page.evaluate("kbot.drawn()")
+    shot = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
+    shot.quantize(256).save(path, optimize=True)
+    page.close()
+
+
+def opened(browser: Browser, address: str, width: int, height: int, colours: str = "dark") -> Page:
+    page = browser.new_page(viewport={"width": width, "height": height}, color_scheme=colours)
     page.goto(f"{address}?shadows=on")
     end = time.monotonic() + 30
     while not page.evaluate(SHOWS):
         if time.monotonic() > end:
             sys.exit("the page did not come up")
         time.sleep(0.02)
+    page.locator("#findings").wait_for()  # the panels come after the picture
+    page.wait_for_timeout(1000)
     return page
 
 

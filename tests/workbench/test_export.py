@@ -19,8 +19,9 @@ from kbot.render.glb import Y_UP_FROM_Z_UP, glb
 from kbot.render.look import FIELD_OF_VIEW, Look
 from kbot.render.normals import creased
 from kbot.render.picture import draw_picture
-from kbot.render.picture_scene import PictureScene, robot_alone
+from kbot.render.picture_scene import PictureScene, robot_alone, robot_in_world
 from kbot.render.tree import tree_svg
+from kbot.sim import Simulation
 from kbot.text import KbotError
 
 from .projection import link_image, overlap
@@ -109,6 +110,14 @@ def test_an_opaque_picture_shows_the_robot_on_the_floor(xacro: Path) -> None:
         assert max(r, g) < 60
     assert dark[5, 5].max() < 90
     assert light[5, 5].min() > 200
+
+
+def test_a_line_painted_on_the_floor_is_in_the_picture() -> None:
+    """The line of the track goes through the start, along x: its pixels are black on a white floor."""
+    scene = robot_in_world(Simulation("kbot", world="track"))
+    drawn = draw_picture(scene, Look(240, 150, elevation=60.0, theme="light"))
+    line = np.asarray(Image.open(io.BytesIO(drawn)).convert("L"))[-20:] < 60  # the nearest part of the floor
+    assert 20 < line.sum() < 500
 
 
 def test_without_opengl_the_error_says_what_to_install(xacro: Path, monkeypatch: pytest.MonkeyPatch) -> None:

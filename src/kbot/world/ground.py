@@ -19,6 +19,8 @@ _LEVEL = 1e-9
 
 def is_the_ground(body: Body, part: Part) -> bool:
     """Whether a part is a level plane at z = 0. The page draws it as the grid."""
+    if not isinstance(part.shape, Plane):
+        return False
     pose = body.pose @ part.pose
     return bool(abs(pose.translation[2]) < _LEVEL and pose.rotation[2, 2] > 1.0 - _LEVEL)
 
