@@ -56,19 +56,16 @@ def build(folder: Path) -> int:
 
 
 def _add_tables_of_contents(index: Path) -> None:
-    """Add Sphinx's tables of contents to the index, from its lists. On GitHub they would be blocks of code."""
+    """Add Sphinx's tables of contents to the index, from its lists. On GitHub they would be code blocks."""
     head, *parts = re.split(r"^## (.*)\n", index.read_text("utf-8"), flags=re.MULTILINE)
     text = head
     for heading, part in zip(parts[::2], parts[1::2], strict=True):
+        links = part.rstrip()
         if heading == "Reference":
-            part = (
-                part.rstrip()
-                + "".join(f"\n- [{_title(index.parent / name)}]({name})" for name in PAGES)
-                + "\n"
-            )
-        pages = re.findall(r"^- \[.*?\]\((.*?)\.md\)", part, re.MULTILINE)
-        contents = "\n".join(pages)
-        text += f"## {heading}\n{part}\n```{{toctree}}\n:hidden:\n:titlesonly:\n:caption: {heading}\n\n{contents}\n```\n\n"
+            links += "".join(f"\n- [{_title(index.parent / name)}]({name})" for name in PAGES)
+        pages = re.findall(r"^- \[.*?\]\((.*?)\.md\)", links, re.MULTILINE)
+        contents = _toctree(pages, f":hidden:\n:titlesonly:\n:caption: {heading}")
+        text += f"## {heading}\n{links}\n\n{contents}\n"
     index.write_text(text, "utf-8")
 
 
@@ -83,9 +80,13 @@ def _show_examples(folder: Path) -> None:
         f"\n## {path.name}\n\n```{{literalinclude}} {path.name}\n:language: python\n```\n"
         for path in sorted(folder.glob("*.py"))
     )
-    longer = "\n".join(f"{path.parent.name}/README" for path in sorted(folder.glob("*/README.md")))
-    contents = f"\n```{{toctree}}\n:hidden:\n\n{longer}\n```\n"
-    page.write_text(page.read_text("utf-8") + programs + contents, "utf-8")
+    longer = [f"{path.parent.name}/README" for path in sorted(folder.glob("*/README.md"))]
+    page.write_text(page.read_text("utf-8") + programs + "\n" + _toctree(longer, ":hidden:"), "utf-8")
+
+
+def _toctree(pages: list[str], options: str) -> str:
+    contents = "\n".join(pages)
+    return f"```{{toctree}}\n{options}\n\n{contents}\n```\n"
 
 
 if __name__ == "__main__":

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
-import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -58,8 +57,8 @@ def worlds(_: Path) -> str:
     """Each built-in world with its picture, its text and its parameters."""
     parts = [
         "# Worlds\n",
-        "Name a world and its parameters with `--world`: `kbot sim kbot --world maze:size=4,seed=2`. Lengths are in"
-        " metres. [SDF files and maps](simulation.md#worlds) are worlds too.\n",
+        "Name a world and its parameters with `--world`: `kbot sim kbot --world maze:size=4,seed=2`. Lengths"
+        " are in metres. [SDF files and maps](simulation.md#worlds) are worlds too.\n",
     ]
     for name, builder in BUILDERS.items():
         parts += [f"## {name}\n", f"{inspect.getdoc(builder)}\n", f"![The world {name}](images/{name}.png)\n"]
@@ -73,8 +72,9 @@ def sensors(_: Path) -> str:
     common = [field.name for field in dataclasses.fields(Spec)]
     parts = [
         "# Sensors\n",
-        '`sim.add_sensor(Lidar(link="base_link"))` mounts a sensor. `latest` is its newest reading. How a description'
-        " declares sensors is in [Sensors and navigation](navigation.md#sensors). All sensors have these settings:\n",
+        '`sim.add_sensor(Lidar(link="base_link"))` mounts a sensor. `latest` is its newest reading.'
+        " [Sensors and navigation](navigation.md#sensors) describes how a description declares sensors."
+        " All sensors have these settings:\n",
         _settings(Spec, common),
         f"{_markdown(inspect.getdoc(Spec) or '')}\n",
     ]

@@ -83,31 +83,28 @@ def tutorial(browser: Browser) -> None:
         ("03_inertia", "03_inertia", "3"),
         ("06_joints", "05_caster", "4"),
     ):
-        with reader_folder(steps / f"{file}.xacro") as robot:
-            with serving(open_session(robot, simulate=False)) as address:
-                page = opened(browser, address, 1100, 640, "light")
-                take(page, images / f"{name}.png", keys)
-    with reader_folder(steps / "09_drive.xacro") as robot:
-        with serving(open_session(robot, simulate=True)) as address:
-            page = opened(browser, address, 1100, 640, "light")
-            page.get_by_role("button", name="Stop", exact=True).wait_for()
-            page.keyboard.down("w")
-            page.wait_for_timeout(1500)
-            page.keyboard.down("a")
-            page.wait_for_timeout(700)
-            page.keyboard.up("a")
-            page.wait_for_timeout(1000)
-            take(page, images / "09_drive.png", "")
+        with reader_page(browser, steps / f"{file}.xacro", simulate=False) as page:
+            take(page, images / f"{name}.png", keys)
+    with reader_page(browser, steps / "09_drive.xacro", simulate=True) as page:
+        page.get_by_role("button", name="Stop", exact=True).wait_for()
+        page.keyboard.down("w")
+        page.wait_for_timeout(1500)
+        page.keyboard.down("a")
+        page.wait_for_timeout(700)
+        page.keyboard.up("a")
+        page.wait_for_timeout(1000)
+        take(page, images / "09_drive.png", "")
 
 
 @contextmanager
-def reader_folder(step: Path) -> Iterator[str]:
-    """The file of a step, under the name that the tutorial's reader gives it."""
+def reader_page(browser: Browser, step: Path, *, simulate: bool) -> Iterator[Page]:
+    """A page with the file of a step, under the name that the tutorial's reader gives it."""
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "my_robot" / "urdf" / "my_robot.xacro"
         target.parent.mkdir(parents=True)
         shutil.copy(step, target)
-        yield str(target)
+        with serving(open_session(str(target), simulate=simulate)) as address:
+            yield opened(browser, address, 1100, 640, "light")
 
 
 def take(page: Page, path: Path, keys: str) -> None:

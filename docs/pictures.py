@@ -21,7 +21,7 @@ from kbot.render.path_plot import draw as draw_paths
 from kbot.render.picture import draw_picture
 from kbot.render.picture_scene import PictureScene, robot_alone, robot_in_world
 from kbot.sim.report import Odometer
-from kbot.sim.script import run_script
+from kbot.sim.script import Script
 from kbot.world import BUILDERS
 
 LOOK = Look(width=480, height=300, theme="light")
@@ -58,11 +58,11 @@ def draw_tutorial(docs: Path) -> None:
         _write(images / f"{step}.png", draw_picture(robot_alone(load(steps / f"{step}.xacro")), LOOK))
     simulation = Simulation(steps / "09_drive.xacro")
     odometer = Odometer(simulation, keeps=True)
-    run_script(str(steps / "drive.py"), simulation)
+    Script(str(steps / "drive.py")).run(simulation)
     paths = draw_paths(odometer.truth, odometer.odometry, simulation.world, "my_robot drives a square")
     _write(images / "11_square.png", paths)
     simulation = Simulation(steps / "09_drive.xacro", world="rooms:columns=1,rows=1,size=2")
-    run_script(str(steps / "avoid.py"), simulation)
+    Script(str(steps / "avoid.py")).run(simulation)
     _write(images / "12_room.png", draw_picture(robot_in_world(simulation), LOOK))
 
 

@@ -12,6 +12,7 @@ GOAL = kbot.PlanarPose(2.4, 2.4, pi / 2)  # x and y in m, heading in rad
 
 
 def drive(sim: kbot.Simulation) -> None:
+    sim.draw.points("goal", [(GOAL.x, GOAL.y)], "green", size=0.1)
     trip = go_to(sim, GOAL)
     print(f"{trip.status} after {trip.time:.1f} s")
     print(f"{trip.distance:.2f} m driven, {trip.shortest:.2f} m planned")

@@ -26,3 +26,4 @@ def drive(sim: Simulation) -> None:
         if sees_black.any():  # else turn to where the line was last
             line = float(left_of_middle[sees_black].mean())
         sim.cmd_vel(SPEED, GAIN * line)
+        sim.plot("line", line)

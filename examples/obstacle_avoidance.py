@@ -23,15 +23,18 @@ class Avoider:
         self._turn = 0.0
 
     def decide(self, scan: LaserScan) -> tuple[float, float]:
-        """The speed in m/s and the turning speed in rad/s for a scan of one beam per degree."""
-        ranges = np.minimum(scan.ranges, scan.range_max)  # beams without an echo are infinite
-        left, ahead, right = ranges[200:260], ranges[150:210], ranges[100:160]  # 180 is straight ahead
-        if ahead.min() > CLEARANCE:
+        """The speed in m/s and the turning speed in rad/s for a scan."""
+        if min(scan.sector(-30, 30)) > CLEARANCE:  # degrees; 0 is straight ahead, left is positive
             self._turn = 0.0
             return SPEED, 0.0
         if self._turn == 0.0:
-            self._turn = 1.0 if left.mean() > right.mean() else -1.0
+            self._turn = 1.0 if room(scan.sector(20, 80)) > room(scan.sector(-80, -20)) else -1.0
         return 0.0, self._turn
+
+
+def room(ranges: np.ndarray) -> float:
+    """The mean distance in m. A beam that meets nothing counts as 10 m."""
+    return float(np.minimum(ranges, 10.0).mean())
 
 
 def drive(sim: Simulation) -> None:

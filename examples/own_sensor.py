@@ -41,6 +41,7 @@ def at(x: float, y: float) -> Transform:
 
 
 def drive(sim: Simulation) -> None:
+    sim.draw.points("lamp", [LAMP], "yellow", size=0.1)
     left, right = (
         sim.add_sensor(LightMeter(name=name, link="base_link", pose=at(0.06, y)))
         for name, y in (("light_left", 0.06), ("light_right", -0.06))

@@ -25,6 +25,7 @@ def drive(sim: Simulation) -> None:
         nearest = np.argmin(scan.ranges[ahead])
         distance, bearing = float(scan.ranges[ahead][nearest]), float(angles[ahead][nearest])
         if np.isfinite(distance):
+            sim.plot("gap", distance)
             follower.cmd_vel(float(np.clip(0.2 + 2.0 * (distance - GAP), 0.0, 0.5)), 2.0 * bearing)
         else:
             follower.cmd_vel(0.0, 0.0)  # the first robot is out of sight

@@ -13,7 +13,7 @@ ELLIPSIS = "…"
 
 @dataclass(frozen=True)
 class Command:
-    """A command of a `console` block: its words without `kbot`, and the lines that it prints."""
+    """A command of a `console` block: its words, of which the first is `kbot` or `cd`, and its output."""
 
     words: tuple[str, ...]
     output: tuple[str, ...]
@@ -33,7 +33,7 @@ def commands(text: str) -> list[Command]:
     """The commands in the `console` blocks of a text, in order."""
     found = []
     for block in blocks(text, "console"):
-        for run in re.split(r"^\$ kbot ", block, flags=re.MULTILINE)[1:]:
+        for run in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]:
             line, *output = run.splitlines()
             found.append(Command(tuple(shlex.split(line)), tuple(output)))
     return found

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 import kbot
 from kbot.sensors.collisions import CollisionWatch
-from kbot.sim.script import run_script
+from kbot.sim.script import Script
 from kbot.world.occupancy_files import read_map
 from kbot.world.occupancy_of_world import world_grid
 
@@ -46,7 +46,7 @@ def drive(name: str, world: str) -> Run:
 
     sim.clock.every(10.0, sample)
     watch = CollisionWatch(sim)
-    run_script(str(EXAMPLES / f"{name}.py"), sim)
+    Script(str(EXAMPLES / f"{name}.py")).run(sim)
     watch.close()
     return Run(sim, np.array(poses), watch.collided)
 
@@ -121,7 +121,7 @@ def test_the_second_robot_stays_behind_the_first() -> None:
             gaps.append(np.hypot(ahead.x - behind.x, ahead.y - behind.y))
 
     sim.clock.every(10.0, sample)
-    run_script(str(EXAMPLES / "two_robots.py"), sim)
+    Script(str(EXAMPLES / "two_robots.py")).run(sim)
     assert len(gaps) > 250
     assert min(gaps) > 0.4
     assert max(gaps) < 0.55
