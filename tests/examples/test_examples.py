@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 import kbot
 from kbot.sensors.collisions import CollisionWatch
 from kbot.sim.script import Script
+from kbot.text import KbotError
 from kbot.world.occupancy_files import read_map
 from kbot.world.occupancy_of_world import world_grid
 
@@ -138,6 +139,25 @@ def test_the_own_controller_follows_a_wall() -> None:
     assert run.path[-1, 0] > 2.0
     assert 0.59 - run.path[-1, 1] == pytest.approx(0.3, abs=0.03)  # the wall is 2 cm thick
     assert not run.collided
+
+
+@pytest.mark.parametrize(
+    "path",
+    sorted(path for path in EXAMPLES.glob("*.py") if "def drive(" in path.read_text()),
+    ids=lambda p: p.stem,
+)
+def test_a_script_starts_beside_the_page(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The page runs in real time, so only the first half second is tested."""
+    monkeypatch.chdir(tmp_path)
+    sim = kbot.Simulation("kbot", world="maze:size=5,seed=2" if path.stem == "go_to_goal" else "track")
+
+    def stop() -> None:
+        raise KbotError("half a second is over")
+
+    sim.clock.every(2.0, stop)
+    with sim.serve(browser=False), pytest.raises(KbotError, match="half a second is over"):
+        Script(str(path)).run(sim)
+    assert sim.time == pytest.approx(0.5)
 
 
 def test_the_notebook_runs() -> None:
