@@ -79,6 +79,7 @@ def tutorial(browser: Browser) -> None:
     steps, images = IMAGES.parent / "tutorial" / "steps", IMAGES.parent / "tutorial" / "images"
     images.mkdir(exist_ok=True)
     for name, file, keys in (
+        ("01_empty", "01_empty", ""),
         ("03_inertia", "03_inertia", "3"),
         ("06_joints", "05_caster", "4"),
     ):
