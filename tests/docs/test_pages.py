@@ -18,8 +18,8 @@ PAGES = sorted(
     [*DOCS.rglob("*.md"), *(ROOT / "examples").rglob("*.md"), ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
 )
 TEXTS = {path: path.read_text("utf-8") for path in PAGES}
-NOT_VERBS = {"VERB", "FILE", "CODE"}
-"""Placeholders after `kbot`."""
+NOT_VERBS = {"VERB", "FILE", "CODE", "roslaunch"}
+"""Words after `kbot` that are placeholders, or the example of a command of another tool."""
 
 
 def anchors(text: str) -> set[str]:
