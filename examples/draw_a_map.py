@@ -40,7 +40,7 @@ def drive(sim: Simulation) -> None:
         occupied = mark(robot.apply(ends))
         crossed = mark(robot.apply((shares * ends).reshape(-1, 2))) & ~occupied
         votes += 1 * occupied - 1 * crossed
-        sim.draw.points("map", (np.argwhere(votes > 0)[:, ::-1] + 0.5) * CELL + CORNER, "red", CELL)
+        sim.draw.points("map", (np.argwhere(votes > 0)[:, ::-1] + 0.5) * CELL + CORNER, "red", 0.02)
     cells = np.select([votes > 0, votes < 0], [100, 0], -1).astype(np.int8)  # occupied, free, unknown
     write_map(OccupancyGrid(cells, CELL, PlanarPose(CORNER, CORNER)), "map.yaml")
     print(f"map.yaml: {np.mean(cells >= 0):.0%} of the map is known")
