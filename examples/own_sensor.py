@@ -1,6 +1,6 @@
 """Write your own sensor: two light sensors with which the robot finds a lamp.
 
-kbot sim kbot --script own_sensor.py
+kbot sim kbot --world empty --script own_sensor.py
 
 A sensor has a specification, which says where it is mounted, and a class that measures. KBot calls `measure`
 at the sensor's rate, and publishes the result on the topic of the sensor's name.

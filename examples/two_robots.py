@@ -1,6 +1,6 @@
 """A second robot follows the first, 0.4 m behind it, with its own lidar.
 
-kbot sim kbot --script two_robots.py
+kbot sim kbot --world empty --script two_robots.py
 """
 
 from math import radians
