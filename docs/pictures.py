@@ -25,6 +25,7 @@ from kbot.sim.script import Script
 from kbot.world import BUILDERS
 
 LOOK = Look(width=480, height=300, theme="light")
+WORLD_LOOK = Look(width=360, height=225, elevation=50.0, theme="light")
 COLOURS = 64
 """Enough for shaded robots on a floor; a picture then has 5 to 15 kB."""
 WIDEST = (720, 720)
@@ -39,7 +40,7 @@ def draw_pictures(docs: Path) -> None:
         scene = overview(robot_in_world(Simulation("kbot", world=world)))
         path = docs / "reference" / "images" / f"{world}.png"
         path.parent.mkdir(exist_ok=True)
-        path.write_bytes(draw_picture(scene, replace(LOOK, elevation=50.0)))
+        path.write_bytes(draw_picture(scene, WORLD_LOOK))
 
 
 def overview(scene: PictureScene) -> PictureScene:
