@@ -78,6 +78,15 @@ def test_one_bracket_too_many_in_the_shipped_robot_is_one_finding(
     assert {d.origin.span.line for d in found if d.origin} <= {text[: expression.start()].count("\n") + 1}
 
 
+def test_a_misspelt_attribute_is_one_error_with_its_fix() -> None:
+    shape = '<visual><geometry><box sise="1 1 1"/></geometry></visual>'
+    text = f'<robot name="r"><link name="a">{shape}</link></robot>'
+    (error,) = (d for d in found_in(text) if d.code in {"U013", "U202"})
+    assert (error.code, error.hint) == ("U013", "did you mean 'size'?")
+    assert error.fix is not None
+    assert apply_edits(text, error.fix.edits) == text.replace("sise", "size")
+
+
 def test_a_missing_call_has_no_consequences(robot: str) -> None:
     """The right wheel is missing: one error, and no finding about the drive, ground or unused names."""
     text = robot.replace('<xacro:wheel prefix="right"', '<xacro:whel prefix="right"')

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 from kbot.checks.context import Context
 from kbot.checks.registry import all_rules
@@ -46,7 +47,7 @@ def is_cause(diagnostic: Diagnostic) -> bool:
 
 def without_consequences(found: Iterable[Diagnostic], context: Context) -> list[Diagnostic]:
     """The findings without those that may follow from an error among them."""
-    found = [d for d in found if not _is_of_unprefixed(d, context)]
+    found = _with_misspelt_attributes([d for d in found if not _is_of_unprefixed(d, context)])
     errors = {d.code for d in found if d.is_error}
     left_out = set(UNUSED) if errors else set[str]()
     if errors & _LOSES_PARTS:
@@ -61,6 +62,27 @@ def without_consequences(found: Iterable[Diagnostic], context: Context) -> list[
     if any(d.code == "I117" and d.severity is Severity.WARNING for d in found):
         left_out |= _OF_WRONG_MASSES
     return [d for d in found if d.code not in left_out]
+
+
+def _with_misspelt_attributes(found: list[Diagnostic]) -> list[Diagnostic]:
+    """The findings, with one instead of two for an attribute that is missing because it is misspelt."""
+    misspelt = [d for d in found if d.code == "U202" and d.fix is not None]
+    for lacking in [d for d in found if d.code == "U013"]:
+        cause = next((d for d in misspelt if _writes_attribute(d, lacking)), None)
+        if cause is not None:
+            named = replace(lacking, origin=cause.origin, hint=cause.hint, fix=cause.fix)
+            found[found.index(lacking)] = named
+            found.remove(cause)
+    return found
+
+
+def _writes_attribute(misspelt: Diagnostic, lacking: Diagnostic) -> bool:
+    """Whether the fix of a misspelt attribute writes the one that its element lacks."""
+    if misspelt.fix is None or lacking.origin is None:
+        return False
+    tag, edit = lacking.origin.span, misspelt.fix.edits[0]
+    is_in_tag = tag.file == edit.span.file and tag.start <= edit.span.start < tag.end
+    return is_in_tag and lacking.message.endswith(f"'{edit.replacement}'")
 
 
 def _is_of_unprefixed(diagnostic: Diagnostic, context: Context) -> bool:

@@ -54,6 +54,7 @@ export function topbar(app: App, help: () => void): HTMLElement {
     file.textContent = baseName(shown);
     file.title = shown;
     editLabel.textContent = app.canWrite ? "Edit" : "Source";
+    edit.ariaLabel = editLabel.textContent; // a narrow window has no room for the text
     edit.title = app.canWrite ? `Edit ${baseName(about.file)} here` : `Show ${baseName(about.file)}`;
     mode.textContent = about.mode === "play" ? "recording" : "view";
     mode.hidden = about.mode === "sim";
