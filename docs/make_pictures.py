@@ -36,6 +36,7 @@ def main() -> None:
         driving(browser)
         finding(browser)
         tutorial(browser)
+        film(browser)
 
 
 def driving(browser: Browser) -> None:
@@ -94,6 +95,82 @@ def tutorial(browser: Browser) -> None:
         page.keyboard.up("a")
         page.wait_for_timeout(1000)
         take(page, images / "09_drive.png", "")
+
+
+def film(browser: Browser) -> None:
+    """A drive, a typing error, its finding, its fix, and the drive again."""
+    shipped = Path(kbot.__file__).parent / "robots" / "kbot_description"
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(shutil.copytree(shipped, Path(folder) / "kbot_description"))
+        session = open_session(str(copy / "urdf" / "kbot.xacro"), simulate=True, world="playground")
+        with serving(session) as address:
+            page = opened(browser, address, 1100, 680)
+            page.get_by_role("button", name="Stop", exact=True).wait_for()
+            shots = Film(page)
+            shots.hold(1.5)
+            shots.drive("w", 2.0)
+            page.locator("#links [data-link=left_wheel]").click()
+            cylinder = page.locator("#source .cm-line", has_text="<cylinder").first
+            name = cylinder.locator("text=wheel_radius").first
+            name.wait_for()
+            shots.hold(1.5)
+            name.dblclick()
+            for letter in "wheel_raduis":
+                page.keyboard.type(letter)
+                shots.hold(0.12)
+            page.keyboard.press("Control+s")
+            page.locator("#findings [data-severity=error] .fix").first.wait_for()
+            shots.hold(3.5)
+            page.locator("#findings [data-severity=error] .fix").first.click()
+            page.locator("#findings [data-severity=error]").first.wait_for(state="detached")
+            shots.hold(1.5)
+            page.get_by_role("button", name="Close the source").click()
+            shots.drive("w", 1.5)
+            shots.drive("a", 1.5)
+            shots.drive("w", 2.0)
+            shots.hold(1.0)
+            shots.save(IMAGES / "first_minute.gif")
+            page.close()
+
+
+class Film:
+    """Pictures of a page with the seconds that each is shown.
+
+    Those of a drive are shown in simulated time, because a slow machine takes only a few pictures a second.
+    """
+
+    def __init__(self, page: Page) -> None:
+        self._page = page
+        self._pictures: list[Image.Image] = []
+        self._seconds: list[float] = []
+
+    def hold(self, seconds: float) -> None:
+        """Show the page as it is now."""
+        self._page.wait_for_timeout(300)  # until it has drawn what has just happened
+        self._take(seconds)
+
+    def drive(self, key: str, seconds: float) -> None:
+        """Hold a key down for some simulated seconds."""
+        self._page.keyboard.down(key)
+        start = now = self._time()
+        while now < start + seconds:
+            self._take(0.0)
+            before, now = now, self._time()
+            self._seconds[-1] = now - before
+        self._page.keyboard.up(key)
+
+    def save(self, path: Path) -> None:
+        """Write a GIF, with the colours of the picture that has the most."""
+        few = [picture.quantize(96, dither=Image.Dither.NONE) for picture in self._pictures]
+        milliseconds = [max(40, round(seconds * 1000.0)) for seconds in self._seconds]
+        few[0].save(path, save_all=True, append_images=few[1:], duration=milliseconds, loop=0, optimize=True)
+
+    def _time(self) -> float:
+        return float(self._page.evaluate("kbot.time"))
+
+    def _take(self, seconds: float) -> None:
+        self._pictures.append(Image.open(io.BytesIO(self._page.screenshot())).convert("RGB"))
+        self._seconds.append(seconds)
 
 
 @contextmanager

@@ -302,6 +302,17 @@ def test_a_command_that_is_switched_on_and_off_is_not_reported(urdf, period):
     assert simulation.findings == ()
 
 
+@pytest.mark.parametrize("wait", [3.0, 3.2, 3.4, 3.55])
+def test_a_command_after_a_pause_is_not_reported(kbot_robot, wait):
+    sim = Simulation(kbot_robot)
+    sim.run(wait)
+    sim.cmd_vel(0.36, 0.0)
+    sim.run(0.4)  # less than a sample: it may begin just before one
+    sim.cmd_vel(0.0, 0.0)
+    sim.run(3.0)
+    assert sim.findings == ()
+
+
 def test_ice_is_reported_at_the_wheel(urdf):
     ice = "".join(f'<gazebo reference="{side}"><mu1>0.001</mu1></gazebo>' for side in ("left", "right"))
     text = cart(more=ice)

@@ -80,6 +80,9 @@ def test_wait_serves_until_ctrl_c_and_a_page_interrupts_the_program(tmp_path: Pa
         page.send("run_program")
         until(lambda: len(page.refused) == 2)
         assert page.refused[1] == "start own.py again where you started it"
+        page.send("stop")
+        until(lambda: page.newest["state"]["command"] == [0.0, 0.0])
+        assert not run.printed("continues"), "only Ctrl-C ends the waiting"
         run.process.send_signal(signal.SIGINT)
         until(lambda: run.printed("continues True") and page.phase == "running")
         page.send("stop")

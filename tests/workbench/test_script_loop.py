@@ -135,7 +135,7 @@ def test_the_page_pauses_steps_and_resets_between_two_slices(tmp_path: Path) -> 
         tmp_path,
         "def drive(sim):\n    print('run', sim.steps, sim.world.name)\n    while True: sim.run(100.0)\n",
     )
-    with scripted(path) as run, watching(run.url) as page:
+    with scripted(path, "--world", "empty") as run, watching(run.url) as page:
         until(lambda: page.time > 0.1)
         page.send("pause", paused=True)
         until(lambda: page.newest["state"]["paused"])

@@ -179,6 +179,13 @@ def test_the_first_usable_version_starts_the_robot(
     assert (session.state().time > 0.0) is simulate
 
 
+def test_the_findings_of_a_broken_description_have_fixes(tmp_path: Path) -> None:
+    file = tmp_path / "r.urdf"
+    file.write_text(SOLID.replace("<mass value=", "<mass valeu="))
+    (error, *_) = open_session(str(file), simulate=False).findings().findings
+    assert (error.severity, error.fix) == ("error", "rename valeu to value")
+
+
 def test_an_error_that_is_not_in_the_description_ends_the_start(arm: Path) -> None:
     def fail(sliders: object) -> None:
         raise KbotError("the port is in use")

@@ -66,7 +66,9 @@ export function useKeys(
       event.preventDefault();
       app.send({ type: command });
     }
-    if ((event.ctrlKey || event.metaKey) && event.key === "s" && !app.drafts.isEmpty) {
+    const isSave = (event.ctrlKey || event.metaKey) && event.key === "s";
+    // the editor has saved its own file
+    if (isSave && !event.defaultPrevented && !app.drafts.isEmpty) {
       event.preventDefault();
       for (const file of app.drafts.files.value.keys()) app.save(file);
     }

@@ -77,6 +77,7 @@ class MotionFindings:
             return None
         off = _both(seen.off * 1e3, "{:.0f} mm", degrees(abs(seen.turned_off)), "{:.1f} degrees")
         driven = _both(seen.way * 1e3, f"{seen.way:.2f} m", degrees(seen.turned), "{:.0f} degrees of turns")
+        driven = driven or "no motion"
         what = f"odometry is {_percent(seen.share)} off: {off} after {driven}, first at {seen.since:.1f} s"
         cause = self._cause("W301", seen.explanation, lambda: self._why_off(seen))
         return _finding("W301", what, cause)

@@ -32,6 +32,9 @@ STUCK = 0.2
 climbs a slope, covers more."""
 STUCK_TIME, STUCK_WAY = 1.0, 0.03
 """Seconds, and commanded metres, over which that share is measured."""
+CHANGING_TIME = 3.0
+"""The same for a command that changes, which may be zero between the samples. Six samples in a row are not
+those of a key that is tapped."""
 UPRIGHT = cos(radians(60.0))
 """Upward component of the root link's z axis below which a robot has fallen over. Ramps are less steep."""
 SETTLING = 0.6
@@ -200,19 +203,24 @@ class MotionWatch:
         odometry_way, odometry_turned = self._move_odometry(wheels.axle)
         half = self._half
         self._compare(time)
+        if wheels.wanted == (0.0, 0.0) or self._window_wanted is None:
+            # a command that came since the last sample has been there for less than a period
+            self._start_window(time, wheels.wanted)
+            return
         half *= self._turns_in_place
         self._window_way += way + half * turned
         self._window_odometry += odometry_way + half * odometry_turned
         linear, angular = wheels.wanted
         self._window_commanded += (abs(linear) + half * abs(angular)) * _PERIOD
-        self._window_wanted = self._window_wanted or wheels.wanted
         self._is_steady = self._is_steady and self._window_wanted == wheels.wanted
         linear, angular = wheels.twist
         self._window_allowed += (abs(linear) + half * abs(angular)) * _PERIOD
         # a command that changes all the time is never reached
         commanded = self._window_commanded if self._is_steady else self._window_allowed
-        if time - self._window > STUCK_TIME and commanded > STUCK_WAY:
+        least_time = STUCK_TIME if self._is_steady else CHANGING_TIME
+        if time - self._window > least_time and commanded > STUCK_WAY:
             self._end_window(time, commanded)
+            self._window_wanted = wheels.wanted
 
     def _move(self, before: Place, now: Place, spun: float) -> tuple[float, float]:
         """Add the axle's motion, in its own frame, to its true pose. Returns the distance and the turn.
@@ -264,9 +272,10 @@ class MotionWatch:
                 error / driven,
             )
 
-    def _start_window(self, time: float) -> None:
+    def _start_window(self, time: float, wanted: Twist2 = (0.0, 0.0)) -> None:
+        """`wanted` is the command of the window, which begins now. Without one, nothing is compared."""
         self._window = time
-        self._window_wanted, self._is_steady = None, True
+        self._window_wanted, self._is_steady = wanted if wanted != (0.0, 0.0) else None, True
         self._window_way = self._window_odometry = self._window_commanded = self._window_allowed = 0.0
 
     def _end_window(self, time: float, commanded: float) -> None:

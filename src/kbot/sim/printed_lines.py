@@ -38,6 +38,7 @@ class PrintStream(io.TextIOBase):
         """Text is written to `stream` as well."""
         self.stream, self._lines = stream, lines
         self._begun = ""
+        self._publishes = False
         self._owner = threading.get_ident()
 
     @property
@@ -62,11 +63,15 @@ class PrintStream(io.TextIOBase):
 
     def write(self, text: str) -> int:
         count = self.stream.write(text)
-        if threading.get_ident() != self._owner:
-            return count  # only the thread of the simulation may publish
+        if threading.get_ident() != self._owner or self._publishes:
+            return count  # only the thread of the simulation may publish, and what a subscriber prints is not
         *complete, self._begun = (self._begun + text).split("\n")
-        for line in complete:
-            self._lines.add(line)
+        self._publishes = True
+        try:
+            for line in complete:
+                self._lines.add(line)
+        finally:
+            self._publishes = False
         self._begun = self._begun[-LONGEST:]  # a program may print without an end of line
         return count
 

@@ -204,7 +204,6 @@ class Script:
             f"{shown_path(caller.f_code.co_filename)}:{number} in {caller.f_code.co_name}: "
             + linecache.getline(caller.f_code.co_filename, number, caller.f_globals).strip()
             for caller, number in own[:-1]
-            if caller.f_code.co_name != "<module>" or len(own) > 1
         ]
         return path, line, (*calls[-MOST_FRAMES:], code)
 

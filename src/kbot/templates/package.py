@@ -183,8 +183,11 @@ def _values_of_robot(folder: Path, robot: Path | None, name: str) -> dict[str, s
 
 def _package_name(folder: Path) -> str:
     """The name in a folder's package.xml, or an empty string."""
+    manifest = folder / "package.xml"
+    if not manifest.is_file():  # nor a pipe, which would never end
+        return ""
     try:
-        found = _PACKAGE.search((folder / "package.xml").read_text(encoding="utf-8", errors="replace"))
+        found = _PACKAGE.search(manifest.read_text(encoding="utf-8", errors="replace"))
     except OSError:
         return ""
     return found.group(1) if found is not None else ""

@@ -143,6 +143,8 @@ class _Caller(Program):
     """The program that called `serve`. A page stops it as Ctrl-C does."""
 
     def _end(self) -> None:
+        if not self.is_running:
+            return  # in `wait`, only Ctrl-C ends it
         if self.is_lending or threading.get_ident() == self._thread:
             self._is_ending = True  # raised at the end of the slice
         elif self._thread == threading.main_thread().ident:

@@ -135,6 +135,7 @@ class LoadedReader:
     reading: DescriptionReading
     overrides: Overrides = field(default_factory=lambda: Overrides(None))
     package_path: tuple[str, ...] = ()
+    read_only_reason: str = "the program loaded this robot. Start the program again to use a changed file"
 
     def read(self) -> DescriptionReading:
         return self.reading

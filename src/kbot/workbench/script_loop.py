@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from kbot.sim import Simulation
-from kbot.sim.script import Script, ScriptError
+from kbot.sim.script import Script
 from kbot.text import KbotError
 from kbot.workbench.address import Address
 from kbot.workbench.driving.driving import Driving
@@ -94,7 +94,7 @@ class _ScriptLoop:
             return "stopped", ""
         except SystemExit as end:
             return ("failed", str(end.code)) if end.code else ("finished", "")
-        except (ScriptError, KbotError) as error:
+        except KbotError as error:
             return "failed", str(error)
         return "finished", ""
 

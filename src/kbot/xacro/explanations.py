@@ -12,7 +12,8 @@ from keyword import iskeyword
 from kbot.text.suggest import did_you_mean
 from kbot.xacro.expressions.closures import closure_of
 from kbot.xacro.expressions.operations import InvalidExpression
-from kbot.xacro.not_a_number import PropertyFault, explain, source_of_text
+from kbot.xacro.not_a_number import QUOTED, PropertyFault, explain, is_unit, source_of_text
+from kbot.xacro.templates import shortened
 from kbot.xacro.values import Value, public_names
 from kbot.xacro.xacro_error import XacroError
 
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
     from kbot.xacro.binding import Binding
     from kbot.xacro.expressions.operations import Environment
 
-_QUOTED = 60
-"""Characters of an expression or a value that a message quotes."""
 _LONGEST = 500
 """Characters of an expression whose parts are evaluated again."""
 _STEPS = 16
@@ -51,7 +50,6 @@ _LOOK_ALIKES = {
     "\N{RIGHT SINGLE QUOTATION MARK}": "'", "\N{LEFT SINGLE QUOTATION MARK}": "'",
     "\N{LEFT DOUBLE QUOTATION MARK}": "'", "\N{RIGHT DOUBLE QUOTATION MARK}": "'",
 }  # fmt: skip
-_UNITS = frozenset({"m", "mm", "cm", "kg", "g", "deg", "rad"})
 
 
 def syntax_fault(error: InvalidExpression, content: str) -> XacroError:
@@ -86,7 +84,7 @@ def _syntax(reason: str, content: str) -> tuple[str, str]:
         return "a number begins with 0", "remove the leading zeros"
     named = _NUMBER_AND_NAME.search(content)
     if named and ("literal" in reason or "invalid syntax" in reason):
-        if named[2] in _UNITS:
+        if is_unit(named[2]):
             right = explain(named[0], named[0]).replacement.strip("${}") or named[1]
             return f"the number {named[0]} has a unit", f"write {right}"
         return f"an operator is missing in '{named[0]}'", f"write {named[1]}*{named[2]}"
@@ -245,7 +243,7 @@ class _Explainer:
             return None
         name = self._name_of_text(part)
         binding = source_of_text([b for b in (self._binding(name),) if b] if name is not None else ())
-        shown = _shortened(text)
+        shown = shortened(text, QUOTED)
         if binding is None or binding.node is None:
             hint = explain(text, text).hint if isinstance(part, ast.Constant) else ""
             return self._fault(f"'{shown}' is text, not a number", hint)
@@ -308,7 +306,7 @@ class _Explainer:
                 f"{name}() takes {takes} argument{'s' * (takes not in ('1', 'one'))}, not {count}"
             )
         if isinstance(error, ValueError) and name not in ("int", "float"):
-            values = ", ".join(_shortened(str(self._value(argument))) for argument in node.args)
+            values = ", ".join(shortened(str(self._value(argument)), QUOTED) for argument in node.args)
             return self._fault(
                 f"{name}({values}) is not defined", f"'{shown}' has no real result for this value"
             )
@@ -342,14 +340,14 @@ class _Explainer:
         return self._fault(f"'{shown}' is {_kind(owner)}, so it has no '.{node.attr}'", near)
 
     def _fault(self, message: str, hint: str = "") -> XacroError:
-        shown = _shortened(" ".join(self.source.split()))
+        shown = shortened(" ".join(self.source.split()), QUOTED)
         return XacroError("X104", f"{message}, in '{shown}'" if shown not in message else message, hint)
 
     def _value(self, node: ast.expr) -> Value:
         return self.parts.value(node)
 
     def _segment(self, node: ast.expr) -> str:
-        return _shortened(ast.get_source_segment(self.source, node) or "")
+        return shortened(ast.get_source_segment(self.source, node) or "", QUOTED)
 
     def _binding(self, node: ast.expr) -> Binding | None:
         """The property or parameter that a name means; None in a comprehension or lambda function."""
@@ -395,7 +393,3 @@ def _kind(value: Value) -> str:
         case None:
             return "empty"
     return "not a number"
-
-
-def _shortened(text: str) -> str:
-    return text if len(text) <= _QUOTED else text[: _QUOTED - 1] + "…"

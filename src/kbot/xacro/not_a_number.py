@@ -6,6 +6,7 @@ import html
 import re
 
 from kbot.xacro.location import locate, within
+from kbot.xacro.templates import shortened
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -23,8 +24,15 @@ _UNITS = {
 }  # fmt: skip
 """The power of ten from a unit to that of URDF, and the name of the latter."""
 _DEGREES = ("deg", "degree", "degrees")
+QUOTED = 60
+"""Characters of a text that a message quotes."""
 _MINUS = re.compile(r"-\s*+\$\{([^{}]*+)\}")
 _NAME = re.compile(r"\w+")
+
+
+def is_unit(word: str) -> bool:
+    """Whether a word after a number is a unit that people write."""
+    return word in _UNITS or word.lower() in _DEGREES
 
 
 class Explanation:
@@ -60,7 +68,7 @@ class PropertyFault:
         text = str(binding.value)
         written = binding.node.attributes.get(binding.attribute, "") if binding.node is not None else ""
         found = explain(text, written)
-        what = f"'{_shortened(text)}' is text, not a number" if text.strip() else "the value is empty"
+        what = f"'{shortened(text, QUOTED)}' is text, not a number" if text.strip() else "the value is empty"
         self.message = f"{binding.name}: {what}" + (f": {found.reason}" if found.reason else "")
         self.hint = found.hint
         self.origin: Origin | None = None
@@ -140,7 +148,3 @@ def _negated(minus: re.Match[str]) -> str:
     """`${-name}` or `${-(expression)}`."""
     inner = minus[1].strip()
     return "${-" + (inner if _NAME.fullmatch(inner) else f"({inner})") + "}"
-
-
-def _shortened(text: str) -> str:
-    return text if len(text) <= 60 else text[:59] + "…"

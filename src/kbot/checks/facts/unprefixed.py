@@ -6,17 +6,14 @@ from collections.abc import Iterable, Iterator
 
 from kbot.checks.facts.sources import SourceFile
 from kbot.text import Element
+from kbot.xacro.tags.attributes import ATTRIBUTES
 
 _EXTENSIONS = frozenset({"gazebo", "transmission", "ros2_control", "sensor", "plugin", "hardware", "param"})
 """Elements with tags of their own, which may have the name of a macro or of a tag of xacro."""
-_TAGS: dict[str, tuple[frozenset[str], frozenset[str]]] = {
-    "property": (frozenset({"name"}), frozenset({"value", "default", "scope", "lazy_eval", "remove"})),
-    "macro": (frozenset({"name"}), frozenset({"params"})),
-    "include": (frozenset({"filename"}), frozenset({"ns"})),
-    "arg": (frozenset({"name", "default"}), frozenset()),
-    "if": (frozenset({"value"}), frozenset()),
-    "unless": (frozenset({"value"}), frozenset()),
-    "insert_block": (frozenset({"name"}), frozenset()),
+_TAGS = {
+    tag.removeprefix("xacro:"): (frozenset(required), frozenset(optional))
+    for tag, (required, optional) in ATTRIBUTES.items()
+    if tag != "xacro:attribute"  # `attribute` is not specific enough
 }
 """The attributes that each tag must have and may have besides."""
 

@@ -238,6 +238,10 @@ def _serve(
         robot = None if loaded.has_errors else loaded.robot
         world = page_world(robot) if setup.world is None else setup.world
         place = load_world(world)
+    if script is not None:
+        from kbot.sim.script import Script
+
+        program = Script(script)
     with page.bound() as address, run_outputs(record, peers, served=True) as outputs:
         with loading(world):
             from kbot.workbench.serve import serve_session
@@ -260,11 +264,10 @@ def _serve(
         if script is None:
             serve_session(session, address)
             return
-        from kbot.sim.script import Script
         from kbot.workbench.script_loop import serve_script
 
         session.paused = session.waits_for_page = page.browser
-        serve_script(session, Script(script), address)
+        serve_script(session, program, address)
 
 
 def _run_headless(

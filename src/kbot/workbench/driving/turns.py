@@ -5,11 +5,15 @@ from __future__ import annotations
 import asyncio
 import threading
 import time
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 
 POLL_SECONDS = 0.002
 """Seconds between two attempts of the server to get the simulation. It gets it between two slices."""
 LEAST_SECONDS = 0.005
 """Seconds for which a program lends the simulation: the server looks at least once in that time."""
+GREETING_SECONDS = 0.5
+"""Seconds that a new page waits for the current state while a program uses the simulation."""
 
 
 class Turns:
@@ -26,12 +30,17 @@ class Turns:
     async def __aexit__(self, *_: object) -> None:
         self.give_back()
 
-    async def take_within(self, seconds: float) -> bool:
-        """Take the simulation, on the server's loop, if a program lends it in that time."""
+    @asynccontextmanager
+    async def within(self, seconds: float) -> AsyncIterator[bool]:
+        """Take the simulation, on the server's loop, if a program lends it in that time. Yields whether."""
         end = time.monotonic() + seconds
         while not (is_taken := self.try_take()) and time.monotonic() < end:
             await asyncio.sleep(POLL_SECONDS)
-        return is_taken
+        try:
+            yield is_taken
+        finally:
+            if is_taken:
+                self.give_back()
 
     def try_take(self) -> bool:
         """Take the simulation if nobody uses it."""

@@ -16,6 +16,7 @@ from kbot.render.glb import glb
 from kbot.text import KbotError
 from kbot.text.complaints import Complaints
 from kbot.workbench.built_page import load_page, takes_gzip, with_greeting
+from kbot.workbench.driving.turns import GREETING_SECONDS
 from kbot.workbench.protocol.codec import encode
 from kbot.workbench.saved_page import saved_page
 from kbot.workbench.serving.access import Access, security_headers
@@ -57,11 +58,13 @@ EXPORTS = {"/export/robot.glb": "model/gltf-binary", "/export/robot.html": "appl
 
 async def exported(session: Session, path: str, host: str) -> Response:
     """Return one of `EXPORTS`, made on another thread."""
-    robot, positions = session.standing()
+    async with session.turns:
+        robot, positions = session.standing()
     if path == "/export/robot.glb":
         body = await asyncio.to_thread(glb, robot, positions)
     else:
-        body = (await asyncio.to_thread(saved_page, session, robot)).encode()
+        async with session.turns:
+            body = (await asyncio.to_thread(saved_page, session, robot)).encode()
     return response(http.HTTPStatus.OK, host, body, EXPORTS[path])
 
 
@@ -137,6 +140,9 @@ class PageFiles:
         elif path in EXPORTS:
             return export_headers(path, served) if only_headers else exported(self._session, path, served)
         elif path in self._page:
+            is_greeted = path == "/" and not self._access.refuses(request.path, served, (), secret=True)
+            if is_greeted and not only_headers:
+                return self._greeting_page(served)
             return self._page_file(path, request, served)
         return response(http.HTTPStatus.NOT_FOUND, served, b"404: page not found\n")
 
@@ -150,12 +156,17 @@ class PageFiles:
             answer.body = b""
         return answer
 
+    async def _greeting_page(self, host: str) -> Response:
+        """Return the page with the first messages in it."""
+        file, session = self._page["/"], self._session
+        async with session.turns.within(GREETING_SECONDS) as is_lent:
+            greeting = session.greeting(NOBODY, is_lent=is_lent)
+        body = with_greeting(file.body, map(encode, greeting))
+        return response(http.HTTPStatus.OK, host, body, file.kind, "no-cache", file.scripts)
+
     def _page_file(self, path: str, request: Request, host: str) -> Response:
         file = self._page[path]
         kept = _FOR_EVER if path.startswith("/assets/") else "no-cache"
-        if path == "/" and not self._access.refuses(request.path, host, (), secret=True):
-            body = with_greeting(file.body, map(encode, self._session.greeting(NOBODY)))
-            return response(http.HTTPStatus.OK, host, body, file.kind, kept, file.scripts)
         if file.packed is None or not takes_gzip(request.headers.get_all("Accept-Encoding")):
             return response(http.HTTPStatus.OK, host, file.body, file.kind, kept, file.scripts)
         answer = response(http.HTTPStatus.OK, host, file.packed, file.kind, kept)

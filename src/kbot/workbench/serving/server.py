@@ -19,6 +19,7 @@ from kbot.net.socket_log import socket_logger
 from kbot.record.encodings.types import ros2_types
 from kbot.text import KbotError
 from kbot.text.complaints import Complaints
+from kbot.workbench.driving.turns import GREETING_SECONDS
 from kbot.workbench.protocol import (
     AskRule,
     AskSeries,
@@ -74,8 +75,6 @@ CLOSING_SECONDS = 1.0
 """Seconds that pages have to close their connection."""
 AFTER_FAULT_SECONDS = 1.0
 """Seconds before a failed task is tried again."""
-GREETING_SECONDS = 0.5
-"""Seconds that a new page waits for the current state while a program uses the simulation."""
 MOST_ORDERS = 200
 """Messages of a page that wait while a program uses the simulation: those of ten seconds of driving."""
 _CHANGE_NOTHING = (
@@ -156,17 +155,13 @@ class Server:
             await connection.close(CloseCode.TRY_AGAIN_LATER, f"{MAX_PAGES} pages are open")
             return
         session = self.session
-        is_lent = await session.turns.take_within(GREETING_SECONDS)
-        client = self.hub.join()
-        try:
+        async with session.turns.within(GREETING_SECONDS) as is_lent:
+            client = self.hub.join()
             for message in session.greeting(client.number, is_lent=is_lent):
                 client.put(message)
             if self._topics is not None and is_lent:
                 # the current list: it is not updated while no page is open
                 client.put(session.topics.topics())
-        finally:
-            if is_lent:
-                session.turns.give_back()
         pump = asyncio.create_task(client.pump(connection.send))
         try:
             async for data in connection:
@@ -313,11 +308,15 @@ class Server:
             return
         watcher = Watcher(program.files(), program.began)
         while True:
-            with contextlib.suppress(TimeoutError):
-                async with asyncio.timeout(IMPORTS_SECONDS):
-                    await watcher.changed()
-                    program.restart()
-            watcher.watch(program.files(), program.began)
+            try:
+                with contextlib.suppress(TimeoutError):
+                    async with asyncio.timeout(IMPORTS_SECONDS):
+                        await watcher.changed()
+                        program.restart()
+                watcher.watch(program.files(), program.began)
+            except Exception as error:  # noqa: BLE001 - logged, then watched again
+                self._complaints.fault("watching the program", error)
+                await asyncio.sleep(AFTER_FAULT_SECONDS)
 
     def _advance(self, wall_seconds: float) -> bool:
         with self._surviving("the run"):

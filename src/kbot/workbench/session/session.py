@@ -154,7 +154,8 @@ class Session:
         self.mode = mode
         self._offers = offers
         self.meshes = MeshStore()
-        self.shown = ShownDescription(reader, self.meshes, RECORDED if mode == "play" else "")
+        reason = RECORDED if mode == "play" else reader.read_only_reason
+        self.shown = ShownDescription(reader, self.meshes, reason)
         self.display_file = DisplayFile()
         self.recording = RunRecording()
         self.played = ""
@@ -184,11 +185,13 @@ class Session:
         self.note = ""
         """A notice for new pages, for example about what is not displayed."""
         self._last_state: State | None = None
+        self._observed: tuple[Diagnostic, ...] = ()
+        """The findings about the run, as they were last looked up."""
         self.extra_findings: list[Diagnostic] = []
         """Findings that are not about the description, such as those of a launch file. Any thread may append
         to them."""
         self._reported: tuple[str, ...] | None = None
-        """Codes of `extra_findings` and of the findings about the run, as pages know them."""
+        """What pages know of `extra_findings` (messages) and of the findings about the run (codes)."""
         self._report_in = 0.0
         self.topics = TopicRelay(self._motion.bus, lambda: self._motion.clock.nanoseconds, for_page)
         self.speed = 1.0
@@ -242,8 +245,12 @@ class Session:
         gets the last state."""
         if self.waits_for_page and client != NOBODY:
             self.waits_for_page = self.paused = False
-        state = self.state() if is_lent or self._last_state is None else self._last_state
-        parts = (self.scene, self.findings(), self.shown.authoring.parameters(), state)
+        if is_lent:
+            self._observed = self._motion.findings
+        state = self.state() if is_lent else self._last_state
+        found = self.shown.findings((*self.extra_findings, *self._observed))
+        parts: list[FromServer] = [self.scene, found, self.shown.authoring.parameters()]
+        parts += [state] if state is not None else []
         settings = self.display_file.greeting
         note = [Refused(self.note)] if self.note and client != NOBODY else []
         marks = [self.marks.view] if self.mode != "view" else []
@@ -280,11 +287,13 @@ class Session:
         )
 
     def findings(self) -> Findings:
+        """The findings about the description and the run. For the thread that has the simulation."""
         return self.shown.findings(self._besides_description)
 
     @property
     def _besides_description(self) -> tuple[Diagnostic, ...]:
-        return (*self.extra_findings, *self._motion.findings)
+        self._observed = self._motion.findings
+        return (*self.extra_findings, *self._observed)
 
     def _report_findings(self, wall_seconds: float = REPORT_PERIOD) -> None:
         """Send the findings to every page if those about the run, or `extra_findings`, have changed."""
@@ -293,14 +302,18 @@ class Session:
             return
         self._report_in = REPORT_PERIOD
         found = self._besides_description
-        known, self._reported = self._reported, tuple(finding.code for finding in found)
+        known, self._reported = self._reported, tuple(map(self._key, found))
         if known is None or self._reported == known:  # the greeting has those of the start
             return
         self.announce(self.findings())
         for finding in found:
-            if finding.code not in known:
+            if self._key(finding) not in known:
                 what = finding.message.partition(": ")[0]  # the list of findings has the cause
                 self.announce(Notice(f"{what[0].upper()}{what[1:]}. See Findings: {finding.code}."))
+
+    def _key(self, finding: Diagnostic) -> str:
+        """What tells findings apart. The message of one about the run changes as the run goes on."""
+        return finding.message if finding in self.extra_findings else finding.code
 
     def state(self) -> State:
         moment = self._motion.moment()

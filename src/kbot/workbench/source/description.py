@@ -69,6 +69,7 @@ class DescriptionFile:
         self.path = path
         self.overrides = Overrides(arguments, properties)
         self.package_path = tuple(package_path)
+        self.read_only_reason = ""
         self._alter = alter
 
     def read(self) -> DescriptionReading:
@@ -82,9 +83,9 @@ class DescriptionFile:
         arguments = self.overrides.arguments
         loaded = load_robot(self.path, arguments, self.overrides.properties, packages)
         usable = loaded.robot is not None and not any(d.is_error for d in loaded.diagnostics)
-        findings = loaded.diagnostics
-        if usable:
-            findings = check_file(self.path, arguments, packages, properties=self.overrides.given_properties)
+        findings = check_file(self.path, arguments, packages, properties=self.overrides.given_properties)
+        if not usable and not any(d.is_error for d in findings):
+            findings = loaded.diagnostics  # the configuration ignores the error, which remains the reason
         if usable and loaded.robot is not None:
             findings = (*findings, *findings_of_sensors(loaded.robot))
         files = dict.fromkeys((self.path, *loaded.expansion.dependencies))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from kbot.text import Diagnostic, Edit, Origin, Severity, Span
+from kbot.text import Diagnostic, Edit, Origin, Span
 from kbot.workbench.protocol import Finding, Note, Place, Step, TextEdit
 from kbot.workbench.source.ownership import Ownership
 
@@ -20,12 +20,6 @@ def place_of_span(span: Span) -> Place:
     rest = len(span.source.line(line)) - column + 1
     width = len(span.text.split("\n", 1)[0].rstrip("\r"))
     return Place(span.file, line, column, max(1, min(width, rest)))
-
-
-def by_severity(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """Sort errors before warnings before the rest, each in their order."""
-    order = tuple(Severity)
-    return tuple(sorted(diagnostics, key=lambda diagnostic: order.index(diagnostic.severity)))
 
 
 def findings_for_page(diagnostics: Iterable[Diagnostic], ownership: Ownership) -> tuple[Finding, ...]:

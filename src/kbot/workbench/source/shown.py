@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Protocol
 
+from kbot.checks.ranking import ranked
 from kbot.model import RobotModel
 from kbot.text import DescriptionError, Diagnostic, Element, KbotError, Origin, Source, Span
 from kbot.text.files import read_source, unsaved
@@ -29,7 +30,7 @@ from kbot.workbench.source.completions import completions_of
 from kbot.workbench.source.description import DescriptionReading
 from kbot.workbench.source.overrides import Overrides
 from kbot.workbench.source.ownership import Ownership
-from kbot.workbench.source.places import by_severity, findings_for_page, place_of_span
+from kbot.workbench.source.places import findings_for_page, place_of_span
 from kbot.workbench.source.saving import read_only_reason, require_valid, save
 from kbot.xacro.packages import Packages
 
@@ -110,6 +111,8 @@ class Reader(Protocol):
 
     overrides: Overrides
     package_path: tuple[str, ...]
+    read_only_reason: str
+    """Why pages may not change the description, and changes of its files are not shown. Or empty."""
 
     def read(self) -> DescriptionReading: ...
 
@@ -156,6 +159,8 @@ class ShownDescription:
     @property
     def watched(self) -> tuple[str, ...]:
         """The description's files and mesh files. A change of one is displayed."""
+        if self._reader.read_only_reason:
+            return ()
         return (*self._latest.files, *self._latest.meshes)
 
     @property
@@ -201,7 +206,7 @@ class ShownDescription:
     def collect_findings(self) -> None:
         """Collect the findings. It must run after the scene's meshes are loaded."""
         notes = lightened_meshes(self.robot, self._meshes)
-        self._findings = by_severity((*self._latest.findings, *notes))
+        self._findings = tuple(ranked((*self._latest.findings, *notes)))
         self.authoring.take_reading(self._latest, self._findings)
 
     def findings(self, others: Sequence[Diagnostic] = ()) -> Findings:
@@ -261,7 +266,7 @@ class ShownDescription:
             require_valid(text)
         with unsaved(dict(zip(message.files, message.texts, strict=True))):
             reading = self._reader.read()
-        found = findings_for_page(by_severity(reading.findings), Ownership(reading.document))
+        found = findings_for_page(ranked(reading.findings), Ownership(reading.document))
         return TextsChecked(message.number, found, completions_of(reading))
 
     def _require_files(self, files: Iterable[str]) -> None:
