@@ -107,6 +107,7 @@ def film(browser: Browser) -> None:
             page = opened(browser, address, 1100, 680)
             page.get_by_role("button", name="Stop", exact=True).wait_for()
             shots = Film(page)
+            session.speed = 0.25  # a slow machine takes few pictures a second
             shots.hold(1.5)
             shots.drive("w", 2.0)
             page.locator("#links [data-link=left_wheel]").click()
@@ -136,7 +137,7 @@ def film(browser: Browser) -> None:
 class Film:
     """Pictures of a page with the seconds that each is shown.
 
-    Those of a drive are shown in simulated time, because a slow machine takes only a few pictures a second.
+    Those of a drive are shown in simulated time.
     """
 
     def __init__(self, page: Page) -> None:
@@ -160,8 +161,9 @@ class Film:
         self._page.keyboard.up(key)
 
     def save(self, path: Path) -> None:
-        """Write a GIF, with the colours of the picture that has the most."""
-        few = [picture.quantize(96, dither=Image.Dither.NONE) for picture in self._pictures]
+        """Write a GIF."""
+        small = [picture.resize((880, 544), Image.Resampling.LANCZOS) for picture in self._pictures]
+        few = [picture.quantize(192, dither=Image.Dither.NONE) for picture in small]
         milliseconds = [max(40, round(seconds * 1000.0)) for seconds in self._seconds]
         few[0].save(path, save_all=True, append_images=few[1:], duration=milliseconds, loop=0, optimize=True)
 

@@ -87,6 +87,17 @@ def test_a_misspelt_attribute_is_one_error_with_its_fix() -> None:
     assert apply_edits(text, error.fix.edits) == text.replace("sise", "size")
 
 
+@pytest.mark.parametrize("attribute", ["radius", "name"])
+def test_a_misspelt_attribute_in_a_macro_is_one_error(robot: str, attribute: str) -> None:
+    old = {"radius": '<cylinder radius="', "name": '<link name="${prefix}_wheel"'}[attribute]
+    new = old.replace(attribute, {"radius": "raduis", "name": "nmae"}[attribute])
+    text, found = spoiled(robot, old, new)
+    (error,) = (d for d in found if d.code in {"U013", "U015", "U202"})
+    assert error.is_error
+    assert error.fix is not None
+    assert apply_edits(text, error.fix.edits).count(old) == robot.count(old)
+
+
 def test_a_missing_call_has_no_consequences(robot: str) -> None:
     """The right wheel is missing: one error, and no finding about the drive, ground or unused names."""
     text = robot.replace('<xacro:wheel prefix="right"', '<xacro:whel prefix="right"')

@@ -257,8 +257,7 @@ def test_step_13_the_tests_pass_and_find_the_fault_that_the_page_suggests(finish
     names = re.findall(r"def (test_\w+)", (STEPS / "test_my_robot.py").read_text())
     assert pytest_of(finished) == dict.fromkeys(names, "PASSED")
     robot = finished / "urdf" / "my_robot.xacro"
-    text = robot.read_text().replace('name="wheel_y" value="0.087"', 'name="wheel_y" value="0.1"')
-    robot.write_text(text.replace("${2*wheel_y}", "0.174"))
+    robot.write_text(robot.read_text().replace("${2*wheel_y}", "0.2"))
     assert pytest_of(finished) == dict(zip(names, ["FAILED", "FAILED", "PASSED"], strict=True))
 
 

@@ -312,6 +312,7 @@ export class App {
         this.plotImage.set(message);
         break;
       case "program":
+        if (message.phase === "running" && this.program.value?.phase !== "running") this.printed.set("");
         this.program.set(message);
         break;
       case "told":

@@ -10,6 +10,8 @@ export const LONGEST_WAIT = 2000;
 const LONGEST_SILENCE = 5;
 /** The WebSocket close code "try again later", which the server sends when too many pages are open. */
 const FULL = 1013;
+/** The WebSocket close code "going away", which the server sends when it ends. */
+const ENDED = 1001;
 
 /** The delay in ms before the next attempt to connect, after an attempt with the delay `wait`. */
 export function nextWait(wait: number): number {
@@ -19,6 +21,8 @@ export function nextWait(wait: number): number {
 /** The connection of a page to its server. */
 export interface Channel {
   readonly link: Signal<Link>;
+  /** Whether the link is lost because KBot has ended. */
+  readonly hasEnded: boolean;
   /** Whether the server can write files. */
   readonly writes: boolean;
   send(message: FromPage): void;
@@ -28,6 +32,7 @@ export interface Channel {
 export class Connection implements Channel {
   readonly link = new Signal<Link>("connecting");
   readonly writes = true;
+  hasEnded = false;
   private socket: WebSocket | null = null;
   private wait = FIRST_WAIT;
   private silence = 0;
@@ -69,6 +74,7 @@ export class Connection implements Channel {
     socket.addEventListener("message", (event: MessageEvent<string | ArrayBuffer>) => {
       this.wait = FIRST_WAIT;
       this.silence = 0;
+      this.hasEnded = false;
       this.link.set("live");
       const message =
         typeof event.data === "string" ? (JSON.parse(event.data) as FromServer) : readFrame(event.data);
@@ -76,6 +82,7 @@ export class Connection implements Channel {
       else this.receive(message);
     });
     socket.addEventListener("close", (event) => {
+      this.hasEnded ||= event.code === ENDED;
       this.link.set(event.code === FULL ? "full" : "lost");
       setTimeout(() => this.connect(), this.wait);
       this.wait = nextWait(this.wait);

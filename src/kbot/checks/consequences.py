@@ -67,13 +67,17 @@ def without_consequences(found: Iterable[Diagnostic], context: Context) -> list[
 def _with_misspelt_attributes(found: list[Diagnostic]) -> list[Diagnostic]:
     """The findings, with one instead of two for an attribute that is missing because it is misspelt."""
     misspelt = [d for d in found if d.code == "U202" and d.fix is not None]
-    for lacking in [d for d in found if d.code == "U013"]:
-        cause = next((d for d in misspelt if _writes_attribute(d, lacking)), None)
+    causes, joined = list[Diagnostic](), list[Diagnostic]()
+    for finding in found:
+        cause = None
+        if finding.code in {"U013", "U015"}:
+            cause = next((d for d in misspelt if _writes_attribute(d, finding)), None)
         if cause is not None:
-            named = replace(lacking, origin=cause.origin, hint=cause.hint, fix=cause.fix)
-            found[found.index(lacking)] = named
-            found.remove(cause)
-    return found
+            causes.append(cause)
+            finding = replace(finding, origin=cause.origin, hint=cause.hint, fix=cause.fix)
+        joined.append(finding)
+    # a macro has a finding for each of its calls
+    return [d for d in joined if d not in causes]
 
 
 def _writes_attribute(misspelt: Diagnostic, lacking: Diagnostic) -> bool:
@@ -82,7 +86,8 @@ def _writes_attribute(misspelt: Diagnostic, lacking: Diagnostic) -> bool:
         return False
     tag, edit = lacking.origin.span, misspelt.fix.edits[0]
     is_in_tag = tag.file == edit.span.file and tag.start <= edit.span.start < tag.end
-    return is_in_tag and lacking.message.endswith(f"'{edit.replacement}'")
+    attribute = "name" if lacking.code == "U015" else lacking.message.rpartition(" ")[2].strip("'")
+    return is_in_tag and edit.replacement == attribute
 
 
 def _is_of_unprefixed(diagnostic: Diagnostic, context: Context) -> bool:

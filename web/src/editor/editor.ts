@@ -8,7 +8,7 @@ import {
   undo,
   undoDepth,
 } from "@codemirror/commands";
-import { autoCloseTags, xmlLanguage } from "@codemirror/lang-xml";
+import { xmlLanguage } from "@codemirror/lang-xml";
 import { bracketMatching, indentOnInput, indentUnit } from "@codemirror/language";
 import { highlightSelectionMatches, search, searchKeymap } from "@codemirror/search";
 import { Annotation, EditorState, Prec, Transaction, type Extension } from "@codemirror/state";
@@ -252,7 +252,6 @@ class SourceEditor implements Editor {
       highlightSelectionMatches(),
       search({ top: true }),
       xmlLanguage,
-      autoCloseTags,
       colours,
       marks,
       completion(() => app.drafts.completions.value),

@@ -10,6 +10,7 @@ const MOST_AT_ONCE = 300;
 /** Replaces the server in a page that was saved as one file. */
 export class Replies implements Channel {
   readonly link = new Signal<Link>("live");
+  readonly hasEnded = false;
   readonly writes = false;
   private readonly joints: readonly JointView[];
   private state: State | null = null;

@@ -30,9 +30,15 @@ export function driveHint(app: App, driver: Driver): HTMLElement {
   let hasDriven = isStored();
   const show = (): void => {
     const about = app.about.value;
-    hint.hidden = hasDriven || about?.mode !== "sim" || about.cannot_drive !== "";
+    const program = app.program.value;
+    const isFree = program === null || (program.phase === "finished" && !program.can_start);
+    const mayDrive = isFree && app.state.value?.paused !== true && app.connection.link.value !== "lost";
+    hint.hidden = hasDriven || about?.mode !== "sim" || about.cannot_drive !== "" || !mayDrive;
   };
   app.about.watch(show);
+  app.program.watch(show);
+  app.state.watch(show);
+  app.connection.link.watch(show);
   driver.stick.watch(([forward, left]) => {
     if (hasDriven || (forward === 0 && left === 0)) return;
     hasDriven = true;

@@ -93,10 +93,15 @@ export function drive(app: App, driver: Driver): HTMLElement {
     const isApart = Math.hypot(trueX - x, trueY - y) > FAR || Math.abs(wrap(trueYaw - yaw)) > TURNED;
     truth.element.classList.toggle("apart", isApart);
     write(truth.title, isApart ? "In the world: differs from odometry" : "In the world");
-    const other = state.driver !== 0 && state.driver !== about.client;
+    showDriver();
+  });
+  const showDriver = (): void => {
+    const driver = app.state.value?.driver ?? 0;
+    const other = driver !== 0 && driver !== app.about.value?.client;
     const program = app.program.value?.phase === "running" ? app.program.value.name : "";
     write(driverNote, program ? `${program} drives` : other ? "Driven from another tab" : "");
-  });
+  };
+  app.program.watch(showDriver); // its end may be followed by no state
   return panel("drive", "Drive", [], controls, why);
 }
 

@@ -94,7 +94,7 @@ function followPrinted(app: App, add: (level: Level, text: string, when: string)
     for (const { stamp, level, msg } of lines.slice(Math.max(0, next - first)))
       add(level >= ERROR ? "error" : "info", msg, `${(stamp.sec + stamp.nanosec * 1e-9).toFixed(2)} s`);
     next = first + lines.length;
-    app.printed.set(lines.at(-1)?.msg ?? "");
+    app.printed.set(lines.filter(({ level }) => level < ERROR).at(-1)?.msg ?? ""); // errors have a notice
   };
   app.topics.list.watch((topics) => {
     const exists = topics.some(({ name }) => name === PRINTED);

@@ -46,12 +46,8 @@ function brokenText(app: App, findings: readonly Finding[], hasRobot: boolean): 
 /** Notices over the view: no graphics, a broken description, a lost connection, a refused request. */
 export function notices(app: App, picture: HTMLElement): HTMLElement {
   const broken = h("div", { class: "notice error", role: "alert", hidden: true });
-  const lost = h(
-    "div",
-    { class: "notice warning", role: "alert", hidden: true },
-    icon("warning"),
-    "No connection to the server. The view is out of date. Reconnecting…",
-  );
+  const lostText = h("span");
+  const lost = h("div", { class: "notice warning", role: "alert", hidden: true }, icon("warning"), lostText);
   const refused = h("div", { class: "notice info", role: "status", hidden: true });
   app.findings.watch((now) => {
     const stale = now?.stale === true;
@@ -69,6 +65,9 @@ export function notices(app: App, picture: HTMLElement): HTMLElement {
   );
   app.connection.link.watch((link) => {
     lost.hidden = link !== "lost";
+    lostText.textContent = app.connection.hasEnded
+      ? "KBot has ended. The view shows the last state."
+      : "No connection to the server. The view is out of date. Reconnecting…";
     full.hidden = link !== "full";
     const isLost = link === "lost" || link === "full";
     picture.classList.toggle("lost", isLost);

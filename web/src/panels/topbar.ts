@@ -44,9 +44,8 @@ export function topbar(app: App, help: () => void): HTMLElement {
     const now = app.connection.link.value;
     const live = app.about.value?.mode === "play" ? "connected" : "live";
     link.dataset["link"] = now;
-    link.textContent = { connecting: "connecting", live, lost: "connection lost", full: "too many tabs" }[
-      now
-    ];
+    const lost = app.connection.hasEnded ? "ended" : "connection lost";
+    link.textContent = { connecting: "connecting", live, lost, full: "too many tabs" }[now];
   }
   app.about.watch((about) => {
     if (about === null) return;
