@@ -1,6 +1,8 @@
 """A script's errors: file, line, code, and the user's own calls."""
 
+import re
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -64,6 +66,57 @@ def test_an_error_of_kbot_is_at_the_line_that_called_it(folder: Path) -> None:
 )
 def test_unusable_scripts(folder: Path, text: str, message: str) -> None:
     assert str(error_of(text)).startswith(message)
+
+
+HOSTILE = """
+class Own(BaseException):
+    def __str__(self): raise ValueError("x")
+class Odd:
+    def __repr__(self): raise ValueError("y")
+def drive(sim):
+"""
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ("    raise Own()", "Own: <Own: ValueError while writing it>"),
+        ("    raise GeneratorExit", "GeneratorExit"),
+        ("    odd = Odd()\n    assert odd is None", "odd = <Odd: ValueError while writing it>"),
+        ("    import os\n    os.mkdir('x'); os.chdir('x'); os.rmdir('../x')\n    1 / 0", "ZeroDivisionError"),
+    ],
+)
+def test_objects_that_cannot_be_written_are_no_fault_of_kbot(
+    folder: Path, body: str, message: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(folder)
+    (folder / "drive.py").write_text(HOSTILE + body)
+    with pytest.raises(ScriptError, match=re.escape(message)):
+        Script(str(folder / "drive.py")).run(Simulation("kbot"))
+
+
+def test_an_async_drive_is_refused(folder: Path) -> None:
+    (folder / "drive.py").write_text("async def drive(sim):\n    assert False\n")
+    with pytest.raises(ScriptError, match="drive.py:1: drive is an async function"):
+        Script(str(folder / "drive.py")).run(Simulation("kbot"))
+
+
+def test_two_threads_cannot_step_at_once() -> None:
+    sim, refused = Simulation("kbot"), []
+
+    def step(count: int) -> None:
+        try:
+            for _ in range(count):
+                sim.run(1.0)
+        except KbotError as error:
+            refused.append(str(error))
+
+    threads = [threading.Thread(target=step, args=(50,)) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert refused == ["another thread is stepping this simulation. Step it on one thread at a time"]
 
 
 def test_an_error_in_a_recursion_lists_only_the_last_calls(folder: Path) -> None:

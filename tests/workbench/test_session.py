@@ -19,6 +19,7 @@ from kbot.workbench.protocol import (
     RecordRun,
     Reset,
     RunProgram,
+    SaveSource,
     Scene,
     SetJoint,
     SetJoints,
@@ -208,6 +209,24 @@ def test_only_files_of_the_description_are_sent(arm: Path, tmp_path: Path) -> No
     assert source.owners[4] == ("upper",)  # a joint belongs to its child link
     with pytest.raises(KbotError, match="not part of this description"):
         session.handle(OpenSource(str(other)), 1)
+
+
+def test_an_included_file_outside_the_robot_s_folders_is_not_sent_or_written(tmp_path: Path) -> None:
+    secret = tmp_path / "secret" / "x.xacro"
+    secret.parent.mkdir()
+    secret.write_text("<robot/>")
+    robot = tmp_path / "mine" / "urdf" / "r.xacro"
+    robot.parent.mkdir(parents=True)
+    include = f'<xacro:include filename="{secret}"/>'
+    robot.write_text(
+        SOLID.replace('name="x">', f'name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">{include}')
+    )
+    session = open_session(str(robot), simulate=False)
+    assert str(secret) in session.shown.files
+    for message in (OpenSource(str(secret)), SaveSource(str(secret), "<robot/>", "<robot a='1'/>")):
+        with pytest.raises(KbotError, match="outside the description's own folders"):
+            session.handle(message, 1)
+    assert secret.read_text() == "<robot/>"
 
 
 def test_time_advances_by_the_given_seconds(xacro: Path) -> None:

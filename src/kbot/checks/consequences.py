@@ -28,8 +28,8 @@ _OF_UNKNOWN_VALUES = frozenset(
 parts. After an error in a value, the robot that these rules judge is not the one that the author meant."""
 _UNKNOWN_NAMES = frozenset({"X103", "X112", "X121", "X129", "U004", "U005", "U011", "U012", "U015", "U201"})
 """Errors in the content of a tag without its prefix, such as a macro that is copied instead of defined."""
-WRONG_UNITS = frozenset({"G113"})
-"""Lengths in millimetres: the robot is a thousand times too large."""
+WRONG_UNITS = frozenset({"G113", "J108"})
+"""Lengths in millimetres, and angles in degrees: sizes are a thousand times too large, directions random."""
 _OF_WRONG_UNITS = frozenset({"G104", "G109", "I107", "I108", "I109", "I110", "I111", "I112", "I113", "I117"})
 """Comparisons of masses and tensors with sizes that are wrong."""
 _OF_WRONG_MASSES = frozenset({"D115", "D119"})

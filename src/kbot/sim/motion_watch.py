@@ -284,7 +284,8 @@ class MotionWatch:
             turns = self._window_odometry > 0.5 * self._window_allowed
             # what it touched earlier does not hold it now
             held_by = self._last_touched if self._last_touched_at >= self._window else ""
-            explanation = Explanation(held_by, self._last_touched_at, self._disturbances.last)
+            touched_at = self._touched_at if held_by == self.touched else self._last_touched_at
+            explanation = Explanation(held_by, touched_at, self._disturbances.last)
             allowed = self._window_allowed / commanded
             self.standstill = Standstill(self._window, explanation, share, allowed, turns)
         self._start_window(time)

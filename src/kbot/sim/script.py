@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import ast
 import importlib
+import inspect
 import linecache
 import sys
 import traceback
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 from types import CodeType, FrameType, ModuleType, TracebackType
@@ -17,6 +18,7 @@ from kbot.messages.log import ERROR
 from kbot.sim.printed_lines import PrintStream
 from kbot.sim.simulation import Simulation
 from kbot.text import KbotError
+from kbot.text.errors import Stopped
 from kbot.text.files import read_source
 
 MOST_FRAMES = 6
@@ -116,17 +118,22 @@ class Script:
             drive = getattr(module, "drive", None)
             if not callable(drive):
                 raise ScriptError(self.path, 1, "the script has no function drive(sim)")
-            drive(simulation)
-        except ScriptError:
+            result = drive(simulation)
+            if inspect.iscoroutine(result):
+                result.close()
+                line = drive.__code__.co_firstlineno if inspect.isfunction(drive) else 1
+                raise ScriptError(self.path, line, "drive is an async function. Write def drive(sim)")
+        except (ScriptError, Stopped, KeyboardInterrupt, SystemExit):
             raise
         except AssertionError as error:
             raise self._failed(error, simulation) from None
         except SyntaxError as error:  # of an imported module
             raise self._not_python(error, error.filename or self.path) from None
-        except Exception as error:
+        except BaseException as error:  # also an exception of the user's that is no Exception
             name = "" if isinstance(error, KbotError) else f"{type(error).__name__}: "
             path, line, calls = self._place(error.__traceback__)
-            raise ScriptError(path, line, f"{name}{error}".removesuffix(": "), calls) from error
+            text = f"{name}{_text_of(str, error)}".removesuffix(": ")
+            raise ScriptError(path, line, text, calls) from error
         finally:
             sys.modules.pop(module.__name__, None)
 
@@ -190,7 +197,7 @@ class Script:
         for name in names if frames else ():
             if (value := _value(name, frames[-1][0])) is not None:
                 values[name] = value
-        return ScriptFailed(path, line, claim, str(error), simulation.time, values, calls[:-1])
+        return ScriptFailed(path, line, claim, _text_of(str, error), simulation.time, values, calls[:-1])
 
     def _place(self, trace: TracebackType | None) -> tuple[str, int, tuple[str, ...]]:
         """File and line of an error, and the user's calls that led to it with the code of the last."""
@@ -217,7 +224,10 @@ class Script:
 
 def shown_path(path: str) -> str:
     """The path relative to the current folder, if it is below."""
-    here = Path.cwd()
+    try:
+        here = Path.cwd()
+    except FileNotFoundError:  # a script may delete it
+        return path
     return str(Path(path).relative_to(here)) if here in Path(path).parents else path
 
 
@@ -240,6 +250,17 @@ def _value(name: str, frame: FrameType) -> str | None:
     if first not in scope:
         return None
     value = scope[first]
-    for attribute in rest:
-        value = getattr(value, attribute, None)
-    return repr(value)
+    try:
+        for attribute in rest:
+            value = getattr(value, attribute, None)
+    except Exception as error:  # noqa: BLE001 - a property of the user's
+        return f"<{type(error).__name__}>"
+    return _text_of(repr, value)
+
+
+def _text_of(write: Callable[[object], str], value: object) -> str:
+    """`str` or `repr` of the user's object, whose own code may fail."""
+    try:
+        return write(value)
+    except Exception as error:  # noqa: BLE001 - the user's code
+        return f"<{type(value).__name__}: {type(error).__name__} while writing it>"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import reprlib
+import threading
 from collections.abc import Callable
 from typing import Protocol
 
@@ -66,6 +67,8 @@ class Stepping:
         """Called before steps while a page shows the run. Otherwise steps are made as fast as possible."""
         self._period = max(1, round(recipe.CONTROL_PERIOD / engine.timestep))
         self._nanoseconds = engine.timestep * 1e9
+        self._in_use = threading.RLock()
+        """Held during a step: the engine must not be entered by two threads. A callback may step again."""
 
     def step(self, n: int = 1) -> None:
         """Advance by `n` steps.
@@ -85,6 +88,14 @@ class Stepping:
 
     def _step(self, n: int) -> None:
         engine = self._engine
+        if not self._in_use.acquire(blocking=False):
+            raise KbotError("another thread is stepping this simulation. Step it on one thread at a time")
+        try:
+            self._step_alone(engine, n)
+        finally:
+            self._in_use.release()
+
+    def _step_alone(self, engine: Engine, n: int) -> None:
         if engine.failure is not None:
             raise engine.failure
         if self._clock.next_due != self._planned_timer or self._disturbances.due != self._planned_disturbance:

@@ -49,3 +49,7 @@ class reading:
         name = str(self._file)
         if name and isinstance(error, Exception) and not isinstance(error, (KbotError, OSError)):
             error.add_note(READING + (name if name.isprintable() else ascii(name)))
+
+
+class Stopped(BaseException):
+    """Raised in a user's program to end it. Not an Exception: `except Exception` must not catch it."""

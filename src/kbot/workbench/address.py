@@ -56,6 +56,8 @@ def bound(host: str, port: int | None, *, open_browser: bool = False) -> Iterato
 
 
 def _bind(host: str, port: int | None) -> socket.socket:
+    if port is not None and not 0 <= port <= 65535:
+        raise KbotError(f"port {port} is not a port number. Use 0 to 65535, or omit it to use a free one")
     ports = range(FIRST_PORT, LAST_PORT + 1) if port is None else (port,)
     try:
         family = socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)[0][0]

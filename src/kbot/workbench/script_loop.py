@@ -11,10 +11,11 @@ from pathlib import Path
 from kbot.sim import Simulation
 from kbot.sim.script import Script
 from kbot.text import KbotError
+from kbot.text.errors import Stopped
 from kbot.workbench.address import Address
 from kbot.workbench.driving.driving import Driving
 from kbot.workbench.driving.interruption import Interruption
-from kbot.workbench.driving.program import Phase, Program, Stopped
+from kbot.workbench.driving.program import Phase, Program
 from kbot.workbench.serve import served_at
 from kbot.workbench.session.session import Session
 

@@ -12,7 +12,8 @@ from types import FrameType
 from typing import Any
 
 from kbot.sim.script import Script
-from kbot.workbench.driving.program import Program, Stopped
+from kbot.text.errors import Stopped
+from kbot.workbench.driving.program import Program
 
 RETRY_SECONDS = 0.05
 """Seconds between two attempts while KBot's own code runs for the program."""

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Literal, NoReturn, Protocol
 
 from kbot.text import KbotError
+from kbot.text.errors import Stopped
 from kbot.workbench.driving.turns import Turns
 from kbot.workbench.protocol import ProgramView
 
@@ -39,10 +40,6 @@ class Clockwork(Protocol):
     speed: float
     rate: float
     paused: bool
-
-
-class Stopped(BaseException):
-    """Raised in a program to end it. Not an Exception, so that `except Exception` does not catch it."""
 
 
 class Program:

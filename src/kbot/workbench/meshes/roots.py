@@ -1,4 +1,4 @@
-"""The mesh files that a page may display: those in the description's own folders and in packages."""
+"""The files that a page may display or change: those in the description's own folders and in packages."""
 
 from __future__ import annotations
 
@@ -41,6 +41,10 @@ class MeshRoots:
         if path not in self._known:
             self._known[path] = self._lies_within(Path(path).resolve(), mesh.uri)
         return self._known[path]
+
+    def holds(self, path: str) -> bool:
+        """Return whether a file is inside these folders."""
+        return self._lies_within(Path(path).resolve(), "")
 
     def _lies_within(self, file: Path, uri: str) -> bool:
         return file.is_relative_to(self._own) or lies_in_package(file, uri, self._packages)

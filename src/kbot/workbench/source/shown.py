@@ -270,6 +270,11 @@ class ShownDescription:
         return TextsChecked(message.number, found, completions_of(reading))
 
     def _require_files(self, files: Iterable[str]) -> None:
+        """Raise KbotError for a file that pages may not open. A page can write an include of any file."""
+        roots = MeshRoots(self.file, Packages(self.package_path, around=self.file))
         for file in files:
             if file not in self._latest.files and file not in self._good.files:
                 raise KbotError(f"{file} is not part of this description")
+            if file != self.file and not roots.holds(file):
+                where = "outside the description's own folders and all packages"
+                raise KbotError(f"{file} is {where}, so the page does not open it")
