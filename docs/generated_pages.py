@@ -102,7 +102,7 @@ def _short(value: object) -> str:
 
 
 def _markdown(text: str) -> str:
-    """A docstring as Markdown: paragraphs stay, names and values in backticks too."""
+    """Escape the asterisks of a docstring for Markdown."""
     return text.replace("*", r"\*")
 
 

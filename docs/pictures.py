@@ -44,7 +44,7 @@ def draw_pictures(docs: Path) -> None:
 
 
 def overview(scene: PictureScene) -> PictureScene:
-    """A scene seen from where its objects are all in the picture, instead of the robot alone."""
+    """The scene with the camera moved back so that all objects are visible."""
     if not scene.others:
         return scene
     corners = np.concatenate([scene.centre[None], *(surface.vertices for surface in scene.others)])

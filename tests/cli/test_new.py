@@ -147,7 +147,7 @@ def test_the_launch_files_of_a_package_with_a_robot_show_this_robot(
     assert run(["new", "my_robot", "--length", "0.4"]) == 0
     out, err = capsys.readouterr()
     assert "Drive it:  kbot sim my_robot/urdf/kbot.xacro" in out
-    assert err == "note: --length is not used: my_robot/urdf/kbot.xacro is kept\n"
+    assert err == "note: --length has no effect, because my_robot/urdf/kbot.xacro already exists\n"
     assert sorted(path.name for path in folder.iterdir()) == ["kbot.xacro", "wheels.xacro"]
     assert (folder / "kbot.xacro").read_text() == ROBOT
     assert not (here / "my_robot" / "README.md").exists()

@@ -46,7 +46,10 @@ PYTHONS_WORDS = ("concatenate", "NoneType", "'str'", "'int'", "'float'", "operan
         ("n(2)", "'n' is a number, not a function, in 'n(2)'", "to multiply, write n*(2)", 8),
         ("sqrt(-1)", "sqrt(-1) is not defined", "'sqrt(-1)' has no real result for this value", 8),
         ("sqrt(1, 2)", "sqrt() takes one argument, not 2, in 'sqrt(1, 2)'", "", 8),
-        ("sizes[5]", "'sizes' has 2 entries, and none is number 5, in 'sizes[5]'", "count from 0", 8),
+        ("sizes[5]", "'sizes' has 2 entries, so there is no entry 5, in 'sizes[5]'", "count from 0", 8),
+        ("max()", "max() takes at least 1 argument, not 0", "", 8),
+        ("[n][5]", "'[n]' has 1 entry, so there is no entry 5, in '[n][5]'", "count from 0", 8),
+        ("sizes['x']", "'sizes' is a list: its index must be a whole number, not 'x'", "write sizes[0]", 8),
         (
             "side['x']",
             "'side' is text, so it has no entry 'x', in 'side['x']'",

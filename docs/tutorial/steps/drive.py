@@ -15,4 +15,4 @@ def go(sim: Simulation, speed: float, turn: float, seconds: float) -> None:
     sim.cmd_vel(speed, turn)
     sim.run(seconds)
     sim.cmd_vel(0.0, 0.0)
-    sim.run(0.5)  # until it stands
+    sim.run(0.5)  # until it stops

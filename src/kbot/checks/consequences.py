@@ -25,7 +25,7 @@ _OF_UNKNOWN_VALUES = frozenset(
     {"D101", "D102", "D103", "D104", "D105", "D106", "D107", "D108", "D109", "D121", "W134", "G111", "C102"}
 )
 """Besides the rules of the drive: names that are not found, sizes and sides of the drive, and positions of
-parts. After an error in a value, the robot that these rules judge is not the one that the author meant."""
+parts. With an error in a value, these rules would check a wrong robot."""
 _UNKNOWN_NAMES = frozenset({"X103", "X112", "X121", "X129", "U004", "U005", "U011", "U012", "U015", "U201"})
 """Errors in the content of a tag without its prefix, such as a macro that is copied instead of defined."""
 WRONG_UNITS = frozenset({"G113", "J108"})

@@ -17,7 +17,7 @@ _AUTOFIXES = {
     **dict.fromkeys(_NAMES, _TYPO),
     "X103": f"{_TYPO} Otherwise unsafe: KBot inserts a property without a value, which you fill in.",
     "P001": "safe: KBot joins a root tag that was closed too early, removes white space before `<?xml`, and "
-    "corrects the misspelt one of a start tag and its end tag.",
+    "corrects a typo in a start tag or an end tag.",
     "X104": "safe: KBot writes a property that is a text as a number, for example `0,035` as 0.035.",
     "X131": "safe: KBot separates parameters by spaces.",
     "U012": "safe: KBot writes the number without a decimal comma, unit or second minus sign.",

@@ -129,7 +129,7 @@ class _Output:
     "-v",
     "--verbose",
     is_flag=True,
-    help="Print every finding in full. Without it, warnings are summarized while there are errors.",
+    help="Print every finding in full. By default, if there are errors, other findings are only summarized.",
 )
 @package_path_option
 @collect_options("choice", _Choice)

@@ -81,5 +81,6 @@ def command(
             click.echo(f"  {folder / file}")
     given = [name for name in _SIZE_OPTIONS if ctx.get_parameter_source(name) is ParameterSource.COMMANDLINE]
     if given and made.robot in made.kept:
-        print_note(f"note: --{given[0].replace('_', '-')} is not used: {folder / made.robot} is kept")
+        option = given[0].replace("_", "-")
+        print_note(f"note: --{option} has no effect, because {folder / made.robot} already exists")
     click.echo(f"\nDrive it:  kbot sim {folder / made.robot}\nCheck it:  kbot check {folder}")

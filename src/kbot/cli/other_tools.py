@@ -8,9 +8,7 @@ from collections.abc import Collection, Sequence
 from kbot.cli.arguments import HOW_TO_RECORD
 
 _RUN = "start your Python node with python FILE while KBot runs, or from a launch file"
-_NO_BUILD = (
-    "KBot needs no build and no setup file: it finds the packages around a file, and those in --package-path"
-)
+_NO_BUILD = "it is not needed. KBot finds packages in the source folder and in --package-path"
 _VIEW = "use kbot view FILE for a robot, or kbot launch PACKAGE FILE for a launch file"
 _SIMULATE = "use kbot sim FILE, with --world W for a world or an SDF file"
 _GRAPH = "use kbot node list and kbot topic list while KBot runs"

@@ -48,8 +48,8 @@ class LaserScan:
         sector may cross the rear: `sector(150, -150)` is 60 degrees wide. Both ends are included.
 
         A value is +inf if nothing was measured: no return, NaN, or a value outside the limits of the sensor.
-        It is -inf if an object is closer than `range_min`. So `min(scan.sector(-30, 30))` is the distance to
-        the nearest object ahead, also if there is none.
+        It is -inf if an object is closer than `range_min`. `min(scan.sector(-30, 30))` is the distance to the
+        nearest object ahead, or +inf if there is none.
 
         Raises:
             KbotError: an angle is not finite, or the sensor has no beam in the sector.

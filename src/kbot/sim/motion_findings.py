@@ -87,7 +87,7 @@ class MotionFindings:
         if seen is None or self._follows_from_fall(seen.since):
             return None
         what = (
-            f"from {seen.since:.1f} s on the robot hardly moves: it covers {_percent(seen.share)} of the "
+            f"the robot hardly moves after {seen.since:.1f} s: it drives {_percent(seen.share)} of the "
             "commanded distance"
         )
         cause = self._cause("W302", seen.explanation, lambda: self._why_still(seen))
@@ -122,14 +122,16 @@ class MotionFindings:
         height = self._robot.body.link_pose(self._robot.robot.root).translation[2]
         if height > fixed.min(initial=0.0) - _BELOW_WORLD:
             return None
-        what = f"at {self._engine.time:.1f} s the robot is {-height:.1f} m below the floor and falls"
+        what = f"at {self._engine.time:.1f} s the robot is at z = {height:.1f} m and falls"
         touches = [link for link in self._robot.robot.links.values() if link.collisions]
         if not touches:
             origin = self._robot.robot.origin
             return _finding(
                 "W304", what, _Cause("no link has a <collision>", origin, "add <collision> to the links")
             )
-        return _finding("W304", what, _Cause("it left the ground of the world", is_fault=False))
+        return _finding(
+            "W304", what, _Cause("it drove off the edge of the ground, or fell through it", is_fault=False)
+        )
 
     def _below_floor(
         self, model: mujoco.MjModel, data: mujoco.MjData, own: NDArray[np.intp]
@@ -155,7 +157,7 @@ class MotionFindings:
     ) -> Iterator[tuple[float, str]]:
         """How deep each link is in fixed shapes below it, in m."""
         mine = set(own.tolist())
-        # the third component of the normal is that along z: walls are not meant
+        # the third component of the normal is that along z: skip walls
         is_deep = (data.contact.dist < -_DEEP) & (np.abs(data.contact.frame[:, 2]) > _FLAT)
         for at in np.flatnonzero(is_deep).tolist():
             contact = data.contact[at]
@@ -230,7 +232,7 @@ class MotionFindings:
         return found or _Cause("its wheels do not turn", hint="check what blocks the wheels")
 
     def _why_fallen(self) -> _Cause:
-        text = "its centre of mass is too high for its acceleration, its turns or the slope"
+        text = "its centre of mass is too high for this acceleration, turning speed or slope"
         return self._faults(_TIPS) or _Cause(text, hint="lower the heavy parts, or the acceleration")
 
     def _drive_fault(self, codes: Sequence[str]) -> _Cause | None:
@@ -250,7 +252,7 @@ class MotionFindings:
         found = look_at_robot(self._robot.robot, codes)
         if link:
             return _first(codes, [fault for fault in found if fault.message.startswith(f"{link}: ")])
-        # D128 of a visual is an info: it carries nothing
+        # D128 of a visual is an info: a visual does not touch the ground
         return _first(codes, [f for f in found if f.code != "D128" or f.severity is Severity.WARNING])
 
     def _skids(self, seen: OdometryError) -> _Cause | None:

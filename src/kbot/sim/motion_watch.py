@@ -1,4 +1,4 @@
-"""Watches whether a robot moves as it is commanded, and as its odometry says."""
+"""Watches whether a robot moves as it is commanded, and whether its odometry is right."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ class PrintStream(io.TextIOBase):
         return self.stream.encoding
 
     def __getattr__(self, name: str) -> object:
-        """What else the stream has: a notebook's stream knows its cell."""
+        """Other attributes are the stream's, for example the cell of a notebook's stream."""
         return getattr(self.stream, name)
 
     def writable(self) -> bool:

@@ -22,7 +22,7 @@ from kbot.text.errors import Stopped
 from kbot.text.files import read_source
 
 MOST_FRAMES = 6
-"""Calls that an error lists: the innermost ones, which tell the most about a recursion."""
+"""Calls that an error lists: the innermost ones. In a recursion, the outer calls are all the same."""
 
 
 class ScriptError(KbotError):
@@ -108,7 +108,7 @@ class Script:
             simulation.draw.publish()  # drawings after the last step
 
     def call(self, text: str, simulation: Simulation) -> None:
-        """Run the text of the script and its `drive`. Everything the script does runs within this call."""
+        """Run the text of the script and its `drive`. `Interruption` recognizes the script by this frame."""
         module = ModuleType("kbot_script")
         module.__file__ = self.path
         code = self._compiled(text)
@@ -145,7 +145,7 @@ class Script:
         linecache.checkcache()
         folder, writes = str(self._folder), sys.dont_write_bytecode
         sys.path.insert(0, folder)
-        # a cached module is found by its time in seconds, and so is outdated if it is saved twice in one
+        # the cache compares times in whole seconds, so a second save in the same second would be missed
         sys.dont_write_bytecode = True
         try:
             yield

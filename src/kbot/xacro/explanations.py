@@ -102,7 +102,7 @@ def _syntax(reason: str, content: str) -> tuple[str, str]:
                 f"an operator is missing between '{left}' and '{right}'",
                 f"write {left} * {right}",
             )
-        return "this cannot be computed", "write numbers, names, operators and brackets: ${2 * (a + b)}"
+        return "syntax error", "write numbers, names, operators and brackets: ${2 * (a + b)}"
     return reason, ""
 
 
@@ -279,7 +279,7 @@ class _Explainer:
             if isinstance(value, tuple):
                 comma = _DECIMAL_COMMA.search(self.source)
                 hint = f"write {comma[1]}.{comma[2]}" if comma else "write numbers with a decimal point"
-                return self._fault(f"'{shown}' is more than one value, because of the comma", hint)
+                return self._fault(f"'{shown}' has several values: the comma separates them", hint)
             if not isinstance(value, int | float):
                 by = f", and '{operator}' needs numbers" if operator else ""
                 return self._fault(f"'{shown}' is {_kind(value)}{by}")
@@ -301,10 +301,8 @@ class _Explainer:
             )
             number = (wanted[1] or "") + wanted[2] + (wanted[3] or "") if wanted else ""
             takes = number.replace("from ", "").replace("exactly ", "") or "a different number of"
-            count = len(node.args)
-            return self._fault(
-                f"{name}() takes {takes} argument{'s' * (takes not in ('1', 'one'))}, not {count}"
-            )
+            count, is_one = len(node.args), takes.split()[-1] in ("1", "one")
+            return self._fault(f"{name}() takes {takes} argument{'s' * (not is_one)}, not {count}")
         if isinstance(error, ValueError) and name not in ("int", "float"):
             values = ", ".join(shortened(str(self._value(argument)), QUOTED) for argument in node.args)
             return self._fault(
@@ -319,8 +317,9 @@ class _Explainer:
         if isinstance(error, IndexError):
             count = len(owner)
             last = f", the last is {shown}[{count - 1}]" if count else ""
+            entries = "1 entry" if count == 1 else f"{count} entries"
             return self._fault(
-                f"'{shown}' has {count} entries, and none is number {index}", f"count from 0{last}"
+                f"'{shown}' has {entries}, so there is no entry {index}", f"count from 0{last}"
             )
         if isinstance(owner, dict):
             return None
@@ -329,7 +328,9 @@ class _Explainer:
                 f"'{shown}' is text, so it has no entry '{index}'", "pass a list or dictionary"
             )
         if isinstance(owner, list | tuple):
-            return self._fault(f"'{index}' is not the number of an entry of '{shown}'", f"write {shown}[0]")
+            return self._fault(
+                f"'{shown}' is a list: its index must be a whole number, not '{index}'", f"write {shown}[0]"
+            )
         return self._fault(f"'{shown}' is {_kind(owner)}, so it has no entry '{index}'")
 
     def _attribute(self, node: ast.Attribute) -> XacroError | None:

@@ -283,7 +283,7 @@ def failed(error: Exception, content: str, names: Environment) -> XacroError:
     elif isinstance(error, MemoryError):
         reason = "it needs too much memory"
     elif isinstance(error, TypeError) and _WRONG_KINDS.match(reason):
-        reason = "a value is not a number, as the operator or function needs"
+        reason = "the operator or function needs numbers, but a value is not a number"
     return XacroError("X104", f"{reason}, in '{shortened(' '.join(content.split()), 60)}'", hint)
 
 

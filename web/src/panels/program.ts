@@ -62,12 +62,14 @@ export function statusText({ name, phase, busy, can_start }: ProgramView): strin
     case "waiting":
       return `${name} starts soon.`;
     case "running":
-      return busy ? `${name} drives, but makes no step: time stands still.` : `${name} drives the robot.`;
+      return busy ? `${name} drives, but has made no step for a second.` : `${name} drives the robot.`;
     case "finished":
-      return can_start ? `${name} finished. Time stands still.` : `${name} waits. You can drive.`;
+      return can_start
+        ? `${name} finished. The simulation is paused.`
+        : `${name} is in page.wait(). You can drive.`;
     case "failed":
       return `${name} failed:`;
     case "stopped":
-      return `${name} was stopped. Time stands still.`;
+      return `${name} was stopped. The simulation is paused.`;
   }
 }

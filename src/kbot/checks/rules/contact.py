@@ -97,7 +97,7 @@ def _height(context: Context, caster: Caster, off: float) -> tuple[str, tuple[Re
     if context.frames[joint.parent].direction(_UP)[2] < _LEVEL or origin is None:
         return "compute its height from the radii", related, None
     height = f"{joint.pose.xyz[2] - off:.6g}"
-    hint = f"write {height} as the z of its joint: the axle's z minus the wheel's plus the caster's radius"
+    hint = f"set the z of its joint to {height} (axle z - wheel radius + caster radius)"
     return hint, related, _with_z(context, origin, height)
 
 
@@ -234,7 +234,7 @@ def caster_scrubs(context: Context) -> Found:
     Fix: Put a swivel joint about z above the roll joint, or use a fixed ball without friction:
     `<gazebo reference="caster_wheel"> <mu1>0</mu1> <mu2>0</mu2> </gazebo>`.
 
-    Autofix: unsafe: KBot makes a ball fixed and frictionless, unless a macro makes it.
+    Autofix: unsafe: KBot makes a ball fixed and frictionless. It does not change a ball that a macro creates.
     """
     # without settings for Gazebo a description cannot set friction, so a fixed caster is only a note
     is_for_gazebo = any(e.tag == "gazebo" and "reference" in e.attributes for e in context.robot.extensions)

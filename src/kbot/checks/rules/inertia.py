@@ -364,7 +364,7 @@ def root_inertia(context: Context) -> Found:
         link.inertial.origin,
         f"{link.name}: the root link has an inertial of {link.inertial.mass:g} kg, which KDL ignores "
         "with a warning",
-        f"remove it: '{carried}', which is fixed to it, has the mass"
+        f"remove it: the mass is in '{carried}', which is fixed to this link"
         if carried
         else "put an empty link above it, joined by a fixed joint",
         fix=remove_inertial(context, link.inertial) if carried else None,

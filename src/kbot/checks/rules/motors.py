@@ -139,7 +139,8 @@ def wheel_undriven(context: Context) -> Found:
     Fix: Add `<limit effort="…" velocity="…"/>` and `<dynamics damping="…"/>`, and a drive plugin or
     ros2_control.
 
-    Autofix: unsafe: KBot inserts a `<limit>` with which the wheel just slips, and 1 m/s.
+    Autofix: unsafe: KBot inserts a `<limit>`: the effort at which the wheel starts to slip, and the velocity
+    at 1 m/s.
     """
     driven = _driven(context)
     for extension in context.robot.extensions:

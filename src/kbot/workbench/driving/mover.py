@@ -51,7 +51,7 @@ class Mover(Protocol):
     def clock(self) -> Clock: ...
 
     paused: bool
-    """Whether time stands still."""
+    """Whether the simulation or playback is paused."""
 
     note: str
     """A notice for the user about how it replaced another mover, or empty."""

@@ -22,7 +22,7 @@ NO_ROBOT = "there is no robot yet. Fix the errors in its description first"
 
 @dataclass
 class NoRobot:
-    """Waits for the first usable robot. `replace` then makes its mover. The world stands still until then."""
+    """Shows a world without a robot until a description is usable. `replace` then returns its mover."""
 
     make_motion: Callable[[RobotModel], Mover]
     place: World | None

@@ -23,7 +23,7 @@ BEHIND_SECONDS = 0.2
 """Seconds of wall-clock time that a program catches up. If it computes for longer, the simulation falls
 behind."""
 HELD_SECONDS = 0.03
-"""Longest wall-clock time in which a simulation that is slower than real time does not lend itself."""
+"""Longest wall-clock time without lending when the simulation is slower than real time."""
 NEVER = float("-inf")
 """When the first slice is due, before it is requested."""
 SMOOTHING_SECONDS = 0.5

@@ -146,7 +146,7 @@ class Session:
         world: World | None = None,
         offers: Offers = NOTHING,
     ) -> None:
-        """Read the description. `make_motion` makes what moves the robot, once the description is usable.
+        """Read the description. `make_motion` returns the mover, once the description is usable.
 
         Raises:
             KbotError: `make_motion` failed for another reason than the description.
@@ -168,7 +168,7 @@ class Session:
         """The user's program that drives the simulation, if there is one."""
         self._was_programmed = False
         self.requests: list[Callable[[], None]] = []
-        """What the program's thread asks to be done on the server's loop, once each."""
+        """Functions that the program's thread queues for the server's loop. Each is called once."""
         self.wants_reading: Callable[[], None] = lambda: None
         """Called to read the description again without waiting for its files to change."""
         self.announce: Callable[[FromServer], None] = lambda message: None
@@ -336,7 +336,7 @@ class Session:
 
     @property
     def paused(self) -> bool:
-        """Whether time stands still. A page or a client of Gazebo's services can set it."""
+        """Whether the simulation is paused. A page or a client of Gazebo's services can set it."""
         return self._motion.paused
 
     @paused.setter

@@ -1,4 +1,4 @@
-"""The units of properties and arguments, from the attributes that their values end in."""
+"""Units of properties and arguments, from the URDF attributes that use them."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from kbot.messages.log import Log
 
 MOST_LINES = 100
-"""Entries of one message. A page that gets messages less often misses the entries in between."""
+"""Entries of one message. If more lines are printed between two messages, the page misses the oldest."""
 _RUNS = itertools.count()
 
 

@@ -92,7 +92,7 @@ COUNTED_SECONDS = 2.0
 """Seconds of simulated time over which a rate is measured."""
 
 _EVERY_PAGE = -1
-"""The number of a page that stands for all, also those that are not open yet."""
+"""Page number of a subscription for all pages, including those opened later."""
 
 
 Frame = str | bytes
