@@ -17,8 +17,8 @@ HERE = Path(__file__).parent
 ROOT = HERE.parent
 sys.path.insert(0, str(HERE))
 
-from generated_pages import PAGES  # noqa: E402 - beside this file
-from pictures import draw_pictures  # noqa: E402
+from drawn_pictures import draw_pictures  # noqa: E402 - beside this file
+from generated_pages import PAGES  # noqa: E402
 
 SOURCES = (
     "docs",

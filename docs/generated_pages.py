@@ -16,7 +16,7 @@ from kbot.cli.main import VERBS, group
 from kbot.sensors import Spec
 from kbot.world import BUILDERS, parameters
 
-MODULES = {
+NAMES = {
     "Robots and worlds": [
         "load",
         "Robot",
@@ -112,7 +112,7 @@ def api(_: Path) -> str:
         "# Python API\n",
         "The public classes and functions, from their docstrings. [Python](python.md) has examples.\n",
     ]
-    for section, names in MODULES.items():
+    for section, names in NAMES.items():
         parts += [f"## {section}\n", *(_directive("kbot", name) for name in names)]
     for package in PACKAGES:
         module = __import__(package, fromlist=["__all__"])

@@ -69,11 +69,11 @@ def test_failing_fixture_has_exactly_the_findings_it_names(rule: Rule, folder: P
 @pytest.mark.parametrize("rule", OWN, ids=of_rule)
 def test_only_errors_that_only_ros_raises_say_so(rule: Rule, folder: Path) -> None:
     found = check_file(str(fixture(rule, "fails", folder)), config=Config())
-    assert {d.message.startswith("on ROS: ") for d in found if d.code == rule.code} == {rule.on_ros}
+    assert {d.message.startswith("on ROS: ") for d in found if d.code == rule.code} == {rule.is_ros_only}
 
 
 def test_some_rules_are_about_ros_alone() -> None:
-    assert {"J101", "U204", "D129"} <= {rule.code for rule in OWN if rule.on_ros}
+    assert {"J101", "U204", "D129"} <= {rule.code for rule in OWN if rule.is_ros_only}
 
 
 @pytest.mark.parametrize("rule", OWN, ids=of_rule)

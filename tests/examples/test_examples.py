@@ -13,7 +13,7 @@ from nbclient import NotebookClient
 from numpy.typing import NDArray
 
 import kbot
-from kbot.sensors.collisions import CollisionWatch
+from kbot.navigation.collision_watch import CollisionWatch
 from kbot.sim.script import Script
 from kbot.text import KbotError
 from kbot.world.occupancy_files import read_map

@@ -9,8 +9,8 @@ import pytest
 from kbot.cli.main import main
 from kbot.kinematics import PlanarPose
 from kbot.model.load import load_robot
+from kbot.navigation.collision_watch import CollisionWatch
 from kbot.navigation.simulated import go_to
-from kbot.sensors.collisions import CollisionWatch
 from kbot.sim import Simulation
 from kbot.sim.engine.world_builder import owner
 from kbot.sim.recipe import CONTROL_PERIOD

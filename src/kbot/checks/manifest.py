@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from kbot.checks.config import Config
 from kbot.checks.file_kinds import FileKind
 from kbot.text import DescriptionError, Diagnostic, Element, Origin, Severity, Source, parse_xml
-from kbot.text.diagnostic import ON_ROS
+from kbot.text.diagnostic import ROS_PREFIX
 from kbot.xacro import Packages
 
 _REQUIRED = ("name", "version", "description", "maintainer", "license")
@@ -30,14 +30,14 @@ def _findings(source: Source) -> list[Diagnostic]:
             Diagnostic(
                 "K101",
                 Severity.ERROR,
-                f"{ON_ROS}the root element is <{root.tag}>, not <package>",
+                f"{ROS_PREFIX}the root element is <{root.tag}>, not <package>",
                 root.origin,
             )
         ]
     missing = [tag for tag in _REQUIRED if not _has_content(root.find(tag))]
     if not missing:
         return []
-    message = f"{ON_ROS}the package lacks " + ", ".join(f"<{tag}>" for tag in missing)
+    message = f"{ROS_PREFIX}the package lacks " + ", ".join(f"<{tag}>" for tag in missing)
     return [
         Diagnostic(
             "K101", Severity.ERROR, message, Origin(root.origin.span), "catkin and colcon require them"

@@ -17,7 +17,7 @@ from typing import Literal
 from kbot.checks.context import Context
 from kbot.extensions import parts
 from kbot.text import Diagnostic, Fix, KbotError, Origin, Related, Severity
-from kbot.text.diagnostic import ON_ROS
+from kbot.text.diagnostic import ROS_PREFIX
 from kbot.text.suggest import did_you_mean
 
 Needs = Literal["source", "document", "robot", "drive", "below"]
@@ -54,7 +54,7 @@ class Rule:
 
     `needs` is what must be available before the rule can run. "below" marks codes that lower packages report
     (files, XML, expansion, the URDF reader, the simulation) and those of launch files. They have a page, but
-    no function. `on_ros`: KBot accepts what the rule reports, and ROS does not.
+    no function. `is_ros_only`: KBot accepts what the rule reports, and ROS does not.
     """
 
     code: str
@@ -64,7 +64,7 @@ class Rule:
     needs: Needs
     page: str
     check: Check
-    on_ros: bool = False
+    is_ros_only: bool = False
 
     @property
     def summary(self) -> str:
@@ -83,7 +83,7 @@ class Rule:
         return Diagnostic(
             self.code,
             finding.severity or self.severity,
-            ON_ROS + finding.message if self.on_ros else finding.message,
+            ROS_PREFIX + finding.message if self.is_ros_only else finding.message,
             finding.origin,
             finding.hint,
             finding.related,
@@ -117,7 +117,7 @@ _FAMILIES = (
 
 
 def rule(
-    code: str, name: str, severity: Severity, needs: Needs, since: str = "0.1", *, on_ros: bool = False
+    code: str, name: str, severity: Severity, needs: Needs, since: str = "0.1", *, is_ros_only: bool = False
 ) -> Callable[[Check], Check]:
     """Register the decorated function as a rule. Its docstring is the source of the rule's page."""
 
@@ -125,7 +125,7 @@ def rule(
         if code in _RULES or any(other.name == name for other in _RULES.values()):
             raise ValueError(f"{code} {name} is registered twice")
         page = "What: " + inspect.cleandoc(function.__doc__ or "")
-        _RULES[code] = Rule(code, name, severity, since, needs, page, function, on_ros)
+        _RULES[code] = Rule(code, name, severity, since, needs, page, function, is_ros_only)
         return function
 
     return add

@@ -58,15 +58,15 @@ class LaserScan:
             raise KbotError(f"a sector needs two finite angles in degrees, not {start} and {end}")
         angles = np.degrees(self.angle_min + self.angle_increment * np.arange(len(self.ranges)))
         width = 360.0 if abs(end - start) >= 360.0 else (end - start) % 360.0
-        behind_start = np.round((angles - start + _SAME_ANGLE) % 360.0 - _SAME_ANGLE, 3)
-        chosen = np.flatnonzero(behind_start <= width + _SAME_ANGLE)
+        degrees_after_start = np.round((angles - start + _SAME_ANGLE) % 360.0 - _SAME_ANGLE, 3)
+        chosen = np.flatnonzero(degrees_after_start <= width + _SAME_ANGLE)
         if not len(chosen):
             first, last = sorted((math.degrees(self.angle_min), math.degrees(self.angle_max)))
             raise KbotError(
                 f"the scan has no beam from {start:g} to {end:g} degrees: it has {len(self.ranges)} beams "
                 f"from {first:g} to {last:g} degrees"
             )
-        ranges = self.ranges[chosen[np.argsort(behind_start[chosen], kind="stable")]]
+        ranges = self.ranges[chosen[np.argsort(degrees_after_start[chosen], kind="stable")]]
         low, high = np.float32(self.range_min), np.float32(self.range_max)  # rounded like the ranges
         is_valid = np.isneginf(ranges) | ((ranges >= low) & (ranges <= high))
         return np.where(is_valid, ranges, np.float32(np.inf))

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, SteeredDrive
 from kbot.kinematics.planar_pose import PlanarPose
+from kbot.navigation.collision_watch import CollisionWatch
 from kbot.navigation.controller import Controller, Observation, wrapped
 from kbot.navigation.footprint import height, outline, turning_radius
 from kbot.navigation.goal_status import GoalReport, GoalState
 from kbot.navigation.navigator import DEFAULTS, Navigator, NavigatorSettings, require_goal
 from kbot.navigation.planner import GridPlanner
-from kbot.sensors.collisions import CollisionWatch
 from kbot.sensors.declared import mount_declared
 from kbot.sensors.lidar import LidarSensor, scan_points
 from kbot.sim import Simulation

@@ -75,8 +75,12 @@ class MotionFindings:
         seen = self._watch.odometry_error
         if seen is None or self._follows_from_fall(seen.since):
             return None
-        off = _both(seen.off * 1e3, "{:.0f} mm", degrees(abs(seen.turned_off)), "{:.1f} degrees")
-        driven = _both(seen.way * 1e3, f"{seen.way:.2f} m", degrees(seen.turned), "{:.0f} degrees of turns")
+        off = _both(
+            seen.position_error * 1e3, "{:.0f} mm", degrees(abs(seen.heading_error)), "{:.1f} degrees"
+        )
+        driven = _both(
+            seen.distance * 1e3, f"{seen.distance:.2f} m", degrees(seen.rotation), "{:.0f} degrees of turns"
+        )
         driven = driven or "no motion"
         what = f"odometry is {_percent(seen.share)} off: {off} after {driven}, first at {seen.since:.1f} s"
         cause = self._cause("W301", seen.explanation, lambda: self._why_off(seen))
@@ -207,8 +211,8 @@ class MotionFindings:
         declared = [
             code
             for code, odometry, true in (
-                ("D106", seen.odometry_way, seen.way),
-                ("D105", seen.odometry_turned, seen.turned),
+                ("D106", seen.odometry_distance, seen.distance),
+                ("D105", seen.odometry_rotation, seen.rotation),
             )
             if abs(odometry - true) > _SAME * true
         ]
@@ -259,9 +263,9 @@ class MotionFindings:
         """Several axles, whose wheels are dragged sideways in a turn."""
         drive = self._robot.drive
         axles = len(drive.left) if isinstance(drive, DifferentialDrive) else 1
-        if axles < 2 or seen.odometry_turned <= (1.0 + _SAME) * max(seen.turned, 0.1):
+        if axles < 2 or seen.odometry_rotation <= (1.0 + _SAME) * max(seen.rotation, 0.1):
             return None
-        factor = seen.odometry_turned / seen.turned if seen.turned else inf
+        factor = seen.odometry_rotation / seen.rotation if seen.rotation else inf
         text = f"a turn drags the wheels of {axles} axles across the ground"
         hint = f"give the drive a wheel separation that is {factor:.1f} times as large"
         return _Cause(text, self._robot.robot.origin, hint if factor < inf else "", is_fault=False)

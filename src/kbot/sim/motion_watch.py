@@ -36,7 +36,7 @@ CHANGING_TIME = 3.0
 """The same for a command that changes, which may be zero between the samples. Six samples in a row are not
 those of a key that is tapped."""
 UPRIGHT = cos(radians(60.0))
-"""Upward component of the root link's z axis below which a robot has fallen over. Ramps are less steep."""
+"""Upward component of the axle's z axis below which a robot has fallen over. Ramps are less steep."""
 SETTLING = 0.6
 """Seconds after a start during which the robot settles on its wheels, and is not watched: one sample."""
 _CONTACTS = 4
@@ -65,20 +65,20 @@ class Explanation:
 class OdometryError:
     """Odometry differs from the motion of the axle since `since` (s). `explanation` is of that time.
 
-    off, turned_off      difference in m and rad (odometry minus truth)
-    way, turned          the true path length in m, and the sum of all turns in rad
-    odometry_way, odometry_turned   the same by odometry
-    share                the difference as a share of the distance that the wheels drove
+    position_error, heading_error         difference in m and rad (odometry minus truth)
+    distance, rotation                    the true path length in m, and the sum of all turns in rad
+    odometry_distance, odometry_rotation  the same by odometry
+    share                                 the difference as a share of the distance that the wheels drove
     """
 
     since: float
     explanation: Explanation
-    off: float
-    turned_off: float
-    way: float
-    turned: float
-    odometry_way: float
-    odometry_turned: float
+    position_error: float
+    heading_error: float
+    distance: float
+    rotation: float
+    odometry_distance: float
+    odometry_rotation: float
     share: float
 
 

@@ -1,5 +1,5 @@
 """Templates of a new robot package."""
 
-from kbot.templates.package import Made, Sizes, check_name, make_package
+from kbot.templates.package import NewPackage, Sizes, check_name, make_package
 
-__all__ = ["Made", "Sizes", "check_name", "make_package"]
+__all__ = ["NewPackage", "Sizes", "check_name", "make_package"]

@@ -107,7 +107,7 @@ def check_name(name: str) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Made:
+class NewPackage:
     """The files that `make_package` added and kept, and the robot of the launch files, as paths in the
     folder."""
 
@@ -116,7 +116,7 @@ class Made:
     robot: Path
 
 
-def make_package(folder: Path, name: str, sizes: Sizes) -> Made:
+def make_package(folder: Path, name: str, sizes: Sizes) -> NewPackage:
     """Make a package in a folder, or add what is missing in a folder that exists. Existing files are kept.
 
     If the folder has a robot in `urdf`, the launch files name it, and no other robot is added. If this fails,
@@ -142,7 +142,7 @@ def make_package(folder: Path, name: str, sizes: Sizes) -> Made:
         _add(folder, {file: texts[file] for file in added})
     except OSError as error:
         raise KbotError(f"cannot make {error.filename or folder}: {error.strerror}") from None
-    return Made(added, kept if existing is None else (existing, *kept), robot)
+    return NewPackage(added, kept if existing is None else (existing, *kept), robot)
 
 
 def find_robot(folder: Path, name: str) -> Path | None:

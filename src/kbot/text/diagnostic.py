@@ -17,7 +17,7 @@ more than any real file has. Printing them as SARIF takes 3 s and 300 MB, a thir
 take."""
 
 
-ON_ROS = "on ROS: "
+ROS_PREFIX = "on ROS: "
 """Begins the message of an error that ROS would raise, although KBot accepts the file."""
 
 

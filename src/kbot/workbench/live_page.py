@@ -54,7 +54,9 @@ class LivePage:
         self._simulation = simulation
         opens_browser = opens_browser and can_open_browser()
         session = _session(simulation)
-        self._program = session.program = _Caller(Path(sys.argv[0]).name or "Python", session.turns, session)
+        self._program = session.program = _CallingProgram(
+            Path(sys.argv[0]).name or "Python", session.turns, session
+        )
         session.waits_for_page = opens_browser
         self._turns, self._open = session.turns, ExitStack()
         with self._open:
@@ -139,7 +141,7 @@ def serve(simulation: Simulation, *, browser: bool, host: str, port: int | None)
     return LivePage(simulation, host, port, opens_browser=browser)
 
 
-class _Caller(Program):
+class _CallingProgram(Program):
     """The program that called `serve`. A page stops it as Ctrl-C does."""
 
     def _end(self) -> None:

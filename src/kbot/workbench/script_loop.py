@@ -76,7 +76,7 @@ class _ScriptLoop:
             session.paused = False
         program.begin(simulation)
         phase, problem = self._outcome(simulation)
-        self._interruption.end_tracing()
+        self._interruption.stop_tracing()
         _stop_robots(simulation)
         if not program.wants_start:
             # nothing that the script left behind, such as timers, may drive the robot on

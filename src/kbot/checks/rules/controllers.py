@@ -80,7 +80,7 @@ def joint_named_twice(context: Context) -> Found:
     return reported(context.drive_findings, "D131")
 
 
-@rule("D102", "control-joint-unknown", Severity.ERROR, "robot", on_ros=True)
+@rule("D102", "control-joint-unknown", Severity.ERROR, "robot", is_ros_only=True)
 def control_joint_unknown(context: Context) -> Found:
     """`<ros2_control>` names a joint that the robot does not have.
 
@@ -123,7 +123,7 @@ def gazebo_reference_unknown(context: Context) -> Found:
         )
 
 
-@rule("D104", "transmission-joint-unknown", Severity.ERROR, "robot", on_ros=True)
+@rule("D104", "transmission-joint-unknown", Severity.ERROR, "robot", is_ros_only=True)
 def transmission_joint_unknown(context: Context) -> Found:
     """A transmission names a joint that the robot does not have.
 

@@ -20,7 +20,7 @@ def _unit(joint: Joint) -> str:
     return "m" if joint.type is JointType.PRISMATIC else "rad"
 
 
-@rule("J101", "missing-limit", Severity.ERROR, "robot", on_ros=True)
+@rule("J101", "missing-limit", Severity.ERROR, "robot", is_ros_only=True)
 def missing_limit(context: Context) -> Found:
     """A revolute or prismatic joint has no `<limit>`.
 

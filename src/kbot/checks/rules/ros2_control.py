@@ -21,7 +21,7 @@ _INTERFACES = ("position", "velocity", "effort")
 _SHORT = {"pos": "position", "vel": "velocity", "eff": "effort", "torque": "effort", "force": "effort"}
 
 
-@rule("D129", "hardware-plugin-unknown", Severity.ERROR, "robot", on_ros=True)
+@rule("D129", "hardware-plugin-unknown", Severity.ERROR, "robot", is_ros_only=True)
 def hardware_plugin_unknown(context: Context) -> Found:
     """A hardware plugin does not exist in its package.
 
@@ -44,7 +44,7 @@ def hardware_plugin_unknown(context: Context) -> Found:
             yield Finding(plugin.origin, message, hint)
 
 
-@rule("D130", "interface-unknown", Severity.ERROR, "robot", on_ros=True)
+@rule("D130", "interface-unknown", Severity.ERROR, "robot", is_ros_only=True)
 def interface_unknown(context: Context) -> Found:
     """The hardware of a joint does not have an interface of this name.
 
@@ -107,7 +107,7 @@ def controllers_unreadable(context: Context) -> Found:
     return _faults(context, "W132")
 
 
-@rule("W143", "controller-type-unknown", Severity.ERROR, "robot", on_ros=True)
+@rule("W143", "controller-type-unknown", Severity.ERROR, "robot", is_ros_only=True)
 def controller_type_unknown(context: Context) -> Found:
     """The type of a controller does not exist in its package.
 
@@ -126,7 +126,7 @@ def controller_type_unknown(context: Context) -> Found:
             yield Finding(origin, f"the controller '{name}' is not loaded: there is no type '{kind}'", meant)
 
 
-@rule("W144", "parameters-misnamed", Severity.ERROR, "robot", on_ros=True)
+@rule("W144", "parameters-misnamed", Severity.ERROR, "robot", is_ros_only=True)
 def parameters_misnamed(context: Context) -> Found:
     """The parameters of a node are under a misspelt key instead of `ros__parameters`, which has two
     underscores.

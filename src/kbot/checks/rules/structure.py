@@ -133,7 +133,7 @@ def bad_name(context: Context) -> Found:
             )
 
 
-@rule("U204", "leading-slash", Severity.ERROR, "document", on_ros=True)
+@rule("U204", "leading-slash", Severity.ERROR, "document", is_ros_only=True)
 def leading_slash(context: Context) -> Found:
     """The name of a link begins with `/`.
 

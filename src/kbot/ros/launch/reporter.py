@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from kbot.ros.launch.launch_error import LaunchError
 from kbot.text import Diagnostic, Edit, Fix, Origin, Related, Severity, Span
-from kbot.text.diagnostic import ON_ROS
+from kbot.text.diagnostic import ROS_PREFIX
 from kbot.xacro.budget import Budget
 from kbot.xacro.limits import DEFAULT
 from kbot.xacro.packages import Packages
@@ -52,7 +52,7 @@ class Reporter:
     def finding(self, diagnostic: Diagnostic) -> None:
         """Report an error that ROS would raise."""
         if diagnostic.is_error and diagnostic.code.startswith("L"):
-            diagnostic = replace(diagnostic, message=ON_ROS + diagnostic.message)
+            diagnostic = replace(diagnostic, message=ROS_PREFIX + diagnostic.message)
         if diagnostic not in self.findings:
             self.findings.append(diagnostic)
 

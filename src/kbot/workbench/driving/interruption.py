@@ -63,7 +63,7 @@ class Interruption:
             self._thread = threading.Thread(target=self._insist, daemon=True, name="kbot-stop")
             self._thread.start()
 
-    def end_tracing(self) -> None:
+    def stop_tracing(self) -> None:
         """Undo what ends a program that catches `Stopped`."""
         if self._traces:
             self._traces = False

@@ -34,7 +34,7 @@ BUSY_SECONDS = 1.0
 Phase = Literal["waiting", "running", "finished", "failed", "stopped"]
 
 
-class Clockwork(Protocol):
+class PagePace(Protocol):
     """What pages set: how fast time runs."""
 
     speed: float
@@ -48,9 +48,9 @@ class Program:
     Between `begin` and `finish` its steps are paced to real time, and to the speed and pause of the page.
     """
 
-    def __init__(self, name: str, turns: Turns, clockwork: Clockwork, can_start: bool = False) -> None:
+    def __init__(self, name: str, turns: Turns, pace: PagePace, can_start: bool = False) -> None:
         """`can_start` means that a page can start the program. The program's thread has the simulation."""
-        self.name, self.turns, self._clockwork = name, turns, clockwork
+        self.name, self.turns, self._pace = name, turns, pace
         self.can_start = can_start
         self.interrupt: Callable[[], None] = lambda: None
         """Called on any thread to interrupt the program after `stop` and `restart`."""
@@ -170,12 +170,12 @@ class Program:
         seconds = self._slice * self._timestep
         if self._due == NEVER:  # the first step since `begin`
             self._due = time.monotonic()
-        self._due += seconds / self._clockwork.speed
+        self._due += seconds / self._pace.speed
         while (ahead := self._due - time.monotonic()) > 0.0:
             self._lend(min(ahead, PAUSED_SECONDS))  # the page may change the speed or pause
         if time.monotonic() - self._lent > HELD_SECONDS:
             self._lend(0.0)
-        while self._clockwork.paused and self._granted <= 0.0:
+        while self._pace.paused and self._granted <= 0.0:
             self._lend(PAUSED_SECONDS)
             self._due = self._stepped = time.monotonic()
         self._granted = max(0.0, self._granted - seconds)
@@ -183,9 +183,7 @@ class Program:
         self._due = max(self._due, now - BEHIND_SECONDS)
         if now > self._stepped:
             wall = now - self._stepped
-            self._clockwork.rate += (seconds / wall - self._clockwork.rate) * min(
-                1.0, wall / SMOOTHING_SECONDS
-            )
+            self._pace.rate += (seconds / wall - self._pace.rate) * min(1.0, wall / SMOOTHING_SECONDS)
         self._stepped = now
         self._left = self._slice
 

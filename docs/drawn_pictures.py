@@ -1,6 +1,6 @@
 """The pictures that KBot draws without a browser: those of the tutorial's steps, and of the built-in worlds.
 
-    python docs/pictures.py
+    python docs/drawn_pictures.py
 
 draws those of the tutorial again, which are committed, so that the pages have pictures on GitHub too.
 """
@@ -30,7 +30,7 @@ COLOURS = 64
 """Enough for shaded robots on a floor; a picture then has 5 to 15 kB."""
 WIDEST = (720, 720)
 STEPS = ("02_base", "04_wheels", "05_caster", "07_colours")
-"""The steps whose picture is the robot alone. `make_pictures.py` takes those of the page."""
+"""The steps whose picture is the robot alone. `page_pictures.py` takes those of the page."""
 
 
 def draw_pictures(docs: Path) -> None:
