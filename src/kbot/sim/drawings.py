@@ -30,11 +30,14 @@ WORLD = "world"
 ON_FLOOR = 0.01
 """Height in m of positions without z, so that the floor does not hide them."""
 MOST_DRAWINGS = 200
+"""The page draws each one by itself, and every message contains all of them."""
 MOST_POINTS = 5000
 """Points of one drawing. The page receives all of them in each message."""
 LONGEST_TEXT = 500
+"""Characters. The page draws them on a canvas with up to 64 px for each, and Firefox limits a canvas to
+32,767 px."""
 LARGEST = 100.0
-"""Size of points and text, and width of lines, in m."""
+"""Size of points and text, and width of lines, in m: as large as the largest box that can be added."""
 ORANGE = "#f76b15"
 """The default colour: visible on a light and on a dark floor."""
 

@@ -15,7 +15,7 @@ MOST = 100
 """Names. The page can subscribe to 256 topics, and the robot's own need some."""
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*(/[A-Za-z0-9_]+)*")
 LONGEST = 100
-"""Characters of a name."""
+"""Characters of a name. ROS 2 limits a topic to 247, with `/plot/` and the namespaces of a bridge."""
 
 
 class Plots:

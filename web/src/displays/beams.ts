@@ -4,7 +4,8 @@ import type { Values } from "./set";
 
 /** Largest number of lines: the beams stay apart, and software rendering stays fast. */
 const MOST = 90;
-/** Opacity of a line, as a part of the opacity of the points. */
+/** Opacity of a line, as a part of the opacity of the points. A single line leaves the floor visible, and ten lines that
+ * overlap near the sensor cover 92 %. */
 const FAINT = 0.22;
 
 /** The beams of a lidar that hit something: lines from the sensor to the points of the latest scan. */

@@ -54,9 +54,9 @@ const ATTRIBUTES = [
   ["soft", 2],
 ] as const;
 const NUMBERS = 9;
-/** Half width of a shadow's edge, as a part of the solid's height. */
+/** Half width of a shadow's edge, as a part of the solid's height: as under a ceiling lamp that appears 33 degrees wide. */
 const SOFTNESS = 0.3;
-/** A weaker shadow is not drawn. */
+/** A weaker shadow is not drawn: it changes the colour of the floor by less than 5 of 255 levels. */
 const LEAST = 0.04;
 /** |cosine| between the axis of a cylinder and the vertical above which the cylinder stands upright. */
 const UPRIGHT = 0.95;
@@ -76,10 +76,10 @@ export class ContactShadows {
     const material = new ShaderMaterial({
       vertexShader: VERTEX,
       fragmentShader: FRAGMENT,
-      uniforms: { darkness: { value: 0.5 } },
+      uniforms: { darkness: { value: 0 } }, // set by the theme before the first frame
       transparent: true,
       depthWrite: false,
-      // above the floor, and below everything else that lies on it
+      // above the floor, which has 64, and below everything else that lies on it; 16 units hide errors of rounding
       polygonOffset: true,
       polygonOffsetFactor: 1,
       polygonOffsetUnits: 48,

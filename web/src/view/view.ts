@@ -62,7 +62,7 @@ export class View implements Picture {
     this.world.add(this.ground.floor, this.ground.contacts.group, this.displays.group, this.marks);
     if (this.stage.hasShadows) {
       this.world.add(this.ground.shadow);
-      this.ground.contactShare = 0.5;
+      this.ground.contactShare = 0.5; // beside an object, the sun's shadow darkens the floor too
     }
     this.world.matrixAutoUpdate = false;
     this.stage.scene.add(this.world);

@@ -19,13 +19,15 @@ const [WIDE, NARROW] = [
   [56, 76, 150, 156],
   [96, 76, 185, 12],
 ] as const;
-/** The part of the view's height that an overview leaves to the tools at most. */
+/** The part of the view's height that an overview leaves to the tools at most. In a lower view, the world keeps a third of
+ * the height and the tools cover its edges. */
 const MOST_COVERED = 0.65;
 /** The share of directions in which walls must surround the robot for an overview. A corridor has one open end. */
 const WALLED = 0.7;
 /** The largest overview in radii of the robot. In a larger one the robot would be too small to recognise. */
 const WIDEST = 60;
-/** The radius of a simulation's first view in radii of the robot, on an empty floor and among objects. */
+/** The radius of a simulation's first view in radii of the robot. On an empty floor, the robot fills half of the view and has
+ * room to drive. Among objects, it fills a fifth, so that an object up to this distance away is in the view too. */
 const ALONE = 2.1;
 const AMONG = 4.8;
 

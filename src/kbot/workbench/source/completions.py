@@ -18,7 +18,8 @@ from kbot.xacro.tags.attributes import ATTRIBUTES as XACRO_ATTRIBUTES
 MOST_NAMES = 2000
 """Names of one kind that are sent. A list of more is of no use in an editor."""
 MOST_CHARACTERS = 60
-"""Characters of a value that are sent."""
+"""Characters of a value that are sent. The list is at most 560 px wide, and a longer value does not fit
+beside its name."""
 
 
 def completions_of(reading: DescriptionReading) -> Completions | None:
