@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from kbot.checks import Config, check_text
+from kbot.text import Diagnostic
 from kbot.xacro import expand_text
 
 HEAD = (
@@ -62,6 +64,22 @@ PYTHONS_WORDS = ("concatenate", "NoneType", "'str'", "'int'", "'float'", "operan
         ("n * 2)", "invalid expression: one ')' too many", "remove it, or add the '(' that it closes", 8),
         ("n n", "invalid expression: an operator is missing between 'n' and 'n'", "write n * n", 8),
         ("2n", "invalid expression: an operator is missing in '2n'", "write 2*n", 8),
+        ("5 mm", "invalid expression: the number 5 mm has a unit", "write 0.005", 8),
+        ("90 deg", "invalid expression: the number 90 deg has a unit", "write radians(90)", 8),
+        ("5 cm + 1", "invalid expression: the number 5 cm has a unit", "write 0.05", 8),
+        ("2m", "the number 2m has a unit", "write 2, or 2*m if 'm' is a property", 8),
+        ("sin 3", "invalid expression: brackets are missing after 'sin'", "write sin(3)", 8),
+        ("sin 3*n", "invalid expression: brackets are missing after 'sin'", "write sin(…)", 8),
+        ("1e5 n", "an operator is missing between '1e5' and 'n'", "write 1e5 * n", 8),
+        ("2effort", "an operator is missing in '2effort'", "write 2*effort", 8),
+        ("pi()", "'pi' is a number, not a function, in 'pi()'", "write pi without brackets", 8),
+        (
+            "sizes[n/4]",
+            "'0.5' is not the number of an entry of 'sizes'",
+            "entries have the numbers 0 to 1",
+            8,
+        ),
+        ("float('90deg')", "'90deg' is text, not a number", "write radians(90)", 8),
         ("5mm", "invalid expression: the number 5mm has a unit", "write 0.005", 8),
         ("n +", "invalid expression: a value is missing after '+'", "write the value", 8),
         ("n = 2", "invalid expression: '=' is not a comparison", "write ==", 8),
@@ -79,6 +97,134 @@ def test_an_error_is_worded_for_a_student(expression: str, message: str, hint: s
     assert error.origin is not None
     assert error.origin.span.line == line
     assert not any(word in error.message for word in PYTHONS_WORDS)
+
+
+@pytest.mark.parametrize(
+    ("expression", "message"),
+    [
+        ("1e5m", "invalid expression: '1e5m' is not a number"),
+        ("1e", "invalid expression: '1e' is not a number"),
+        ("0b12", "invalid expression: '0b12' is not a number"),
+        ("1__0", "invalid expression: '1__0' is not a number"),
+        ("'%d' % 'a'", "the value after '%' does not fit the format '%d', in ''%d' % 'a''"),
+        ("len(5)", "'5' is a number, and len() needs a list or text, in 'len(5)'"),
+        ("max()", "max() takes at least 1 argument, not 0"),
+        ("n(1, 2)", "'n' is a number, not a function, in 'n(1, 2)'"),
+    ],
+)
+def test_an_error_without_a_certain_correction_has_no_suggestion(expression: str, message: str) -> None:
+    (error,) = expand_text(f'{HEAD}<a x="${{{expression}}}"/></robot>', "f").diagnostics
+    assert (error.message, error.hint, error.fix) == (message, "", None)
+
+
+def errors_of(link: str, joint: str = "") -> list[Diagnostic]:
+    text = f'{HEAD}<link name="a">{link}</link>{joint}</robot>'
+    return [d for d in check_text(text, "f", config=Config()) if d.is_error]
+
+
+@pytest.mark.parametrize(
+    ("expression", "reason", "hint"),
+    [
+        ("2,5*n", "'2,5*n' has several values: the comma separates them", "write 2.5 with a decimal point"),
+        ("1,5", "'1,5' has several values: the comma separates them", "write 1.5 with a decimal point"),
+        (
+            "n*1,500",
+            "'n*1,500' has several values: the comma separates them",
+            "write 1.500 with a decimal point, or 1500",
+        ),
+        ("3,14*n**2", "'3,14*n**2' has several values: the comma separates them", "write 3.14 with"),
+        ("n-0,1", "'n-0,1' has several values: the comma separates them", "write 0.1 with"),
+        ("2*(n+0,5)", "'2*(n+0,5)' has several values: the comma separates them", "write 0.5 with"),
+        ("n,5", "'n,5' has several values: the comma separates them", "the comma makes a list of two values"),
+        (
+            "max(1,2),n",
+            "'max(1,2),n' has several values: the comma separates them",
+            "the comma makes a list of two values",
+        ),
+        ("sin", "'sin' is a function", "write sin(…)"),
+        ("math.sin", "'math.sin' is a function", "write math.sin(…)"),
+        ("lambda: 1", "'lambda: 1' is a function", "write an expression that evaluates to a number"),
+    ],
+)
+@pytest.mark.parametrize("shape", ['<sphere radius="{}"/>', '<box size="1 {} 1"/>'])
+def test_a_value_that_is_not_a_number_is_explained(
+    shape: str, expression: str, reason: str, hint: str
+) -> None:
+    shown = shape.format(f"${{{expression}}}")
+    (error,) = errors_of(f"<visual><geometry>{shown}</geometry></visual>")
+    assert error.message.endswith(f"is not a number: {reason}")
+    assert error.hint.startswith(hint)
+    assert error.fix is None
+
+
+def test_several_values_are_reported_at_their_property() -> None:
+    shape = '<xacro:property name="r" value="${n*2,5}"/><sphere radius="${r}"/>'
+    (error,) = errors_of(f"<visual><geometry>{shape}</geometry></visual>")
+    assert error.message == "r: 'n*2,5' has several values: the comma separates them"
+    assert error.hint == "write 2.5 with a decimal point"
+
+
+def test_a_long_number_is_shortened() -> None:
+    (error,) = errors_of('<visual><geometry><sphere radius="${10**400}"/></geometry></visual>')
+    assert error.message.startswith("'radius' of <sphere> is not a finite number: '1000")
+    assert len(error.message) < 120
+
+
+REVOLUTE, PRISMATIC = (
+    f'<link name="b"/><joint name="j" type="{kind}"><parent link="a"/><child link="b"/>'
+    '<limit lower="{}" upper="9" effort="{}" velocity="1"/></joint>'
+    for kind in ("revolute", "prismatic")
+)
+VISUAL = '<visual><origin xyz="0 0 {}" rpy="0 0 {}"/><geometry><sphere radius="1"/></geometry></visual>'
+INERTIAL = (
+    '<inertial><mass value="{}"/><inertia ixx="{}" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
+)
+
+
+@pytest.mark.parametrize(
+    ("link", "joint", "right"),
+    [
+        (VISUAL.format(0, "90deg"), "", "1.570796"),  # pi/2
+        (VISUAL.format("5cm", 0), "", "0.05"),
+        (VISUAL.format(0, "5cm"), "", ""),
+        (VISUAL.format("90deg", 0), "", ""),
+        (INERTIAL.format("250g", 1), "", "0.25"),
+        (INERTIAL.format("5mm", 1), "", ""),
+        (INERTIAL.format(1, "5mm"), "", ""),
+        (INERTIAL.format(1, "5kg"), "", ""),
+        ("", REVOLUTE.format("-180 deg", 1), "-3.141593"),
+        ("", REVOLUTE.format("-5mm", 1), ""),
+        ("", REVOLUTE.format(-1, "10deg"), ""),
+        ("", REVOLUTE.format(-1, "10mm"), ""),
+        ("", PRISMATIC.format("-5mm", 1), "-0.005"),
+        ("", PRISMATIC.format("-90deg", 1), ""),
+    ],
+)
+def test_a_number_with_a_unit_is_fixed_where_the_unit_fits(link: str, joint: str, right: str) -> None:
+    (error,) = errors_of(link, joint)
+    if right:
+        assert error.hint.startswith(f"write {right}: ")
+        assert error.fix is not None
+        assert error.fix.safe
+        assert [edit.replacement for edit in error.fix.edits] == [right]
+    else:
+        assert error.hint.startswith("write a number without a unit: ")
+        assert error.fix is None
+
+
+@pytest.mark.parametrize(
+    ("value", "use", "hint", "right"),
+    [
+        ("90deg", "${2*p}", "write 1.570796: angles are in radians", ""),
+        ("5mm", "${2*p}", "write 0.005: ", "0.005"),
+        ("5mm", "${p}", "write 0.005: ", "0.005"),
+        ("5kg", "${p}", "write a number without a unit: kg is a unit of mass", ""),
+    ],
+)
+def test_the_fix_of_a_property_fits_its_use(value: str, use: str, hint: str, right: str) -> None:
+    (error,) = errors_of(f'<xacro:property name="p" value="{value}"/>{VISUAL.format(use, 0)}')
+    assert error.hint.startswith(hint)
+    assert ([e.replacement for e in error.fix.edits] if error.fix else []) == [right] * bool(right)
 
 
 def test_all_uses_of_a_text_are_one_error_with_a_fix() -> None:

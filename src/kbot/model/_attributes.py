@@ -18,6 +18,17 @@ FARTHEST = 1e9
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 
 
+_QUANTITIES = {
+    ("origin", "xyz"): "length", ("origin", "rpy"): "angle", ("box", "size"): "length",
+    ("sphere", "radius"): "length", ("cylinder", "radius"): "length", ("cylinder", "length"): "length",
+    ("capsule", "radius"): "length", ("capsule", "length"): "length", ("mass", "value"): "mass",
+}  # fmt: skip
+"""What the numbers of an element's attribute measure."""
+_POSITIONS = {"lower", "upper", "offset", "soft_lower_limit", "soft_upper_limit"}
+"""Attributes in the unit of a joint's position."""
+_OF_JOINTS = {"revolute": "angle", "continuous": "angle", "prismatic": "length"}
+
+
 class MeshFinder(Protocol):
     """Finds the files of meshes, as `kbot.xacro.packages.Packages` does."""
 
@@ -34,6 +45,8 @@ class AttributeReader:
     def __init__(self, finder: MeshFinder | None = None) -> None:
         self.finder = finder
         self.diagnostics: list[Diagnostic] = []
+        self.joint_type = ""
+        """The type of the joint whose elements are read."""
         self._files: dict[str, str | None] = {}
 
     def error(
@@ -123,7 +136,9 @@ class AttributeReader:
         values = _floats(text)
         if values is not None and len(values) == count:
             return values
-        if "${" in text:
+        from kbot.xacro.not_a_number import is_object  # only for an error: start-up time
+
+        if "${" in text or is_object(text):
             self._not_a_number(element, attribute, text)
             return (fallback,) * count
         words = _WORDS.findall(text)
@@ -157,23 +172,36 @@ class AttributeReader:
         hint = f"separate numbers by spaces, not by commas: {spaced}"
         self.error("U012", message, origin, hint, fix=fix)
 
+    def _quantity(self, tag: str, attribute: str) -> str:
+        """What an attribute's numbers measure: a length, mass or angle. Empty if none of them."""
+        if tag in ("limit", "mimic", "safety_controller") and attribute in _POSITIONS:
+            return _OF_JOINTS.get(self.joint_type, "")
+        return _QUANTITIES.get((tag, attribute), "")
+
     def _not_a_number(self, element: Element, attribute: str, text: str) -> None:
         """Report a word of an attribute: at the property that it comes from if that is a text, else here."""
         # only for an error: start-up time
-        from kbot.xacro.not_a_number import PropertyFault, explain_word, source_of_text
+        from kbot.xacro.not_a_number import QUOTED, PropertyFault, explain_word, is_object, source_of_text
+        from kbot.xacro.templates import shortened
 
-        binding = source_of_text((element.inputs or {}).get(attribute, ()))
+        quantity, kinds = self._quantity(element.tag, attribute), (str, tuple) if is_object(text) else (str,)
+        binding = source_of_text((element.inputs or {}).get(attribute, ()), kinds)
         if binding is not None and "${" not in text:
-            fault = PropertyFault(binding)
+            is_copied = text.strip("+- ") == str(binding.value).strip("+- ")
+            fault = PropertyFault(binding, quantity if is_copied else None)
             if fault.is_explained and fault.origin is not None:
                 self.error("U012", fault.message, fault.origin, fault.hint, fix=fault.fix)
                 return
         kind = "a finite number" if _is_infinite(text) else "a number"
         hint = "the expression was not expanded" if "${" in text else ""
         origin = element.attribute_origin(attribute)
-        message = f"'{attribute}' of <{element.tag}> is not {kind}: '{text}'"
-        found, fix = explain_word(origin.span, element.attributes[attribute], origin.span.text, text)
-        message += f": {found.reason}" if found.reason else ""
+        message = f"'{attribute}' of <{element.tag}> is not {kind}: "
+        value, written = element.attributes[attribute], origin.span.text
+        found, fix = explain_word(origin.span, value, written, text, quantity)
+        shown = f"'{shortened(text, QUOTED)}'"
+        if found.reason:
+            shown = found.reason if is_object(text) else f"{shown}: {found.reason}"
+        message += shown
         self.error("U012", message, origin, found.hint or hint, fix=fix)
 
 

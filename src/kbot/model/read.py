@@ -296,6 +296,7 @@ _TYPES = [str(t) for t in JointType]
 def read_joint(element: Element, name: str, values: AttributeReader) -> Joint | None:
     """A joint, or None and errors if its type or one of its links is missing or unknown."""
     kind = _read_type(element, name, values)
+    values.joint_type = kind or ""
     inner = parts(element)
     parent, child = (_read_end(element, inner.get(tag), name, tag, values) for tag in ("parent", "child"))
     axis = inner.get("axis")

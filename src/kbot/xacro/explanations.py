@@ -7,12 +7,22 @@ import math
 import re
 import warnings
 from copy import copy
+from itertools import islice
 from keyword import iskeyword
 
 from kbot.text.suggest import did_you_mean
 from kbot.xacro.expressions.closures import closure_of
 from kbot.xacro.expressions.operations import InvalidExpression
-from kbot.xacro.not_a_number import QUOTED, PropertyFault, explain, is_unit, source_of_text
+from kbot.xacro.names import FUNCTIONS
+from kbot.xacro.not_a_number import (
+    QUOTED,
+    PropertyFault,
+    decimal_comma,
+    explain,
+    is_unit,
+    number_in_expression,
+    source_of_text,
+)
 from kbot.xacro.templates import shortened
 from kbot.xacro.values import Value, public_names
 from kbot.xacro.xacro_error import XacroError
@@ -39,8 +49,15 @@ _PURE = frozenset(
      "round", "len", "pow", "radians", "degrees", "str", "sum"]
 )  # fmt: skip
 """Functions that may be called again to find the part that fails."""
-_DECIMAL_COMMA = re.compile(r"(?<![\w.,(\[])(\d++),(\d++)(?![\w.,])")
-_NUMBER_AND_NAME = re.compile(r"(?<![\w.])(\d++(?:\.\d*+)?)([A-Za-z_]\w*+)")
+_NUMBER = re.compile(r"(?<![\w.])(\d[\w.]*+)(?:\s++([A-Za-z]++)(?![\w.(]))?")
+_NUMBER_AND_NAME = re.compile(r"(\d++(?:\.\d*+)?)([A-Za-z]\w*+)")
+_MALFORMED = re.compile(r"0[boxBOX].*|[\d.]++[eE](?:\d.*)?", re.DOTALL)
+"""A word that begins like a binary, octal or hexadecimal number or one with an exponent: `0b12`, `1e5m`."""
+_TEXT = re.compile(r"'[^']*+'|\"[^\"]*+\"")
+_MOST_NUMBERS = 100
+"""Numbers of an invalid expression that are checked. Each takes about 10 us."""
+_AMBIGUOUS = ("m", "g")
+"""Units that are also common names of properties: mass and gravity."""
 _NO_OPERATOR = re.compile(r"((?<![\w.])[\w.]++|\))\s++([\w.]++|\()|(\))([\w.]++|\()")
 _SINGLE_EQUALS = re.compile(r"(?<![=!<>:])=(?!=)")
 _DANGLING = re.compile(r"([-+*/%]|\*\*)\s*$")
@@ -60,7 +77,7 @@ def syntax_fault(error: InvalidExpression, content: str) -> XacroError:
 
 def _syntax(reason: str, content: str) -> tuple[str, str]:
     """What is wrong in an expression, and what to do."""
-    comma = _DECIMAL_COMMA.search(content)
+    comma = decimal_comma(content)
     if comma:
         return "a decimal comma", f"write {comma[1]}.{comma[2]}"
     for mark, right in _LOOK_ALIKES.items():
@@ -82,12 +99,12 @@ def _syntax(reason: str, content: str) -> tuple[str, str]:
         return "a quote is not closed", "write ' at both ends of the text"
     if reason.startswith("leading zeros"):
         return "a number begins with 0", "remove the leading zeros"
-    named = _NUMBER_AND_NAME.search(content)
-    if named and ("literal" in reason or "invalid syntax" in reason):
-        if is_unit(named[2]):
-            right = explain(named[0], named[0]).replacement.strip("${}") or named[1]
-            return f"the number {named[0]} has a unit", f"write {right}"
-        return f"an operator is missing in '{named[0]}'", f"write {named[1]}*{named[2]}"
+    content = _TEXT.sub("''", content)
+    if "literal" in reason or "invalid syntax" in reason:
+        for number in islice(_NUMBER.finditer(content), _MOST_NUMBERS):
+            found = _number(number[1], number[2], number[0])
+            if found:
+                return found
     dangling = _DANGLING.search(content)
     if dangling:
         return f"a value is missing after '{dangling[1]}'", "write the value, or remove the operator"
@@ -98,12 +115,47 @@ def _syntax(reason: str, content: str) -> tuple[str, str]:
             left, right = missing[1] or missing[3], missing[2] or missing[4]
             if iskeyword(left) or iskeyword(right):
                 continue
+            if left in FUNCTIONS and right != "(":
+                argument = right if content[missing.end() :].strip(" )") == "" else "…"
+                return f"brackets are missing after '{left}'", f"write {left}({argument})"
             return (
                 f"an operator is missing between '{left}' and '{right}'",
                 f"write {left} * {right}",
             )
         return "syntax error", "write numbers, names, operators and brackets: ${2 * (a + b)}"
     return reason, ""
+
+
+def _number(word: str, next_word: str | None, both: str) -> tuple[str, str] | None:
+    """What is wrong with a word that begins with a digit and the word after it. None if it is a number."""
+    named = _NUMBER_AND_NAME.fullmatch(word)
+    if _is_number(word):
+        if next_word is None or not is_unit(next_word):
+            return None
+        number, name = word, next_word
+    elif named is None or _MALFORMED.fullmatch(word):
+        return f"'{shortened(word, QUOTED)}' is not a number", ""
+    else:
+        number, name, both = named[1], named[2], word
+    if iskeyword(name):
+        return None
+    if not is_unit(name):
+        return f"an operator is missing in '{both}'", f"write {number}*{name}"
+    right = number_in_expression(number + name)
+    hint = f"write {right}" if right else ""
+    if hint and name in _AMBIGUOUS:
+        hint += f", or {number}*{name} if '{name}' is a property"
+    return f"the number {both} has a unit", hint
+
+
+def _is_number(word: str) -> bool:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            ast.literal_eval(word)
+    except (SyntaxError, ValueError):
+        return False
+    return True
 
 
 def failure(error: Exception, content: str, names: Environment) -> XacroError | None:
@@ -239,13 +291,15 @@ class _Explainer:
         if not texts or (isinstance(node, ast.Compare) and len(texts) > 1):
             return None
         part, text = texts[0]
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mod) and part is node.left and "%" in text:
+            return self._fault(f"the value after '%' does not fit the format '{shortened(text, QUOTED)}'")
         if isinstance(node, ast.Call) and _called(node) in ("str", "len"):
             return None
         name = self._name_of_text(part)
         binding = source_of_text([b for b in (self._binding(name),) if b] if name is not None else ())
         shown = shortened(text, QUOTED)
         if binding is None or binding.node is None:
-            hint = explain(text, text).hint if isinstance(part, ast.Constant) else ""
+            hint = _hint_for(text) if isinstance(part, ast.Constant) else ""
             return self._fault(f"'{shown}' is text, not a number", hint)
         found = PropertyFault(binding)
         if not found.is_explained:  # a text that is meant: the expression is wrong
@@ -277,7 +331,7 @@ class _Explainer:
             if callable(value):
                 return self._fault(f"'{shown}' is a function", f"call it: {shown}(…)")
             if isinstance(value, tuple):
-                comma = _DECIMAL_COMMA.search(self.source)
+                comma = decimal_comma(self.source)
                 hint = f"write {comma[1]}.{comma[2]}" if comma else "write numbers with a decimal point"
                 return self._fault(f"'{shown}' has several values: the comma separates them", hint)
             if not isinstance(value, int | float):
@@ -291,9 +345,10 @@ class _Explainer:
         function = self._value(node.func)
         if not callable(function):
             what = name if isinstance(node.func, ast.Constant) else f"'{name}'"
-            return self._fault(
-                f"{what} is {_kind(function)}, not a function", f"to multiply, write {name}*({inside})"
-            )
+            hint = ""
+            if isinstance(function, int | float) and len(node.args) <= 1:
+                hint = f"to multiply, write {name}*({inside})" if inside else f"write {name} without brackets"
+            return self._fault(f"{what} is {_kind(function)}, not a function", hint)
         reason = str(error)
         if "argument" in reason and isinstance(error, TypeError):
             wanted = re.search(
@@ -310,6 +365,11 @@ class _Explainer:
             )
         if isinstance(error, OverflowError):
             return self._fault(f"the result of '{shown}' is too large")
+        if ("not iterable" in reason or "has no len()" in reason) and len(node.args) == 1:
+            needed = "a list or at least two values" if name in ("min", "max") else "a list or text"
+            return self._fault(
+                f"'{inside}' is {_kind(self._value(node.args[0]))}, and {name}() needs {needed}"
+            )
         return self._kinds(node.args, f"{name}()")
 
     def _item(self, node: ast.Subscript, error: Exception) -> XacroError | None:
@@ -328,9 +388,8 @@ class _Explainer:
                 f"'{shown}' is text, so it has no entry '{index}'", "pass a list or dictionary"
             )
         if isinstance(owner, list | tuple):
-            return self._fault(
-                f"'{shown}' is a list: its index must be a whole number, not '{index}'", f"write {shown}[0]"
-            )
+            hint = f"entries have the numbers 0 to {len(owner) - 1}" if owner else ""
+            return self._fault(f"'{shown}' is a list: its index must be a whole number, not '{index}'", hint)
         return self._fault(f"'{shown}' is {_kind(owner)}, so it has no entry '{index}'")
 
     def _attribute(self, node: ast.Attribute) -> XacroError | None:
@@ -365,6 +424,12 @@ class _Explainer:
             case ast.UnaryOp():
                 return self._name_of_text(node.operand)
         return None
+
+
+def _hint_for(text: str) -> str:
+    """What to write in an expression for a text that is not a number."""
+    right = number_in_expression(text)
+    return f"write {right}" if right else explain(text, text).hint
 
 
 def _operands(node: ast.expr) -> Iterator[ast.expr]:

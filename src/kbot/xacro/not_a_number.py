@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import html
+import math
 import re
+import warnings
 
 from kbot.xacro.location import locate, within
 from kbot.xacro.templates import shortened
@@ -18,21 +21,74 @@ if TYPE_CHECKING:
 
 _COMMA = re.compile(r"([+-]?)(\d*+),(\d++)")
 _WITH_UNIT = re.compile(r"([+-]?(?:\d++(?:\.\d*+)?|\.\d++))\s*+([A-Za-z]++)")
+LENGTH, MASS, ANGLE = "length", "mass", "angle"
 _UNITS = {
-    "m": (0, "metres"), "mm": (-3, "metres"), "cm": (-2, "metres"), "kg": (0, "kilograms"),
-    "g": (-3, "kilograms"), "rad": (0, "radians"),
+    "m": (0, LENGTH), "mm": (-3, LENGTH), "cm": (-2, LENGTH), "kg": (0, MASS), "g": (-3, MASS),
+    "rad": (0, ANGLE),
 }  # fmt: skip
-"""The power of ten from a unit to that of URDF, and the name of the latter."""
+"""The power of ten from a unit to that of URDF, and what it measures."""
+_OF_URDF = {LENGTH: "metres", MASS: "kilograms", ANGLE: "radians"}
 _DEGREES = ("deg", "degree", "degrees")
+_LONGEST = 500
+"""Characters of an expression that is parsed again for its explanation."""
+_MOST = 20
+"""Expressions of a value that are explained."""
 QUOTED = 60
 """Characters of a text that a message quotes."""
 _MINUS = re.compile(r"-\s*+\$\{([^{}]*+)\}")
 _NAME = re.compile(r"\w+")
+_EXPRESSION = re.compile(r"\$\{([^{}]*+)\}")
+_DOTTED = re.compile(r"[A-Za-z_][\w.]*")
+_SEVERAL = re.compile(r"\([^(),]*+,[^()]*+\)")
+_FUNCTION = re.compile(r"<(?:built-in |bound )?(?:function|method|class) '?([\w.]++)")
+_DECIMAL_COMMA = re.compile(r"(?<![\w.,])(\d++),(\d++)(?![\w.,])")
+_CALLED = re.compile(r"[\w)\]]\s*+$")
 
 
 def is_unit(word: str) -> bool:
     """Whether a word after a number is a unit that people write."""
     return word in _UNITS or word.lower() in _DEGREES
+
+
+def is_object(text: str) -> bool:
+    """Whether the value of an expression has been written as Python writes a function or several values."""
+    return bool(_SEVERAL.search(text) or _FUNCTION.search(text))
+
+
+def decimal_comma(expression: str) -> re.Match[str] | None:
+    """The first comma between two digits that does not separate arguments or the entries of a list."""
+    if len(expression) > _LONGEST:
+        return None
+    inside: list[bool] = []  # for each open bracket, whether its commas separate values
+    at = 0
+    for comma in _DECIMAL_COMMA.finditer(expression):
+        for index in range(at, comma.start()):
+            if expression[index] in "([":
+                is_call = bool(_CALLED.search(expression, 0, index))
+                inside.append(expression[index] == "[" or is_call)
+            elif expression[index] in ")]" and inside:
+                inside.pop()
+        at = comma.start()
+        if not any(inside):
+            return comma
+    return None
+
+
+def number_in_expression(text: str) -> str:
+    """What to write in an expression for a number with a unit. Empty if it is not known."""
+    unit = _WITH_UNIT.fullmatch(text.strip())
+    if not unit or not is_unit(unit[2]):
+        return ""
+    return f"radians({unit[1]})" if unit[2].lower() in _DEGREES else _of_urdf(unit[1], unit[2])
+
+
+def _of_urdf(number: str, unit: str) -> str:
+    """The number in the unit of URDF. Empty if it is too large."""
+    if unit.lower() in _DEGREES:
+        value = f"{math.radians(float(number)):.7g}"
+    else:
+        value = f"{float(f'{number}e{_UNITS[unit][0]}'):.12g}"
+    return value if math.isfinite(float(value)) else ""
 
 
 class Explanation:
@@ -64,12 +120,14 @@ class PropertyFault:
 
     __slots__ = ("fix", "hint", "is_explained", "message", "origin")
 
-    def __init__(self, binding: Binding) -> None:
+    def __init__(self, binding: Binding, quantity: str | None = None) -> None:
         text = str(binding.value)
         written = binding.node.attributes.get(binding.attribute, "") if binding.node is not None else ""
-        found = explain(text, written)
+        found = explain(text, written, quantity)
         what = f"'{shortened(text, QUOTED)}' is text, not a number" if text.strip() else "the value is empty"
         self.message = f"{binding.name}: {what}" + (f": {found.reason}" if found.reason else "")
+        if not isinstance(binding.value, str):
+            self.message = f"{binding.name}: {found.reason}"
         self.hint = found.hint
         self.origin: Origin | None = None
         self.fix: Fix | None = None
@@ -80,12 +138,15 @@ class PropertyFault:
                 self.fix = found.fix(self.origin.span)
 
 
-def source_of_text(bindings: Sequence[Binding]) -> Binding | None:
+def source_of_text(bindings: Sequence[Binding], kinds: tuple[type, ...] = (str,)) -> Binding | None:
     """The property or parameter that a text was first written in, among bindings and what they were computed
-    from. None if none of them is a text."""
+    from. None if none of them is a text.
+
+    `kinds`: the types that count as a text.
+    """
     found = None
     while True:
-        text = next((binding for binding in bindings if isinstance(binding.value, str)), None)
+        text = next((binding for binding in bindings if isinstance(binding.value, kinds)), None)
         if text is None:
             return found
         found, bindings = text, text.inputs
@@ -95,25 +156,36 @@ TOKEN = re.compile(r"(?:\$\{[^{}]*+\}|[^\s$]|\$)++")
 """A word of an attribute with several numbers, which may be an expression with blanks."""
 
 
-def explain_word(span: Span, value: str, written: str, word: str) -> tuple[Explanation, Fix | None]:
+def explain_word(
+    span: Span, value: str, written: str, word: str, quantity: str
+) -> tuple[Explanation, Fix | None]:
     """Explain a word of an attribute's value that is not a number, and fix this word alone.
 
     `span` is the value in the source, `written` its text there, and `value` what it evaluates to.
+    `quantity`: as for `explain`.
     """
+    if "${" in written and is_object(word):
+        return _explain_object(value, written), None
+    if word == value.strip() and "${" not in written:  # perhaps with blanks: `90 deg`
+        found = explain(word, written, quantity)
+        return found, found.fix(span)
     words, tokens = value.split(), list(TOKEN.finditer(written))
     if word not in words or len(words) != len(tokens):
         return Explanation(""), None
     token = tokens[words.index(word)]
-    found = explain(word, token[0])
+    found = explain(word, token[0], quantity)
     return found, found.fix(within(span, written, *token.span()))
 
 
-def explain(text: str, written: str) -> Explanation:
-    """Explain a text. `written` is how the source has it, perhaps with expressions."""
+def explain(text: str, written: str, quantity: str | None = None) -> Explanation:
+    """Explain a text. `written` is how the source has it, perhaps with expressions.
+
+    `quantity`: what the number measures, LENGTH, MASS or ANGLE. Empty if none of them, None if it is unknown.
+    """
     if "${" in written:
         if "--" in text and _MINUS.search(written):
             return _doubled_minus(text, written)
-        return Explanation("")
+        return _explain_object(text, written)
     if not text.strip():
         return Explanation("write a number")
     comma = _COMMA.fullmatch(text.strip())
@@ -123,16 +195,67 @@ def explain(text: str, written: str) -> Explanation:
         # 1,500 may also be a thousand and five hundred
         return Explanation(f"write {number}", number, is_sure=int(whole or 0) == 0 or len(decimals) != 3)
     unit = _WITH_UNIT.fullmatch(text.strip())
-    if unit and unit[2].lower() in _DEGREES:
-        number = f"${{radians({unit[1]})}}"
-        return Explanation(f"write {number}: angles are in radians", number, is_sure=True)
-    if unit and unit[2] in _UNITS:
-        power, name = _UNITS[unit[2]]
-        number = f"{float(f'{unit[1]}e{power}'):.12g}"
-        return Explanation(
-            f"write {number}: numbers have no unit, and URDF uses {name}", number, is_sure=True
-        )
+    if unit and is_unit(unit[2]):
+        return _with_unit(unit[1], unit[2], quantity, is_whole="$" not in written)
     return Explanation("")
+
+
+def _with_unit(number: str, unit: str, quantity: str | None, is_whole: bool) -> Explanation:
+    """Explain a number with a unit. `is_whole`: the source has it as one text, so that it can be replaced."""
+    is_degrees = unit.lower() in _DEGREES
+    measured = ANGLE if is_degrees else _UNITS[unit][1]
+    if quantity is not None and quantity != measured:
+        return Explanation(f"write a number without a unit: {unit} is a unit of {measured}")
+    right = _of_urdf(number, unit)
+    if not right:
+        return Explanation("")
+    why = f"numbers have no unit, and URDF uses {_OF_URDF[measured]}"
+    if is_degrees:
+        why = "angles are in radians"
+    # a property may be in degrees on purpose, if the description converts it
+    is_known = is_whole and (quantity is not None or not is_degrees)
+    return Explanation(f"write {right}: {why}", right if is_known else "", is_sure=True)
+
+
+def _explain_object(text: str, written: str) -> Explanation:
+    """Explain an expression whose value is a function or several values."""
+    expressions = [expression.strip() for expression in _EXPRESSION.findall(written)[:_MOST]]
+    if _SEVERAL.search(text):
+        for expression in expressions:
+            comma = decimal_comma(expression)
+            if comma or _is_list(expression):
+                reason = f"'{shortened(expression, QUOTED)}' has several values: the comma separates them"
+                return Explanation(_without_comma(comma), reason=reason)
+    function = _FUNCTION.search(text)
+    if function is None:
+        return Explanation("")
+    name = function[1].rpartition(".")[2]
+    for expression in expressions:
+        if _DOTTED.fullmatch(expression) and (len(expressions) == 1 or expression.endswith(name)):
+            return Explanation(f"write {expression}(…)", reason=f"'{expression}' is a function")
+    what = f"'{shortened(expressions[0], QUOTED)}'" if len(expressions) == 1 else "an expression"
+    return Explanation("write an expression that evaluates to a number", reason=f"{what} is a function")
+
+
+def _without_comma(comma: re.Match[str] | None) -> str:
+    if comma is None:
+        return "the comma makes a list of two values"
+    whole, decimals = comma.groups()
+    # 1,500 may also be a thousand and five hundred
+    thousands = f", or {whole}{decimals}" if int(whole[:1]) and len(decimals) == 3 else ""
+    return f"write {whole}.{decimals} with a decimal point{thousands}"
+
+
+def _is_list(expression: str) -> bool:
+    """Whether commas separate the values of an expression."""
+    if len(expression) > _LONGEST:
+        return False
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return "," in expression and isinstance(ast.parse(expression, mode="eval").body, ast.Tuple)
+    except (SyntaxError, RecursionError, MemoryError, ValueError):
+        return False
 
 
 def _doubled_minus(text: str, written: str) -> Explanation:
