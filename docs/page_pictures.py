@@ -1,6 +1,6 @@
-"""The pictures of the page in the documentation, taken in a browser: `python docs/make_pictures.py`.
+"""The pictures of the page in the documentation, taken in a browser: `python docs/page_pictures.py`.
 
-They are committed. `pictures.py` draws the pictures that need no browser, each time the site is built.
+They are committed. `drawn_pictures.py` draws the pictures that need no browser, each time the site is built.
 """
 
 from __future__ import annotations

@@ -97,7 +97,7 @@ def test_objects_that_cannot_be_written_are_no_fault_of_kbot(
 
 def test_an_async_drive_is_refused(folder: Path) -> None:
     (folder / "drive.py").write_text("async def drive(sim):\n    assert False\n")
-    with pytest.raises(ScriptError, match="drive.py:1: drive is an async function"):
+    with pytest.raises(ScriptError, match=r"drive\.py:1: drive is an async function"):
         Script(str(folder / "drive.py")).run(Simulation("kbot"))
 
 

@@ -81,6 +81,12 @@ export function drive(app: App, driver: Driver): HTMLElement {
     why.hidden = !controls.hidden;
     why.textContent = about?.cannot_drive ? `This robot cannot be driven: ${about.cannot_drive}` : "";
   });
+  const showDriver = (): void => {
+    const driver = app.state.value?.driver ?? 0;
+    const other = driver !== 0 && driver !== app.about.value?.client;
+    const program = app.program.value?.phase === "running" ? app.program.value.name : "";
+    write(driverNote, program ? `${program} drives` : other ? "Driven from another tab" : "");
+  };
   app.state.watchThrottled((state) => {
     const about = app.about.value;
     if (state === null || about === null) return;
@@ -95,12 +101,6 @@ export function drive(app: App, driver: Driver): HTMLElement {
     write(truth.title, isApart ? "In the world: differs from odometry" : "In the world");
     showDriver();
   });
-  const showDriver = (): void => {
-    const driver = app.state.value?.driver ?? 0;
-    const other = driver !== 0 && driver !== app.about.value?.client;
-    const program = app.program.value?.phase === "running" ? app.program.value.name : "";
-    write(driverNote, program ? `${program} drives` : other ? "Driven from another tab" : "");
-  };
   app.program.watch(showDriver); // its end may be followed by no state
   return panel("drive", "Drive", [], controls, why);
 }
