@@ -51,7 +51,12 @@ PYTHONS_WORDS = ("concatenate", "NoneType", "'str'", "'int'", "'float'", "operan
         ("sizes[5]", "'sizes' has 2 entries, so there is no entry 5, in 'sizes[5]'", "count from 0", 8),
         ("max()", "max() takes at least 1 argument, not 0", "", 8),
         ("[n][5]", "'[n]' has 1 entry, so there is no entry 5, in '[n][5]'", "count from 0", 8),
-        ("sizes['x']", "'sizes' is a list: its index must be a whole number, not 'x'", "write sizes[0]", 8),
+        (
+            "sizes['x']",
+            "'sizes' is a list: its index must be a whole number, not 'x'",
+            "entries have the numbers 0 to 1",
+            8,
+        ),
         (
             "side['x']",
             "'side' is text, so it has no entry 'x', in 'side['x']'",
@@ -75,7 +80,7 @@ PYTHONS_WORDS = ("concatenate", "NoneType", "'str'", "'int'", "'float'", "operan
         ("pi()", "'pi' is a number, not a function, in 'pi()'", "write pi without brackets", 8),
         (
             "sizes[n/4]",
-            "'0.5' is not the number of an entry of 'sizes'",
+            "'sizes' is a list: its index must be a whole number, not '0.5'",
             "entries have the numbers 0 to 1",
             8,
         ),

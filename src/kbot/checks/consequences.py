@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from kbot.checks.context import Context
 from kbot.checks.registry import all_rules
-from kbot.text import Diagnostic, Severity
+from kbot.text import Diagnostic, Fix, Severity
 
 _LOSES_PARTS = frozenset(
     {
@@ -67,22 +67,23 @@ def without_consequences(found: Iterable[Diagnostic], context: Context) -> list[
 def _with_misspelt_attributes(found: list[Diagnostic]) -> list[Diagnostic]:
     """The findings, with one instead of two for an attribute that is missing because it is misspelt."""
     misspelt = [d for d in found if d.code == "U202" and d.fix is not None]
-    causes, joined = list[Diagnostic](), list[Diagnostic]()
+    fixes, joined = list[Fix | None](), list[Diagnostic]()
     for finding in found:
         cause = None
         if finding.code in {"U013", "U015"}:
             cause = next((d for d in misspelt if _writes_attribute(d, finding)), None)
         if cause is not None:
-            causes.append(cause)
+            fixes.append(cause.fix)
             finding = replace(finding, origin=cause.origin, hint=cause.hint, fix=cause.fix)
         joined.append(finding)
-    # a macro has a finding for each of its calls
-    return [d for d in joined if d not in causes]
+    return [d for d in joined if d.code != "U202" or d.fix not in fixes]
 
 
 def _writes_attribute(misspelt: Diagnostic, lacking: Diagnostic) -> bool:
-    """Whether the fix of a misspelt attribute writes the one that its element lacks."""
-    if misspelt.fix is None or lacking.origin is None:
+    """Whether the fix of a misspelt attribute writes the one that its element lacks, in the same call."""
+    if misspelt.fix is None or lacking.origin is None or misspelt.origin is None:
+        return False
+    if misspelt.origin.stack != lacking.origin.stack:
         return False
     tag, edit = lacking.origin.span, misspelt.fix.edits[0]
     is_in_tag = tag.file == edit.span.file and tag.start <= edit.span.start < tag.end
