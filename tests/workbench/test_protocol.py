@@ -62,10 +62,14 @@ def test_valid_messages_are_decoded() -> None:
         ),
         ("[" * 60_000, "not JSON"),
         ('{"type": "open_source", "file": "' + "a" * 70_000 + '"}', "the limit is 65536"),
-        ('"' + "a" * 2_100_000 + '"', "the limit is 2097152"),
+        ('"' + "a" * 7_400_000 + '"', "the limit is 7340032"),
         (
             '{"type": "save_source", "file": "a", "was": "", "text": "' + "a" * 500_001 + '"}',
-            "500001 characters: the limit is 500000",
+            "500001 bytes: the limit is 500000",
+        ),
+        (  # three bytes each
+            '{"type": "save_source", "file": "a", "was": "", "text": "' + "字" * 166_667 + '"}',
+            "500001 bytes: the limit is 500000",
         ),
     ],
 )

@@ -158,7 +158,7 @@ def test_bad_messages_are_answered_and_ignored(page: ClientConnection, viewing: 
 
 
 def test_a_too_long_message_ends_the_connection(page: ClientConnection, viewing: str) -> None:
-    page.send("x" * 200_000)
+    page.send("x" * (7 * 1024 * 1024 + 1))
     with pytest.raises(ConnectionClosed):
         receive(page, "nothing of the kind")
     assert get(viewing, "/")[0] == 200

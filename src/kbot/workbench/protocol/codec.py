@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 from kbot.text import KbotError
 from kbot.text.json_text import parse_json
 from kbot.text.suggest import did_you_mean
-from kbot.workbench.protocol import Bounds, FromPage, FromServer, Length, State
+from kbot.workbench.protocol import Bounds, Bytes, FromPage, FromServer, Length, State
 
 _STATE_FIELDS = tuple(field.name for field in dataclasses.fields(State))
 
@@ -27,8 +27,9 @@ def encode(message: FromServer) -> str:
 
 MAX_MESSAGE = 64 * 1024
 """Characters of a message from a page."""
-MAX_TEXT_MESSAGE = 2 * 1024 * 1024
-"""Characters of a message with the text of files: two texts and their escaped quotes and line ends."""
+MAX_TEXT_MESSAGE = 7 * 1024 * 1024
+"""Bytes of a message with the text of files. JSON needs up to six for each byte of `MOST_TEXTS` and of the
+names of twenty files, as for a control character."""
 MOST_LEVELS = 20
 """How deep objects and lists may be nested."""
 
@@ -86,7 +87,7 @@ def _fields(cls: type) -> dict[str, Any]:
 
 
 def _check(value: object, hint: Any, where: str) -> object:  # noqa: ANN401 - a type hint
-    bound: Bounds | Length | None = None
+    bound: Bounds | Bytes | Length | None = None
     if typing.get_origin(hint) is Annotated:
         hint, bound = typing.get_args(hint)
     if typing.get_origin(hint) is Literal:
@@ -122,6 +123,8 @@ def _check(value: object, hint: Any, where: str) -> object:  # noqa: ANN401 - a 
             raise BadMessage(f"{where} is {_short(value)}, not a string")
         if isinstance(bound, Length) and len(value) > bound.most:
             raise BadMessage(f"{where} has {len(value)} characters: the limit is {bound.most}")
+        if isinstance(bound, Bytes) and (size := len(value.encode("utf-8", "surrogatepass"))) > bound.most:
+            raise BadMessage(f"{where} has {size} bytes: the limit is {bound.most}")
         return value
     raise TypeError(f"no check for {hint}")
 

@@ -21,14 +21,23 @@ class Length:
     most: int
 
 
+@dataclass(frozen=True, slots=True)
+class Bytes:
+    """The longest string that a page may send, in bytes of UTF-8."""
+
+    most: int
+
+
 ShapeKind = Literal["box", "cylinder", "sphere", "capsule", "ellipsoid", "mesh"]
 
 Name = Annotated[str, Length(256)]
 SettingsText = Annotated[str, Length(60_000)]
 PathName = Annotated[str, Length(4096)]
 MOST_TEXT = 500_000
-FileText = Annotated[str, Length(MOST_TEXT)]
+FileText = Annotated[str, Bytes(MOST_TEXT)]
 """The text of a file. A real description has at most a tenth of this, and a check of a longer one is slow."""
+MOST_TEXTS = 2 * MOST_TEXT
+"""Bytes of UTF-8 of all texts of one message: a file is saved with its text before and after."""
 Fields = Annotated[tuple[Name, ...], Length(12)]
 """The fields of one plot."""
 

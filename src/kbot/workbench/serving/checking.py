@@ -7,11 +7,12 @@ import asyncio
 from kbot.text import KbotError
 from kbot.text.complaints import Complaints
 from kbot.workbench.protocol import CheckTexts, FromServer, Refused
+from kbot.workbench.serving.daemon_thread import on_daemon_thread
 from kbot.workbench.serving.hub import Client
 from kbot.workbench.session.session import Session
 
 MOST_WAITING = 16
-"""Pages whose texts wait for a check, at up to 2 MB each. Further requests replace the oldest."""
+"""Pages whose texts wait for a check, at up to 7 MiB each. Further requests replace the oldest."""
 
 
 class Checking:
@@ -44,7 +45,7 @@ class Checking:
 
     async def _answer(self, message: CheckTexts) -> FromServer:
         try:
-            return await asyncio.to_thread(self._session.shown.check, message)
+            return await on_daemon_thread(self._session.shown.check, message)
         except KbotError as error:
             return Refused(str(error))
         except Exception as error:  # noqa: BLE001 - a failing check does not end the server

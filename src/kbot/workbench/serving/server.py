@@ -46,6 +46,7 @@ from kbot.workbench.protocol import (
 from kbot.workbench.protocol.codec import MAX_TEXT_MESSAGE, BadMessage, decode
 from kbot.workbench.serving.access import Access
 from kbot.workbench.serving.checking import Checking
+from kbot.workbench.serving.daemon_thread import on_daemon_thread
 from kbot.workbench.serving.file_watcher import Watcher
 from kbot.workbench.serving.hub import MAX_PAGES, Client, Hub
 from kbot.workbench.serving.page_files import PageFiles
@@ -367,7 +368,7 @@ class Server:
 
     async def _take_reading(self) -> None:
         try:
-            reading = await asyncio.to_thread(self.session.read)
+            reading = await on_daemon_thread(self.session.read)
         except KbotError as error:  # an error in the configuration of the checks, not in the robot
             self.hub.publish(Refused(str(error)))
             return

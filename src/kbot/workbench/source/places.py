@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 
-from kbot.text import Diagnostic, Edit, Origin, Span
+from kbot.text import Diagnostic, Edit, Origin, Severity, Span
 from kbot.workbench.protocol import Finding, Note, Place, Step, TextEdit
 from kbot.workbench.source.ownership import Ownership
 
@@ -22,9 +22,26 @@ def place_of_span(span: Span) -> Place:
     return Place(span.file, line, column, max(1, min(width, rest)))
 
 
-def findings_for_page(diagnostics: Iterable[Diagnostic], ownership: Ownership) -> tuple[Finding, ...]:
-    """Return diagnostics for the page, in the same order."""
-    return tuple(_finding(diagnostic, ownership) for diagnostic in diagnostics)
+MOST_FINDINGS = 500
+"""Findings that a page lists. It takes a second to draw some thousands, which nobody reads."""
+
+
+def findings_for_page(
+    diagnostics: Sequence[Diagnostic], ownership: Ownership, others: Sequence[Diagnostic] = ()
+) -> tuple[Finding, ...]:
+    """Return the first `MOST_FINDINGS` diagnostics for the page in the same order, a K004 that counts the
+    omitted ones, and then the first of the others."""
+    shown = (*_first(diagnostics), *_first(others))
+    return tuple(_finding(diagnostic, ownership) for diagnostic in shown)
+
+
+def _first(diagnostics: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
+    omitted = len(diagnostics) - MOST_FINDINGS
+    if omitted <= 0:
+        return diagnostics
+    message = f"{omitted:,} more findings are not listed here"
+    more = Diagnostic("K004", Severity.WARNING, message, None, "`kbot check -v` lists all findings")
+    return (*diagnostics[:MOST_FINDINGS], more)
 
 
 def _finding(diagnostic: Diagnostic, ownership: Ownership) -> Finding:

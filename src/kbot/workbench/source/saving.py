@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 from kbot.text import KbotError, read_source, rewrite
 from kbot.workbench.protocol import SaveSource, SourceConflict, SourceSaved
-from kbot.workbench.protocol.messages import MOST_TEXT
+from kbot.workbench.protocol.messages import MOST_TEXT, MOST_TEXTS
 from kbot.workbench.source.merging import merge
 from kbot.xacro.packages import SHIPPED
 
@@ -18,8 +19,8 @@ def read_only_reason(file: str, text: str) -> str:
     """Return why a file of the description cannot be saved, or an empty string."""
     if Path(file).absolute().is_relative_to(SHIPPED):
         return SHIPPED_REASON
-    if len(text) > MOST_TEXT:
-        return f"the file has more than {MOST_TEXT:,} characters. Change it in another editor"
+    if len(text.encode()) > MOST_TEXT:
+        return f"the file has more than {MOST_TEXT:,} bytes. Change it in another editor"
     if not os.access(file, os.W_OK):
         return "you do not have permission to write this file"
     return ""
@@ -51,3 +52,14 @@ def require_valid(text: str) -> None:
         text.encode()
     except UnicodeEncodeError as error:
         raise KbotError(f"the text has an invalid character at position {error.start}") from None
+
+
+def require_small(texts: Sequence[str]) -> None:
+    """Raise KbotError if texts cannot be encoded, or are too large for one check."""
+    for text in texts:
+        require_valid(text)
+    size = sum(len(text.encode()) for text in texts)
+    if size > MOST_TEXTS:
+        raise KbotError(
+            f"the unsaved texts have {size:,} bytes: the limit of a check is {MOST_TEXTS:,}. Save some"
+        )

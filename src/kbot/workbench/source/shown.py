@@ -31,7 +31,7 @@ from kbot.workbench.source.description import DescriptionReading
 from kbot.workbench.source.overrides import Overrides
 from kbot.workbench.source.ownership import Ownership
 from kbot.workbench.source.places import findings_for_page, place_of_span
-from kbot.workbench.source.saving import read_only_reason, require_valid, save
+from kbot.workbench.source.saving import read_only_reason, require_small, save
 from kbot.xacro.packages import Packages
 
 if TYPE_CHECKING:
@@ -210,10 +210,12 @@ class ShownDescription:
         self.authoring.take_reading(self._latest, self._findings)
 
     def findings(self, others: Sequence[Diagnostic] = ()) -> Findings:
-        """Return the findings, followed by others that are not about the description. Others have no fix,
-        because pages refer to fixes by their place in the description's list."""
+        """Return the first findings, followed by others that are not about the description.
+
+        Others have no fix, because pages refer to fixes by their place in the description's list.
+        """
         others = tuple(dataclasses.replace(other, fix=None) for other in others)
-        found = findings_for_page((*self._findings, *others), self._ownership)
+        found = findings_for_page(self._findings, self._ownership, others)
         return Findings(self.authoring.serial, self.is_stale, found)
 
     def missing_meshes(self) -> list[str]:
@@ -262,8 +264,7 @@ class ShownDescription:
         self._require_files(message.files)
         if len(message.files) != len(message.texts):
             raise KbotError(f"{len(message.files)} files need as many texts, not {len(message.texts)}")
-        for text in message.texts:
-            require_valid(text)
+        require_small(message.texts)
         with unsaved(dict(zip(message.files, message.texts, strict=True))):
             reading = self._reader.read()
         found = findings_for_page(ranked(reading.findings), Ownership(reading.document))

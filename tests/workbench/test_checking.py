@@ -1,0 +1,139 @@
+"""Checks of unsaved texts: on a thread that does not delay the end, and of texts with a limited size."""
+
+import asyncio
+import json
+import threading
+from collections.abc import Iterator
+from contextvars import ContextVar
+from pathlib import Path
+from typing import Any
+
+import pytest
+from websockets.sync.client import ClientConnection, connect
+
+from kbot.workbench.protocol import CheckTexts, OpenSource, SourceText, TextsChecked
+from kbot.workbench.serve import open_session, serving
+from kbot.workbench.serving.daemon_thread import on_daemon_thread
+from kbot.workbench.session.session import Session
+
+ROBOT = '<robot name="r"><link name="base"/></robot>'
+LARGEST = 500_000
+"""Bytes of the largest text, by docs/reference/limits.md."""
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    (tmp_path / "robot.urdf").write_text(ROBOT)
+    return tmp_path / "robot.urdf"
+
+
+@pytest.fixture
+def session(file: Path) -> Session:
+    return open_session(str(file), simulate=False)
+
+
+@pytest.fixture
+def page(session: Session) -> Iterator[ClientConnection]:
+    with serving(session) as url, connected(url) as connection:
+        yield connection
+
+
+def connected(url: str) -> ClientConnection:
+    return connect(url.replace("http:", "ws:") + "ws", max_size=None)
+
+
+def answer(page: ClientConnection, *kinds: str) -> Any:
+    """Return the next message of one of these types."""
+    while True:
+        data = page.recv(60)
+        if isinstance(data, str) and (message := json.loads(data))["type"] in kinds:
+            return message
+
+
+def checked(page: ClientConnection, files: list[str], texts: list[str]) -> Any:
+    page.send(json.dumps({"type": "check_texts", "number": 1, "files": files, "texts": texts}))
+    return answer(page, "texts_checked", "refused")
+
+
+def commented(text: str, size: int) -> str:
+    """Return the robot with a comment, in `size` bytes of UTF-8."""
+    room = size - len(f"{ROBOT}<!---->".encode())
+    count, rest = divmod(room, len(text.encode()))
+    return f"{ROBOT}<!--{text * count}{'.' * rest}-->"
+
+
+def test_a_running_check_does_not_delay_the_end(session: Session, file: Path) -> None:
+    has_begun, may_end, has_ended = threading.Event(), threading.Event(), threading.Event()
+
+    def check(message: CheckTexts) -> TextsChecked:
+        has_begun.set()
+        may_end.wait(60.0)
+        has_ended.set()
+        return TextsChecked(message.number, (), None)
+
+    session.shown.check = check  # type: ignore[method-assign]
+    try:
+        with serving(session) as url, connected(url) as page:
+            request = {"type": "check_texts", "number": 1, "files": [str(file)], "texts": [ROBOT]}
+            page.send(json.dumps(request))
+            assert has_begun.wait(60.0)
+        assert not has_ended.is_set()
+    finally:
+        may_end.set()
+
+
+async def work_in_context() -> tuple[str, bool]:
+    variable = ContextVar("variable", default="")
+    variable.set("of the caller")
+    caller = threading.get_ident()
+    return await on_daemon_thread(lambda: (variable.get(), threading.get_ident() != caller))
+
+
+def test_work_has_the_context_of_its_caller_and_its_own_thread() -> None:
+    assert asyncio.run(work_in_context()) == ("of the caller", True)
+
+
+def test_the_error_of_work_is_raised_in_the_caller() -> None:
+    with pytest.raises(ZeroDivisionError):
+        asyncio.run(on_daemon_thread(divmod, 1, 0))
+
+
+def test_unsaved_text_is_checked(page: ClientConnection, file: Path) -> None:
+    findings = checked(page, [str(file)], ['<robot name="r"/>'])["findings"]
+    assert "the robot has no link" in [finding["message"] for finding in findings]
+
+
+@pytest.mark.parametrize("text", ["a", '"', "\\", "字", "😀", "é"])
+def test_the_largest_text_is_saved(page: ClientConnection, file: Path, text: str) -> None:
+    largest = commented(text, LARGEST)
+    was = commented(text, LARGEST - 20)
+    file.write_text(was, encoding="utf-8")
+    page.send(json.dumps({"type": "save_source", "file": str(file), "was": was, "text": largest}))
+    assert answer(page, "source_saved", "refused")["type"] == "source_saved"
+    assert file.read_text(encoding="utf-8") == largest
+
+
+def test_a_text_of_control_characters_fits_in_a_message(page: ClientConnection, file: Path) -> None:
+    # the longest JSON: each byte becomes six characters. XML does not allow it, so that it has a finding
+    texts = ["\x01" * LARGEST] * 2
+    assert checked(page, [str(file)] * 2, texts)["type"] == "texts_checked"
+
+
+def test_a_larger_text_is_refused_with_its_size(page: ClientConnection, file: Path) -> None:
+    refused = checked(page, [str(file)], [commented("字", LARGEST + 1)])
+    assert refused["reason"] == "check_texts.texts.0 has 500001 bytes: the limit is 500000"
+
+
+def test_texts_that_are_too_large_together_are_refused(page: ClientConnection, file: Path) -> None:
+    refused = checked(page, [str(file)] * 3, [commented("字", LARGEST)] * 2 + ["a"])
+    assert refused["reason"] == (
+        "the unsaved texts have 1,000,001 bytes: the limit of a check is 1,000,000. Save some"
+    )
+
+
+@pytest.mark.parametrize(("size", "reason"), [(LARGEST, ""), (LARGEST + 1, "more than 500,000 bytes")])
+def test_a_file_that_is_too_large_is_read_only(session: Session, file: Path, size: int, reason: str) -> None:
+    file.write_text(commented("字", size), encoding="utf-8")
+    source = session.handle(OpenSource(str(file)), 1)[0]
+    assert isinstance(source, SourceText)
+    assert (reason in source.read_only) if reason else source.read_only == ""
