@@ -13,6 +13,9 @@ const FULL = 1013;
 /** The WebSocket close code "going away", which the server sends when it ends. */
 const ENDED = 1001;
 
+/** The largest message in bytes that the server accepts. It closes the connection after a larger one. */
+export const LARGEST = 7 * 1024 * 1024;
+
 /** The delay in ms before the next attempt to connect, after an attempt with the delay `wait`. */
 export function nextWait(wait: number): number {
   return Math.min(wait * 1.6, LONGEST_WAIT);
@@ -58,9 +61,18 @@ export class Connection implements Channel {
     for (const message of JSON.parse(greeting || "[]") as FromServer[]) this.receive(message);
   }
 
-  /** Sends a message. While disconnected, messages are dropped because they would be stale later. */
+  /** Sends a message, or refuses one that is too large. While disconnected, messages are dropped because they would be
+   * stale later. */
   send(message: FromPage): void {
-    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+    if (this.socket?.readyState !== WebSocket.OPEN) return;
+    const text = JSON.stringify(message);
+    // a UTF-16 unit has at most three bytes of UTF-8, so that short texts need not be encoded
+    if (text.length > LARGEST / 3 && new TextEncoder().encode(text).length > LARGEST)
+      this.receive({
+        type: "refused",
+        reason: "The text is too large for the page. Change it in another editor.",
+      });
+    else this.socket.send(text);
   }
 
   private connect(): void {

@@ -1,6 +1,6 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 
-import { Connection, FIRST_WAIT, LONGEST_WAIT, nextWait } from "../src/connection";
+import { Connection, FIRST_WAIT, LARGEST, LONGEST_WAIT, nextWait } from "../src/connection";
 import type { FromPage, FromServer, TopicMessage } from "../src/protocol";
 import { Signal } from "../src/signal";
 import { readFrame, Topics } from "../src/topics";
@@ -75,6 +75,17 @@ describe("Connection", () => {
   it("sends the token of the URL to the server", async () => {
     await connected();
     expect(FakeSocket.all[0]!.url).toBe("ws://localhost:8300/ws?token=a%20b");
+  });
+
+  it("refuses a message that the server would not accept, in bytes of UTF-8", async () => {
+    const connection = await connected();
+    const send = (text: string): void => connection.send({ type: "save_source", file: "a", was: "", text });
+    const room = LARGEST - JSON.stringify({ type: "save_source", file: "a", was: "", text: "" }).length;
+    send("字".repeat(Math.floor(room / 3)));
+    expect(FakeSocket.all[0]!.sent).toHaveLength(1);
+    send("字".repeat(Math.floor(room / 3) + 1));
+    expect(FakeSocket.all[0]!.sent).toHaveLength(1);
+    expect(received.at(-1)).toMatchObject({ type: "refused" });
   });
 
   it("is live with the first message", async () => {
