@@ -37,9 +37,9 @@ def test_a_slow_page_receives_the_newest_message_of_each_kind() -> None:
     for tick in range(10_000):
         client.put(state(tick / 50))
     client.put(Refused("no"))
-    client.put(SourceText("a", "1", (), ()))
-    client.put(SourceText("b", "1", (), ()))
-    client.put(SourceText("a", "2", (), ()))
+    client.put(SourceText("a", "1", (), (), ""))
+    client.put(SourceText("b", "1", (), (), ""))
+    client.put(SourceText("a", "2", (), (), ""))
     sent = sent_by(client)
     assert [message["type"] for message in sent] == ["state", "refused", "source", "source"]
     assert sent[0]["time"] == 9_999 / 50

@@ -141,8 +141,8 @@ class PageFiles:
             return export_headers(path, served) if only_headers else exported(self._session, path, served)
         elif path in self._page:
             is_greeted = path == "/" and not self._access.refuses(request.path, served, (), secret=True)
-            if is_greeted and not only_headers:
-                return self._greeting_page(served)
+            if is_greeted:
+                return self._greeting_page(served, only_headers)
             return self._page_file(path, request, served)
         return response(http.HTTPStatus.NOT_FOUND, served, b"404: page not found\n")
 
@@ -156,13 +156,16 @@ class PageFiles:
             answer.body = b""
         return answer
 
-    async def _greeting_page(self, host: str) -> Response:
+    async def _greeting_page(self, host: str, only_headers: bool) -> Response:
         """Return the page with the first messages in it."""
         file, session = self._page["/"], self._session
         async with session.turns.within(GREETING_SECONDS) as is_lent:
             greeting = session.greeting(NOBODY, is_lent=is_lent)
         body = with_greeting(file.body, map(encode, greeting))
-        return response(http.HTTPStatus.OK, host, body, file.kind, "no-cache", file.scripts)
+        answer = response(http.HTTPStatus.OK, host, body, file.kind, "no-cache", file.scripts)
+        if only_headers:
+            answer.body = b""
+        return answer
 
     def _page_file(self, path: str, request: Request, host: str) -> Response:
         file = self._page[path]
