@@ -106,7 +106,7 @@ def test_a_key_held_when_the_connection_is_lost_does_not_drive_afterwards(
         page.evaluate(PLUG_IN)
         hold(page, held)
         until(lambda: reading(page, "x") > 0.02)
-    until(lambda: page.inner_text(".status") == "connection lost")
+    until(lambda: page.inner_text(".status") == "ended")
     session = open_session(str(xacro), simulate=True)
     with serving(session, port=urlsplit(address).port):
         until(lambda: page.inner_text(".status") == "live")

@@ -69,7 +69,7 @@ def test_the_stop_button_ends_a_loop_that_makes_no_step(script: Path, open_page:
     script.write_text("def drive(sim):\n    sim.run(0.1)\n    while True: pass\n")
     with scripted(script) as run:
         page = open_page(run.url, **WIDE)
-        until(lambda: "makes no step" in page.inner_text(BAR))
+        until(lambda: "has made no step" in page.inner_text(BAR))
         page.locator(BAR).get_by_role("button", name="Stop").click()
         until(lambda: "drive.py was stopped." in page.inner_text(BAR))
         assert run.interrupt() == 0

@@ -83,15 +83,15 @@ def test_a_page_reconnects_to_a_restarted_server(xacro: Path, browser: Any) -> N
         page.locator("#links [data-link=left_wheel]").click()
         until(lambda: page.locator("#links [aria-selected=true]").count() == 1)
         camera = page.evaluate("kbot.camera()")
-    until(lambda: page.get_by_text("No connection to the server.").is_visible())
-    assert page.inner_text(".status") == "connection lost"
+    until(lambda: page.get_by_text("KBot has ended.").is_visible())
+    assert page.inner_text(".status") == "ended"
     assert inks(page).isdisjoint(live)  # stale numbers look different
     assert violations(page) == []
     xacro.write_text(xacro.read_text().replace('"base_len" default="0.16"', '"base_len" default="0.2"'))
     with serving(open_session(str(xacro), simulate=True), port=urlsplit(address).port):
         until(lambda: page.inner_text(".status") == "live")
         until(lambda: page.get_by_label("base_len, as a number").input_value() == "0.2")
-        assert page.get_by_text("No connection to the server.").is_hidden()
+        assert page.get_by_text("KBot has ended.").is_hidden()
         assert inks(page) == live
         now = page.evaluate("kbot.camera()")["clipFromWorld"]
         assert np.allclose(now, camera["clipFromWorld"], atol=1e-9)

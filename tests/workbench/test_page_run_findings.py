@@ -33,8 +33,8 @@ def test_wrong_odometry_is_a_finding_that_leads_to_its_line_until_a_reset(
         until(lambda: "Odometry is 14 % off" in page.locator(".notice.info").inner_text())
         assert "D105" in card(page, "W301").inner_text()
         card(page, "W301").locator(".finding").click()
-        until(lambda: page.locator(".line.here").count() == 1)
-        assert "<wheelSeparation>0.15" in page.locator(".line.here").inner_text()
+        until(lambda: page.locator(".cm-line.here").count() == 1)
+        assert "<wheelSeparation>0.15" in page.locator(".cm-line.here").inner_text()
         page.keyboard.press("Escape")
         page.keyboard.press("r")
         until(lambda: card(page, "W301").count() == 0)
@@ -57,5 +57,5 @@ def test_a_failed_node_is_a_finding_that_leads_to_its_launch_file(
     assert page.locator("#findings li[data-code]").first.get_attribute("data-code") == "L090"
     assert "a.launch:2:3" in card(page, "L090").inner_text()
     card(page, "L090").locator(".finding").click()
-    until(lambda: page.locator(".line.here").count() == 1)
-    assert 'name="follower"' in page.locator(".line.here").inner_text()
+    until(lambda: page.locator(".cm-line.here").count() == 1)
+    assert 'name="follower"' in page.locator(".cm-line.here").inner_text()

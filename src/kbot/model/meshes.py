@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -113,6 +114,17 @@ def _kept(_path: str) -> _Kept:
     return _Kept()
 
 
+def _is_binary(path: str) -> bool:
+    """Whether the first 4 KiB of a file are not text in UTF-8."""
+    with Path(path).open("rb") as file:
+        begin = file.read(4096)
+    try:
+        codecs.getincrementaldecoder("utf-8")().decode(begin)  # the last character may be cut
+    except UnicodeDecodeError:
+        return True
+    return b"\0" in begin
+
+
 def _load(path: str) -> MeshData:
     import trimesh
 
@@ -135,6 +147,8 @@ def _load(path: str) -> MeshData:
         why = error if is_clear else f"the file is damaged or not a {extension.upper()} file"
         raise KbotError(f"the mesh {path} cannot be read: {why}") from None
     if not parts:
+        if extension == "stl" and _is_binary(path):  # if a library that guesses encodings is installed
+            raise KbotError(f"the mesh {path} cannot be read: it is not a .{extension} file")
         raise KbotError(f"the mesh {path} has no triangles")
     for part in parts:
         _check(path, part)
