@@ -71,11 +71,10 @@ def test_a_browser_is_opened_once_and_gets_the_page(file: Path, verb: str) -> No
 @pytest.mark.parametrize(
     ("command", "words"),
     [
-        (view, ["broken.urdf"]),
         (view, ["missing.urdf"]),
         (view, ["r.urdf", "-d", "broken.rviz"]),
         (view, ["missing.mcap"]),
-        (sim, ["broken.urdf"]),
+        (sim, ["missing.urdf"]),
         (sim, ["r.urdf", "--world", "boxs"]),
         (sim, ["r.urdf", "-d", "broken.rviz"]),
         (launch, ["broken.launch"]),
@@ -88,7 +87,7 @@ def test_no_browser_opens_after_an_error(
     file: Path, monkeypatch: pytest.MonkeyPatch, command: click.Command, words: list[str]
 ) -> None:
     monkeypatch.chdir(file.parent)
-    Path("broken.urdf").write_text(BROKEN)
+    Path("broken.urdf").write_text(BROKEN)  # only a launch file needs a usable robot
     Path("broken.rviz").write_text("Visualization Manager: [")
     Path("broken.launch").write_text(LAUNCH.format("broken.urdf"))
     spawned = LAUNCH.format(file).replace("</launch>", f"{SPAWN}</launch>")

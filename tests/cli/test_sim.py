@@ -90,7 +90,7 @@ def test_missing_parts_of_ros2_control_are_reported_and_the_rest_is_simulated(ca
     )
     status, _, err = simulate(capsys, str(file), "--headless", "--duration", "0.1")
     assert status == 0
-    assert f"{file}:4:1: warning: there is no hardware plugin 'gz_ros2_control/GazeboSimSystm'" in err
+    assert f"{file}:4:1: warning: on ROS: there is no hardware plugin 'gz_ros2_control/GazeboSimSystm'" in err
     assert "did you mean 'gz_ros2_control/GazeboSimSystem'" in err
     assert "lift: its hardware has no interface 'pos'" in err
     assert "did you mean 'position'?" in err
