@@ -12,7 +12,7 @@ VERBS = {
     "info": ("info", "FILE"),
     "export": ("export", "FILE", "--to", "glb", "-o", "-"),
     "check": ("check", "FILE"),
-    "view": ("view", "FILE", "--no-browser"),
+    "view": ("view", "FILE", "--shot", "robot.png"),  # the page opens on files with errors
     "sim headless": ("sim", "FILE", "--headless", "--duration", "0.1"),
 }
 

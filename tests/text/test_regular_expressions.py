@@ -284,4 +284,4 @@ def test_a_slow_expression_is_detected(pattern: str, method: str) -> None:
 
 
 def test_the_expressions_of_the_page_are_found():
-    assert len(list(expressions_of_the_page())) >= 2
+    assert len(list(expressions_of_the_page())) >= 1

@@ -94,6 +94,6 @@ def test_other_findings_are_listed_and_their_file_can_be_opened(xacro: Path, tmp
     assert notice.text == "/a exited with status 1. See Findings: L090."
     found = sent.findings[-1]
     assert (found.code, found.severity, found.place.line) == ("L090", "error", 2)
-    (shown,) = session.handle(OpenSource(str(launch)), 1)
+    shown, *_ = session.handle(OpenSource(str(launch)), 1)
     assert isinstance(shown, SourceText)
     assert shown.text == launch.read_text()

@@ -15,6 +15,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
 from kbot.workbench.protocol import Bounds, FromPage, Length
+from kbot.workbench.protocol.messages import Bytes
 from kbot.workbench.serve import open_session, serving
 from kbot.workbench.session.session import Session
 
@@ -68,7 +69,7 @@ def meant(hint: Any) -> st.SearchStrategy[Any]:
     if hint is bool:
         return st.booleans()
     if hint is str:
-        assert isinstance(bound, Length)
+        assert isinstance(bound, Length | Bytes)
         return TEXTS
     if typing.get_origin(hint) is tuple:
         return st.lists(TEXTS | st.sampled_from(["state twist.0", "/odom pose.pose.position.x"]), max_size=13)

@@ -28,9 +28,9 @@ _DEVICE = re.compile(r"con|prn|aux|nul|com[0-9]|lpt[0-9]")
 """Names that a file cannot have on Windows."""
 _NEEDED = re.compile(r"<[a-z]+_depend\b[^<>]*>([^<]+)<")
 """The packages that a manifest depends on."""
-_NAMED_ROBOT = re.compile(r"<robot\b[^>]*\sname\s*=")
+_NAMED_ROBOT = re.compile(r"<robot\b[^<>]*\sname\s*=")
 """The root of a robot. A file that is only included has no name."""
-_LINK = re.compile(r"<link\b[^>$]*\bname\s*=\s*[\"']([^\"'$]+)")
+_LINK = re.compile(r"<link\b[^<>$]*\bname\s*=\s*[\"']([^\"'$]+)")
 _PACKAGE = re.compile(r"<name>\s*([\w.-]+)\s*</name>")
 
 
