@@ -18,7 +18,7 @@ ROOT = HERE.parent
 sys.path.insert(0, str(HERE))
 
 from drawn_pictures import draw_pictures  # noqa: E402 - beside this file
-from generated_pages import PAGES  # noqa: E402
+from generated_pages import PAGES  # noqa: E402 - beside this file
 
 SOURCES = (
     "docs",

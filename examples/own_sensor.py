@@ -2,8 +2,8 @@
 
 kbot sim kbot --world empty --script own_sensor.py
 
-A sensor has a specification, which says where it is mounted, and a class that measures. KBot calls `measure`
-at the sensor's rate, and publishes the result on the topic of the sensor's name.
+A sensor consists of a specification, which sets where it is mounted, and a class that measures. KBot calls
+`measure` at the sensor's rate, and publishes the result on the topic of the sensor's name.
 """
 
 from dataclasses import dataclass

@@ -1,7 +1,9 @@
 """Topics that pages subscribe to and publish."""
 
 import json
+import re
 import struct
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,6 +12,8 @@ import pytest
 from kbot.kinematics.transform import Transform
 from kbot.messages import Bus, Header, Quaternion, String, TFMessage, Twist, Vector3
 from kbot.messages import Transform as TransformMessage
+from kbot.messages.log import ERROR
+from kbot.messages.program_topics import DRAWN, PLOTTED, PRINTED
 from kbot.messages.sensing import LaserScan, Range
 from kbot.messages.types import TransformStamped
 from kbot.record.feed import Packet
@@ -271,3 +275,10 @@ def test_what_a_program_plots_is_kept_before_a_page_subscribes() -> None:
     relay.leave(1)
     sim.plot("speed", 2.0)
     assert relay.newest("/plot/speed") is not None
+
+
+def test_the_page_knows_the_topics_of_programs() -> None:
+    text = (Path(__file__).parents[2] / "web" / "src" / "program-topics.ts").read_text()
+    constants = dict(re.findall(r"export const (\w+) = (.+);", text))
+    expected = {"PRINTED": PRINTED, "DRAWN": DRAWN, "PLOTTED": PLOTTED, "ERROR": ERROR}
+    assert {name: json.loads(value) for name, value in constants.items()} == expected

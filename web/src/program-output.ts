@@ -1,9 +1,6 @@
 import type { App } from "./app";
 import type { TopicView } from "./protocol";
-import { PLOTTED } from "./plots/topic-field";
-
-/** The topic of `sim.draw`. */
-const DRAWN = "/draw";
+import { DRAWN, PLOTTED } from "./program-topics";
 
 /** Shows what the user's program plots and draws, when it first does. What the user hides then stays hidden. */
 export function showProgramOutput(app: App): void {

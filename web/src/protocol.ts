@@ -421,7 +421,7 @@ export interface PlotDrawn {
   type: "plot_drawn";
 }
 
-/** The user's program that drives the simulation. `name` is its file. `busy` means that it has made no step for a second. `can_start` means that `RunProgram` starts it again. `error` says why it failed, with file and line. */
+/** The user's program that drives the simulation. `name` is its file. `busy` means that it has made no step for a second. `can_start` means that `RunProgram` starts it again. `error` is the reason why it failed, with file and line. */
 export interface ProgramView {
   name: string;
   phase: "waiting" | "running" | "finished" | "failed" | "stopped";

@@ -13,6 +13,8 @@ from typing import Annotated
 Int32 = Annotated[int, "int32"]
 UInt32 = Annotated[int, "uint32"]
 
+WORLD = "world"
+"""The fixed frame of the simulated world."""
 NO_COVARIANCE: tuple[float, ...] = (0.0,) * 36
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.messages.types import (
+    WORLD,
     Header,
     Quaternion,
     String,
@@ -31,7 +32,6 @@ each change."""
 POSES_TOPIC = "/kbot/poses"
 """Transforms from `world` to the robot's root, to each movable object, and to `robot/link` of all other
 robots."""
-WORLD_FRAME = "world"
 RATE = 50.0
 """Hz of poses."""
 FULL_EVERY = 50
@@ -90,7 +90,7 @@ class WorldRecorder:
         if not len(moved):
             return
         self._published[moved] = now[moved]
-        header = Header(self._simulation.clock.stamp, WORLD_FRAME)
+        header = Header(self._simulation.clock.stamp, WORLD)
         transforms = []
         for index in moved.tolist():
             w, x, y, z = data.xquat[self._bodies[index]].tolist()

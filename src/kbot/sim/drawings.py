@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from kbot.messages.bus import Bus, Publisher
 from kbot.messages.clock import Clock
 from kbot.messages.program_topics import DRAWN
-from kbot.messages.types import Header, Point, Pose, Vector3
+from kbot.messages.types import WORLD, Header, Point, Pose, Vector3
 from kbot.messages.visualization import (
     DELETE_ALL,
     LINE_STRIP,
@@ -25,8 +25,6 @@ from kbot.sim.numbers import FURTHEST, is_finite, positive
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 
-WORLD = "world"
-"""The frame of the positions."""
 ON_FLOOR = 0.01
 """Height in m of positions without z, so that the floor does not hide them."""
 MOST_DRAWINGS = 200
@@ -79,7 +77,7 @@ class Drawings:
         Positions with two numbers are 1 cm above the floor.
 
         Raises:
-            KbotError: an argument is not valid. The message says which one and why.
+            KbotError: an argument is not valid. The message names it and the reason.
         """
         side = positive(f"draw {reprlib.repr(name)}: the size", size, LARGEST)
         self._draw(name, SPHERE_LIST, Vector3(side, side, side), color, _points(name, positions))
@@ -88,7 +86,7 @@ class Drawings:
         """Draw a line of `width` (m) through `positions`, as in `points`.
 
         Raises:
-            KbotError: an argument is not valid. The message says which one and why.
+            KbotError: an argument is not valid. The message names it and the reason.
         """
         wide = positive(f"draw {reprlib.repr(name)}: the width", width, LARGEST)
         self._draw(name, LINE_STRIP, Vector3(wide, 0.0, 0.0), color, _points(name, positions))
@@ -99,7 +97,7 @@ class Drawings:
         """Draw text of height `size` (m) at a position x, y, z or x, y. It always faces the camera.
 
         Raises:
-            KbotError: an argument is not valid. The message says which one and why.
+            KbotError: an argument is not valid. The message names it and the reason.
         """
         place = _points(name, position)
         if len(place) != 1:

@@ -25,7 +25,7 @@ The shipped robot and the book's differ by 0.0001. A declared wheel separation o
 LEAST_OFF = 0.01
 """Smallest difference in m that is reported, or half a wheel radius if that is more.
 
-A run of a few centimetres says nothing about odometry. On the edge of a ramp of 30 degrees the body turns
+A run of a few centimetres is too short to judge odometry. On the edge of a ramp of 30 degrees the body turns
 about its axle by half a radian, which odometry takes for half a wheel radius of driving."""
 STUCK = 0.2
 """Share of the commanded distance below which a robot hardly moves. A robot that is slow to accelerate, or

@@ -129,7 +129,7 @@ class Script:
             raise self._failed(error, simulation) from None
         except SyntaxError as error:  # of an imported module
             raise self._not_python(error, error.filename or self.path) from None
-        except BaseException as error:  # also an exception of the user's that is no Exception
+        except BaseException as error:  # a user's exception may derive from BaseException alone
             name = "" if isinstance(error, KbotError) else f"{type(error).__name__}: "
             path, line, calls = self._place(error.__traceback__)
             text = f"{name}{_text_of(str, error)}".removesuffix(": ")

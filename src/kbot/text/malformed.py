@@ -25,7 +25,7 @@ _TAGS = frozenset({
     "rosparam", "xacro:property", "xacro:macro", "xacro:arg", "xacro:include", "xacro:if",
     "xacro:unless", "xacro:insert_block",
 })  # fmt: skip
-"""Tags of URDF, launch files and xacro."""
+"""Tags of URDF, launch files and xacro. This package cannot import those that define them."""
 _VALUES = re.compile(rb"""<[^<>"']*(?:"[^"]*"[^<>"']*|'[^']*'[^<>"']*)*""")
 """A tag up to the first quote that is not closed."""
 

@@ -18,9 +18,10 @@ from kbot.workbench.address import bound, can_open_browser
 from kbot.workbench.driving.driving import Driving, RunSetup
 from kbot.workbench.driving.interruption import signal_main_thread
 from kbot.workbench.driving.program import Program
+from kbot.workbench.driving.turns import WAITING_SECONDS
 from kbot.workbench.driving.world_actions import SPAWNABLE
 from kbot.workbench.notebook import LoadedReader, reading_of
-from kbot.workbench.serve import served_at
+from kbot.workbench.serve import print_at_once, served_at
 from kbot.workbench.session.driven_session import limits, reason_not_driving
 from kbot.workbench.session.offers import Offers
 from kbot.workbench.session.session import Session
@@ -28,8 +29,6 @@ from kbot.workbench.session.session import Session
 PATIENCE_SECONDS = 10.0
 """Seconds that `serve` waits for the page when it opens a browser, so that the page shows the run from its
 start."""
-LOOK_SECONDS = 0.02
-"""Seconds between two looks whether the page is connected or closed."""
 PAGE = "kbot.live_page"
 """The key of a simulation's page in `Simulation.mounted`."""
 
@@ -72,11 +71,11 @@ class LivePage:
             self.url = address.url
             simulation.mounted[PAGE] = self
             self._open.callback(simulation.mounted.pop, PAGE, None)
-            _print(f"{simulation.robot.name} is at  {self.url}\n")
+            print_at_once(f"{simulation.robot.name} is at  {self.url}\n")
             self._open.enter_context(_published_prints(simulation))
             end = time.monotonic() + PATIENCE_SECONDS
             while session.waits_for_page and time.monotonic() < end:
-                self._turns.lend(LOOK_SECONDS)
+                self._turns.lend(WAITING_SECONDS)
             self._closing = self._open.pop_all()
         self._is_closed = False
 
@@ -90,9 +89,9 @@ class LivePage:
         self._program.finish(self._simulation, "finished")
         try:
             while True:
-                self._turns.lend(LOOK_SECONDS)
+                self._turns.lend(WAITING_SECONDS)
         except KeyboardInterrupt:
-            _print("\n")
+            print_at_once("\n")
         finally:
             self._program.begin(self._simulation)
 
@@ -129,11 +128,6 @@ def _published_prints(simulation: Simulation) -> Iterator[None]:
         printed.end()
         if sys.stdout is printed:
             sys.stdout = before
-
-
-def _print(text: str) -> None:
-    sys.stdout.write(text)
-    sys.stdout.flush()
 
 
 def serve(simulation: Simulation, *, browser: bool, host: str, port: int | None) -> LivePage:

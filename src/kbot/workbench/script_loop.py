@@ -15,12 +15,11 @@ from kbot.text.errors import Stopped
 from kbot.workbench.address import Address
 from kbot.workbench.driving.driving import Driving
 from kbot.workbench.driving.interruption import Interruption
-from kbot.workbench.driving.program import Phase, Program
-from kbot.workbench.serve import served_at
+from kbot.workbench.driving.program import Program
+from kbot.workbench.driving.turns import WAITING_SECONDS
+from kbot.workbench.protocol import ProgramPhase
+from kbot.workbench.serve import print_at_once, served_at
 from kbot.workbench.session.session import Session
-
-LOOK_SECONDS = 0.02
-"""Seconds between two looks whether the script should start again."""
 
 
 def serve_script(session: Session, script: Script, address: Address) -> None:
@@ -47,12 +46,12 @@ class _ScriptLoop:
         with self._interruption, served_at(session, address):
             try:
                 name = session.scene.robot or session.shown.file
-                _print(f"{name} is at  {address.url}\n{self._welcome()}\n")
+                print_at_once(f"{name} is at  {address.url}\n{self._welcome()}\n")
                 while not self._interruption.is_over:
                     self._run()
                     while not (program.wants_start or self._interruption.is_over):
-                        session.turns.lend(LOOK_SECONDS)
-                _print("\n")
+                        session.turns.lend(WAITING_SECONDS)
+                print_at_once("\n")
             finally:
                 session.turns.give_back()  # the server needs it to end
 
@@ -85,9 +84,9 @@ class _ScriptLoop:
         if problem:
             _report(f"error: {problem}")
         if not (program.wants_start or self._interruption.is_over):
-            _print(f"{program.name} {phase} at {simulation.time:.2f} s. Save it to start it again.\n")
+            print_at_once(f"{program.name} {phase} at {simulation.time:.2f} s. Save it to start it again.\n")
 
-    def _outcome(self, simulation: Simulation) -> tuple[Phase, str]:
+    def _outcome(self, simulation: Simulation) -> tuple[ProgramPhase, str]:
         """Run the script. Returns how it ended, and its error."""
         try:
             self._script.run(simulation)
@@ -122,7 +121,7 @@ class _ScriptLoop:
 
         self._session.requests.append(carry_out)
         while not (done.is_set() or self._interruption.is_over):
-            self._session.turns.lend(LOOK_SECONDS)
+            self._session.turns.lend(WAITING_SECONDS)
         if errors:
             raise errors[0]
 
@@ -132,11 +131,6 @@ def _stop_robots(simulation: Simulation) -> None:
         if robot.can_drive:
             with suppress(KbotError):  # the run has diverged
                 robot.cmd_vel(0.0, 0.0)
-
-
-def _print(text: str) -> None:
-    sys.stdout.write(text)
-    sys.stdout.flush()
 
 
 def _report(text: str) -> None:

@@ -69,7 +69,7 @@ def serve_session(session: Session, address: Address) -> None:
     server = Server(session, address.access)
     with suppress(KeyboardInterrupt):
         asyncio.run(_run_until_ended(server, address.listening, _welcome(session, address.url)))
-    _print("\n")
+    print_at_once("\n")
 
 
 @contextmanager
@@ -134,7 +134,8 @@ def _welcome(session: Session, address: str) -> str:
     return f"{session.scene.robot}{where} is at  {address}\n{keys}  Ctrl-C here stops KBot.\n"
 
 
-def _print(text: str) -> None:
+def print_at_once(text: str) -> None:
+    """Write to the terminal, also if the output is a pipe that buffers."""
     sys.stdout.write(text)
     sys.stdout.flush()
 
@@ -148,6 +149,6 @@ async def _run_until_ended(server: Server, listening: socket.socket, welcome: st
             loop.add_signal_handler(number, serving.cancel)
         except (NotImplementedError, RuntimeError, ValueError):
             break  # on Windows and outside the main thread, Ctrl-C raises KeyboardInterrupt instead
-    _print(welcome)
+    print_at_once(welcome)
     with suppress(asyncio.CancelledError):
         await serving

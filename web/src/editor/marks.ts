@@ -151,7 +151,7 @@ class CaretWidget extends WidgetType {
       "div",
       { class: "caret", "data-severity": this.finding.severity },
       `${before}${"^".repeat(Math.max(1, this.length))} `,
-      h("span", { class: "says" }, this.finding.message),
+      h("span", { class: "finding-message" }, this.finding.message),
     );
   }
 }

@@ -2,6 +2,7 @@ import type { App } from "../app";
 import { baseName, h } from "../dom";
 import { icon } from "../icons";
 import type { TopicMessage } from "../protocol";
+import { ERROR, PRINTED } from "../program-topics";
 import { clock, recordedText } from "../time/format";
 import { goalText, onGoal } from "../tools/goal";
 
@@ -9,10 +10,6 @@ import { goalText, onGoal } from "../tools/goal";
 const MOST = 300;
 
 type Level = "error" | "warning" | "info";
-
-/** The topic of what the user's program prints. */
-const PRINTED = "/log";
-const ERROR = 40;
 
 /** The last lines of a run, from number `first` on. Each run has another `run`. */
 interface Printed {

@@ -3,12 +3,12 @@ import { download, h } from "../dom";
 import { letGo } from "../focus";
 import { icon } from "../icons";
 import { DRAGGED } from "../panels/topics";
+import { PLOTTED } from "../program-topics";
 import type { Scene } from "../protocol";
 import { fields, hasStoredFields, labelled, storedFields, storeFields, type Field } from "./fields";
 import { Graph, MOST_CURVES, strokeOf } from "./graph";
 import { Span, SPANS, type SpanName } from "./span";
 import { Table } from "./table";
-import { PLOTTED } from "./topic-field";
 
 /** Milliseconds between two drawings. */
 const EVERY = 80;

@@ -1,12 +1,10 @@
+import { PLOTTED } from "../program-topics";
 import type { State } from "../protocol";
 import type { Topics } from "../topics";
 import { storedFields, type Field } from "./fields";
 
 /** Limit of samples: a minute at the rate at which the server sends messages to a page. */
 const MOST = 2000;
-
-/** The topics of `sim.plot` begin with this. */
-export const PLOTTED = "/plot/";
 
 /** The name of a topic's field in the plots. */
 export function fieldName(topic: string, path: readonly string[]): string {

@@ -10,8 +10,6 @@ if TYPE_CHECKING:
 
 HEADLESS_WORLD = "empty"
 """Scripts and tests measure driving on a floor without obstacles."""
-FREE_REACH = 0.35
-"""Reach in m of a robot for which the way ahead in the `playground` of scale 1 is free."""
 
 
 def page_world(robot: RobotModel | None) -> str:
@@ -21,7 +19,9 @@ def page_world(robot: RobotModel | None) -> str:
     """
     if robot is None:
         return "playground"
-    from kbot.render.bounds import visible_bounds  # imported lazily, so that -h stays fast
+    # imported lazily, so that -h stays fast
+    from kbot.render.bounds import visible_bounds
+    from kbot.world.builtin.registry import FREE_REACH
 
     low, high = visible_bounds(robot)
     reach = max(math.hypot(x, y) for x in (low[0], high[0]) for y in (low[1], high[1]))

@@ -8,12 +8,11 @@ import numpy as np
 from kbot.kinematics.bodies import total_mass
 from kbot.kinematics.spatial import GRAVITY
 from kbot.messages.control import Duration
-from kbot.messages.types import Header, Point, Vector3
+from kbot.messages.types import WORLD, Header, Point, Vector3
 from kbot.messages.visualization import ARROW, ColorRGBA, Marker, MarkerArray
 from kbot.render.bounds import visible_bounds
 from kbot.sim import Simulation
 from kbot.sim.engine.geometry import own_geometries
-from kbot.workbench.scene.foreign_frames import WORLD
 from kbot.workbench.topics.marker_state import CLEAR
 
 TOPIC = "/contacts"

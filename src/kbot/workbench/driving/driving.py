@@ -14,6 +14,7 @@ import numpy as np
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.messages import Bus, Clock
+from kbot.messages.types import WORLD
 from kbot.messages.visualization import PointStamped
 from kbot.model import RobotModel
 from kbot.navigation import Goals, NavigationTopics
@@ -42,7 +43,7 @@ from kbot.workbench.protocol import (
     ResetPart,
     Spawn,
 )
-from kbot.workbench.scene.foreign_frames import WORLD, ForeignFrames, Frames
+from kbot.workbench.scene.foreign_frames import ForeignFrames, Frames
 from kbot.workbench.scene.scene import Control
 from kbot.workbench.timeline.recording import RunRecording
 from kbot.workbench.timeline.series import Field

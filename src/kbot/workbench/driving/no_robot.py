@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from typing import Literal, NoReturn
 
 from kbot.messages import Bus, Clock
+from kbot.messages.types import WORLD
 from kbot.model import RobotModel
 from kbot.text import Diagnostic, KbotError
 from kbot.workbench.driving.mover import Moment, Mover, flat
 from kbot.workbench.protocol import Action
-from kbot.workbench.scene.foreign_frames import WORLD
 from kbot.workbench.scene.scene import Control
 from kbot.workbench.timeline.recording import RunRecording
 from kbot.workbench.timeline.series import Field

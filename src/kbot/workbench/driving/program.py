@@ -5,20 +5,18 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Literal, NoReturn, Protocol
+from typing import TYPE_CHECKING, NoReturn, Protocol
 
 from kbot.text import KbotError
 from kbot.text.errors import Stopped
-from kbot.workbench.driving.turns import Turns
-from kbot.workbench.protocol import ProgramView
+from kbot.workbench.driving.turns import WAITING_SECONDS, Turns
+from kbot.workbench.protocol import ProgramPhase, ProgramView
 
 if TYPE_CHECKING:
     from kbot.sim import Simulation
 
 SLICE_SECONDS = 0.01
 """Simulated seconds that a program steps at once. Pages act on the simulation between two slices."""
-PAUSED_SECONDS = 0.02
-"""Seconds between two looks whether the simulation is still paused."""
 BEHIND_SECONDS = 0.2
 """Seconds of wall-clock time that a program catches up. If it computes for longer, the simulation falls
 behind."""
@@ -30,8 +28,6 @@ SMOOTHING_SECONDS = 0.5
 """Time over which the real-time factor is averaged."""
 BUSY_SECONDS = 1.0
 """Seconds without a step after which pages report that the program computes."""
-
-Phase = Literal["waiting", "running", "finished", "failed", "stopped"]
 
 
 class PagePace(Protocol):
@@ -60,12 +56,14 @@ class Program:
         """Wall-clock time in ns at which the program started last."""
         self.wants_start = False
         """Whether a page or a saved file asks to start the program again."""
-        self.phase: Phase = "waiting"
+        self.phase: ProgramPhase = "waiting"
         self._text = ""
         self._thread = 0
         self.is_lending = False
         """Whether the program waits in a step, and the server may use the simulation."""
-        self._is_ending = self._was_interrupted = False
+        self._is_ending = False
+        self.was_interrupted = False
+        """Whether the program was started again while it ran. Its run stays paused if it was."""
         self._due = self._lent = self._stepped = 0.0
         self._left = self._slice = 0
         self._timestep = 1.0
@@ -102,7 +100,7 @@ class Program:
         self._end()
 
     def start(self) -> None:
-        """Carry out a page's request to start the program again.
+        """Start the program again, as a page requests.
 
         Raises:
             KbotError: a page cannot start it.
@@ -134,10 +132,10 @@ class Program:
         self._text, self.phase = "", "running"
         simulation.stepping.pace = self
 
-    def finish(self, simulation: Simulation, phase: Phase, text: str = "") -> None:
+    def finish(self, simulation: Simulation, phase: ProgramPhase, text: str = "") -> None:
         """Stop pacing. `text` is the error of a failed program."""
         simulation.stepping.pace = None
-        self._was_interrupted = self._is_ending and self.wants_start
+        self.was_interrupted = self._is_ending and self.wants_start
         self._text, self.phase = text, phase
 
     def prepare(self) -> None:
@@ -148,11 +146,6 @@ class Program:
         """Report that the program could not start."""
         self.wants_start = False
         self._text, self.phase = text, "failed"
-
-    @property
-    def was_interrupted(self) -> bool:
-        """Whether the program was started again while it ran. Its run stays paused if it was."""
-        return self._was_interrupted
 
     def wait(self, steps: int) -> int:
         """Wait until the next slice is due. Returns how many of the steps may be made now."""
@@ -172,11 +165,11 @@ class Program:
             self._due = time.monotonic()
         self._due += seconds / self._pace.speed
         while (ahead := self._due - time.monotonic()) > 0.0:
-            self._lend(min(ahead, PAUSED_SECONDS))  # the page may change the speed or pause
+            self._lend(min(ahead, WAITING_SECONDS))  # the page may change the speed or pause
         if time.monotonic() - self._lent > HELD_SECONDS:
             self._lend(0.0)
         while self._pace.paused and self._granted <= 0.0:
-            self._lend(PAUSED_SECONDS)
+            self._lend(WAITING_SECONDS)
             self._due = self._stepped = time.monotonic()
         self._granted = max(0.0, self._granted - seconds)
         now = time.monotonic()

@@ -8,6 +8,8 @@ import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
+WAITING_SECONDS = 0.02
+"""Seconds for which a program that waits lends the simulation, before it looks whether to continue."""
 POLL_SECONDS = 0.002
 """Seconds between two attempts of the server to get the simulation. It gets it between two slices."""
 LEAST_SECONDS = 0.005

@@ -9,6 +9,7 @@ from typing import Any, Literal, NoReturn
 
 from kbot.kinematics.transform import Transform
 from kbot.messages import Bus, Clock, Publisher
+from kbot.messages.types import WORLD
 from kbot.model import RobotModel
 from kbot.record.encodings.serialization import decode_cdr
 from kbot.record.formats import Index
@@ -23,7 +24,7 @@ from kbot.workbench.playback.recorded_run import TF_STATIC, RecordedRun, Recorde
 from kbot.workbench.playback.recorded_series import series_of_run
 from kbot.workbench.playback.recorded_world import RecordedWorld
 from kbot.workbench.protocol import Action, Timeline
-from kbot.workbench.scene.foreign_frames import WORLD, ForeignFrames
+from kbot.workbench.scene.foreign_frames import ForeignFrames
 from kbot.workbench.scene.scene import Control
 from kbot.workbench.timeline.recording import RunRecording
 from kbot.workbench.timeline.series import Field, Making

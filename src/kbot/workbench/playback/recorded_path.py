@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from kbot.kinematics.transform import Transform
 from kbot.messages import Odometry, TFMessage
+from kbot.messages.types import WORLD
 from kbot.model import RobotModel
 from kbot.record.entry import RecordedMessage
 from kbot.record.formats import read_fields
@@ -15,7 +16,7 @@ from kbot.record.recorder import COMMANDS_TOPIC
 from kbot.record.world_recorder import POSES_TOPIC
 from kbot.text.json_text import parse_json
 from kbot.workbench.playback.recorded_run import TF, RecordedRun, RecordedState
-from kbot.workbench.scene.foreign_frames import MAP, WORLD, read_transform
+from kbot.workbench.scene.foreign_frames import MAP, read_transform
 from kbot.workbench.timeline.driven_paths import DrivenPath, TrailPoint
 
 MOST_PLACES = 3000

@@ -28,6 +28,7 @@ class Bytes:
     most: int
 
 
+ProgramPhase = Literal["waiting", "running", "finished", "failed", "stopped"]
 ShapeKind = Literal["box", "cylinder", "sphere", "capsule", "ellipsoid", "mesh"]
 
 Name = Annotated[str, Length(256)]
@@ -986,11 +987,11 @@ class ProgramView:
     """The user's program that drives the simulation. `name` is its file.
 
     `busy` means that it has made no step for a second. `can_start` means that `RunProgram` starts it again.
-    `error` says why it failed, with file and line.
+    `error` is the reason why it failed, with file and line.
     """
 
     name: str
-    phase: Literal["waiting", "running", "finished", "failed", "stopped"]
+    phase: ProgramPhase
     busy: bool
     can_start: bool
     error: str

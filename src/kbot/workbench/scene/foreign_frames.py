@@ -7,9 +7,9 @@ from collections.abc import Mapping
 
 from kbot.kinematics.transform import Transform
 from kbot.messages.bus import Bus, Subscription
-from kbot.messages.types import TFMessage, TransformStamped
+from kbot.messages.types import WORLD, TFMessage, TransformStamped
 
-WORLD, MAP = "world", "map"
+MAP = "map"
 TOPICS = ("/tf", "/tf_static")
 
 Frames = Mapping[str, tuple[str, Transform]]

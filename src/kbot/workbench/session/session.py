@@ -312,7 +312,7 @@ class Session:
                 self.announce(Notice(f"{what[0].upper()}{what[1:]}. See Findings: {finding.code}."))
 
     def _key(self, finding: Diagnostic) -> str:
-        """What tells findings apart. The message of one about the run changes as the run goes on."""
+        """What identifies a finding. The message of one about the run changes during the run."""
         return finding.message if finding in self.extra_findings else finding.code
 
     def state(self) -> State:

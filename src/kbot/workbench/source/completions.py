@@ -14,6 +14,7 @@ from kbot.xacro.binding import Binding
 from kbot.xacro.macros import Macro
 from kbot.xacro.tags import TAGS
 from kbot.xacro.tags.attributes import ATTRIBUTES as XACRO_ATTRIBUTES
+from kbot.xacro.templates import shortened
 
 MOST_NAMES = 2000
 """Names of one kind that are sent. A list of more is of no use in an editor."""
@@ -56,8 +57,10 @@ def _xacro_elements() -> Iterable[ElementNames]:
 
 
 def _macro_calls(expansion: Expansion) -> Iterable[ElementNames]:
-    for name in expansion.macros.names()[:MOST_NAMES] if expansion.macros is not None else ():
-        macro = expansion.macros.find(name) if expansion.macros is not None else None
+    if expansion.macros is None:
+        return
+    for name in expansion.macros.names()[:MOST_NAMES]:
+        macro = expansion.macros.find(name)
         parameters = macro.parameters if isinstance(macro, Macro) else ()
         yield ElementNames(f"xacro:{name}", tuple(p.name for p in parameters if not p.is_block), ())
 
@@ -78,4 +81,4 @@ def _shown(binding: Binding) -> str:
     """Return a value as text, or as it is written if it is a list or a dictionary."""
     value = binding.value
     text = str(value) if isinstance(value, str | int | float | bool) else ""
-    return text if len(text) <= MOST_CHARACTERS else f"{text[: MOST_CHARACTERS - 1]}\u2026"
+    return shortened(text, MOST_CHARACTERS)

@@ -33,6 +33,7 @@ from kbot.workbench.source.ownership import Ownership
 from kbot.workbench.source.places import findings_for_page, place_of_span
 from kbot.workbench.source.saving import read_only_reason, require_small, save
 from kbot.xacro.packages import Packages
+from kbot.xacro.templates import shortened
 
 if TYPE_CHECKING:
     from kbot.xacro.binding import Binding
@@ -95,7 +96,7 @@ def _all_of(bindings: Iterable[Binding], seen: set[int]) -> Iterator[Binding]:
 def _shown(value: object) -> str:
     """Return a value as text, with numbers rounded to six digits."""
     text = " ".join(map(_short, str(value).split()))
-    return text if len(text) <= MOST_CHARACTERS else f"{text[: MOST_CHARACTERS - 1]}\u2026"
+    return shortened(text, MOST_CHARACTERS)
 
 
 def _short(word: str) -> str:

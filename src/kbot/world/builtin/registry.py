@@ -137,10 +137,14 @@ def boxes(count: int = 12, spread: float = 1.6, seed: int = 1) -> World:
     return World("boxes", tuple(bodies))
 
 
+FREE_REACH = 0.35
+"""Reach in m of a robot for which the start and the way ahead in the `playground` of scale 1 are free."""
+
+
 def playground(scale: float = 1.0) -> World:
     """A corner of two walls, boxes and pillars to drive around, and a gate 2.2 m ahead of the start.
 
-    The start, and the way ahead through the gate, are free for a robot that reaches 0.35 m from its base.
+    A robot that reaches up to `FREE_REACH` from its base can drive ahead through the gate.
     `scale` multiplies all lengths, for larger robots.
     """
     if not 0.1 <= scale <= 100.0:
