@@ -72,16 +72,14 @@ class MotionFindings:
     # observations
 
     def _odometry(self) -> Diagnostic | None:
-        seen = self._watch.odometry_error
+        seen, still = self._watch.odometry_error, self._watch.standstill
         if seen is None or self._follows_from_fall(seen.since):
             return None
-        off = _both(
-            seen.position_error * 1e3, "{:.0f} mm", degrees(abs(seen.heading_error)), "{:.1f} degrees"
-        )
-        driven = _both(
-            seen.distance * 1e3, f"{seen.distance:.2f} m", degrees(seen.rotation), "{:.0f} degrees of turns"
-        )
-        driven = driven or "no motion"
+        if still is not None and still.wheels_turn and still.since <= seen.since:
+            return None  # a consequence: odometry counts the turns of wheels that move nothing
+        off = _joined(f"{seen.position_error * 1e3:.0f} mm", _in_degrees(abs(seen.heading_error), ".1f"))
+        way = f"{seen.distance:.2f} m" if seen.distance >= 0.005 else ""
+        driven = _joined(way, _in_degrees(seen.rotation, ".0f", " of turns")) or "no motion"
         what = f"odometry is {_percent(seen.share)} off: {off} after {driven}, first at {seen.since:.1f} s"
         cause = self._cause("W301", seen.explanation, lambda: self._why_off(seen))
         return _finding("W301", what, cause)
@@ -335,10 +333,14 @@ def _finding(code: str, what: str, cause: _Cause) -> Diagnostic:
     return Diagnostic(code, severity, f"{what}: {cause.text}", cause.origin, cause.hint, cause.related)
 
 
-def _both(millimetres: float, length: str, angle: float, turn: str) -> str:
-    """A distance and an angle in degrees as text, without the one that is next to nothing."""
-    texts = [length.format(millimetres)] * (millimetres >= 1.0) + [turn.format(angle)] * (angle >= 0.1)
-    return " and ".join(texts)
+def _in_degrees(radians: float, form: str, what: str = "") -> str:
+    """An angle as text, or nothing if it is below 0.1 degrees."""
+    angle = degrees(radians)
+    return f"{angle:{form}} degrees{what}" if angle >= 0.1 else ""
+
+
+def _joined(*texts: str) -> str:
+    return " and ".join(filter(None, texts))
 
 
 def _percent(share: float) -> str:
