@@ -3,6 +3,7 @@ import {
   defaultKeymap,
   history,
   indentWithTab,
+  isolateHistory,
   redo,
   redoDepth,
   undo,
@@ -179,7 +180,11 @@ class SourceEditor implements Editor {
     this.changedByServer.add(file);
     const { head } = state.selection.main;
     const line = state.doc.lineAt(head);
-    const annotations = [fromFile.of(true), Transaction.addToHistory.of(isUndoable)];
+    const annotations = [
+      fromFile.of(true),
+      Transaction.addToHistory.of(isUndoable),
+      isolateHistory.of("full"), // else it joins what was typed within half a second, and undoing removes both
+    ];
     let transaction = state.update({ changes: change, annotations });
     if (change.from < head && head < change.to) {
       const { doc } = transaction.state;
