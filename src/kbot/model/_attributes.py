@@ -8,6 +8,7 @@ import re
 from functools import lru_cache
 from typing import Protocol
 
+from kbot.model.quantities import quantity_of
 from kbot.text import Diagnostic, Edit, Element, Fix, Origin, Related, Severity
 from kbot.text.numbers import NUMBER
 
@@ -16,17 +17,6 @@ _WORDS = re.compile(r"[^ \t\n\v\f\r]+")
 FARTHEST = 1e9
 """Metres of the greatest length. With far greater ones, the libraries cannot distinguish triangles."""
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
-
-
-_QUANTITIES = {
-    ("origin", "xyz"): "length", ("origin", "rpy"): "angle", ("box", "size"): "length",
-    ("sphere", "radius"): "length", ("cylinder", "radius"): "length", ("cylinder", "length"): "length",
-    ("capsule", "radius"): "length", ("capsule", "length"): "length", ("mass", "value"): "mass",
-}  # fmt: skip
-"""What the numbers of an element's attribute measure."""
-_POSITIONS = {"lower", "upper", "offset", "soft_lower_limit", "soft_upper_limit"}
-"""Attributes in the unit of a joint's position."""
-_OF_JOINTS = {"revolute": "angle", "continuous": "angle", "prismatic": "length"}
 
 
 class MeshFinder(Protocol):
@@ -172,19 +162,14 @@ class AttributeReader:
         hint = f"separate numbers by spaces, not by commas: {spaced}"
         self.error("U012", message, origin, hint, fix=fix)
 
-    def _quantity(self, tag: str, attribute: str) -> str:
-        """What an attribute's numbers measure: a length, mass or angle. Empty if none of them."""
-        if tag in ("limit", "mimic", "safety_controller") and attribute in _POSITIONS:
-            return _OF_JOINTS.get(self.joint_type, "")
-        return _QUANTITIES.get((tag, attribute), "")
-
     def _not_a_number(self, element: Element, attribute: str, text: str) -> None:
         """Report a word of an attribute: at the property that it comes from if that is a text, else here."""
         # only for an error: start-up time
         from kbot.xacro.not_a_number import QUOTED, PropertyFault, explain_word, is_object, source_of_text
         from kbot.xacro.templates import shortened
 
-        quantity, kinds = self._quantity(element.tag, attribute), (str, tuple) if is_object(text) else (str,)
+        quantity = quantity_of(element.tag, attribute, self.joint_type)
+        kinds = (str, tuple) if is_object(text) else (str,)
         binding = source_of_text((element.inputs or {}).get(attribute, ()), kinds)
         if binding is not None and "${" not in text:
             is_copied = text.strip("+- ") == str(binding.value).strip("+- ")

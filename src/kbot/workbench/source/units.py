@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
+from kbot.model.quantities import quantity_of
+from kbot.xacro.not_a_number import ANGLE, LENGTH, MASS
 from kbot.xacro.templates import pieces
 from kbot.xacro.xacro_error import XacroError
 
@@ -15,18 +17,7 @@ if TYPE_CHECKING:
     from kbot.xacro import Expansion
     from kbot.xacro.binding import Binding
 
-UNITS = {
-    ("box", "size"): "m",
-    ("cylinder", "radius"): "m",
-    ("cylinder", "length"): "m",
-    ("capsule", "radius"): "m",
-    ("capsule", "length"): "m",
-    ("sphere", "radius"): "m",
-    ("origin", "xyz"): "m",
-    ("origin", "rpy"): "rad",
-    ("mass", "value"): "kg",
-}
-"""The attributes of URDF that imply a unit."""
+UNITS = {LENGTH: "m", ANGLE: "rad", MASS: "kg"}
 ARG = "arg "
 """The start of a command that looks up an argument."""
 MOST_NAMES = 10_000
@@ -70,7 +61,7 @@ def units_of(expansion: Expansion) -> dict[int, str]:
 def _uses_of(element: Element) -> Iterator[tuple[str, tuple[Binding, ...], str]]:
     """Text, inputs and unit of each attribute that implies a unit."""
     for attribute, inputs in (element.inputs or {}).items():
-        unit = UNITS.get((element.tag, attribute))
+        unit = UNITS.get(quantity_of(element.tag, attribute))
         if unit is not None:
             yield element.attribute_origin(attribute).span.text, inputs, unit
 
