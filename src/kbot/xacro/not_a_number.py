@@ -14,20 +14,23 @@ from kbot.xacro.templates import shortened
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from typing import Literal
 
     from kbot.text.diagnostic import Fix
     from kbot.text.span import Origin, Span
     from kbot.xacro.binding import Binding
 
+    Quantity = Literal["length", "mass", "angle", ""]
+    """What a number measures. Empty if none of these."""
+
 _COMMA = re.compile(r"([+-]?)(\d*+),(\d++)")
 _WITH_UNIT = re.compile(r"([+-]?(?:\d++(?:\.\d*+)?|\.\d++))\s*+([A-Za-z]++)")
-LENGTH, MASS, ANGLE = "length", "mass", "angle"
-_UNITS = {
-    "m": (0, LENGTH), "mm": (-3, LENGTH), "cm": (-2, LENGTH), "kg": (0, MASS), "g": (-3, MASS),
-    "rad": (0, ANGLE),
+_UNITS: dict[str, tuple[int, Quantity]] = {
+    "m": (0, "length"), "mm": (-3, "length"), "cm": (-2, "length"), "kg": (0, "mass"), "g": (-3, "mass"),
+    "rad": (0, "angle"),
 }  # fmt: skip
 """The power of ten from a unit to that of URDF, and what it measures."""
-_OF_URDF = {LENGTH: "metres", MASS: "kilograms", ANGLE: "radians"}
+_OF_URDF = {"length": "metres", "mass": "kilograms", "angle": "radians"}
 _DEGREES = ("deg", "degree", "degrees")
 _LONGEST = 500
 """Characters of an expression that is parsed again for its explanation."""
@@ -120,7 +123,7 @@ class PropertyFault:
 
     __slots__ = ("fix", "hint", "is_explained", "message", "origin")
 
-    def __init__(self, binding: Binding, quantity: str | None = None) -> None:
+    def __init__(self, binding: Binding, quantity: Quantity | None = None) -> None:
         text = str(binding.value)
         written = binding.node.attributes.get(binding.attribute, "") if binding.node is not None else ""
         found = explain(text, written, quantity)
@@ -157,7 +160,7 @@ TOKEN = re.compile(r"(?:\$\{[^{}]*+\}|[^\s$]|\$)++")
 
 
 def explain_word(
-    span: Span, value: str, written: str, word: str, quantity: str
+    span: Span, value: str, written: str, word: str, quantity: Quantity
 ) -> tuple[Explanation, Fix | None]:
     """Explain a word of an attribute's value that is not a number, and fix this word alone.
 
@@ -177,10 +180,10 @@ def explain_word(
     return found, found.fix(within(span, written, *token.span()))
 
 
-def explain(text: str, written: str, quantity: str | None = None) -> Explanation:
+def explain(text: str, written: str, quantity: Quantity | None = None) -> Explanation:
     """Explain a text. `written` is how the source has it, perhaps with expressions.
 
-    `quantity`: what the number measures, LENGTH, MASS or ANGLE. Empty if none of them, None if it is unknown.
+    `quantity`: what the number measures, None if it is unknown.
     """
     if "${" in written:
         if "--" in text and _MINUS.search(written):
@@ -200,10 +203,10 @@ def explain(text: str, written: str, quantity: str | None = None) -> Explanation
     return Explanation("")
 
 
-def _with_unit(number: str, unit: str, quantity: str | None, is_whole: bool) -> Explanation:
+def _with_unit(number: str, unit: str, quantity: Quantity | None, is_whole: bool) -> Explanation:
     """Explain a number with a unit. `is_whole`: the source has it as one text, so that it can be replaced."""
     is_degrees = unit.lower() in _DEGREES
-    measured = ANGLE if is_degrees else _UNITS[unit][1]
+    measured = "angle" if is_degrees else _UNITS[unit][1]
     if quantity is not None and quantity != measured:
         return Explanation(f"write a number without a unit: {unit} is a unit of {measured}")
     right = _of_urdf(number, unit)

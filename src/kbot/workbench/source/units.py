@@ -8,7 +8,6 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from kbot.model.quantities import quantity_of
-from kbot.xacro.not_a_number import ANGLE, LENGTH, MASS
 from kbot.xacro.templates import pieces
 from kbot.xacro.xacro_error import XacroError
 
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
     from kbot.xacro import Expansion
     from kbot.xacro.binding import Binding
 
-UNITS = {LENGTH: "m", ANGLE: "rad", MASS: "kg"}
+UNITS = {"length": "m", "angle": "rad", "mass": "kg"}
 ARG = "arg "
 """The start of a command that looks up an argument."""
 MOST_NAMES = 10_000
