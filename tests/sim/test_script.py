@@ -119,6 +119,19 @@ def test_two_threads_cannot_step_at_once() -> None:
     assert refused == ["another thread is stepping this simulation. Step it on one thread at a time"]
 
 
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("sim.cmdvel(0.2, 0.0)", "object has no attribute 'cmdvel' (did you mean 'cmd_vel'?)"),
+        ("speed = 0.2; sim.cmd_vel(sped, 0.0)", "name 'sped' is not defined (did you mean 'speed'?)"),
+        ("prnt(sim.time)", "name 'prnt' is not defined (did you mean 'print'?)"),
+        ("sim.fly()", "object has no attribute 'fly'"),
+    ],
+)
+def test_a_misspelt_name_gets_a_suggestion(folder: Path, line: str, message: str) -> None:
+    assert str(error_of(f"def drive(sim):\n    {line}\n")).split("\n")[0].endswith(message)
+
+
 def test_an_error_in_a_recursion_lists_only_the_last_calls(folder: Path) -> None:
     assert len(str(error_of("def drive(sim):\n    drive(sim)\n")).split("\n")) == 8
 

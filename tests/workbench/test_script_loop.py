@@ -93,7 +93,7 @@ def test_a_saved_script_or_module_starts_again_on_a_new_simulation(tmp_path: Pat
     with scripted(path) as run, watching(run.url) as page:
         until(lambda: run.printed("first 0") and page.time > 0.2)
         helper.write_text("NAME = 'other'\n")
-        until(lambda: run.printed("other 0"))
+        until(lambda: run.printed("drive.py starts again.") and run.printed("other 0"))
         path.write_text("def drive(sim):\n    print('third', sim.steps)\n")
         until(lambda: run.printed("third 0") and page.phase == "finished")
         path.write_text("def drive(sim):\n    print('fourth', sim.steps)\n    sim.run(0.1)\n")

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 import reprlib
+from numbers import Real
 
 from kbot.messages.bus import Bus, Publisher
 from kbot.messages.control import Float64
 from kbot.messages.program_topics import PLOTTED
-from kbot.sim.numbers import is_finite
 from kbot.text import KbotError
 
 MOST = 100
@@ -28,18 +28,23 @@ class Plots:
     def add(self, name: str, value: float) -> None:
         """Publish a value on `/plot/NAME`.
 
+        A value that is infinite or NaN, such as the distance to nothing, is a gap in the page's curve.
+
         Raises:
             KbotError: the name is not part of a topic name, there are too many names, or the value is not a
-                finite number.
+                number.
         """
         publisher = self._publishers.get(name) if isinstance(name, str) else None
-        if not is_finite(value):
+        if not isinstance(value, Real):
             raise KbotError(
-                f"plot {reprlib.repr(name)}: the value must be a finite number, not {reprlib.repr(value)}"
+                f"plot {reprlib.repr(name)}: the value must be a number, not {reprlib.repr(value)}"
             )
         if publisher is None:
             publisher = self._advertise(name)
-        publisher.publish(Float64(float(value)))
+        try:
+            publisher.publish(Float64(float(value)))
+        except OverflowError:  # an integer of more than 308 digits
+            raise KbotError(f"plot {reprlib.repr(name)}: {reprlib.repr(value)} is too large") from None
 
     def _advertise(self, name: object) -> Publisher[Float64]:
         if not (isinstance(name, str) and len(name) <= LONGEST and _NAME.fullmatch(name)):

@@ -20,6 +20,7 @@ from kbot.sim.simulation import Simulation
 from kbot.text import KbotError
 from kbot.text.errors import Stopped
 from kbot.text.files import read_source
+from kbot.text.suggest import did_you_mean
 
 MOST_FRAMES = 6
 """Calls that an error lists: the innermost ones. In a recursion, the outer calls are all the same."""
@@ -132,7 +133,8 @@ class Script:
         except BaseException as error:  # a user's exception may derive from BaseException alone
             name = "" if isinstance(error, KbotError) else f"{type(error).__name__}: "
             path, line, calls = self._place(error.__traceback__)
-            text = f"{name}{_text_of(str, error)}".removesuffix(": ")
+            hint = self._suggestion(error)
+            text = f"{name}{_text_of(str, error)}".removesuffix(": ") + (f" ({hint})" if hint else "")
             raise ScriptError(path, line, text, calls) from error
         finally:
             sys.modules.pop(module.__name__, None)
@@ -199,6 +201,18 @@ class Script:
                 values[name] = value
         return ScriptFailed(path, line, claim, _text_of(str, error), simulation.time, values, calls[:-1])
 
+    def _suggestion(self, error: BaseException) -> str:
+        """The known name that an unknown one of the script resembles, as Python's own prompt suggests."""
+        frames = self._own_frames(error.__traceback__)
+        if isinstance(error, AttributeError):
+            known = _attributes(error.obj)
+        elif isinstance(error, NameError) and frames:
+            frame, _ = frames[-1]
+            known = [*frame.f_locals, *frame.f_globals, *frame.f_builtins]
+        else:
+            return ""
+        return did_you_mean(error.name or "", (name for name in known if not name.startswith("__")))
+
     def _place(self, trace: TracebackType | None) -> tuple[str, int, tuple[str, ...]]:
         """File and line of an error, and the user's calls that led to it with the code of the last."""
         own = self._own_frames(trace)
@@ -256,6 +270,14 @@ def _value(name: str, frame: FrameType) -> str | None:
     except Exception as error:  # noqa: BLE001 - a property of the user's
         return f"<{type(error).__name__}>"
     return _text_of(repr, value)
+
+
+def _attributes(value: object) -> list[str]:
+    """The attributes of the user's object, whose own code may fail."""
+    try:
+        return dir(value)
+    except Exception:  # noqa: BLE001 - the user's code
+        return []
 
 
 def _text_of(write: Callable[[object], str], value: object) -> str:

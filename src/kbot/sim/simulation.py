@@ -180,7 +180,7 @@ class Simulation:
 
         Raises:
             KbotError: the name has other characters than letters, digits, `_` and `/`, there are too many
-                names, or the value is not a finite number.
+                names, or the value is not a number.
         """
         self._plots.add(name, value)
 

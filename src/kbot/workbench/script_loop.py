@@ -47,9 +47,12 @@ class _ScriptLoop:
             try:
                 name = session.scene.robot or session.shown.file
                 print_at_once(f"{name} is at  {address.url}\n{self._welcome()}\n")
+                self._run()
                 while not self._interruption.is_over:
-                    self._run()
-                    while not (program.wants_start or self._interruption.is_over):
+                    if program.wants_start:
+                        print_at_once(f"{program.name} starts again.\n")
+                        self._run()
+                    else:
                         session.turns.lend(WAITING_SECONDS)
                 print_at_once("\n")
             finally:
