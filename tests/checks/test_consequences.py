@@ -215,3 +215,14 @@ def test_an_angle_of_90_from_a_property_is_taken_for_degrees(robot: str) -> None
     text = turned.replace("<xacro:macro", '<xacro:property name="yaw" value="90"/>\n<xacro:macro', 1)
     (finding,) = [d for d in found_in(text) if d.code == "J108"]
     assert "in degrees instead of radians?" in finding.message
+
+
+def test_a_joint_that_is_defined_twice_is_not_a_second_parent(robot: str) -> None:
+    _, found = spoiled(robot, 'prefix="right"', 'prefix="left"')
+    assert sorted(d.code for d in found if d.is_error) == ["U004", "U005"]
+
+
+def test_a_drive_wheel_on_a_fixed_joint_keeps_its_axis() -> None:
+    macros = SHIPPED.with_name("kbot_macros.xacro")
+    with unsaved({str(macros): macros.read_text("utf-8").replace("continuous", "fixed", 1)}):
+        assert [d.code for d in check_file(str(SHIPPED), config=Config())] == ["D117"]

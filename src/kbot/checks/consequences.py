@@ -47,7 +47,8 @@ def is_cause(diagnostic: Diagnostic) -> bool:
 
 def without_consequences(found: Iterable[Diagnostic], context: Context) -> list[Diagnostic]:
     """The findings without those that may follow from an error among them."""
-    found = _with_misspelt_attributes([d for d in found if not _is_of_unprefixed(d, context)])
+    found = [d for d in found if not _is_of_unprefixed(d, context)]
+    found = _with_misspelt_attributes([d for d in found if not _is_of_joint(d, found)])
     errors = {d.code for d in found if d.is_error}
     left_out = set(UNUSED) if errors else set[str]()
     if errors & _LOSES_PARTS:
@@ -89,6 +90,17 @@ def _writes_attribute(misspelt: Diagnostic, lacking: Diagnostic) -> bool:
     is_in_tag = tag.file == edit.span.file and tag.start <= edit.span.start < tag.end
     attribute = "name" if lacking.code == "U015" else lacking.message.rpartition(" ")[2].strip("'")
     return is_in_tag and edit.replacement == attribute
+
+
+def _is_of_joint(finding: Diagnostic, found: Iterable[Diagnostic]) -> bool:
+    """Whether another finding has the cause: a joint that is defined twice, or whose wheel should turn."""
+    if finding.code == "U010":  # the second joint of that name is the child's second parent
+        twice = (d.message.removesuffix(" is defined twice") for d in found if d.code == "U005")
+        return any(finding.message.endswith(f" by {joint}") for joint in twice)
+    if finding.code == "J113":  # its fix would remove the axis that the wheel needs
+        joint = finding.message.partition(":")[0]
+        return any(d.code == "D117" and d.message.partition(":")[0] == joint for d in found)
+    return False
 
 
 def _is_of_unprefixed(diagnostic: Diagnostic, context: Context) -> bool:
