@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Timer
@@ -226,6 +227,25 @@ def kbot_processes() -> Iterator[KbotProcesses]:
     processes = KbotProcesses()
     yield processes
     processes.close()
+
+
+@pytest.fixture
+def start_kbot() -> Iterator[Callable[..., subprocess.Popen[str]]]:
+    """Start `kbot WORDS` with pipes, to use it while it runs: `start_kbot("view", "a.urdf")`.
+
+    It is killed if it still runs after the test, so that a test that fails does not wait for it.
+    """
+    with ExitStack() as programs:
+
+        def start(*words: str | Path, env: dict[str, str] | None = None) -> subprocess.Popen[str]:
+            command = [sys.executable, "-m", "kbot", *map(str, words)]
+            pipe = subprocess.PIPE
+            program = subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, env=env)
+            programs.enter_context(program)
+            programs.callback(program.kill)
+            return program
+
+        yield start
 
 
 @pytest.fixture

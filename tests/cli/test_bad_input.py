@@ -207,13 +207,14 @@ def test_a_missing_mesh_is_reported_and_the_robot_is_used(files: Path, run_kbot:
 
 @pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise on Windows")
 @pytest.mark.parametrize("verb", ["view", "sim"])
-def test_a_missing_mesh_is_reported_when_the_robot_is_shown(verb: str, files: Path) -> None:
-    command = [sys.executable, "-m", "kbot", verb, str(files / "mesh.urdf"), "--no-browser", "--port", "0"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        assert "http://127.0.0.1:" in process.stdout.readline()
-        process.send_signal(signal.SIGINT)
-        _, err = process.communicate(timeout=60)
+def test_a_missing_mesh_is_reported_when_the_robot_is_shown(
+    verb: str, files: Path, start_kbot: Callable[..., subprocess.Popen[str]]
+) -> None:
+    process = start_kbot(verb, files / "mesh.urdf", "--no-browser", "--port", "0")
+    assert process.stdout is not None
+    assert "http://127.0.0.1:" in process.stdout.readline()
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
     assert "mesh.urdf:3:21: warning: base_link: the visual's mesh missing.stl does not exist" in err
 
 
@@ -320,13 +321,14 @@ def test_ctrl_c_in_a_run_without_a_page_reports_what_was_simulated(
 
 @pytest.mark.skipif(os.name == "nt", reason="signals are sent otherwise on Windows")
 @pytest.mark.parametrize("verb", ["view", "sim"])
-def test_ctrl_c_ends_a_served_page_quietly(verb: str, files: Path) -> None:
-    command = [sys.executable, "-m", "kbot", verb, str(files / "box.urdf"), "--no-browser", "--port", "0"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        line = process.stdout.readline()
-        assert "http://127.0.0.1:" in line
-        process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=60)
+def test_ctrl_c_ends_a_served_page_quietly(
+    verb: str, files: Path, start_kbot: Callable[..., subprocess.Popen[str]]
+) -> None:
+    process = start_kbot(verb, files / "box.urdf", "--no-browser", "--port", "0")
+    assert process.stdout is not None
+    line = process.stdout.readline()
+    assert "http://127.0.0.1:" in line
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
     assert process.returncode == 0
     assert "Traceback" not in out + err

@@ -52,8 +52,12 @@ def running(folder: Path, *words: str) -> Iterator[str]:
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as process:
         assert process.stdout is not None
         lines = iter(process.stdout.readline, "")
-        yield next(found.group() for line in lines if (found := re.search(r"http://\S+", line)))
-        process.send_signal(signal.SIGINT)
+        try:
+            yield next(found.group() for line in lines if (found := re.search(r"http://\S+", line)))
+            process.send_signal(signal.SIGINT)
+            process.wait(60)
+        finally:
+            process.kill()
 
 
 @needs_signals

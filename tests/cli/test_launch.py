@@ -3,6 +3,7 @@
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -241,16 +242,17 @@ def test_programs_run_only_with_allow_commands(launch: Path, capsys: pytest.Capt
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are sent otherwise on Windows")
-def test_the_corrected_chapter_runs_in_the_workbench(shared: Path) -> None:
+def test_the_corrected_chapter_runs_in_the_workbench(
+    shared: Path, start_kbot: Callable[..., subprocess.Popen[str]]
+) -> None:
     file = shared / "chapter/corrected/kbot_description/launch/kbot_base_rviz.launch"
-    command = [sys.executable, "-m", "kbot", "launch", str(file), "--no-browser", "--port", "0"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
-        assert running.stdout is not None
-        lines = []
-        while not lines or "http://127.0.0.1:" not in lines[-1]:
-            lines.append(running.stdout.readline())
-            assert lines[-1], running.communicate()
-        running.send_signal(signal.SIGINT)
-        _, err = running.communicate(timeout=60)
+    running = start_kbot("launch", file, "--no-browser", "--port", "0")
+    assert running.stdout is not None
+    lines = []
+    while not lines or "http://127.0.0.1:" not in lines[-1]:
+        lines.append(running.stdout.readline())
+        assert lines[-1], running.communicate()
+    running.send_signal(signal.SIGINT)
+    _, err = running.communicate(timeout=60)
     assert (running.returncode, err) == (0, "")
     assert any("rviz/rviz" in line and "the workbench" in line for line in lines)

@@ -53,21 +53,20 @@ def test_name_equals_value_is_explained(run_kbot: Callable[..., Any]) -> None:
     ],
 )
 def test_an_empty_or_broken_description_opens_the_page(
-    tmp_path: Path, verb: str, text: str, message: str
+    tmp_path: Path, verb: str, text: str, message: str, start_kbot: Callable[..., subprocess.Popen[str]]
 ) -> None:
     file = tmp_path / "r.urdf"
     file.write_text(text)
-    command = [sys.executable, "-m", "kbot", verb, str(file), "--no-browser", "--port", "0"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
-        assert running.stdout is not None
-        assert running.stderr is not None
-        line = running.stdout.readline()
-        assert "does not describe a robot yet" in line
-        with urllib.request.urlopen(line.split()[-1], timeout=60) as answer:
-            assert message.encode() in answer.read(), "the page shows the error"
-        running.send_signal(signal.SIGINT)
-        assert running.wait(60) == 0
-        assert message in running.stderr.read()
+    running = start_kbot(verb, file, "--no-browser", "--port", "0")
+    assert running.stdout is not None
+    assert running.stderr is not None
+    line = running.stdout.readline()
+    assert "does not describe a robot yet" in line
+    with urllib.request.urlopen(line.split()[-1], timeout=60) as answer:
+        assert message.encode() in answer.read(), "the page shows the error"
+    running.send_signal(signal.SIGINT)
+    assert running.wait(60) == 0
+    assert message in running.stderr.read()
 
 
 def test_a_picture_of_a_broken_description_is_refused(tmp_path: Path, run_kbot: Callable[..., Any]) -> None:
@@ -80,17 +79,18 @@ def test_a_picture_of_a_broken_description_is_refused(tmp_path: Path, run_kbot: 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT for one process")
 @pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
-def test_view_serves_until_it_is_stopped(tmp_path: Path, ending: signal.Signals) -> None:
+def test_view_serves_until_it_is_stopped(
+    tmp_path: Path, ending: signal.Signals, start_kbot: Callable[..., subprocess.Popen[str]]
+) -> None:
     file = tmp_path / "r.urdf"
     file.write_text(ROBOT)
-    command = [sys.executable, "-m", "kbot", "view", str(file), "--no-browser", "--port", "0"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
-        assert running.stdout is not None
-        assert running.stderr is not None
-        address = re.search(r"http://127\.0\.0\.1:\d+/", running.stdout.readline())
-        assert address
-        with urllib.request.urlopen(address[0], timeout=60) as answer:
-            assert b"<script" in answer.read()
-        running.send_signal(ending)
-        assert running.wait(60) == 0
-        assert running.stderr.read() == ""
+    running = start_kbot("view", file, "--no-browser", "--port", "0")
+    assert running.stdout is not None
+    assert running.stderr is not None
+    address = re.search(r"http://127\.0\.0\.1:\d+/", running.stdout.readline())
+    assert address
+    with urllib.request.urlopen(address[0], timeout=60) as answer:
+        assert b"<script" in answer.read()
+    running.send_signal(ending)
+    assert running.wait(60) == 0
+    assert running.stderr.read() == ""

@@ -94,7 +94,7 @@ def test_the_page_of_topics_lists_those_of_a_running_kbot(
             assert "is at" in running.stdout.readline()
             assert run(["topic", "list", "-v"]) == 0
         finally:
-            running.terminate()
+            running.kill()
     published, subscribed = capsys.readouterr().out.split("Subscribed topics:")
     parts = sections("reference/topics.md")
     for heading, printed in (("Published", published), ("Subscribed", subscribed)):
