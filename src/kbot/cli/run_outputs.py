@@ -16,6 +16,7 @@ import click
 from kbot.cli.output import fail, print_note
 from kbot.extensions import parts
 from kbot.record.record_options import RecordOptions
+from kbot.text.signals import ending_signals
 
 if TYPE_CHECKING:
     from kbot.record.run_outputs import Peers, RunOutputs
@@ -126,12 +127,10 @@ def _ended_by_signals(outputs: RunOutputs) -> Iterator[None]:
     def end(number: int, frame: object) -> None:
         outputs.interrupt(KeyboardInterrupt() if number == signal.SIGINT else SystemExit(128 + number))
 
-    names = ("SIGINT", "SIGTERM", "SIGHUP")
-    numbers = [getattr(signal, name) for name in names if hasattr(signal, name)]
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = {number: signal.signal(number, end) for number in numbers}
+    before = {number: signal.signal(number, end) for number in ending_signals()}
     try:
         yield
     finally:

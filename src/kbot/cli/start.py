@@ -10,6 +10,8 @@ import os
 import sys
 from io import TextIOWrapper
 
+from kbot.text.signals import raise_discarded_interruptions
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,7 +23,8 @@ def main() -> None:
     """Run the command line and exit with its status. An internal error prints one line and exits with 2."""
     try:
         _main()
-    except SystemExit:
+    except SystemExit as end:
+        _end_threads(end.code if isinstance(end.code, int) else int(end.code is not None))
         raise
     # Rust extensions raise errors that do not derive from Exception.
     except BaseException as error:  # noqa: BLE001 - the last guard
@@ -34,6 +37,7 @@ def main() -> None:
 
 
 def _main() -> None:
+    raise_discarded_interruptions()
     _reopen_closed_streams()
     _print_utf_8()
     words = sys.argv[1:]
@@ -43,6 +47,18 @@ def _main() -> None:
     from kbot.cli.main import main as full
 
     full(expanded=expanded)
+
+
+def _end_threads(status: int) -> None:
+    """End KBot now if a thread of the user's program still runs. Python would wait for it for ever."""
+    import threading  # imported lazily, for a fast start-up
+    from contextlib import suppress
+
+    if any(not (each.daemon or each is threading.main_thread()) for each in threading.enumerate()):
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError):  # a closed pipe
+                stream.flush()
+        os._exit(status)
 
 
 def _comes_from_ctrl_c(error: BaseException) -> bool:

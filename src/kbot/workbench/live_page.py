@@ -14,9 +14,9 @@ from kbot.model import RobotModel
 from kbot.sim import Simulation
 from kbot.sim.printed_lines import PrintStream
 from kbot.text import KbotError
+from kbot.text.signals import signal_main_thread
 from kbot.workbench.address import bound, can_open_browser
 from kbot.workbench.driving.driving import Driving, RunSetup
-from kbot.workbench.driving.interruption import signal_main_thread
 from kbot.workbench.driving.program import Program
 from kbot.workbench.driving.turns import WAITING_SECONDS
 from kbot.workbench.driving.world_actions import SPAWNABLE
@@ -61,7 +61,7 @@ class LivePage:
         with self._open:
             address = self._open.enter_context(bound(host, port, open_browser=opens_browser))
             self._turns.take()
-            self._open.callback(self._turns.give_back)
+            self._open.callback(self._turns.leave)
             self._program.begin(simulation)
             self._open.callback(self._program.finish, simulation, "finished")
             serving = ExitStack()
@@ -112,7 +112,7 @@ class LivePage:
 
     def _end(self, serving: ExitStack) -> None:
         self._simulation.draw.publish()
-        self._turns.give_back()
+        self._turns.leave()
         serving.close()
         self._turns.take()
 

@@ -9,12 +9,12 @@ from contextlib import suppress
 from pathlib import Path
 
 from kbot.sim import Simulation
+from kbot.sim.interruption import Interruption
 from kbot.sim.script import Script
 from kbot.text import KbotError
 from kbot.text.errors import Stopped
 from kbot.workbench.address import Address
 from kbot.workbench.driving.driving import Driving
-from kbot.workbench.driving.interruption import Interruption
 from kbot.workbench.driving.program import Program
 from kbot.workbench.driving.turns import WAITING_SECONDS
 from kbot.workbench.protocol import ProgramPhase
@@ -22,21 +22,26 @@ from kbot.workbench.serve import print_at_once, served_at
 from kbot.workbench.session.session import Session
 
 
-def serve_script(session: Session, script: Script, address: Address) -> None:
+def serve_script(
+    session: Session, script: Script, address: Address, raise_error: Callable[[BaseException], None]
+) -> None:
     """Serve a simulated session until Ctrl-C, and let a script drive it.
 
-    The script starts again, on a new simulation, when it is saved or a page asks for it.
+    The script starts again, on a new simulation, when it is saved or a page asks for it. `raise_error` raises
+    an error where it does no harm, as `RunOutputs.interrupt`.
     """
-    _ScriptLoop(session, script).serve(address)
+    _ScriptLoop(session, script, raise_error).serve(address)
 
 
 class _ScriptLoop:
-    def __init__(self, session: Session, script: Script) -> None:
+    def __init__(
+        self, session: Session, script: Script, raise_error: Callable[[BaseException], None]
+    ) -> None:
         self._session, self._script = session, script
         self._program = Program(Path(script.path).name, session.turns, session, can_start=True)
         self._program.files = lambda: script.files
         session.program = self._program
-        self._interruption = Interruption(self._program)
+        self._interruption = Interruption(self._program, raise_error)
         self._used: object = None
         """The run that the script has used."""
 
@@ -56,7 +61,7 @@ class _ScriptLoop:
                         session.turns.lend(WAITING_SECONDS)
                 print_at_once("\n")
             finally:
-                session.turns.give_back()  # the server needs it to end
+                session.turns.leave()  # the server needs it to end
 
     def _welcome(self) -> str:
         start = " starts when the page opens" if self._session.waits_for_page else " drives the robot"
@@ -99,6 +104,8 @@ class _ScriptLoop:
             return ("failed", str(end.code)) if end.code else ("finished", "")
         except KbotError as error:
             return "failed", str(error)
+        finally:
+            self._interruption.listen()
         return "finished", ""
 
     def _fresh_run(self) -> Driving | None:

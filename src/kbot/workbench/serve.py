@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import signal
 import socket
 import sys
 import threading
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.model.load import resolve_robot_path
 from kbot.text.files import read_source
+from kbot.text.signals import ending_signals
 from kbot.workbench.address import Address, bound
 from kbot.workbench.driving.sliders import Sliders, SliderSetting
 from kbot.workbench.serving.server import Server
@@ -141,10 +141,10 @@ def print_at_once(text: str) -> None:
 
 
 async def _run_until_ended(server: Server, listening: socket.socket, welcome: str) -> None:
-    """Serve until Ctrl-C or SIGTERM, which cancel the run cleanly if the loop can handle signals."""
+    """Serve until a signal ends KBot, which cancels the run cleanly if the loop can handle signals."""
     loop = asyncio.get_running_loop()
     serving = loop.create_task(server.run(listening))
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in ending_signals():
         try:
             loop.add_signal_handler(number, serving.cancel)
         except (NotImplementedError, RuntimeError, ValueError):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from contextlib import ExitStack
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import click
 
@@ -267,7 +267,7 @@ def _serve(
         from kbot.workbench.script_loop import serve_script
 
         session.paused = session.waits_for_page = page.browser
-        serve_script(session, program, address)
+        serve_script(session, program, address, outputs.interrupt)
 
 
 def _run_headless(
@@ -298,6 +298,7 @@ def _run_headless(
 
         NavigationTopics(simulation, Goals(simulation, in_background=True))
     with ExitStack() as stack:
+        outputs = None
         if has_outputs:
             outputs = stack.enter_context(run_outputs(record, peers))
             outputs.join(simulation, loaded.expansion.text, setup.headless_world)
@@ -309,11 +310,21 @@ def _run_headless(
             in_real_time = is_live and run.script is None
             seconds = run.duration if in_real_time or run.duration is not None else DURATION
             status = run_headless(
-                simulation, seconds, run.script, run.as_json, run.plot, in_real_time=in_real_time
+                simulation,
+                seconds,
+                run.script,
+                run.as_json,
+                run.plot,
+                in_real_time=in_real_time,
+                raise_error=_raise if outputs is None else outputs.interrupt,
             )
         if run.shot is not None:
             _draw_end(simulation, run.shot)
     return status
+
+
+def _raise(error: BaseException) -> NoReturn:
+    raise error
 
 
 def _draw_end(simulation: Simulation, path: str) -> None:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+import signal
 import sys
 import time
+from collections.abc import Callable
 from types import TracebackType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 import click
 
 from kbot.cli.output import print_json, report
 from kbot.cli.progress import PATIENCE
+from kbot.text.errors import Stopped
 from kbot.text.files import write_bytes
 
 if TYPE_CHECKING:
@@ -105,17 +108,62 @@ INTERRUPTED = 130
 """Exit status after Ctrl-C, as in a shell: 128 + SIGINT."""
 
 
+class _Program:
+    """A program without a page. A signal ends it."""
+
+    def __init__(self) -> None:
+        self.is_stopping = False
+        self.interrupt: Callable[[], None] = lambda: None
+
+    def stop(self) -> None:
+        self.is_stopping = True
+        self.interrupt()
+
+
+def _run_script(
+    path: str,
+    simulation: Simulation,
+    stdout: TextIO | None,
+    raise_error: Callable[[BaseException], None],
+) -> bool:
+    """Run a script. Returns whether Ctrl-C ended it.
+
+    Raises:
+        KbotError: the script failed.
+        SystemExit: `kill` or a closed terminal ended it.
+    """
+    from kbot.sim.interruption import Interruption
+    from kbot.sim.script import Script
+
+    program = _Program()
+    with Interruption(program, raise_error, patience=0.0) as interruption:
+        try:
+            Script(path).run(simulation, stdout)
+        except Stopped:
+            pass
+        finally:
+            program.is_stopping = False
+            interruption.stop_tracing()
+    if interruption.ended_by not in (None, signal.SIGINT):
+        raise SystemExit(128 + interruption.ended_by)
+    return interruption.is_over
+
+
 def run_headless(
     simulation: Simulation,
     seconds: float | None,
     script: str | None,
     as_json: bool,
     plot: str | None,
-    in_real_time: bool = False,
+    in_real_time: bool,
+    raise_error: Callable[[BaseException], None],
 ) -> int:
-    """Run, print the report, and return the exit status. `seconds` None: run until Ctrl-C."""
+    """Run, print the report, and return the exit status.
+
+    `seconds` None: run until Ctrl-C. `raise_error` raises an error where it does no harm to a recording.
+    """
     from kbot.sim.report import Odometer, make_report
-    from kbot.sim.script import Script, ScriptFailed
+    from kbot.sim.script import ScriptFailed
 
     odometer = Odometer(simulation, keeps=plot is not None)
     failed: ScriptFailed | None = None
@@ -130,7 +178,7 @@ def run_headless(
                 simulation.run(seconds)
             else:
                 # with --json, stdout is one JSON object
-                Script(script).run(simulation, sys.stderr if as_json else None)
+                interrupted = _run_script(script, simulation, sys.stderr if as_json else None, raise_error)
         except ScriptFailed as failure:
             failed = failure
         except KeyboardInterrupt:  # the report covers the time until then

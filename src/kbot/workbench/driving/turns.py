@@ -8,6 +8,8 @@ import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
+from kbot.text.signals import uninterrupted
+
 WAITING_SECONDS = 0.02
 """Seconds for which a program that waits lends the simulation, before it looks whether to continue."""
 POLL_SECONDS = 0.002
@@ -23,6 +25,8 @@ class Turns:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
+        self._is_programs = False
+        """Whether the program has the simulation. Ctrl-C can keep it from taking it back."""
 
     async def __aenter__(self) -> None:
         """Wait, on the server's loop, until the program lends the simulation."""
@@ -45,20 +49,30 @@ class Turns:
                 self.give_back()
 
     def try_take(self) -> bool:
-        """Take the simulation if nobody uses it."""
+        """Take the simulation, on the server's loop, if nobody uses it."""
         return self._lock.acquire(blocking=False)
+
+    def give_back(self) -> None:
+        """End the server's turn."""
+        self._lock.release()
 
     def take(self) -> None:
         """Wait for the simulation, on the program's thread."""
-        self._lock.acquire()
+        with uninterrupted():
+            self._lock.acquire()
+            self._is_programs = True
 
-    def give_back(self) -> None:
-        self._lock.release()
+    def leave(self) -> None:
+        """Leave the simulation to the server, on the program's thread."""
+        with uninterrupted():
+            if self._is_programs:
+                self._is_programs = False
+                self._lock.release()
 
     def lend(self, seconds: float) -> None:
-        """Give the server the simulation for some time, on the program's thread, which has it."""
-        self._lock.release()
+        """Give the server the simulation for some time, on the program's thread."""
+        self.leave()
         try:
             time.sleep(max(seconds, LEAST_SECONDS))
         finally:
-            self._lock.acquire()
+            self.take()

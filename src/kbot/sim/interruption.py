@@ -2,28 +2,37 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
 import threading
 import time
 from collections.abc import Callable
 from types import FrameType
-from typing import Any
+from typing import Any, Protocol
 
 from kbot.sim.script import Script
 from kbot.text.errors import Stopped
-from kbot.workbench.driving.program import Program
+from kbot.text.signals import ending_signals, signal_main_thread
 
 RETRY_SECONDS = 0.05
 """Seconds between two attempts while KBot's own code runs for the program."""
 CAUGHT_SECONDS = 0.5
 """Seconds after which the program probably catches `Stopped`, in a loop with `except:`."""
 PATIENCE_SECONDS = 2.0
-"""Seconds after which the program is interrupted in KBot's own code too, such as a long search for a path."""
+"""Seconds that KBot's own code gets to end, so that a page's simulation stays whole."""
 
-ENDING = ("SIGINT", "SIGTERM", "SIGHUP")
-"""Signals that end the run: Ctrl-C, `kill`, and a closed terminal. Windows lacks the last one."""
+
+class Interruptible(Protocol):
+    """A program that can be asked to end. It then calls `interrupt`."""
+
+    interrupt: Callable[[], None]
+
+    @property
+    def is_stopping(self) -> bool:
+        """Whether the program was asked to end, and still runs."""
+        ...
+
+    def stop(self) -> None: ...
 
 
 class Interruption:
@@ -33,20 +42,29 @@ class Interruption:
     simulation raise it themselves. A program that catches it is interrupted again.
     """
 
-    def __init__(self, program: Program) -> None:
-        self._program = program
+    def __init__(
+        self,
+        program: Interruptible,
+        raise_error: Callable[[BaseException], None],
+        patience: float = PATIENCE_SECONDS,
+    ) -> None:
+        """`raise_error` raises an error where it does no harm, as `RunOutputs.interrupt`.
+
+        After `patience` seconds the program is interrupted in KBot's own code too, such as a long search for
+        a path.
+        """
+        self._program, self._raise, self._patience = program, raise_error, patience
         self._is_own = False
         """Whether the next signal comes from `interrupt`, and not from the terminal."""
         self._asked = 0.0
         self._traces = False
         self._thread: threading.Thread | None = None
-        self.is_over = False
-        """Whether a signal ended the whole run."""
+        self.ended_by: int | None = None
+        """The signal that ended the whole run."""
         program.interrupt = self.interrupt
 
     def __enter__(self) -> Interruption:
-        numbers = [getattr(signal, name) for name in ENDING if hasattr(signal, name)]
-        self._before = {number: signal.signal(number, self._on_signal) for number in numbers}
+        self._before = {number: signal.signal(number, self._on_signal) for number in ending_signals()}
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -55,6 +73,15 @@ class Interruption:
             self._thread.join()
         for number, handler in self._before.items():
             signal.signal(number, handler)
+
+    @property
+    def is_over(self) -> bool:
+        return self.ended_by is not None
+
+    def listen(self) -> None:
+        """Handle the signals again after a program that may have replaced the handlers."""
+        for number in self._before:
+            signal.signal(number, self._on_signal)
 
     def interrupt(self) -> None:
         """Interrupt the program until it has ended. May be called on any thread."""
@@ -79,7 +106,7 @@ class Interruption:
         if self._is_own and number == signal.SIGINT:
             self._is_own = False
         else:
-            self.is_over = True
+            self.ended_by = number
             self._program.stop()
         if not self._program.is_stopping:
             return
@@ -87,16 +114,8 @@ class Interruption:
         if since > CAUGHT_SECONDS:
             self._traces = True
             _stop_at_next_line(frame)
-        if _is_in_script(frame, is_late=since > PATIENCE_SECONDS):
-            raise Stopped
-
-
-def signal_main_thread() -> None:
-    """Send SIGINT to the main thread, so that it also wakes up from a sleep."""
-    if os.name == "nt":
-        signal.raise_signal(signal.SIGINT)  # Windows wakes up the main thread from any thread
-    else:
-        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+        if _is_in_script(frame, is_late=since >= self._patience):
+            self._raise(Stopped())
 
 
 def _stop_at_next_line(frame: FrameType | None) -> None:

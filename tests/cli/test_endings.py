@@ -1,0 +1,130 @@
+"""Ctrl-C, `kill` and a closed terminal end every run, whatever the user's program does."""
+
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from kbot.record import Recording
+
+Start = Callable[..., subprocess.Popen[str]]
+SOON = 60
+"""Seconds. An ended run takes less than two, on an idle machine."""
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are sent otherwise on Windows")
+
+
+def started(program: subprocess.Popen[str], word: str) -> None:
+    """Wait until a program prints a word."""
+    assert program.stdout is not None
+    line = program.stdout.readline()
+    while word not in line:
+        assert line, program.stderr and program.stderr.read()
+        line = program.stdout.readline()
+
+
+def test_a_discarded_ctrl_c_is_raised_again(tmp_path: Path) -> None:
+    (tmp_path / "p.py").write_text(
+        "import time\n"
+        "from kbot.text.signals import raise_discarded_interruptions\n"
+        "raise_discarded_interruptions()\n"
+        "class Discards:\n"
+        "    def __del__(self): raise KeyboardInterrupt\n"
+        "Discards()\n"
+        "time.sleep(600)\n"
+    )
+    ended = subprocess.run(
+        [sys.executable, tmp_path / "p.py"], stderr=subprocess.PIPE, text=True, timeout=SOON, check=False
+    )
+    assert ended.returncode == -signal.SIGINT
+    assert "Exception ignored" not in ended.stderr
+
+
+CATCHES_ALL = [
+    "try: sim.run(0.05)\n        except BaseException: pass",
+    "try: time.sleep(100)\n        except: continue",
+    "try: pass\n        finally: continue",
+]
+
+
+@pytest.mark.parametrize("body", CATCHES_ALL)
+def test_ctrl_c_ends_a_script_that_catches_everything(tmp_path: Path, body: str, start_kbot: Start) -> None:
+    script = tmp_path / "drive.py"
+    script.write_text(
+        "import time\ndef drive(sim):\n    print('begun', flush=True)\n    while True:\n        " + body
+    )
+    program = start_kbot("sim", "kbot", "--headless", "--script", script)
+    started(program, "begun")
+    program.send_signal(signal.SIGINT)
+    _, err = program.communicate(timeout=SOON)
+    assert program.returncode == 130
+    assert "interrupted at" in err
+    assert "Traceback" not in err
+
+
+@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_recording_is_complete_after_a_script_that_catches_everything(
+    tmp_path: Path, ending: signal.Signals, start_kbot: Start
+) -> None:
+    script, record = tmp_path / "drive.py", tmp_path / "run.mcap"
+    script.write_text(
+        "def drive(sim):\n    sim.run(0.1)\n    print('begun', flush=True)\n    while True:\n        "
+        + CATCHES_ALL[0]
+    )
+    program = start_kbot("sim", "kbot", "--headless", "--script", script, "--record", record)
+    started(program, "begun")
+    program.send_signal(ending)
+    program.communicate(timeout=SOON)
+    assert program.returncode == 128 + ending
+    assert Recording(str(record)).summary().broken == ""
+
+
+@pytest.mark.parametrize("words", [["--headless"], ["--no-browser", "--port", "0"]])
+def test_threads_that_a_script_left_do_not_delay_the_end(
+    tmp_path: Path, words: list[str], start_kbot: Start
+) -> None:
+    script = tmp_path / "drive.py"
+    script.write_text(
+        "import threading, time\ndef drive(sim):\n"
+        "    threading.Thread(target=time.sleep, args=(600,)).start()\n    print('begun', flush=True)\n"
+        "    while True: sim.run(0.1)\n"
+    )
+    program = start_kbot("sim", "kbot", "--script", script, *words)
+    started(program, "begun")
+    program.send_signal(signal.SIGINT)
+    program.communicate(timeout=SOON)
+    assert program.returncode == (130 if "--headless" in words else 0)
+
+
+def test_a_script_cannot_keep_ctrl_c_from_ending_the_run_after_it(tmp_path: Path, start_kbot: Start) -> None:
+    script = tmp_path / "drive.py"
+    script.write_text("import signal\ndef drive(sim):\n    signal.signal(signal.SIGINT, signal.SIG_IGN)\n")
+    program = start_kbot("sim", "kbot", "--script", script, "--no-browser", "--port", "0")
+    started(program, "finished")
+    program.send_signal(signal.SIGINT)
+    program.communicate(timeout=SOON)
+    assert program.returncode == 0
+
+
+@pytest.mark.parametrize("verb", ["view", "sim"])
+def test_a_closed_terminal_ends_a_page_quietly(verb: str, start_kbot: Start) -> None:
+    program = start_kbot(verb, "kbot", "--no-browser", "--port", "0")
+    started(program, "http://")
+    program.send_signal(signal.SIGHUP)
+    _, err = program.communicate(timeout=SOON)
+    assert (program.returncode, err) == (0, "")
+
+
+def test_nohup_keeps_a_run_from_ending_with_its_terminal() -> None:
+    command = ["nohup", sys.executable, "-m", "kbot", "view", "kbot", "--no-browser", "--port", "0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as program:
+        try:
+            started(program, "http://")
+            program.send_signal(signal.SIGHUP)
+            with pytest.raises(subprocess.TimeoutExpired):
+                program.wait(1.0)
+        finally:
+            program.kill()
