@@ -1,6 +1,7 @@
 """Recordings with wrong sizes or huge decompressed data give one error, in bounded time and memory."""
 
 import random
+import re
 import struct
 from collections.abc import Callable
 from pathlib import Path
@@ -128,10 +129,13 @@ def test_definition_with_six_gigabytes_of_code_is_refused(
     tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
     file = mcap_of(tmp_path / "huge.mcap", {"a/msg/T": "string[100000000] a"})
-    for words in (("bag", "info", file), ("bag", "export", file, "--topic", "/topic0")):
-        result = measured_kbot(*words)
-        assert result.is_refusal(), result
-        assert f"{file}: the definition of a/msg/T cannot be used" in result.err
+    listed = measured_kbot("bag", "info", file)
+    assert listed.is_bounded(), listed
+    assert listed.status == 1
+    assert "/topic0 cannot be read: the definition of a/msg/T cannot be used" in listed.out
+    result = measured_kbot("bag", "export", file, "--topic", "/topic0")
+    assert result.is_refusal(), result
+    assert f"{file}: the definition of a/msg/T cannot be used" in result.err
 
 
 def test_longest_accepted_definition_is_read_quickly(
@@ -157,7 +161,7 @@ def test_longest_accepted_definition_is_read_quickly(
         ("a/msg/T", "int32 __init__", "is neither a field nor a constant"),
     ],
 )
-def test_invalid_definition_is_one_error(
+def test_messages_of_an_invalid_definition_are_left_out(
     name: str, definition: str, words: str, kind: str, tmp_path: Path
 ) -> None:
     if kind == "mcap":
@@ -168,12 +172,17 @@ def test_invalid_definition_is_one_error(
         path = ros1_bag(tmp_path / "a.bag", connection, ("none", message, len(message), {0: 1}))
     else:
         path = ros2_folder(tmp_path / "a", name=name, definition=definition)
-    for use in (
-        lambda: Recording(str(path)).summary(),
-        lambda: open_index(str(path)),
-        lambda: copy_recording(str(path), str(tmp_path / "copy.mcap")),
-    ):
-        refused(f"{path}: the definition of {name} cannot be used: .*{words}", use)
+    reason = f"the definition of {name} cannot be used: .*{words}"
+    recording = Recording(str(path))
+    (entry,) = recording.entries()
+    refused(f"{path}: {reason}", entry.message)
+    (unusable,) = recording.summary().unusable.values()
+    copied = copy_recording(str(path), str(tmp_path / "copy.mcap"))
+    (left_out,) = copied.left_out.values()
+    assert re.match(reason, unusable)
+    assert re.match(reason, left_out)
+    assert copied.messages == 0
+    assert open_index(str(path)).counts[entry.topic] == 1
 
 
 def test_python_code_in_a_definition_is_not_run(tmp_path: Path) -> None:
@@ -190,12 +199,10 @@ def test_python_code_in_a_definition_is_not_run(tmp_path: Path) -> None:
 def test_incomplete_type_is_refused_only_when_it_is_needed(tmp_path: Path) -> None:
     path = str(mcap_of(tmp_path / "a.mcap", {"a/msg/T": "b/U u"}))
     assert Recording(path).summary().topics["/topic0"].count == 1
-    for use in (
-        lambda: copy_recording(path, str(tmp_path / "b.mcap")),
-        lambda: copy_recording(path, str(tmp_path / "b.bag")),
-        lambda: MessageTable.of(path, "/topic0"),
-    ):
-        refused("the type b/msg/U is not defined", use)
+    refused("the type b/msg/U is not defined", lambda: MessageTable.of(path, "/topic0"))
+    for target in ("b.mcap", "b.bag"):
+        copied = copy_recording(path, str(tmp_path / target))
+        assert copied.left_out == {"/topic0": "the type b/msg/U is not defined"}
 
 
 @pytest.mark.parametrize("target", ["copy.mcap", "copy.bag"])

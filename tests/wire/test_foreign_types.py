@@ -26,7 +26,7 @@ def test_every_type_of_rosbags_is_read_from_its_definition(kind: Stores) -> None
             assert fields == [field for field in of_ros if field[0] != EMPTY]
         check.add(found)
     for name in store.fielddefs:
-        check.accept(name)
+        check.accept(name, is_ros1=True)
 
 
 def test_definition_is_read_as_rosbags_reads_it() -> None:
@@ -170,8 +170,11 @@ def test_invalid_type_name_is_refused(name: str) -> None:
         ({"p/msg/C": "C1[1000] a", "p/msg/C1": "C2[1000] a", "p/msg/C2": "float64[1000] a"}, "is too large"),
         ({f"p/msg/D{n}": f"D{n + 1} a\nD{n + 1} b" for n in range(40)}, "is too large|more than 32 levels"),
         ({f"p/msg/E{n}": f"E{n + 1} a" for n in range(40)} | {"p/msg/E40": "int8 a"}, "more than 32 levels"),
-        ({"p/msg/F": "std_msgs/Empty[] a"}, "a list of std_msgs/msg/Empty, which has no fields"),
-        ({"p/msg/F": "G[] a", "p/msg/G": "H a", "p/msg/H": "int8 X=1"}, "a list of p/msg/G"),
+        ({"p/msg/F": "std_msgs/Empty[] a"}, "p/msg/F has a list of messages without fields"),
+        (
+            {"p/msg/F": "G[] a", "p/msg/G": "H a", "p/msg/H": "int8 X=1"},
+            "p/msg/F has a list of messages without",
+        ),
         ({"p/msg/I": "Unknown a"}, "the type p/msg/Unknown is not defined"),
     ],
 )
@@ -181,7 +184,7 @@ def test_type_that_is_too_large_is_refused(definitions: dict[str, str], words: s
     def use_first() -> None:
         for name, text in definitions.items():
             check.add(read_definition(text, name))
-        check.accept(next(iter(definitions)))
+        check.accept(next(iter(definitions)), is_ros1=True)
 
     with pytest.raises(KbotError, match=words):
         use_first()

@@ -7,7 +7,7 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from kbot.record.encodings.foreign_types import ShapeCheck, code_cost, read_definition
+from kbot.record.encodings.foreign_types import EVENT, ShapeCheck, code_cost, read_definition
 from kbot.record.encodings.serialization import (
     ONLY_ON_THE_WIRE,
     decode_cdr,
@@ -32,6 +32,10 @@ MOST_CODE = 15_000
 7,000."""
 
 
+class UnusableType(KbotError):
+    """The definition of a type cannot be used, so messages of this type cannot be read or converted."""
+
+
 class Types:
     """The message types of a recording: those of ROS, and those that the recording defines."""
 
@@ -43,14 +47,17 @@ class Types:
         self._ros1: SafeStore = ros1_types()
         self._not_in_ros1: Typesdict = {}
         self._code_left = MOST_CODE
-        self._accepted: set[str] = set()
+        self.unusable: dict[str, str] = {}
+        """Why the definition of a type cannot be used, by the name of the type."""
+        self.services: dict[str, str] = {}
+        """The definitions of services, by the name of the type of their events."""
+        self._accepted: set[tuple[str, bool]] = set()
         self._shapes: ShapeCheck | None = None
 
     def learn(self, name: str, definition: str) -> None:
         """Add a type by its ROS definition. A known type is not changed.
 
-        Raises:
-            KbotError: the definition does not follow the ROS grammar, or is too large.
+        If the definition does not follow the ROS grammar or is too large, the type is `unusable`.
         """
         from kbot.record.encodings.safe_store import safe_copy  # imported lazily: rosbags is slow to import
 
@@ -68,8 +75,10 @@ class Types:
             self._shapes.add(new)
             self.ros2.register(new)
             self._not_in_ros1 |= found
+            if event := next((key for key in found if key.endswith(EVENT)), ""):
+                self.services[event] = definition
         except KbotError as error:
-            raise KbotError(f"{self.path}: the definition of {name[:255]} cannot be used: {error}") from None
+            self.unusable[name] = f"the definition of {name[:255]} cannot be used: {error}"
 
     @property
     def ros1(self) -> SafeStore:
@@ -96,18 +105,24 @@ class Types:
             self._allowance.charge(parts=self.ros2.converted_parts - before)
         return found
 
-    def require(self, name: str) -> None:
-        """Check that a type is fully defined and not too large. Raises KbotError if not."""
-        if name in self._accepted:
+    def require(self, name: str, *, is_ros1: bool = False) -> None:
+        """Check that a type is fully defined, and that its messages can be read in bounded time.
+
+        Raises:
+            UnusableType: it is not, or they cannot.
+        """
+        if (name, is_ros1) in self._accepted:
             return
         try:
+            if name in self.unusable:
+                raise KbotError(self.unusable[name])
             if self._shapes is not None:
-                self._shapes.accept(name)
+                self._shapes.accept(name, is_ros1=is_ros1)
             elif name not in self.ros2.fielddefs:
                 raise KbotError(f"the type {name} is not defined")
         except KbotError as error:
-            raise KbotError(f"{self.path}: {error}") from None
-        self._accepted.add(name)
+            raise UnusableType(f"{self.path}: {error}") from None
+        self._accepted.add((name, is_ros1))
 
 
 @cache
@@ -168,6 +183,11 @@ class RecordedMessage:
         topic = self.topic if self.topic.isprintable() else repr(self.topic)
         return f"{self._types.path}: {topic} at {self.nanoseconds * 1e-9:.3f} s"
 
+    @property
+    def unusable(self) -> str:
+        """Why the recording's definition of the type cannot be used, empty if it can."""
+        return self._types.unusable.get(self.type_name, "")
+
     def with_data(self, data: bytes) -> RecordedMessage:
         """A copy of the message with other bytes."""
         return RecordedMessage(
@@ -196,19 +216,30 @@ class RecordedMessage:
 
     @property
     def ros1_definition(self) -> tuple[str, str]:
-        """Text and MD5. Raises KbotError: the recording does not fully define the type."""
+        """Text and MD5.
+
+        Raises:
+            UnusableType: the recording does not fully define the type, or ROS 1 cannot have it.
+        """
+        if self.type_name in self._types.services:
+            raise UnusableType(f"{self._types.path}: ROS 1 has no events of services")
         text, md5 = self._defined(lambda: self._types.ros1.generate_msgdef(self.type_name))
         return text, md5
 
     @property
     def ros2_definition(self) -> tuple[str, str]:
-        """Text and RIHS01 hash. Raises KbotError: the recording does not fully define the type."""
+        """Text and RIHS01 hash. Raises UnusableType: the recording does not fully define the type."""
         store, name = self._types.ros2, self.type_name
-        return self._defined(lambda: (store.generate_msgdef(name, ros_version=2)[0], store.hash_rihs01(name)))
+        service = self._types.services.get(name)  # rosbags cannot write the definitions of services
+        return self._defined(
+            lambda: (service or store.generate_msgdef(name, ros_version=2)[0], store.hash_rihs01(name))
+        )
 
     def message(self) -> Any:  # noqa: ANN401 - whatever its type has
         """The message with the fields of its type. Raises KbotError: the bytes are not such a message."""
-        return self._tried(lambda: self._types.ros2.deserialize_cdr(self.cdr, self.type_name))
+        return self._tried(
+            lambda: self._types.ros2.deserialize_cdr(self.cdr, self.type_name), is_ros1=self._is_ros1
+        )
 
     def _defined(self, define: Callable[[], tuple[str, str]]) -> tuple[str, str]:
         from rosbags.typesys import TypesysError
@@ -219,16 +250,18 @@ class RecordedMessage:
                 return define()
         except (TypesysError, LookupError, AssertionError) as error:
             # rosbags cannot write definitions that contain parts of actions and services
-            raise KbotError(f"{self.place}: no definition of {self.type_name}: {error!r}") from None
+            raise UnusableType(f"{self.place}: no definition of {self.type_name}: {error!r}") from None
 
     def _converted(self, convert: Callable[[bytes, str], memoryview]) -> bytes:
-        found: bytes = self._tried(lambda: self._types.converted(convert, self.data, self.type_name))
+        found: bytes = self._tried(
+            lambda: self._types.converted(convert, self.data, self.type_name), is_ros1=True
+        )
         return found
 
-    def _tried(self, read: Callable[[], Any]) -> Any:  # noqa: ANN401 - of the type that is recorded
+    def _tried(self, read: Callable[[], Any], *, is_ros1: bool) -> Any:  # noqa: ANN401 - of the recorded type
         from rosbags.serde import SerdeError
 
-        self._types.require(self.type_name)
+        self._types.require(self.type_name, is_ros1=is_ros1)
         try:
             with reading(self._types.path):
                 return read()

@@ -18,8 +18,11 @@ from kbot.text.suggest import did_you_mean
 
 @dataclass
 class TopicSummary:
+    """`unusable` is the reason why the messages cannot be read, empty if they can."""
+
     type_name: str
     count: int = 0
+    unusable: str = ""
 
 
 @dataclass
@@ -37,6 +40,11 @@ class Summary:
     @property
     def count(self) -> int:
         return sum(topic.count for topic in self.topics.values())
+
+    @property
+    def unusable(self) -> dict[str, str]:
+        """Why the messages of some topics cannot be read, by topic."""
+        return {name: topic.unusable for name, topic in self.topics.items() if topic.unusable}
 
     @property
     def seconds(self) -> float:
@@ -72,6 +80,7 @@ class Recording:
                     continue
                 topic = found.topics.setdefault(entry.topic, TopicSummary(entry.type_name))
                 topic.count += 1
+                topic.unusable = entry.unusable
                 at = entry.nanoseconds
                 found.start = at if found.start is None else min(found.start, at)
                 found.end = at if found.end is None else max(found.end, at)
@@ -107,7 +116,7 @@ class Recordings:
         every = [recording.summary() for recording in self._all]
         topics: dict[str, TopicSummary] = {}
         for name, found in ((name, topic) for summary in every for name, topic in summary.topics.items()):
-            known = topics.setdefault(name, TopicSummary(found.type_name))
+            known = topics.setdefault(name, TopicSummary(found.type_name, unusable=found.unusable))
             if known.type_name != found.type_name:
                 raise KbotError(f"{self.path}: {name} has two types, {known.type_name} and {found.type_name}")
             known.count += found.count

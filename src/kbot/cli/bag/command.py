@@ -110,6 +110,9 @@ _WALL_CLOCK = 1e9
 """Seconds (September 2001). Later times are taken for wall-clock times, earlier ones for simulated times."""
 _MAKERS = {"kbot": "KBot", "mujoco": "MuJoCo", "python": "Python", "machine": "on"}
 
+MOST_SHOWN = 200
+"""Characters of a foreign fact that are shown. rosbag2 stores all its metadata in one."""
+
 Rows = list[tuple[str, str]]
 
 
@@ -128,6 +131,7 @@ def bag_text(path: str, found: Summary) -> str:
         f"  {name:<{wide}}  {topic.count:>8}  {topic.type_name}"
         for name, topic in sorted(found.topics.items())
     ]
+    lines += [f"The messages of {name} cannot be read: {why}" for name, why in found.unusable.items()]
     if found.broken:
         until = f" up to {found.end * 1e-9:.3f} s" if found.end is not None else ""
         lines.append(
@@ -161,7 +165,12 @@ def _facts(name: str, values: Mapping[str, str]) -> Rows:
     if name == "kbot.end":
         steps, time, state = (values.get(key, "?") for key in ("steps", "time", "state_sha256"))
         return [("end", f"after {steps} steps, at {_number(time)} s, in the state {state[:12]}")]
-    return [(f"{name}.{key}" if name else key, " ".join(value.split())) for key, value in values.items()]
+    return [(f"{name}.{key}" if name else key, _one_line(value)) for key, value in values.items()]
+
+
+def _one_line(value: str) -> str:
+    text = " ".join(value.split())
+    return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]}…"
 
 
 def _run(values: Mapping[str, str], *, is_part: bool) -> Iterator[tuple[str, str]]:
@@ -244,7 +253,7 @@ def _topics(function: click.decorators.FC) -> click.decorators.FC:
 def info(recording: str, as_json: bool) -> int:
     """Print what a recording contains and whether it is complete.
 
-    Exit status: 0 complete; 1 incomplete or damaged.
+    Exit status: 0 complete; 1 incomplete, damaged, or with messages that cannot be read.
     """
     from kbot.record import Recording  # imported lazily, so that -h stays fast
 
@@ -260,12 +269,13 @@ def info(recording: str, as_json: bool) -> int:
                     name: {"type": t.type_name, "messages": t.count} for name, t in found.topics.items()
                 },
                 "notes": found.notes,
+                "unusable": found.unusable,
                 "broken": found.broken,
             }
         )
-        return int(bool(found.broken))
-    click.echo(bag_text(recording, found))
-    return int(bool(found.broken))
+    else:
+        click.echo(bag_text(recording, found))
+    return int(bool(found.broken or found.unusable))
 
 
 @command.command("cut", epilog=examples("kbot bag cut run.mcap part.mcap --start 2 --end 5"))
@@ -304,6 +314,8 @@ def _copy(
     from kbot.record.copy import copy_recording
 
     copied = copy_recording(recording, target, start=start, end=end, topics=topics)
+    for topic, reason in copied.left_out.items():
+        click.echo(f"{topic} is left out: {reason}", err=True)
     if copied.broken:
         click.echo(f"{recording} is incomplete: {copied.broken}", err=True)
     click.echo(f"{target}: {copied.messages} messages")

@@ -34,6 +34,7 @@ class Ros1Writer:
 
     def write(self, packet: Recordable) -> None:
         key = (packet.topic, packet.type_name)
+        data = packet.ros1  # before the connection: a type that ROS 1 cannot read gets none
         connection = self._connections.get(key)
         if connection is None:
             definition, md5 = packet.ros1_definition
@@ -46,7 +47,7 @@ class Ros1Writer:
                 latching=int(packet.topic in LATCHED),
             )
         self._time = max(FIRST_TIME, packet.nanoseconds)
-        self._writer.write(connection, self._time, packet.ros1)
+        self._writer.write(connection, self._time, data)
 
     def annotate(self, name: str, values: dict[str, str]) -> None:
         self.write(Packet(NOTES_TOPIC, String(json.dumps({"name": name, **values})), self._time))

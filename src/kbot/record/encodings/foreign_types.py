@@ -44,6 +44,9 @@ _ALIASES = {
 EMPTY = "structure_needs_at_least_one_member"
 """The dummy field that ROS 2, but not ROS 1, adds to a message without fields."""
 
+EVENT = "_Event"
+"""The end of the type of what ROS 2 publishes about a service: `std_srvs/srv/Empty_Event`."""
+
 _NAME = r"[A-Za-z][A-Za-z0-9_]*"
 _NAMED = re.compile(_NAME)
 _BOUND = r"[0-9]{1,10}"
@@ -67,6 +70,7 @@ def full_name(name: str) -> str:
 def read_definition(text: str, name: str) -> Typesdict:
     """Parse a definition in ROS's `.msg` format: the type and its dependencies, as rosbags describes them.
 
+    The definition of a service, in the `.srv` format, gives the types of its request, response and event.
     Default values are dropped.
 
     Raises:
@@ -75,6 +79,7 @@ def read_definition(text: str, name: str) -> Typesdict:
     if len(text) > MOST_CHARACTERS:
         raise KbotError(f"it has {len(text):,} characters (limit: {MOST_CHARACTERS:,})")
     found: Typesdict = {}
+    service = ""
     part = _Definition(name)
     is_after_separator = False
     for number, line in enumerate(text.split("\n"), 1):
@@ -89,15 +94,35 @@ def read_definition(text: str, name: str) -> Typesdict:
                 part, is_after_separator = _Definition(code.removeprefix("MSG:").strip()), False
             elif not code.strip("="):
                 is_after_separator = True
+            elif code == "---" and "/srv/" in name and not service:
+                service = name.removesuffix(EVENT)
+                found[f"{service}_Request"] = part.described()
+                part = _Definition(f"{service}_Response")
             else:
                 part.read(code)
         except KbotError as error:
             raise KbotError(f"line {number}: {error}") from None
     found.setdefault(part.name, part.described())
+    if service:
+        found[f"{service}{EVENT}"] = _event(service)
     # rosbags generates the class name a__msg__B from a/msg/B
     if len({key.replace("/", "__") for key in found}) < len(found):
         raise KbotError("the names of two types differ only in / and __")
     return found
+
+
+def _event(service: str) -> tuple[list[tuple[str, Basename, ScalarValue]], list[tuple[str, FieldDesc]]]:
+    """What ROS 2 publishes about each call of a service: at most one request and one response."""
+    from rosbags.interfaces import Nodetype
+
+    def at_most_one(part: str) -> FieldDesc:
+        return Nodetype.SEQUENCE, ((Nodetype.NAME, f"{service}_{part}"), 1)
+
+    return [], [
+        ("info", (Nodetype.NAME, "service_msgs/msg/ServiceEventInfo")),
+        ("request", at_most_one("Request")),
+        ("response", at_most_one("Response")),
+    ]
 
 
 class _Definition:
@@ -232,11 +257,16 @@ def field_parts(described: FieldDesc) -> FieldParts:
 
 class FieldShape(NamedTuple):
     """The cost of a type: levels of nested types, number of fixed parts, and minimum size in ROS 1 in
-    bytes."""
+    bytes.
+
+    `endless` names a part of the type with a list of messages without fields. In ROS 1 such a list takes no
+    bytes, so the length of a message does not bound it.
+    """
 
     depth: int
     parts: int
     size: int
+    endless: str = ""
 
 
 class ShapeCheck:
@@ -265,9 +295,15 @@ class ShapeCheck:
                 del self._fields[name]
             raise
 
-    def accept(self, name: str) -> None:
-        """Check a type. Raises KbotError: it contains itself, is too large, or refers to an unknown type."""
-        self._shape(name, (), self._whole, may_lack=False)
+    def accept(self, name: str, *, is_ros1: bool) -> None:
+        """Check a type.
+
+        Raises:
+            KbotError: it contains itself, is too large, refers to an unknown type, or ROS 1 cannot bound it.
+        """
+        endless = self._shape(name, (), self._whole, may_lack=False).endless
+        if endless and is_ros1:
+            raise KbotError(f"{endless} has a list of messages without fields, which ROS 1 cannot bound")
 
     def _shape(
         self, name: str, above: tuple[str, ...], known: dict[str, FieldShape], *, may_lack: bool
@@ -284,15 +320,14 @@ class ShapeCheck:
             if not may_lack:
                 raise KbotError(f"the type {name} is not defined")
             return FieldShape(1, 1, 1)
-        depth, parts, size = 1, 1, 0
+        depth, parts, size, endless = 1, 1, 0, ""
         for field, described in self._fields[name][1]:
             if field == EMPTY:
                 continue
             outer, kind, of_type, length = field_parts(described)
             if kind == Nodetype.NAME:
                 of = self._shape(of_type, (*above, name), known, may_lack=may_lack)
-                if outer != Nodetype.NAME and of.size == 0:
-                    raise KbotError(f"{name} has a list of {of_type}, which has no fields")
+                endless = endless or (name if outer == Nodetype.SEQUENCE and of.size == 0 else of.endless)
             else:
                 of = FieldShape(0, 1, _WIDTHS.get(of_type, 4))  # a string's length takes 4 bytes
             depth = max(depth, 1 + of.depth)
@@ -307,7 +342,7 @@ class ShapeCheck:
                 f"{name} is too large: {depth} levels, {parts:,} parts and {size:,} bytes (limits: "
                 f"{MOST_DEPTH}, {MOST_PARTS:,} and {MOST_BYTES:,})"
             )
-        known[name] = FieldShape(depth, parts, size)
+        known[name] = FieldShape(depth, parts, size, endless)
         return known[name]
 
 

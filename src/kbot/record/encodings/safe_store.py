@@ -19,7 +19,7 @@ from rosbags.typesys.store import Typestore
 from kbot.record.encodings.foreign_types import field_parts
 
 if TYPE_CHECKING:
-    from rosbags.interfaces.typing import Typesdict
+    from rosbags.interfaces.typing import FieldDesc, Typesdict
 
 LONG_MESSAGE = 1 << 24
 """Bytes above which objects are counted. Shorter messages give less than 400 MB of objects."""
@@ -76,6 +76,14 @@ class SafeStore(Typestore):
             self.cache[typename] = found
         return self.cache[typename]
 
+    def hash_rihs01(self, typ: str) -> str:
+        """The hash of a type in ROS 2, where `char` is `uint8`. The library hashes it as another type."""
+        store = Typestore()
+        for name in self._with_parts(typ):
+            constants, fields = self.fielddefs[name]
+            store.fielddefs[name] = constants, [(field, _as_in_ros2(kind)) for field, kind in fields]
+        return Typestore.hash_rihs01(store, typ)
+
     def deserialize_cdr(self, rawdata: bytes | memoryview, typename: str) -> object:
         return Typestore.deserialize_cdr(self._counting(rawdata, typename), rawdata, typename)
 
@@ -109,17 +117,34 @@ class SafeStore(Typestore):
 
     def _has_string_lists(self, typename: str) -> bool:
         if typename not in self._texts:
-            pending, seen = [typename], {typename}
-            self._texts[typename] = False
-            while pending:
-                for _, described in self.fielddefs[pending.pop()][1]:
-                    outer, kind, of_type, _ = field_parts(described)
-                    if outer == Nodetype.SEQUENCE and of_type == "string":
-                        self._texts[typename] = True
-                    if kind == Nodetype.NAME and of_type not in seen:
-                        pending.append(of_type)
-                        seen.add(of_type)
+            parts = (
+                field_parts(kind) for name in self._with_parts(typename) for _, kind in self._fields(name)
+            )
+            self._texts[typename] = any(
+                part.outer == Nodetype.SEQUENCE and part.of_type == "string" for part in parts
+            )
         return self._texts[typename]
+
+    def _with_parts(self, typename: str) -> list[str]:
+        """A type and the types of its fields, at all levels."""
+        found = {typename: None}
+        pending = [typename]
+        while pending:
+            for _, described in self._fields(pending.pop()):
+                part = field_parts(described)
+                if part.kind == Nodetype.NAME and part.of_type not in found:
+                    found[part.of_type] = None
+                    pending.append(part.of_type)
+        return list(found)
+
+    def _fields(self, typename: str) -> list[tuple[str, FieldDesc]]:
+        return self.fielddefs[typename][1]
+
+
+def _as_in_ros2(described: Any) -> Any:  # noqa: ANN401 - nested tuples of rosbags
+    if not isinstance(described, tuple):
+        return described
+    return ("uint8", 0) if described == ("char", 0) else tuple(map(_as_in_ros2, described))
 
 
 class _CountingStore(Typestore):
