@@ -91,6 +91,11 @@ def test_an_open_surface_has_no_volume(tmp_path):
         ("a.dae", b"<COLLADA", "cannot be read"),
         ("a.obj", b"", "cannot be read|no triangle"),
         ("a.txt", b"hello", "has an unknown format"),
+        (
+            "a.stl",
+            b"version https://git-lfs.github.com/spec/v1\noid",
+            "only a pointer of Git LFS",
+        ),
     ],
 )
 def test_broken_files_are_one_clear_error(tmp_path, name, content, message):

@@ -188,3 +188,29 @@ def test_folder_with_wrong_column_types_is_reported(
         found = Recording(str(folder)).summary()
         assert words in found.broken
         assert found.count == 4 - len(found.notes)
+
+
+def test_mcap_parts_without_metadata_are_one_recording(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    folder.mkdir()
+    sim = Simulation(kbot.load("kbot"))
+    for number in (0, 1):
+        part = str(folder / f"run_{number}.mcap")
+        with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), part, topics=["/odom"]):
+            sim.run(1.0)
+    found = Recording(str(folder)).summary()
+    assert found.topics["/odom"].count == 100
+    assert open_index(str(folder)).newest("/odom", 1_500_000_000) is not None
+    (folder / "run_1.mcap").rename(folder / "other_1.mcap")
+    with pytest.raises(KbotError, match=r"has no metadata\.yaml; you can read a file in it"):
+        Recording(str(folder)).summary()
+
+
+@pytest.mark.parametrize("name", ["a.mcap", "a.bag", "a/run.db3"])
+def test_a_pointer_of_git_lfs_is_named(tmp_path: Path, name: str) -> None:
+    file = tmp_path / name
+    file.parent.mkdir(exist_ok=True)
+    file.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n")
+    path = file.parent if name.endswith("db3") else file
+    with pytest.raises(KbotError, match="only a pointer of Git LFS"):
+        Recording(str(path)).summary()

@@ -108,6 +108,10 @@ def test_png_filters_are_decoded(tmp_path, kind):
         ),
         ({"m.yaml": YAML.format(image="p"), "p": "P5\n4 4\n255\nshort"}, "cannot be read: .*truncated"),
         ({"m.yaml": YAML.format(image="p"), "p": "GIF89a"}, "has an unknown format"),
+        (
+            {"m.yaml": YAML.format(image="p"), "p": "version https://git-lfs.github.com/spec/v1\n"},
+            "it is only a pointer of Git LFS",
+        ),
         ({"m.yaml": YAML.format(image="p").replace("0.5", ".nan"), "p": "x"}, "finite"),
     ],
 )

@@ -144,7 +144,8 @@ def _load(path: str) -> MeshData:
     except Exception as error:  # noqa: BLE001 - the loaders raise anything on a broken file
         # other types of error are bugs of the loader, and their text does not help
         is_clear = isinstance(error, ValueError | OSError | IndexError) and str(error)
-        why = error if is_clear else f"the file is damaged or not a {extension.upper()} file"
+        text = getattr(error, "strerror", None) or error
+        why = text if is_clear else f"the file is damaged or not a {extension.upper()} file"
         raise KbotError(f"the mesh {path} cannot be read: {why}") from None
     if not parts:
         if extension == "stl" and _is_binary(path):  # if a library that guesses encodings is installed

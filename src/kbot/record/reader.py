@@ -13,6 +13,7 @@ from kbot.record.formats import NOTES_TOPIC, BrokenOff, RecordingSource, read_no
 from kbot.record.names import BAGS
 from kbot.text import KbotError
 from kbot.text.errors import reading
+from kbot.text.files import refuse_lfs_pointer
 from kbot.text.suggest import did_you_mean
 
 
@@ -164,6 +165,12 @@ def _source(path: str) -> RecordingSource:
         raise KbotError(f"{path} does not exist" + (f": {hint}" if hint else ""))
     if not (file.is_dir() or file.is_file()):
         raise KbotError(f"{path} is neither a file nor a folder")
+    for part in (file, *file.glob("*.db3*"), *file.glob("*.mcap*")):  # a file has no parts
+        if part.is_file():
+            try:
+                refuse_lfs_pointer(part)
+            except OSError as error:
+                raise KbotError(f"{part} cannot be read: {error.strerror}") from None
     if file.is_dir() or path.endswith(BAGS):
         # imported lazily: only bags need it
         from kbot.record.bags.reader import Ros1Source, Ros2Source

@@ -21,6 +21,7 @@ _MARKS = (
     (codecs.BOM_UTF16_LE, "utf-16-le"),
     (codecs.BOM_UTF16_BE, "utf-16-be"),
 )
+_LFS_POINTER = b"version https://git-lfs.github.com/spec/v1\n"
 _BEGINNINGS = ((b"<\0", "utf-16-le"), (b"\0<", "utf-16-be"))
 
 
@@ -172,7 +173,8 @@ def read_bytes(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES, *, from
     """Read a file of any kind. Never waits for a device or for a pipe that does not end.
 
     Raises:
-        OSError: the file is missing, a directory, a device, a pipe, a socket, unreadable, or too large.
+        OSError: the file is missing, a directory, a device, a pipe, a socket, unreadable, too large, or only
+            the pointer that Git LFS stores in place of a large file.
         ValueError: the name contains a null character.
     """
     name = os.fspath(path)
@@ -195,7 +197,27 @@ def read_bytes(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES, *, from
         os.close(descriptor)
     if size > max_bytes:
         raise _too_large(name, max_bytes)
-    return b"".join(parts)
+    data = b"".join(parts)
+    if data.startswith(_LFS_POINTER):
+        raise _lfs_pointer(name)
+    return data
+
+
+def refuse_lfs_pointer(path: str | os.PathLike[str]) -> None:
+    """Check the first bytes of a file that is not read as a whole.
+
+    Raises:
+        OSError: it is the pointer that Git LFS stores in place of a large file.
+    """
+    with open(path, "rb") as file:
+        if file.read(len(_LFS_POINTER)) == _LFS_POINTER:
+            raise _lfs_pointer(os.fspath(path))
+
+
+def _lfs_pointer(name: str) -> OSError:
+    return OSError(
+        errno.ENODATA, "it is only a pointer of Git LFS: `git lfs pull` fetches the file itself", name
+    )
 
 
 def _too_large(name: str, max_bytes: int) -> OSError:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.text import KbotError
-from kbot.text.files import check_regular
+from kbot.text.files import check_regular, refuse_lfs_pointer
 from kbot.text.suggest import did_you_mean
 
 if TYPE_CHECKING:
@@ -39,6 +39,7 @@ def read_picture(
     file = Path(path)
     try:
         check_regular(file)
+        refuse_lfs_pointer(file)
         with Image.open(file, formats=FORMATS) as image:
             if image.width * image.height > most_pixels:
                 size = f"{image.width} x {image.height} pixels"
@@ -51,7 +52,8 @@ def read_picture(
     except UnidentifiedImageError:
         raise KbotError(f"the image {file} has an unknown format: convert it to PNG or PGM") from None
     except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
-        raise KbotError(f"the image {file} cannot be read: {error}") from None
+        reason = getattr(error, "strerror", None) or error
+        raise KbotError(f"the image {file} cannot be read: {reason}") from None
 
 
 def _greys(image: Image) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sqlite3
 from collections.abc import Iterator
 from pathlib import Path
@@ -46,8 +47,11 @@ class Ros1Source:
             raise KbotError(f"{self._path}: {error}") from None
 
 
+_PART = re.compile(r"(?P<name>.+)_(?P<number>[0-9]{1,9})\.mcap")
+
+
 class Ros2Source:
-    """A rosbag2 folder. If it has no metadata, all committed messages of its SQLite files are read."""
+    """A rosbag2 folder. If it has no metadata, all messages of its files are read that are complete."""
 
     kind = "rosbag2"
 
@@ -62,7 +66,13 @@ class Ros2Source:
             folder = read_folder(self._path)
         except NoIndex as missing:
             yield from self._committed(allowance)
-            raise BrokenOff(str(missing)) from None
+            reasons = [str(missing)]
+            for file in parts_without_metadata(self._path):
+                try:
+                    yield from McapSource(str(file)).entries(note)
+                except BrokenOff as error:
+                    reasons.append(f"{file.name}: {error}")
+            raise BrokenOff("; ".join(reasons)) from None
         types = Types(self._path, allowance)
         try:
             with folder.opened(allowance) as files:
@@ -95,10 +105,14 @@ class Ros2Source:
 
 
 def read_folder(path: Path) -> Folder:
-    """Read the metadata. Raises NoIndex: there is none, but SQLite files; KbotError: it is not a rosbag2
-    folder."""
+    """Read the metadata.
+
+    Raises:
+        NoIndex: there is none, but the files of one recording.
+        KbotError: it is not a rosbag2 folder.
+    """
     if not (path / "metadata.yaml").is_file():
-        if list(path.glob("*.db3")):
+        if list(path.glob("*.db3")) or parts_without_metadata(path):
             raise NoIndex("it was not closed, so it has no metadata.yaml")
         files = sorted(path.glob("*.mcap"))
         hint = f"; you can read a file in it: {files[0]}" if files else ""
@@ -107,6 +121,14 @@ def read_folder(path: Path) -> Folder:
         return Folder(path)
     except UNREADABLE as error:
         raise unreadable_error(path, error) from None
+
+
+def parts_without_metadata(path: Path) -> list[Path]:
+    """The MCAP files of a folder, in order, if they are parts of one recording: `NAME_0.mcap` and so on."""
+    found = {file: _PART.fullmatch(file.name) for file in path.glob("*.mcap") if file.is_file()}
+    numbers = {file: int(part["number"]) for file, part in found.items() if part}
+    is_one = len(numbers) == len(found) and len({part["name"] for part in found.values() if part}) == 1
+    return sorted(numbers, key=numbers.__getitem__) if is_one else []
 
 
 def unreadable_error(path: Path, error: Exception) -> KbotError:
