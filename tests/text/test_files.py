@@ -4,13 +4,14 @@ import codecs
 import os
 import stat
 import tempfile
+import time
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
 from kbot.text import DescriptionError, KbotError, parse_xml, read_source, rewrite, write_text
-from kbot.text.files import from_file_uri
+from kbot.text.files import SCRATCH_SECONDS, from_file_uri
 
 
 def code(path: Path, **options: int) -> str:
@@ -129,10 +130,10 @@ def test_files_are_rewritten_all_or_none(tmp_path: Path, monkeypatch: pytest.Mon
 
     make = tempfile.mkstemp
 
-    def read_only(prefix: str, dir: str) -> tuple[int, str]:
+    def read_only(prefix: str, suffix: str, dir: str) -> tuple[int, str]:
         if dir == str(two.parent):
             raise PermissionError(13, "Permission denied")
-        return make(prefix=prefix, dir=dir)
+        return make(prefix=prefix, suffix=suffix, dir=dir)
 
     monkeypatch.setattr(tempfile, "mkstemp", read_only)
     with pytest.raises(KbotError, match=r"two cannot be written \(no file was changed\): Permission denied"):
@@ -149,9 +150,9 @@ def test_an_edit_saved_during_a_rewrite_is_kept(tmp_path: Path, monkeypatch: pyt
     path.write_text("old")
     make = tempfile.mkstemp
 
-    def saved_meanwhile(prefix: str, dir: str) -> tuple[int, str]:
+    def saved_meanwhile(prefix: str, suffix: str, dir: str) -> tuple[int, str]:
         path.write_text("saved")
-        return make(prefix=prefix, dir=dir)
+        return make(prefix=prefix, suffix=suffix, dir=dir)
 
     monkeypatch.setattr(tempfile, "mkstemp", saved_meanwhile)
     with pytest.raises(KbotError, match="changed in the meantime"):
@@ -245,3 +246,18 @@ def test_a_missing_file_is_found_below_the_working_directory(
     with pytest.raises(DescriptionError) as error:  # two candidates are ambiguous
         read_source("robot.xacro")
     assert error.value.diagnostics[0].hint == ""
+
+
+def test_scratch_files_of_a_killed_run_are_removed_by_the_next(tmp_path: Path) -> None:
+    (tmp_path / ".robot.urdf.1234.kbot-scratch").write_text("new")  # of a run that writes now
+    old = tmp_path / ".robot.urdf.abcd.kbot-scratch"
+    other = tmp_path / ".other.urdf.abcd.kbot-scratch"
+    for file in (old, other):
+        file.write_text("half")
+        os.utime(file, times=(0.0, time.time() - 2 * SCRATCH_SECONDS))
+    write_text(tmp_path / "robot.urdf", "<robot/>")
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        ".other.urdf.abcd.kbot-scratch",
+        ".robot.urdf.1234.kbot-scratch",
+        "robot.urdf",
+    ]

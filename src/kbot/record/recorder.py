@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from kbot.messages.bus import absolute
+from kbot.messages.clock import Timer
 from kbot.messages.program_topics import is_program_topic
 from kbot.messages.types import String
 from kbot.model.writer import to_urdf
@@ -32,8 +33,11 @@ NODES = "nodes"
 STATE_PUBLISHER = "robot_state_publisher"
 TRANSFORMS = "static_transforms"
 """Metadata about the nodes that ran beside the simulation."""
-FLUSH_SECONDS = 1.0
-"""Wall-clock time after which a message is in the file, at the latest."""
+FLUSH_SECONDS = 0.5
+"""Wall-clock time after which messages are in the file. A killed run loses at most a second: this time, the
+time until the next look at the clock, and the time that writing takes."""
+LOOK_RATE = 20.0
+"""Hz of simulated time at which the recorder looks at the clock."""
 UPDATE_RATE = 5.0
 """Hz of simulated time at which queued messages are written."""
 MOST_QUEUED = 1000
@@ -83,6 +87,7 @@ class Recorder:
         """Messages that are not written yet. Writing many at once costs a fraction of writing each alone."""
         self._inputs: frozenset[str] = frozenset()
         self._seen = -1
+        self._timers: list[Timer] = []
         self._is_open = True
         self._world_recorder: WorldRecorder | None = None
         self._is_writing = False
@@ -94,7 +99,10 @@ class Recorder:
             if self._is_open:
                 self._world_recorder = None if self._wanted else WorldRecorder(simulation, self._write)
                 simulation.journal.write = self._note
-                self._timer = simulation.clock.every(UPDATE_RATE, self._update)
+                self._timers = [
+                    simulation.clock.every(UPDATE_RATE, self._update),
+                    simulation.clock.every(LOOK_RATE, self._flush_in_time),
+                ]
                 simulation.robots.when_changed.append(self._update)
                 simulation.bus.when_announced.append(self._update)
                 self._update()
@@ -167,6 +175,8 @@ class Recorder:
             self._inputs = bus.inputs
             self._seen = bus.changes
         self._guarded(self._write_queued)
+
+    def _flush_in_time(self) -> None:
         now = time.monotonic()
         if now - self._flushed > FLUSH_SECONDS:
             self._flushed = now
@@ -238,8 +248,8 @@ class Recorder:
         if self._update in self._simulation.robots.when_changed:
             self._simulation.robots.when_changed.remove(self._update)
             self._simulation.bus.when_announced.remove(self._update)
-        if hasattr(self, "_timer"):
-            self._timer.cancel()
+        for timer in self._timers:
+            timer.cancel()
         if self._world_recorder is not None:
             self._world_recorder.close()
         for topic in self._open:

@@ -7,6 +7,7 @@ import errno
 import os
 import re
 import stat
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
@@ -21,6 +22,9 @@ _MARKS = (
     (codecs.BOM_UTF16_LE, "utf-16-le"),
     (codecs.BOM_UTF16_BE, "utf-16-be"),
 )
+_SCRATCH = ".kbot-scratch"
+SCRATCH_SECONDS = 60.0
+"""Age from which a scratch file is left over. Writing the largest description takes a second."""
 _LFS_POINTER = b"version https://git-lfs.github.com/spec/v1\n"
 _BEGINNINGS = ((b"<\0", "utf-16-le"), (b"\0<", "utf-16-be"))
 
@@ -382,12 +386,22 @@ def _write_scratch(path: str | os.PathLike[str], data: bytes, scratches: ExitSta
     import tempfile  # slow to import; most runs write no file
 
     folder, name = os.path.split(os.path.realpath(path))
-    descriptor, scratch = tempfile.mkstemp(prefix=f".{name}.", dir=folder)
+    _remove_left_scratches(folder, name)
+    descriptor, scratch = tempfile.mkstemp(prefix=f".{name}.", suffix=_SCRATCH, dir=folder)
     scratches.callback(_remove, scratch)
     with os.fdopen(descriptor, "wb") as stream:
         stream.write(data)
     os.chmod(scratch, os.stat(path).st_mode & 0o777 if os.path.exists(path) else 0o666 & ~_umask())
     return scratch
+
+
+def _remove_left_scratches(folder: str, name: str) -> None:
+    """Remove the scratch files that killed runs left. Newer ones may be of a run that writes now."""
+    for entry in os.scandir(folder):
+        if entry.name.startswith(f".{name}.") and entry.name.endswith(_SCRATCH):
+            with suppress(OSError):
+                if time.time() - entry.stat(follow_symlinks=False).st_mtime > SCRATCH_SECONDS:
+                    os.unlink(entry.path)
 
 
 def _remove(path: str) -> None:
