@@ -86,3 +86,16 @@ def test_expressions_of_launch_files_are_bounded(
     assert result.is_refusal(), result
     assert "too many steps" in result.err
     assert "L014" in result.err
+
+
+def test_remarks_of_the_image_library_are_not_printed(tmp_path: Path, run_kbot: Callable[..., Any]) -> None:
+    (tmp_path / "big.pgm").write_bytes(b"P5\n10000 10000\n255\n")
+    (tmp_path / "big.yaml").write_text(
+        "image: big.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\n"
+        "occupied_thresh: 0.65\nfree_thresh: 0.2\n"
+    )
+    ended = run_kbot("sim", "kbot", "--headless", "--world", "big.yaml")
+    assert ended.status == 2
+    assert ended.err.splitlines() == [
+        "error: the image big.pgm has 10000 x 10000 pixels, more than 50000000 pixels"
+    ]

@@ -262,6 +262,15 @@ def test_an_undeclared_argument_is_a_warning() -> None:
     assert expansion.ok
 
 
+@pytest.mark.parametrize("kind", ["message", "warning", "error"])
+def test_a_message_has_a_text(kind: str) -> None:
+    """The official package rejects a message without an argument, and prints an empty line for an empty text."""
+    (error,) = expand_text(f"{HEAD}${{xacro.{kind}()}}</r>").diagnostics
+    assert (error.is_error, error.message) == (True, f"xacro.{kind} needs a text")
+    (found,) = expand_text(f"{HEAD}${{xacro.{kind}(' ')}}</r>").diagnostics
+    assert (found.is_error, found.message) == (False, f"xacro.{kind} with an empty text")
+
+
 def test_messages_of_a_description_are_reported() -> None:
     expansion = expand_text(f"{HEAD}${{xacro.warning('mind', 2)}}${{xacro.message('hello')}}</r>")
     assert [(d.code, d.message) for d in expansion.diagnostics] == [("X302", "mind 2"), ("X301", "hello")]

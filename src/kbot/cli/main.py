@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import sys
 import threading
+import warnings
 from collections.abc import Sequence
 from contextlib import suppress
 from importlib import import_module
@@ -129,6 +130,8 @@ def main(words: Sequence[str] | None = None, expanded: tuple[Expansion, Sequence
     `expanded` is the expansion that `kbot.cli.start` already made for `kbot expand`, with its notes.
     """
     threading.excepthook = report_thread_error
+    # what its libraries remark about a damaged image is not the user's concern: KBot reports the image
+    warnings.filterwarnings("ignore", module=r"PIL\.")
     sys.exit(run(sys.argv[1:] if words is None else words, expanded))
 
 

@@ -158,7 +158,10 @@ def _fatal(text: Callable[[Value], str], *args: Value) -> Value:
 
 def _message_function(run: Run, kind: str) -> Callable[..., str]:
     def send(*args: Value, **_: Value) -> str:
-        run.add_message(kind, " ".join([run.budget.text(arg) for arg in args]))
+        if not args:
+            raise XacroError("X104", f"xacro.{kind} needs a text")
+        text = " ".join([run.budget.text(arg) for arg in args])
+        run.add_message(kind, text if text.strip() else f"xacro.{kind} with an empty text")
         return ""
 
     return send
