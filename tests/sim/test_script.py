@@ -4,6 +4,7 @@ import re
 import sys
 import threading
 from pathlib import Path
+from types import FunctionType
 
 import pytest
 
@@ -58,8 +59,16 @@ def test_an_error_of_kbot_is_at_the_line_that_called_it(folder: Path) -> None:
             "import nowhere\n",
             "drive.py:1: ModuleNotFoundError: No module named 'nowhere'\n    import nowhere",
         ),
-        ("def drive():\n    pass\n", "drive.py:1: TypeError: drive() takes 0 positional arguments"),
+        (
+            "x = 1\ndef drive():\n    pass\n",
+            "drive.py:2: drive must have one parameter, the",
+        ),
+        ("def drive(sim, robot):\n    pass\n", "drive.py:1: drive must have one parameter, the"),
         ("drive = 3\n", "drive.py:1: the script has no function drive(sim)"),
+        (
+            "x = 1\ndef Drive(sim):\n    pass\n",
+            "drive.py:2: the script has no function drive(sim) (did you mean 'drive' instead of 'Drive'?)",
+        ),
         ("def drive(sim):\n    raise ValueError\n", "drive.py:2: ValueError\n    raise ValueError"),
         ("def drive(sim):\n    drive(sim)\n", "drive.py:2: RecursionError: maximum recursion depth exceeded"),
     ],
@@ -126,10 +135,19 @@ def test_two_threads_cannot_step_at_once() -> None:
         ("speed = 0.2; sim.cmd_vel(sped, 0.0)", "name 'sped' is not defined (did you mean 'speed'?)"),
         ("prnt(sim.time)", "name 'prnt' is not defined (did you mean 'print'?)"),
         ("sim.fly()", "object has no attribute 'fly'"),
+        ("sim.run(0,5)", "3 were given (write 0.5 with a point, not 0,5)"),
+        ("sim.run(1.5, 2)", "3 were given"),
+        ("sim.run(1,2,3)", "4 were given"),
+        (
+            "sim.add_sensor(Imu(link='base_link')).latest.orientation",
+            "'orientation' (a sensor's latest is None until its first measurement: call sim.run first)",
+        ),
+        ("None.orientation", "'NoneType' object has no attribute 'orientation'"),
     ],
 )
-def test_a_misspelt_name_gets_a_suggestion(folder: Path, line: str, message: str) -> None:
-    assert str(error_of(f"def drive(sim):\n    {line}\n")).split("\n")[0].endswith(message)
+def test_an_error_with_a_likely_cause_gets_a_suggestion(folder: Path, line: str, message: str) -> None:
+    text = f"from kbot.sensors import Imu\ndef drive(sim):\n    {line}\n"
+    assert str(error_of(text)).split("\n")[0].endswith(message)
 
 
 def test_an_error_in_a_recursion_lists_only_the_last_calls(folder: Path) -> None:
@@ -182,6 +200,51 @@ def test_prints_are_published_with_the_error_and_reach_the_output(
     assert [line.level for line in lines] == [20, 20, 40, 40]
     assert (lines[2].file, lines[2].line) == ("drive.py", 4)
     assert capsys.readouterr().out == "ab\nc"
+
+
+def test_an_error_in_a_thread_of_the_script_is_the_script_s(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    others = list[threading.ExceptHookArgs]()
+    monkeypatch.setattr(threading, "excepthook", others.append)
+    Path("drive.py").write_text(
+        "import threading\n\ndef work():\n    1 / 0\n\ndef drive(sim):\n"
+        "    thread = threading.Thread(target=work)\n    thread.start()\n    thread.join()\n"
+    )
+    script = Script("drive.py")
+    script.run(Simulation("kbot"))
+    assert capsys.readouterr().err == (
+        "error in a thread: drive.py:4: ZeroDivisionError: division by zero\n    1 / 0\n"
+    )
+    assert (script.has_failed_thread, others) == (True, [])
+    thread = threading.Thread(target=int, args=("x",))  # not of the script
+    thread.start()
+    thread.join()
+    assert [failed.exc_type for failed in others] == [ValueError]
+    Path("drive.py").write_text("def drive(sim):\n    pass\n")
+    script.run(Simulation("kbot"))
+    assert not script.has_failed_thread
+
+
+@pytest.mark.parametrize("code", ["", "0", "None"])
+def test_a_script_may_end_with_sys_exit(folder: Path, code: str) -> None:
+    Path("drive.py").write_text(f"import sys\ndef drive(sim):\n    sys.exit({code})\n")
+    Script("drive.py").run(Simulation("kbot"))
+
+
+def test_sys_exit_with_a_status_is_a_failure(folder: Path) -> None:
+    error = error_of("import sys\ndef drive(sim):\n    sim.run(0.1)\n    sys.exit(3)\n")
+    assert isinstance(error, ScriptFailed)
+    assert str(error) == "drive.py:4: drive.py ended with sys.exit(3)\n    sys.exit(3)"
+    assert (error.time, error.to_json()["message"]) == (0.1, "sys.exit(3)")
+
+
+def test_a_signal_s_exit_is_not_the_script_s(folder: Path) -> None:
+    Path("drive.py").write_text("def drive(sim):\n    sim.clock.every(10.0, sim.hook)\n    sim.run(1.0)\n")
+    sim = Simulation("kbot")
+    sim.hook = FunctionType(compile("raise SystemExit(143)", "handler", "exec"), {"__name__": "kbot.cli"})
+    with pytest.raises(SystemExit):
+        Script("drive.py").run(sim)
 
 
 def test_a_missing_script_is_reported(folder: Path) -> None:

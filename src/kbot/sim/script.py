@@ -7,20 +7,21 @@ import importlib
 import inspect
 import linecache
 import sys
+import threading
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stdout
-from pathlib import Path
 from types import CodeType, FrameType, ModuleType, TracebackType
 from typing import TextIO
 
 from kbot.messages.log import ERROR
 from kbot.sim.printed_lines import PrintStream
+from kbot.sim.script_hints import hint_for, misnamed_drive, takes_a_simulation
 from kbot.sim.simulation import Simulation
+from kbot.sim.user_code import UserCode, shown_path
 from kbot.text import KbotError
 from kbot.text.errors import Stopped
 from kbot.text.files import read_source
-from kbot.text.suggest import did_you_mean
 
 MOST_FRAMES = 6
 """Calls that an error lists: the innermost ones. In a recursion, the outer calls are all the same."""
@@ -36,6 +37,26 @@ class ScriptError(KbotError):
 
 
 class ScriptFailed(ScriptError):
+    """A script reports that its run failed: `reason` is why, at a simulated time in seconds."""
+
+    def __init__(
+        self, path: str, line: int, text: str, reason: str, time: float, details: tuple[str, ...] = ()
+    ) -> None:
+        self.reason, self.time = reason, time
+        super().__init__(path, line, text, details)
+
+    def to_json(self) -> dict[str, object]:
+        return {
+            "file": self.path,
+            "line": self.line,
+            "time_s": self.time,
+            "assertion": "",
+            "message": self.reason,
+            "values": {},
+        }
+
+
+class AssertionFailed(ScriptFailed):
     """An assertion of a script failed."""
 
     def __init__(
@@ -48,21 +69,13 @@ class ScriptFailed(ScriptError):
         values: dict[str, str],
         details: tuple[str, ...] = (),
     ) -> None:
-        self.claim, self.time, self.values = claim, time, values
-        self.reason = message
+        self.claim, self.values = claim, values
         text = f"assertion failed at {time:.3f} s: {claim}" + (f": {message}" if message else "")
         shown = tuple(f"{name} = {value}" for name, value in values.items())
-        super().__init__(path, line, text, (*shown, *details))
+        super().__init__(path, line, text, message, time, (*shown, *details))
 
     def to_json(self) -> dict[str, object]:
-        return {
-            "file": self.path,
-            "line": self.line,
-            "time_s": self.time,
-            "assertion": self.claim,
-            "message": self.reason,
-            "values": self.values,
-        }
+        return {**super().to_json(), "assertion": self.claim, "values": self.values}
 
 
 class Script:
@@ -71,10 +84,13 @@ class Script:
     def __init__(self, path: str) -> None:
         """Raises KbotError: the file does not exist or cannot be read."""
         self.path = path
-        self._folder = Path(path).resolve().parent
+        self.code = UserCode(path)
         self._known = frozenset(sys.modules)
         self._imported: tuple[str, ...] = ()
         """The files of the modules in the last run."""
+        self.has_failed_thread = False
+        """Whether an error ended a thread that the script started in the last run."""
+        self._outer_hook: Callable[[threading.ExceptHookArgs], object] | None = None
         read_source(path)
 
     @property
@@ -89,11 +105,12 @@ class Script:
         by default to the standard output, and to `simulation.printed`.
 
         Raises:
-            ScriptFailed: an assertion failed.
+            ScriptFailed: an assertion failed, or the script ended with `sys.exit` and a status other than 0.
             ScriptError: the file is not valid Python, has no `drive`, or raised another error.
             KbotError: the file cannot be read.
         """
         source = read_source(self.path)
+        self._follow_threads(simulation)
         printed = PrintStream(stdout or sys.stdout, simulation.printed)
         try:
             with self._imports(), redirect_stdout(printed):
@@ -118,26 +135,43 @@ class Script:
             exec(code, vars(module))  # noqa: S102 - the user's own program, named on the command line
             drive = getattr(module, "drive", None)
             if not callable(drive):
-                raise ScriptError(self.path, 1, "the script has no function drive(sim)")
+                raise self._no_drive(vars(module))
+            if not takes_a_simulation(drive):
+                text = "drive must have one parameter, the simulation. Write def drive(sim)"
+                raise ScriptError(self.path, _line_of(drive), text)
             result = drive(simulation)
             if inspect.iscoroutine(result):
                 result.close()
-                line = drive.__code__.co_firstlineno if inspect.isfunction(drive) else 1
-                raise ScriptError(self.path, line, "drive is an async function. Write def drive(sim)")
-        except (ScriptError, Stopped, KeyboardInterrupt, SystemExit):
+                raise ScriptError(
+                    self.path, _line_of(drive), "drive is an async function. Write def drive(sim)"
+                )
+        except (ScriptError, Stopped, KeyboardInterrupt):
             raise
-        except AssertionError as error:
-            raise self._failed(error, simulation) from None
-        except SyntaxError as error:  # of an imported module
-            raise self._not_python(error, error.filename or self.path) from None
+        except SystemExit as end:
+            if _is_raised_by_kbot(end.__traceback__):  # a signal ends the run
+                raise
+            if end.code:
+                raise self._exited(end, simulation) from None
         except BaseException as error:  # a user's exception may derive from BaseException alone
-            name = "" if isinstance(error, KbotError) else f"{type(error).__name__}: "
-            path, line, calls = self._place(error.__traceback__)
-            hint = self._suggestion(error)
-            text = f"{name}{_text_of(str, error)}".removesuffix(": ") + (f" ({hint})" if hint else "")
-            raise ScriptError(path, line, text, calls) from error
+            raise self._explained(error, simulation) from error
         finally:
             sys.modules.pop(module.__name__, None)
+
+    def _follow_threads(self, simulation: Simulation) -> None:
+        """Report errors in the script's threads as the script's, also in threads that outlive the run."""
+        self.has_failed_thread = False
+        outer = self._outer_hook = self._outer_hook or threading.excepthook
+
+        def hook(failed: threading.ExceptHookArgs) -> None:
+            error = failed.exc_value
+            if error is None or isinstance(error, SystemExit) or not self._own_frames(failed.exc_traceback):
+                outer(failed)
+                return
+            self.has_failed_thread = True
+            sys.stderr.write(f"error in a thread: {self._explained(error, simulation)}\n")
+            sys.stderr.flush()
+
+        threading.excepthook = hook
 
     @contextmanager
     def _imports(self) -> Iterator[None]:
@@ -145,7 +179,7 @@ class Script:
         self._known = frozenset(sys.modules)
         importlib.invalidate_caches()
         linecache.checkcache()
-        folder, writes = str(self._folder), sys.dont_write_bytecode
+        folder, writes = str(self.code.folder), sys.dont_write_bytecode
         sys.path.insert(0, folder)
         # the cache compares times in whole seconds, so a second save in the same second would be missed
         sys.dont_write_bytecode = True
@@ -166,14 +200,9 @@ class Script:
         for name, module in tuple(sys.modules.items()):
             # not getattr, which would load the contents of a lazy module
             file = vars(module).get("__file__") if isinstance(module, ModuleType) else None
-            if name not in self._known and isinstance(file, str) and self._is_own(file):
+            if name not in self._known and isinstance(file, str) and self.code.has(file):
                 found.append((name, file))
         return found
-
-    def _is_own(self, file: str) -> bool:
-        """Whether a file is the user's: the script, or in its folder and not an installed package."""
-        path = Path(file)
-        return file == self.path or (self._folder in path.parents and "site-packages" not in path.parts)
 
     def _compiled(self, text: str) -> CodeType:
         try:
@@ -191,7 +220,32 @@ class Script:
             details += (" " * max(0, error.offset - 1 - indent) + "^",)
         return ScriptError(path, error.lineno or 1, f"not valid Python: {error.msg}", details)
 
-    def _failed(self, error: AssertionError, simulation: Simulation) -> ScriptFailed:
+    def _no_drive(self, names: dict[str, object]) -> ScriptError:
+        text, near = "the script has no function drive(sim)", misnamed_drive(names)
+        if near is None:
+            return ScriptError(self.path, 1, text)
+        hint = f"did you mean 'drive' instead of '{near.__name__}'?"
+        return ScriptError(self.path, _line_of(near), f"{text} ({hint})")
+
+    def _explained(self, error: BaseException, simulation: Simulation) -> ScriptError:
+        """The error of the user's code, with its place and, if possible, what to change."""
+        if isinstance(error, AssertionError):
+            return self._failed(error, simulation)
+        if isinstance(error, SyntaxError):  # of an imported module
+            return self._not_python(error, error.filename or self.path)
+        name = "" if isinstance(error, KbotError) else f"{type(error).__name__}: "
+        path, line, calls = self._place(error.__traceback__)
+        frames = self._own_frames(error.__traceback__)
+        hint = hint_for(error, frames[-1][0], calls[-1]) if frames else ""
+        text = f"{name}{_text_of(str, error)}".removesuffix(": ") + (f" ({hint})" if hint else "")
+        return ScriptError(path, line, text, calls)
+
+    def _exited(self, end: SystemExit, simulation: Simulation) -> ScriptFailed:
+        path, line, calls = self._place(end.__traceback__)
+        call = f"sys.exit({_text_of(repr, end.code)})"
+        return ScriptFailed(path, line, f"{self.code.name} ended with {call}", call, simulation.time, calls)
+
+    def _failed(self, error: AssertionError, simulation: Simulation) -> AssertionFailed:
         path, line, calls = self._place(error.__traceback__)
         frames = self._own_frames(error.__traceback__)
         claim, names = _assertion_at(path, line)
@@ -199,19 +253,7 @@ class Script:
         for name in names if frames else ():
             if (value := _value(name, frames[-1][0])) is not None:
                 values[name] = value
-        return ScriptFailed(path, line, claim, _text_of(str, error), simulation.time, values, calls[:-1])
-
-    def _suggestion(self, error: BaseException) -> str:
-        """The known name that an unknown one of the script resembles, as Python's own prompt suggests."""
-        frames = self._own_frames(error.__traceback__)
-        if isinstance(error, AttributeError):
-            known = _attributes(error.obj)
-        elif isinstance(error, NameError) and frames:
-            frame, _ = frames[-1]
-            known = [*frame.f_locals, *frame.f_globals, *frame.f_builtins]
-        else:
-            return ""
-        return did_you_mean(error.name or "", (name for name in known if not name.startswith("__")))
+        return AssertionFailed(path, line, claim, _text_of(str, error), simulation.time, values, calls[:-1])
 
     def _place(self, trace: TracebackType | None) -> tuple[str, int, tuple[str, ...]]:
         """File and line of an error, and the user's calls that led to it with the code of the last."""
@@ -232,17 +274,18 @@ class Script:
         return [
             (frame, line)
             for frame, line in traceback.walk_tb(trace)
-            if self._is_own(frame.f_code.co_filename)
+            if self.code.has(frame.f_code.co_filename)
         ]
 
 
-def shown_path(path: str) -> str:
-    """The path relative to the current folder, if it is below."""
-    try:
-        here = Path.cwd()
-    except FileNotFoundError:  # a script may delete it
-        return path
-    return str(Path(path).relative_to(here)) if here in Path(path).parents else path
+def _line_of(function: object) -> int:
+    return function.__code__.co_firstlineno if inspect.isfunction(function) else 1
+
+
+def _is_raised_by_kbot(trace: TracebackType | None) -> bool:
+    """Whether KBot's code raised an error, and not the user's or that of a library."""
+    *_, (frame, _) = traceback.walk_tb(trace)
+    return str(frame.f_globals.get("__name__")).partition(".")[0] == "kbot"
 
 
 def _assertion_at(path: str, line: int) -> tuple[str, list[str]]:
@@ -270,14 +313,6 @@ def _value(name: str, frame: FrameType) -> str | None:
     except Exception as error:  # noqa: BLE001 - a property of the user's
         return f"<{type(error).__name__}>"
     return _text_of(repr, value)
-
-
-def _attributes(value: object) -> list[str]:
-    """The attributes of the user's object, whose own code may fail."""
-    try:
-        return dir(value)
-    except Exception:  # noqa: BLE001 - the user's code
-        return []
 
 
 def _text_of(write: Callable[[object], str], value: object) -> str:
