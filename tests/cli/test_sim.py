@@ -1,16 +1,19 @@
 """Tests `kbot sim --headless`: what it prints and how it ends."""
 
 import json
+import threading
 
 import numpy as np
 import pytest
 from PIL import Image
 
 from kbot.cli.main import run
+from kbot.cli.sim import still_time
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.render.path_plot import END, START
 from kbot.sim.report import RunReport
 from kbot.text import KbotError
+from kbot.text.crash import report_thread_error
 
 
 def simulate(capsys, *words):
@@ -124,6 +127,47 @@ def test_a_failed_assertion_of_a_script_exits_with_1_and_prints_the_values(capsy
     assert failure["values"]["LIMIT"] == "2.5"
     assert f"{script}:7: assertion failed at 1.000 s: pose.x > LIMIT: too short" in err
     assert "pose.x = 0.1" in err
+
+
+@pytest.mark.parametrize(
+    ("body", "status", "message"),
+    [
+        (
+            "sim.cmd_vel(0.3, 0)",
+            0,
+            "ended at 0 s: it never called sim.run(seconds), so no time passed\n",
+        ),
+        ("sim.run(1); sim.reset()", 0, ""),
+        ("sim.run(1); sys.exit(3)", 1, "drive.py:3: drive.py ended with sys.exit(3)\n"),
+        ("sim.run(1); sys.exit(0)", 0, ""),
+        (
+            "t = threading.Thread(target=lambda: 1 / 0); t.start(); t.join(); sim.run(1)",
+            1,
+            "error in a thread: drive.py:3: ZeroDivisionError",
+        ),
+    ],
+)
+def test_the_report_follows_however_a_script_ends(capsys, tmp_path, monkeypatch, body, status, message):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(threading, "excepthook", report_thread_error)
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    (tmp_path / "drive.py").write_text(f"import sys, threading\ndef drive(sim):\n    {body}\n")
+    ended, out, err = simulate(capsys, "kbot", "--headless", "--script", "drive.py")
+    assert (ended, "simulated" in out) == (status, True)
+    assert message in err if message else err == ""
+    assert not (tmp_path / "kbot").exists()  # no crash file
+
+
+def test_a_script_that_computes_for_long_is_reported_once(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(still_time, "PATIENCE_SECONDS", 1.0)
+    (tmp_path / "drive.py").write_text(
+        "import time\ndef drive(sim):\n    sim.run(1)\n    time.sleep(2.5)\n    sim.run(1)\n"
+    )
+    status, _, err = simulate(capsys, "kbot", "--headless", "--script", "drive.py")
+    assert status == 0
+    still = "drive.py:4 is running, but has not called sim.run for 1 s: simulated time stands still\n"
+    assert err == still
 
 
 @pytest.mark.parametrize(

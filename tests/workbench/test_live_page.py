@@ -90,3 +90,18 @@ def test_wait_serves_until_ctrl_c_and_a_page_interrupts_the_program(tmp_path: Pa
         until(lambda: run.printed("closed"))
         assert run.process.wait(60) == 0
     assert run.err == []
+
+
+@needs_signals
+def test_a_page_of_a_program_that_computes_shows_the_start_and_the_line_that_runs(tmp_path: Path) -> None:
+    (tmp_path / "own.py").write_text(
+        "import kbot\nsim = kbot.Simulation('kbot')\n"
+        "with sim.serve(browser=False, port=0):\n    while True: pass\n"
+    )
+    with running("own.py", cwd=tmp_path) as run, watching(run.url) as page:
+        until(lambda: page.newest.get("program", {}).get("note"))
+        still = "own.py:4 is running, but has not called sim.run for"
+        assert still in page.newest["program"]["note"]
+        assert page.newest["state"]["poses"]
+        page.send("stop")
+        run.process.wait(60)

@@ -9,7 +9,7 @@ import pytest
 
 from .axe import violations
 from .conftest import until
-from .pictures import decode_png, screenshot
+from .pictures import blue, decode_png, screenshot
 from .scripted import needs_signals, scripted
 
 pytestmark = needs_signals
@@ -66,10 +66,12 @@ def test_a_script_is_watched_stopped_started_again_and_saved(script: Path, open_
 
 
 def test_the_stop_button_ends_a_loop_that_makes_no_step(script: Path, open_page: OpenPage) -> None:
-    script.write_text("def drive(sim):\n    sim.run(0.1)\n    while True: pass\n")
+    script.write_text("def drive(sim):\n    print('ready')\n    while True: pass\n")
     with scripted(script) as run:
+        until(lambda: run.printed("ready"))
         page = open_page(run.url, **WIDE)
-        until(lambda: "has made no step" in page.inner_text(BAR))
+        until(lambda: "drive.py:3 is running, but has not called sim.run for " in page.inner_text(BAR))
+        until(lambda: blue(screenshot(page)).sum() > 500)  # the robot, at its start
         page.locator(BAR).get_by_role("button", name="Stop").click()
         until(lambda: "drive.py was stopped." in page.inner_text(BAR))
         assert run.interrupt() == 0

@@ -1,6 +1,7 @@
 """`kbot sim --script` with the page, without a browser: start, stop, save, errors and Ctrl-C."""
 
 import json
+import time
 from pathlib import Path
 
 import pytest
@@ -70,17 +71,46 @@ def test_an_endless_loop_is_stopped_by_a_page_and_by_ctrl_c(tmp_path: Path, loop
     assert run.err == []
 
 
-def test_a_program_that_computes_is_reported_and_a_new_page_still_gets_the_scene(tmp_path: Path) -> None:
-    path = script(tmp_path, "def drive(sim):\n    sim.run(0.1)\n    print('ready')\n    while True: pass\n")
+@pytest.mark.parametrize("before", ["sim.run(0.1)", "pass"])
+def test_a_program_that_computes_is_reported_and_a_new_page_still_gets_the_scene(
+    tmp_path: Path, before: str
+) -> None:
+    path = script(tmp_path, f"def drive(sim):\n    {before}\n    print('ready')\n    while True: pass\n")
     with scripted(path) as run:
         until(lambda: run.printed("ready"))
+        began = time.monotonic()
         with watching(run.url) as page:
-            until(lambda: page.newest.get("program", {}).get("busy"))
+            until(lambda: page.newest.get("program", {}).get("note"))
             assert page.newest["scene"]["robot"] == "kbot"
+            assert page.newest["state"]["poses"]
+            until(lambda: "sim.run for 2 s" in page.newest["program"]["note"])
+            assert time.monotonic() - began > 1.5
+            assert page.newest["program"]["note"] == (
+                "drive.py:4 is running, but has not called sim.run for 2 s: simulated time stands still"
+            )
             page.send("reset")  # waits for a step, which never comes
             page.send("stop")
             until(lambda: page.phase == "stopped")
             assert run.interrupt() == 0
+
+
+def test_a_program_that_makes_single_steps_is_not_reported_as_still(tmp_path: Path) -> None:
+    text = "import time\ndef drive(sim):\n    for _ in range(4): time.sleep(0.4), sim.step()\n"
+    with scripted(script(tmp_path, text)) as run, watching(run.url) as page:
+        notes = set[str]()
+        until(lambda: notes.add(page.newest.get("program", {}).get("note", "")) or page.phase == "finished")
+        assert notes == {""}
+        assert run.interrupt() == 0
+
+
+def test_a_program_that_never_steps_is_reported_at_its_end(tmp_path: Path) -> None:
+    line = "drive.py ended at 0 s: it never called sim.run(seconds), so no time passed"
+    path = script(tmp_path, "def drive(sim):\n    sim.cmd_vel(0.3, 0)\n")
+    with scripted(path) as run, watching(run.url) as page:
+        until(lambda: page.phase == "finished")
+        assert page.newest["program"]["note"] == line
+        until(lambda: run.printed(f"{line}. Save it to start it again."))
+        assert run.interrupt() == 0
 
 
 def test_a_saved_script_or_module_starts_again_on_a_new_simulation(tmp_path: Path) -> None:
@@ -105,14 +135,15 @@ def test_a_saved_script_or_module_starts_again_on_a_new_simulation(tmp_path: Pat
     ("text", "error"),
     [
         ("def drive(sim:\n    pass\n", "drive.py:1: not valid Python: '(' was never closed"),
-        ("def drve(sim):\n    pass\n", "drive.py:1: the script has no function drive(sim)"),
+        ("def drve(sim):\n    pass\n", "drive.py:1: the script has no function drive(sim) (did you mean"),
         ("def drive(sim):\n    sim.run(0.1)\n    1 / 0\n", "drive.py:3: ZeroDivisionError: division by zero"),
         (
             "def drive(sim):\n    x = 2\n    sim.run(0.1)\n    assert x > 3\n",
             "drive.py:4: assertion failed at 0.100 s: x > 3\n    x = 2",
         ),
         ("def drive(sim):\n    sim.cmd_vel('fast', 0)\n", "drive.py:2: "),
-        ("def drive(sim):\n    raise SystemExit('too late')\n", "too late"),
+        ("import sys\ndef drive(sim):\n    sys.exit(3)\n", "drive.py:3: drive.py ended with sys.exit(3)"),
+        ("def drive(sim):\n    raise SystemExit('too late')\n", "drive.py ended with sys.exit('too late')"),
     ],
 )
 def test_errors_are_reported_in_terminal_and_page_and_the_next_save_runs(

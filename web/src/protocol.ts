@@ -421,11 +421,11 @@ export interface PlotDrawn {
   type: "plot_drawn";
 }
 
-/** The user's program that drives the simulation. `name` is its file. `busy` means that it has made no step for a second. `can_start` means that `RunProgram` starts it again. `error` is the reason why it failed, with file and line. */
+/** The user's program that drives the simulation. `name` is its file. `note` is a sentence about a running program that makes no step, or a finished one that made none. Otherwise it is empty. `can_start` means that `RunProgram` starts it again. `error` is the reason why it failed, with file and line. */
 export interface ProgramView {
   name: string;
   phase: "waiting" | "running" | "finished" | "failed" | "stopped";
-  busy: boolean;
+  note: string;
   can_start: boolean;
   error: string;
   type: "program";

@@ -63,6 +63,8 @@ class Stepping:
 
         With watchers, the engine makes single steps, each with a Python call.
         """
+        self.was_called = False
+        """Whether the program has called `step` or `run`."""
         self.pace: Pace | None = None
         """Called before steps while a page shows the run. Otherwise steps are made as fast as possible."""
         self._period = max(1, round(recipe.CONTROL_PERIOD / engine.timestep))
@@ -81,6 +83,7 @@ class Stepping:
             raise KbotError(
                 f"the number of steps must be a whole number from 0 to {_MOST_STEPS:g}, not {reprlib.repr(n)}"
             )
+        self.was_called = True
         while self.pace is not None and (allowed := self.pace.wait(n)) < n:
             self._step(allowed)
             n -= allowed

@@ -7,12 +7,12 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from pathlib import Path
 from typing import NoReturn
 
 from kbot.model import RobotModel
 from kbot.sim import Simulation
 from kbot.sim.printed_lines import PrintStream
+from kbot.sim.user_code import UserCode
 from kbot.text import KbotError
 from kbot.text.signals import signal_main_thread
 from kbot.workbench.address import bound, can_open_browser
@@ -53,15 +53,14 @@ class LivePage:
         self._simulation = simulation
         opens_browser = opens_browser and can_open_browser()
         session = _session(simulation)
-        self._program = session.program = _CallingProgram(
-            Path(sys.argv[0]).name or "Python", session.turns, session
-        )
+        self._program = session.program = _CallingProgram(UserCode(sys.argv[0]), session.turns, session)
         session.waits_for_page = opens_browser
         self._turns, self._open = session.turns, ExitStack()
         with self._open:
             address = self._open.enter_context(bound(host, port, open_browser=opens_browser))
             self._turns.take()
             self._open.callback(self._turns.leave)
+            session.state()  # kept for a page that opens while the program computes and has made no step
             self._program.begin(simulation)
             self._open.callback(self._program.finish, simulation, "finished")
             serving = ExitStack()

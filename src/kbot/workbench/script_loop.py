@@ -6,7 +6,6 @@ import sys
 import threading
 from collections.abc import Callable
 from contextlib import suppress
-from pathlib import Path
 
 from kbot.sim import Simulation
 from kbot.sim.interruption import Interruption
@@ -38,7 +37,7 @@ class _ScriptLoop:
         self, session: Session, script: Script, raise_error: Callable[[BaseException], None]
     ) -> None:
         self._session, self._script = session, script
-        self._program = Program(Path(script.path).name, session.turns, session, can_start=True)
+        self._program = Program(script.code, session.turns, session, can_start=True)
         self._program.files = lambda: script.files
         session.program = self._program
         self._interruption = Interruption(self._program, raise_error)
@@ -81,6 +80,7 @@ class _ScriptLoop:
         self._used, simulation = driving, driving.simulation
         if not (program.was_interrupted or session.waits_for_page):
             session.paused = False
+        session.state()  # kept for a page that opens while the script computes and has made no step
         program.begin(simulation)
         phase, problem = self._outcome(simulation)
         self._interruption.stop_tracing()
@@ -88,11 +88,14 @@ class _ScriptLoop:
         if not program.wants_start:
             # nothing that the script left behind, such as timers, may drive the robot on
             session.paused = True
-        program.finish(simulation, phase, problem)
+        is_unused = phase == "finished" and not simulation.stepping.was_called
+        note = program.code.made_no_step if is_unused else ""
+        program.finish(simulation, phase, problem, note)
         if problem:
             _report(f"error: {problem}")
         if not (program.wants_start or self._interruption.is_over):
-            print_at_once(f"{program.name} {phase} at {simulation.time:.2f} s. Save it to start it again.\n")
+            end = note or f"{program.name} {phase} at {simulation.time:.2f} s"
+            print_at_once(f"{end}. Save it to start it again.\n")
 
     def _outcome(self, simulation: Simulation) -> tuple[ProgramPhase, str]:
         """Run the script. Returns how it ended, and its error."""
@@ -100,8 +103,6 @@ class _ScriptLoop:
             self._script.run(simulation)
         except (Stopped, KeyboardInterrupt):
             return "stopped", ""
-        except SystemExit as end:
-            return ("failed", str(end.code)) if end.code else ("finished", "")
         except KbotError as error:
             return "failed", str(error)
         finally:

@@ -24,6 +24,7 @@ export function program(app: App, driver: Driver): HTMLElement {
     onclick: () => app.traffic.set(true),
   });
   const bar = h("div", { class: "notice program", hidden: true }, sign, status, end, start, printed, error);
+  let wasStill = false;
   app.program.watch((now) => {
     bar.hidden = now === null;
     if (now === null) return;
@@ -31,6 +32,10 @@ export function program(app: App, driver: Driver): HTMLElement {
     bar.dataset["phase"] = now.phase;
     bar.classList.toggle("error", now.phase === "failed");
     sign.replaceChildren(icon(signOf(now)));
+    // while time stands still, the seconds in the text change: a screen reader reads it once
+    const isStill = now.phase === "running" && now.note !== "";
+    status.ariaLive = isStill && wasStill ? "off" : "polite";
+    wasStill = isStill;
     status.textContent = statusText(now);
     error.textContent = now.error;
     error.hidden = now.error === "";
@@ -57,12 +62,13 @@ function signOf({ phase }: ProgramView): "play" | "error" | "check" | "pause" {
 }
 
 /** One sentence about who drives. */
-export function statusText({ name, phase, busy, can_start }: ProgramView): string {
+export function statusText({ name, phase, note, can_start }: ProgramView): string {
+  if (note !== "") return `${note}.`;
   switch (phase) {
     case "waiting":
       return `${name} starts soon.`;
     case "running":
-      return busy ? `${name} drives, but has made no step for a second.` : `${name} drives the robot.`;
+      return `${name} drives the robot.`;
     case "finished":
       return can_start
         ? `${name} finished. The simulation is paused.`

@@ -196,8 +196,8 @@ def command(
 
     What a script prints goes to stdout, and with --json to stderr.
 
-    Exit status: 0 success; 1 the goal was not reached or an assertion of the script failed;
-    2 unusable input.
+    Exit status: 0 success; 1 the goal was not reached, or the script failed by an assertion, by
+    sys.exit with a status, or in a thread; 2 unusable input.
     """
     file, values = file_and_arguments(words)
     if headless:

@@ -7,6 +7,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from types import TracebackType
 from typing import TYPE_CHECKING, TextIO
 
@@ -14,12 +15,14 @@ import click
 
 from kbot.cli.output import print_json, report
 from kbot.cli.progress import PATIENCE
+from kbot.cli.sim.still_time import still_time_reported
 from kbot.text.errors import Stopped
 from kbot.text.files import write_bytes
 
 if TYPE_CHECKING:
     from kbot.kinematics import PlanarPose
     from kbot.sim import Simulation
+    from kbot.sim.script import Script
 
 
 def run_goto(simulation: Simulation, goal: PlanarPose, timeout: float | None, as_json: bool) -> int:
@@ -121,7 +124,7 @@ class _Program:
 
 
 def _run_script(
-    path: str,
+    script: Script,
     simulation: Simulation,
     stdout: TextIO | None,
     raise_error: Callable[[BaseException], None],
@@ -133,12 +136,11 @@ def _run_script(
         SystemExit: `kill` or a closed terminal ended it.
     """
     from kbot.sim.interruption import Interruption
-    from kbot.sim.script import Script
 
     program = _Program()
     with Interruption(program, raise_error, patience=0.0) as interruption:
         try:
-            Script(path).run(simulation, stdout)
+            script.run(simulation, stdout)
         except Stopped:
             pass
         finally:
@@ -163,22 +165,26 @@ def run_headless(
     `seconds` None: run until Ctrl-C. `raise_error` raises an error where it does no harm to a recording.
     """
     from kbot.sim.report import Odometer, make_report
-    from kbot.sim.script import ScriptFailed
+    from kbot.sim.script import Script, ScriptFailed
 
+    program = None if script is None else Script(script)
     odometer = Odometer(simulation, keeps=plot is not None)
     failed: ScriptFailed | None = None
     interrupted = False
-    with ProgressLine(simulation, seconds if script is None else None) as progress:
+    with (
+        ProgressLine(simulation, seconds if program is None else None) as progress,
+        nullcontext() if program is None else still_time_reported(simulation, program.code),
+    ):
         try:
             if in_real_time or seconds is None:
                 from kbot.sim.real_time import run_in_real_time
 
                 run_in_real_time(simulation, seconds)
-            elif script is None:
+            elif program is None:
                 simulation.run(seconds)
             else:
                 # with --json, stdout is one JSON object
-                interrupted = _run_script(script, simulation, sys.stderr if as_json else None, raise_error)
+                interrupted = _run_script(program, simulation, sys.stderr if as_json else None, raise_error)
         except ScriptFailed as failure:
             failed = failure
         except KeyboardInterrupt:  # the report covers the time until then
@@ -192,6 +198,8 @@ def run_headless(
         click.echo(result.to_text())
     if failed is not None:
         sys.stderr.write(f"{failed}\n")
+    elif program is not None and not (interrupted or simulation.stepping.was_called):
+        sys.stderr.write(f"{program.code.made_no_step}\n")
     if interrupted:
         click.echo(f"interrupted at {simulation.time:.3f} s", err=True)
     if plot is not None:  # after the report, which is printed even if the picture cannot be written
@@ -202,4 +210,4 @@ def run_headless(
         write_bytes(plot, draw(odometer.truth, believed, simulation.world, title))
     if interrupted:
         return INTERRUPTED
-    return 1 if failed is not None else 0
+    return 1 if failed is not None or (program is not None and program.has_failed_thread) else 0

@@ -14,6 +14,7 @@ from kbot.workbench.protocol import ProgramPhase, ProgramView
 
 if TYPE_CHECKING:
     from kbot.sim import Simulation
+    from kbot.sim.user_code import UserCode
 
 SLICE_SECONDS = 0.01
 """Simulated seconds that a program steps at once. Pages act on the simulation between two slices."""
@@ -26,7 +27,7 @@ NEVER = float("-inf")
 """When the first slice is due, before it is requested."""
 SMOOTHING_SECONDS = 0.5
 """Time over which the real-time factor is averaged."""
-BUSY_SECONDS = 1.0
+BUSY_SECONDS = 1
 """Seconds without a step after which pages report that the program computes."""
 
 
@@ -44,9 +45,10 @@ class Program:
     Between `begin` and `finish` its steps are paced to real time, and to the speed and pause of the page.
     """
 
-    def __init__(self, name: str, turns: Turns, pace: PagePace, can_start: bool = False) -> None:
+    def __init__(self, code: UserCode, turns: Turns, pace: PagePace, can_start: bool = False) -> None:
         """`can_start` means that a page can start the program. The program's thread has the simulation."""
-        self.name, self.turns, self._pace = name, turns, pace
+        self.code, self.turns, self._pace = code, turns, pace
+        self.name = code.name
         self.can_start = can_start
         self.interrupt: Callable[[], None] = lambda: None
         """Called on any thread to interrupt the program after `stop` and `restart`."""
@@ -57,14 +59,16 @@ class Program:
         self.wants_start = False
         """Whether a page or a saved file asks to start the program again."""
         self.phase: ProgramPhase = "waiting"
-        self._text = ""
+        self._error = self._note = ""
+        self._busy_text = (0.0, 0, "")
+        """When the program made its last step, the seconds since then, and the line about that."""
         self._thread = 0
         self.is_lending = False
         """Whether the program waits in a step, and the server may use the simulation."""
         self._is_ending = False
         self.was_interrupted = False
         """Whether the program was started again while it ran. Its run stays paused if it was."""
-        self._due = self._lent = self._stepped = 0.0
+        self._due = self._lent = self._stepped = self._waited = 0.0
         self._left = self._slice = 0
         self._timestep = 1.0
         self._granted = 0.0
@@ -86,8 +90,18 @@ class Program:
         return self.is_running and self._is_ending
 
     def view(self) -> ProgramView:
-        is_busy = self.is_running and time.monotonic() - self._lent > BUSY_SECONDS
-        return ProgramView(self.name, self.phase, is_busy, self.can_start, self._text)
+        note = self._note_while_running() if self.is_running else self._note
+        return ProgramView(self.name, self.phase, note, self.can_start, self._error)
+
+    def _note_while_running(self) -> str:
+        """The line about a program that has made no step for long. It changes once a second."""
+        last = max(self._waited, self._lent)
+        seconds = int(time.monotonic() - last)
+        if seconds < BUSY_SECONDS:
+            return ""
+        if self._busy_text[:2] != (last, seconds):
+            self._busy_text = last, seconds, self.code.computes(self._thread, seconds)
+        return self._busy_text[2]
 
     def stop(self) -> None:
         """End the program. May be called on any thread."""
@@ -128,24 +142,25 @@ class Program:
         self._timestep = simulation.timestep
         self._slice = max(1, round(SLICE_SECONDS / simulation.timestep))
         self._left, self._granted = 0, 0.0
-        self._due, self._lent, self._stepped = NEVER, now, now
-        self._text, self.phase = "", "running"
+        self._due = NEVER
+        self._lent = self._stepped = self._waited = now
+        self._error, self.phase = "", "running"
         simulation.stepping.pace = self
 
-    def finish(self, simulation: Simulation, phase: ProgramPhase, text: str = "") -> None:
-        """Stop pacing. `text` is the error of a failed program."""
+    def finish(self, simulation: Simulation, phase: ProgramPhase, error: str = "", note: str = "") -> None:
+        """Stop pacing. `error` is that of a failed program, `note` what pages show about a finished one."""
         simulation.stepping.pace = None
         self.was_interrupted = self._is_ending and self.wants_start
-        self._text, self.phase = text, phase
+        self._error, self._note, self.phase = error, note, phase
 
     def prepare(self) -> None:
         """Keep the server from advancing the simulation until `begin` or `fail`."""
-        self._text, self.phase = "", "waiting"
+        self._error, self._note, self.phase = "", "", "waiting"
 
-    def fail(self, text: str) -> None:
+    def fail(self, error: str) -> None:
         """Report that the program could not start."""
         self.wants_start = False
-        self._text, self.phase = text, "failed"
+        self._error, self.phase = error, "failed"
 
     def wait(self, steps: int) -> int:
         """Wait until the next slice is due. Returns how many of the steps may be made now."""
@@ -157,6 +172,7 @@ class Program:
             self._end_slice()
         allowed = min(steps, self._left)
         self._left -= allowed
+        self._waited = time.monotonic()
         return allowed
 
     def _end_slice(self) -> None:

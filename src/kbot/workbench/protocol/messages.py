@@ -986,13 +986,14 @@ class State:
 class ProgramView:
     """The user's program that drives the simulation. `name` is its file.
 
-    `busy` means that it has made no step for a second. `can_start` means that `RunProgram` starts it again.
-    `error` is the reason why it failed, with file and line.
+    `note` is a sentence about a running program that makes no step, or a finished one that made none.
+    Otherwise it is empty. `can_start` means that `RunProgram` starts it again. `error` is the reason why it
+    failed, with file and line.
     """
 
     name: str
     phase: ProgramPhase
-    busy: bool
+    note: str
     can_start: bool
     error: str
     type: Literal["program"] = "program"
