@@ -101,7 +101,9 @@ def test_threads_that_a_script_left_do_not_delay_the_end(
 
 def test_a_script_cannot_keep_ctrl_c_from_ending_the_run_after_it(tmp_path: Path, start_kbot: Start) -> None:
     script = tmp_path / "drive.py"
-    script.write_text("import signal\ndef drive(sim):\n    signal.signal(signal.SIGINT, signal.SIG_IGN)\n")
+    script.write_text(
+        "import signal\ndef drive(sim):\n    signal.signal(signal.SIGINT, signal.SIG_IGN)\n    sim.run(0.1)\n"
+    )
     program = start_kbot("sim", "kbot", "--script", script, "--no-browser", "--port", "0")
     started(program, "finished")
     program.send_signal(signal.SIGINT)
