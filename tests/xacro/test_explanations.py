@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from kbot.checks import Config, check_text
+from kbot.checks.fixes import apply_edits
 from kbot.text import Diagnostic
 from kbot.xacro import expand_text
 
@@ -248,3 +249,39 @@ def test_a_text_is_traced_through_the_parameters_of_macros() -> None:
     )
     (error,) = expand_text(text, "f").diagnostics
     assert (str(error.origin), error.hint) == ("f:2:37", "write 0.035")
+
+
+ARGUMENT = (
+    '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
+    '<xacro:arg name="length" default="{}"/>\n'
+    '<xacro:property name="length" value="$(arg length)"/>\n'
+    '<a x="${{length + 1}}"/></robot>'
+)
+
+
+def test_a_text_is_reported_and_fixed_at_the_default_of_its_argument() -> None:
+    text = ARGUMENT.format("0,3")
+    (error,) = expand_text(text, "f").diagnostics
+    assert (str(error.origin), error.message) == ("f:2:35", "length: '0,3' is text, not a number")
+    assert error.fix is not None
+    assert apply_edits(text, error.fix.edits) == ARGUMENT.format("0.3")
+
+
+def test_a_text_from_the_default_of_another_argument_is_reported_there() -> None:
+    text = ARGUMENT.format("$(arg l)").replace("\n", '\n<xacro:arg name="l" default="0,3"/>\n', 1)
+    (error,) = expand_text(text, "f").diagnostics
+    assert (str(error.origin), error.message) == ("f:2:30", "l: '0,3' is text, not a number")
+
+
+@pytest.mark.parametrize("kind", ["arguments", "properties"])
+def test_a_text_that_the_caller_gives_has_no_fix_in_the_file(kind: str) -> None:
+    given = {kind: {"length": "0,4"}}
+    (error,) = expand_text(ARGUMENT.format("0.3"), "f", **given).diagnostics
+    assert error.message == "length: the given value '0,4' is text, not a number"
+    assert (error.hint, error.fix) == ("write 0.4", None)
+
+
+def test_a_text_that_is_composed_has_no_fix_that_cuts_the_argument_off() -> None:
+    text = ARGUMENT.format("0").replace("$(arg length)", "$(arg length),3")
+    (error,) = expand_text(text, "f").diagnostics
+    assert (str(error.origin), error.hint, error.fix) == ("f:3:38", "write 0.3", None)

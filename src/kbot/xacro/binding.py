@@ -14,10 +14,11 @@ class Binding:
     """A name's value in a scope, and where it was written.
 
     `node` and `attribute` are the element and attribute that hold the value. `call` is the macro call or
-    include that led there. `inputs` are the bindings that the value was computed from.
+    include that led there. `inputs` are the bindings that the value was computed from. `is_given`: the caller
+    gave another value than the one written there.
     """
 
-    __slots__ = ("attribute", "call", "inputs", "name", "node", "problem", "state", "value")
+    __slots__ = ("attribute", "call", "inputs", "is_given", "name", "node", "problem", "state", "value")
 
     def __init__(
         self, name: str, value: Value, state: int, node: Element | None, attribute: str, call: Call | None
@@ -29,6 +30,7 @@ class Binding:
         self.attribute = attribute
         self.call = call
         self.inputs: tuple[Binding, ...] = ()
+        self.is_given = False
         self.problem: Problem | None = None
 
     def __repr__(self) -> str:

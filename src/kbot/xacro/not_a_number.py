@@ -126,8 +126,10 @@ class PropertyFault:
     def __init__(self, binding: Binding, quantity: Quantity | None = None) -> None:
         text = str(binding.value)
         written = binding.node.attributes.get(binding.attribute, "") if binding.node is not None else ""
-        found = explain(text, written, quantity)
+        found = explain(text, text if binding.is_given else written, quantity)
         what = f"'{shortened(text, QUOTED)}' is text, not a number" if text.strip() else "the value is empty"
+        if binding.is_given:
+            what = f"the given value {what.removeprefix('the value ')}"
         self.message = f"{binding.name}: {what}" + (f": {found.reason}" if found.reason else "")
         if not isinstance(binding.value, str):
             self.message = f"{binding.name}: {found.reason}"
@@ -137,7 +139,7 @@ class PropertyFault:
         self.is_explained = bool(found.hint)
         if binding.node is not None:
             self.origin = locate(binding.node, binding.attribute, binding.call, None)
-            if binding.attribute != "params":  # which has other parameters too
+            if binding.attribute != "params" and not binding.is_given:  # params has other parameters too
                 self.fix = found.fix(self.origin.span)
 
 
@@ -196,7 +198,8 @@ def explain(text: str, written: str, quantity: Quantity | None = None) -> Explan
         sign, whole, decimals = comma.groups()
         number = f"{sign}{whole or 0}.{decimals}"
         # 1,500 may also be a thousand and five hundred
-        return Explanation(f"write {number}", number, is_sure=int(whole or 0) == 0 or len(decimals) != 3)
+        is_sure = int(whole or 0) == 0 or len(decimals) != 3
+        return Explanation(f"write {number}", number if "$" not in written else "", is_sure)
     unit = _WITH_UNIT.fullmatch(text.strip())
     if unit and is_unit(unit[2]):
         return _with_unit(unit[1], unit[2], quantity, is_whole="$" not in written)

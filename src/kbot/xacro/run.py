@@ -53,7 +53,7 @@ class Run:
         self.failed_arguments: dict[str, Problem] = {}
         self.declared: set[str] = set()
         self.defaults: dict[str, Binding] = {}
-        """The first default of each argument, unevaluated. Later defaults have no effect."""
+        """Each argument at its first default, with its value. Later defaults have no effect."""
         self._packages = packages
         self.limits = limits
         self.root_dir = root_dir
@@ -151,6 +151,8 @@ class Run:
             fault.near = hint.startswith("did")
             raise fault from None
         self.declared.add(name)
+        if name in self.defaults:
+            self.used.append(self.defaults[name])
         return value
 
     def load_yaml(self, filename: str, constant: Callable[[str], Value]) -> Value:

@@ -11,6 +11,7 @@ from kbot.xacro.location import locate, name_span
 from kbot.xacro.scope import Scope
 from kbot.xacro.tags.attributes import check_attributes
 from kbot.xacro.templates import shortened
+from kbot.xacro.values import literal
 from kbot.xacro.xacro_error import XacroError
 
 
@@ -19,14 +20,18 @@ def declare_argument(walk: Expander, node: Element, place: ExpansionContext, has
     check_attributes(walk.run, node, place)
     run, name = walk.run, node.attributes["name"]
     run.declared.add(name)
-    run.defaults.setdefault(name, Binding(name, None, READY, node, "default", place.call))
+    argument = run.defaults.setdefault(name, Binding(name, None, READY, node, "default", place.call))
+    argument.is_given = name in run.given
     if name not in run.arguments:
+        run.used.clear()
         try:
             run.arguments[name] = run.budget.text(walk.evaluated(node, "default", place))
+            argument.inputs = tuple(run.used)
         except XacroError as fault:
             if fault.problem is None:
                 raise
             run.failed_arguments[name] = fault.problem
+    argument.value = literal(run.arguments.get(name))
     walk.gap.drop_comments(place.out, place.out, has_next)
 
 
@@ -70,6 +75,7 @@ def _bind(walk: Expander, name: str, node: Element, place: ExpansionContext) -> 
     elif target.parent is None and name in walk.overrides:
         walk.overridden.add(name)
         binding = Binding(name, walk.overrides[name], READY, node, source, place.call)
+        binding.is_given = True
     else:
         binding = Binding(name, attributes[source], LAZY, node, source, place.call)
         if not lazy:
