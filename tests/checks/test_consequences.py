@@ -191,6 +191,31 @@ def test_millimetres_are_recognized_at_the_property(
     assert apply_edits(text, finding.fix.edits) == robot
 
 
+@pytest.mark.parametrize(
+    ("radius", "given", "message", "hint", "has_fix"),
+    [
+        ("50", {}, "r: 50 m looks like millimetres", "lengths are in metres: write 0.05", True),
+        ("0.05", {"r": "50"}, "the given r: 50 m looks like millimetres", "write 0.05", False),
+        ("${5*10}", {}, "'xyz' of <origin>: 50.04 m looks like millimetres", "lengths are in metres", False),
+    ],
+)
+def test_only_a_written_length_has_a_suggestion(
+    radius: str, given: dict[str, str], message: str, hint: str, has_fix: bool
+) -> None:
+    declared = f'<xacro:arg name="r" default="{radius}"/><xacro:property name="p" value="${{$(arg r)}}"/>'
+    shape = '<visual><origin xyz="0 ${p + 0.04} 0"/><geometry><sphere radius="${p}"/></geometry></visual>'
+    text = (
+        f'<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">{declared}<link name="a">{shape}</link>'
+        "</robot>"
+    )
+    found = check_text(text, "r.xacro", arguments=given, config=Config(select=("G113",)))
+    first = found[0]
+    assert first.message == message
+    assert hint in first.hint
+    assert [d.hint for d in found[1:]] == ["lengths are in metres"] * len(found[1:])
+    assert bool(first.fix) == has_fix
+
+
 def test_all_lengths_of_a_robot_in_millimetres_are_fixed(robot: str) -> None:
     text = robot
     for name, metres, millimetres in (

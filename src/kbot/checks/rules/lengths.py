@@ -9,6 +9,7 @@ from kbot.checks.registry import Finding, Found, rule
 from kbot.model import Box, Capsule, Cylinder, Geometry, Joint, JointType, Sphere
 from kbot.text import Element, Origin, Severity
 from kbot.xacro.binding import READY, Binding
+from kbot.xacro.not_a_number import TOKEN
 
 _LONG = 10.0
 """m: parts of robots are shorter. 10 mm is the thickness of a plate."""
@@ -46,6 +47,9 @@ def length_in_millimetres(context: Context) -> Found:
             if origin in seen:
                 continue
             seen.add(origin)
+            if not written:  # it is computed, so no number of the file is known to be wrong
+                yield Finding(origin, f"{name}: {length:g} m looks like millimetres", "lengths are in metres")
+                continue
             metres = f"{float(written) * _MILLIMETRE:.10g}"
             yield Finding(
                 origin,
@@ -94,18 +98,28 @@ def _sizes(geometry: Geometry) -> Iterator[tuple[str, float]]:
 
 
 def _numbers(element: Element, attribute: str, length: float) -> Iterator[tuple[Origin, str, str]]:
-    """The numbers that make a length too large, each with its place and name: properties and parameters that
-    are written as numbers, or else the numbers of the attribute."""
+    """The numbers that make a length too large, each with its place, name and text: arguments, properties and
+    parameters that are written as numbers, or else the number of the attribute. The text of a computed one is
+    empty."""
     found = list(_inputs((element.inputs or {}).get(attribute, ())))
     large = [b for b in found if abs(b.value) >= min(_LONG, length)] or found
     for binding in large:
-        origin = binding.origin
-        if origin is not None and binding.node is not None:
-            yield origin, binding.name, binding.node.attributes[binding.attribute]
+        if binding.origin is not None:
+            given = "the given " if binding.is_given else ""
+            yield binding.origin, f"{given}{binding.name}", _written(binding)
     if not large:
         origin = element.attribute_origin(attribute)
-        written = max(element.attributes[attribute].split(), key=lambda word: abs(float(word)))
+        words, tokens = element.attributes[attribute].split(), TOKEN.findall(origin.span.text)
+        index = max(range(len(words)), key=lambda index: abs(float(words[index])))
+        written = words[index] if tokens[index : index + 1] == [words[index]] else ""
         yield origin, f"'{attribute}' of <{element.tag}>", written
+
+
+def _written(binding: Binding) -> str:
+    """How a value is written, in the file or by the caller."""
+    if binding.is_given:
+        return str(binding.value)
+    return binding.node.attributes.get(binding.attribute, "$") if binding.node is not None else "$"
 
 
 def _inputs(bindings: tuple[Binding, ...]) -> Iterator[Binding]:
@@ -118,8 +132,7 @@ def _inputs(bindings: tuple[Binding, ...]) -> Iterator[Binding]:
             continue
         seen.add(id(binding))
         waiting += binding.inputs
-        written = binding.node.attributes.get(binding.attribute, "$") if binding.node is not None else "$"
-        if "$" not in written and _is_number(binding.value) and abs(binding.value) >= _LEAST:
+        if "$" not in _written(binding) and _is_number(binding.value) and abs(binding.value) >= _LEAST:
             yield binding
 
 
