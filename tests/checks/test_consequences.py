@@ -135,6 +135,12 @@ def test_a_missing_call_has_no_consequences(robot: str) -> None:
             'size="0.001 0.001 0.001"',
         ),
         (
+            'xyz="${caster_wheel_joint_offset} 0 -${',
+            'xyz="${caster_wheel_joint_offset}, 0,-${',
+            "'xyz' of <origin> needs 3 numbers, not 2",
+            'xyz="${caster_wheel_joint_offset} 0 -${',
+        ),
+        (
             'name="sphere_inertia" params="m r"',
             'name="sphere_inertia" params="m,r"',
             "the parameters of the macro 'sphere_inertia' are separated by commas",

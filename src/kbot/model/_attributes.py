@@ -14,6 +14,8 @@ from kbot.text.numbers import NUMBER
 
 _WORDS = re.compile(r"[^ \t\n\v\f\r]+")
 """Words between white space as C defines it. ROS reads numbers with C's functions."""
+_COMMA = re.compile(r"(\$\{[^{}]*\}|\$\([^()]*\))|\s*,(\s*)")
+"""A comma with the blanks around it, or an expression, whose commas are not matched."""
 FARTHEST = 1e9
 """Metres of the greatest length. With far greater ones, the libraries cannot distinguish triangles."""
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
@@ -152,14 +154,16 @@ class AttributeReader:
 
     def _commas(self, element: Element, attribute: str, text: str, count: int, words: int) -> None:
         """Report commas between numbers."""
-        origin, spaced = element.attribute_origin(attribute), " ".join(text.replace(",", " ").split())
-        fix = None
-        if origin.span.text == text:
+        origin = element.attribute_origin(attribute)
+        fix, hint = None, "separate numbers by spaces, not by commas"
+        written = [match for match in _COMMA.finditer(origin.span.text) if match[1] is None]
+        if len(written) == text.count(","):  # else some come from an expression
+            spaced = _COMMA.sub(lambda match: match[1] or match[2] or " ", origin.span.text).strip()
+            hint += f": {spaced}"
             fix = Fix(f"write {spaced}", (Edit(origin.span, spaced),), safe=True)
         message = f"'{attribute}' of <{element.tag}> has commas between its numbers"
         if words != count:
             message = f"'{attribute}' of <{element.tag}> needs {count} numbers, not {words}"
-        hint = f"separate numbers by spaces, not by commas: {spaced}"
         self.error("U012", message, origin, hint, fix=fix)
 
     def _not_a_number(self, element: Element, attribute: str, text: str) -> None:
