@@ -14,6 +14,7 @@ from kbot.model.load import resolve_robot_path
 from kbot.text import Diagnostic
 from kbot.text.files import unsaved
 
+SIZES = (("wheel_radius", "0.035"), ("caster_wheel_radius", "0.0175"))
 CHAPTER = Path("chapter/corrected/kbot_description/urdf/kbot.xacro")
 
 
@@ -141,6 +142,31 @@ def test_a_missing_call_has_no_consequences(robot: str) -> None:
             'xyz="${caster_wheel_joint_offset} 0 -${',
         ),
         (
+            'xyz="0 0 ${wheel_radius + 0.005}"',
+            'xyz="0 0 wheel_radius+0.005"',
+            "'xyz' of <origin> is not a number: 'wheel_radius+0.005'",
+            'xyz="0 0 ${wheel_radius+0.005}"',
+        ),
+        ('<mass value="${m}"/>', '<mass value="{m}"/>', "'value' of <mass> is not a number", 'value="${m}"'),
+        (
+            'name="wheel_joint_offset" value="0.02"',
+            'name="wheel_joint_offset" value="wheel_radius/2"',
+            "wheel_joint_offset: 'wheel_radius/2' is text, not a number",
+            'value="${wheel_radius/2}"',
+        ),
+        (
+            'name="caster_wheel_joint_offset" value="-0.06"',
+            'name="caster_wheel_joint_offset" value="\N{MINUS SIGN}0.06"',
+            "'\N{MINUS SIGN}' is not the minus sign of numbers",
+            'value="-0.06"',
+        ),
+        (
+            'name="wheel_joint_offset" value="0.02"',
+            'name="wheel_joint_offset" value="${0,2*base_len}"',
+            "wheel_joint_offset: '0,2*base_len' has several values: the comma separates them",
+            'value="${0.2*base_len}"',
+        ),
+        (
             'name="sphere_inertia" params="m r"',
             'name="sphere_inertia" params="m,r"',
             "the parameters of the macro 'sphere_inertia' are separated by commas",
@@ -167,6 +193,25 @@ def test_a_typing_mistake_is_one_error_with_a_safe_fix(
     assert error.fix.safe
     assert right in apply_edits(text, error.fix.edits)
     assert not [d for d in found_in(fixed(text, "kbot.xacro", found_in, unsafe=False)[0]) if d.is_error]
+
+
+@pytest.mark.parametrize("value", ["--0.0125", "1/0", "(0.05", "0.0.5", "1e", "5%", "nan", "inf", "-1e400"])
+@pytest.mark.parametrize("property_", ["wheel_radius", "caster_wheel_radius"])
+def test_a_malformed_number_is_one_error_at_its_property(robot: str, property_: str, value: str) -> None:
+    written = f'name="{property_}" value="'
+    text, found = spoiled(robot, written + dict(SIZES)[property_], written + value)
+    (error,) = (d for d in found if d.is_error)
+    assert error.message.startswith(f"{property_}: '{value}' is ")
+    assert error.origin is not None
+    assert error.origin.span.line == line(text, written)
+    assert error.fix is None
+
+
+@pytest.mark.parametrize("value", ["{n}", "m*n", "2*mass", "m and w", "m.x"])
+def test_an_expression_with_unknown_names_has_no_suggestion(robot: str, value: str) -> None:
+    _, found = spoiled(robot, '<mass value="${m}"/>', f'<mass value="{value}"/>')
+    errors = [d for d in found if d.is_error]
+    assert {(d.hint, d.fix) for d in errors} == {("", None)}
 
 
 def test_a_macro_without_prefix_is_one_error(robot: str) -> None:

@@ -43,7 +43,7 @@ def examine(
     expansion = expand_text(source.text, source.path, arguments, properties=properties, packages=packages)
     problems, robot = list(expansion.diagnostics), None
     if expansion.document is not None:
-        reading = read_robot(expansion.document, packages)
+        reading = read_robot(expansion.document, packages, expansion.names_at)
         robot = reading.robot
         problems += _not_reported_before(problems, reading.diagnostics)
     return Context(source, expansion, robot, tuple(problems), packages, config, arguments)

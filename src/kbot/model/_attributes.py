@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 import os
 import re
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Protocol
 
 from kbot.model.quantities import quantity_of
-from kbot.text import Diagnostic, Edit, Element, Fix, Origin, Related, Severity
+from kbot.text import Call, Diagnostic, Edit, Element, Fix, Origin, Related, Severity
 from kbot.text.numbers import NUMBER
 
 _WORDS = re.compile(r"[^ \t\n\v\f\r]+")
@@ -18,13 +19,22 @@ _COMMA = re.compile(r"(\$\{[^{}]*\}|\$\([^()]*\))|\s*,(\s*)")
 """A comma with the blanks around it, or an expression, whose commas are not matched."""
 FARTHEST = 1e9
 """Metres of the greatest length. With far greater ones, the libraries cannot distinguish triangles."""
-_NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
+_NOT_FINITE = re.compile(r"[+-]*(nan|inf|infinity)", re.IGNORECASE)
 
 
 class MeshFinder(Protocol):
     """Finds the files of meshes, as `kbot.xacro.packages.Packages` does."""
 
     def resolve(self, uri: str) -> str | None: ...
+
+
+NamesAt = Callable[[Call | None], frozenset[str]]
+"""The names that an expression can use in the macro of a call, or at the top level."""
+
+
+def no_names(_: Call | None) -> frozenset[str]:
+    """No names: the document is not xacro."""
+    return frozenset()
 
 
 class AttributeReader:
@@ -34,8 +44,9 @@ class AttributeReader:
     finds further errors, and the robot cannot be used before they are fixed.
     """
 
-    def __init__(self, finder: MeshFinder | None = None) -> None:
+    def __init__(self, finder: MeshFinder | None = None, names: NamesAt = no_names) -> None:
         self.finder = finder
+        self._names = names
         self.diagnostics: list[Diagnostic] = []
         self.joint_type = ""
         """The type of the joint whose elements are read."""
@@ -169,15 +180,24 @@ class AttributeReader:
     def _not_a_number(self, element: Element, attribute: str, text: str) -> None:
         """Report a word of an attribute: at the property that it comes from if that is a text, else here."""
         # only for an error: start-up time
-        from kbot.xacro.not_a_number import QUOTED, PropertyFault, explain_word, is_object, source_of_text
+        from kbot.xacro.not_a_number import (
+            QUOTED,
+            PropertyFault,
+            explain_word,
+            is_infinite,
+            is_object,
+            is_text,
+            is_text_or_several,
+            source_of_text,
+        )
         from kbot.xacro.templates import shortened
 
         quantity = quantity_of(element.tag, attribute, self.joint_type)
-        kinds = (str, tuple) if is_object(text) else (str,)
-        binding = source_of_text((element.inputs or {}).get(attribute, ()), kinds)
+        is_wrong = is_infinite if _is_infinite(text) else is_text_or_several if is_object(text) else is_text
+        binding = source_of_text((element.inputs or {}).get(attribute, ()), is_wrong)
         if binding is not None and "${" not in text:
             is_copied = text.strip("+- ") == str(binding.value).strip("+- ")
-            fault = PropertyFault(binding, quantity if is_copied else None)
+            fault = PropertyFault(binding, quantity if is_copied else None, self._names(None))
             if fault.is_explained and fault.origin is not None:
                 self.error("U012", fault.message, fault.origin, fault.hint, fix=fault.fix)
                 return
@@ -186,7 +206,7 @@ class AttributeReader:
         origin = element.attribute_origin(attribute)
         message = f"'{attribute}' of <{element.tag}> is not {kind}: "
         value, written = element.attributes[attribute], origin.span.text
-        found, fix = explain_word(origin.span, value, written, text, quantity)
+        found, fix = explain_word(origin.span, value, written, text, quantity, self._names(element.call))
         shown = f"'{shortened(text, QUOTED)}'"
         if found.reason:
             shown = found.reason if is_object(text) else f"{shown}: {found.reason}"

@@ -131,7 +131,7 @@ def _read(expansion: Expansion, packages: Packages) -> Loaded:
     if expansion.document is None:
         return Loaded(None, expansion, expansion.diagnostics, packages)
     with reading(expansion.path or ""):
-        read = read_robot(expansion.document, packages)
+        read = read_robot(expansion.document, packages, expansion.names_at)
     diagnostics = read.diagnostics
     if any(d.is_error for d in expansion.diagnostics):
         diagnostics = tuple(d for d in diagnostics if not _is_consequence(d))

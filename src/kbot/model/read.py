@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from kbot.model._attributes import AttributeReader, MeshFinder, parts
+from kbot.model._attributes import AttributeReader, MeshFinder, NamesAt, no_names, parts
 from kbot.model.geometry import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
 from kbot.model.robot import (
     Collision,
@@ -399,14 +399,16 @@ class RobotReading:
         return self.robot
 
 
-def read_robot(document: Element, packages: MeshFinder | None = None) -> RobotReading:
+def read_robot(
+    document: Element, packages: MeshFinder | None = None, names: NamesAt = no_names
+) -> RobotReading:
     """Read the root element of an expanded description. Errors are diagnostics, not exceptions.
 
     Reading continues after an error. In a robot with errors, an unreadable number is NaN in an inertial and 0
     in a pose or axis, and an unreadable shape is omitted. `packages` finds the files of meshes. A missing
-    file is not an error here.
+    file is not an error here. `names` are those that a correction may suggest.
     """
-    values = AttributeReader(packages)
+    values = AttributeReader(packages, names)
     if document.tag != "robot":
         hint = "a robot starts with <robot name='…'>"
         values.error("U001", f"<{document.tag}> is not a robot", document.origin, hint)

@@ -13,12 +13,13 @@ from keyword import iskeyword
 from kbot.text.suggest import did_you_mean
 from kbot.xacro.expressions.closures import closure_of
 from kbot.xacro.expressions.operations import InvalidExpression
-from kbot.xacro.names import FUNCTIONS
+from kbot.xacro.names import FUNCTIONS, KNOWN
 from kbot.xacro.not_a_number import (
     QUOTED,
     PropertyFault,
     decimal_comma,
     explain,
+    is_text_or_several,
     is_unit,
     number_in_expression,
     source_of_text,
@@ -301,13 +302,11 @@ class _Explainer:
         if binding is None or binding.node is None:
             hint = _hint_for(text) if isinstance(part, ast.Constant) else ""
             return self._fault(f"'{shown}' is text, not a number", hint)
-        found = PropertyFault(binding)
+        found = PropertyFault(binding, names=self._names())
         if not found.is_explained:  # a text that is meant: the expression is wrong
             what = f"'{binding.name}' is the text '{shown}', not a number"
             return self._fault(what, f"its value is written at {found.origin}")
-        fault = XacroError("X104", found.message, found.hint, key=("text", id(binding)), origin=found.origin)
-        fault.fix, fault.is_elsewhere = found.fix, True
-        return fault
+        return _at_property(found, binding)
 
     def _operation(self, node: ast.BinOp, error: Exception) -> XacroError | None:
         operator = _OPERATORS[type(node.op)]
@@ -331,6 +330,10 @@ class _Explainer:
             if callable(value):
                 return self._fault(f"'{shown}' is a function", f"call it: {shown}(…)")
             if isinstance(value, tuple):
+                binding = source_of_text([b for b in (self._binding(part),) if b], is_text_or_several)
+                found = PropertyFault(binding) if binding is not None and binding.node is not None else None
+                if binding is not None and found is not None and found.is_explained:
+                    return _at_property(found, binding)
                 comma = decimal_comma(self.source)
                 hint = f"write {comma[1]}.{comma[2]}" if comma else "write numbers with a decimal point"
                 return self._fault(f"'{shown}' has several values: the comma separates them", hint)
@@ -414,6 +417,11 @@ class _Explainer:
         find = getattr(self.parts.names, "find", None)
         return find(node.id) if find is not None and isinstance(node, ast.Name) else None
 
+    def _names(self) -> frozenset[str]:
+        """The names that a property at the top level can use."""
+        top = getattr(self.parts.names, "top", None)
+        return frozenset({*KNOWN, *top().known()}) if top is not None else frozenset()
+
     def _name_of_text(self, node: ast.expr) -> ast.Name | None:
         """The name of the text that a part was computed from: `2 * '1'` repeats the text."""
         match node:
@@ -424,6 +432,13 @@ class _Explainer:
             case ast.UnaryOp():
                 return self._name_of_text(node.operand)
         return None
+
+
+def _at_property(found: PropertyFault, binding: Binding) -> XacroError:
+    """The fault of a property or parameter, for an expression that needs its value."""
+    fault = XacroError("X104", found.message, found.hint, key=("text", id(binding)), origin=found.origin)
+    fault.fix, fault.is_elsewhere = found.fix, True
+    return fault
 
 
 def _hint_for(text: str) -> str:

@@ -8,17 +8,19 @@ import math
 import re
 import warnings
 
+from kbot.text.numbers import NUMBER
 from kbot.xacro.location import locate, within
 from kbot.xacro.templates import shortened
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence, Set
     from typing import Literal
 
     from kbot.text.diagnostic import Fix
     from kbot.text.span import Origin, Span
     from kbot.xacro.binding import Binding
+    from kbot.xacro.values import Value
 
     Quantity = Literal["length", "mass", "angle", ""]
     """What a number measures. Empty if none of these."""
@@ -46,6 +48,15 @@ _SEVERAL = re.compile(r"\([^(),]*+,[^()]*+\)")
 _FUNCTION = re.compile(r"<(?:built-in |bound )?(?:function|method|class) '?([\w.]++)")
 _DECIMAL_COMMA = re.compile(r"(?<![\w.,])(\d++),(\d++)(?![\w.,])")
 _CALLED = re.compile(r"[\w)\]]\s*+$")
+_BRACED = re.compile(r"\{([^{}]*+)\}")
+"""An expression whose dollar sign was forgotten."""
+_ARITHMETIC = (
+    ast.Expression, ast.Name, ast.Load, ast.BinOp, ast.UnaryOp, ast.Call, ast.Constant,
+    ast.operator, ast.unaryop,
+)  # fmt: skip
+_NUMBERLIKE = re.compile(r"[-+.(]*+\d[^\sA-Za-z]*+(?:[eE][-+\d.]*+)?")
+"""A text that is meant to be a number, such as `--0.1`, `(0.1`, `0.0.1`, `1e`, `1/0` and `5%`."""
+_MINUS_SIGNS = str.maketrans("\N{MINUS SIGN}\N{EN DASH}", "--")
 
 
 def is_unit(word: str) -> bool:
@@ -123,15 +134,20 @@ class PropertyFault:
 
     __slots__ = ("fix", "hint", "is_explained", "message", "origin")
 
-    def __init__(self, binding: Binding, quantity: Quantity | None = None) -> None:
+    def __init__(
+        self, binding: Binding, quantity: Quantity | None = None, names: Set[str] = frozenset()
+    ) -> None:
         text = str(binding.value)
         written = binding.node.attributes.get(binding.attribute, "") if binding.node is not None else ""
-        found = explain(text, text if binding.is_given else written, quantity)
+        found = explain(text, text if binding.is_given else written, quantity, names - {binding.name})
         what = f"'{shortened(text, QUOTED)}' is text, not a number" if text.strip() else "the value is empty"
+        if is_infinite(binding.value):
+            what = f"'{shortened(text if binding.is_given else written, QUOTED)}' is not a finite number"
+            found = Explanation("write a finite number")
         if binding.is_given:
             what = f"the given value {what.removeprefix('the value ')}"
         self.message = f"{binding.name}: {what}" + (f": {found.reason}" if found.reason else "")
-        if not isinstance(binding.value, str):
+        if isinstance(binding.value, tuple):
             self.message = f"{binding.name}: {found.reason}"
         self.hint = found.hint
         self.origin: Origin | None = None
@@ -143,15 +159,30 @@ class PropertyFault:
                 self.fix = found.fix(self.origin.span)
 
 
-def source_of_text(bindings: Sequence[Binding], kinds: tuple[type, ...] = (str,)) -> Binding | None:
+def is_infinite(value: Value) -> bool:
+    """Whether a value is infinite or not a number of IEEE 754."""
+    return isinstance(value, float) and not math.isfinite(value)
+
+
+def is_text(value: Value) -> bool:
+    return isinstance(value, str)
+
+
+def is_text_or_several(value: Value) -> bool:
+    return isinstance(value, str | tuple)
+
+
+def source_of_text(
+    bindings: Sequence[Binding], is_wrong: Callable[[Value], bool] = is_text
+) -> Binding | None:
     """The property or parameter that a text was first written in, among bindings and what they were computed
     from. None if none of them is a text.
 
-    `kinds`: the types that count as a text.
+    `is_wrong`: whether a value counts as a text.
     """
     found = None
     while True:
-        text = next((binding for binding in bindings if isinstance(binding.value, kinds)), None)
+        text = next((binding for binding in bindings if is_wrong(binding.value)), None)
         if text is None:
             return found
         found, bindings = text, text.inputs
@@ -162,48 +193,78 @@ TOKEN = re.compile(r"(?:\$\{[^{}]*+\}|[^\s$]|\$)++")
 
 
 def explain_word(
-    span: Span, value: str, written: str, word: str, quantity: Quantity
+    span: Span, value: str, written: str, word: str, quantity: Quantity, names: Set[str]
 ) -> tuple[Explanation, Fix | None]:
     """Explain a word of an attribute's value that is not a number, and fix this word alone.
 
     `span` is the value in the source, `written` its text there, and `value` what it evaluates to.
-    `quantity`: as for `explain`.
+    `quantity` and `names`: as for `explain`.
     """
     if "${" in written and is_object(word):
         return _explain_object(value, written), None
     if word == value.strip() and "${" not in written:  # perhaps with blanks: `90 deg`
-        found = explain(word, written, quantity)
+        found = explain(word, written, quantity, names)
         return found, found.fix(span)
     words, tokens = value.split(), list(TOKEN.finditer(written))
     if word not in words or len(words) != len(tokens):
         return Explanation(""), None
     token = tokens[words.index(word)]
-    found = explain(word, token[0], quantity)
+    found = explain(word, token[0], quantity, names)
     return found, found.fix(within(span, written, *token.span()))
 
 
-def explain(text: str, written: str, quantity: Quantity | None = None) -> Explanation:
+def explain(
+    text: str, written: str, quantity: Quantity | None = None, names: Set[str] = frozenset()
+) -> Explanation:
     """Explain a text. `written` is how the source has it, perhaps with expressions.
 
-    `quantity`: what the number measures, None if it is unknown.
+    `quantity`: what the number measures, None if it is unknown. `names`: those that an expression can use.
     """
     if "${" in written:
         if "--" in text and _MINUS.search(written):
             return _doubled_minus(text, written)
         return _explain_object(text, written)
-    if not text.strip():
+    is_whole, text = "$" not in written, text.strip()
+    if not text:
         return Explanation("write a number")
-    comma = _COMMA.fullmatch(text.strip())
+    ascii_text = text.translate(_MINUS_SIGNS)
+    comma = _COMMA.fullmatch(ascii_text)
     if comma:
         sign, whole, decimals = comma.groups()
         number = f"{sign}{whole or 0}.{decimals}"
-        # 1,500 may also be a thousand and five hundred
-        is_sure = int(whole or 0) == 0 or len(decimals) != 3
-        return Explanation(f"write {number}", number if "$" not in written else "", is_sure)
-    unit = _WITH_UNIT.fullmatch(text.strip())
+        return Explanation(f"write {number}", number if is_whole else "", _is_decimal(whole, decimals))
+    unit = _WITH_UNIT.fullmatch(ascii_text)
     if unit and is_unit(unit[2]):
-        return _with_unit(unit[1], unit[2], quantity, is_whole="$" not in written)
+        return _with_unit(unit[1], unit[2], quantity, is_whole)
+    if ascii_text != text and NUMBER.fullmatch(ascii_text):
+        reason = f"'{text[0]}' is not the minus sign of numbers"
+        return Explanation(f"write {ascii_text}", ascii_text if is_whole else "", True, reason)
+    expression = _as_expression(text, names) if is_whole else ""
+    if expression:
+        return Explanation(f"did you mean {expression}?", expression, is_sure=True)
+    if _NUMBERLIKE.fullmatch(ascii_text):
+        return Explanation("write a number, such as 0.05")
     return Explanation("")
+
+
+def _as_expression(text: str, names: Set[str]) -> str:
+    """A text as an expression, if it computes a number from known names. Empty if it does not."""
+    braced = _BRACED.fullmatch(text)
+    content = braced[1] if braced else text
+    if len(content) > _LONGEST:
+        return ""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            nodes = [*ast.walk(ast.parse(content.strip(), mode="eval"))]
+    except (SyntaxError, RecursionError, MemoryError, ValueError):
+        return ""
+    used = {node.id for node in nodes if isinstance(node, ast.Name)}
+    constants = [node.value for node in nodes if isinstance(node, ast.Constant)]
+    is_arithmetic = all(isinstance(value, int | float) for value in constants) and all(
+        isinstance(node, _ARITHMETIC) for node in nodes
+    )
+    return f"${{{content}}}" if used and used <= names and is_arithmetic else ""
 
 
 def _with_unit(number: str, unit: str, quantity: Quantity | None, is_whole: bool) -> Explanation:
@@ -231,7 +292,10 @@ def _explain_object(text: str, written: str) -> Explanation:
             comma = decimal_comma(expression)
             if comma or _is_list(expression):
                 reason = f"'{shortened(expression, QUOTED)}' has several values: the comma separates them"
-                return Explanation(_without_comma(comma), reason=reason)
+                right = written.replace(comma[0], f"{comma[1]}.{comma[2]}", 1) if comma else ""
+                is_only = comma is not None and written.count(comma[0]) == 1
+                is_sure = comma is not None and _is_decimal(comma[1], comma[2])
+                return Explanation(_without_comma(comma), right if is_only else "", is_sure, reason)
     function = _FUNCTION.search(text)
     if function is None:
         return Explanation("")
@@ -247,9 +311,13 @@ def _without_comma(comma: re.Match[str] | None) -> str:
     if comma is None:
         return "the comma makes a list of two values"
     whole, decimals = comma.groups()
-    # 1,500 may also be a thousand and five hundred
-    thousands = f", or {whole}{decimals}" if int(whole[:1]) and len(decimals) == 3 else ""
+    thousands = "" if _is_decimal(whole, decimals) else f", or {whole}{decimals}"
     return f"write {whole}.{decimals} with a decimal point{thousands}"
+
+
+def _is_decimal(whole: str, decimals: str) -> bool:
+    """Whether a comma is surely a decimal one: 1,500 may also be a thousand and five hundred."""
+    return int(whole[:1] or 0) == 0 or len(decimals) != 3
 
 
 def _is_list(expression: str) -> bool:

@@ -6,6 +6,7 @@ from functools import cached_property
 
 from kbot.text.errors import DescriptionError
 from kbot.text.xml import Element, Text, XmlDocument
+from kbot.xacro.names import KNOWN
 from kbot.xacro.serialise import banner, serialise
 
 TYPE_CHECKING = False
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from kbot.text.diagnostic import Diagnostic
+    from kbot.text.span import Call
     from kbot.xacro.binding import Binding
     from kbot.xacro.macros import MacroTable
     from kbot.xacro.scope import Scope
@@ -95,6 +97,14 @@ class Expansion:
         from kbot.xacro.source_map import SourceMap  # imported lazily: few expansions need it
 
         return SourceMap(self.document, self.text)
+
+    def names_at(self, call: Call | None) -> frozenset[str]:
+        """The names that an expression can use in the macro of a call, or at the top level."""
+        names = {*KNOWN, *(self.scope.known() if self.scope is not None else ())}
+        if call is not None and call.kind == "macro" and self.macros is not None:
+            macro = self.macros.find(call.name.removeprefix("xacro:"))
+            names.update(parameter.name for parameter in getattr(macro, "parameters", ()))
+        return frozenset(names)
 
     @property
     def nodes(self) -> list[Element | Text]:
