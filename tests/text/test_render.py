@@ -147,3 +147,17 @@ def test_paths_below_the_working_directory_are_relative(tmp_path, monkeypatch):
         assert text.startswith(f"{path_shown}:1:1: info: said")
         assert f"called at {path_shown}:1:1\n" in text
         assert f"= {path_shown}:1:1: here\n" in text
+
+
+@pytest.mark.parametrize(
+    ("places", "more"), [(2, []), (3, ["and 1 more place"]), (28, ["and 26 more places"])]
+)
+def test_the_hint_comes_before_two_further_places(places: int, more: list[str]) -> None:
+    related = tuple(Related(f"needed here {n}", Origin(span_of("link"))) for n in range(places))
+    fix = Fix("write 0.3", (), safe=True)
+    found = diagnostic(span_of("radious"), hint="write 0.3", fix=fix, related=related)
+    notes = [line[4:] for line in render_text([found]).splitlines() if line.startswith("  = ")]
+    uses = [f"robot.xacro:2:3: needed here {n}" for n in (0, 1)]
+    assert notes == ["hint: write 0.3", "fix: write 0.3", *uses, *more]
+    assert render_text([found], every_place=True).count("needed here") == places
+    assert len(to_json(found)["related"]) == places

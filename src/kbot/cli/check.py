@@ -129,7 +129,8 @@ class _Output:
     "-v",
     "--verbose",
     is_flag=True,
-    help="Print every finding in full. By default, if there are errors, other findings are only summarized.",
+    help="Print every finding in full, with all its places. "
+    "By default, if there are errors, other findings are only summarized.",
 )
 @package_path_option
 @collect_options("choice", _Choice)
@@ -375,7 +376,8 @@ def _print_text(found: Sequence[Diagnostic], verbose: bool) -> None:
     errors = [d for d in in_order if d.is_error]
     others = [d for d in in_order if not d.is_error]
     is_short = bool(errors and others) and not verbose
-    click.echo(render_text(errors if is_short else in_order, color=has_color(sys.stdout)), nl=False)
+    shown = errors if is_short else in_order
+    click.echo(render_text(shown, color=has_color(sys.stdout), every_place=verbose), nl=False)
     if is_short:
         click.echo(f"\nAfter the {'errors' if len(errors) > 1 else 'error'} (-v shows all findings):")
         for line in summary(others):

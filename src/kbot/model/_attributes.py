@@ -15,7 +15,7 @@ from kbot.text.numbers import NUMBER
 
 _WORDS = re.compile(r"[^ \t\n\v\f\r]+")
 """Words between white space as C defines it. ROS reads numbers with C's functions."""
-_COMMA = re.compile(r"(\$\{[^{}]*\}|\$\([^()]*\))|\s*,(\s*)")
+_COMMA = re.compile(r"(\$\{[^{}]*+\}|\$\([^()]*+\))|(?<!\s)\s*+,(\s*+)")
 """A comma with the blanks around it, or an expression, whose commas are not matched."""
 FARTHEST = 1e9
 """Metres of the greatest length. With far greater ones, the libraries cannot distinguish triangles."""

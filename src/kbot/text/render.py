@@ -16,17 +16,26 @@ _FRAME_WIDTH = 160
 """Columns of an excerpt if the width of the terminal is unknown."""
 _STACK_SHOWN = 8
 """Macro calls and includes that are listed: the innermost ones, and the outermost."""
+_PLACES_SHOWN = 2
+"""Related places that are printed with their lines: an example of the uses, or both ends of a conflict."""
 _TAB = 4
 """Columns between tab stops in an excerpt."""
 
 
-def render_text(diagnostics: Iterable[Diagnostic], *, color: bool = False, width: int | None = None) -> str:
+def render_text(
+    diagnostics: Iterable[Diagnostic],
+    *,
+    color: bool = False,
+    width: int | None = None,
+    every_place: bool = False,
+) -> str:
     """Diagnostics as text. Each ends with a newline.
 
     `width` is the terminal's width in columns. Notes are wrapped to it, and long source lines are cropped
-    around the caret. None, for pipes, wraps nothing.
+    around the caret. None, for pipes, wraps nothing. `every_place` prints all related places instead of two.
     """
-    return "\n".join(_Text(color, width).render(diagnostic) for diagnostic in diagnostics)
+    text = _Text(color, width, None if every_place else _PLACES_SHOWN)
+    return "\n".join(text.render(diagnostic) for diagnostic in diagnostics)
 
 
 def to_json(diagnostic: Diagnostic) -> dict[str, object]:
@@ -77,8 +86,8 @@ def _place(span: Span | None) -> dict[str, object]:
 
 
 class _Text:
-    def __init__(self, color: bool, width: int | None) -> None:
-        self.color, self.width = color, width
+    def __init__(self, color: bool, width: int | None, most_places: int | None) -> None:
+        self.color, self.width, self.most_places = color, width, most_places
 
     def render(self, diagnostic: Diagnostic) -> str:
         tone = _COLORS[diagnostic.severity]
@@ -89,19 +98,23 @@ class _Text:
             f"{self._paint(f'[{diagnostic.code}]', '2')}"
         ]
         others = [related for related in diagnostic.related if not related.is_in_message]
-        spans = [o.span for o in (diagnostic.origin, *(r.origin for r in others)) if o]
+        shown = others[: self.most_places]
+        spans = [o.span for o in (diagnostic.origin, *(r.origin for r in shown)) if o]
         margin = max((len(str(span.line)) for span in spans), default=1) + 1
         if diagnostic.origin:
             lines += self._frame(diagnostic.origin.span, margin, tone)
             lines += self._stack(diagnostic.origin, margin)
-        for related in others:
-            lines += self._note(margin, f"{_at(related.origin)}: {related.message}")
-            lines += self._frame(related.origin.span, margin, _COLORS[Severity.INFO])
         if diagnostic.hint:
             lines += self._note(margin, diagnostic.hint, "hint")
         if diagnostic.fix:
             label = "fix" if diagnostic.fix.safe else "possible fix"
             lines += self._note(margin, diagnostic.fix.title, label)
+        for related in shown:
+            lines += self._note(margin, f"{_at(related.origin)}: {related.message}")
+            lines += self._frame(related.origin.span, margin, _COLORS[Severity.INFO])
+        more = len(others) - len(shown)
+        if more:
+            lines += self._note(margin, f"and {more} more place{'s' * (more > 1)}")
         return "\n".join(lines) + "\n"
 
     def _frame(self, span: Span, margin: int, tone: str) -> list[str]:
