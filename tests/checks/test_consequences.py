@@ -84,6 +84,8 @@ def test_a_misspelt_attribute_is_one_error_with_its_fix() -> None:
     text = f'<robot name="r"><link name="a">{shape}</link></robot>'
     (error,) = (d for d in found_in(text) if d.code in {"U013", "U202"})
     assert (error.code, error.hint) == ("U013", "did you mean 'size'?")
+    assert error.origin is not None
+    assert error.origin.span.text == "sise"
     assert error.fix is not None
     assert apply_edits(text, error.fix.edits) == text.replace("sise", "size")
 

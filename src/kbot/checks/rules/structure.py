@@ -10,6 +10,7 @@ from kbot.checks.facts.vocabulary import ATTRIBUTES, CHILDREN, FOREIGN_ATTRIBUTE
 from kbot.checks.registry import Finding, Found, rule
 from kbot.text import Severity
 from kbot.text.suggest import did_you_mean
+from kbot.xacro.location import name_span
 
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.\-/:]*")
 
@@ -94,8 +95,9 @@ def unknown_attribute(context: Context) -> Found:
                 fix = rename_attribute(own, name, near.sure, safe=True) if near.sure else None
             else:
                 fix = remove_attributes(own, (name,), safe=element.tag == "axis" and name == "rpy")
+            is_moved = name in (element.moved or ())  # by xacro:attribute, so it is not in the tag
             yield Finding(
-                element.attribute_origin(name),
+                element.attribute_origin(name) if is_moved else name_span(element, name, element.call),
                 f"'{name}' is not an attribute of <{element.tag}>: URDF parsers ignore it",
                 hint,
                 fix=fix,
