@@ -10,7 +10,7 @@ import pytest
 
 from kbot.checks import check_file
 from kbot.checks.config import Config
-from kbot.checks.fixes import fixed_includes
+from kbot.checks.fixes import apply_edits, fixed_includes
 from kbot.model.load import resolve_robot_path
 from kbot.text import Diagnostic
 
@@ -160,3 +160,21 @@ def test_a_hint_contains_the_value_to_write(
     (package / file).write_text(text, "utf-8")
     found = [d for d in check_file(str(package / MAIN), config=Config()) if d.code == code]
     assert {d.hint for d in found} == {hint}
+
+
+@pytest.mark.parametrize(("written", "has_fix"), [(" 0.15 ", True), ("${base_width}", False)])
+def test_a_wrong_separation_is_fixed_if_it_is_a_number(package: Path, written: str, has_fix: bool) -> None:
+    path = package / CONTROL
+    right = "<wheelSeparation>${wheel_separation}<"
+    path.write_text(
+        path.read_text("utf-8").replace(right, f"<wheelSeparation>{written}<", 1),
+        "utf-8",
+    )
+    (found,) = [d for d in check_file(str(package / MAIN), config=Config()) if d.code == "D105"]
+    assert found.origin is not None
+    assert found.origin.span.text == written.strip()
+    assert bool(found.fix) == has_fix
+    if found.fix is not None:
+        assert not found.fix.safe
+        text = apply_edits(path.read_text("utf-8"), found.fix.edits)
+        assert "<wheelSeparation> 0.174 <" in text

@@ -42,7 +42,7 @@ def reported(faults: Iterable[Diagnostic], code: str) -> Found:
     """Turn the faults of one code that lower packages found into findings of its rule."""
     for fault in faults:
         if fault.code == code and fault.origin is not None:
-            yield Finding(fault.origin, fault.message, fault.hint, fault.related, severity=fault.severity)
+            yield Finding(fault.origin, fault.message, fault.hint, fault.related, fault.fix, fault.severity)
 
 
 Check = Callable[[Context], Iterable[Finding]]

@@ -73,8 +73,8 @@ class Parameter:
     """A parameter of a controller, or a tag of a plugin.
 
     value   the value in YAML, or the text of the tag
-    origin  where the value or the tag was written
-    key     where the name was written; for a tag or a spawned controller's parameter the same as `origin`
+    origin  where the value was written
+    key     the key or the tag; for a spawned controller's parameter the same as `origin`
     items   where the items of a list were written
     """
 

@@ -142,6 +142,17 @@ class Element:
         )
 
     @property
+    def text_origin(self) -> Origin:
+        """The origin of the text without the white space around it. That of the element if it is not a single
+        text."""
+        only = self.children[0] if len(self.children) == 1 else None
+        if type(only) is not Text or not only.value.strip():
+            return self.origin
+        written = only.source.data[only.start : only.end]
+        start, end = only.start + len(written) - len(written.lstrip()), only.start + len(written.rstrip())
+        return Origin(Span(only.source, start, end), only.call)
+
+    @property
     def end(self) -> int:
         """The offset after the end tag, or after the tag itself if the element is empty."""
         data, tag_end = self.source.data, self.tag_end

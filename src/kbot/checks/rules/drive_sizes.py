@@ -35,7 +35,7 @@ def separation_differs(context: Context) -> Found:
     Fix: Compute the separation once, and use it for the joints and for the plugin:
     `${base_width + 2*base_wheel_gap}`.
 
-    Autofix: none.
+    Autofix: unsafe: KBot writes the distance between the wheels in place of a number, not of an expression.
     """
     yield from reported(context.drive_findings, "D105")
     pairs = context.level_pairs

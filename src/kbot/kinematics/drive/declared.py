@@ -194,7 +194,7 @@ def _has_two_sides(plugin: Element, words: str, *, has_joints: bool) -> bool:
 
 
 def _tag(element: Element) -> Parameter:
-    return Parameter(element.tag, element.text.strip(), element.origin, element.origin)
+    return Parameter(element.tag, element.text.strip(), element.text_origin, element.origin)
 
 
 def _of_parameters(robot: RobotModel) -> Iterator[DeclaredDrive]:

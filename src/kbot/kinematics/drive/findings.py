@@ -13,7 +13,8 @@ from kbot.kinematics.drive.wheels import Pair, Wheel
 from kbot.kinematics.frames import FrameTree
 from kbot.model import RobotModel
 from kbot.model.extensions import extensions
-from kbot.text import Diagnostic, Element, Origin, Related, Severity
+from kbot.text import Diagnostic, Edit, Element, Fix, Origin, Related, Severity
+from kbot.text.numbers import NUMBER
 from kbot.text.suggest import did_you_mean
 
 UNEQUAL = 0.002
@@ -232,10 +233,11 @@ def _separation(controller: DeclaredDrive, pairs: Sequence[Pair]) -> Iterator[Di
         return  # a skid-steer robot needs the wider separation with which it turns
     if abs(given - true) > max(0.01 * true, 5e-4):
         message = f"{controller.name}: {separation_is_off(given, true)}"
-        places = joint_places(pairs[0])
-        yield Diagnostic(
-            "D105", Severity.WARNING, message, size.given.origin, "compute it from the joints", places
-        )
+        place, right = size.given.origin, f"{true:.6g}"
+        is_plain = NUMBER.fullmatch(place.span.text) is not None
+        fix = Fix(f"write {right}", (Edit(place.span, right),), safe=False) if is_plain else None
+        hint = f"write {right}, or compute it from the joints" if is_plain else "compute it from the joints"
+        yield Diagnostic("D105", Severity.WARNING, message, place, hint, joint_places(pairs[0]), fix)
 
 
 def separation_is_off(given: float, true: float) -> str:

@@ -92,7 +92,7 @@ def _two_publishers(plan: Plan, packages: Packages) -> Iterator[Diagnostic]:
                     "the wheels flicker between two angles",
                     publishers[0].origin,
                     "remove joint_state_publisher from the launch file that simulates the robot",
-                    (Related(f"'{driver.name}'", driver.publishes_joints.origin),),
+                    (Related(f"'{driver.name}'", driver.publishes_joints.key),),
                 )
 
 
