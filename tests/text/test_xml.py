@@ -2,6 +2,7 @@
 
 import pytest
 
+from kbot.checks.fixes import apply_edits
 from kbot.text import Comment, DescriptionError, Element, Source, Text, parse_xml
 from kbot.text.xml import CData, parse_document
 
@@ -150,6 +151,45 @@ def test_common_mistakes_in_the_first_lines_have_a_hint_and_a_fix(text: str, men
     changed = data[: edit.span.start] + edit.replacement.encode() + data[edit.span.end :]
     assert changed.decode() == mended
     parse_xml(Source("f", mended))
+
+
+@pytest.mark.parametrize(
+    ("text", "message", "place", "mended"),
+    [
+        (
+            '<robot><mass value="1"/\n<inertia/></robot>',
+            "'>' is missing at the end of the tag",
+            "f:1:23",
+            '<robot><mass value="1"/>\n<inertia/></robot>',
+        ),
+        ("<robot><link></link\n</robot>", "'>' is missing", "f:1:19", "<robot><link></link>\n</robot>"),
+        ('<robot><link name="a"\n<visual/></link></robot>', "'>' is missing", "f:1:21", ""),
+        (
+            "<robot>\n\t<link>\n\t\t<visual/>\n\t<joint/>\n\t<link/>\n</robot>",
+            "<link>, opened at 2:2, is not closed before <joint>, which it cannot contain",
+            "f:4:2",
+            "<robot>\n\t<link>\n\t\t<visual/>\n\t</link>\n\t<joint/>\n\t<link/>\n</robot>",
+        ),
+        (
+            "<robot><link><visual><collision/></link></robot>",
+            "<visual>, opened at 1:14, is not closed before <collision>",
+            "f:1:22",
+            "<robot><link><visual></visual><collision/></link></robot>",
+        ),
+    ],
+)
+def test_a_missing_bracket_or_end_tag_is_named_at_its_place(
+    text: str, message: str, place: str, mended: str
+) -> None:
+    with pytest.raises(DescriptionError) as caught:
+        parse_xml(Source("f", text))
+    (diagnostic,) = caught.value.diagnostics
+    assert message in diagnostic.message
+    assert str(diagnostic.origin) == place
+    assert bool(diagnostic.fix) == bool(mended)
+    if diagnostic.fix is not None:
+        assert apply_edits(text, diagnostic.fix.edits) == mended
+        parse_xml(Source("f", mended))
 
 
 def test_a_prefix_is_valid_only_inside_its_element() -> None:

@@ -16,11 +16,12 @@ _NAMES = ("U006", "U007", "U011", "X103", "X112", "X121", "X122", "X129")
 _AUTOFIXES = {
     **dict.fromkeys(_NAMES, _TYPO),
     "X103": f"{_TYPO} Otherwise unsafe: KBot inserts a property without a value, which you fill in.",
-    "P001": "safe: KBot joins a root tag that was closed too early, removes white space before `<?xml`, and "
-    "corrects a typo in a start tag or an end tag.",
-    "X104": "safe: KBot writes a property that is a text as a number, for example `0,035` as 0.035.",
+    "P001": "safe: KBot joins a root tag that was closed too early, removes white space before `<?xml`, "
+    "corrects a typo in a start tag or an end tag, and inserts a missing `>` or end tag.",
+    "X104": "safe: KBot writes a property that is a text as a number or an expression: `0,035` as 0.035.",
     "X131": "safe: KBot separates parameters by spaces.",
-    "U012": "safe: KBot writes the number without a decimal comma, unit or second minus sign.",
+    "U012": "safe: KBot writes the number without a decimal comma, unit or second minus sign, and adds a "
+    "missing `${}` to an expression.",
     "K001": "safe: KBot removes the comment.",
 }
 

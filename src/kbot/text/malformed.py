@@ -26,16 +26,26 @@ _TAGS = frozenset({
     "xacro:unless", "xacro:insert_block",
 })  # fmt: skip
 """Tags of URDF, launch files and xacro. This package cannot import those that define them."""
+_TOP = frozenset({"link", "joint", "gazebo", "transmission", "ros2_control"})
+_PARTS = frozenset({"visual", "collision", "inertial"})
+_OUTSIDE = {"link": _TOP, "joint": _TOP, **dict.fromkeys(_PARTS, _TOP | _PARTS)}
+"""Elements that an element of URDF cannot contain: its end tag is missing before them."""
 _VALUES = re.compile(rb"""<[^<>"']*(?:"[^"]*"[^<>"']*|'[^']*'[^<>"']*)*""")
 """A tag up to the first quote that is not closed."""
+
+_WHOLE_TAG = re.compile(rb"""<(?:/[\w:.-]+|[\w:.-]+\s*/?|.*["']\s*/?)""", re.DOTALL)
+"""A tag without its `>`: an end tag, or a start tag that ends with its name, a value or a slash."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Explanation:
+    """`at` is where the fault is, if that is not where the parser noticed it."""
+
     message: str
     hint: str = ""
     related: tuple[Related, ...] = ()
     fix: Fix | None = None
+    at: int | None = None
 
 
 def malformed(source: Source, offset: int, reason: str, opened: Sequence[Element]) -> Diagnostic:
@@ -49,7 +59,8 @@ def malformed(source: Source, offset: int, reason: str, opened: Sequence[Element
     else:
         found = _other(source, offset, reason)
     found = _broken_root(source, found) or _late_declaration(source, reason, found) or found
-    place = Origin(Span(source, offset, offset + 1))
+    start = offset if found.at is None else found.at
+    place = Origin(Span(source, start, start + 1))
     message = f"not well-formed XML: {found.message}"
     return Diagnostic("P001", Severity.ERROR, message, place, found.hint, found.related, found.fix)
 
@@ -89,12 +100,28 @@ def _mismatched(source: Source, offset: int, opened: Sequence[Element]) -> _Expl
             return _misspelt(source, offset, name, inner)
         hint = f"remove </{name}>, or write <{name}> where the element begins"
         return _Explanation(f"</{name}> has no start tag: the open element is {_where(inner)}", hint, here)
+    outside = next((e for e in inner.elements() if e.tag in _OUTSIDE.get(inner.tag, ())), None)
+    if outside is not None:
+        return _not_closed_before(source, inner, outside)
     after = data[data.find(b">", offset) + 1 :].lstrip()
     if after.startswith(b"</" + inner.tag.encode()):
         hint = f"close the inner element first: write </{inner.tag}></{name}>"
     else:
         hint = f"write </{inner.tag}> at its end, or <{inner.tag} …/> if it is empty"
     return _Explanation(f"{_where(inner)}, is not closed before </{name}>", hint, here)
+
+
+def _not_closed_before(source: Source, inner: Element, outside: Element) -> _Explanation:
+    """Explain an element that contains one that it cannot contain."""
+    end = f"</{inner.tag}>"
+    before = source.data[: outside.start]
+    at = len(before.rstrip())
+    line, column = source.line_column(inner.start)
+    on_own_line = b"\n" in before[at:]
+    lead = "\n" + source.line(line)[: column - 1] if on_own_line else ""
+    fix = _safe(f"insert {end}", source, at, at, f"{lead if not lead.strip() else ''}{end}")
+    message = f"{_where(inner)}, is not closed before <{outside.tag}>, which it cannot contain"
+    return _Explanation(message, f"write {end} before this", _opening(inner), fix, outside.start)
 
 
 def _misspelt(source: Source, offset: int, name: str, inner: Element) -> _Explanation:
@@ -165,11 +192,13 @@ def _in_tag(source: Source, tag: int, stop: int, offset: int) -> _Explanation:
         name = nameless[1].decode("utf-8", "replace")
         hint = f"'{name}' is an attribute: put it into the tag of the previous element"
         return _Explanation("the tag does not begin with the name of an element", hint)
+    before = data[tag:stop].rstrip()
+    if stop == offset and _WHOLE_TAG.fullmatch(before) and data[offset:].lstrip()[:1] == b"<":
+        return _no_bracket(source, tag, tag + len(before))
     if data.startswith(b"</", tag):
         return _Explanation("this end tag has no start tag", _A_ROBOT)
     if tag == offset - 1:
         return _Explanation("'<' is not followed by the name of an element", "write &lt; for the character <")
-    before = data[tag:stop].rstrip()
     has_equals = before.endswith(b"=")
     last = _NAME.match(before.removesuffix(b"=").rstrip()[::-1])  # reversed, to find the last name
     name = last[0][::-1].decode("utf-8", "replace") if last else ""
@@ -186,6 +215,14 @@ def _in_tag(source: Source, tag: int, stop: int, offset: int) -> _Explanation:
             "the value that ends here is not followed by a space", "a quote or a space is missing before this"
         )
     return _Explanation("the tag is malformed here", "write <name …>, <name …/> or </name>")
+
+
+def _no_bracket(source: Source, tag: int, end: int) -> _Explanation:
+    """Explain a tag that ends without `>` at `end`."""
+    is_known = source.data.startswith(b"</", tag) or source.data[end - 1 : end] == b"/"
+    hint = "write >" if is_known else "write >, or /> if the element is empty"
+    fix = _safe("insert >", source, end, end, ">") if is_known else None
+    return _Explanation("'>' is missing at the end of the tag", hint, fix=fix, at=end - 1)
 
 
 def _other(source: Source, offset: int, reason: str) -> _Explanation:
