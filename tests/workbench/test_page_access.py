@@ -143,8 +143,8 @@ OVERLAPS = """([one, other]) => {
 
 @pytest.mark.parametrize(
     "size",
-    [(360, 740), (390, 844), (844, 390), (640, 400)],
-    ids=["small", "phone", "phone on its side", "zoomed"],
+    [(360, 740), (390, 844), (844, 390), (640, 400), (1280, 800)],
+    ids=["small", "phone", "phone on its side", "zoomed", "desktop"],
 )
 def test_tools_and_notices_do_not_overlap(
     driving: tuple[str, Session], open_page: OpenPage, size: tuple[int, int]
@@ -160,6 +160,7 @@ def test_tools_and_notices_do_not_overlap(
         (".transport", ".looks"),
         (".transport", ".tools"),
         (".notice.info", ".looks"),
+        (".notice.info", ".tools"),
         (".notice.info", ".transport"),
         (".notice.info", ".timeline"),
     ):
