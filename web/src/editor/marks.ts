@@ -123,7 +123,7 @@ class HintWidget extends WidgetType {
   }
 }
 
-/** A caret below the column of the selected finding, and its message. */
+/** Carets below the text of the selected finding, and its message below them, which stays visible beside a long line. */
 class CaretWidget extends WidgetType {
   constructor(
     private readonly finding: Finding,
@@ -150,7 +150,7 @@ class CaretWidget extends WidgetType {
     return h(
       "div",
       { class: "caret", "data-severity": this.finding.severity },
-      `${before}${"^".repeat(Math.max(1, this.length))} `,
+      `${before}${"^".repeat(Math.max(1, this.length))}\n${before}`,
       h("span", { class: "finding-message" }, this.finding.message),
     );
   }
