@@ -178,6 +178,64 @@ def test_a_save_keeps_the_changes_of_another_editor(xacro: Path, viewing: str, o
     until(page.locator(".source-note").is_hidden)
 
 
+def test_undo_after_a_merged_save_keeps_the_other_program_s_change(
+    xacro: Path, viewing: str, open_page: OpenPage
+) -> None:
+    page, text = open_page(viewing), xacro.read_text()
+    open_editor(page)
+    go_to(page, 2)
+    page.keyboard.insert_text("<!-- mine -->\n")
+    changed = text.replace('"base_len" default="0.16"', '"base_len" default="0.26"')
+    xacro.write_text(changed)
+    until(lambda: page.locator(".source-note").is_visible())
+    page.keyboard.press("Control+s")
+    until(lambda: "<!-- mine -->" in xacro.read_text())
+    until(lambda: 'default="0.26"' in page.locator(".cm-content").inner_text())
+    page.keyboard.press("Control+z")
+    until(lambda: unsaved(page))
+    page.keyboard.press("Control+s")
+    until(lambda: xacro.read_text() == changed)
+
+
+def test_undo_after_an_outside_change_makes_no_text_that_was_not_typed(
+    xacro: Path, viewing: str, open_page: OpenPage
+) -> None:
+    page, text = open_page(viewing), xacro.read_text()
+    open_editor(page)
+    for line, comment in ((6, "<!-- A -->"), (10, "<!-- B -->")):
+        go_to(page, line)
+        page.keyboard.press("End")
+        page.keyboard.insert_text(comment)
+        page.keyboard.press("Control+s")
+        until(lambda comment=comment: comment in xacro.read_text())
+        until(lambda: not unsaved(page))
+    changed = text.replace('name="kbot">', 'name="mine">')
+    assert changed != text
+    xacro.write_text(changed)
+    until(lambda: 'name="mine"' in page.locator(".cm-content").inner_text())
+    page.keyboard.press("Control+z")
+    page.keyboard.insert_text("<!-- C -->")
+    page.keyboard.press("Control+s")
+    until(lambda: "<!-- C -->" in xacro.read_text())
+    assert xacro.read_text().replace("<!-- C -->", "") == changed
+
+
+def test_a_deleted_file_is_saved_again(xacro: Path, viewing: str, open_page: OpenPage) -> None:
+    page, text = open_page(viewing), xacro.read_text()
+    open_editor(page)
+    page.keyboard.insert_text("<!-- mine -->")
+    xacro.unlink()
+    until(lambda: "does not exist" in page.locator(".notices .error").inner_text())
+    page.keyboard.press("Control+s")
+    note = page.locator(".source-note")
+    until(lambda: "kbot.xacro was deleted. Save it again?" in note.inner_text())
+    assert not xacro.exists()
+    note.get_by_role("button", name="Save again").click()
+    until(lambda: xacro.exists() and xacro.read_text() == f"<!-- mine -->{text}")
+    until(lambda: not unsaved(page))
+    until(note.is_hidden)
+
+
 @pytest.mark.parametrize("choice", ["Keep my text", "Use the text of the file"])
 def test_a_conflict_shows_both_choices(xacro: Path, viewing: str, open_page: OpenPage, choice: str) -> None:
     page, text = open_page(viewing), xacro.read_text()
@@ -286,6 +344,40 @@ def test_a_file_of_an_include_is_edited_in_its_tab(xacro: Path, viewing: str, op
     page.keyboard.press("Control+s")
     until(lambda: macros.read_text() == f"{text}<!-- b -->")
     until(lambda: not unsaved(page))
+
+
+def test_the_text_of_an_include_that_is_no_longer_used_is_saved(
+    xacro: Path, viewing: str, open_page: OpenPage
+) -> None:
+    page, macros = open_page(viewing), xacro.with_name("kbot_macros.xacro")
+    text = macros.read_text()
+    open_editor(page)
+    page.get_by_role("tab", name="kbot_macros.xacro").click()
+    until(lambda: "macro" in page.locator(".cm-content").inner_text())
+    page.locator(".cm-content").focus()
+    page.keyboard.press("Control+Home")
+    page.keyboard.insert_text("<!-- mine -->")
+    xacro.write_text('<robot name="r"><link name="alone"/></robot>')
+    until(lambda: page.locator("#links [data-link=alone]").count() == 1)
+    page.keyboard.press("Control+s")
+    until(lambda: macros.read_text() == f"<!-- mine -->{text}")
+    until(lambda: not unsaved(page))
+
+
+def test_a_message_below_a_long_line_is_visible(xacro: Path, viewing: str, open_page: OpenPage) -> None:
+    page, name = open_page(viewing), "n" * 400
+    color = f'<color rgba="1 1 1 1" alpha="2" {name}="1"/>'
+    xacro.write_text(xacro.read_text().replace("<link", f'<material name="q">{color}</material><link', 1))
+    cards = page.locator("#findings li[data-code=U202]")
+    until(lambda: cards.count() == 2)
+    text, message = page.locator(".cm-scroller"), page.locator(".caret .finding-message")
+    for card in cards.all():
+        card.locator(".finding").click()
+        finding = card.locator(".finding").inner_text()
+        until(lambda finding=finding: message.count() == 1 and message.inner_text() in finding)
+        outer, inner = text.bounding_box(), message.bounding_box()
+        assert outer["x"] < inner["x"]
+        assert inner["x"] + inner["width"] <= outer["x"] + outer["width"]
 
 
 def test_the_built_in_robot_is_read_only(open_page: OpenPage) -> None:

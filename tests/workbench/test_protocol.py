@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kbot.workbench.protocol import Drive, FromPage, Refused, Reset, SetJoint, SetSpeed, State
+from kbot.workbench.protocol import Drive, FromPage, Refused, Reset, SaveSource, SetJoint, SetSpeed, State
 from kbot.workbench.protocol.codec import BadMessage, decode, encode
 from kbot.workbench.typescript import generate, generate_kinds, generate_messages
 
@@ -33,6 +33,9 @@ def test_valid_messages_are_decoded() -> None:
     assert decode('{"type": "drive", "linear": 1, "angular": -0.5}') == Drive(1.0, -0.5)
     assert decode('{"type": "set_joint", "name": "j", "position": 0.25}') == SetJoint("j", 0.25)
     assert decode('{"type": "reset"}') == Reset()
+    saved = '{"type": "save_source", "file": "f", "was": %s, "text": "t"}'
+    assert decode(saved % '"w"') == SaveSource("f", "w", "t")
+    assert decode(saved % "null") == SaveSource("f", None, "t")
     assert decode('{"type": "set_speed", "factor": 10}') == SetSpeed(10.0)
 
 

@@ -25,6 +25,8 @@ from kbot.workbench.protocol import (
     SetJoints,
     SetSpeed,
     SetWorld,
+    SourceConflict,
+    SourceSaved,
     SourceText,
     State,
     Stop,
@@ -227,6 +229,49 @@ def test_an_included_file_outside_the_robot_s_folders_is_not_sent_or_written(tmp
         with pytest.raises(KbotError, match="outside the description's own folders"):
             session.handle(message, 1)
     assert secret.read_text() == "<robot/>"
+
+
+def test_a_deleted_file_is_created_again_only_on_request(tmp_path: Path) -> None:
+    robot = tmp_path / "urdf" / "r.urdf"
+    robot.parent.mkdir()
+    robot.write_text(SOLID)
+    session = open_session(str(robot), simulate=False)
+    robot.unlink()
+    assert session.handle(SaveSource(str(robot), SOLID, "new"), 1) == [SourceConflict(str(robot), None)]
+    assert not robot.exists()
+    assert session.handle(SaveSource(str(robot), None, "new"), 1) == [SourceSaved(str(robot), "new", "new")]
+    assert robot.read_text() == "new"
+    again = session.handle(SaveSource(str(robot), None, "newer"), 1)
+    assert again == [SourceConflict(str(robot), "new")]
+    robot.unlink()
+    robot.parent.rmdir()
+    with pytest.raises(KbotError, match=r"the folder .*urdf was deleted. Create it"):
+        session.handle(SaveSource(str(robot), None, "new"), 1)
+
+
+def test_an_include_that_is_no_longer_used_is_saved_if_a_page_has_read_it(tmp_path: Path) -> None:
+    folder = tmp_path / "mine" / "urdf"
+    folder.mkdir(parents=True)
+    robot, read, other = (folder / name for name in ("r.xacro", "read.xacro", "other.xacro"))
+    includes = "".join(f'<xacro:include filename="{file.name}"/>' for file in (read, other))
+    robot.write_text(
+        SOLID.replace('name="x">', f'name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">{includes}')
+    )
+    for file in (read, other):
+        file.write_text("<robot/>")
+    session = open_session(str(robot), simulate=False)
+    session.handle(OpenSource(str(read)), 1)
+    robot.write_text(SOLID)
+    session.adopt(session.read())
+    assert session.shown.files == (str(robot),)
+    session.handle(SaveSource(str(read), "<robot/>", "<robot a='1'/>"), 1)
+    assert read.read_text() == "<robot a='1'/>"
+    with pytest.raises(KbotError, match="is not part of this description"):
+        session.handle(SaveSource(str(other), "<robot/>", "<robot a='1'/>"), 1)
+    read.unlink()
+    read.symlink_to(tmp_path / "elsewhere.xacro")
+    with pytest.raises(KbotError, match="outside the description's own folders"):
+        session.handle(SaveSource(str(read), None, "<robot/>"), 1)
 
 
 def test_time_advances_by_the_given_seconds(xacro: Path) -> None:

@@ -27,10 +27,10 @@ export class Drafts {
   /** The findings of the unsaved texts, null if there is no unsaved text or it is not checked yet. */
   readonly findings = new Signal<readonly Finding[] | null>(null);
   readonly completions = new Signal<Completions | null>(null);
-  /** A file that could not be saved, because another program changed the same lines. */
+  /** A file that could not be saved, because another program changed the same lines or deleted it. */
   readonly conflict = new Signal<SourceConflict | null>(null);
-  /** A text that the editor must show now. */
-  readonly replaced = new Signal<{ file: string; text: string } | null>(null);
+  /** A text that the editor must show now, and whether the user chose it instead of the own text. */
+  readonly replaced = new Signal<{ file: string; text: string; isChosen: boolean } | null>(null);
   /** Edits that the editor must apply to its texts. */
   readonly edits = new Signal<readonly TextEdit[] | null>(null);
   /** The content of each file when the editor last showed it without changes. */
@@ -47,6 +47,8 @@ export class Drafts {
   /** Takes the content of a file on disk. Returns whether the editor should show it: it has no unsaved text. */
   read(file: string, content: string): boolean {
     const draft = this.files.value.get(file);
+    const { value: conflict } = this.conflict;
+    if (conflict?.file === file && conflict.text === null) this.conflict.set(null); // the file exists again
     if (draft === undefined || draft.text === content) {
       this.bases.set(file, content);
       this.set(file, null);
@@ -76,7 +78,7 @@ export class Drafts {
     if (draft.text === sent) {
       this.bases.set(file, text);
       this.set(file, null);
-      this.replaced.set({ file, text });
+      this.replaced.set({ file, text, isChosen: false });
     } else {
       // typed on since: the next save merges the changes of other programs again
       this.bases.set(file, sent);
@@ -84,25 +86,27 @@ export class Drafts {
     }
   }
 
-  /** Writes the text of the page over the changes of the other program. */
+  /** Writes the text of the page over the changes of the other program, or creates the file that it deleted. */
   keepMine(): void {
     const { value } = this.conflict;
     const draft = value === null ? undefined : this.files.value.get(value.file);
     this.conflict.set(null);
     if (value === null || draft === undefined) return;
-    this.bases.set(value.file, value.text);
-    this.set(value.file, { base: value.text, text: draft.text, isOutdated: false });
-    this.save(value.file);
+    if (value.text !== null) {
+      this.bases.set(value.file, value.text);
+      this.set(value.file, { base: value.text, text: draft.text, isOutdated: false });
+    }
+    this.send({ type: "save_source", file: value.file, was: value.text, text: draft.text });
   }
 
   /** Replaces the text of the page by the file. The editor can undo it. */
   takeTheirs(): void {
     const { value } = this.conflict;
     this.conflict.set(null);
-    if (value === null) return;
+    if (value?.text == null) return;
     this.bases.set(value.file, value.text);
     this.set(value.file, null);
-    this.replaced.set({ ...value });
+    this.replaced.set({ file: value.file, text: value.text, isChosen: true });
   }
 
   checked({ number, findings, completions }: TextsChecked): void {
@@ -129,6 +133,7 @@ export class Drafts {
 
   private set(file: string, draft: Draft | null): void {
     const files = new Map(this.files.value);
+    if (draft === null && this.conflict.value?.file === file) this.conflict.set(null);
     if (draft !== null) files.set(file, draft);
     else if (!files.delete(file)) return;
     this.files.set(files);

@@ -260,10 +260,10 @@ export interface SourceSaved {
   type: "source_saved";
 }
 
-/** A file was not written, because another program changed the same lines. `text` is its content. */
+/** A file was not written, because another program changed the same lines or deleted it. `text` is its content, or None if it was deleted. */
 export interface SourceConflict {
   file: string;
-  text: string;
+  text: string | null;
   type: "source_conflict";
 }
 
@@ -593,10 +593,10 @@ export interface CheckTexts {
   type: "check_texts";
 }
 
-/** Write a file. `was` is its content when the page read it. If the file has changed since, changes at other lines are kept. */
+/** Write a file. `was` is its content when the page read it. If the file has changed since, changes at other lines are kept. If it was deleted, it is created again only if `was` is None. */
 export interface SaveSource {
   file: string;
-  was: string;
+  was: string | null;
   text: string;
   type: "save_source";
 }

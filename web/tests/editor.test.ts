@@ -1,12 +1,98 @@
+import { isolateHistory, redo, undo, undoDepth } from "@codemirror/commands";
 import { CompletionContext, type CompletionResult } from "@codemirror/autocomplete";
 import { completeFromSchema, xmlLanguage } from "@codemirror/lang-xml";
-import { EditorState, Text } from "@codemirror/state";
+import { EditorState, Text, Transaction, type StateCommand } from "@codemirror/state";
 import { describe, expect, it, vi } from "vitest";
 
 import { Drafts } from "../src/drafts";
 import { completeName, schemaOf, withinQuotes } from "../src/editor/complete";
-import { changesOf, changeTo, columnAt, offsetAt, separatorOf } from "../src/editor/positions";
+import { lineChanges } from "../src/editor/line-diff";
+import { changesOf, changesTo, columnAt, offsetAt, separatorOf } from "../src/editor/positions";
+import { afterChange, typedHistory } from "../src/editor/typed-history";
 import type { Completions, FromPage } from "../src/protocol";
+
+/** The number of lines that are not in the longest common subsequence of two texts. */
+function fewestChanged(old: readonly string[], now: readonly string[]): number {
+  let row = Array.from({ length: now.length + 1 }, (_, count) => count);
+  old.forEach((line, index) => {
+    const next = [index + 1];
+    now.forEach((other, at) => next.push(line === other ? row[at]! : 1 + Math.min(row[at + 1]!, next[at]!)));
+    row = next;
+  });
+  return row.at(-1)!;
+}
+
+describe("line changes", () => {
+  it("are the fewest, apart and in order", () => {
+    let seed = 1;
+    const random = (below: number): number => {
+      seed = (seed * 48271) % 2147483647;
+      return seed % below;
+    };
+    const lines = (): string[] => Array.from({ length: random(12) }, () => "abcd"[random(4)]!);
+    for (let run = 0; run < 2000; run += 1) {
+      const [old, now] = [lines(), lines()];
+      const made: string[] = [];
+      let [at, count] = [0, 0];
+      for (const { fromOld, toOld, fromNew, toNew } of lineChanges(old, now)) {
+        if (made.length > 0 || at > 0) expect(fromOld).toBeGreaterThan(at);
+        made.push(...old.slice(at, fromOld), ...now.slice(fromNew, toNew));
+        at = toOld;
+        count += toOld - fromOld + toNew - fromNew;
+      }
+      expect([...made, ...old.slice(at)]).toEqual(now);
+      expect(count).toBe(fewestChanged(old, now));
+    }
+  });
+
+  it("are one change if they are too many", () => {
+    const [old, now] = ["a", "b"].map((name) => Array.from({ length: 600 }, (_, n) => `${name}${n}`));
+    expect(lineChanges(old!, now!)).toEqual([{ fromOld: 0, toOld: 600, fromNew: 0, toNew: 600 }]);
+  });
+});
+
+describe("undo after a change of another program", () => {
+  /** A text that the user has changed, and that another program has changed since. */
+  function changed(typed: [from: number, to: number, insert: string][], outside: string): EditorState {
+    let state = EditorState.create({ doc: "one\ntwo\nthree\n", extensions: typedHistory });
+    for (const [from, to, insert] of typed)
+      state = state.update({ changes: { from, to, insert }, annotations: isolateHistory.of("full") }).state;
+    const annotations = Transaction.addToHistory.of(false);
+    const change = state.update({ changes: changesTo(state, outside), annotations });
+    ({ state } = change);
+    for (const spec of afterChange(change)) ({ state } = state.update(spec));
+    return state;
+  }
+
+  const after = (state: EditorState, command: StateCommand): EditorState => {
+    command({ state, dispatch: (transaction) => ({ state } = transaction) });
+    return state;
+  };
+
+  it("removes only what the user typed", () => {
+    let state = changed([[3, 3, " <!-- A -->"]], "0\none <!-- A -->\ntwo\n3\n");
+    state = after(state, undo);
+    expect(state.sliceDoc()).toBe("0\none\ntwo\n3\n");
+    expect(after(state, redo).sliceDoc()).toBe("0\none <!-- A -->\ntwo\n3\n");
+  });
+
+  it.each([
+    [
+      "typed text was removed",
+      [
+        [3, 3, "!"],
+        [8, 8, "?"],
+      ],
+      "one\n2\nthree\n",
+    ],
+    ["replaced text was replaced", [[4, 7, "2"]], "one\n22\nthree\n"],
+    ["the line of a deletion was replaced", [[4, 6, ""]], "one\nzwei\nthree\n"],
+  ] as [string, [number, number, string][], string][])("does nothing where %s", (_, typed, outside) => {
+    const state = changed(typed, outside);
+    expect(undoDepth(state)).toBe(0);
+    expect(after(state, undo).sliceDoc()).toBe(outside);
+  });
+});
 
 describe("positions", () => {
   const doc = Text.of(["<a>", 'b="ä😀c"', ""]);
@@ -48,8 +134,17 @@ describe("positions", () => {
   ])("change %j to %j", (was, now) => {
     const extensions = EditorState.lineSeparator.of(separatorOf(was));
     const state = EditorState.create({ doc: was, extensions });
-    expect(state.update({ changes: changeTo(state, now)! }).state.sliceDoc()).toBe(now);
-    expect(changeTo(state, was)).toBeNull();
+    expect(state.update({ changes: changesTo(state, now) }).state.sliceDoc()).toBe(now);
+    expect(changesTo(state, was)).toEqual([]);
+  });
+
+  it("change each line by itself", () => {
+    const state = EditorState.create({ doc: "one\ntwo\nthree\nfour\n" });
+    expect(changesTo(state, "one!\ntwo\nfour\nfive\n")).toEqual([
+      { from: 3, to: 3, insert: "!" },
+      { from: 8, to: 14, insert: "" },
+      { from: 19, to: 19, insert: "five\n" },
+    ]);
   });
 
   it("apply the edits of a fix", () => {
@@ -157,6 +252,9 @@ describe("drafts", () => {
     all.conflict.set({ type: "source_conflict", file: "a", text: "theirs" });
     all.keepMine();
     expect(sent.at(-1)).toMatchObject({ type: "save_source", was: "theirs", text: "mine" });
+    all.conflict.set({ type: "source_conflict", file: "a", text: null });
+    all.keepMine();
+    expect(sent.at(-1)).toMatchObject({ type: "save_source", was: null, text: "mine" });
     all.conflict.set({ type: "source_conflict", file: "a", text: "theirs" });
     all.takeTheirs();
     expect(all.isEmpty).toBe(true);

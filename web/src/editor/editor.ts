@@ -1,7 +1,6 @@
 import { closeBrackets, closeBracketsKeymap, completionKeymap } from "@codemirror/autocomplete";
 import {
   defaultKeymap,
-  history,
   indentWithTab,
   isolateHistory,
   redo,
@@ -30,8 +29,9 @@ import { colours } from "./colours";
 import { completion } from "./complete";
 import { marks, ownersAt, setKnown, setMarked } from "./marks";
 import { numbers } from "./numbers";
-import { changesOf, changeTo, offsetAt, separatorOf } from "./positions";
+import { changesOf, changesTo, offsetAt, separatorOf } from "./positions";
 import { markProblems, problems } from "./problems";
+import { afterChange, typedHistory } from "./typed-history";
 
 /** Marks a change that the user did not make: the text of the file. */
 const fromFile = Annotation.define<boolean>();
@@ -76,7 +76,7 @@ class SourceEditor implements Editor {
     for (const signal of [app.spot, app.sources, app.selected, app.about]) signal.watch(draw);
     for (const signal of [app.findings, app.drafts.findings, app.drafts.files])
       signal.watch(() => this.markProblems());
-    app.drafts.replaced.watch((now) => now !== null && this.replace(now.file, now.text, true));
+    app.drafts.replaced.watch((now) => now !== null && this.replace(now.file, now.text, now.isChosen));
     app.drafts.edits.watch((edits) => edits !== null && this.apply(edits));
     app.parameters.watch(changed);
   }
@@ -158,7 +158,7 @@ class SourceEditor implements Editor {
     const isSaved = this.app.drafts.read(file, source.text);
     const state = this.stateOf(file);
     if (state === undefined) this.states.set(file, this.created(source));
-    else if (isSaved) this.replace(file, source.text, false);
+    else if (isSaved && this.replace(file, source.text, false)) this.changedByServer.add(file);
     const now = this.stateOf(file)!;
     if (now.sliceDoc() === source.text) this.update(file, now.update({ effects: setKnown.of(source) }));
   }
@@ -172,28 +172,31 @@ class SourceEditor implements Editor {
     else this.states.set(file, transaction.state);
   }
 
-  /** Replaces the text of a file by that on disk. The cursor stays in its line and column. */
-  private replace(file: string, text: string, isUndoable: boolean): void {
+  /** Replaces the text of a file by that on disk. The cursor stays in its line and column. Returns whether it differs.
+   * Only a text that the user has chosen can be undone. */
+  private replace(file: string, text: string, isChosen: boolean): boolean {
     const state = this.stateOf(file);
-    const change = state === undefined ? null : changeTo(state, text);
-    if (state === undefined || change === null) return;
-    this.changedByServer.add(file);
+    const changes = state === undefined ? [] : changesTo(state, text);
+    if (state === undefined || changes.length === 0) return false;
     const { head } = state.selection.main;
     const line = state.doc.lineAt(head);
     const annotations = [
       fromFile.of(true),
-      Transaction.addToHistory.of(isUndoable),
+      Transaction.addToHistory.of(isChosen),
       isolateHistory.of("full"), // else it joins what was typed within half a second, and undoing removes both
     ];
-    let transaction = state.update({ changes: change, annotations });
-    if (change.from < head && head < change.to) {
+    let transaction = state.update({ changes, annotations });
+    if (changes.some(({ from, to }) => from < head && head < to)) {
       const { doc } = transaction.state;
       const row = doc.line(Math.min(line.number, doc.lines));
       const anchor = Math.min(row.from + head - line.from, row.to);
-      transaction = state.update({ changes: change, selection: { anchor }, annotations });
+      transaction = state.update({ changes, selection: { anchor }, annotations });
     }
     this.update(file, transaction);
+    if (!isChosen)
+      for (const spec of afterChange(transaction)) this.update(file, this.stateOf(file)!.update(spec));
     this.changed();
+    return true;
   }
 
   /** Applies edits to the texts of their files, when all of them have been read. */
@@ -245,7 +248,7 @@ class SourceEditor implements Editor {
       lineNumbers(),
       problems(app, file),
       highlightSpecialChars(),
-      history(),
+      typedHistory,
       drawSelection(),
       indentOnInput(),
       indentUnit.of("  "),

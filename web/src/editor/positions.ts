@@ -1,6 +1,7 @@
 import type { EditorState, Text } from "@codemirror/state";
 
 import type { Place, TextEdit } from "../protocol";
+import { lineChanges } from "./line-diff";
 
 /** The offset of a line and column of the server, which are 1-based and count characters. Clamped to the text. */
 export function offsetAt(doc: Text, line: number, column: number): number {
@@ -23,21 +24,37 @@ export function rangeOf(doc: Text, { line, column, length }: Place): { from: num
   return { from: offsetAt(doc, line, column), to: offsetAt(doc, line, column + length) };
 }
 
-/** A change from one text to another: the shortest one that keeps the beginning and the end. */
-export function changeTo(
-  state: EditorState,
-  text: string,
-): { from: number; to: number; insert: string } | null {
-  const was = state.doc.toString();
+/** The changes from one text to another: of the fewest lines, each without the equal characters at its ends. Small changes
+ * keep the cursor, and leave the undo history what it was at all other places. */
+export function changesTo(state: EditorState, text: string): { from: number; to: number; insert: string }[] {
+  const old = state.doc.toString();
   const now = state.toText(text).toString(); // with the line ends that the editor counts as one character
-  if (was === now) return null;
-  let head = 0;
-  const most = Math.min(was.length, now.length);
-  while (head < most && was[head] === now[head]) head += 1;
-  let tail = 0;
-  while (tail < most - head && was.at(-1 - tail) === now.at(-1 - tail)) tail += 1;
-  const insert = now.slice(head, now.length - tail);
-  return { from: head, to: was.length - tail, insert: insert.replaceAll("\n", state.lineBreak) };
+  const [oldLines, newLines] = [linesOf(old), linesOf(now)];
+  const [oldStarts, newStarts] = [startsOf(oldLines), startsOf(newLines)];
+  return lineChanges(oldLines, newLines).map(({ fromOld, toOld, fromNew, toNew }) => {
+    const start = oldStarts[fromOld]!;
+    const was = old.slice(start, oldStarts[toOld]);
+    const put = now.slice(newStarts[fromNew], newStarts[toNew]);
+    let head = 0;
+    const most = Math.min(was.length, put.length);
+    while (head < most && was[head] === put[head]) head += 1;
+    let tail = 0;
+    while (tail < most - head && was.at(-1 - tail) === put.at(-1 - tail)) tail += 1;
+    const insert = put.slice(head, put.length - tail).replaceAll("\n", state.lineBreak);
+    return { from: start + head, to: start + was.length - tail, insert };
+  });
+}
+
+/** The lines of a text with their line ends. */
+function linesOf(text: string): string[] {
+  return text.match(/[^\n]*\n|[^\n]+/g) ?? [];
+}
+
+/** The offset of each line, and of the end. */
+function startsOf(lines: readonly string[]): number[] {
+  const starts = [0];
+  for (const line of lines) starts.push(starts.at(-1)! + line.length);
+  return starts;
 }
 
 /** The edits of a fix as changes of a text. */

@@ -141,6 +141,11 @@ function drawNote(app: App, note: HTMLElement, file: string, reason: string): vo
   const name = baseName(file);
   const content: (Node | string)[] = [];
   if (reason !== "") content.push(`Read only: ${reason}.`);
+  else if (drafts.conflict.value?.file === file && drafts.conflict.value.text === null)
+    content.push(
+      `${name} was deleted. Save it again? `,
+      h("button", { type: "button", onclick: () => drafts.keepMine() }, "Save again"),
+    );
   else if (drafts.conflict.value?.file === file)
     content.push(
       `Not saved: another program has changed the same lines of ${name}. `,

@@ -6,7 +6,8 @@ import dataclasses
 import functools
 import json
 import typing
-from typing import Annotated, Any, Literal
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, Union
 
 from kbot.text import KbotError
 from kbot.text.json_text import parse_json
@@ -88,6 +89,10 @@ def _fields(cls: type) -> dict[str, Any]:
 
 def _check(value: object, hint: Any, where: str) -> object:  # noqa: ANN401 - a type hint
     bound: Bounds | Bytes | Length | None = None
+    if typing.get_origin(hint) in (Union, UnionType):
+        if value is None:
+            return None
+        (hint,) = (option for option in typing.get_args(hint) if option is not NoneType)
     if typing.get_origin(hint) is Annotated:
         hint, bound = typing.get_args(hint)
     if typing.get_origin(hint) is Literal:

@@ -601,11 +601,12 @@ class TextsChecked:
 class SaveSource:
     """Write a file. `was` is its content when the page read it.
 
-    If the file has changed since, changes at other lines are kept.
+    If the file has changed since, changes at other lines are kept. If it was deleted, it is created again
+    only if `was` is None.
     """
 
     file: PathName
-    was: FileText
+    was: FileText | None
     text: FileText
     type: Literal["save_source"] = "save_source"
 
@@ -623,10 +624,11 @@ class SourceSaved:
 
 @dataclass(frozen=True, slots=True)
 class SourceConflict:
-    """A file was not written, because another program changed the same lines. `text` is its content."""
+    """A file was not written, because another program changed the same lines or deleted it. `text` is its
+    content, or None if it was deleted."""
 
     file: str
-    text: str
+    text: str | None
     type: Literal["source_conflict"] = "source_conflict"
 
 

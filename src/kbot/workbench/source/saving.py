@@ -6,7 +6,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from kbot.text import KbotError, read_source, rewrite
+from kbot.text import KbotError, read_source, rewrite, write_text
 from kbot.workbench.protocol import SaveSource, SourceConflict, SourceSaved
 from kbot.workbench.protocol.messages import MOST_TEXT, MOST_TEXTS
 from kbot.workbench.source.merging import merge
@@ -21,7 +21,7 @@ def read_only_reason(file: str, text: str) -> str:
         return SHIPPED_REASON
     if len(text.encode()) > MOST_TEXT:
         return f"the file has more than {MOST_TEXT:,} bytes. Change it in another editor"
-    if not os.access(file, os.W_OK):
+    if Path(file).exists() and not os.access(file, os.W_OK):
         return "you do not have permission to write this file"
     return ""
 
@@ -30,20 +30,34 @@ def save(message: SaveSource) -> SourceSaved | SourceConflict:
     """Write a text to its file, merged with what another program has changed in the meantime.
 
     Raises:
-        KbotError: the file is missing, read-only, or cannot be written.
+        KbotError: the file is read-only or cannot be written, or its folder is missing.
     """
     file, text = message.file, message.text
     require_valid(text)
-    now = read_source(file).text
     reason = read_only_reason(file, text)
     if reason:
         raise KbotError(reason)
-    merged = merge(message.was, text, now)
+    if not Path(file).exists():
+        return _save_deleted(message)
+    now = read_source(file).text
+    merged = merge(message.was or "", text, now)
     if merged is None:
         return SourceConflict(file, now)
     if merged != now:
         rewrite({file: (now, merged)})
     return SourceSaved(file, text, merged)
+
+
+def _save_deleted(message: SaveSource) -> SourceSaved | SourceConflict:
+    """Create the file if the message asks for it."""
+    file, text = message.file, message.text
+    folder = Path(file).resolve().parent
+    if not folder.is_dir():
+        raise KbotError(f"the folder {folder} was deleted. Create it, then save {Path(file).name} again")
+    if message.was is not None:
+        return SourceConflict(file, None)
+    write_text(file, text)
+    return SourceSaved(file, text, text)
 
 
 def require_valid(text: str) -> None:

@@ -133,6 +133,9 @@ class ShownDescription:
         self.is_stale = True
         self._ownership = Ownership(self._latest.document)
         self._hints: Hints | None = None
+        self._opened: set[str] = set()
+        """Files of the description that a page has read: it may have unsaved text of one that is no longer
+        used."""
 
     @property
     def file(self) -> str:
@@ -233,6 +236,8 @@ class ShownDescription:
         if not is_other:
             self._require_files((file,))
         source = read_source(file)
+        if not is_other:
+            self._opened.add(file)
         if self._hints is None:
             self._hints = Hints(self._latest.document)
         owners = self._ownership.lines(source.whole())
@@ -275,7 +280,7 @@ class ShownDescription:
         """Raise KbotError for a file that pages may not open. A page can write an include of any file."""
         roots = MeshRoots(self.file, Packages(self.package_path, around=self.file))
         for file in files:
-            if file not in self._latest.files and file not in self._good.files:
+            if file not in self._opened.union(self._latest.files, self._good.files):
                 raise KbotError(f"{file} is not part of this description")
             if file != self.file and not roots.holds(file):
                 where = "outside the description's own folders and all packages"
