@@ -304,3 +304,9 @@ def test_a_drive_wheel_on_a_fixed_joint_keeps_its_axis() -> None:
     macros = SHIPPED.with_name("kbot_macros.xacro")
     with unsaved({str(macros): macros.read_text("utf-8").replace("continuous", "fixed", 1)}):
         assert [d.code for d in check_file(str(SHIPPED), config=Config())] == ["D117"]
+
+
+def test_a_material_of_an_included_file_that_is_not_well_formed_is_not_missing() -> None:
+    macros = SHIPPED.with_name("kbot_macros.xacro")
+    with unsaved({str(macros): macros.read_text("utf-8").replace('value="${m}"/>', 'value="${m}"/', 1)}):
+        assert [d.code for d in check_file(str(SHIPPED), config=Config())] == ["P001"]

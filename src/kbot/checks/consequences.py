@@ -16,8 +16,8 @@ _LOSES_PARTS = frozenset(
     }
 )  # fmt: skip
 """Errors after which whole parts of the robot are missing."""
-_OF_LOST_PARTS = frozenset({"U003", "U006", "U007", "U008", "U014", "J110", "I106", "G106"})
-"""Links, joints, masses and shapes that are missing: the missing part may have had them."""
+_OF_LOST_PARTS = frozenset({"U003", "U006", "U007", "U008", "U014", "J110", "I106", "G106", "G108"})
+"""Links, joints, masses, shapes and materials that are missing: the missing part may have had them."""
 _LOSES_JOINTS = frozenset({"U011", "U013", "U014", "U015"})
 _OF_LOST_JOINTS = frozenset({"U008"})
 """A joint that cannot be read leaves its child without a parent."""
