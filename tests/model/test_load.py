@@ -83,3 +83,12 @@ def test_a_directory_and_a_missing_file_never_raise(tmp_path):
         loaded = load_robot(path)
         assert loaded.robot is None
         assert len(loaded.diagnostics) == 1
+
+
+def test_a_wrong_value_is_one_error_although_many_shapes_use_it() -> None:
+    text = (
+        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:property name="r" value="0,05"/>'
+        '<link name="a"><visual><geometry><sphere radius="${r}"/></geometry></visual>'
+        '<collision><geometry><cylinder radius="${r}" length="${2*r}"/></geometry></collision></link></robot>'
+    )
+    assert [d.code for d in load_robot_text(text, "r.xacro").diagnostics] == ["U012"]

@@ -16,8 +16,9 @@ from kbot.checks.merge import merge_findings
 from kbot.checks.registry import all_rules, rules_by_need
 from kbot.checks.settings import load_config
 from kbot.checks.suppressions import without_suppressed
+from kbot.model.load import not_reported_before
 from kbot.model.read import read_robot
-from kbot.text import DescriptionError, Diagnostic, Source, Span, read_source
+from kbot.text import DescriptionError, Diagnostic, Source, read_source
 from kbot.text.diagnostic import bounded
 from kbot.text.errors import reading
 from kbot.xacro import Packages, expand_text
@@ -45,7 +46,7 @@ def examine(
     if expansion.document is not None:
         reading = read_robot(expansion.document, packages, expansion.names_at)
         robot = reading.robot
-        problems += _not_reported_before(problems, reading.diagnostics)
+        problems += not_reported_before(problems, reading.diagnostics)
     return Context(source, expansion, robot, tuple(problems), packages, config, arguments)
 
 
@@ -62,26 +63,6 @@ def findings(context: Context) -> list[Diagnostic]:
         for rule in rules if context.has(needs) else ():
             found += [rule.diagnostic(finding) for finding in rule.check(context)]
     return merge_findings(without_consequences(found, context), context)
-
-
-def _not_reported_before(reported: list[Diagnostic], new: tuple[Diagnostic, ...]) -> list[Diagnostic]:
-    """Errors of the URDF reader, without those at a place where expansion failed and left the text
-    unexpanded."""
-    places = [d.origin.span for d in reported if d.is_error and d.origin]
-    return [
-        d
-        for d in new
-        if not places
-        or not d.origin
-        or (
-            not (d.code in ("U012", "U013") and ("${" in d.message or "$(" in d.message))
-            and not any(_overlap(p, d.origin.span) for p in places)
-        )
-    ]
-
-
-def _overlap(a: Span, b: Span) -> bool:
-    return a.file == b.file and (a.start == b.start or (a.start < b.end and b.start < a.end))
 
 
 def check_file(

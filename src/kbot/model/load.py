@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from kbot.model._attributes import MeshFinder
 from kbot.model.read import read_robot
 from kbot.model.robot import RobotModel
-from kbot.text import DescriptionError, Diagnostic, Element, Origin, Severity, Source
+from kbot.text import DescriptionError, Diagnostic, Element, Origin, Severity, Source, Span
 from kbot.text.errors import reading
 from kbot.text.xml import MAX_READ_NESTING, parse_document
 from kbot.text.xml_nodes import Comment, Instruction
@@ -132,15 +132,30 @@ def _read(expansion: Expansion, packages: Packages) -> Loaded:
         return Loaded(None, expansion, expansion.diagnostics, packages)
     with reading(expansion.path or ""):
         read = read_robot(expansion.document, packages, expansion.names_at)
-    diagnostics = read.diagnostics
+    found = not_reported_before(expansion.diagnostics, read.diagnostics)
     if any(d.is_error for d in expansion.diagnostics):
-        diagnostics = tuple(d for d in diagnostics if not _is_consequence(d))
-    return Loaded(read.robot, expansion, expansion.diagnostics + diagnostics, packages)
+        found = [d for d in found if d.code not in _MISSING]  # the missing part may have had it
+    once: dict[object, Diagnostic] = {}  # each use of a wrong value reports it at the same place
+    for diagnostic in found:
+        once.setdefault((diagnostic.code, diagnostic.message, diagnostic.origin), diagnostic)
+    return Loaded(read.robot, expansion, (*expansion.diagnostics, *once.values()), packages)
 
 
-def _is_consequence(diagnostic: Diagnostic) -> bool:
-    """Whether an error may only be a consequence of an expansion error.
+def not_reported_before(reported: Sequence[Diagnostic], new: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """Errors of the URDF reader, without those at a place where expansion failed and left the text
+    unexpanded."""
+    places = [d.origin.span for d in reported if d.is_error and d.origin]
+    return [
+        d
+        for d in new
+        if not places
+        or not d.origin
+        or (
+            not (d.code in ("U012", "U013") and ("${" in d.message or "$(" in d.message))
+            and not any(_overlap(p, d.origin.span) for p in places)
+        )
+    ]
 
-    Then a part is missing, or an unexpanded expression is in place of a number.
-    """
-    return diagnostic.code in _MISSING or (diagnostic.code == "U012" and "${" in diagnostic.message)
+
+def _overlap(a: Span, b: Span) -> bool:
+    return a.file == b.file and (a.start == b.start or (a.start < b.end and b.start < a.end))
