@@ -210,8 +210,8 @@ def test_a_caret_is_below_its_column_in_a_line_with_tabs(
     card.locator(".finding").click()
     until(lambda: page.locator(".caret").count() == 1)
     caret = page.locator(".caret").evaluate(LEFT_OF_CARET)
-    first = page.locator(".cm-line.here .t-number").nth(3)  # after the three numbers of the axis
-    assert caret == pytest.approx(first.bounding_box()["x"], abs=1.0)
+    rpy = page.locator(".cm-line.here .t-name").nth(1)  # after xyz
+    assert caret == pytest.approx(rpy.bounding_box()["x"], abs=1.0)
 
 
 def test_a_click_applies_a_fix(xacro: Path, viewing: str, open_page: OpenPage) -> None:
