@@ -403,7 +403,7 @@ def test_causes_are_printed_first_and_the_rest_is_summarized(
     heads = [line for line in lines if line.startswith("robot.xacro:")]
     assert [head.rsplit("[", 1)[1] for head in heads] == ["X103]", "U013]"]
     summary = lines[lines.index("After the errors (-v shows all findings):") + 1 : -2]
-    assert summary == ["  2 warnings U202 unknown-attribute  first at robot.xacro:4:65"]
+    assert summary == ["  2 warnings U202 unknown-attribute  first at robot.xacro:4:59"]
     assert lines[-1].startswith("2 errors, 2 warnings")
 
 

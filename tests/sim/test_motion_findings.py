@@ -340,7 +340,7 @@ def test_findings_are_printed_and_in_the_json_report(tmp_path, capsys):
     words = ["sim", str(file), "--headless", "--duration", "10", "--cmd-vel", "0,1"]
     assert run(words) == 0
     line = line_of(file.read_text(), "<wheel_separation>")
-    assert f"{file}:{line}:1: warning: odometry is " in capsys.readouterr().err
+    assert f"{file}:{line}:19: warning: odometry is " in capsys.readouterr().err
     assert run([*words, "--json"]) == 0
     (found,) = json.loads(capsys.readouterr().out)["findings"]
     assert (found["code"], found["file"], found["line"]) == ("W301", str(file), line)

@@ -8,9 +8,9 @@ from types import FrameType, FunctionType
 
 from kbot.text.suggest import did_you_mean, nearest
 
-_TOO_MANY = re.compile(r"(\w+)\(\) takes (?:from \d+ to )?(\d+) positional arguments? but (\d+) ")
+_TOO_MANY = re.compile(r"(?<!\w)(\w+)\(\) takes (?:from \d+ to )?(\d+) positional arguments? but (\d+) ")
 """Python's message for a call with too many arguments: the function, how many it takes, how many it got."""
-_DECIMAL_COMMA = re.compile(r"(?<![\w.,])(\d+),(\d+)(?![\w.]|,\d)")
+_DECIMAL_COMMA = re.compile(r"(?<![\w.,])(\d++),(\d++)(?![\w.]|,\d)")
 
 
 def hint_for(error: BaseException, frame: FrameType | None, code: str) -> str:
