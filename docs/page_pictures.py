@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 from PIL import Image
 
 import kbot
@@ -161,9 +162,11 @@ class Film:
         self._page.keyboard.up(key)
 
     def save(self, path: Path) -> None:
-        """Write a GIF."""
+        """Write a GIF. All pictures share their colours: then only what changes between two is stored."""
         small = [picture.resize((880, 544), Image.Resampling.LANCZOS) for picture in self._pictures]
-        few = [picture.quantize(192, dither=Image.Dither.NONE) for picture in small]
+        every = Image.fromarray(np.concatenate([np.asarray(picture)[::4, ::4] for picture in small]))
+        colours = every.quantize(256, method=Image.Quantize.MAXCOVERAGE)
+        few = [picture.quantize(palette=colours, dither=Image.Dither.NONE) for picture in small]
         milliseconds = [max(40, round(seconds * 1000.0)) for seconds in self._seconds]
         few[0].save(path, save_all=True, append_images=few[1:], duration=milliseconds, loop=0, optimize=True)
 
