@@ -4,7 +4,6 @@ import re
 import sys
 import threading
 from pathlib import Path
-from types import FunctionType
 
 import pytest
 
@@ -237,14 +236,6 @@ def test_sys_exit_with_a_status_is_a_failure(folder: Path) -> None:
     assert isinstance(error, ScriptFailed)
     assert str(error) == "drive.py:4: drive.py ended with sys.exit(3)\n    sys.exit(3)"
     assert (error.time, error.to_json()["message"]) == (0.1, "sys.exit(3)")
-
-
-def test_a_signal_s_exit_is_not_the_script_s(folder: Path) -> None:
-    Path("drive.py").write_text("def drive(sim):\n    sim.clock.every(10.0, sim.hook)\n    sim.run(1.0)\n")
-    sim = Simulation("kbot")
-    sim.hook = FunctionType(compile("raise SystemExit(143)", "handler", "exec"), {"__name__": "kbot.cli"})
-    with pytest.raises(SystemExit):
-        Script("drive.py").run(sim)
 
 
 def test_a_missing_script_is_reported(folder: Path) -> None:

@@ -148,8 +148,6 @@ class Script:
         except (ScriptError, Stopped, KeyboardInterrupt):
             raise
         except SystemExit as end:
-            if _is_raised_by_kbot(end.__traceback__):  # a signal ends the run
-                raise
             if end.code:
                 raise self._exited(end, simulation) from None
         except BaseException as error:  # a user's exception may derive from BaseException alone
@@ -280,12 +278,6 @@ class Script:
 
 def _line_of(function: object) -> int:
     return function.__code__.co_firstlineno if inspect.isfunction(function) else 1
-
-
-def _is_raised_by_kbot(trace: TracebackType | None) -> bool:
-    """Whether KBot's code raised an error, and not the user's or that of a library."""
-    *_, (frame, _) = traceback.walk_tb(trace)
-    return str(frame.f_globals.get("__name__")).partition(".")[0] == "kbot"
 
 
 def _assertion_at(path: str, line: int) -> tuple[str, list[str]]:
