@@ -134,13 +134,13 @@ def test_an_error_is_one_diagnostic_at_its_position(text: str, code: str, line: 
 
 
 @pytest.mark.parametrize(
-    ("text", "mended"),
+    ("text", "corrected"),
     [
         ('<robot>\n  <xmlns:xacro="u" name="r">\n</robot>', '<robot xmlns:xacro="u" name="r">\n</robot>'),
         ('\n<?xml version="1.0"?>\n<robot name="r"/>', '<?xml version="1.0"?>\n<robot name="r"/>'),
     ],
 )
-def test_common_mistakes_in_the_first_lines_have_a_hint_and_a_fix(text: str, mended: str) -> None:
+def test_common_mistakes_in_the_first_lines_have_a_hint_and_a_fix(text: str, corrected: str) -> None:
     with pytest.raises(DescriptionError) as caught:
         parse_xml(Source("f", text))
     (diagnostic,) = caught.value.diagnostics
@@ -149,12 +149,12 @@ def test_common_mistakes_in_the_first_lines_have_a_hint_and_a_fix(text: str, men
     (edit,) = diagnostic.fix.edits
     data = text.encode()
     changed = data[: edit.span.start] + edit.replacement.encode() + data[edit.span.end :]
-    assert changed.decode() == mended
-    parse_xml(Source("f", mended))
+    assert changed.decode() == corrected
+    parse_xml(Source("f", corrected))
 
 
 @pytest.mark.parametrize(
-    ("text", "message", "place", "mended"),
+    ("text", "message", "place", "corrected"),
     [
         (
             '<robot><mass value="1"/\n<inertia/></robot>',
@@ -179,17 +179,17 @@ def test_common_mistakes_in_the_first_lines_have_a_hint_and_a_fix(text: str, men
     ],
 )
 def test_a_missing_bracket_or_end_tag_is_named_at_its_place(
-    text: str, message: str, place: str, mended: str
+    text: str, message: str, place: str, corrected: str
 ) -> None:
     with pytest.raises(DescriptionError) as caught:
         parse_xml(Source("f", text))
     (diagnostic,) = caught.value.diagnostics
     assert message in diagnostic.message
     assert str(diagnostic.origin) == place
-    assert bool(diagnostic.fix) == bool(mended)
+    assert bool(diagnostic.fix) == bool(corrected)
     if diagnostic.fix is not None:
-        assert apply_edits(text, diagnostic.fix.edits) == mended
-        parse_xml(Source("f", mended))
+        assert apply_edits(text, diagnostic.fix.edits) == corrected
+        parse_xml(Source("f", corrected))
 
 
 def test_a_prefix_is_valid_only_inside_its_element() -> None:

@@ -160,13 +160,19 @@ def test_unsaved_text_is_checked_and_fixed(xacro: Path, viewing: str, open_page:
     assert xacro.read_text() == text
 
 
-def test_a_save_keeps_the_changes_of_another_editor(xacro: Path, viewing: str, open_page: OpenPage) -> None:
-    page, text = open_page(viewing), xacro.read_text()
+def type_while_another_program_saves(page: Any, xacro: Path) -> str:
+    """Type a comment before line 2 while another program changes another line. Returns the text it saves."""
     open_editor(page)
     go_to(page, 2)
     page.keyboard.insert_text("<!-- mine -->\n")
-    changed = text.replace('"base_len" default="0.16"', '"base_len" default="0.26"')
+    changed = xacro.read_text().replace('"base_len" default="0.16"', '"base_len" default="0.26"')
     xacro.write_text(changed)
+    return changed
+
+
+def test_a_save_keeps_the_changes_of_another_editor(xacro: Path, viewing: str, open_page: OpenPage) -> None:
+    page = open_page(viewing)
+    changed = type_while_another_program_saves(page, xacro)
     until(lambda: "Another program has changed kbot.xacro" in page.locator(".source-note").inner_text())
     assert "<!-- mine -->" in page.locator(".cm-content").inner_text()
     page.get_by_role("button", name="Save", exact=True).click()
@@ -181,12 +187,8 @@ def test_a_save_keeps_the_changes_of_another_editor(xacro: Path, viewing: str, o
 def test_undo_after_a_merged_save_keeps_the_other_program_s_change(
     xacro: Path, viewing: str, open_page: OpenPage
 ) -> None:
-    page, text = open_page(viewing), xacro.read_text()
-    open_editor(page)
-    go_to(page, 2)
-    page.keyboard.insert_text("<!-- mine -->\n")
-    changed = text.replace('"base_len" default="0.16"', '"base_len" default="0.26"')
-    xacro.write_text(changed)
+    page = open_page(viewing)
+    changed = type_while_another_program_saves(page, xacro)
     until(lambda: page.locator(".source-note").is_visible())
     page.keyboard.press("Control+s")
     until(lambda: "<!-- mine -->" in xacro.read_text())

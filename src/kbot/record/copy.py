@@ -16,7 +16,7 @@ from kbot.record.writer import open_writer, spare_recording
 from kbot.text import KbotError
 
 ROSBAG2 = "rosbag2.serialized_metadata"
-"""The metadata in which rosbag2 counts the messages of its own MCAP files. It is not true for a copy."""
+"""The metadata in which rosbag2 counts the messages of its own MCAP files. A copy may have fewer messages."""
 ALWAYS = frozenset({DESCRIPTION_TOPIC, "/tf_static", WORLD_TOPIC})
 """Topics that a cut keeps from before its start: they are rarely published, mostly at the start, and all
 later messages depend on them."""

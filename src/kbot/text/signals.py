@@ -34,8 +34,8 @@ def signal_main_thread(number: int = signal.SIGINT) -> None:
 def raise_discarded_interruptions() -> None:
     """Raise Ctrl-C again if Python discards it.
 
-    Python discards what is raised in a destructor or in a callback of its importer, and goes on. About one
-    Ctrl-C of 200 during the start comes then.
+    Python discards errors in destructors and in callbacks of its importer. While KBot starts, about one
+    Ctrl-C in 200 raises its error there.
     """
     report = sys.unraisablehook
 

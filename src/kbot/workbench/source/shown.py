@@ -134,8 +134,7 @@ class ShownDescription:
         self._ownership = Ownership(self._latest.document)
         self._hints: Hints | None = None
         self._opened: set[str] = set()
-        """Files of the description that a page has read: it may have unsaved text of one that is no longer
-        used."""
+        """Files that a page has opened. It can save them also if the description stops using them."""
 
     @property
     def file(self) -> str:
