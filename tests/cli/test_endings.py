@@ -82,6 +82,24 @@ def test_a_recording_is_complete_after_a_script_that_catches_everything(
     assert Recording(str(record)).summary().broken == ""
 
 
+def test_kill_ends_a_script_in_the_background_of_a_shell_script(tmp_path: Path) -> None:
+    """The shell lets such a program ignore Ctrl-C."""
+    (tmp_path / "drive.py").write_text(
+        "def drive(sim):\n    print('begun', flush=True)\n    while True:\n        " + CATCHES_ALL[0]
+    )
+    command = f"trap '' INT; exec {sys.executable} -m kbot sim kbot --headless --script drive.py"
+    with subprocess.Popen(["sh", "-c", command], cwd=tmp_path, stdout=subprocess.PIPE, text=True) as program:
+        try:
+            started(program, "begun")
+            program.send_signal(signal.SIGINT)
+            with pytest.raises(subprocess.TimeoutExpired):
+                program.wait(1.0)
+            program.send_signal(signal.SIGTERM)
+            assert program.wait(SOON) == 128 + signal.SIGTERM
+        finally:
+            program.kill()
+
+
 @pytest.mark.parametrize("words", [["--headless"], ["--no-browser", "--port", "0"]])
 def test_threads_that_a_script_left_do_not_delay_the_end(
     tmp_path: Path, words: list[str], start_kbot: Start

@@ -64,7 +64,11 @@ class Interruption:
         program.interrupt = self.interrupt
 
     def __enter__(self) -> Interruption:
-        self._before = {number: signal.signal(number, self._on_signal) for number in ending_signals()}
+        numbers: set[int] = {
+            *ending_signals(),
+            signal.SIGINT,
+        }  # `_insist` sends SIGINT, even if the caller ignores it
+        self._before = {number: signal.signal(number, self._on_signal) for number in numbers}
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -105,7 +109,7 @@ class Interruption:
     def _on_signal(self, number: int, frame: FrameType | None) -> None:
         if self._is_own and number == signal.SIGINT:
             self._is_own = False
-        else:
+        elif self._before[number] != signal.SIG_IGN:
             self.ended_by = number
             self._program.stop()
         if not self._program.is_stopping:
