@@ -3,8 +3,8 @@
 import asyncio
 import json
 
-from kbot.workbench.protocol import Refused, SourceText, State, Timeline
-from kbot.workbench.serving.hub import Client, Hub
+from kbot.workbench.protocol import Notice, Refused, SourceText, State, Timeline
+from kbot.workbench.serving.hub import MAX_NOTICES, Client, Hub
 
 
 def state(time: float) -> State:
@@ -44,6 +44,23 @@ def test_a_slow_page_receives_the_newest_message_of_each_kind() -> None:
     assert [message["type"] for message in sent] == ["state", "refused", "source", "source"]
     assert sent[0]["time"] == 9_999 / 50
     assert {(m["file"], m["text"]) for m in sent[2:]} == {("a", "2"), ("b", "1")}
+
+
+def test_no_notice_replaces_another_one() -> None:
+    client = Hub().join()
+    for _ in range(2):
+        client.put(Refused("first"))
+        client.put(Refused("second"))
+        client.put(Notice("third"))
+    texts = [message.get("reason") or message["text"] for message in sent_by(client)]
+    assert texts == ["first", "second", "third"]
+
+
+def test_only_the_newest_notices_wait_for_a_slow_page() -> None:
+    client = Hub().join()
+    for number in range(10 * MAX_NOTICES):
+        client.put(Refused(f"{number}."))
+    assert [message["reason"] for message in sent_by(client)] == [f"{n}." for n in range(450, 500)]
 
 
 def test_the_timeline_is_sent_before_the_messages_of_its_time() -> None:

@@ -2,6 +2,7 @@
 
 import http.client
 import json
+import time
 import typing
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -112,7 +113,9 @@ def send(served: tuple[str, Session]) -> Iterator[Callable[[str | bytes], None]]
             count += 1
             connection.send(data)
             connection.send(json.dumps({"type": f"canary{count}."}))
+            deadline = time.monotonic() + 60
             while f"canary{count}." not in (received := str(connection.recv(timeout=60))):
+                assert time.monotonic() < deadline, "the server sends other messages, but no answer"
                 # once a page has answered a beat, it receives nothing more until it answers the next ones
                 if received == '{"type":"beat"}':
                     connection.send('{"type":"heard"}')

@@ -315,7 +315,7 @@ export class App {
         if (message.phase === "running" && this.program.value?.phase !== "running") this.printed.set("");
         this.program.set(message);
         break;
-      case "told":
+      case "notice":
         this.notice.set({ text: message.text });
         break;
       case "parameters":

@@ -434,7 +434,7 @@ export interface ProgramView {
 /** A notice for the user about something that was done. */
 export interface Notice {
   text: string;
-  type: "told";
+  type: "notice";
 }
 
 /** A message was not carried out. */

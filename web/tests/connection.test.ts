@@ -52,7 +52,7 @@ describe("Connection", () => {
     vi.stubGlobal("WebSocket", FakeSocket);
     vi.stubGlobal("location", { protocol: "http:", host: "localhost:8300", search: "?token=a%20b" });
     vi.stubGlobal("document", {
-      getElementById: () => ({ textContent: '[{"type": "told", "text": "hello"}]' }),
+      getElementById: () => ({ textContent: '[{"type": "notice", "text": "hello"}]' }),
     });
   });
 
@@ -69,7 +69,7 @@ describe("Connection", () => {
 
   it("reads the first messages from the page before the socket connects", async () => {
     await connected();
-    expect(received).toEqual([{ type: "told", text: "hello" }]);
+    expect(received).toEqual([{ type: "notice", text: "hello" }]);
   });
 
   it("sends the token of the URL to the server", async () => {

@@ -1031,7 +1031,7 @@ class Notice:
     """A notice for the user about something that was done."""
 
     text: str
-    type: Literal["told"] = "told"
+    type: Literal["notice"] = "notice"
 
 
 @dataclass(frozen=True, slots=True)

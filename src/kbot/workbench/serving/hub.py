@@ -11,6 +11,8 @@ from kbot.workbench.protocol import (
     Beat,
     FromPage,
     FromServer,
+    Notice,
+    Refused,
     RulePage,
     Scene,
     SourceConflict,
@@ -28,12 +30,15 @@ ROUNDS_IN_A_BEAT = 4
 """A beat is sent after this many rounds. A round is all messages that wait for a page at one time."""
 _BEAT = encode(Beat())
 
+MAX_NOTICES = 50
+"""Notices and refusals that wait for a page, each with another text: more than a user would read."""
+
 
 class Client:
     """One page.
 
-    Only the newest message of each kind waits for it, and at most two unanswered beats are in flight. A slow
-    page therefore drops frames, and no queue grows.
+    Only the newest message of each kind waits for it, besides a few notices, and at most two unanswered beats
+    are in flight. A slow page therefore drops frames, and no queue grows.
     """
 
     def __init__(self, number: int) -> None:
@@ -58,7 +63,11 @@ class Client:
         """Set when a beat is answered; None if the page never answers."""
 
     def put(self, message: FromServer, text: str | None = None) -> None:
-        """Queue a message. It replaces an unsent message of the same kind."""
+        """Queue a message. It replaces an unsent one of the same kind, or a notice with the same text."""
+        if isinstance(message, Notice | Refused):
+            waiting = [key for key in self._waiting if key.startswith(_NOTICE)]
+            if len(waiting) >= MAX_NOTICES:
+                del self._waiting[waiting[0]]
         self._queue(_key(message), text if text is not None else encode(message))
 
     def put_timeline(self, timeline: Timeline) -> None:
@@ -111,6 +120,9 @@ class Client:
         self._answers.set()
 
 
+_NOTICE = "notice:"
+
+
 def _key(message: FromServer) -> str:
     """Return the key of a message. A newer message with the same key replaces it."""
     match message:
@@ -118,6 +130,8 @@ def _key(message: FromServer) -> str:
             return f"{message.type}:{file}"
         case RulePage(code=code):
             return f"rule_page:{code}"
+        case Notice(text=text) | Refused(reason=text):
+            return f"{_NOTICE}{text}"
     return message.type
 
 
