@@ -31,6 +31,10 @@ class DescriptionError(KbotError):
         self.diagnostics = bounded(tuple(diagnostics))
         super().__init__("\n".join(str(d) for d in self.diagnostics if d.is_error))
 
+    def __reduce__(self) -> tuple[type[DescriptionError], tuple[tuple[Diagnostic, ...]]]:
+        """Return what a copy is made from in another process: the diagnostics, not the text."""
+        return DescriptionError, (self.diagnostics,)
+
 
 class reading:
     """A block in which an internal error gets a note that names the file. The innermost file is first."""

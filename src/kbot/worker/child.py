@@ -1,0 +1,79 @@
+"""The process of a worker: it calls the functions that arrive on stdin, and answers on stdout.
+
+A request is the size of a pickled `Request` in eight bytes, and then the request. An answer is a pickled
+`Answer`.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import queue
+import sys
+import threading
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import IO, Any
+
+from kbot.text import KbotError
+from kbot.text.recursion import recursion_limit
+
+STACK_BYTES = 256 * 1024 * 1024
+"""Stack of the thread that works. Only what is used takes memory."""
+MOST_CALLS = 100_000
+"""Nested calls, above those that the limits of descriptions allow. Pickling nests several per element."""
+
+
+Answer = tuple[Any, Exception | None]
+"""The result, and the exception that was raised instead."""
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """A function to call, and the working directory and environment of the process that asks."""
+
+    folder: str
+    environment: dict[str, str]
+    work: Callable[..., Any]
+    arguments: tuple[Any, ...]
+
+
+def main() -> None:
+    """Answer requests until stdin ends, also if the work at that time never does."""
+    requests, answers = sys.stdin.buffer, sys.stdout.buffer
+    sys.stdout = sys.stderr  # what a library prints is not an answer
+    waiting: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    threading.stack_size(STACK_BYTES)
+    threading.Thread(target=_work, args=(waiting, answers), daemon=True).start()
+    while data := _read(requests):
+        waiting.put(data)
+    os._exit(0)
+
+
+def _read(stream: IO[bytes]) -> bytes:
+    """Return the next request, or nothing at the end."""
+    size = int.from_bytes(stream.read(8), "little")
+    return stream.read(size)
+
+
+def _work(waiting: queue.SimpleQueue[bytes], answers: IO[bytes]) -> None:
+    with recursion_limit(MOST_CALLS):
+        while True:
+            answers.write(_answer(waiting.get()))
+            answers.flush()
+
+
+def _answer(data: bytes) -> bytes:
+    try:
+        request: Request = pickle.loads(data)  # from the process that started this one
+        if request.folder:
+            os.chdir(request.folder)
+        if os.environ != request.environment:
+            os.environ.clear()
+            os.environ.update(request.environment)
+        return pickle.dumps((request.work(*request.arguments), None), pickle.HIGHEST_PROTOCOL)
+    except Exception as error:  # noqa: BLE001 - raised where the request came from
+        if not isinstance(error, KbotError):  # the traceback of an internal error would be lost
+            error.add_note("".join(traceback.format_exception(error)))
+        return pickle.dumps((None, error), pickle.HIGHEST_PROTOCOL)

@@ -1,0 +1,140 @@
+"""Calls functions in another process, and ends it when a call exceeds its limits."""
+
+from __future__ import annotations
+
+import atexit
+import json
+import os
+import pickle
+import queue
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import TypeVar, TypeVarTuple
+
+from kbot.text import KbotError
+from kbot.worker.child import Answer, Request
+
+T = TypeVar("T")
+Ts = TypeVarTuple("Ts")
+
+LOOK_SECONDS = 0.05
+"""Seconds between two looks at the process. In that time it may take about 100 MB more."""
+_START = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from kbot.worker.child import main; main()"
+"""Modules are found as in this process, and never in the working directory, which may be a stranger's."""
+
+
+@dataclass(frozen=True, slots=True)
+class WorkerLimits:
+    """The most that one call may take: seconds by the clock, and bytes of memory of its process."""
+
+    seconds: float = 30.0
+    memory: int = 3_000_000_000
+
+
+class LimitExceeded(KbotError):
+    """A call was stopped. The text begins with a verb, for a sentence about what was called."""
+
+
+class Worker:
+    """A process that starts with the first call, and stays for the next ones.
+
+    What takes long there delays nothing in the process that calls, and can be ended. The libraries for this
+    import the user's main module in the new process, which would run the user's program a second time.
+    """
+
+    def __init__(self) -> None:
+        self.limits = WorkerLimits()
+        self._process: subprocess.Popen[bytes] | None = None
+        self._turn = threading.Lock()
+
+    def call(self, work: Callable[[*Ts], T], *arguments: *Ts) -> T:
+        """Return the result of a module's function. It is pickled, and so are the arguments.
+
+        Calls of several threads take turns.
+
+        Raises:
+            LimitExceeded: the call exceeded a limit, or ended its process.
+            Exception: what the function raised.
+        """
+        folder = ""
+        with suppress(FileNotFoundError):  # it was deleted
+            folder = os.getcwd()  # noqa: PTH109 - pathlib would only wrap it
+        request = pickle.dumps(Request(folder, dict(os.environ), work, arguments), pickle.HIGHEST_PROTOCOL)
+        with self._turn:
+            process = self._started()
+            answers: queue.SimpleQueue[Answer | None] = queue.SimpleQueue()
+            threading.Thread(target=_exchange, args=(process, request, answers), daemon=True).start()
+            try:
+                result, error = self._wait(process, answers)
+            except BaseException:  # also Ctrl-C: a later answer would be taken for that of the next call
+                self.end()
+                raise
+        if error is not None:
+            raise error
+        return result  # type: ignore[no-any-return]  # what `work` returns
+
+    def _started(self) -> subprocess.Popen[bytes]:
+        if self._process is None or self._process.poll() is not None:
+            self._process = subprocess.Popen(
+                [sys.executable, "-P", "-c", _START, json.dumps([folder for folder in sys.path if folder])],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                start_new_session=True,  # Ctrl-C in the terminal is for the process that calls
+                creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),  # the same on Windows
+            )
+            atexit.register(self.end)
+        return self._process
+
+    def _wait(self, process: subprocess.Popen[bytes], answers: queue.SimpleQueue[Answer | None]) -> Answer:
+        import psutil  # imported lazily: only servers use it
+
+        limits, end = self.limits, time.monotonic() + self.limits.seconds
+        while True:
+            with suppress(queue.Empty):
+                answer = answers.get(timeout=LOOK_SECONDS)
+                if answer is None:
+                    raise LimitExceeded(f"ended its process, with status {process.wait()}")
+                return answer
+            if time.monotonic() > end:
+                raise LimitExceeded(f"took longer than {limits.seconds:g} s and was stopped")
+            with suppress(psutil.NoSuchProcess):
+                if psutil.Process(process.pid).memory_info().rss > limits.memory:
+                    raise LimitExceeded(
+                        f"took more than {limits.memory / 1e9:g} GB of memory and was stopped"
+                    )
+
+    def end(self) -> None:
+        """End the process. The next call starts another one."""
+        process, self._process = self._process, None
+        atexit.unregister(self.end)
+        if process is not None:
+            process.kill()
+            process.wait()
+            for stream in (process.stdin, process.stdout):
+                if stream is not None:
+                    with suppress(OSError):  # what was not sent yet
+                        stream.close()
+
+
+def _exchange(
+    process: subprocess.Popen[bytes], request: bytes, answers: queue.SimpleQueue[Answer | None]
+) -> None:
+    """Send a request, and queue its answer, or None if the process ends before it."""
+    answer: Answer | None = None
+    with suppress(OSError, EOFError, pickle.UnpicklingError, ValueError):  # ValueError: a closed pipe
+        if process.stdin is not None and process.stdout is not None:
+            process.stdin.write(len(request).to_bytes(8, "little") + request)
+            process.stdin.flush()
+            answer = pickle.load(process.stdout)  # from KBot's own code
+    answers.put(answer)
+
+
+READING = Worker()
+"""Reads changed files, and the unsaved texts of pages."""
+PEER_READING = Worker()
+"""Reads what peers send. Many slow models of a peer do not delay the user's files."""
