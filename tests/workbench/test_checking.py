@@ -15,6 +15,7 @@ from kbot.workbench.protocol import CheckTexts, OpenSource, SourceText, TextsChe
 from kbot.workbench.serve import open_session, serving
 from kbot.workbench.serving.daemon_thread import on_daemon_thread
 from kbot.workbench.session.session import Session
+from kbot.worker import READING, WorkerLimits
 
 ROBOT = '<robot name="r"><link name="base"/></robot>'
 LARGEST = 500_000
@@ -137,3 +138,75 @@ def test_a_file_that_is_too_large_is_read_only(session: Session, file: Path, siz
     source = session.handle(OpenSource(str(file)), 1)[0]
     assert isinstance(source, SourceText)
     assert (reason in source.read_only) if reason else source.read_only == ""
+
+
+# --- In the worker ---
+
+
+SLOW = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <link name="l${len([i*i for i in python.range(1000000)])}"/>
+</robot>"""
+
+
+def test_a_reading_that_takes_too_long_keeps_the_last_valid_robot(
+    file: Path, page: ClientConnection, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(READING, "limits", WorkerLimits(seconds=0.2))
+    found = answer(page, "findings")
+    assert not found["stale"]
+    file.write_text(SLOW)
+    while not found["stale"]:
+        found = answer(page, "findings")
+    (finding,) = found["findings"]
+    assert finding["code"] == "F009"
+    assert "took longer than 0.2 s and was stopped" in finding["message"]
+    assert "--limit-time" in finding["hint"]
+    refused = checked(page, [str(file)], [SLOW])
+    assert refused["reason"] == "checking the unsaved text took longer than 0.2 s and was stopped"
+    monkeypatch.setattr(READING, "limits", WorkerLimits())
+    file.write_text(ROBOT)
+    while found["stale"]:
+        found = answer(page, "findings")
+    assert found["findings"] == []
+
+
+def test_a_page_cannot_include_files_outside_the_folders_of_the_robot(tmp_path: Path) -> None:
+    """Findings would show it their lines."""
+    package, secret = tmp_path / "package", tmp_path / "secret.txt"
+    package.mkdir()
+    (package / "package.xml").write_text("<package><name>package</name></package>")
+    robot = package / "robot.xacro"
+    robot.write_text(ROBOT)
+    secret.write_text("password: hunter2")
+    includes = f"""<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+      <link name="base"/><xacro:include filename="{secret}"/>
+      <xacro:property name="p" value="${{xacro.load_yaml('{secret}')}}"/><link name="${{p['password']}}"/>
+    </robot>"""
+    session = open_session(str(robot), simulate=False)
+    with serving(session) as url, connected(url) as page:
+        found = checked(page, [str(robot)], [includes])["findings"]
+        refused = f"{secret} cannot be read: it is outside the description's own folders and all packages"
+        (error,) = [f for f in found if f["severity"] == "error"]
+        assert refused in error["message"]  # the include
+        assert error["related"][0]["message"].startswith(refused)  # load_yaml
+        assert "hunter2" not in json.dumps(found)
+        saving = {"type": "save_source", "file": str(robot), "was": ROBOT, "text": includes}
+        page.send(json.dumps(saving))
+        while not (found := answer(page, "findings"))["stale"]:
+            pass
+        assert refused in json.dumps(found, ensure_ascii=False)
+        assert "hunter2" not in json.dumps(found)
+
+
+def test_a_user_may_include_any_file(tmp_path: Path) -> None:
+    (tmp_path / "package").mkdir()
+    (tmp_path / "package" / "package.xml").write_text("<package><name>package</name></package>")
+    (tmp_path / "wheel.xacro").write_text("<robot><link name='wheel'/></robot>")
+    robot = tmp_path / "package" / "robot.xacro"
+    robot.write_text(ROBOT)
+    session = open_session(str(robot), simulate=False)
+    robot.write_text(
+        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="base"/>'
+        f'<xacro:include filename="{tmp_path}/wheel.xacro"/></robot>'
+    )
+    assert str(tmp_path / "wheel.xacro") in session.read().files

@@ -90,7 +90,7 @@ def test_a_simplified_mesh_keeps_its_texture_coordinates() -> None:
     faces = np.concatenate(
         [np.stack([corner, corner + 1, corner + n], 1), np.stack([corner + 1, corner + n + 1, corner + n], 1)]
     )
-    texture = Texture(vertices[:, :2].copy(), Image.new("RGB", (4, 4)))
+    texture = Texture(vertices[:, :2].copy(), Image.new("RGB", (4, 4)), None)
     (part,) = simplify((MeshPart(vertices, faces, None, texture),), 1500)
     assert part.texture is not None
     assert np.abs(part.texture.uv - part.vertices[:, :2]).max() < 0.06

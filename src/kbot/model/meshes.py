@@ -34,10 +34,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Texture:
-    """A picture on the surface of a part. `uv` (n, 2) has a position per vertex; (0, 0) is the lower left."""
+    """A picture on the surface of a part. `uv` (n, 2) has a position per vertex; (0, 0) is the lower left.
+
+    `format` is that of its file, such as JPEG. Pillow forgets it when an image is copied.
+    """
 
     uv: Array
     image: Image
+    format: str | None
 
 
 @dataclass(frozen=True)
@@ -90,23 +94,54 @@ def load_mesh(path: str) -> MeshData:
     Raises:
         KbotError: the file is missing, damaged, of an unknown format, or has no triangles.
     """
+    mesh = read_mesh(path)
+    if mesh.data is None:
+        raise KbotError(mesh.error)
+    return mesh.data
+
+
+@dataclass(frozen=True, slots=True)
+class ReadMesh:
+    """A mesh file as it was read: its time in ns and size in bytes, and its data, or the error."""
+
+    path: str
+    version: tuple[int, int]
+    data: MeshData | None
+    error: str = ""
+
+
+def read_mesh(path: str) -> ReadMesh:
+    """Read a mesh file. It stays in memory until the file changes. A missing file has version (0, 0)."""
     try:
         stamp = Path(path).stat()
         check_regular(path, stamp)
     except OSError as error:
-        raise KbotError(f"the mesh {path} cannot be read: {error.strerror}") from None
+        return ReadMesh(path, (0, 0), None, f"the mesh {path} cannot be read: {error.strerror}")
     kept, version = _kept(path), (stamp.st_mtime_ns, stamp.st_size)
-    if kept.data is None or kept.version != version:
-        kept.data, kept.version = _load(path), version
-    return kept.data
+    if kept.newest is None or kept.newest.version != version:
+        try:
+            kept.newest = ReadMesh(path, version, _load(path))
+        except KbotError as error:
+            kept.newest = ReadMesh(path, version, None, str(error))
+    return kept.newest
+
+
+def keep_mesh(mesh: ReadMesh) -> None:
+    """Keep a mesh file that another process has read."""
+    _kept(mesh.path).newest = mesh
+
+
+def kept_version(path: str) -> tuple[int, int]:
+    """Return the version of a mesh file that is kept, or (0, 0)."""
+    newest = _kept(path).newest
+    return (0, 0) if newest is None else newest.version
 
 
 @dataclass(slots=True)
 class _Kept:
     """The newest version of a file. Older ones are dropped, because they may be large."""
 
-    version: tuple[int, int] = (0, 0)
-    data: MeshData | None = None
+    newest: ReadMesh | None = None
 
 
 @lru_cache(maxsize=256)
@@ -213,12 +248,13 @@ def _texture(mesh: Any, texels: int) -> Texture | None:  # noqa: ANN401 - trimes
     if image is None or uv is None or len(uv) != len(mesh.vertices) or image.width * image.height > texels:
         return None
     places = np.asarray(uv, dtype=np.float64)[:, :2]
-    if not np.isfinite(places).all() or image.format in RUN_A_PROGRAM:
+    kind = image.format
+    if not np.isfinite(places).all() or kind in RUN_A_PROGRAM:
         return None
     if max(image.size) > MOST_PIXELS:
         image.thumbnail((MOST_PIXELS, MOST_PIXELS))  # in place: a copy would double the memory
     image.load()
-    return Texture(places, image)
+    return Texture(places, image, kind)
 
 
 def _mean(image: Image) -> tuple[float, float, float, float]:

@@ -8,7 +8,7 @@ import os
 import re
 import stat
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
 
@@ -126,6 +126,19 @@ def unsaved(texts: Mapping[str, str]) -> Iterator[None]:
         _unsaved.reset(token)
 
 
+_may_read: ContextVar[Callable[[str], bool] | None] = ContextVar("files that may be read", default=None)
+
+
+@contextmanager
+def reading_only(may_read: Callable[[str], bool]) -> Iterator[None]:
+    """A block in which other files are refused: a stranger wrote what names them."""
+    token = _may_read.set(may_read)
+    try:
+        yield
+    finally:
+        _may_read.reset(token)
+
+
 def _unreadable(path: str, code: str, message: str, hint: str = "") -> DescriptionError:
     from kbot.text.diagnostic import Diagnostic, Severity  # only for an error: start-up time
 
@@ -178,10 +191,14 @@ def read_bytes(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES, *, from
 
     Raises:
         OSError: the file is missing, a directory, a device, a pipe, a socket, unreadable, too large, or only
-            the pointer that Git LFS stores in place of a large file.
+            the pointer that Git LFS stores in place of a large file. Or `reading_only` refuses it.
         ValueError: the name contains a null character.
     """
     name = os.fspath(path)
+    may_read = _may_read.get()
+    if may_read is not None and not may_read(name):
+        reason = "it is outside the description's own folders and all packages, and a page wrote its name"
+        raise PermissionError(errno.EACCES, reason, name)
     status = os.stat(name)
     is_pipe = from_pipe and stat.S_ISFIFO(status.st_mode) and _STDIN.fullmatch(name) is not None
     if not is_pipe:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import reprlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from html import escape
 
@@ -23,6 +23,7 @@ from kbot.workbench.saved_page import saved_page
 from kbot.workbench.scene.scene import Control
 from kbot.workbench.session.session import Session
 from kbot.workbench.source.description import DescriptionReading, findings_of_sensors
+from kbot.workbench.source.description_file import Checked
 from kbot.workbench.source.overrides import Overrides
 
 
@@ -139,6 +140,15 @@ class LoadedReader:
 
     def read(self) -> DescriptionReading:
         return self.reading
+
+    def read_again(self) -> DescriptionReading:
+        return self.reading
+
+    def check(self, texts: Mapping[str, str], allowed: Iterable[str]) -> Checked:
+        raise KbotError(self.read_only_reason)
+
+    def allow_only(self, files: Iterable[str]) -> None:
+        """No page changes it."""
 
 
 def reading_of(robot: RobotModel) -> DescriptionReading:

@@ -18,7 +18,7 @@ from kbot.workbench.address import Address, bound
 from kbot.workbench.driving.sliders import Sliders, SliderSetting
 from kbot.workbench.serving.server import Server
 from kbot.workbench.session.session import Session
-from kbot.workbench.source.description import DescriptionFile
+from kbot.workbench.source.description_file import DescriptionFile
 from kbot.world import load_world
 
 if TYPE_CHECKING:

@@ -246,7 +246,7 @@ def _serve(
         with loading(world):
             from kbot.workbench.serve import serve_session
             from kbot.workbench.session.driven_session import driven_session
-            from kbot.workbench.source.description import DescriptionFile
+            from kbot.workbench.source.description_file import DescriptionFile
 
             description = DescriptionFile(
                 resolve_robot_path(file), given.arguments, package_path, properties=given.properties

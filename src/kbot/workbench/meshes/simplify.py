@@ -47,5 +47,5 @@ def _lighter(part: MeshPart, kept: float) -> MeshPart:
         uv = np.zeros((len(fewer), 2))  # the mean of the vertices that were merged
         np.add.at(uv, became, texture.uv)
         uv /= np.maximum(np.bincount(became, minlength=len(fewer)), 1)[:, None]
-        texture = Texture(uv, texture.image)
+        texture = Texture(uv, texture.image, texture.format)
     return MeshPart(np.asarray(fewer, np.float64), np.asarray(left, np.int64), part.rgba, texture)

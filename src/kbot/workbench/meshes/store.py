@@ -116,7 +116,7 @@ def _padded(data: bytes, filling: bytes) -> bytes:
 def _image(texture: Texture) -> bytes:
     """Encode a texture: photographs as JPEG, everything else as PNG."""
     packed, image = io.BytesIO(), texture.image
-    if image.format == "JPEG":
+    if texture.format == "JPEG":
         image.convert("RGB").save(packed, "JPEG", quality=90)
     else:
         image.convert("RGBA" if image.has_transparency_data else "RGB").save(packed, "PNG")

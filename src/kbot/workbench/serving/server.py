@@ -74,6 +74,9 @@ SIGNS_OF_LIFE = 4
 """The timeline is sent unchanged every so many checks, so that pages notice a hanging server."""
 CLOSING_SECONDS = 1.0
 """Seconds that pages have to close their connection."""
+WARM_UP_SECONDS = 2.0
+"""Seconds until the worker reads the description once, so that the first change is shown as fast as later
+ones. Before that, the first picture needs the processor."""
 AFTER_FAULT_SECONDS = 1.0
 """Seconds before a failed task is tried again."""
 MOST_ORDERS = 200
@@ -137,6 +140,7 @@ class Server:
                 tasks.create_task(self._follow_program())
                 tasks.create_task(self._follow_files())
                 tasks.create_task(self._follow_page())
+                tasks.create_task(self._warm_up())
                 tasks.create_task(self._checking.run())
                 try:
                     await self._until_closed(sockets)
@@ -351,6 +355,12 @@ class Server:
                 continue
             await self._read_again()
             watcher.watch(shown.watched, shown.began)
+
+    async def _warm_up(self) -> None:
+        await asyncio.sleep(WARM_UP_SECONDS)
+        if self.session.shown.watched:
+            with self._surviving("starting the worker"):
+                await on_daemon_thread(self.session.read)
 
     async def _follow_page(self) -> None:
         """Display the description again when a page changes it. After many changes only the last is read."""

@@ -10,7 +10,7 @@ from kbot.workbench.playback.recorded_path import RecordedPath
 from kbot.workbench.playback.recorded_run import RecordedRun
 from kbot.workbench.playback.recorded_world import RecordedWorld
 from kbot.workbench.session.session import Session
-from kbot.workbench.source.description import DescriptionFile
+from kbot.workbench.source.description_file import DescriptionFile
 from kbot.workbench.timeline.marks import Marks
 
 

@@ -168,7 +168,7 @@ class Session:
         """The user's program that drives the simulation, if there is one."""
         self._was_programmed = False
         self.requests: list[Callable[[], None]] = []
-        """Functions that the program's thread queues for the server's loop. Each is called once."""
+        """Functions that other threads queue for the server's loop. Each is called once."""
         self.wants_reading: Callable[[], None] = lambda: None
         """Called to read the description again without waiting for its files to change."""
         self.announce: Callable[[FromServer], None] = lambda message: None
@@ -181,7 +181,12 @@ class Session:
         refused = self.shown.take(self.shown.latest, self._replace)
         if refused is not None and not isinstance(refused, DescriptionError):
             raise refused
-        for_page = MarkerMeshes(self.meshes, self.shown.file, self.shown.package_path)
+        for_page = MarkerMeshes(
+            self.meshes,
+            self.shown.file,
+            self.shown.package_path,
+            when_loaded=lambda: self.requests.append(self.topics.send_markers_again),
+        )
         self.note = ""
         """A notice for new pages, for example about what is not displayed."""
         self._last_state: State | None = None
@@ -447,7 +452,7 @@ class Session:
                 return [source, *([completions] if completions is not None else [])]
             case SaveSource():
                 answer = self.shown.save(message)
-                self.wants_reading()
+                self._read_changed()
                 return [answer]
             case AskRule(code=code):
                 return [rule_page(code)]
@@ -456,8 +461,13 @@ class Session:
                 self._send_changes()
             case _:
                 if self.shown.authoring.handle(message):
-                    self.wants_reading()
+                    self._read_changed()
         return []
+
+    def _read_changed(self) -> None:
+        """Have the description read again that a page has changed."""
+        self.shown.allow_only_known_files()
+        self.wants_reading()
 
     def _reserved(self, message: FromPage, program: Program) -> bool:
         """Handle what means something else while a program drives. Returns whether it was such a message.

@@ -1,15 +1,18 @@
-"""Read the description from disk for the workbench: a robot or none, and all findings."""
+"""Read a description for the workbench: a robot or none, and all findings."""
 
 from __future__ import annotations
 
+import os
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from contextlib import nullcontext
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from kbot.model import Mesh, RobotModel
 from kbot.text import DescriptionError, Diagnostic, Element
-from kbot.workbench.source.overrides import Overrides
+from kbot.text.files import reading_only
+from kbot.workbench.meshes.roots import MeshRoots, confine
 from kbot.xacro.packages import Packages
 
 if TYPE_CHECKING:
@@ -50,55 +53,56 @@ class DescriptionReading:
         return self.robot
 
 
-class DescriptionFile:
-    """A xacro or URDF file with the arguments it is expanded with.
+@dataclass(frozen=True, slots=True)
+class DescriptionInput:
+    """What one reading of a description depends on, besides the content of the files.
 
-    The findings are those of the file with the values given on the command line and the arguments set in the
-    page. Properties set in the page only affect what is displayed.
+    `given_properties` are those of the command line, and `properties` include those set in the page, which
+    only affect what is displayed. `allowed` are the files outside the description's own folders and packages
+    that may be read, or None if all may.
     """
 
-    def __init__(
-        self,
-        path: str,
-        arguments: Mapping[str, str] | None = None,
-        package_path: Sequence[str] = (),
-        alter: Callable[[RobotModel], RobotModel] = lambda robot: robot,
-        properties: Mapping[str, str] | None = None,
-    ) -> None:
-        """`alter` converts the robot in the file to the one that is displayed."""
-        self.path = path
-        self.overrides = Overrides(arguments, properties)
-        self.package_path = tuple(package_path)
-        self.read_only_reason = ""
-        self._alter = alter
+    path: str
+    arguments: Mapping[str, str]
+    properties: Mapping[str, str]
+    given_properties: Mapping[str, str]
+    package_path: tuple[str, ...]
+    allowed: frozenset[str] | None = None
 
     def read(self) -> DescriptionReading:
         """Expand, read and check the current file. Never raises for errors in the description."""
         from kbot.checks import check_file  # imported lazily, for a fast start-up
         from kbot.model.load import load_robot
-        from kbot.workbench.meshes.roots import MeshRoots, confine
 
         began = time.time_ns()
         packages = Packages(self.package_path, around=self.path)
-        arguments = self.overrides.arguments
-        loaded = load_robot(self.path, arguments, self.overrides.properties, packages)
+        roots = MeshRoots(self.path, packages)
+        with nullcontext() if self.allowed is None else reading_only(self._may_read(roots)):
+            loaded = load_robot(self.path, self.arguments, self.properties, packages)
+            findings = check_file(self.path, self.arguments, packages, properties=self.given_properties)
         usable = loaded.robot is not None and not any(d.is_error for d in loaded.diagnostics)
-        findings = check_file(self.path, arguments, packages, properties=self.overrides.given_properties)
         if not usable and not any(d.is_error for d in findings):
             findings = loaded.diagnostics  # the configuration ignores the error, which remains the reason
         if usable and loaded.robot is not None:
             findings = (*findings, *findings_of_sensors(loaded.robot))
-        files = dict.fromkeys((self.path, *loaded.expansion.dependencies))
-        if loaded.robot is None:
-            return DescriptionReading(
-                None, usable, loaded.expansion, tuple(findings), tuple(files), began=began
-            )
-        confined = confine(self._alter(loaded.robot), MeshRoots(self.path, packages))
-        findings = (*findings, *confined.findings)
-        meshes = _mesh_files(confined.robot, packages)
-        return DescriptionReading(
-            confined.robot, usable, loaded.expansion, findings, tuple(files), confined.outside, began, meshes
+        files = tuple(dict.fromkeys((self.path, *loaded.expansion.dependencies)))
+        reading = DescriptionReading(
+            loaded.robot, usable, loaded.expansion, tuple(findings), files, began=began
         )
+        if loaded.robot is None:
+            return reading
+        confined = confine(loaded.robot, roots)
+        return replace(
+            reading,
+            robot=confined.robot,
+            findings=(*reading.findings, *confined.findings),
+            outside=confined.outside,
+            meshes=_mesh_files(confined.robot, packages),
+        )
+
+    def _may_read(self, roots: MeshRoots) -> Callable[[str], bool]:
+        allowed = {os.path.realpath(file) for file in (self.path, *(self.allowed or ()))}
+        return lambda file: os.path.realpath(file) in allowed or roots.holds(file)
 
 
 def _mesh_files(robot: RobotModel, packages: Packages) -> tuple[str, ...]:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 from kbot.checks.ranking import ranked
 from kbot.model import RobotModel
 from kbot.text import DescriptionError, Diagnostic, Element, KbotError, Origin, Source, Span
-from kbot.text.files import read_source, unsaved
+from kbot.text.files import read_source
 from kbot.workbench.meshes.notes import lightened_meshes, missing_meshes
 from kbot.workbench.meshes.roots import Confined, MeshRoots, confine
 from kbot.workbench.meshes.store import MeshStore
@@ -28,10 +28,12 @@ from kbot.workbench.protocol import (
 from kbot.workbench.source.authoring import Authoring
 from kbot.workbench.source.completions import completions_of
 from kbot.workbench.source.description import DescriptionReading
+from kbot.workbench.source.description_file import Checked
 from kbot.workbench.source.overrides import Overrides
 from kbot.workbench.source.ownership import Ownership
 from kbot.workbench.source.places import findings_for_page, place_of_span
 from kbot.workbench.source.saving import read_only_reason, require_small, save
+from kbot.worker import LimitExceeded
 from kbot.xacro.packages import Packages
 from kbot.xacro.templates import shortened
 
@@ -108,7 +110,7 @@ def _short(word: str) -> str:
 
 
 class Reader(Protocol):
-    """Reads the current description."""
+    """What `DescriptionFile` does, also for a description that was read by somebody else."""
 
     overrides: Overrides
     package_path: tuple[str, ...]
@@ -116,6 +118,12 @@ class Reader(Protocol):
     """Why pages may not change the description, and changes of its files are not shown. Or empty."""
 
     def read(self) -> DescriptionReading: ...
+
+    def read_again(self) -> DescriptionReading: ...
+
+    def check(self, texts: Mapping[str, str], allowed: Iterable[str]) -> Checked: ...
+
+    def allow_only(self, files: Iterable[str]) -> None: ...
 
 
 class ShownDescription:
@@ -181,8 +189,12 @@ class ShownDescription:
         return confine(robot, MeshRoots(self.file, packages))
 
     def read(self) -> DescriptionReading:
-        """Read the description again. May run on another thread."""
-        return self._reader.read()
+        """Read the description again, in the worker. May run on another thread."""
+        return self._reader.read_again()
+
+    def allow_only_known_files(self) -> None:
+        """A page changes the description: from now on it may not name further files outside its folders."""
+        self._reader.allow_only(self._known_files)
 
     def take(self, reading: DescriptionReading, use: Callable[[RobotModel], None]) -> KbotError | None:
         """Use a new reading, and pass its robot to `use`, which may refuse it with a KbotError.
@@ -261,7 +273,7 @@ class ShownDescription:
         return save(message)
 
     def check(self, message: CheckTexts) -> TextsChecked:
-        """Check the description with unsaved texts. May run on another thread.
+        """Check the description with unsaved texts, in the worker. May run on another thread.
 
         Raises:
             KbotError: a file is not part of the description, or the checks' configuration is not usable.
@@ -270,16 +282,22 @@ class ShownDescription:
         if len(message.files) != len(message.texts):
             raise KbotError(f"{len(message.files)} files need as many texts, not {len(message.texts)}")
         require_small(message.texts)
-        with unsaved(dict(zip(message.files, message.texts, strict=True))):
-            reading = self._reader.read()
-        found = findings_for_page(ranked(reading.findings), Ownership(reading.document))
-        return TextsChecked(message.number, found, completions_of(reading))
+        texts = dict(zip(message.files, message.texts, strict=True))
+        try:
+            return TextsChecked(message.number, *self._reader.check(texts, self._known_files))
+        except LimitExceeded as error:
+            raise KbotError(f"checking the unsaved text {error}") from None
+
+    @property
+    def _known_files(self) -> frozenset[str]:
+        """The files of the description, of its last valid version, and those that a page has opened."""
+        return frozenset(self._opened.union(self._latest.files, self._good.files))
 
     def _require_files(self, files: Iterable[str]) -> None:
         """Raise KbotError for a file that pages may not open. A page can write an include of any file."""
         roots = MeshRoots(self.file, Packages(self.package_path, around=self.file))
         for file in files:
-            if file not in self._opened.union(self._latest.files, self._good.files):
+            if file not in self._known_files:
                 raise KbotError(f"{file} is not part of this description")
             if file != self.file and not roots.holds(file):
                 where = "outside the description's own folders and all packages"

@@ -31,7 +31,7 @@ from kbot.workbench.displays.display_file import DisplayFile
 from kbot.workbench.driving.sliders import Sliders, SliderSetting
 from kbot.workbench.serve import serve_session
 from kbot.workbench.session.session import Session
-from kbot.workbench.source.description import DescriptionFile
+from kbot.workbench.source.description_file import DescriptionFile
 
 if TYPE_CHECKING:
     from kbot.ros.launch.running.world import ChosenWorld
