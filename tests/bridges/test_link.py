@@ -1,13 +1,19 @@
 """PeerLink: messages between the simulation's thread and the threads of bridges."""
 
 import math
+import threading
+
+import pytest
 
 import kbot
 from kbot.messages import types as msg
 from kbot.messages.navigation import PoseStamped
 from kbot.record.feed import Feed, Packet
-from kbot.ros.bridges.link import WAITING, PeerLink
+from kbot.ros.bridges.link import MOST_CALLS, WAITING, PeerLink
+from kbot.ros.bridges.service import Answer, Service
+from kbot.ros.service_types import service_type
 from kbot.sim import Simulation
+from kbot.text import KbotError
 
 
 def linked() -> tuple[Simulation, PeerLink, list[str]]:
@@ -147,3 +153,44 @@ def test_receivers_are_woken_while_paused_and_without_batches() -> None:
     link.attach(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), batches=False)
     link.schedule(lambda: woken.append(2))
     assert woken == [1, 2]
+
+
+def test_a_call_that_is_prepared_delays_no_other_call() -> None:
+    sim, link, _ = linked()
+    may_end = threading.Event()
+
+    def read(request: str) -> str:
+        may_end.wait(60)
+        return f"{request}, read"
+
+    def fail(request: str) -> str:
+        raise ValueError("a bug")
+
+    kind = service_type("std_srvs/Empty")
+    echo: Answer = lambda simulation, request: request  # noqa: E731
+    prepared = {"/slow": read, "/quick": None, "/faulty": fail}
+    link.offer({name: Service(name, kind, echo, prepare) for name, prepare in prepared.items()})
+    slow, faulty, quick = (link.call(name, "model") for name in ("/slow", "/faulty", "/quick"))
+    sim.run_errands()
+    assert quick.result(0) == "model"
+    assert not slow.done()
+    with pytest.raises(KbotError, match="KBot could not process this: ValueError: a bug"):
+        faulty.result(60)
+    may_end.set()
+    while not slow.done():
+        sim.run_errands()
+    assert slow.result(0) == "model, read"
+
+
+def test_calls_that_are_prepared_count_as_waiting() -> None:
+    _, link, _ = linked()
+    may_end = threading.Event()
+    service = Service(
+        "/slow", service_type("std_srvs/Empty"), lambda sim, request: None, lambda request: may_end.wait(60)
+    )
+    link.offer({"/slow": service})
+    for _ in range(MOST_CALLS):
+        link.call("/slow", None)
+    with pytest.raises(KbotError, match="calls are already waiting"):
+        link.call("/slow", None)
+    may_end.set()

@@ -31,8 +31,7 @@ from kbot.sim.robots import Robots
 from kbot.text import Diagnostic, KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.world.body_joints import Loop
-from kbot.world.sdf.reach import Reach
-from kbot.world.things import model_of_sdf, thing
+from kbot.world.things import SdfModel, read_sdf_model, thing
 from kbot.world.world import Body, HeightField, Plane
 
 SMALLEST, LARGEST = 0.005, 100.0
@@ -170,9 +169,13 @@ class Models:
         return body
 
     def spawn_sdf(
-        self, sdf: str, name: str | None = None, pose: Transform = ORIGIN, is_confined: bool = False
+        self,
+        sdf: str | SdfModel,
+        name: str | None = None,
+        pose: Transform = ORIGIN,
+        is_confined: bool = False,
     ) -> tuple[Body, ...]:
-        """Add an SDF model to the running world, from its text or its file.
+        """Add an SDF model to the running world: one that was read, or from its text or its file.
 
         `pose` is `world_from_model`. The model's own `<pose>` is applied after it. The first link's body is
         called `name`, the others `name::link`. Plugins of the model are ignored.
@@ -184,16 +187,17 @@ class Models:
             DescriptionError: the model cannot be used. It carries every reason with its line.
             KbotError: the name is taken or not valid, the pose is not valid, or a robot is in the way.
         """
-        if not isinstance(sdf, str):
+        if not isinstance(sdf, str | SdfModel):
             raise KbotError(f"an SDF model must be its text or the name of a file, not {reprlib.repr(sdf)}")
         if not isinstance(is_confined, bool):
             raise KbotError(f"is_confined must be True or False, not {reprlib.repr(is_confined)}")
         _translation(pose)
-        bodies, loops = model_of_sdf(sdf, name, pose, Reach() if is_confined else None)
+        model = read_sdf_model(sdf, name, is_confined=is_confined) if isinstance(sdf, str) else sdf
+        bodies, loops = model.placed(name, pose)
         self._require_free(bodies[0].belongs_to)
         self._add(bodies, loops, bodies[0].belongs_to)
-        confined = {"is_confined": True} if is_confined else {}
-        self._journal.note("spawn_sdf", sdf=sdf, name=name, matrix=pose.matrix.tolist(), **confined)
+        confined = {"is_confined": True} if model.is_confined else {}
+        self._journal.note("spawn_sdf", sdf=model.sdf, name=name, matrix=pose.matrix.tolist(), **confined)
         return bodies
 
     def _taken(self) -> set[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from kbot.kinematics.transform import Transform
@@ -47,13 +47,49 @@ def thing(kind: str, name: str, pose: Transform, size: tuple[float, float, float
     return replace(body, name=name, model=name, pose=pose @ body.pose)
 
 
-def model_of_sdf(
-    sdf: str, name: str | None, pose: Transform, reach: Reach | None = None
-) -> tuple[tuple[Body, ...], tuple[Loop, ...]]:
-    """The bodies and loops of an SDF model, given as its text or the name of its file.
+@dataclass(frozen=True, slots=True)
+class SdfModel:
+    """An SDF model as it was read, at the origin and with its own name.
 
-    `name` replaces the model's own name. `pose` is applied before its own pose. With a `reach`, for models
-    that a peer sends, the model may name only files within it, and an ignored shape is an error.
+    `sdf` is its text or the name of its file, and `is_confined` means that it came from a peer.
+    """
+
+    sdf: str
+    is_confined: bool
+    name: str
+    bodies: tuple[Body, ...]
+    loops: tuple[Loop, ...]
+
+    def placed(self, name: str | None, pose: Transform) -> tuple[tuple[Body, ...], tuple[Loop, ...]]:
+        """Return its bodies and loops under another name, with `pose` applied before its own pose."""
+        old, new = self.name, name or self.name
+
+        def renamed(text: str) -> str:
+            return new + text.removeprefix(old) if text == old or text.startswith(f"{old}::") else text
+
+        def moved(body: Body) -> Body:
+            joint = body.joint and replace(body.joint, parent=renamed(body.joint.parent))
+            mates = body.model and new
+            return replace(body, name=renamed(body.name), model=mates, pose=pose @ body.pose, joint=joint)
+
+        loops = (
+            replace(
+                loop,
+                name=renamed(loop.name),
+                first=renamed(loop.first),
+                second=renamed(loop.second),
+                points=tuple(_moved(pose, point) for point in loop.points),
+            )
+            for loop in self.loops
+        )
+        return tuple(map(moved, self.bodies)), tuple(loops)
+
+
+def read_sdf_model(sdf: str, name: str | None, *, is_confined: bool = False) -> SdfModel:
+    """Read an SDF model, given as its text or the name of its file. `name` is used in errors about a text.
+
+    Use `is_confined` for models that a peer sends. Then the model may name only the files that
+    `kbot.world.sdf.reach` allows, and an ignored shape is an error.
 
     Raises:
         DescriptionError: the model cannot be used. It carries every finding.
@@ -66,36 +102,14 @@ def model_of_sdf(
     else:
         path = str(Path(sdf) / "model.sdf" if Path(sdf).is_dir() else sdf)
     with unsaved(texts):
-        world = read_sdf(path, with_floor=False, reach=reach)
+        world = read_sdf(path, with_floor=False, reach=Reach() if is_confined else None)
         left_out = [replace(d, severity=Severity.ERROR) for d in world.diagnostics if d.code in LEFT_OUT]
-        if reach is not None and left_out:
+        if is_confined and left_out:
             raise DescriptionError(left_out)
-        bodies = world.bodies
-        models = {body.belongs_to for body in bodies}
+        models = {body.belongs_to for body in world.bodies}
         if len(models) != 1:
             raise KbotError(_not_one_model(path, len(models)))
-    (old,) = models
-    new = name or old
-
-    def renamed(text: str) -> str:
-        return new + text.removeprefix(old) if text == old or text.startswith(f"{old}::") else text
-
-    def placed(body: Body) -> Body:
-        joint = body.joint and replace(body.joint, parent=renamed(body.joint.parent))
-        mates = body.model and new
-        return replace(body, name=renamed(body.name), model=mates, pose=pose @ body.pose, joint=joint)
-
-    loops = (
-        replace(
-            loop,
-            name=renamed(loop.name),
-            first=renamed(loop.first),
-            second=renamed(loop.second),
-            points=tuple(_moved(pose, point) for point in loop.points),
-        )
-        for loop in world.loops
-    )
-    return tuple(map(placed, bodies)), tuple(loops)
+    return SdfModel(sdf, is_confined, models.pop(), world.bodies, world.loops)
 
 
 def _moved(pose: Transform, point: tuple[float, float, float]) -> tuple[float, float, float]:

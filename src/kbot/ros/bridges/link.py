@@ -94,6 +94,8 @@ class PeerLink:
         """Messages of peers that wait for `serve`, by topic."""
         # Any: each service has its own type
         self._calls: deque[tuple[Service, object, Future[Any]]] = deque()
+        self._preparing = 0
+        """Calls that are prepared on other threads."""
         self._opened: list[tuple[str, Receiver]] = []
         self._watchers: list[Callable[[], None]] = []
         self._feed: Feed | None = None
@@ -145,10 +147,25 @@ class PeerLink:
         found = require_service(self.services, service)
         future: Future[Any] = Future()
         with self._lock:
-            if len(self._calls) >= MOST_CALLS:
+            if len(self._calls) + self._preparing >= MOST_CALLS:
                 raise KbotError(f"{service}: {MOST_CALLS} calls are already waiting. Try again later")
-            self._calls.append((found, request, future))
+            if found.prepare is None:
+                self._calls.append((found, request, future))
+                return future
+            self._preparing += 1
+        threading.Thread(target=self._prepare, args=(found, request, future), daemon=True).start()
         return future
+
+    def _prepare(self, service: Service, request: object, future: Future[Any]) -> None:
+        try:
+            prepared = service.prepare(request) if service.prepare is not None else request
+        except Exception as error:  # noqa: BLE001 - a service call must not end the simulation
+            future.set_exception(KbotError(FAULTS.fault(service.name, error)))
+            prepared = None
+        with self._lock:
+            self._preparing -= 1
+            if not future.done():
+                self._calls.append((service, prepared, future))
 
     def set_parameter(self, name: str, value: ParameterValue) -> None:
         """Set a parameter for all bridges; None deletes it."""

@@ -20,12 +20,14 @@ Answer = Callable[["Simulation", Any], Any]  # Any: each service has its own typ
 class Service:
     """`answer` gets the simulation and the request, between two steps, and returns the response.
 
-    If the response type has no field for a failure, it raises KbotError instead.
+    If the response type has no field for a failure, it raises KbotError instead. `prepare` does what takes
+    longer than a step, on another thread. `answer` then gets its result instead of the request.
     """
 
     name: str
     type: ServiceType
     answer: Answer
+    prepare: Callable[[Any], Any] | None = None
 
 
 def require_service(services: Mapping[str, Service], name: str) -> Service:

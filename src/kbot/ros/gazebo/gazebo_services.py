@@ -13,7 +13,7 @@ import numpy as np
 from kbot.messages import services as srv
 from kbot.messages import types as msg
 from kbot.ros.bridges.service import Answer, Service
-from kbot.ros.gazebo.peer_descriptions import spawn_text, summary_of
+from kbot.ros.gazebo.peer_descriptions import PeerModel, read_in_worker, spawn, summary_of
 from kbot.ros.gazebo.states import (
     in_world,
     link_named,
@@ -25,6 +25,8 @@ from kbot.ros.gazebo.states import (
 from kbot.ros.service_types import service_type
 from kbot.sim import Simulation
 from kbot.text import DescriptionError, KbotError
+
+_ReadRequest = tuple[srv.SpawnModelRequest, PeerModel | KbotError]
 
 ENDLESS_S = 1e6
 """Seconds that a wrench of negative duration acts: by gazebo_msgs/ApplyBodyWrench it never ends."""
@@ -41,14 +43,16 @@ def gazebo_services() -> dict[str, Service]:
             _empty_service(lambda simulation: simulation.snapshots.reset_world()),
         ),
         ("/gazebo/reset_simulation", "std_srvs/Empty", _empty_service(Simulation.reset)),
-        ("/gazebo/spawn_urdf_model", "gazebo_msgs/SpawnModel", _spawn_model("urdf")),
-        ("/gazebo/spawn_sdf_model", "gazebo_msgs/SpawnModel", _spawn_model("sdf")),
         ("/gazebo/delete_model", "gazebo_msgs/DeleteModel", _delete_model),
         ("/gazebo/get_model_state", "gazebo_msgs/GetModelState", _get_model_state),
         ("/gazebo/set_model_state", "gazebo_msgs/SetModelState", _set_model_state),
         ("/gazebo/apply_body_wrench", "gazebo_msgs/ApplyBodyWrench", _apply_body_wrench),
     ]
-    return {name: Service(name, service_type(kind), answer) for name, kind, answer in services}
+    found = {name: Service(name, service_type(kind), answer) for name, kind, answer in services}
+    for kind in ("urdf", "sdf"):
+        name = f"/gazebo/spawn_{kind}_model"
+        found[name] = Service(name, service_type("gazebo_msgs/SpawnModel"), _spawn_model, _model_reader(kind))
+    return found
 
 
 def _pause(simulation: Simulation) -> None:
@@ -83,16 +87,26 @@ def _status_service(work: Callable[[Simulation, Any], str]) -> Answer:
     return answer
 
 
-def _spawn_model(default_format: str) -> Answer:
-    """A service that spawns a model. `default_format` is used if the first tag is not that of URDF or SDF."""
+def _model_reader(default_format: str) -> Callable[[srv.SpawnModelRequest], _ReadRequest]:
+    """Return a function that reads the model of a request. `default_format` is used if the first tag is not
+    that of URDF or SDF."""
 
-    @_status_service
-    def spawn(simulation: Simulation, request: srv.SpawnModelRequest) -> str:
-        place = in_world(simulation, request.initial_pose, request.reference_frame)
-        namespace = request.robot_namespace.strip("/") or None
-        return spawn_text(simulation, request.model_name, request.model_xml, place, namespace, default_format)
+    def read(request: srv.SpawnModelRequest) -> _ReadRequest:
+        try:
+            return request, read_in_worker(request.model_name, request.model_xml, default_format)
+        except KbotError as error:
+            return request, error
 
-    return spawn
+    return read
+
+
+@_status_service
+def _spawn_model(simulation: Simulation, given: _ReadRequest) -> str:
+    request, model = given
+    if isinstance(model, KbotError):
+        raise model
+    place = in_world(simulation, request.initial_pose, request.reference_frame)
+    return spawn(simulation, model, request.model_name, place, request.robot_namespace.strip("/") or None)
 
 
 @_status_service

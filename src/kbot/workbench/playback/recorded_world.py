@@ -20,8 +20,7 @@ from kbot.text.json_text import parse_json
 from kbot.workbench.playback.recorded_run import RecordedRun
 from kbot.workbench.scene.foreign_frames import read_transform
 from kbot.world import World, load_world
-from kbot.world.sdf.reach import Reach
-from kbot.world.things import model_of_sdf, thing
+from kbot.world.things import read_sdf_model, thing
 from kbot.world.world import Body
 
 KEPT = 200
@@ -118,8 +117,9 @@ def _thing(change: str) -> Body:
 @lru_cache(KEPT)
 def _model(change: str) -> tuple[Body, ...]:
     values = parse_json(change)
-    reach = Reach() if values.get("is_confined") else None
-    return model_of_sdf(values["sdf"], values["name"], Transform(values["matrix"]), reach)[0]
+    name, is_confined = values["name"], values.get("is_confined", False)
+    model = read_sdf_model(values["sdf"], name, is_confined=is_confined)
+    return model.placed(name, Transform(values["matrix"]))[0]
 
 
 @lru_cache(KEPT)
