@@ -1,5 +1,6 @@
 """Markers on their way to the page: none is lost, and the server loads their meshes."""
 
+import threading
 from pathlib import Path
 
 import pytest
@@ -52,14 +53,16 @@ def test_meshes_are_read_only_from_packages(tmp_path: Path) -> None:
     (package / "package.xml").write_text("<package><name>things</name></package>")
     for folder in (package, tmp_path):
         trimesh.creation.box((1.0, 1.0, 1.0)).export(folder / "box.stl")
-    meshes = MeshStore()
-    for_page = MarkerMeshes(meshes, str(package / "robot.urdf"))
+    meshes, loaded = MeshStore(), threading.Event()
+    for_page = MarkerMeshes(meshes, str(package / "robot.urdf"), when_loaded=loaded.set)
 
     def mesh_sent(address: str) -> str:
         marker = for_page(Marker(type=MESH_RESOURCE, mesh_resource=address))
         assert isinstance(marker, Marker)
         return marker.mesh_resource
 
+    assert mesh_sent("package://things/box.stl") == ""  # it is read in the meantime
+    assert loaded.wait(60)
     assert meshes.packed(mesh_sent("package://things/box.stl")) is not None
     assert mesh_sent("package://things/../box.stl") == ""
     assert mesh_sent(f"file://{tmp_path}/box.stl") == ""
@@ -76,8 +79,11 @@ def test_meshes_are_read_from_the_package_path(tmp_path: Path) -> None:
     robot.parent.mkdir()
     marker = Marker(type=MESH_RESOURCE, mesh_resource="package://things/box.stl")
     for paths, is_found in (((str(package),), True), ((), False)):
-        meshes = MeshStore()
-        mesh_sent = MarkerMeshes(meshes, str(robot), paths)(marker)
+        meshes, loaded = MeshStore(), threading.Event()
+        for_page = MarkerMeshes(meshes, str(robot), paths, loaded.set)
+        for_page(marker)
+        assert loaded.wait(60 if is_found else 0) == is_found
+        mesh_sent = for_page(marker)
         assert isinstance(mesh_sent, Marker)
         assert (meshes.packed(mesh_sent.mesh_resource) is not None) == is_found
 

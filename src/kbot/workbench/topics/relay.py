@@ -225,6 +225,14 @@ class TopicRelay:
                 found.append((topic, frame, frozenset(self._wanted[topic])))
         return found
 
+    def send_markers_again(self) -> None:
+        """Send the current markers of each topic to its pages, because a mesh was loaded."""
+        for subscription in self._subscriptions.values():
+            if subscription.newest is not None and isinstance(
+                subscription.newest.message, Marker | MarkerArray
+            ):
+                subscription.is_new = True
+
     def topics(self) -> Topics:
         """Return all topics that pages can subscribe to, by name."""
         inputs = self._bus.inputs
