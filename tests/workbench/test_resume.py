@@ -11,7 +11,7 @@ from kbot.record.feed import Feed
 from kbot.record.replay import replay
 from kbot.sim import Simulation
 from kbot.text import KbotError
-from kbot.workbench.protocol import Notice, RecordRun, Reset, State, Trail
+from kbot.workbench.protocol import RecordRun, Reset, State, Trail
 from kbot.workbench.serve import open_session
 from kbot.workbench.serving.hub import Client, Hub
 from kbot.workbench.serving.past import Past
@@ -56,7 +56,8 @@ class Desk:
     def resume(self, at: float) -> str:
         self.past.seek(self.client, at)
         self.past.resume(self.client)
-        return str(self.client._waiting.get(Notice.__dataclass_fields__["type"].default))
+        waiting = self.client._waiting.items()
+        return next(str(frame) for key, frame in reversed(waiting) if key.startswith("notice:"))
 
 
 @pytest.fixture

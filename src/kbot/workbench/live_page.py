@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 import sys
 import threading
 import time
@@ -131,6 +132,12 @@ def _published_prints(simulation: Simulation) -> Iterator[None]:
 
 def serve(simulation: Simulation, *, browser: bool, host: str, port: int | None) -> LivePage:
     """Show a simulation in a page. See `Simulation.serve`."""
+    if not isinstance(browser, bool):
+        raise KbotError(f"browser must be True or False, not {reprlib.repr(browser)}")
+    if not isinstance(host, str):
+        raise KbotError(f"host must be an address such as '127.0.0.1', not {reprlib.repr(host)}")
+    if port is not None and (not isinstance(port, int) or isinstance(port, bool)):
+        raise KbotError(f"port must be a number from 0 to 65535 or None, not {reprlib.repr(port)}")
     return LivePage(simulation, host, port, opens_browser=browser)
 
 
