@@ -25,6 +25,8 @@ export function strokeOf(index: number): { colour: string; dash: number[] } {
 const REACH = 7;
 /** Pixels that the pointer may move during a click. */
 const STILL = 4;
+/** Pixels that the label of a jump takes, such as "→ 123.45 s". Without that room it has no label. */
+const JUMP_LABEL_PX = 72;
 /** The curves, drawn by uPlot, with the time shown as a draggable line. */
 export class Graph {
   private readonly line = h("div", {
@@ -232,11 +234,17 @@ export class Graph {
 
   private drawJumps(): void {
     const { chart, table } = this;
-    const marks = this.jumps().map((index) => {
-      const mark = h("div", { class: "jump" }, `\u2192 ${table.time[index]!.toFixed(2)} s`);
-      mark.style.left = `${chart!.valToPos(this.toX((table.at[index - 1]! + table.at[index]!) / 2), "x")}px`;
-      return mark;
-    });
+    let right = Number.POSITIVE_INFINITY;
+    const marks = this.jumps()
+      .toReversed()
+      .map((index) => {
+        const left = chart!.valToPos(this.toX((table.at[index - 1]! + table.at[index]!) / 2), "x");
+        const hasRoom = right - left >= JUMP_LABEL_PX;
+        if (hasRoom) right = left;
+        const mark = h("div", { class: "jump" }, hasRoom ? `\u2192 ${table.time[index]!.toFixed(2)} s` : "");
+        mark.style.left = `${left}px`;
+        return mark;
+      });
     this.marks.replaceChildren(...marks);
   }
 
