@@ -13,7 +13,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -78,10 +78,14 @@ def answer_lag(shown: Page) -> float:
 
 
 @contextmanager
-def kbot(words: list[str]) -> Iterator[tuple[str, subprocess.Popen[str]]]:
-    """Start a KBot command that serves; yields its address and process."""
+def kbot(words: list[str], reports: Path | None = None) -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    """Start a KBot command that serves; yields its address and process. stderr goes to `reports`."""
     command = [sys.executable, "-m", "kbot", *words, "--no-browser", "--port", "0"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as running:
+    with ExitStack() as stack:
+        errors = stack.enter_context(reports.open("w")) if reports is not None else None
+        running = stack.enter_context(
+            subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True)
+        )
         assert running.stdout is not None
         line = running.stdout.readline()
         while "http://" not in line:
