@@ -7,7 +7,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -253,9 +253,25 @@ class PageOptions:
         return bound(self.host, self.port, open_browser=self.browser and has_window)
 
 
+def _limit_reading(ctx: click.Context, param: click.Parameter, seconds: float | None) -> None:
+    if seconds is not None:
+        from kbot.worker import PEER_READING, READING  # imported lazily, so that -h stays fast
+
+        READING.limits = PEER_READING.limits = replace(READING.limits, seconds=seconds)
+
+
 def page_options(function: _Function) -> _Function:
-    """`--host`, `--port` and `--no-browser`, as one `page: PageOptions`."""
+    """`--host`, `--port` and `--no-browser`, as one `page: PageOptions`, and `--limit-time`."""
     function = collect_options("page", PageOptions)(function)
+    function = click.option(
+        "--limit-time",
+        type=Within(1.0, 86400.0),
+        callback=_limit_reading,
+        expose_value=False,
+        metavar="SECONDS",
+        show_default="30",
+        help="Longest time for reading a changed file, an unsaved text or a model from a peer.",
+    )(function)
     function = click.option(
         "--no-browser",
         "browser",
