@@ -270,7 +270,7 @@ def page_options(function: _Function) -> _Function:
         expose_value=False,
         metavar="SECONDS",
         show_default="30",
-        help="Longest time for reading a changed file, an unsaved text or a model from a peer.",
+        help="Processor time for reading a changed file, an unsaved text or a model from a peer.",
     )(function)
     function = click.option(
         "--no-browser",

@@ -14,14 +14,19 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TypeVar, TypeVarTuple
+from typing import TYPE_CHECKING, TypeVar, TypeVarTuple
 
 from kbot.text import KbotError
 from kbot.worker.child import Answer, Request
 
+if TYPE_CHECKING:
+    import psutil
+
 T = TypeVar("T")
 Ts = TypeVarTuple("Ts")
 
+WAITING = 10
+"""Times the limit that a call may take by the clock: on a busy machine, or while a slow disk answers."""
 LOOK_SECONDS = 0.05
 """Seconds between two looks at the process. In that time it may take about 100 MB more."""
 _START = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from kbot.worker.child import main; main()"
@@ -30,7 +35,7 @@ _START = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from kbot.wor
 
 @dataclass(frozen=True, slots=True)
 class WorkerLimits:
-    """The most that one call may take: seconds by the clock, and bytes of memory of its process."""
+    """The most that one call may take: seconds of processor time, and bytes of memory of its process."""
 
     seconds: float = 30.0
     memory: int = 3_000_000_000
@@ -93,20 +98,23 @@ class Worker:
     def _wait(self, process: subprocess.Popen[bytes], answers: queue.SimpleQueue[Answer | None]) -> Answer:
         import psutil  # imported lazily: only servers use it
 
-        limits, end = self.limits, time.monotonic() + self.limits.seconds
+        limits, began = self.limits, time.monotonic()
+        looked_at = psutil.Process(process.pid)
+        used_before = _processor_seconds(looked_at)
         while True:
             with suppress(queue.Empty):
                 answer = answers.get(timeout=LOOK_SECONDS)
                 if answer is None:
                     raise LimitExceeded(f"ended its process, with status {process.wait()}")
                 return answer
-            if time.monotonic() > end:
-                raise LimitExceeded(f"took longer than {limits.seconds:g} s and was stopped")
             with suppress(psutil.NoSuchProcess):
-                if psutil.Process(process.pid).memory_info().rss > limits.memory:
-                    raise LimitExceeded(
-                        f"took more than {limits.memory / 1e9:g} GB of memory and was stopped"
-                    )
+                if _processor_seconds(looked_at) - used_before > limits.seconds:
+                    raise LimitExceeded(f"took longer than {limits.seconds:g} s and was stopped")
+                if looked_at.memory_info().rss > limits.memory:
+                    most = f"{limits.memory / 1e9:g} GB"
+                    raise LimitExceeded(f"took more than {most} of memory and was stopped")
+            if time.monotonic() - began > WAITING * limits.seconds:
+                raise LimitExceeded(f"waited longer than {WAITING * limits.seconds:g} s and was stopped")
 
     def end(self) -> None:
         """End the process. The next call starts another one."""
@@ -119,6 +127,11 @@ class Worker:
                 if stream is not None:
                     with suppress(OSError):  # what was not sent yet
                         stream.close()
+
+
+def _processor_seconds(process: psutil.Process) -> float:
+    times = process.cpu_times()
+    return times.user + times.system
 
 
 def _exchange(
