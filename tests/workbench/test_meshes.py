@@ -242,3 +242,22 @@ def test_another_robots_meshes_outside_packages_are_not_sent(own: Path, elsewher
     (refused,) = (message.reason for message in findings_seen if isinstance(message, Refused))
     assert refused.startswith(f"guest/a: the mesh file://{elsewhere} is outside")
     assert session.missing_meshes() == [refused]
+
+
+def test_very_large_meshes_are_simplified_in_the_worker(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Simplifying takes seconds, in which the page would not be answered."""
+    trimesh.creation.icosphere(subdivisions=7, radius=0.1).export(tmp_path / "ball.stl")
+    file = tmp_path / "robot.urdf"
+    file.write_text('<robot name="r"><link name="base"/></robot>')
+    session = open_session(str(file), simulate=False)
+    file.write_text(
+        '<robot name="r"><link name="base"><visual><geometry><mesh filename="ball.stl"/></geometry></visual>'
+        "</link></robot>"
+    )
+    reading = session.read()
+    monkeypatch.setattr("kbot.workbench.meshes.store.simplify", None)
+    session.adopt(reading)
+    (note,) = [found for found in session.findings().findings if found.code == "F007"]
+    assert "327,680 triangles. The page draws" in note.message

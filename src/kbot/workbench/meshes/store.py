@@ -39,6 +39,8 @@ class MeshStore:
         """The simplified mesh files by path."""
         self.refused: frozenset[str] = frozenset()
         """Files that the page may not load."""
+        self.simplified: dict[str, tuple[MeshPart, ...]] = {}
+        """Files with very many triangles that were simplified when they were read, until they are added."""
 
     def add_file(self, path: str) -> str:
         """Return the id of a mesh file's triangles, which are simplified if there are very many.
@@ -55,7 +57,7 @@ class MeshStore:
         drawn, before = parts, triangle_count(parts)
         self.lightened.pop(path, None)
         if before > MOST_TRIANGLES:
-            drawn = simplify(parts)
+            drawn = self.simplified.pop(path, ()) or simplify(parts)
             self.lightened[path] = Lightened(before, triangle_count(drawn))
         mesh = self._add(drawn)
         self._files[path] = (parts, mesh)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from kbot.model import Mesh, RobotModel
+from kbot.model.meshes import MeshPart
 from kbot.text import DescriptionError, Diagnostic, Element
 from kbot.text.files import reading_only
 from kbot.workbench.meshes.roots import MeshRoots, confine
@@ -24,8 +25,9 @@ class DescriptionReading:
     """One reading of a description. `usable` means that it describes a robot without errors.
 
     `files` are all files that it was read from, the description first. `meshes` are its mesh files, existing
-    or not, and `outside` those that the page may not load. `began` is the wall-clock time in ns after which
-    changes of files may be missing.
+    or not, and `outside` those that the page may not load. `simplified` is what the page draws of files with
+    very many triangles that the worker has read. `began` is the wall-clock time in ns after which changes of
+    files may be missing.
     """
 
     robot: RobotModel | None
@@ -36,6 +38,7 @@ class DescriptionReading:
     outside: frozenset[str] = frozenset()
     began: int = field(default_factory=time.time_ns)
     meshes: tuple[str, ...] = ()
+    simplified: Mapping[str, tuple[MeshPart, ...]] = field(default_factory=dict)
 
     @property
     def document(self) -> Element | None:

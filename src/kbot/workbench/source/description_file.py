@@ -10,6 +10,7 @@ from kbot.model import RobotModel
 from kbot.model.meshes import ReadMesh, keep_mesh, kept_version, read_mesh
 from kbot.text import Diagnostic, Origin, Severity, Source, Span
 from kbot.text.files import unsaved
+from kbot.workbench.meshes.simplify import MOST_TRIANGLES, simplify, triangle_count
 from kbot.workbench.protocol import Completions, Finding
 from kbot.workbench.source.completions import completions_of
 from kbot.workbench.source.description import DescriptionInput, DescriptionReading
@@ -98,8 +99,13 @@ def _read_all(
 ) -> tuple[DescriptionReading, list[ReadMesh]]:
     """Return a reading, and its meshes of which the caller does not know this version."""
     reading = given.read()
-    meshes = (read_mesh(path) for path in reading.meshes)
-    return reading, [mesh for mesh in meshes if mesh.version != known.get(mesh.path)]
+    meshes = [mesh for mesh in map(read_mesh, reading.meshes) if mesh.version != known.get(mesh.path)]
+    simplified = {
+        mesh.path: simplify(mesh.data.parts)
+        for mesh in meshes
+        if mesh.data is not None and triangle_count(mesh.data.parts) > MOST_TRIANGLES
+    }
+    return replace(reading, simplified=simplified), meshes
 
 
 def _check(given: DescriptionInput, texts: Mapping[str, str]) -> Checked:

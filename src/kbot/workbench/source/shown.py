@@ -216,6 +216,7 @@ class ShownDescription:
             return error
         self.robot, self._good = reading.robot, reading
         self._meshes.refused = reading.outside
+        self._meshes.simplified.update(reading.simplified)
         return None
 
     def collect_findings(self) -> None:
