@@ -91,6 +91,11 @@ def test_a_long_text_is_one_node() -> None:
         ("<a x='1/>\n<b/></a>", "XML does not allow '<' in the value of 'x'", "end the value with '", "1:6"),
         ("<a>1 < 2</a>", "'<' is not followed by the name of an element", "&lt;", ""),
         ("</a>", "this end tag has no start tag", "<robot", ""),
+        ("<a x=\u201c1\u201d/>", "XML needs straight quotes", 'write "1"', ""),
+        ("<a>< link/></a>", "'<' is not followed by the name of an element", "write <link", ""),
+        ('<a><b x="1"\\></a>', "an empty element ends with a slash, not a backslash", "write />", ""),
+        ("<!-- a -->\n<?xml version='1.0'?><a/>", "must be at the very start", "move what is before it", ""),
+        ("my robot <?xml version='1.0'?><a/>", "there is text before <?xml", "remove it", ""),
         ("<a/><b/>", "the root element ends", "one root element", ""),
     ],
 )

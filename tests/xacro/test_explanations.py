@@ -21,6 +21,18 @@ HEAD = (
 PYTHONS_WORDS = ("concatenate", "NoneType", "'str'", "'int'", "'float'", "operand", "object", "subscript")
 
 
+def test_a_letter_in_place_of_a_digit_is_reported_where_it_is_written() -> None:
+    text = (
+        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:property name="r" value="O.035"/>'
+        '<link name="a"><inertial><mass value="${3*r*r}"/></inertial></link><link name="l${r*2}"/></robot>'
+    )
+    (found,) = expand_text(text, "f").diagnostics
+    assert found.message == "r: 'O.035' is text, not a number: a letter is in place of a digit"
+    assert found.hint == "write 0.035"
+    assert found.fix is not None
+    assert found.fix.edits[0].replacement == "0.035"
+
+
 @pytest.mark.parametrize(
     ("expression", "message", "hint", "line"),
     [
@@ -285,3 +297,9 @@ def test_a_text_that_is_composed_has_no_fix_that_cuts_the_argument_off() -> None
     text = ARGUMENT.format("0").replace("$(arg length)", "$(arg length),3")
     (error,) = expand_text(text, "f").diagnostics
     assert (str(error.origin), error.hint, error.fix) == ("f:3:38", "write 0.3", None)
+
+
+def test_an_expression_in_round_brackets_has_a_hint() -> None:
+    text = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="$(r + 0.005)"/></robot>'
+    (found,) = expand_text(text, "f").diagnostics
+    assert (found.code, found.hint) == ("X110", "write ${r + 0.005} for an expression")

@@ -152,6 +152,7 @@ class AttributeReader:
         if len(words) != count:
             message = f"'{attribute}' of <{element.tag}> needs {count} numbers, not {len(words)}"
             hint = "separate numbers by spaces, not by commas" if "," in text else ""
+            hint = "write ${…} for an expression" if "{" in text else hint
             self.error("U012", message, element.attribute_origin(attribute), hint)
             return (fallback,) * count
         return tuple(self._read_word(element, attribute, word, fallback) for word in words)

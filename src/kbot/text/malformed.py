@@ -33,6 +33,11 @@ _OUTSIDE = {"link": _TOP, "joint": _TOP, **dict.fromkeys(_PARTS, _TOP | _PARTS)}
 _VALUES = re.compile(rb"""<[^<>"']*(?:"[^"]*"[^<>"']*|'[^']*'[^<>"']*)*""")
 """A tag up to the first quote that is not closed."""
 
+_SPACED = re.compile(rb"<\s+/?([\w:.-]+)")
+"""A tag with a space in front of its name."""
+_CURLY = re.compile(rb"(?:\xe2\x80[\x9c-\x9f])([^<>\"'\xe2]*)(?:\xe2\x80[\x9c-\x9f])")
+"""A value in the double quotes of word processors, in UTF-8."""
+
 _WHOLE_TAG = re.compile(rb"""<(?:/[\w:.-]+|[\w:.-]+\s*/?|.*["']\s*/?)""", re.DOTALL)
 """A tag without its `>`: an end tag, or a start tag that ends with its name, a value or a slash."""
 
@@ -79,13 +84,19 @@ def _broken_root(source: Source, found: _Explanation) -> _Explanation | None:
 
 def _late_declaration(source: Source, reason: str, found: _Explanation) -> _Explanation | None:
     at = source.data.find(b"<?xml")
-    if "declaration" not in reason or at <= 0 or source.data[:at].strip():
-        return None
-    return _Explanation(
-        found.message,
-        "<?xml …?> must be at the very start of the file",
-        fix=_safe("remove the text before <?xml", source, 0, at, ""),
-    )
+    before = source.data[: max(0, at)]
+    if not before.strip():
+        if at <= 0 or "declaration" not in reason:
+            return None
+        fix = _safe("remove the text before <?xml", source, 0, at, "")
+        return _Explanation(found.message, "<?xml …?> must be at the very start of the file", fix=fix)
+    if "declaration" in reason:
+        return _Explanation(
+            "<?xml …?> must be at the very start of the file", "move what is before it below it"
+        )
+    if b"<" not in before:
+        return _Explanation("there is text before <?xml", "remove it", at=0)
+    return None
 
 
 def _mismatched(source: Source, offset: int, opened: Sequence[Element]) -> _Explanation:
@@ -198,7 +209,11 @@ def _in_tag(source: Source, tag: int, stop: int, offset: int) -> _Explanation:
     if data.startswith(b"</", tag):
         return _Explanation("this end tag has no start tag", _A_ROBOT)
     if tag == offset - 1:
-        return _Explanation("'<' is not followed by the name of an element", "write &lt; for the character <")
+        message, spaced = "'<' is not followed by the name of an element", _SPACED.match(data, tag)
+        if spaced is None or spaced[1].decode() not in _TAGS:
+            return _Explanation(message, "write &lt; for the character <")
+        fix = _safe("remove the space after '<'", source, offset, spaced.start(1), "")
+        return _Explanation(message, f"write <{spaced[1].decode()}", fix=fix)
     has_equals = before.endswith(b"=")
     last = _NAME.match(before.removesuffix(b"=").rstrip()[::-1])  # reversed, to find the last name
     name = last[0][::-1].decode("utf-8", "replace") if last else ""
@@ -206,10 +221,18 @@ def _in_tag(source: Source, tag: int, stop: int, offset: int) -> _Explanation:
         begun = (Related("the value begins here", Origin(Span(source, stop, stop + 1))),)
         hint = f"end the value with {data[stop : stop + 1].decode()}, or write &lt; for the character <"
         return _Explanation(f"XML does not allow '<' in the value of '{name}'", hint, begun)
+    curly = _CURLY.match(data, offset)
+    if last and has_equals and curly:
+        value = curly[1].decode("utf-8", "replace")
+        fix = _safe("write straight quotes", source, offset, curly.end(), f'"{value}"')
+        return _Explanation("XML needs straight quotes", f'write "{value}"', fix=fix)
     if last and has_equals:
         return _Explanation(f"the value of '{name}' has no quotes", f'write {name}="…"')
     if last and len(before) > len(last[0]) + 1:
         return _Explanation(f"the attribute '{name}' has no value", f'write {name}="…"')
+    if data.startswith(b"\\>", offset):
+        fix = _safe("write />", source, offset, offset + 2, "/>")
+        return _Explanation("an empty element ends with a slash, not a backslash", "write />", fix=fix)
     if data[offset - 1 : offset] in (b'"', b"'"):
         return _Explanation(
             "the value that ends here is not followed by a space", "a quote or a space is missing before this"

@@ -56,6 +56,8 @@ _ARITHMETIC = (
 )  # fmt: skip
 _NUMBERLIKE = re.compile(r"[-+.(]*+\d[^\sA-Za-z]*+(?:[eE][-+\d.]*+)?")
 """A text that is meant to be a number, such as `--0.1`, `(0.1`, `0.0.1`, `1e`, `1/0` and `5%`."""
+_LETTERS = str.maketrans("OolI", "0011")
+"""Letters that look like digits."""
 _MINUS_SIGNS = str.maketrans("\N{MINUS SIGN}\N{EN DASH}", "--")
 
 
@@ -239,6 +241,10 @@ def explain(
     if ascii_text != text and NUMBER.fullmatch(ascii_text):
         reason = f"'{text[0]}' is not the minus sign of numbers"
         return Explanation(f"write {ascii_text}", ascii_text if is_whole else "", True, reason)
+    digits = ascii_text.translate(_LETTERS)
+    if "." in text and digits != ascii_text and NUMBER.fullmatch(digits) and re.search(r"\d", text):
+        reason = "a letter is in place of a digit"
+        return Explanation(f"write {digits}", digits if is_whole else "", True, reason)
     expression = _as_expression(text, names) if is_whole else ""
     if expression:
         return Explanation(f"did you mean {expression}?", expression, is_sure=True)

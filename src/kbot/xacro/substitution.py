@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from collections.abc import Callable
 
 from kbot.text.suggest import did_you_mean
@@ -51,6 +52,9 @@ def convert(text: str) -> Value:
         return {"true": True, "false": False}.get(text.lower(), text)
 
 
+_COMPUTES = re.compile(r"[\w)] *[-+*/] *[\w(]")
+"""An operator between two values, as only expressions have."""
+
 Command = Callable[["Run", list[str]], str]
 
 
@@ -61,6 +65,8 @@ def _command(content: str, run: Run, commands: dict[str, Command]) -> str:
     name = words[0]
     if name not in _COMMANDS:
         hint = did_you_mean(name, _COMMANDS) or f"the commands are {', '.join(_COMMANDS)}, eval and cwd"
+        if _COMPUTES.search(content):
+            hint = f"write ${{{content}}} for an expression"
         raise XacroError("X110", f"unknown command '{name}' in '$(…)'", hint)
     command = commands.get(name)
     return f"$({content})" if command is None else command(run, words[1:])
