@@ -11,6 +11,9 @@ from typing import Any
 
 import pytest
 
+from kbot.cli.main import run
+from kbot.worker import PEER_READING, READING
+
 ROBOT = "<robot name='r'><link name='a'/></robot>"
 
 
@@ -34,6 +37,13 @@ def test_a_file_that_is_not_a_robot_is_reported_with_exit_status_2(
     assert message in ended.err
     assert "Traceback" not in ended.err
     assert ended.out == ""
+
+
+def test_limit_time_is_the_time_of_later_readings(monkeypatch: pytest.MonkeyPatch) -> None:
+    for worker in (READING, PEER_READING):
+        monkeypatch.setattr(worker, "limits", worker.limits)  # restores them
+    assert run(["view", "missing.urdf", "--limit-time", "300"]) == 2
+    assert (READING.limits.seconds, PEER_READING.limits.seconds) == (300.0, 300.0)
 
 
 def test_name_equals_value_is_explained(run_kbot: Callable[..., Any]) -> None:
