@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from bisect import bisect_left, bisect_right
+from collections import defaultdict
+from collections.abc import Callable, Iterable
 from dataclasses import replace
+from itertools import accumulate
 
 from kbot.checks.context import Context
 from kbot.checks.registry import all_rules
-from kbot.text import Diagnostic, Fix, Severity
+from kbot.text import Call, Diagnostic, Element, Fix, Severity
 
 _LOSES_PARTS = frozenset(
     {
@@ -47,8 +50,10 @@ def is_cause(diagnostic: Diagnostic) -> bool:
 
 def without_consequences(found: Iterable[Diagnostic], context: Context) -> list[Diagnostic]:
     """The findings without those that may follow from an error among them."""
-    found = [d for d in found if not _is_of_unprefixed(d, context)]
-    found = _with_misspelt_attributes([d for d in found if not _is_of_joint(d, found)])
+    is_of_unprefixed = _of_unprefixed(context.unprefixed)
+    found = [d for d in found if not is_of_unprefixed(d)]
+    is_of_joint = _of_joints(found)
+    found = _with_misspelt_attributes([d for d in found if not is_of_joint(d)])
     errors = {d.code for d in found if d.is_error}
     left_out = set(UNUSED) if errors else set[str]()
     if errors & _LOSES_PARTS:
@@ -67,49 +72,86 @@ def without_consequences(found: Iterable[Diagnostic], context: Context) -> list[
 
 def _with_misspelt_attributes(found: list[Diagnostic]) -> list[Diagnostic]:
     """The findings, with one instead of two for an attribute that is missing because it is misspelt."""
-    misspelt = [d for d in found if d.code == "U202" and d.fix is not None]
-    fixes, joined = list[Fix | None](), list[Diagnostic]()
+    misspelt = _Misspelt(d for d in found if d.code == "U202")
+    fixes, joined = set[Fix | None](), list[Diagnostic]()
     for finding in found:
-        cause = None
-        if finding.code in {"U013", "U015"}:
-            cause = next((d for d in misspelt if _writes_attribute(d, finding)), None)
+        cause = misspelt.cause_of(finding) if finding.code in {"U013", "U015"} else None
         if cause is not None:
-            fixes.append(cause.fix)
+            fixes.add(cause.fix)
             finding = replace(finding, origin=cause.origin, hint=cause.hint, fix=cause.fix)
         joined.append(finding)
     return [d for d in joined if d.code != "U202" or d.fix not in fixes]
 
 
-def _writes_attribute(misspelt: Diagnostic, lacking: Diagnostic) -> bool:
-    """Whether the fix of a misspelt attribute writes the one that its element lacks, in the same call."""
-    if misspelt.fix is None or lacking.origin is None or misspelt.origin is None:
-        return False
-    if misspelt.origin.stack != lacking.origin.stack:
-        return False
-    tag, edit = lacking.origin.span, misspelt.fix.edits[0]
-    is_in_tag = tag.file == edit.span.file and tag.start <= edit.span.start < tag.end
-    attribute = "name" if lacking.code == "U015" else lacking.message.rpartition(" ")[2].strip("'")
-    return is_in_tag and edit.replacement == attribute
+class _Misspelt:
+    """Misspelt attributes, by the file, the call and the name that the fix writes. A broken file may have
+    thousands."""
+
+    def __init__(self, found: Iterable[Diagnostic]) -> None:
+        self._places = defaultdict[tuple[str, Call | None, str], list[tuple[int, int, Diagnostic]]](list)
+        for index, finding in enumerate(found):
+            if finding.fix is not None and finding.origin is not None:
+                edit = finding.fix.edits[0]
+                key = (edit.span.file, finding.origin.call, edit.replacement)
+                self._places[key].append((edit.span.start, index, finding))
+        for places in self._places.values():
+            places.sort(key=_start)
+
+    def cause_of(self, lacking: Diagnostic) -> Diagnostic | None:
+        """The first misspelt attribute whose fix writes the one that an element lacks, in the same call."""
+        if lacking.origin is None:
+            return None
+        tag = lacking.origin.span
+        attribute = "name" if lacking.code == "U015" else lacking.message.rpartition(" ")[2].strip("'")
+        places = self._places.get((tag.file, lacking.origin.call, attribute), [])
+        first, end = (bisect_left(places, at, key=_start) for at in (tag.start, tag.end))
+        inside = [(index, finding) for _, index, finding in places[first:end]]
+        return min(inside, key=lambda place: place[0])[1] if inside else None
 
 
-def _is_of_joint(finding: Diagnostic, found: Iterable[Diagnostic]) -> bool:
-    """Whether another finding has the cause: a joint that is defined twice, or whose wheel should turn."""
-    if finding.code == "U010":  # the second joint of that name is the child's second parent
-        twice = (d.message.removesuffix(" is defined twice") for d in found if d.code == "U005")
-        return any(finding.message.endswith(f" by {joint}") for joint in twice)
-    if finding.code == "J113":  # its fix would remove the axis that the wheel needs
-        joint = finding.message.partition(":")[0]
-        return any(d.code == "D117" and d.message.partition(":")[0] == joint for d in found)
-    return False
+def _start(place: tuple[int, int, Diagnostic]) -> int:
+    return place[0]
 
 
-def _is_of_unprefixed(diagnostic: Diagnostic, context: Context) -> bool:
-    """Whether a finding is an unknown name that a tag without its prefix should define, or is inside it."""
-    if diagnostic.code not in _UNKNOWN_NAMES or diagnostic.origin is None:
-        return False
-    span = diagnostic.origin.span
-    return any(
-        f"'{element.attributes.get('name')}'" in diagnostic.message
-        or (element.source.path == span.file and element.start <= span.start < element.end)
-        for element in context.unprefixed
-    )
+def _of_joints(found: Iterable[Diagnostic]) -> Callable[[Diagnostic], bool]:
+    """A test of whether another finding has the cause: a joint that is defined twice, or whose wheel should
+    turn."""
+    twice = {f" by {d.message.removesuffix(' is defined twice')}" for d in found if d.code == "U005"}
+    lengths = {len(end) for end in twice}
+    turning = {d.message.partition(":")[0] for d in found if d.code == "D117"}
+
+    def is_of_joint(finding: Diagnostic) -> bool:
+        if finding.code == "U010":  # the second joint of that name is the child's second parent
+            return any(finding.message[-length:] in twice for length in lengths)
+        # the fix of J113 would remove the axis that the wheel needs
+        return finding.code == "J113" and finding.message.partition(":")[0] in turning
+
+    return is_of_joint
+
+
+def _of_unprefixed(unprefixed: Iterable[Element]) -> Callable[[Diagnostic], bool]:
+    """A test of whether a finding is an unknown name that a tag without its prefix should define, or is in
+    its content."""
+    names = {f"'{element.attributes.get('name')}'" for element in unprefixed}
+    lengths = {len(name) for name in names}
+    places = defaultdict[str, list[tuple[int, int]]](list)
+    for element in unprefixed:
+        places[element.source.path].append((element.start, element.end))
+    starts, ends = dict[str, list[int]](), dict[str, list[int]]()
+    """By file, in order: where the tags start, and the furthest end of all tags up to there."""
+    for file, spans in places.items():
+        spans.sort()
+        starts[file] = [start for start, _ in spans]
+        ends[file] = list(accumulate((end for _, end in spans), max))
+
+    def is_of_unprefixed(finding: Diagnostic) -> bool:
+        if finding.code not in _UNKNOWN_NAMES or finding.origin is None or not names:
+            return False
+        span, message = finding.origin.span, finding.message
+        before = bisect_right(starts.get(span.file, ()), span.start)
+        if before and span.start < ends[span.file][before - 1]:
+            return True
+        quotes = (at for at, character in enumerate(message) if character == "'")
+        return any(message[at : at + length] in names for at in quotes for length in lengths)
+
+    return is_of_unprefixed
