@@ -79,6 +79,10 @@ MANY: dict[str, Callable[[int], str]] = {
         "missing meshes": '<link name="l{}"><visual>'
         '<geometry><mesh filename="m{}.stl"/></geometry></visual></link>',
         "bad limits": _joint("revolute", '<limit lower="2" upper="1" effort="-1" velocity="0"/>'),
+        "ignored axes": _joint("fixed", ""),
+        "joints of one name": _joint("fixed", "").replace("j{}", "same"),
+        "misspelt attributes": _joint("fixed", "").replace("type=", "typ="),
+        "tags without prefix, and errors": '<property name="p{}" value="1"/>' + _joint("fixd", ""),
         "unknown mimics": _joint("continuous", '<mimic joint="jj{}"/>'),
         "comments that suppress": '<!-- kbot: ignore[U202] why --><link name="l{}" colour="red"/>',
         "properties of one name": '<xacro:property name="p" value="{}"/><a b="${p}"/>',

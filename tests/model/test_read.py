@@ -1,6 +1,8 @@
 """Tests the reader with correct and broken URDF."""
 
 import math
+import sys
+from types import FrameType
 
 import pytest
 
@@ -273,3 +275,34 @@ def test_numbers_separated_by_commas_have_a_hint():
     assert found.hint == "separate numbers by spaces, not by commas: 0.15 0 0"
     assert found.fix is not None
     assert [edit.replacement for edit in found.fix.edits] == ["0.15 0 0"]
+
+
+def test_work_for_several_roots_grows_linearly() -> None:
+    """Counts executed lines: two chains of four times the links take at most five times the lines."""
+    work = []
+    for count in (100, 400):
+        links = [link(f"{side}{i}") for side in "ab" for i in range(count)]
+        joints = [joint(f"{s}{i}", f"{s}{i}", f"{s}{i + 1}") for s in "ab" for i in range(count - 1)]
+        root = parse_xml(Source("robot.urdf", robot(*links, *joints)))
+        lines = 0
+
+        def counted(_frame: FrameType, event: str, _argument: object) -> object:
+            nonlocal lines
+            lines += event == "line"
+            return counted
+
+        before = sys.gettrace()
+        sys.settrace(counted)
+        try:
+            found = read_robot(root).diagnostics
+        finally:
+            sys.settrace(before)
+        assert [d.code for d in found] == ["U008"]
+        work.append(lines)
+    assert work[1] < 5 * work[0], work
+
+
+def test_the_root_of_most_links_is_the_main_one() -> None:
+    body = (link("small"), link("big"), link("a"), link("b"), joint("1", "big", "a"), joint("2", "a", "b"))
+    (found,) = read(robot(*body)).diagnostics
+    assert found.message == "link 'small' has no parent joint, and the robot already has the root 'big'"

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from kbot.text.suggest import did_you_mean, nearest
+from kbot.text.suggest import Candidates, did_you_mean, nearest
 
 LINKS = ["base_link", "imu_link", "laser_link", "left_wheel_link", "right_wheel_link"]
 
@@ -114,6 +114,22 @@ def test_many_names_are_compared_quickly() -> None:
     for i in range(100):
         nearest(f"link_{i}_lft", known)
     assert time.process_time() - begin < 1.0
+
+
+def test_shared_candidates_are_hashed_once() -> None:
+    hashes = 0
+
+    class Name(str):
+        def __hash__(self) -> int:
+            nonlocal hashes
+            hashes += 1
+            return super().__hash__()
+
+    known = Candidates(Name(f"link_{i}_left") for i in range(1000))
+    nearest("link_0_lft", known)
+    hashes = 0
+    assert nearest("link_1_lft", known) == ["link_1_left"]
+    assert hashes < 1000
 
 
 def test_a_suggestion_can_be_copied() -> None:

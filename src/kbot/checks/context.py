@@ -22,6 +22,7 @@ from kbot.kinematics.frames import FrameTree, rest_frames
 from kbot.kinematics.spatial import SpatialFrame
 from kbot.model import Joint, Link, RobotModel
 from kbot.text import Diagnostic, Element, Fix, Origin, Source, Span
+from kbot.text.suggest import Candidates
 
 if TYPE_CHECKING:
     from kbot.xacro import Expansion, Packages
@@ -234,6 +235,14 @@ class Context:
     def frames(self) -> Mapping[str, SpatialFrame]:
         """The pose of each link in the root's frame with every joint at 0."""
         return rest_frames(self.robot)
+
+    @cached_property
+    def link_names(self) -> Candidates:
+        return Candidates(self.robot.links)
+
+    @cached_property
+    def joint_names(self) -> Candidates:
+        return Candidates(self.robot.joints)
 
     @cached_property
     def tree(self) -> FrameTree:

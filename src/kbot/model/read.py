@@ -29,7 +29,7 @@ from kbot.model.robot import (
     Visual,
 )
 from kbot.text import DescriptionError, Diagnostic, Element, Origin, Related
-from kbot.text.suggest import did_you_mean, nearest
+from kbot.text.suggest import Candidates, did_you_mean, nearest
 
 
 def check_tree(
@@ -42,12 +42,13 @@ def check_tree(
     faults = len(values.diagnostics)
     excused = set(unread)
     complete: list[Joint] = []
+    names = Candidates(links)
     for joint in joints:
         ends = ("U006", joint.parent, joint.parent_origin), ("U007", joint.child, joint.child_origin)
         missing = [(code, link, origin) for code, link, origin in ends if link not in links]
         for code, link, origin in missing:
-            excused.update(nearest(link, links), {joint.child})
-            _undefined(code, joint, link, origin, links, values)
+            excused.update(nearest(link, names), {joint.child})
+            _undefined(code, joint, link, origin, names, values)
         if not missing:
             complete.append(joint)
     parents = _single_parents(complete, values)
@@ -57,7 +58,7 @@ def check_tree(
 
 
 def _undefined(
-    code: str, joint: Joint, link: str, origin: Origin, links: Mapping[str, Link], values: AttributeReader
+    code: str, joint: Joint, link: str, origin: Origin, links: Candidates, values: AttributeReader
 ) -> None:
     end = "parent" if code == "U006" else "child"
     hint = did_you_mean(link, links)
@@ -107,13 +108,15 @@ def _report_roots(
     roots = [name for name in links if name not in parents]
     if len(roots) < 2:
         return
+    children: dict[str, list[str]] = {name: [] for name in links}
+    for child, joint in parents.items():
+        children[joint.parent].append(child)
     sizes = dict.fromkeys(roots, 0)
-    for name in links:
-        for _ in links:  # a path has at most as many steps as there are links, which also ends cycles
-            if name not in parents:
-                sizes[name] += 1
-                break
-            name = parents[name].parent
+    for root in roots:
+        waiting = [root]
+        while waiting:
+            sizes[root] += 1
+            waiting += children[waiting.pop()]
     main = max(roots, key=lambda name: (name not in excused, sizes[name]))
     for root in roots:
         if root != main and root not in excused:

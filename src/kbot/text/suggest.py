@@ -37,6 +37,20 @@ _HUMP = re.compile(r"(?<=[a-z])(?=[A-Z])")
 _UNIT = re.compile(r"[^\W\d_]+|\d+")
 
 
+class Candidates(tuple[str, ...]):
+    """Names with which many misspelled names are compared. Two instances are equal only if they are the same.
+
+    `_index` is cached by its argument. Hashing a plain tuple of thousands of names takes longer than the
+    comparisons.
+    """
+
+    __slots__ = ()
+    __hash__ = object.__hash__
+
+    def __eq__(self, other: object) -> bool:
+        return self is other
+
+
 def nearest(name: str, candidates: Iterable[str], count: int = 3, *, sides: bool = True) -> list[str]:
     """Up to `count` candidates that differ from `name` by one typo, in alphabetical order.
 
@@ -47,7 +61,8 @@ def nearest(name: str, candidates: Iterable[str], count: int = 3, *, sides: bool
     """
     if len(name) > _LONGEST:
         return []
-    promising = _promising(name, tuple(candidates))
+    names = candidates if isinstance(candidates, Candidates) else tuple(candidates)
+    promising = _promising(name, names)
     near = {other for other in promising if len(other) <= _LONGEST and _is_typo(name, other, sides=sides)}
     return sorted(near)[:count]
 

@@ -10,7 +10,7 @@ from kbot.kinematics.drive.declared import DeclaredDrive
 from kbot.model import JointType
 from kbot.model.extensions import extensions, hardware_joints
 from kbot.text import Element, Related, Severity
-from kbot.text.suggest import did_you_mean
+from kbot.text.suggest import Candidates, did_you_mean
 
 
 def _gazebo_plugins(context: Context) -> Iterator[Element]:
@@ -27,7 +27,7 @@ def _unknown_joints(context: Context, holder: Element, what: str) -> Found:
             yield Finding(
                 element.attribute_origin("name"),
                 f"{what} '{holder.attributes.get('name', '')}': '{name}' is not a joint of this robot",
-                did_you_mean(name, joints),
+                did_you_mean(name, context.joint_names),
             )
 
 
@@ -111,6 +111,7 @@ def gazebo_reference_unknown(context: Context) -> Found:
     Autofix: safe: KBot corrects the name if it is a typo of exactly one known name.
     """
     robot = context.robot
+    names = Candidates([*robot.links, *robot.joints])
     for extension in robot.extensions:
         name = extension.attributes.get("reference", "")
         if extension.tag != "gazebo" or not name or name in robot.links or name in robot.joints:
@@ -119,7 +120,7 @@ def gazebo_reference_unknown(context: Context) -> Found:
         yield Finding(
             extension.attribute_origin("reference"),
             f"'{name}' is not a link or joint of this robot: Gazebo drops {what}",
-            did_you_mean(name, [*robot.links, *robot.joints]),
+            did_you_mean(name, names),
         )
 
 

@@ -9,7 +9,7 @@ from kbot.kinematics.drive.wheels import rigid_links
 from kbot.kinematics.spatial import Vector, dot, norm, subtract
 from kbot.model import Box, Capsule, Collision, Cylinder, Geometry, Mesh, Sphere, Visual
 from kbot.text import Related, Severity
-from kbot.text.suggest import did_you_mean
+from kbot.text.suggest import Candidates, did_you_mean
 
 _DEEP = 2e-3  # m: shapes that overlap by less are common and harmless
 _MOST_SHAPES = 60
@@ -105,6 +105,7 @@ def undefined_material(context: Context) -> Found:
         for v in link.visuals
         if v.material and (v.material.rgba or v.material.texture)
     }
+    names = Candidates(defined)
     reported: set[str] = set()
     for link in context.sure_links:
         for visual in link.visuals:
@@ -116,7 +117,7 @@ def undefined_material(context: Context) -> Found:
                 yield Finding(
                     material.origin,
                     f"{link.name}: the material '{material.name}' is not defined",
-                    did_you_mean(material.name, defined)
+                    did_you_mean(material.name, names)
                     or f'add <material name="{material.name}"> with a <color>',
                 )
 

@@ -138,7 +138,7 @@ def mimic_missing(context: Context) -> Found:
             continue
         leader = context.robot.joints.get(joint.mimic.joint)
         if leader is None:
-            hint = did_you_mean(joint.mimic.joint, context.robot.joints)
+            hint = did_you_mean(joint.mimic.joint, context.joint_names)
             yield Finding(
                 joint.mimic.origin,
                 f"{joint.name}: it mimics '{joint.mimic.joint}', which is not a joint of this robot",

@@ -284,7 +284,7 @@ def sensor_frame_unknown(context: Context) -> Found:
                     element.origin,
                     f"{sensor.attributes.get('name', 'sensor')}: "
                     f"its frame '{name}' is not a link of this robot",
-                    did_you_mean(name, links),
+                    did_you_mean(name, context.link_names),
                 )
 
 
