@@ -12,6 +12,7 @@ from kbot.cli.arguments import (
     resolve_typed_names,
 )
 from kbot.cli.output import print_json, report
+from kbot.cli.progress import loading
 
 
 @click.command(
@@ -36,9 +37,10 @@ def command(words: tuple[str, ...], package_path: tuple[str, ...], as_json: bool
 
     file, values = file_and_arguments(words)
     given = resolve_typed_names(file, values, package_path)
-    loaded = load_robot(file, given.arguments, given.properties, Packages(package_path))
-    robot = loaded.require()
-    found = first_look(loaded, (*NUMBERS, *MESHES))
+    with loading(file):
+        loaded = load_robot(file, given.arguments, given.properties, Packages(package_path))
+        robot = loaded.require()
+        found = first_look(loaded, (*NUMBERS, *MESHES))
     report([*loaded.diagnostics, *found])
     if as_json:
         print_json(describe(robot))
