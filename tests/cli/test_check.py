@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -11,7 +14,9 @@ import pytest
 from click.testing import CliRunner, Result
 
 import kbot.cli.check
+from kbot.checks import folder_files
 from kbot.checks.fixes import fixed
+from kbot.checks.folder_files import entry_points
 from kbot.cli.check import command as check
 from kbot.cli.rule import command as rule
 from kbot.text import KbotError
@@ -370,6 +375,41 @@ def test_a_folder_is_checked_by_its_entry_points(tmp_path: Path, monkeypatch: py
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
     (tmp_path / "kbot.toml").write_text('[check]\nignore = ["K101"]\narguments = [{ n = "" }, { n = "b" }]\n')
     assert {f["code"] for f in findings("my_robot")} == {"U003", "U015"}
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="links need a privilege on Windows")
+def test_a_folder_search_leaves_out_file_systems_of_the_kernel_and_links(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("robots", "proc", "elsewhere"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "r.urdf").write_text('<robot name="r"><link name="l"/></robot>')
+    root = tmp_path / "root"
+    root.mkdir()
+    for name in ("robots", "proc"):
+        (tmp_path / name).rename(root / name)
+    (root / "link").symlink_to(tmp_path / "elsewhere")
+    searched: list[str] = []
+    assert len(entry_points(str(root))) == 2  # a folder that is only named like one is searched
+    monkeypatch.setattr(folder_files, "_VIRTUAL", frozenset({str((root / "proc").resolve())}))
+    assert entry_points(str(root), searched.append) == [str(root / "robots" / "r.urdf")]
+    assert f"looking for files in {root / 'robots'}" in searched
+    assert f"reading {root / 'robots' / 'r.urdf'}" in searched
+
+
+def test_a_terminal_shows_which_file_is_checked(robot: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (robot.parent / "other.urdf").write_text('<robot name="r"><link name="l"/></robot>')
+    shown: list[str] = []
+
+    @contextmanager
+    def busy(what: str) -> Iterator[Callable[[str], None]]:
+        shown.append(what)
+        yield shown.append
+
+    monkeypatch.setattr(kbot.cli.check, "busy", busy)
+    run(".")
+    assert shown[0] == "looking for files"
+    assert shown[-2:] == ["checking other.urdf (1 of 2)", "checking robot.xacro (2 of 2)"]
 
 
 def test_a_file_of_macros_is_not_a_broken_robot(robot: Path) -> None:

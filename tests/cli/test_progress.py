@@ -37,6 +37,23 @@ def test_a_terminal_shows_long_operations(monkeypatch: pytest.MonkeyPatch, at_on
     os.close(master)
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="terminals are opened otherwise on Windows")
+def test_the_text_can_be_replaced_and_is_not_markup(monkeypatch: pytest.MonkeyPatch, at_once: None) -> None:
+    master, slave = os.openpty()
+    with os.fdopen(slave, "w") as terminal:
+        monkeypatch.setattr(sys, "stderr", terminal)
+        monkeypatch.setenv("TERM", "xterm")
+        shown = b""
+        with progress.busy("reading a[/x].urdf") as replace:
+            while b"reading a[/x].urdf" not in shown:
+                shown += os.read(master, 1000)
+            replace("reading b[0].urdf")
+            while b"reading b[0].urdf" not in shown:
+                shown += os.read(master, 1000)
+        terminal.flush()
+    os.close(master)
+
+
 def test_errors_inside_the_block_are_raised() -> None:
     with pytest.raises(ValueError, match="so it is"), progress.busy("loading it"):
         raise ValueError("so it is")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from kbot.checks.file_kinds import file_kinds
@@ -12,12 +12,16 @@ from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Source, Sp
 
 _ROBOT = (".xacro", ".urdf")
 _SKIPPED = frozenset({"build", "install", "log", "devel", "node_modules", "__pycache__"})
+_VIRTUAL = frozenset({"/proc", "/sys", "/dev"})
+"""File systems of the kernel. They have no robots, but hundreds of thousands of files."""
 _INCLUDE = re.compile(r"""<xacro:include\b[^<>]*""")
 _FILENAME = re.compile(r"""\bfilename\s*=\s*["']([^"']+)["']""")
 
 
-def entry_points(folder: str) -> list[str]:
+def entry_points(folder: str, progress: Callable[[str], None] = lambda _: None) -> list[str]:
     """The files below a folder to check, sorted: launch files, whole robots, package.xml.
+
+    `progress` receives a text about the folder or file that is searched.
 
     A description that another file of the folder includes is skipped. Of the others, a whole robot is a
     description whose root has a name and content, or that has a link of its own.
@@ -25,11 +29,12 @@ def entry_points(folder: str) -> list[str]:
     Raises:
         DescriptionError: F006, the folder has no such file.
     """
-    files = sorted(_walk(Path(folder)))
+    files = sorted(_walk(Path(folder), progress))
     included: set[str] = set()
     texts: dict[Path, str] = {}
     for file in files:
         if file.name.endswith(_ROBOT):
+            progress(f"reading {file}")
             try:
                 texts[file] = read_source(file).text
             except DescriptionError:
@@ -48,8 +53,13 @@ def entry_points(folder: str) -> list[str]:
     return [str(f) for f in sorted(found)]
 
 
-def _walk(folder: Path) -> Iterator[Path]:
+def _walk(folder: Path, progress: Callable[[str], None]) -> Iterator[Path]:
+    """The files to read. Links to folders are not followed."""
     for root, folders, names in os.walk(folder):
+        progress(f"looking for files in {root}")
+        if os.path.realpath(root) in _VIRTUAL:
+            folders.clear()
+            continue
         folders[:] = [f for f in folders if f not in _SKIPPED and not f.startswith(".")]
         for name in names:
             if name.endswith(_ROBOT) or any(kind.is_found(name) for kind in file_kinds()):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections import Counter, defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -22,6 +22,7 @@ from kbot.checks.ranking import ranked, summary
 from kbot.checks.settings import with_selection
 from kbot.cli.arguments import NO_FILE, collect_options, examples, package_path_option, split_arguments
 from kbot.cli.output import fail, has_color, is_unusable, print_json, warn_about_duplicates
+from kbot.cli.progress import busy
 from kbot.model.load import resolve_robot_path
 from kbot.text import DescriptionError, Diagnostic, Fix, Severity, read_source, rewrite
 from kbot.text.files import unsaved
@@ -158,16 +159,18 @@ def command(
         fail(NO_FILE)
     jobs: list[_Job] = []
     found: list[Diagnostic] = []
-    for file in files:
-        try:
-            jobs += _jobs(file, values, choice, Packages(package_path))
-        except DescriptionError as error:
-            found += error.diagnostics
+    with busy("looking for files") as progress:
+        for file in files:
+            try:
+                jobs += _jobs(file, values, choice, Packages(package_path), progress)
+            except DescriptionError as error:
+                found += error.diagnostics
     if values:
         jobs = _with_typed_names(jobs, values)
     changed, findings = _apply_fixes(jobs, fixing) if fixing.is_requested else ({}, {})
-    with unsaved(changed if fixing.diff else {}):
-        for job in jobs:
+    with unsaved(changed if fixing.diff else {}), busy("checking") as progress:
+        for number, job in enumerate(jobs, 1):
+            progress(_checking(job, number, len(jobs)))
             known_findings = findings.get(id(job))
             found += job.check() if known_findings is None else known_findings
     found = _without_duplicates(found)
@@ -188,6 +191,11 @@ def command(
     return 1 if found else 0
 
 
+def _checking(job: _Job, number: int, count: int) -> str:
+    """What is shown while a job runs."""
+    return f"checking {job.path}" + (f" ({number} of {count})" if count > 1 else "")
+
+
 def _codes(words: Sequence[str]) -> tuple[str, ...]:
     return tuple(code.strip() for word in words for code in word.split(",") if code.strip())
 
@@ -197,6 +205,7 @@ def _jobs(
     arguments: Mapping[str, str],
     choice: _Choice,
     packages: Packages,
+    progress: Callable[[str], None],
 ) -> list[_Job]:
     """The checks of one command-line word.
 
@@ -206,7 +215,7 @@ def _jobs(
     path = _resolve(resolve_robot_path(file), packages)
     is_folder = Path(path).is_dir()
     jobs = []
-    for entry in entry_points(path) if is_folder else [path]:
+    for entry in entry_points(path, progress) if is_folder else [path]:
         folder = os.path.dirname(os.path.abspath(entry))  # noqa: PTH100, PTH120 - keeps symbolic links
         config = with_selection(load_config(folder), _codes(choice.select), _codes(choice.ignore))
         sets = (config.arguments if is_folder or arguments else ()) or ({},)
@@ -281,23 +290,26 @@ def _apply_fixes(
     findings: dict[int, Sequence[Diagnostic]] = {}
     fixes: list[Fix] = []
     outside: dict[str, None] = {}
-    for job in {j.path: j for j in jobs}.values():
-        with unsaved(after):
-            try:
-                source = read_source(job.path)
-            except DescriptionError:
-                continue
-            text, own, found = fixed(source.text, job.path, job.check_text, fixing.unsafe_fixes)
-            findings[id(job)] = found
-            with unsaved({job.path: text}):
-                includes = fixed_includes(job.path, found, job.check, fixing.unsafe_fixes)
-        for path, (old, new) in {job.path: (source.text, text), **includes.texts}.items():
-            if old != new:
-                real = os.path.realpath(path)
-                name, old = changed.get(real, (path, old))[:2]
-                changed[real], after[real] = (name, old, new), new
-        fixes += [*own, *includes.fixes]
-        outside.update(dict.fromkeys(includes.outside))
+    files = {j.path: j for j in jobs}.values()
+    with busy("checking") as progress:
+        for number, job in enumerate(files, 1):
+            progress(_checking(job, number, len(files)))
+            with unsaved(after):
+                try:
+                    source = read_source(job.path)
+                except DescriptionError:
+                    continue
+                text, own, found = fixed(source.text, job.path, job.check_text, fixing.unsafe_fixes)
+                findings[id(job)] = found
+                with unsaved({job.path: text}):
+                    includes = fixed_includes(job.path, found, job.check, fixing.unsafe_fixes)
+            for path, (old, new) in {job.path: (source.text, text), **includes.texts}.items():
+                if old != new:
+                    real = os.path.realpath(path)
+                    name, old = changed.get(real, (path, old))[:2]
+                    changed[real], after[real] = (name, old, new), new
+            fixes += [*own, *includes.fixes]
+            outside.update(dict.fromkeys(includes.outside))
     if fixing.diff:
         for name, old, new in changed.values():
             click.echo(unified_diff(old, new, relative(name)), nl=False)

@@ -1,35 +1,53 @@
-"""Shows on a terminal what KBot is loading, if that takes longer than a second."""
+"""Shows on a terminal what KBot is doing, if that takes longer than a second."""
 
 from __future__ import annotations
 
 import gc
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.status import Status
 
 PATIENCE = 1.0
 """Seconds after which the terminal shows that KBot is busy. Shorter waits need no display."""
 
 
 @contextmanager
-def busy(what: str) -> Iterator[None]:
-    """Show `what` on stderr within the block, if stderr is a terminal and the block takes a while."""
+def busy(what: str) -> Iterator[Callable[[str], None]]:
+    """Show `what` on stderr within the block, if stderr is a terminal and the block takes a while.
+
+    The yielded function replaces the text. Do not print to stdout in the block: it would go to stderr.
+    """
     if not sys.stderr.isatty():
-        yield
+        yield lambda _: None
         return
+    status: Status | None = None
     with ExitStack() as shown:
 
         def show() -> None:
+            nonlocal status
             from rich.console import Console  # slow to import; only on a terminal
+            from rich.text import Text  # a file name may look like markup
 
-            shown.enter_context(Console(stderr=True).status(what))
+            status = shown.enter_context(Console(stderr=True).status(Text(what)))
+
+        def replace(text: str) -> None:
+            nonlocal what
+            what = text
+            if status is not None:
+                from rich.text import Text
+
+                status.update(Text(text))
 
         waiting = threading.Timer(PATIENCE, show)
         waiting.daemon = True
         waiting.start()
         try:
-            yield
+            yield replace
         finally:
             waiting.cancel()
             waiting.join()
