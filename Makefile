@@ -3,6 +3,7 @@
 #   make test         checks and all tests               (ARGS="-k xacro" for some of the Python tests)
 #   make check        lint, format, types and layers, of Python and of the page
 #   make test-peers   tests against real programs: ROS 1, libsdformat, pip, pre-commit (Debian, Ubuntu)
+#   make audit        known weaknesses of the Python and npm packages that KBot uses
 #   make docs         the documentation site, in build/docs; a broken link is an error
 #   make benchmarks   what it costs, as ratios
 #   make clean        forget what was set up
@@ -17,7 +18,7 @@ pip := $(python) -m pip install -q --disable-pip-version-check
 npm := $(python) hatch_build.py npm --silent
 page := $(shell find web -type f -not -path '*/node_modules/*' -not -path 'web/tests/*' 2>/dev/null)
 
-.PHONY: run test check test-page test-peers docs benchmarks clean
+.PHONY: run test check test-page test-peers audit docs benchmarks clean
 .DELETE_ON_ERROR:
 
 run: $(installed)
@@ -41,6 +42,12 @@ test-peers: $(tests)
 	@sh scripts/need_ros1.sh
 	@sh scripts/need_sdformat.sh
 	$(python) -m pytest -n 0 tests/peers $(ARGS)
+
+# The extra `test` includes all others but `bench`.
+audit: $(tests)
+	@$(pip) --upgrade pip pip-audit -e ".[bench]"
+	$(python) -m pip_audit --skip-editable
+	$(python) hatch_build.py npm audit
 
 docs: $(tests)
 	@$(python) docs/build.py build/docs

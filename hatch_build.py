@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import gzip
 import hashlib
+import json
 import os
 import platform
 import shutil
@@ -26,6 +27,7 @@ ROOT = Path(__file__).parent
 WEB = ROOT / "web"
 PAGE = ROOT / "src" / "kbot" / "workbench" / "page"
 STAMP = PAGE / "sources.sha256"
+SBOM = PAGE / "page.cdx.json"
 MODULES = WEB / "node_modules"
 INSTALLED = MODULES / ".installed.sha256"
 NODE_AT_LEAST = (20, 19)
@@ -43,6 +45,8 @@ class PageBuildHook(BuildHookInterface):  # type: ignore[type-arg]  # hatchling 
         if not is_built() and not is_unwanted():
             self.app.display_info("Building the workbench's page")
             build()
+        if SBOM.is_file():
+            build_data.setdefault("sbom_files", []).append(str(SBOM.relative_to(ROOT)))
 
 
 def is_built() -> bool:
@@ -66,19 +70,24 @@ def digest_of_sources() -> str:
     return digest.hexdigest()
 
 
-def npm(*words: str) -> None:
-    """Run npm in `web/`, after installing the packages that `web/package-lock.json` pins, if necessary."""
+def npm(*words: str, output: int | None = None) -> str:
+    """Run npm in `web/`, after installing the packages that `web/package-lock.json` pins, if necessary.
+
+    With `output=subprocess.PIPE` it returns what npm prints.
+    """
     program = machine_npm() or packaged_npm()
     path = os.pathsep.join((str(Path(program[0]).parent), os.environ.get("PATH", "")))
     environment = {**os.environ, "PATH": path, "NO_UPDATE_NOTIFIER": "1"}
 
-    def run(*words: str) -> None:
-        subprocess.run([*program, *words], cwd=WEB, env=environment, check=True)
+    def run(*words: str, output: int | None = None) -> str:
+        command = [*program, *words]
+        done = subprocess.run(command, cwd=WEB, env=environment, check=True, stdout=output, encoding="utf-8")
+        return done.stdout or ""
 
     if not is_installed():
         run("ci", "--loglevel=error")
         INSTALLED.write_text(digest_of_installed() + "\n")
-    run(*words)
+    return run(*words, output=output)
 
 
 def build() -> None:
@@ -87,6 +96,7 @@ def build() -> None:
     try:
         npm("run", "--silent", "build")
         pack(scratch / "assets")
+        (scratch / SBOM.name).write_text(list_of_packages())
         (scratch / STAMP.name).write_text(digest_of_sources() + "\n")
         shutil.rmtree(PAGE, ignore_errors=True)
         shutil.move(scratch, PAGE)
@@ -95,6 +105,17 @@ def build() -> None:
         raise SystemExit(f"cannot build the page: {command} failed with status {error.returncode}") from None
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
+
+
+def list_of_packages() -> str:
+    """The npm packages that the page contains, as CycloneDX, without what differs between equal builds.
+
+    npm lists packages only with a version in `web/package.json`. The page is not published, so it is 0.0.0.
+    """
+    listed = npm("sbom", "--sbom-format=cyclonedx", "--omit=dev", output=subprocess.PIPE)
+    document = json.loads(listed)
+    del document["serialNumber"], document["metadata"]["timestamp"]
+    return json.dumps(document, indent=1) + "\n"
 
 
 def is_installed() -> bool:

@@ -60,6 +60,18 @@ def test_the_wheel_contains_the_page_the_robot_and_the_types(built: Path) -> Non
     assert {name.split("/")[0] for name in names} == {"kbot", f"kbot-{version('kbot')}.dist-info"}
 
 
+def test_the_wheel_lists_the_npm_packages_in_its_page(built: Path) -> None:
+    """The sdist has the list too, so the wheel needs no Node. The packages of build tools are not in it."""
+    (wheel,) = built.glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        bom = json.loads(archive.read(f"kbot-{version('kbot')}.dist-info/sboms/page.cdx.json"))
+        assert "kbot/workbench/page/page.cdx.json" not in archive.namelist()
+    assert bom["bomFormat"] == "CycloneDX"
+    names = {f"{part.get('group', '')}/{part['name']}".strip("/") for part in bom["components"]}
+    assert {"three", "uplot"} < {name.rpartition("/")[2] for name in names}
+    assert not names & {"vite", "eslint", "typescript"}
+
+
 def test_the_sdist_contains_the_sources_and_the_built_page(built: Path) -> None:
     (sdist,) = built.glob("*.tar.gz")
     with tarfile.open(sdist) as archive:
