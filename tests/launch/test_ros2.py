@@ -212,6 +212,7 @@ def test_included_file_gets_the_passed_arguments(folder: Path) -> None:
         ("1 / 0", "L081", "ZeroDivisionError"),
         ("Nod()", "L081", "NameError"),
         ("Node(package='p')", "L081", "TypeError"),
+        ("DeclareLaunchArgument(True, default_value='a')", "L081", "must be a str, not bool"),
     ],
 )
 def test_error_is_reported_at_the_line_of_its_action(

@@ -50,6 +50,8 @@ class DeclareLaunchArgument(Action):
         **more: Value,
     ) -> None:
         super().__init__(**more)
+        if not isinstance(name, str):
+            raise TypeError(f"the name of a launch argument must be a str, not {type(name).__name__}")
         self.name, self.default, self.description = name, default_value, description
         self.choices = None if choices is None else [str(choice) for choice in choices]
 
