@@ -1,24 +1,26 @@
-"""Coverage-guided fuzzing of `kbot check`: the report of malformed XML, the rules, the fixes and the formats.
+"""Fuzzes `kbot check`: the report of malformed XML, the rules, the fixes and the formats, and its settings.
 
-    pip install atheris
-    python fuzz/fuzz_check.py CORPUS_FOLDER [-runs=1000000] [-timeout=10]
-
-For any text, a check must end within the timeout, with findings that can be printed in every format. The
-fixes must give a text that has no more errors than before.
+For any text, a check must end with findings that can be printed in every format. The fixes must give a text
+that has no more errors than before.
 """
 
-import sys
+from contextlib import suppress
+from pathlib import Path
 
-import atheris
+from choices import Choices
+from edits import edited, real_files
 
-with atheris.instrument_imports(include=["kbot.text", "kbot.checks", "kbot.model"]):
-    from kbot.checks import check_text
-    from kbot.checks.config import Config
-    from kbot.checks.fixes import fixed
-    from kbot.checks.formats import github, junit, sarif
-    from kbot.text.render import render_text, to_json
-    from kbot.xacro import clear_cache
+from kbot.checks import check_text
+from kbot.checks.baseline import without_known
+from kbot.checks.config import Config
+from kbot.checks.fixes import fixed
+from kbot.checks.formats import github, junit, sarif
+from kbot.checks.settings import load_config
+from kbot.text import KbotError
+from kbot.text.render import render_text, to_json
+from kbot.xacro import clear_cache
 
+SEEDS = real_files(".xacro", ".urdf", ".xacro.in")
 CONFIG = Config()
 PATH = "fuzz.xacro"
 HEAD = '<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">'
@@ -52,30 +54,51 @@ def check(text: str, with_fixes: bool) -> None:
     github(found)
     junit(found, [PATH])
     if with_fixes:
-        after, fixes = fixed(
+        after, fixes, _ = fixed(
             text, PATH, lambda changed: check_text(changed, PATH, config=CONFIG), unsafe=True
         )
         assert bool(fixes) == (after != text)
 
 
-def document(provider: atheris.FuzzedDataProvider) -> str:
-    """The text for an input: the input itself, or fragments that are filled with it."""
-    if provider.ConsumeIntInRange(0, 3) == 0:
-        return provider.ConsumeUnicodeNoSurrogates(4_000)
+def document(choices: Choices) -> str:
+    """The text for an input: the input itself, a real file, or fragments that are filled with it."""
+    kind = choices.integer(0, 3)
+    if kind == 0:
+        return choices.text(4_000)
+    if kind == 1:
+        return edited(choices, SEEDS, [fragment.encode() for fragment in FRAGMENTS]).decode(errors="replace")
     parts = [HEAD]
-    for _ in range(provider.ConsumeIntInRange(1, 20)):
-        fragment = FRAGMENTS[provider.ConsumeIntInRange(0, len(FRAGMENTS) - 1)]
-        parts.append(fragment.replace("{}", provider.ConsumeUnicodeNoSurrogates(20)))
+    for _ in range(choices.integer(1, 20)):
+        fragment = choices.pick(FRAGMENTS)
+        parts.append(fragment.replace("{}", choices.text(20)))
     return "".join(parts) + "</robot>"
 
 
-def one_input(data: bytes) -> None:
-    provider = atheris.FuzzedDataProvider(data)
-    check(document(provider), with_fixes=provider.ConsumeBool())
-    if len(data) % 64 == 0:
+def one_input(choices: Choices) -> None:
+    check(document(choices), with_fixes=choices.flag())
+    if choices.integer(0, 63) == 0:
         clear_cache()
 
 
-if __name__ == "__main__":
-    atheris.Setup(sys.argv, one_input)
-    atheris.Fuzz()
+SETTINGS = b"""[check]
+select = ["ALL"]
+ignore = ["S101", "I"]
+per-file-ignores = { "vendor/*.xacro" = ["ALL"] }
+baseline = "baseline.json"
+arguments = [{ robot = "small" }, { robot = "large", arm = "true" }]
+"""
+BASELINE = b'{"version": 1, "findings": [{"code": "U001", "file": "a.urdf", "message": "m", "count": 1}]}'
+
+
+def one_setting(choices: Choices) -> None:
+    is_baseline = choices.flag()
+    file = Path("baseline.json" if is_baseline else "kbot.toml")
+    file.write_bytes(edited(choices, [BASELINE if is_baseline else SETTINGS]))
+    with suppress(KbotError):
+        if is_baseline:
+            without_known([], str(file))
+        else:
+            load_config(".")
+
+
+TARGETS = {"check": one_input, "settings": one_setting}

@@ -1,7 +1,4 @@
-"""Coverage-guided fuzzing of message definitions.
-
-    pip install atheris
-    python fuzz/fuzz_definitions.py CORPUS_FOLDER [-runs=1000000]
+"""Fuzzes message definitions.
 
 A definition with any text is either refused with a KbotError, or rosbags generates code from it that reads
 and converts any bytes without running code from the text. tests/wire/test_foreign_types.py has the inputs
@@ -9,19 +6,17 @@ that failed.
 """
 
 import builtins
-import sys
 from contextlib import suppress
-from pathlib import Path
 
-import atheris
+from choices import Choices
+from edits import edited
+from rosbags.serde import SerdeError
 
-with atheris.instrument_imports(include=["kbot.record.encodings", "rosbags.typesys"]):
-    from rosbags.serde import SerdeError
-
-    from kbot.record.encodings.foreign_types import ShapeCheck, code_cost, read_definition
-    from kbot.record.encodings.safe_store import safe_copy
-    from kbot.record.encodings.types import ros1_types, ros2_types
-    from kbot.text import KbotError
+from kbot.record.encodings.foreign_types import ShapeCheck, code_cost, read_definition
+from kbot.record.encodings.safe_store import safe_copy
+from kbot.record.encodings.type_names import NAMESAKES
+from kbot.record.encodings.types import ros1_types, ros2_definition, ros2_types
+from kbot.text import KbotError
 
 NAME = "own_msgs/msg/T"
 TRAP = "trap"
@@ -33,6 +28,16 @@ SEEDS = [
     + "\nMSG: own_msgs/U\nint8 a",
     "std_msgs/String[] s\ngeometry_msgs/msg/Point[2] p\nuint8[] q\nstring class 'a'\nint64 trap=trap()",
 ]
+
+
+USED = [f"{package}/msg/{name}" for package, names in NAMESAKES.items() for name in names.split()]
+"""The messages that KBot uses."""
+DEFINITIONS = [text.encode() for text in (*SEEDS, *(ros2_definition(name)[0] for name in USED))]
+WORDS = [
+    b"string", b"wstring", b"time", b"duration", b"Header", b"byte", b"char", b"<=5", b"[<=3]", b"[]", b"[2]",
+    b"=", b"# c", b"\n", b"'", b'"', b"MSG: own_msgs/U\n", b"=" * 80 + b"\n", b"trap()", b"---\n", b"__",
+    b"\\",
+]  # fmt: skip
 
 
 def trap(*_: object, **__: object) -> None:
@@ -47,7 +52,7 @@ def check(text: str, data: bytes) -> None:
         shapes.add(found)
         if code_cost(found) > MOST_CODE:
             return
-        shapes.accept(NAME)
+        shapes.accept(NAME, is_ros1=True)
     except KbotError as refusal:
         if "\n" in str(refusal):
             raise AssertionError("the error has two lines") from refusal
@@ -65,22 +70,10 @@ def check(text: str, data: bytes) -> None:
                     use(message, NAME)
 
 
-def one_input(data: bytes) -> None:
-    """The input is a message, a vertical bar and a definition."""
-    message, _, text = data.partition(b"|")
-    check(text.decode(errors="replace"), message)
+def one_input(choices: Choices) -> None:
+    text = edited(choices, DEFINITIONS, WORDS).decode(errors="replace")
+    check(text, choices.raw(200))
 
 
-def main() -> None:
-    setattr(builtins, TRAP, trap)
-    corpus = Path(sys.argv[1])
-    corpus.mkdir(exist_ok=True)
-    if not any(corpus.iterdir()):
-        for number, text in enumerate(SEEDS):
-            (corpus / f"seed{number}").write_bytes(bytes(16) + b"|" + text.encode())
-    atheris.Setup(sys.argv, one_input)
-    atheris.Fuzz()
-
-
-if __name__ == "__main__":
-    main()
+setattr(builtins, TRAP, trap)
+TARGETS = {"definitions": one_input}

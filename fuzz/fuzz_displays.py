@@ -1,23 +1,16 @@
-"""Coverage-guided fuzzing of the readers of display settings: .rviz files and KBot's own.
-
-    pip install atheris
-    python fuzz/fuzz_displays.py [-max_total_time=300]
+"""Fuzzes the readers of display settings: .rviz files and KBot's own.
 
 Any text either gives settings that can be written and read again, or one KbotError.
 """
 
-# ruff: noqa: E501 - seeds are files in the style of other programs
+from functools import partial
 
-import sys
+from choices import Choices
+from edits import edited, real_files
 
-import atheris
-
-with atheris.instrument_imports(include=["kbot.workbench.displays", "kbot.text"]):
-    from kbot.text import KbotError
-    from kbot.workbench.displays.display_file import DisplayFile
-    from kbot.workbench.protocol.codec import encode
-
-from edits import edited
+from kbot.text import KbotError
+from kbot.workbench.displays.display_file import DisplayFile
+from kbot.workbench.protocol.codec import encode
 
 RVIZ = b"""Panels:
   - Class: rviz_common/Displays
@@ -62,10 +55,11 @@ WORDS = [
 ]  # fmt: skip
 
 
-def one_input(data: bytes) -> None:
-    provider = atheris.FuzzedDataProvider(data)
-    name, seed = ("a.rviz", RVIZ) if provider.ConsumeBool() else ("a.kbot.yaml", OWN)
-    text = edited(provider, seed, WORDS).decode("utf-8", "replace")
+SEEDS = {"a.rviz": [RVIZ, *real_files(".rviz", ".rviz.in")], "a.kbot.yaml": [OWN]}
+
+
+def one_input(name: str, choices: Choices) -> None:
+    text = edited(choices, SEEDS[name], WORDS).decode("utf-8", "replace")
     file = DisplayFile()
     try:
         found = file.open(name, text)
@@ -77,6 +71,4 @@ def one_input(data: bytes) -> None:
         DisplayFile().open("b.kbot.yaml" if kind == "kbot" else "b.rviz", written.text)
 
 
-if __name__ == "__main__":
-    atheris.Setup(sys.argv, one_input)
-    atheris.Fuzz()
+TARGETS = {"rviz": partial(one_input, "a.rviz"), "displays": partial(one_input, "a.kbot.yaml")}

@@ -1,35 +1,26 @@
-"""Coverage-guided fuzzing of messages from pages and peers: the decoders of the page, Foxglove and rosbridge.
-
-    pip install atheris
-    python fuzz/fuzz_protocol.py [-max_total_time=300]
+"""Fuzzes messages over WebSockets: those of pages, of Foxglove's clients and of rosbridge's.
 
 Any message is either processed or refused with a KbotError. No other exception may reach the server.
 """
 
-# ruff: noqa: E501 - seeds are files in the style of other programs
-
+import asyncio
 import json
-import sys
 import typing
+from contextlib import suppress
+from functools import cache, partial
 from typing import Any
 
-import atheris
-
-with atheris.instrument_imports(
-    include=["kbot.workbench.protocol", "kbot.ros.bridges", "kbot.record.encodings"]
-):
-    import kbot
-    from kbot.record.feed import Feed
-    from kbot.ros.bridges.foxglove import bridge as foxglove
-    from kbot.ros.bridges.link import PeerLink
-    from kbot.ros.bridges.rosbridge import bridge as rosbridge
-    from kbot.ros.bridges.websocket.topic_server import JsonSession
-    from kbot.ros.gazebo.gazebo_services import gazebo_services
-    from kbot.text import KbotError
-    from kbot.workbench.protocol import FromPage
-    from kbot.workbench.protocol.codec import decode
-
+from choices import Choices
 from edits import edited
+from simulated import LINK
+
+from kbot.ros.bridges.foxglove import bridge as foxglove
+from kbot.ros.bridges.loop import wait_for
+from kbot.ros.bridges.rosbridge import bridge as rosbridge
+from kbot.ros.bridges.websocket.topic_server import JsonSession
+from kbot.text import KbotError
+from kbot.workbench.protocol import FromPage
+from kbot.workbench.protocol.codec import decode
 
 KINDS = {typing.get_args(typing.get_type_hints(cls)["type"])[0]: cls for cls in typing.get_args(FromPage)}
 NAMES = sorted(KINDS)
@@ -73,54 +64,44 @@ class Wire:
         """Nothing is queued."""
 
 
-SIMULATION = kbot.Simulation(kbot.load("kbot"))
-LINK = PeerLink(lambda text: None)
-LINK.services = gazebo_services()
-LINK.attach(SIMULATION, Feed(SIMULATION.bus, lambda: SIMULATION.clock.nanoseconds))
-BRIDGES: dict[str, Any] = {
-    "foxglove": foxglove.FoxgloveBridge(LINK, port=0),
-    "rosbridge": rosbridge.RosbridgeBridge(LINK, port=0),
-}
+@cache
+def bridge(name: str) -> Any:
+    made = (foxglove.FoxgloveBridge if name == "foxglove" else rosbridge.RosbridgeBridge)(LINK, port=0)
+    wait_for(asyncio.sleep(0))  # until it has numbered the topics
+    return made
 
 
 def session(name: str) -> JsonSession:
     wire: Any = Wire()
     if name == "foxglove":
-        return foxglove._Session(BRIDGES[name], wire, lambda client: None)
-    return rosbridge._Session(BRIDGES[name], wire)
+        return foxglove._Session(bridge(name), wire, lambda client: None)
+    return rosbridge._Session(bridge(name), wire)
 
 
-def page_message(provider: atheris.FuzzedDataProvider) -> bytes:
-    kind = NAMES[provider.ConsumeIntInRange(0, len(NAMES) - 1)]
+def page_message(choices: Choices) -> bytes:
+    kind = choices.pick(NAMES)
     hints = typing.get_type_hints(KINDS[kind])
     values = [1, -1.0, "base_link", "/cmd_vel", True, [], {}, ["state twist.0"], 1e300, "box"]
-    fields = {
-        name: values[provider.ConsumeIntInRange(0, len(values) - 1)] for name in hints if name != "type"
-    }
+    fields = {name: choices.pick(values) for name in hints if name != "type"}
     return json.dumps({"type": kind, **fields}).encode()
 
 
-def one_input(data: bytes) -> None:
-    provider = atheris.FuzzedDataProvider(data)
-    kind = ("page", "foxglove", "rosbridge")[provider.ConsumeIntInRange(0, 2)]
-    seed = page_message(provider) if kind == "page" else SEEDS[kind][provider.ConsumeIntInRange(0, 7)]
-    message = edited(provider, seed, WORDS)
-    received: str | bytes = message
-    if not message.startswith((b"\x01", b"\x02")):
-        received = message.decode("utf-8", "replace")
-    try:
-        if kind == "page":
-            decode(received)
-        else:
-            client = session(kind)
-            client.receive(received)
+def one_page_message(choices: Choices) -> None:
+    with suppress(KbotError):
+        decode(edited(choices, [page_message(choices)], WORDS).decode("utf-8", "replace"))
+
+
+def one_input(kind: str, choices: Choices) -> None:
+    """Up to four messages of one client."""
+    client = session(kind)
+    for _ in range(choices.integer(1, 4)):
+        message = edited(choices, SEEDS[kind], WORDS)
+        is_binary = message.startswith((b"\x01", b"\x02"))
+        with suppress(KbotError):
+            client.receive(message if is_binary else message.decode("utf-8", "replace"))
             LINK.serve()
             LINK.answer_calls()
-            client.close()
-    except KbotError:
-        return
+    client.close()
 
 
-if __name__ == "__main__":
-    atheris.Setup(sys.argv, one_input)
-    atheris.Fuzz()
+TARGETS = {"page": one_page_message} | {kind: partial(one_input, kind) for kind in SEEDS}

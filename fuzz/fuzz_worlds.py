@@ -1,29 +1,21 @@
-"""Coverage-guided fuzzing of the readers of worlds: SDF files and maps.
-
-    pip install atheris
-    python fuzz/fuzz_worlds.py [-max_total_time=300]
+"""Fuzzes the readers of worlds: SDF files, and maps with their images.
 
 Any file either gives a world or a KbotError. tests/world/ has the inputs that failed.
 """
 
-# ruff: noqa: E501 - seeds are files in the style of other programs
-
-import sys
-import tempfile
+import io
+from contextlib import suppress
 from pathlib import Path
 
-import atheris
+from choices import Choices
+from edits import edited, real_files
+from PIL import Image
 
-with atheris.instrument_imports(include=["kbot.world", "kbot.text"]):
-    from kbot.text import KbotError
-    from kbot.text.render import render_text
-    from kbot.world.load import map_world
-    from kbot.world.sdf import read_sdf
+from kbot.text import KbotError
+from kbot.text.render import render_text
+from kbot.world.load import map_world
+from kbot.world.sdf import read_sdf
 
-from edits import edited
-
-FOLDER = Path(tempfile.mkdtemp())
-(FOLDER / "p.pgm").write_bytes(b"P5\n4 4\n255\n" + bytes([0, 205, 254, 255] * 4))
 SDF = b"""<?xml version="1.0"?><sdf version="1.7"><world name="w"><gravity>0 0 -9.8</gravity>
 <frame name="f" attached_to="m"><pose>1 0 0 0 0 0</pose></frame>
 <model name="m"><static>false</static><pose relative_to="f">0 0 1 0 0 0.5</pose>
@@ -61,21 +53,37 @@ WORDS = [
 ]  # fmt: skip
 
 
-def one_input(data: bytes) -> None:
-    provider = atheris.FuzzedDataProvider(data)
-    kind = provider.ConsumeIntInRange(0, 3)
-    try:
-        if kind < 2:
-            (FOLDER / "a.sdf").write_bytes(edited(provider, SDF, WORDS))
-            render_text(read_sdf(str(FOLDER / "a.sdf")).diagnostics)
-            return
-        (FOLDER / "p.pgm").write_bytes(edited(provider, PGM, WORDS) if kind == 2 else PGM)
-        (FOLDER / "m.yaml").write_bytes(edited(provider, MAP, WORDS) if kind == 3 else MAP)
-        map_world(str(FOLDER / "m.yaml"))
-    except KbotError:
-        return
+def png(mode: str) -> bytes:
+    stream = io.BytesIO()
+    Image.new(mode, (4, 4)).save(stream, "PNG")
+    return stream.getvalue()
 
 
-if __name__ == "__main__":
-    atheris.Setup(sys.argv, one_input)
-    atheris.Fuzz()
+SDF_SEEDS = [SDF, *real_files(".sdf", ".world")]
+IMAGES = [PGM, b"P2\n2 2\n255\n0 205 254 255\n", *map(png, ("1", "L", "P", "LA", "RGB", "RGBA", "I;16"))]
+IMAGES += real_files(".png", ".pgm")
+
+
+def one_sdf(choices: Choices) -> None:
+    Path("a.sdf").write_bytes(edited(choices, SDF_SEEDS, WORDS))
+    Path("p.pgm").write_bytes(PGM)
+    with suppress(KbotError):
+        render_text(read_sdf("a.sdf").diagnostics)
+
+
+def one_map(choices: Choices) -> None:
+    read_map(edited(choices, [MAP], WORDS), PGM)
+
+
+def one_image(choices: Choices) -> None:
+    read_map(MAP, edited(choices, IMAGES, WORDS))
+
+
+def read_map(settings: bytes, image: bytes) -> None:
+    Path("m.yaml").write_bytes(settings)
+    Path("p.pgm").write_bytes(image)
+    with suppress(KbotError):
+        map_world("m.yaml")
+
+
+TARGETS = {"sdf": one_sdf, "map": one_map, "map-image": one_image}

@@ -1,24 +1,19 @@
-"""Coverage-guided fuzzing of the parser, the expressions and the expansion.
-
-    pip install atheris
-    python fuzz/fuzz_xacro.py CORPUS_FOLDER [-runs=1000000]
+"""Fuzzes the parser of XML, the expressions of xacro and the expansion.
 
 For every input, expansion must end within its limits and report errors as diagnostics with a code and a
 place. Anything else is a finding, and so is an input that takes more than a second of CPU time.
 tests/xacro/fuzzed/ has the inputs that failed; the test suite replays them.
 """
 
-import sys
 import time
 
-import atheris
-
-with atheris.instrument_imports(include=["kbot.text", "kbot.xacro"]):
-    from kbot.xacro import Limits, clear_cache, expand_text
-    from kbot.xacro.names import _MATH, _PYTHON
-    from kbot.xacro.values import _PUBLIC
-
+from choices import Choices
 from diagnostics import check_diagnostics
+from edits import edited, real_files
+
+from kbot.xacro import Limits, clear_cache, expand_text
+from kbot.xacro.names import _MATH, _PYTHON
+from kbot.xacro.values import _PUBLIC
 
 LIMITS = Limits(
     file_bytes=100_000, nodes=3_000, steps=20_000, length=20_000, text=200_000, bits=4_096, macro_calls=60,
@@ -26,6 +21,7 @@ LIMITS = Limits(
 )  # fmt: skip
 MOST_CPU_S = 1.0
 """Twenty times the time of the steps in LIMITS without instrumentation."""
+SEEDS = real_files(".xacro", ".urdf", ".xacro.in")
 HEAD = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro">'
 FRAGMENTS = [
     '<xacro:property name="a" value="{}"/>',
@@ -60,14 +56,14 @@ FUNCTIONS = [*(f"python.{name}" for name in _PYTHON), *(f"math.{name}" for name 
 OPERATORS = ["+", "-", "*", "/", "//", "%", "**", "<<", ">>", "&", "|", "^", "in", "==", "<"]
 
 
-def hostile(provider: atheris.FuzzedDataProvider) -> str:
+def hostile(choices: Choices) -> str:
     """An expression with large values, and with calls and operators that may take long on them."""
 
     def pick(some: list[str]) -> str:
-        return some[provider.ConsumeIntInRange(0, len(some) - 1)]
+        return choices.pick(some)
 
     def value(depth: int) -> str:
-        kind = provider.ConsumeIntInRange(0, 6) if depth else 0
+        kind = choices.integer(0, 6) if depth else 0
         if kind == 1:
             return f"({value(depth - 1)}).{pick(METHODS)}({arguments(depth - 1)})"
         if kind == 2:
@@ -83,7 +79,7 @@ def hostile(provider: atheris.FuzzedDataProvider) -> str:
         return pick(VALUES)
 
     def arguments(depth: int) -> str:
-        return ", ".join(value(depth) for _ in range(provider.ConsumeIntInRange(0, 3)))
+        return ", ".join(value(depth) for _ in range(choices.integer(0, 3)))
 
     return value(3)
 
@@ -100,30 +96,29 @@ def check(text: str) -> None:
         raise AssertionError("expansion failed without a diagnostic")
 
 
-def document(data: bytes) -> str:
-    """The text for an input: the input itself, an expression, or fragments that are filled with it."""
-    provider = atheris.FuzzedDataProvider(data)
-    kind = provider.ConsumeIntInRange(0, 5)
+def document(choices: Choices) -> str:
+    """The text for an input: the input itself, a real file, an expression, or fragments that are filled."""
+    kind = choices.integer(0, 7)
     if kind == 0:
-        return provider.ConsumeUnicodeNoSurrogates(4_000)
+        return choices.text(4_000)
+    if kind > 5:
+        return edited(choices, SEEDS, [fragment.encode() for fragment in FRAGMENTS]).decode(errors="replace")
     if kind in (1, 4, 5):
-        expression = provider.ConsumeUnicodeNoSurrogates(1_000) if kind == 1 else hostile(provider)
+        expression = choices.text(1_000) if kind == 1 else hostile(choices)
         for character, entity in (("&", "&amp;"), ("<", "&lt;"), ('"', "&quot;")):
             expression = expression.replace(character, entity)
         return f'{HEAD}<xacro:property name="n" value="3"/><a x="${{{expression}}}"/></robot>'
     parts = [HEAD]
-    for _ in range(provider.ConsumeIntInRange(1, 12)):
-        fragment = FRAGMENTS[provider.ConsumeIntInRange(0, len(FRAGMENTS) - 1)]
-        parts.append(fragment.replace("{}", provider.ConsumeUnicodeNoSurrogates(40)).replace("{{", "{"))
+    for _ in range(choices.integer(1, 12)):
+        fragment = choices.pick(FRAGMENTS)
+        parts.append(fragment.replace("{}", choices.text(40)).replace("{{", "{"))
     return "".join(parts) + "</robot>"
 
 
-def one_input(data: bytes) -> None:
-    check(document(data))
-    if len(data) % 64 == 0:
+def one_input(choices: Choices) -> None:
+    check(document(choices))
+    if choices.integer(0, 63) == 0:
         clear_cache()
 
 
-if __name__ == "__main__":
-    atheris.Setup(sys.argv, one_input)
-    atheris.Fuzz()
+TARGETS = {"xacro": one_input}
