@@ -108,7 +108,8 @@ class PythonFiles:
 
 @contextmanager
 def _in_place(modules: Mapping[str, ModuleType]) -> Iterator[None]:
-    names = {name for name in sys.modules if name.partition(".")[0] in {n.partition(".")[0] for n in modules}}
+    replaced = {name.partition(".")[0] for name in modules}
+    names = {name for name in sys.modules if name.partition(".")[0] in replaced}
     kept = {name: sys.modules.pop(name) for name in names}
     sys.modules.update(modules)
     try:
