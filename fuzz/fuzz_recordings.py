@@ -65,8 +65,8 @@ def write_seed(kind: str, folder: Path) -> None:
             database.execute("VACUUM")
 
 
-def read(recording: Path) -> None:
-    """Use everything that reads a recording. Raises KbotError."""
+def read(recording: Path, copied: str) -> None:
+    """Use everything that reads a recording, and copy it to the format of a name. Raises KbotError."""
     found = Recording(str(recording)).summary()
     for entry in Recording(str(recording)).entries():
         with suppress(KbotError):
@@ -77,9 +77,8 @@ def read(recording: Path) -> None:
             index.newest(topic, index.end)
         list(index.between(list(found.topics), index.start - 1, index.end))
         index.close()
-    for name in ("copy.bag", "copy.mcap", "copy"):
-        with tempfile.TemporaryDirectory() as folder, suppress(KbotError):
-            copy_recording(str(recording), f"{folder}/{name}")
+    with tempfile.TemporaryDirectory() as folder, suppress(KbotError):
+        copy_recording(str(recording), f"{folder}/{copied}")
 
 
 @cache
@@ -96,7 +95,7 @@ def one_input(kind: str, choices: Choices) -> None:
     recording, fuzzed, seeds = prepared(kind)
     fuzzed.write_bytes(edited(choices, seeds))
     try:
-        read(recording)
+        read(recording, choices.pick(("copy.bag", "copy.mcap", "copy")))
     except KbotError as refusal:
         if "\n" in str(refusal):
             raise AssertionError("the error has two lines") from refusal
