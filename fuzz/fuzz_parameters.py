@@ -40,16 +40,22 @@ XACRO = f"""<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
 
 
 def one_input(choices: Choices) -> None:
+    """A file, and one of its readers."""
     FILE.write_bytes(edited(choices, SEEDS, WORDS))
-    if choices.flag():
-        plan = read_launch("a.launch", source=Source("a.launch", ROS_1))
-    else:
-        plan = read_launch_2("a.launch.xml", source=Source("a.launch.xml", ROS_2))
-    check_diagnostics((*plan.diagnostics, *stage(plan).notes))
-    check_diagnostics(check_text(ROBOT, "a.urdf", config=Config()))
-    check_diagnostics(expand_text(XACRO, "a.xacro").diagnostics)
-    with suppress(KbotError):
-        read_arguments("n", ["--ros-args", "--params-file", str(FILE)], {})
+    match choices.integer(0, 4):
+        case 0:
+            plan = read_launch("a.launch", source=Source("a.launch", ROS_1))
+            check_diagnostics((*plan.diagnostics, *stage(plan).notes))
+        case 1:
+            plan = read_launch_2("a.launch.xml", source=Source("a.launch.xml", ROS_2))
+            check_diagnostics((*plan.diagnostics, *stage(plan).notes))
+        case 2:
+            check_diagnostics(check_text(ROBOT, "a.urdf", config=Config()))
+        case 3:
+            check_diagnostics(expand_text(XACRO, "a.xacro").diagnostics)
+        case _:
+            with suppress(KbotError):
+                read_arguments("n", ["--ros-args", "--params-file", str(FILE)], {})
 
 
 TARGETS = {"parameters": one_input}
