@@ -11,7 +11,7 @@ from kbot.workbench.source.authoring import Editor
 def test_dragging_one_number_is_one_change(tmp_path: Path) -> None:
     file = tmp_path / "a"
     file.write_text("x 1.0 y 2.0")
-    editor = Editor()
+    editor = Editor(lambda files: None)
     for was, text in (("1.0", "1.1"), ("1.1", "1.2"), ("1.2", "9.99")):
         editor.replace(str(file), 1, 3, was, text)
     editor.replace(str(file), 1, 11, ".0", ".5")
@@ -27,7 +27,7 @@ def test_edits_are_written_together_or_not_at_all(tmp_path: Path) -> None:
     first.write_text("ä one two")
     second.write_text("three")
     a, b = read_source(first), read_source(second)
-    editor = Editor()
+    editor = Editor(lambda files: None)
     entry = (Edit(Span(a, 3, 6), "1"), "one")
     two = (Edit(Span(a, 7, 10), "2222"), "two")
     three = (Edit(Span(b, 0, 5), "3"), "three")
@@ -46,7 +46,7 @@ def test_edits_are_written_together_or_not_at_all(tmp_path: Path) -> None:
 def test_a_change_of_an_editor_is_not_undone(tmp_path: Path) -> None:
     file = tmp_path / "a"
     file.write_text("1")
-    editor = Editor()
+    editor = Editor(lambda files: None)
     editor.replace(str(file), 1, 1, "1", "2")
     file.write_text("3")
     with pytest.raises(KbotError, match="was changed at this place after the edit"):
@@ -65,7 +65,7 @@ def test_a_change_of_an_editor_is_not_undone(tmp_path: Path) -> None:
 def test_other_lines_of_an_editor_survive_undo_and_redo(tmp_path: Path) -> None:
     file = tmp_path / "a"
     file.write_bytes(b"one\r\ntwo 2\r\nthree\r\nfour 4\r\nfive\r\n")
-    editor = Editor()
+    editor = Editor(lambda files: None)
     editor.replace(str(file), 2, 5, "2", "22")
     editor.replace(str(file), 4, 6, "4", "44")
     file.write_bytes(b"new\r\none\r\ntwo 22\r\nthree 3\r\nfour 44\r\nfive\r\n")
@@ -84,7 +84,7 @@ def test_other_lines_of_an_editor_survive_undo_and_redo(tmp_path: Path) -> None:
 def test_undo_is_refused_if_the_changed_line_is_missing_or_ambiguous(tmp_path: Path, saved: str) -> None:
     file = tmp_path / "a"
     file.write_text("a\nx 1\nb\n")
-    editor = Editor()
+    editor = Editor(lambda files: None)
     editor.replace(str(file), 2, 3, "1", "2")
     file.write_text(saved)
     with pytest.raises(KbotError, match="was changed at this place after the edit"):

@@ -139,6 +139,16 @@ def reading_only(may_read: Callable[[str], bool]) -> Iterator[None]:
         _may_read.reset(token)
 
 
+@contextmanager
+def reading_any() -> Iterator[None]:
+    """A block in which every file may be read: KBot itself looks for them."""
+    token = _may_read.set(None)
+    try:
+        yield
+    finally:
+        _may_read.reset(token)
+
+
 def _unreadable(path: str, code: str, message: str, hint: str = "") -> DescriptionError:
     from kbot.text.diagnostic import Diagnostic, Severity  # only for an error: start-up time
 
@@ -196,9 +206,12 @@ def read_bytes(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES, *, from
     """
     name = os.fspath(path)
     may_read = _may_read.get()
-    if may_read is not None and not may_read(name):
-        reason = "it is outside the description's own folders and all packages, and a page wrote its name"
-        raise PermissionError(errno.EACCES, reason, name)
+    if may_read is not None:
+        with reading_any():  # it looks for packages
+            is_allowed = may_read(name)
+        if not is_allowed:
+            reason = "it is outside the description's own folders and all packages, and a page wrote its name"
+            raise PermissionError(errno.EACCES, reason, name)
     status = os.stat(name)
     is_pipe = from_pipe and stat.S_ISFIFO(status.st_mode) and _STDIN.fullmatch(name) is not None
     if not is_pipe:

@@ -19,17 +19,22 @@ class Confined:
     findings: tuple[Diagnostic, ...]
 
 
+TEXTS = (".xacro", ".urdf", ".gazebo", ".xml", ".sdf", ".yaml", ".yml")
+"""Endings of the text files of a description."""
+
+
 class MeshRoots:
     """The package around a description and every package that is found from there.
 
-    A description outside any package may use its own folder and the one above, for the usual `../meshes/`.
-    Symbolic links are resolved before the check.
+    A description outside any package may use its own folder. Its meshes may also be in the one above, for the
+    usual `../meshes/`. Symbolic links are resolved before the check.
     """
 
     def __init__(self, description: str, packages: Packages) -> None:
         self._packages = packages
         folder = Path(description).resolve().parent
         above = folder.parent if folder.parent != folder.parent.parent else folder
+        self._own_texts = package_around(folder) or folder
         self._own = package_around(folder) or above
         self._known: dict[str, bool] = {}
 
@@ -42,9 +47,17 @@ class MeshRoots:
             self._known[path] = self._lies_within(Path(path).resolve(), mesh.uri)
         return self._known[path]
 
-    def holds(self, path: str) -> bool:
-        """Return whether a file is inside these folders."""
-        return self._lies_within(Path(path).resolve(), "")
+    def hold_text(self, path: str) -> bool:
+        """Return whether a file is inside these folders, and may be a part of a description by its name.
+
+        A description in the home folder has the user's keys and programs beside it.
+        """
+        file = Path(path).resolve()
+        if file.suffix not in TEXTS:
+            return False
+        if file.is_relative_to(self._own_texts):
+            return not any(part.startswith(".") for part in file.relative_to(self._own_texts).parts)
+        return lies_in_package(file, "", self._packages)
 
     def _lies_within(self, file: Path, uri: str) -> bool:
         return file.is_relative_to(self._own) or lies_in_package(file, uri, self._packages)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hmac
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from urllib.parse import parse_qs, urlsplit
 
@@ -46,6 +46,16 @@ class Access:
     def _has_token(self, path: str) -> bool:
         given = parse_qs(urlsplit(path).query).get("token", [""])[0]
         return hmac.compare_digest(given.encode(), (self.token or "").encode())
+
+
+def is_used_by_another_site(headers: Mapping[str, str]) -> bool:
+    """Return whether a page of another site loads something from here, as an image or in a frame.
+
+    Browsers send no Origin for that. A link to the page is allowed. See the W3C's Fetch Metadata.
+    """
+    if headers.get("Sec-Fetch-Site") != "cross-site":
+        return False
+    return (headers.get("Sec-Fetch-Mode"), headers.get("Sec-Fetch-Dest")) != ("navigate", "document")
 
 
 def bracketed(host: str) -> str:

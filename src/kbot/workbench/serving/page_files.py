@@ -19,7 +19,7 @@ from kbot.workbench.built_page import load_page, takes_gzip, with_greeting
 from kbot.workbench.driving.turns import GREETING_SECONDS
 from kbot.workbench.protocol.codec import encode
 from kbot.workbench.saved_page import saved_page
-from kbot.workbench.serving.access import Access, security_headers
+from kbot.workbench.serving.access import Access, is_used_by_another_site, security_headers
 from kbot.workbench.session.deadman import NOBODY
 from kbot.workbench.session.session import Session
 from kbot.workbench.timeline.recording import ADDRESS as RECORDING
@@ -125,6 +125,8 @@ class PageFiles:
         host = only_host(request.headers.get_all("Host"))
         secret = is_socket or path.startswith(("/mesh/", "/export/", RECORDING))
         reason = self._access.refuses(request.path, host, request.headers.get_all("Origin"), secret)
+        if is_used_by_another_site(request.headers):
+            reason = "a page of another site may not use this server"
         if reason is not None:
             self._complaints.add(f"refused {path[:80]}: {reason}")
             return response(http.HTTPStatus.FORBIDDEN, "", f"403: {reason}\n".encode())

@@ -359,7 +359,8 @@ class Server:
     async def _warm_up(self) -> None:
         await asyncio.sleep(WARM_UP_SECONDS)
         if self.session.shown.watched:
-            with self._surviving("starting the worker"):
+            # an error in the configuration of the checks is reported with the next reading
+            with self._surviving("starting the worker"), contextlib.suppress(KbotError):
                 await on_daemon_thread(self.session.read)
 
     async def _follow_page(self) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -120,7 +120,9 @@ class _Change:
 class Editor:
     """Writes changes, and keeps them for undo."""
 
-    def __init__(self) -> None:
+    def __init__(self, require_files: Callable[[Iterable[str]], None]) -> None:
+        """`require_files` raises KbotError for a file that may not be changed."""
+        self._require_files = require_files
         self._done: list[_Change] = []
         self._undone: list[_Change] = []
 
@@ -141,6 +143,7 @@ class Editor:
             KbotError: the text there has changed, the new text is not allowed in an attribute, or it is
                 neither a finite number nor an expression.
         """
+        self._require_files((file,))
         if _NOT_IN_AN_ATTRIBUTE & set(text):
             raise KbotError("a value cannot contain quotes, angle brackets, & or line breaks")
         if not _is_value(text):
@@ -163,6 +166,7 @@ class Editor:
         by_file: dict[str, list[tuple[Edit, str]]] = {}
         for edit, was in edits:
             by_file.setdefault(edit.span.file, []).append((edit, was))
+        self._require_files(by_file)
         texts = tuple(_changed(file, both) for file, both in by_file.items())
         rewrite({file: (before, after) for file, before, after in texts})
         last = self._done[-1] if self._done else None
@@ -246,19 +250,23 @@ class Authoring:
     The description is read with `overrides`.
     """
 
-    def __init__(self, overrides: Overrides, read_only_reason: str = "") -> None:
-        """`read_only_reason` is the reason why nothing may be changed, or empty."""
+    def __init__(
+        self,
+        overrides: Overrides,
+        require_files: Callable[[Iterable[str]], None],
+        read_only_reason: str = "",
+    ) -> None:
+        """`require_files` raises KbotError for a file that the page may not open. `read_only_reason` is the
+        reason why nothing may be changed, or empty."""
         self.overrides = overrides
         self.read_only_reason = read_only_reason
-        self._editor = Editor()
-        self._files: tuple[str, ...] = ()
+        self._editor = Editor(require_files)
         self._written: tuple[WrittenValue, ...] = ()
         self._findings: tuple[Diagnostic, ...] = ()
         self.serial = 0
 
     def take_reading(self, reading: DescriptionReading, findings: tuple[Diagnostic, ...]) -> None:
         """Use a new reading, and its findings in the page's order."""
-        self._files = reading.files
         self._written = written_parameters(reading.expansion)
         self._findings = findings
         self.serial += 1
@@ -286,8 +294,6 @@ class Authoring:
             case KeepParameters():
                 self._keep()
             case EditSource(file=file, line=line, column=column, was=was, text=text):
-                if file not in self._files:
-                    raise KbotError(f"{file} is not part of this description")
                 self._editor.replace(file, int(line), int(column), was, text)
             case ApplyFix(serial=serial, index=index):
                 self._fix(int(serial), int(index))

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from kbot.model import Mesh, RobotModel
@@ -75,20 +76,27 @@ class DescriptionInput:
     def read(self) -> DescriptionReading:
         """Expand, read and check the current file. Never raises for errors in the description."""
         from kbot.checks import check_file  # imported lazily, for a fast start-up
+        from kbot.checks.settings import load_config
         from kbot.model.load import load_robot
 
         began = time.time_ns()
         packages = Packages(self.package_path, around=self.path)
         roots = MeshRoots(self.path, packages)
-        with nullcontext() if self.allowed is None else reading_only(self._may_read(roots)):
+        may_read = self._may_read(roots)
+        config = load_config(str(Path(self.path).parent))  # no page names its file
+        with nullcontext() if self.allowed is None else reading_only(may_read):
             loaded = load_robot(self.path, self.arguments, self.properties, packages)
-            findings = check_file(self.path, self.arguments, packages, properties=self.given_properties)
+            findings = check_file(
+                self.path, self.arguments, packages, config, properties=self.given_properties
+            )
         usable = loaded.robot is not None and not any(d.is_error for d in loaded.diagnostics)
         if not usable and not any(d.is_error for d in findings):
             findings = loaded.diagnostics  # the configuration ignores the error, which remains the reason
         if usable and loaded.robot is not None:
             findings = (*findings, *findings_of_sensors(loaded.robot))
-        files = tuple(dict.fromkeys((self.path, *loaded.expansion.dependencies)))
+        named = dict.fromkeys((self.path, *loaded.expansion.dependencies))
+        # a name that was refused must not become one of the description's files
+        files = tuple(named if self.allowed is None else filter(may_read, named))
         reading = DescriptionReading(
             loaded.robot, usable, loaded.expansion, tuple(findings), files, began=began
         )
@@ -105,7 +113,7 @@ class DescriptionInput:
 
     def _may_read(self, roots: MeshRoots) -> Callable[[str], bool]:
         allowed = {os.path.realpath(file) for file in (self.path, *(self.allowed or ()))}
-        return lambda file: os.path.realpath(file) in allowed or roots.holds(file)
+        return lambda file: os.path.realpath(file) in allowed or roots.hold_text(file)
 
 
 def _mesh_files(robot: RobotModel, packages: Packages) -> tuple[str, ...]:

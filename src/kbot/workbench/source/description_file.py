@@ -75,8 +75,12 @@ class DescriptionFile:
         return READING.call(_check, self._input(frozenset(allowed)), dict(texts))
 
     def allow_only(self, files: Iterable[str]) -> None:
-        """From now on, read no other files outside the description's own folders and all packages."""
-        self._allowed = frozenset(files)
+        """From now on, read no other files outside the description's own folders and all packages.
+
+        Only the first call counts: later ones would allow what a page has named since.
+        """
+        if self._allowed is None:
+            self._allowed = frozenset(files)
 
     def _input(self, allowed: frozenset[str] | None) -> DescriptionInput:
         overrides = self.overrides

@@ -135,12 +135,15 @@ class ShownDescription:
     def __init__(self, reader: Reader, meshes: MeshStore, read_only_reason: str = "") -> None:
         """Read the description. `read_only_reason` is the reason why pages may not change it, or empty."""
         self._reader, self._meshes = reader, meshes
-        self.authoring = Authoring(reader.overrides, read_only_reason)
+        self.authoring = Authoring(reader.overrides, self._require_files, read_only_reason)
         self._good = self._latest = reader.read()
         self.robot = RobotModel("", {}, {}, {}, (), Origin(Span(Source(self.file, ""), 0, 0)))
         self.is_stale = True
         self._ownership = Ownership(self._latest.document)
         self._hints: Hints | None = None
+        self._completions: Completions | None = None
+        self._owners: dict[str, tuple[bytes, tuple[tuple[str, ...], ...]]] = {}
+        """By file: its content, and the links of each line. Pages may ask for a file many times."""
         self._opened: set[str] = set()
         """Files that a page has opened. It can save them also if the description stops using them."""
 
@@ -203,7 +206,8 @@ class ShownDescription:
         """
         self._latest = reading
         self._ownership = Ownership(reading.document)
-        self._hints = None
+        self._hints = self._completions = None
+        self._owners.clear()
         self.is_stale = reading.robot is None or not reading.usable
         if reading.robot is None or self.is_stale:
             return None
@@ -252,7 +256,10 @@ class ShownDescription:
             self._opened.add(file)
         if self._hints is None:
             self._hints = Hints(self._latest.document)
-        owners = self._ownership.lines(source.whole())
+        known, owners = self._owners.get(file, (b"", ()))
+        if known != source.data:
+            owners = self._ownership.lines(source.whole())
+            self._owners[file] = source.data, owners
         reason = self.authoring.read_only_reason or read_only_reason(file, source.text)
         if is_other and file not in self._latest.files:
             reason = "only the files of the robot's description can be changed here"
@@ -260,7 +267,9 @@ class ShownDescription:
 
     def completions(self) -> Completions | None:
         """Return what an editor can complete, or None if the latest text is not well-formed."""
-        return completions_of(self._latest)
+        if self._completions is None:
+            self._completions = completions_of(self._latest)
+        return self._completions
 
     def save(self, message: SaveSource) -> SourceSaved | SourceConflict:
         """Save a file that the page has edited.
@@ -300,6 +309,6 @@ class ShownDescription:
         for file in files:
             if file not in self._known_files:
                 raise KbotError(f"{file} is not part of this description")
-            if file != self.file and not roots.holds(file):
-                where = "outside the description's own folders and all packages"
+            if file != self.file and not roots.hold_text(file):
+                where = "not a description or YAML file in the description's own folders or in a package"
                 raise KbotError(f"{file} is {where}, so the page does not open it")
