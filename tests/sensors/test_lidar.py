@@ -337,3 +337,8 @@ def test_lidar_sees_a_height_field(robot):
         Lidar(link="base_footprint", pose=UP, samples=1, angle_min=0.0, angle_max=0.0)
     )
     assert lidar.distances() == pytest.approx([1.2], abs=2e-3)
+
+
+def test_an_unknown_link_is_refused_with_the_names_of_some_links():
+    with pytest.raises(KbotError, match="robot 'kbot' has no link 'base': choose from "):
+        Simulation("kbot").add_sensor(Lidar(link="base"))

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from kbot.text.suggest import Candidates, did_you_mean, nearest
+from kbot.text.suggest import Candidates, did_you_mean, nearest, suggest_or_list
 
 LINKS = ["base_link", "imu_link", "laser_link", "left_wheel_link", "right_wheel_link"]
 
@@ -135,3 +135,9 @@ def test_shared_candidates_are_hashed_once() -> None:
 def test_a_suggestion_can_be_copied() -> None:
     copied = copy.deepcopy(did_you_mean("wheel_raduis", ["wheel_radius"]))
     assert (copied, copied.sure) == ("did you mean 'wheel_radius'?", "wheel_radius")
+
+
+def test_without_a_similar_name_the_first_known_names_are_listed() -> None:
+    assert suggest_or_list("lasr_link", LINKS) == "did you mean 'laser_link'?"
+    assert suggest_or_list("base", ["base_link", "laser"]) == "choose from base_link, laser"
+    assert suggest_or_list("x", list("abcdefgh")) == "choose from a, b, c, d, e, f, … (2 more)"

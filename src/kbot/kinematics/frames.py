@@ -15,7 +15,7 @@ from kbot.kinematics.spatial import Quaternion, SpatialFrame, Vector, quaternion
 from kbot.kinematics.transform import Transform, rotations_about
 from kbot.model import Joint, JointType, RobotModel
 from kbot.text import KbotError
-from kbot.text.suggest import did_you_mean
+from kbot.text.suggest import did_you_mean, suggest_or_list
 
 Array = NDArray[np.float64]
 _Position = TypeVar("_Position", float, Array)
@@ -159,8 +159,8 @@ class FrameTree:
 
     def _check_link(self, link: str) -> None:
         if link not in self.robot.links:
-            hint = did_you_mean(link, self.robot.links)
-            raise KbotError(f"the robot has no link '{link}'" + (f": {hint}" if hint else ""))
+            hint = suggest_or_list(link, self.robot.links)
+            raise KbotError(f"the robot has no link '{link}': {hint}")
 
     def _with_ancestors(self, links: Iterable[str]) -> set[str]:
         needed: set[str] = set()

@@ -19,7 +19,7 @@ from kbot.messages.names import require_topic_name
 from kbot.sensors.noise import Noise, NoiseSource
 from kbot.sim import Simulation
 from kbot.text import KbotError, Origin
-from kbot.text.suggest import did_you_mean
+from kbot.text.suggest import suggest_or_list
 
 M = TypeVar("M")
 A = TypeVar("A")
@@ -91,10 +91,9 @@ class Sensor(ABC, Generic[M]):
         self.owner = simulation.robots.named(spec.robot or None).name
         robot = simulation.robots.named(self.owner).robot
         if spec.link not in robot.links:
-            hint = did_you_mean(spec.link, robot.links)
             raise KbotError(
-                f"{spec.label}: robot '{robot.name}' has no link '{spec.link}'"
-                + (f": {hint}" if hint else "")
+                f"{spec.label}: robot '{robot.name}' has no link '{spec.link}': "
+                + suggest_or_list(spec.link, robot.links)
             )
         self._model: mujoco.MjModel | None = None
         self._engine()

@@ -18,7 +18,7 @@ from kbot.sim.engine.world_builder import body_pose
 from kbot.sim.preparation import Prepared
 from kbot.sim.wheel_odometry import Motion
 from kbot.text import KbotError
-from kbot.text.suggest import did_you_mean
+from kbot.text.suggest import did_you_mean, suggest_or_list
 
 
 class RobotBody:
@@ -135,8 +135,8 @@ class RobotBody:
     def index(self, link: str) -> int:
         """The engine's index of a link. Raises KbotError for an unknown link."""
         if not isinstance(link, str) or link not in self._bodies:
-            hint = did_you_mean(str(link), self._bodies)
-            raise KbotError(f"robot '{self._name}' has no link '{link}'" + (f": {hint}" if hint else ""))
+            hint = suggest_or_list(str(link), self._bodies)
+            raise KbotError(f"robot '{self._name}' has no link '{link}': {hint}")
         return self._bodies[link]
 
     def dof(self, joint: str) -> int:

@@ -20,6 +20,8 @@ _MANY = 50
 thousands of misspelled names and thousands of others."""
 _KEPT = 2
 """Letters of a word that an edit must leave unchanged. `fl` and `fr` have fewer: they are different words."""
+_LISTED = 6
+"""Names that a message lists instead of a suggestion."""
 _SURE = 4
 """Letters of the shortest word whose edit is certainly a typo. Shorter words such as `tap` and `tip` may both
 be meant. Replacing the first or last letter of a word needs as many letters: `min` is not `mid`."""
@@ -119,6 +121,14 @@ def did_you_mean(name: str, candidates: Iterable[str], *, sides: bool = True) ->
     names = [f"'{n}'" for n in near]
     either = (", ".join(names[:-1]) + " or " if len(names) > 1 else "") + names[-1] if names else ""
     return Suggestion(f"did you mean {either}?" if names else "", name, near)
+
+
+def suggest_or_list(name: str, known: Iterable[str]) -> str:
+    """`did you mean 'a'?`, or else the first known names: `choose from a, b, … (9 more)`."""
+    names = list(known)
+    more = len(names) - _LISTED
+    end = f", … ({more} more)" if more > 0 else ""
+    return did_you_mean(name, names) or f"choose from {', '.join(names[:_LISTED])}{end}"
 
 
 @lru_cache(maxsize=1 << 14)  # a file with many unknown names compares each with the same candidates
