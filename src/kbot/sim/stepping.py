@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import reprlib
 import threading
+import time
 from collections.abc import Callable
 from typing import Protocol
 
@@ -65,6 +66,8 @@ class Stepping:
         """
         self.was_called = False
         """Whether the program has called `step` or `run`."""
+        self.emptied = -math.inf
+        """When `step` or `run` was last called for 0 steps, by `time.monotonic`."""
         self.pace: Pace | None = None
         """Called before steps while a page shows the run. Otherwise steps are made as fast as possible."""
         self._period = max(1, round(recipe.CONTROL_PERIOD / engine.timestep))
@@ -84,6 +87,8 @@ class Stepping:
                 f"the number of steps must be a whole number from 0 to {_MOST_STEPS:g}, not {reprlib.repr(n)}"
             )
         self.was_called = True
+        if n == 0:
+            self.emptied = time.monotonic()
         while self.pace is not None and (allowed := self.pace.wait(n)) < n:
             self._step(allowed)
             n -= allowed

@@ -31,7 +31,7 @@ def still_time_reported(simulation: Simulation, code: UserCode) -> Iterator[None
             if simulation.steps != steps:
                 steps, since = simulation.steps, now
             elif now - since >= PATIENCE_SECONDS:
-                sys.stderr.write(f"{code.computes(thread, now - since)}\n")
+                sys.stderr.write(f"{code.stands_still(thread, now - since, simulation.stepping.emptied)}\n")
                 sys.stderr.flush()
                 return
 

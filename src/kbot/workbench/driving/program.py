@@ -69,6 +69,8 @@ class Program:
         self.was_interrupted = False
         """Whether the program was started again while it ran. Its run stays paused if it was."""
         self._due = self._lent = self._stepped = self._waited = 0.0
+        self._emptied = NEVER
+        """When the program last called `run` or `step` for 0 steps."""
         self._left = self._slice = 0
         self._timestep = 1.0
         self._granted = 0.0
@@ -100,7 +102,7 @@ class Program:
         if seconds < BUSY_SECONDS:
             return ""
         if self._busy_text[:2] != (last, seconds):
-            self._busy_text = last, seconds, self.code.computes(self._thread, seconds)
+            self._busy_text = last, seconds, self.code.stands_still(self._thread, seconds, self._emptied)
         return self._busy_text[2]
 
     def stop(self) -> None:
@@ -159,7 +161,7 @@ class Program:
 
     def fail(self, error: str) -> None:
         """Report that the program could not start."""
-        self.wants_start = False
+        self.wants_start = self.was_interrupted = False
         self._error, self.phase = error, "failed"
 
     def wait(self, steps: int) -> int:
@@ -168,6 +170,9 @@ class Program:
             return steps
         if self._is_ending:
             self._stop()
+        if steps == 0:
+            self._emptied = time.monotonic()
+            return 0
         if self._left == 0:
             self._end_slice()
         allowed = min(steps, self._left)
