@@ -63,7 +63,8 @@ def test_an_error_of_kbot_is_at_the_line_that_called_it(folder: Path) -> None:
             "drive.py:2: drive must have one parameter, the",
         ),
         ("def drive(sim, robot):\n    pass\n", "drive.py:1: drive must have one parameter, the"),
-        ("drive = 3\n", "drive.py:1: the script has no function drive(sim)"),
+        ("drive = 3\n", "drive.py:1: the script has no function drive(sim). Put the program into def drive("),
+        ("", "drive.py:1: the script has no function drive(sim). Put the program into def drive(sim):"),
         (
             "x = 1\ndef Drive(sim):\n    pass\n",
             "drive.py:2: the script has no function drive(sim) (did you mean 'drive' instead of 'Drive'?)",
@@ -107,6 +108,22 @@ def test_an_async_drive_is_refused(folder: Path) -> None:
     (folder / "drive.py").write_text("async def drive(sim):\n    assert False\n")
     with pytest.raises(ScriptError, match=r"drive\.py:1: drive is an async function"):
         Script(str(folder / "drive.py")).run(Simulation("kbot"))
+
+
+def test_a_drive_that_yields_is_refused_because_no_line_of_it_has_run(folder: Path) -> None:
+    error = error_of("x = 1\ndef drive(sim):\n    yield sim.run(1)\n")
+    assert str(error) == "drive.py:2: drive is a generator, because it contains yield. Remove yield"
+    error = error_of("async def drive(sim):\n    yield sim.run(1)\n")
+    assert str(error).startswith("drive.py:1: drive is an async function")
+
+
+def test_a_script_that_is_not_utf_8_is_reported_with_its_line(folder: Path) -> None:
+    (folder / "drive.py").write_bytes(b"# first\n# f\xfcr alle\n")
+    with pytest.raises(KbotError) as caught:
+        Script("drive.py")
+    assert str(caught.value) == (
+        "drive.py is not UTF-8 text: byte 0xfc in line 2, at offset 11 (save it as UTF-8)"
+    )
 
 
 def test_two_threads_cannot_step_at_once() -> None:

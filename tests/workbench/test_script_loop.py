@@ -94,6 +94,18 @@ def test_a_program_that_computes_is_reported_and_a_new_page_still_gets_the_scene
             assert run.interrupt() == 0
 
 
+def test_a_program_that_runs_for_0_steps_is_reported(tmp_path: Path) -> None:
+    path = script(tmp_path, "def drive(sim):\n    sim.run(0.1)\n    while True:\n        sim.run(0.0004)\n")
+    with scripted(path) as run, watching(run.url) as page:
+        until(lambda: "still for 2 s" in page.newest.get("program", {}).get("note", ""))
+        assert page.newest["program"]["note"] == (
+            "drive.py:4 calls sim.run for 0 steps: simulated time has stood still for 2 s"
+        )
+        page.send("stop")
+        until(lambda: page.phase == "stopped")
+        assert run.interrupt() == 0
+
+
 def test_a_program_that_makes_single_steps_is_not_reported_as_still(tmp_path: Path) -> None:
     text = "import time\ndef drive(sim):\n    for _ in range(4): time.sleep(0.4), sim.step()\n"
     with scripted(script(tmp_path, text)) as run, watching(run.url) as page:
@@ -128,6 +140,29 @@ def test_a_saved_script_or_module_starts_again_on_a_new_simulation(tmp_path: Pat
         until(lambda: run.printed("third 0") and page.phase == "finished")
         path.write_text("def drive(sim):\n    print('fourth', sim.steps)\n    sim.run(0.1)\n")
         until(lambda: run.printed("fourth 0") and page.phase == "finished")
+        assert run.interrupt() == 0
+
+
+def test_a_deleted_or_unreadable_script_is_reported_once_and_starts_when_it_is_saved(tmp_path: Path) -> None:
+    text = "def drive(sim):\n    print('drives', sim.steps)\n    while True: sim.run(0.1)\n"
+    path = script(tmp_path, text)
+    with scripted(path) as run, watching(run.url) as page:
+        assert run.printed("drive.py drives the robot, and starts again when you save it.  Ctrl-C")
+        until(lambda: page.time > 0.1)
+        path.unlink()
+        until(lambda: page.phase == "failed" and run.err)
+        assert page.newest["program"]["error"] == "drive.py was deleted or renamed"
+        until(lambda: page.newest["state"]["paused"])
+        path.write_bytes(b"\n# f\xfcr\n")
+        until(lambda: len(run.err) == 2)
+        assert run.err == [
+            "error: drive.py was deleted or renamed\n",
+            "error: drive.py is not UTF-8 text: byte 0xfc in line 2, at offset 4 (save it as UTF-8)\n",
+        ]
+        assert not run.printed("starts again.")
+        path.write_text(text)
+        until(lambda: "".join(run.out).count("drives 0") == 2 and page.phase == "running")
+        until(lambda: not page.newest["state"]["paused"])
         assert run.interrupt() == 0
 
 

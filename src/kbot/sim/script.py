@@ -20,7 +20,7 @@ from kbot.sim.script_hints import hint_for, misnamed_drive, takes_a_simulation
 from kbot.sim.simulation import Simulation
 from kbot.sim.user_code import UserCode, shown_path
 from kbot.text import KbotError
-from kbot.text.errors import Stopped
+from kbot.text.errors import DescriptionError, Stopped
 from kbot.text.files import read_source
 
 MOST_FRAMES = 6
@@ -91,12 +91,22 @@ class Script:
         self.has_failed_thread = False
         """Whether an error ended a thread that the script started in the last run."""
         self._outer_hook: Callable[[threading.ExceptHookArgs], object] | None = None
-        read_source(path)
+        self.read()
 
     @property
     def files(self) -> tuple[str, ...]:
         """The script, and the imported modules in its folder."""
         return tuple(dict.fromkeys((self.path, *self._imported, *(file for _, file in self._modules()))))
+
+    def read(self) -> str:
+        """Return the text of the file. Raises KbotError: it does not exist, or cannot be read."""
+        try:
+            text = read_source(self.path).text
+        except DescriptionError as error:
+            (found,) = error.diagnostics
+            hint = "save it as UTF-8" if found.code == "F005" else found.hint
+            raise KbotError(found.message + (f" ({hint})" if hint else "")) from None
+        return text
 
     def run(self, simulation: Simulation, stdout: TextIO | None = None) -> None:
         """Read the file and call its `drive(sim)`.
@@ -109,13 +119,13 @@ class Script:
             ScriptError: the file is not valid Python, has no `drive`, or raised another error.
             KbotError: the file cannot be read.
         """
-        source = read_source(self.path)
+        text = self.read()
         self._follow_threads(simulation)
         printed = PrintStream(stdout or sys.stdout, simulation.printed)
         try:
             with self._imports(), redirect_stdout(printed):
                 linecache.getlines(self.path)  # errors quote the file as it is now
-                self.call(source.text, simulation)
+                self.call(text, simulation)
         except ScriptError as error:
             printed.end()
             for number, line in enumerate(str(error).split("\n")):
@@ -139,12 +149,7 @@ class Script:
             if not takes_a_simulation(drive):
                 text = "drive must have one parameter, the simulation. Write def drive(sim)"
                 raise ScriptError(self.path, _line_of(drive), text)
-            result = drive(simulation)
-            if inspect.iscoroutine(result):
-                result.close()
-                raise ScriptError(
-                    self.path, _line_of(drive), "drive is an async function. Write def drive(sim)"
-                )
+            self._refuse_unfinished(drive, drive(simulation))
         except (ScriptError, Stopped, KeyboardInterrupt):
             raise
         except SystemExit as end:
@@ -221,9 +226,21 @@ class Script:
     def _no_drive(self, names: dict[str, object]) -> ScriptError:
         text, near = "the script has no function drive(sim)", misnamed_drive(names)
         if near is None:
-            return ScriptError(self.path, 1, text)
+            return ScriptError(self.path, 1, f"{text}. Put the program into def drive(sim):")
         hint = f"did you mean 'drive' instead of '{near.__name__}'?"
         return ScriptError(self.path, _line_of(near), f"{text} ({hint})")
+
+    def _refuse_unfinished(self, drive: object, result: object) -> None:
+        """Refuse a `drive` of which no line has run: an async function, or a generator."""
+        if inspect.iscoroutine(result):
+            result.close()
+        if inspect.iscoroutine(result) or inspect.isasyncgen(result):
+            text = "drive is an async function. Write def drive(sim)"
+        elif inspect.isgenerator(result):
+            text = "drive is a generator, because it contains yield. Remove yield"
+        else:
+            return
+        raise ScriptError(self.path, _line_of(drive), text)
 
     def _explained(self, error: BaseException, simulation: Simulation) -> ScriptError:
         """The error of the user's code, with its place and, if possible, what to change."""

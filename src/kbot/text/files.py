@@ -53,7 +53,10 @@ def decode(data: bytes) -> str:
     except UnicodeDecodeError as error:
         kind = {"utf-16-le": "UTF-16", "utf-16-be": "UTF-16"}.get(name, name.upper())
         at = len(mark) + error.start
-        raise BadEncoding(f"is not {kind} text: byte 0x{data[at]:02x} at offset {at}") from None
+        line = data[len(mark) : at].decode(name).count("\n") + 1
+        raise BadEncoding(
+            f"is not {kind} text: byte 0x{data[at]:02x} in line {line}, at offset {at}"
+        ) from None
 
 
 def _byte_order_mark(data: bytes) -> tuple[bytes, str | None]:

@@ -6,6 +6,7 @@ import sys
 import threading
 from collections.abc import Callable
 from contextlib import suppress
+from pathlib import Path
 
 from kbot.sim import Simulation
 from kbot.sim.interruption import Interruption
@@ -54,8 +55,7 @@ class _ScriptLoop:
                 self._run()
                 while not self._interruption.is_over:
                     if program.wants_start:
-                        print_at_once(f"{program.name} starts again.\n")
-                        self._run()
+                        self._run_again()
                     else:
                         session.turns.lend(WAITING_SECONDS)
                 print_at_once("\n")
@@ -63,8 +63,23 @@ class _ScriptLoop:
                 session.turns.leave()  # the server needs it to end
 
     def _welcome(self) -> str:
-        start = " starts when the page opens" if self._session.waits_for_page else " drives the robot"
-        return f"{self._program.name}{start}, and again when it is saved.  Ctrl-C here stops KBot."
+        start = "starts when the page opens" if self._session.waits_for_page else "drives the robot"
+        again = "and starts again when you save it"
+        return f"{self._program.name} {start}, {again}.  Ctrl-C here stops KBot."
+
+    def _run_again(self) -> None:
+        program = self._program
+        try:
+            self._script.read()
+        except KbotError as error:
+            self._session.paused = True
+            is_gone = not Path(self._script.path).exists()
+            problem = f"{program.name} was deleted or renamed" if is_gone else str(error)
+            program.fail(problem)
+            _report(f"error: {problem}")
+        else:
+            print_at_once(f"{program.name} starts again.\n")
+            self._run()
 
     def _run(self) -> None:
         session, program = self._session, self._program
