@@ -202,6 +202,65 @@ def test_a_velocity_limit_is_reported_at_the_limit(urdf):
     assert found.origin.span.line == line_of(text, "<limit")
 
 
+FAST = cart(limit='<limit effort="5" velocity="20"/>')
+"""20 rad/s on wheels of 0.05 m, 0.3 m apart: 1 m/s, and 2 / 0.3 rad/s."""
+
+
+@pytest.mark.parametrize(
+    ("linear", "angular", "text", "hint"),
+    [
+        (
+            250.0,
+            0.0,
+            "the command of 250 m/s since 0.1 s is far above the 1 m/s that",
+            "250 mm/s are 0.25 m/s",
+        ),
+        (-250.0, 0.1, "the command of 250 m/s", "250 mm/s are 0.25 m/s"),
+        (0.0, 90.0, "90 rad/s since 0.1 s is far above the 6.67 rad/s that", "90 degrees/s are 1.57 rad/s"),
+        (1e5, 0.0, "the command of 100000 m/s", "command a lower speed, in m/s and rad/s"),
+        (0.0, 1000.0, "the command of 1000 rad/s", "command a lower speed, in m/s and rad/s"),
+    ],
+)
+def test_a_command_far_above_the_limit_is_reported_with_both_numbers(urdf, linear, angular, text, hint):
+    found = only(driven(urdf(FAST), (linear, angular, 1.0)))
+    assert found.code == "W305"
+    assert text in found.message
+    assert found.message.endswith("that the drive allows: 'left_joint' has a velocity limit of 20 rad/s")
+    assert found.hint.endswith(hint)
+    assert found.origin.span.line == line_of(FAST, "<limit")
+    assert only(driven(urdf(FAST), (linear, angular, 4.0))).code == "W305"  # and not W302
+
+
+def test_a_command_far_above_the_controller_s_limit_is_reported_at_it(urdf):
+    limit = "<max_linear_velocity>0.5</max_linear_velocity>"
+    text = FAST.replace("</plugin>", f"\n{limit}</plugin>")
+    found = only(driven(urdf(text), (200.0, 0.0, 1.0)))
+    assert found.message.endswith("0.5 m/s that the drive allows: diff limits it with max_linear_velocity")
+    assert found.origin.span.line == line_of(text, limit)
+
+
+@pytest.mark.parametrize(
+    "commands",
+    [
+        [(1.1, 0.0, 3.0)],
+        [(3.0, 0.0, 3.0)],
+        [(0.0, 12.0, 3.0)],
+        [(250.0, 0.0, 0.3), (0.2, 0.0, 3.0)],
+        [(30.0 - 0.01 * i, 0.0, 0.1) for i in range(18)],  # a gain times a large distance
+        [(250.0, 0.0, 0.3), (0.0, 0.0, 0.3)] * 5,
+    ],
+)
+def test_a_command_that_is_a_little_or_briefly_too_fast_is_not_reported(urdf, commands):
+    assert "W305" not in [found.code for found in driven(urdf(FAST), *commands).findings]
+
+
+def test_a_changing_command_that_stays_far_above_the_limit_is_reported(urdf):
+    simulation = driven(urdf(FAST), *[(200.0 + i, 0.0, 0.1) for i in range(23)])
+    assert only(simulation).code == "W305"
+    simulation.reset()
+    assert simulation.findings == ()
+
+
 def test_wheels_in_the_air_are_reported_at_the_caster(urdf):
     """A caster 30 mm too low lifts the wheels: robot and wheels tilt, and at least one wheel hangs."""
     text = cart(caster_z=-0.06, mass=20.0)

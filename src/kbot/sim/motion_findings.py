@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.kinematics.drive.declared import declared_drives, drive_controller
 from kbot.kinematics.drive.drive import DifferentialDrive
 from kbot.kinematics.drive.findings import findings_of_drive
 from kbot.kinematics.transform import Transform
@@ -18,7 +19,7 @@ from kbot.model.shapes import span_along
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.geometry import own_geometries
 from kbot.sim.engine.servo import effort_limit, speed_limit
-from kbot.sim.motion_watch import STUCK, Explanation, MotionWatch, OdometryError, Standstill
+from kbot.sim.motion_watch import STUCK, Excess, Explanation, MotionWatch, OdometryError, Standstill
 from kbot.sim.recipe import Contacts
 from kbot.sim.robot import SimulatedRobot
 from kbot.text import Diagnostic, Origin, Related, Severity
@@ -33,9 +34,16 @@ _DEEP = 0.005
 """Metres below the floor that are reported. Stiff contacts sink in by 0.01 mm, and soft ones by a few mm."""
 _FLAT = 0.7
 """Least vertical component of a floor's normal: it rises by up to 45 degrees."""
+_SLOWEST = 0.05
+"""Share of its highest speed at which a robot ordinarily drives at least."""
 _BELOW_WORLD = 0.5
 """Metres below the lowest fixed shape at which the robot has left the world."""
 
+_SPEED_LIMITS = (
+    ("max_linear_velocity", "max_velocity", "linear.x.max_velocity"),
+    ("max_angular_velocity", "angular.z.max_velocity"),
+)
+"""The controllers' limits of speed, for driving and for turning."""
 _SIDES = ("D107", "D108", "D109")
 _SLIPS = ("D112", "D128", "D116", "D110", "D111", "D126", "D115")
 _WEAK = ("D119", "D117")
@@ -66,7 +74,7 @@ class MotionFindings:
 
     def find(self) -> tuple[Diagnostic, ...]:
         """What was observed since the last reset, and whether the robot is below the floor now."""
-        found = [self._fall(), self._depth(), self._standstill(), self._odometry()]
+        found = [self._fall(), self._depth(), self._excess(), self._standstill(), self._odometry()]
         return tuple(finding for finding in found if finding is not None)
 
     # observations
@@ -88,12 +96,25 @@ class MotionFindings:
         seen = self._watch.standstill
         if seen is None or self._follows_from_fall(seen.since):
             return None
+        if self._watch.excess is not None and seen.allowed < 2.0 * STUCK:
+            return None  # a consequence: the robot drives as fast as it can
         what = (
             f"the robot hardly moves after {seen.since:.1f} s: it drives {_percent(seen.share)} of the "
             "commanded distance"
         )
         cause = self._cause("W302", seen.explanation, lambda: self._why_still(seen))
         return _finding("W302", what, cause)
+
+    def _excess(self) -> Diagnostic | None:
+        seen = self._watch.excess
+        if seen is None:
+            return None
+        unit = "rad/s" if seen.is_turn else "m/s"
+        what = (
+            f"the command of {abs(seen.commanded):g} {unit} since {seen.since:.1f} s is far above the "
+            f"{seen.allowed:.3g} {unit} that the drive allows"
+        )
+        return _finding("W305", what, self._first_cause("W305", lambda: self._why_far(seen)))
 
     def _follows_from_fall(self, since: float) -> bool:
         fall = self._watch.fall
@@ -188,9 +209,12 @@ class MotionFindings:
 
     def _cause(self, code: str, outside: Explanation, why: Callable[[], _Cause]) -> _Cause:
         """The cause of an observation. What acted from outside explains it by itself."""
+        return self._first_cause(code, lambda: _from_outside(outside) or self._attached() or why())
+
+    def _first_cause(self, code: str, why: Callable[[], _Cause]) -> _Cause:
         self._forget_before_restart()
         if code not in self._causes:
-            self._causes[code] = _from_outside(outside) or self._attached() or why()
+            self._causes[code] = why()
         return self._causes[code]
 
     def _forget_before_restart(self) -> None:
@@ -232,6 +256,26 @@ class MotionFindings:
             return found or self._slope() or _Cause("the wheels turn and slip")
         found = self._faults(_WEAK) or self._weak_motor() or self._slope()
         return found or _Cause("its wheels do not turn", hint="check what blocks the wheels")
+
+    def _why_far(self, seen: Excess) -> _Cause:
+        text, origin = self._speed_limit_of(seen)
+        small = _in_small_unit(seen)
+        hint = f"cmd_vel takes m/s and rad/s: {small}" if small else "command a lower speed, in m/s and rad/s"
+        return _Cause(text, origin, hint)
+
+    def _speed_limit_of(self, seen: Excess) -> tuple[str, Origin | None]:
+        """What limits the speed, and where it is written: the controller, or the joint of a wheel."""
+        robot, drive = self._robot.robot, self._robot.drive
+        controller = drive_controller(declared_drives(robot))
+        given = None if controller is None else controller.first(*_SPEED_LIMITS[seen.is_turn])
+        if controller is not None and given is not None and given.number == seen.allowed:
+            return f"{controller.name} limits it with {given.name}", given.origin
+        joints = drive.joints if isinstance(drive, DifferentialDrive) else ()
+        name = min(joints, key=lambda joint: speed_limit(robot, joint), default="")
+        limit = robot.joints[name].limit if name else None
+        if limit is None:
+            return "the controller limits the speed", robot.origin
+        return f"'{name}' has a velocity limit of {speed_limit(robot, name):g} rad/s", limit.origin
 
     def _why_fallen(self) -> _Cause:
         text = "its centre of mass is too high for this acceleration, turning speed or slope"
@@ -341,6 +385,17 @@ def _in_degrees(radians: float, form: str, what: str = "") -> str:
 
 def _joined(*texts: str) -> str:
     return " and ".join(filter(None, texts))
+
+
+def _in_small_unit(seen: Excess) -> str:
+    """What the command is if it means mm/s or degrees/s, or nothing if that does not fit the drive."""
+    given = abs(seen.commanded)
+    meant, small, unit = (
+        (radians(given), "degrees/s", "rad/s") if seen.is_turn else (given / 1000.0, "mm/s", "m/s")
+    )
+    if not _SLOWEST * seen.allowed <= meant <= seen.allowed:
+        return ""
+    return f"{given:g} {small} are {meant:.3g} {unit}"
 
 
 def _percent(share: float) -> str:

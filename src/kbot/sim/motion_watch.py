@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import acos, atan2, cos, hypot, pi, radians, sin
+from math import acos, atan2, cos, hypot, inf, pi, radians, sin
 
 import numpy as np
 
@@ -35,6 +35,14 @@ STUCK_TIME, STUCK_WAY = 1.0, 0.03
 CHANGING_TIME = 3.0
 """The same for a command that changes, which may be zero between the samples. Six samples in a row are not
 those of a key that is tapped."""
+FAR = (20.0, 5.0)
+"""How many times faster than the drive allows a command is that is reported, for driving and for turning.
+
+Speeds in mm/s are 1000 times too large, and in degrees 57 times. A program that multiplies the distance to
+its goal by a gain may command several times what the drive allows."""
+FAR_TIME, FAR_CHANGING_TIME = 0.5, 2.0
+"""Seconds for which a constant and a changing command must be too fast. A program that multiplies an angle by
+a gain soon commands less, because the robot turns."""
 UPRIGHT = cos(radians(60.0))
 """Upward component of the axle's z axis below which a robot has fallen over. Ramps are less steep."""
 SETTLING = 0.6
@@ -46,6 +54,7 @@ _EVERY = 28
 command that is switched on and off ten times a second is not sampled in step."""
 _PERIOD = _EVERY * CONTROL_PERIOD
 _STILL = (0.0, 0.0, 0.0)
+_NO_LIMIT = (inf, inf)
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +108,19 @@ class Standstill:
 
 
 @dataclass(frozen=True, slots=True)
+class Excess:
+    """The robot was commanded to be far faster than its drive allows, from `since` (s) on.
+
+    `is_turn` means that the `commanded` and the `allowed` speed are turning speeds.
+    """
+
+    since: float
+    commanded: float
+    allowed: float
+    is_turn: bool
+
+
+@dataclass(frozen=True, slots=True)
 class Fall:
     """The robot lay on its side or back from `since` (s) on."""
 
@@ -109,8 +131,9 @@ class Fall:
 class MotionWatch:
     """Watches the first robot of a simulation.
 
-    `odometry_error`, `standstill` and `fall` are what was observed since the last reset or placement of the
-    robot, `touched` is what the robot first touched except the ground. All are None or empty without one.
+    `odometry_error`, `standstill`, `excess` and `fall` are what was observed since the last reset or
+    placement of the robot, `touched` is what the robot first touched except the ground. All are None or empty
+    without one.
 
     Only the motion of the axle relative to itself is compared with odometry. So the slope of a ramp, which
     shortens the way on the map, is not an error.
@@ -138,7 +161,11 @@ class MotionWatch:
         self.restarts += 1
         self.odometry_error: OdometryError | None = None
         self.standstill: Standstill | None = None
+        self.excess: Excess | None = None
         self.fall: Fall | None = None
+        self._fastest = robot.wheels.fastest if robot.wheels is not None else _NO_LIMIT
+        self._far_since: float | None = None
+        self._far_wanted, self._far_changed = (0.0, 0.0), 0.0
         self.touched, self._touched_at = "", 0.0
         self._last_touched, self._last_touched_at = "", 0.0
         self._least_up = 1.0
@@ -162,12 +189,31 @@ class MotionWatch:
         self._count += 1
         if self._count % _CONTACTS:
             return
+        if self.excess is None:
+            self._look_at_command()
         if self._count == _EVERY:
             self._count = 0
             self._look_at_contacts()
             self._sample()
         elif self._engine.data.ncon != self._contacts:
             self._look_at_contacts()
+
+    def _look_at_command(self) -> None:
+        """Find a command that stays far above what the drive allows."""
+        wheels = self._robots.first.wheels
+        wanted = wheels.wanted if wheels is not None else (0.0, 0.0)
+        shares = [abs(speed) / most for speed, most in zip(wanted, self._fastest, strict=True)]
+        is_turn = shares[1] >= FAR[1]
+        if not is_turn and shares[0] < FAR[0]:
+            self._far_since = None
+            return
+        time = self._engine.time
+        if self._far_since is None or wanted != self._far_wanted:
+            self._far_wanted, self._far_changed = wanted, time
+        if self._far_since is None:
+            self._far_since = time
+        if time - self._far_changed >= FAR_TIME or time - self._far_since >= FAR_CHANGING_TIME:
+            self.excess = Excess(self._far_since, wanted[is_turn], self._fastest[is_turn], is_turn)
 
     def _look_at_contacts(self) -> None:
         model, data = self._engine.model, self._engine.data

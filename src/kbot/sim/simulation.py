@@ -222,7 +222,8 @@ class Simulation:
         """How the run of the first robot differs from its commands and odometry, with the likely cause.
 
         W301: odometry is wrong. W302: the robot hardly moves though it is commanded. W303: it fell over.
-        W304: it is below the floor. A reset or another placement of the robot clears them.
+        W304: it is below the floor. W305: its command is far above what the drive allows. A reset or another
+        placement of the robot clears them.
         """
         return self._findings.find()
 

@@ -92,6 +92,11 @@ class DriveController:
         return False
 
     @property
+    def fastest(self) -> Twist2:
+        """The highest speeds that the drive allows, in m/s and rad/s."""
+        return self._controller.fastest
+
+    @property
     def wanted(self) -> Twist2:
         """The last command as given, in m/s and rad/s."""
         return self._controller.wanted

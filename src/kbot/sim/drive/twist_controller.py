@@ -106,6 +106,13 @@ class TwistController:
         )
         self.reset()
 
+    @property
+    def fastest(self) -> Twist2:
+        """The highest speeds straight ahead and on the spot. They are infinite without limits."""
+        rim = self.wheel_speed * self._radius
+        linear = max(self.limits.linear_velocity, self._back)
+        return min(linear, rim), min(self.limits.angular_velocity, rim / self._half_track)
+
     def reset(self) -> None:
         self.wanted: Twist2 = (0.0, 0.0)
         """The last command as given."""
