@@ -9,7 +9,8 @@ import pytest
 
 from kbot.messages.log import Log
 from kbot.sim import Simulation
-from kbot.sim.script import Script, ScriptError, ScriptFailed
+from kbot.sim.script import Script
+from kbot.sim.script_errors import ScriptError, ScriptFailed
 from kbot.text import KbotError
 
 

@@ -9,6 +9,8 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+INTERRUPTED = 130
+"""Exit status after Ctrl-C, as in a shell: 128 + SIGINT."""
 AGAIN_SECONDS = 0.05
 """Seconds after which a discarded interruption is raised again. Destructors and callbacks take less."""
 

@@ -18,6 +18,7 @@ from kbot.cli.progress import PATIENCE
 from kbot.cli.sim.still_time import still_time_reported
 from kbot.text.errors import Stopped
 from kbot.text.files import write_bytes
+from kbot.text.signals import INTERRUPTED
 
 if TYPE_CHECKING:
     from kbot.kinematics import PlanarPose
@@ -107,10 +108,6 @@ class ProgressLine:
         sys.stderr.flush()
 
 
-INTERRUPTED = 130
-"""Exit status after Ctrl-C, as in a shell: 128 + SIGINT."""
-
-
 class _Program:
     """A program without a page. A signal ends it."""
 
@@ -165,7 +162,8 @@ def run_headless(
     `seconds` None: run until Ctrl-C. `raise_error` raises an error where it does no harm to a recording.
     """
     from kbot.sim.report import Odometer, make_report
-    from kbot.sim.script import Script, ScriptFailed
+    from kbot.sim.script import Script
+    from kbot.sim.script_errors import ScriptFailed
 
     program = None if script is None else Script(script)
     odometer = Odometer(simulation, keeps=plot is not None)
