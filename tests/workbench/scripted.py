@@ -59,6 +59,7 @@ def running(*words: str | Path, cwd: Path) -> Iterator[Run]:
     with subprocess.Popen(
         [sys.executable, "-u", *map(str, words)],
         cwd=cwd,
+        stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -86,6 +87,8 @@ class Watcher:
         self._connection = connection
         self.newest: dict[str, dict[str, Any]] = {}
         self.refused: list[str] = []
+        self.closed: int | None = None
+        """The code with which the server has closed the connection."""
         self._thread = threading.Thread(target=self._receive)
         self._thread.start()
 
@@ -113,6 +116,7 @@ class Watcher:
                 self.refused.append(message["reason"])
             key = message["topic"] if message["type"] == "message" else message["type"]
             self.newest[key] = message
+        self.closed = self._connection.close_code
 
 
 @contextmanager

@@ -105,3 +105,92 @@ def test_a_page_of_a_program_that_computes_shows_the_start_and_the_line_that_run
         assert page.newest["state"]["poses"]
         page.send("stop")
         run.process.wait(60)
+
+
+SERVED = """
+import kbot
+sim = kbot.Simulation("kbot")
+{0}sim.serve(browser=False, port=0){1}
+{2}print("ready")
+{2}{3}
+"""
+CLOSED = 1001
+"""The code with which KBot closes the connections when it ends: the page shows "KBot has ended"."""
+
+
+def served(folder: Path, end: str, *, with_block: bool) -> str:
+    """Write a program that serves a page, with or without a `with` block. Returns its file name."""
+    parts = ("with ", ":", "    ", end.replace("\n", "\n    ")) if with_block else ("", "", "", end)
+    (folder / "own.py").write_text(SERVED.format(*parts))
+    return "own.py"
+
+
+@needs_signals
+@pytest.mark.parametrize("with_block", [False, True])
+def test_a_program_that_ends_closes_its_page(tmp_path: Path, with_block: bool) -> None:
+    end = "input()\nsim.run(0.1)\nsim.cmd_vel(0.2, 0.0)\nprint('done')"
+    name = served(tmp_path, end, with_block=with_block)
+    with running(name, cwd=tmp_path) as run, watching(run.url) as page:
+        until(lambda: run.printed("ready") and page.phase == "running")
+        page.send("subscribe", topic="/log")
+        run.process.stdin.write("\n")
+        run.process.stdin.flush()
+        assert run.process.wait(60) == 0
+        until(lambda: page.closed == CLOSED)
+        assert page.phase == "finished"
+        assert page.time == pytest.approx(0.1)
+        assert page.newest["/log"]["message"]["lines"][-1]["msg"] == "done"
+    assert run.err == []
+
+
+@needs_signals
+@pytest.mark.parametrize("with_block", [False, True])
+def test_an_error_of_a_served_program_is_shown_in_its_page(tmp_path: Path, with_block: bool) -> None:
+    name = served(tmp_path, "input()\nsim.run(0.1)\nspeed = 0.5\nassert speed < 0.4", with_block=with_block)
+    with running(name, cwd=tmp_path) as run, watching(run.url) as page:
+        until(lambda: page.phase == "running")
+        run.process.stdin.write("\n")
+        run.process.stdin.flush()
+        assert run.process.wait(60) == 1
+        until(lambda: page.closed == CLOSED)
+        assert page.phase == "failed"
+        assert page.newest["program"]["error"] == (
+            "own.py:9: assertion failed at 0.100 s: speed < 0.4\n    speed = 0.5"
+        )
+    assert run.reported("Traceback")
+    assert run.reported("AssertionError")
+    assert not run.reported("kbot/"), "KBot's own code is not in the traceback"
+
+
+@needs_signals
+@pytest.mark.parametrize("with_block", [False, True])
+@pytest.mark.parametrize("loop", ["while True: sim.run(0.1)", "while True: pass"])
+@pytest.mark.parametrize("by_page", [False, True])
+def test_stop_and_ctrl_c_end_a_served_program_with_one_line(
+    tmp_path: Path, loop: str, by_page: bool, with_block: bool
+) -> None:
+    name = served(tmp_path, loop, with_block=with_block)
+    with running(name, cwd=tmp_path) as run, watching(run.url) as page:
+        until(lambda: run.printed("ready") and page.phase == "running")
+        if by_page:
+            page.send("stop")
+        else:
+            run.process.send_signal(signal.SIGINT)
+        assert run.process.wait(60) == 130
+        until(lambda: page.closed == CLOSED)
+        assert page.phase == "stopped"
+    assert run.err == ["own.py was stopped\n"]
+
+
+def test_the_hook_for_errors_is_the_user_s_own_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    reported = []
+    monkeypatch.setattr(sys, "excepthook", lambda *error: reported.append(error[1]))
+    mine = sys.excepthook
+    first, second = kbot.Simulation("kbot"), kbot.Simulation("kbot")
+    first.serve(browser=False, port=0)
+    second.serve(browser=False, port=0)
+    error = ValueError("a")
+    sys.excepthook(ValueError, error, None)  # as Python does at the end of a program
+    assert reported == [error]
+    assert sys.excepthook is mine
+    assert first.stepping.pace is second.stepping.pace is None

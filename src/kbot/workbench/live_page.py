@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import atexit
+import linecache
 import reprlib
 import sys
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from types import TracebackType
 from typing import NoReturn
 
 from kbot.model import RobotModel
 from kbot.sim import Simulation
 from kbot.sim.printed_lines import PrintStream
+from kbot.sim.script_errors import Explanations
 from kbot.sim.user_code import UserCode
 from kbot.text import KbotError
-from kbot.text.signals import signal_main_thread
+from kbot.text.signals import INTERRUPTED, signal_main_thread
 from kbot.workbench.address import bound, can_open_browser
 from kbot.workbench.driving.driving import Driving, RunSetup
 from kbot.workbench.driving.program import Program
@@ -52,9 +56,13 @@ class LivePage:
         if simulation.stepping.pace is not None:
             raise KbotError("this simulation is already shown in the page of kbot sim. Remove sim.serve()")
         self._simulation = simulation
+        self._error: BaseException | None = None
         opens_browser = opens_browser and can_open_browser()
-        session = _session(simulation)
-        self._program = session.program = _CallingProgram(UserCode(sys.argv[0]), session.turns, session)
+        session = self._session = _session(simulation)
+        code = UserCode(sys.argv[0])
+        linecache.getlines(code.path)  # errors quote the file as it is now
+        self._explanations = Explanations(code)
+        self._program = session.program = _CallingProgram(code, session.turns, session)
         session.waits_for_page = opens_browser
         self._turns, self._open = session.turns, ExitStack()
         with self._open:
@@ -73,11 +81,20 @@ class LivePage:
             self._open.callback(simulation.mounted.pop, PAGE, None)
             print_at_once(f"{simulation.robot.name} is at  {self.url}\n")
             self._open.enter_context(_published_prints(simulation))
-            end = time.monotonic() + PATIENCE_SECONDS
-            while session.waits_for_page and time.monotonic() < end:
-                self._turns.lend(WAITING_SECONDS)
             self._closing = self._open.pop_all()
         self._is_closed = False
+        atexit.register(self.close)
+        self._hook_before = sys.excepthook
+        is_at_prompt = hasattr(sys, "ps1") or sys.flags.interactive
+        if not is_at_prompt:  # where an error does not end the program
+            sys.excepthook = self._end_program
+        end = time.monotonic() + PATIENCE_SECONDS
+        try:
+            while session.waits_for_page and time.monotonic() < end:
+                self._turns.lend(WAITING_SECONDS)
+        except KeyboardInterrupt as error:
+            self._leave(error)
+            raise
 
     def wait(self) -> None:
         """Serve until Ctrl-C, while the simulation runs on in real time. The page's keys drive it.
@@ -97,21 +114,66 @@ class LivePage:
 
     def close(self) -> None:
         """Close the page. The simulation then steps as fast as possible again."""
-        if not self._is_closed:
-            self._is_closed = True
-            self._closing.close()
+        self._close(None)
 
     def __enter__(self) -> LivePage:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._leave(error)
 
     def __repr__(self) -> str:
         return f"<page of {self._simulation.robot.name} at {self.url}>"
 
+    def _leave(self, error: BaseException | None) -> None:
+        """Close the page because of an error that the program may still catch, or at the end of its block."""
+        is_hooked = sys.excepthook == self._end_program
+        self._close(error)
+        if is_hooked and isinstance(error, KeyboardInterrupt):
+            sys.excepthook = self._end_program  # reports it if nothing catches it
+
+    def _close(self, error: BaseException | None) -> None:
+        """Close the page, which then shows the error that ended the program, if one did."""
+        if self._is_closed:
+            return
+        self._is_closed, self._error = True, error
+        atexit.unregister(self.close)
+        self._unhook()
+        self._closing.close()
+
+    def _unhook(self) -> None:
+        if sys.excepthook == self._end_program:
+            sys.excepthook = self._hook_before
+
+    def _end_program(
+        self, kind: type[BaseException], error: BaseException, trace: TracebackType | None
+    ) -> None:
+        """Close the page after an error that the program did not catch, and report the error."""
+        self._close(error)
+        self._unhook()
+        is_last = not isinstance(getattr(self._hook_before, "__self__", None), LivePage)
+        if not (is_last and isinstance(error, KeyboardInterrupt)):
+            self._hook_before(kind, error, trace)
+            return
+        after_ctrl_c = "\n" if sys.stderr.isatty() else ""
+        sys.stderr.write(f"{after_ctrl_c}{self._program.name} was stopped\n")
+        sys.exit(INTERRUPTED)
+
     def _end(self, serving: ExitStack) -> None:
-        self._simulation.draw.publish()
+        simulation, error = self._simulation, self._error
+        simulation.draw.publish()
+        # the page must not drive on until the connections are closed
+        self._session.paused = True
+        if error is None or isinstance(error, SystemExit):
+            self._program.finish(simulation, "finished")
+        elif isinstance(error, KeyboardInterrupt):
+            self._program.finish(simulation, "stopped")
+        else:
+            explained = self._explanations.explained(error, simulation.time)
+            explained.publish(simulation.printed)
+            self._program.finish(simulation, "failed", str(explained))
         self._turns.leave()
         serving.close()
         self._turns.take()

@@ -97,6 +97,11 @@ class Client:
         self._waiting[key] = frame
         self._news.set()
 
+    @property
+    def is_behind(self) -> bool:
+        """Whether messages wait to be sent."""
+        return bool(self._waiting)
+
     async def pump(self, send: Callable[[str | bytes], Awaitable[None]]) -> None:
         """Send queued messages until cancelled."""
         for count in itertools.count(1):

@@ -19,7 +19,7 @@ from kbot.net.socket_log import socket_logger
 from kbot.record.encodings.types import ros2_types
 from kbot.text import KbotError
 from kbot.text.complaints import Complaints
-from kbot.workbench.driving.turns import GREETING_SECONDS
+from kbot.workbench.driving.turns import GREETING_SECONDS, POLL_SECONDS
 from kbot.workbench.protocol import (
     AskRule,
     AskSeries,
@@ -147,6 +147,7 @@ class Server:
                 finally:
                     self.session.recording.end()
         finally:
+            await self._send_last()
             sockets.close()
             with contextlib.suppress(TimeoutError):  # a browser may keep an idle connection open
                 async with asyncio.timeout(CLOSING_SECONDS):
@@ -154,6 +155,21 @@ class Server:
 
     async def _until_closed(self, sockets: SocketServer) -> None:
         await sockets.wait_closed()
+
+    async def _send_last(self) -> None:
+        """Send how the user's program ended, and its last state, before the connections are closed."""
+        if self.session.program is None:
+            return
+        self.hub.publish(self.session.program.view())
+        async with self.session.turns.within(CLOSING_SECONDS) as is_lent:
+            if is_lent:
+                with self._surviving("sending the state"):
+                    self._send_state()
+                    self._send_topic_news()
+        with contextlib.suppress(TimeoutError):  # of a page that does not answer
+            async with asyncio.timeout(CLOSING_SECONDS):
+                while any(client.is_behind for client in self.hub):
+                    await asyncio.sleep(POLL_SECONDS)
 
     async def _page_connected(self, connection: ServerConnection) -> None:
         if len(self.hub) >= MAX_PAGES:
@@ -268,9 +284,15 @@ class Server:
                     apart = STATE_SECONDS if len(self.hub) else UNSEEN_SECONDS
                     if self._changed and now - sent >= apart - FRAME_SECONDS / 2:
                         self._changed, sent = False, now
-                        self.past.send_state(self.session.state())
-                    for topic, frame, pages in self.session.topics.news():
-                        self.past.send_topic(topic, frame, pages)
+                        self._send_state()
+                    self._send_topic_news()
+
+    def _send_state(self) -> None:
+        self.past.send_state(self.session.state())
+
+    def _send_topic_news(self) -> None:
+        for topic, frame, pages in self.session.topics.news():
+            self.past.send_topic(topic, frame, pages)
 
     async def _send_topics(self) -> None:
         """Send the list of topics if it has changed, once a second."""
