@@ -1,6 +1,7 @@
 """Tests `kbot sim --headless`: what it prints and how it ends."""
 
 import json
+import re
 import threading
 
 import numpy as np
@@ -168,6 +169,20 @@ def test_a_script_that_computes_for_long_is_reported_once(capsys, tmp_path, monk
     assert status == 0
     still = "drive.py:4 is running, but has not called sim.run for 1 s: simulated time stands still\n"
     assert err == still
+
+
+def test_a_script_that_runs_for_0_steps_is_reported(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(still_time, "PATIENCE_SECONDS", 1.0)
+    (tmp_path / "drive.py").write_text(
+        "import time\ndef drive(sim):\n    end = time.monotonic() + 2.5\n"
+        "    while time.monotonic() < end:\n        sim.run(0.0005)\n    sim.run(1)\n"
+    )
+    status, _, err = simulate(capsys, "kbot", "--headless", "--script", "drive.py")
+    assert status == 0
+    assert re.fullmatch(
+        r"drive\.py:[45] calls sim\.run for 0 steps: simulated time has stood still for 1 s\n", err
+    )
 
 
 @pytest.mark.parametrize(
