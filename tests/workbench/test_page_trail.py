@@ -79,3 +79,33 @@ def test_a_new_tab_shows_the_whole_trail(
     until(lambda: trail_ends(other) > 0.15)
     drag(other, 0.05)
     until(lambda: is_past(other) and shown_x(other) < 0.1 and trail_ends(other) < shown_x(other) + 0.01)
+
+
+BLOCK = "setTimeout(() => { const end = Date.now() + 4000; while (Date.now() < end); })"
+
+
+@pytest.mark.parametrize("view", ["busy", "past"])
+def test_a_path_that_the_page_did_not_receive_is_drawn(
+    driving: tuple[str, Session], open_page: OpenPage, view: str
+) -> None:
+    """The robot drives half a circle while the page is busy or displays the past."""
+    address, session = driving
+    page = open_page(address)
+    page.keyboard.press("8")  # the view does not follow
+    page.evaluate("kbot.look([0, 0.199, 1.6], [0, 0.2, 0])")
+    do(session, lambda motion: motion._sim.cmd_vel(0.3, 1.5))
+    until(lambda: trail_ends(page) > 0.05)
+    if view == "busy":
+        page.evaluate(BLOCK)
+    else:
+        drag(page, 0.05)
+        until(lambda: is_past(page))
+    before = state_of(session)
+    until(lambda: state_of(session).at > before.at + 0.8)
+    middle = state_of(session).poses
+    until(lambda: state_of(session).at > before.at + 2.0)
+    do(session, lambda motion: motion._sim.cmd_vel(0.0, 0.0))
+    if view == "past":
+        page.get_by_role("button", name="Live").click()
+    until(lambda: not is_past(page) and abs(shown_x(page) - state_of(session).poses[0]) < 0.01)
+    until(lambda: trail_at(page, middle[0], middle[1]) > 0, 10.0)

@@ -45,7 +45,7 @@ class Desk:
             self.past.send_state(state)
 
     def trail(self, resets: int | None = None) -> Trail:
-        making = self.past.trail(self.session.state().resets if resets is None else resets)
+        making = self.past.trail(self.session.state().resets if resets is None else resets, -1.0)
         try:
             next(making)
         except StopIteration as done:

@@ -66,7 +66,7 @@ def driven(session: Session, put: Act, is_paused: bool) -> Trail:
     past.send_state(session.state())
     session.paused = False
     drive(20)
-    making = past.trail(session.state().resets)
+    making = past.trail(session.state().resets, -1.0)
     with pytest.raises(StopIteration) as done:
         next(making)
     trail: Trail = done.value.value
@@ -182,14 +182,14 @@ def test_a_message_of_another_clock_does_not_block_the_path(tmp_path: Path) -> N
         messages(0.0, 0.0),
         *(messages(now + 0.1 * t, 0.1 * t) for t in range(60)),
     )
-    steps = sum(1 for _ in Past(played_session(path), Hub()).trail(0))
+    steps = sum(1 for _ in Past(played_session(path), Hub()).trail(0, -1.0))
     assert steps < 1000
 
 
 def pieces_of(session: Session) -> list[list[tuple[float, float]]]:
     """Return the points of a recording's path, split where it breaks."""
     past = Past(session, Hub())
-    making = past.trail(0)
+    making = past.trail(0, -1.0)
     while True:
         try:
             next(making)

@@ -129,7 +129,7 @@ export interface FallenView {
   z: number;
 }
 
-/** The state of a run at one time. `poses` holds x, y, z, qx, qy, qz, qw of each link in the world, flat, and `bodies` those of the moving bodies. `frames` are names and parents of the tf frames that are not links, and `frame_poses` their poses in the world. `command` and `twist` are the commanded and the actual forward and turning speed. `odometry` is x, y, yaw as estimated from the wheels. `rate` is simulated time per wall-clock time. `at` is the time in s on the timeline. `jumps` counts how often the robot was moved to another place without driving there. */
+/** The state of a run at one time. `poses` holds x, y, z, qx, qy, qz, qw of each link in the world, flat, and `bodies` those of the moving bodies. `frames` are names and parents of the tf frames that are not links, and `frame_poses` their poses in the world. `command` and `twist` are the commanded and the actual forward and turning speed. `odometry` is x, y, yaw as estimated from the wheels. `rate` is simulated time per wall-clock time. `at` is the time in s on the timeline. `jumps` counts how often the robot was moved to another place without driving there. `previous_at` is the `at` of the state sent before: a page whose newest state is older has missed some. */
 export interface State {
   revision: number;
   time: number;
@@ -150,6 +150,7 @@ export interface State {
   faults: readonly FaultView[];
   fallen: readonly FallenView[];
   jumps: number;
+  previous_at: number;
   type: "state";
 }
 
@@ -393,9 +394,10 @@ export interface Recorded {
   type: "recorded";
 }
 
-/** The robot's path since the given number of resets, as far as it is kept: x and y in m of the world at times in s on the timeline. `jumps` are the indices of points that the robot did not drive to but was moved to. */
+/** The robot's path since the given number of resets and later than `after`, as far as it is kept: x and y in m of the world at times in s on the timeline. `jumps` are the indices of points that the robot did not drive to but was moved to. */
 export interface Trail {
   resets: number;
+  after: number;
   at: readonly number[];
   x: readonly number[];
   y: readonly number[];
@@ -732,9 +734,10 @@ export interface RemoveMark {
   type: "remove_mark";
 }
 
-/** Request the robot's path since the given number of resets. */
+/** Request the robot's path since the given number of resets, later than the time `after` on the timeline. -1 requests all of it. */
 export interface AskTrail {
   resets: number;
+  after: number;
   type: "ask_trail";
 }
 

@@ -28,6 +28,7 @@ export function state(fields: Partial<State> = {}): State {
     faults: [],
     fallen: [],
     jumps: 0,
+    previous_at: 0,
     ...fields,
   };
 }

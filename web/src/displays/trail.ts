@@ -23,9 +23,20 @@ export const trail: Make = (picture) => {
   const ribbon = new Ribbon();
   let resets = -1;
   let jumps = 0;
+  /** The time of the newest state here that was live, and the time after which states are missing here. */
+  let newest = 0;
+  let missing = Infinity;
+  let isAwaited = false;
   let colour = "";
   const paint = (): void => void ribbon.mesh.material.color.set(colour || PALETTES[app.theme.value].trail);
   const show = (at: number): void => ribbon.showUntil(app.travel.showsHistory ? at : Infinity);
+  /** Requests what is missing, one request at a time: a late page misses states again and again. */
+  const ask = (): void => {
+    if (isAwaited || missing === Infinity) return;
+    app.send({ type: "ask_trail", resets, after: missing });
+    isAwaited = true;
+    missing = Infinity;
+  };
   const follow = (state: State): void => {
     const mode = app.about.value?.mode;
     const played = mode === "play";
@@ -33,12 +44,18 @@ export const trail: Make = (picture) => {
     if (now !== resets) {
       ribbon.clear();
       resets = now;
-      app.send({ type: "ask_trail", resets });
+      newest = state.at;
+      missing = -1;
+      isAwaited = false;
     }
     const scene = app.scene.value;
     const root = scene?.links.findIndex((link) => link.name === scene.root) ?? -1;
-    if (mode !== "view" && root >= 0 && !app.travel.showsHistory)
+    if (mode !== "view" && root >= 0 && !app.travel.showsHistory) {
+      if (state.previous_at > newest) missing = Math.min(missing, newest);
+      newest = state.at;
       ribbon.add(state.at, state.poses[root * 7] ?? 0, state.poses[root * 7 + 1] ?? 0, state.jumps !== jumps);
+    }
+    ask();
     ({ jumps } = state);
     show(state.at);
   };
@@ -50,8 +67,11 @@ export const trail: Make = (picture) => {
       if (received?.resets !== resets) return;
       const put = new Set(received.jumps);
       ribbon.take(
+        received.after,
         received.at.map((at, index) => [at, received.x[index]!, received.y[index]!, put.has(index)]),
       );
+      isAwaited = false;
+      ask();
       show(app.state.value?.at ?? 0);
       picture.invalidate();
     }),
@@ -120,10 +140,11 @@ class Ribbon {
     this.positions.needsUpdate = true;
   }
 
-  /** Replaces the trail by the server's. Points added after its end are kept. */
-  take(fromServer: readonly Point[]): void {
-    const end = fromServer.at(-1)?.[0] ?? -Infinity;
-    this.points = [...fromServer, ...this.points.filter(([at]) => at > end)].slice(-MOST);
+  /** Replaces the trail after a time by the server's. Points added after its end are kept. */
+  take(after: number, fromServer: readonly Point[]): void {
+    const end = fromServer.at(-1)?.[0] ?? after;
+    const before = this.points.filter(([at]) => at <= after);
+    this.points = [...before, ...fromServer, ...this.points.filter(([at]) => at > end)].slice(-MOST);
     this.points.forEach((_, i) => this.write(i));
     this.positions.needsUpdate = true;
   }

@@ -329,21 +329,24 @@ class SetLoop:
 
 @dataclass(frozen=True, slots=True)
 class AskTrail:
-    """Request the robot's path since the given number of resets."""
+    """Request the robot's path since the given number of resets, later than the time `after` on the timeline.
+    -1 requests all of it."""
 
     resets: Annotated[float, Bounds(0, 1e12)]
+    after: Annotated[float, Bounds(-1, 1e12)]
     type: Literal["ask_trail"] = "ask_trail"
 
 
 @dataclass(frozen=True, slots=True)
 class Trail:
-    """The robot's path since the given number of resets, as far as it is kept: x and y in m of the world at
-    times in s on the timeline.
+    """The robot's path since the given number of resets and later than `after`, as far as it is kept: x and y
+    in m of the world at times in s on the timeline.
 
     `jumps` are the indices of points that the robot did not drive to but was moved to.
     """
 
     resets: int
+    after: float
     at: tuple[float, ...]
     x: tuple[float, ...]
     y: tuple[float, ...]
@@ -960,6 +963,7 @@ class State:
     `command` and `twist` are the commanded and the actual forward and turning speed. `odometry` is x, y, yaw
     as estimated from the wheels. `rate` is simulated time per wall-clock time. `at` is the time in s on the
     timeline. `jumps` counts how often the robot was moved to another place without driving there.
+    `previous_at` is the `at` of the state sent before: a page whose newest state is older has missed some.
     """
 
     revision: int
@@ -981,6 +985,7 @@ class State:
     faults: tuple[FaultView, ...] = ()
     fallen: tuple[FallenView, ...] = ()
     jumps: int = 0
+    previous_at: float = 0.0
     type: Literal["state"] = "state"
 
 

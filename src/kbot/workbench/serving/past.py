@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Generator, Sequence
 from dataclasses import replace
 
@@ -33,12 +34,16 @@ class Past:
         self._paths = DrivenPaths()
         self._revision = 0
         self._scene: str = ""
+        self._sent_at = 0.0
+        """The time on the timeline of the state that was sent last."""
         if session.mode == "sim":
             session.along = self._history.pass_to
             session.topics.ended = lambda topic: self._history.end_of(TOPIC + topic)
 
     def send_state(self, state: State) -> None:
         """Send the state to pages that display the present, and keep it."""
+        state = replace(state, previous_at=self._sent_at)
+        self._sent_at = state.at
         text = encode(state)
         if self._session.mode == "sim":
             if self._revision != state.revision:
@@ -85,14 +90,19 @@ class Past:
         making = self._session.series(fields, start, end)
         return making if making is not None else series_of_history(self._history, fields, start, end)
 
-    def trail(self, resets: float) -> Generator[None, None, Trail]:
-        """Yield until the path is complete: the one since `resets`, or that of the whole recording."""
+    def trail(self, resets: float, after: float) -> Generator[None, None, Trail]:
+        """Yield until the path is complete, and return its part after a time.
+
+        It is the path since `resets`, or that of the whole recording.
+        """
         if self._session.recorded_path is not None:
             points = yield from self._session.recorded_path(self._session.scene.radius * SPACING)
         else:
             points = self._paths.of(round(resets))
+        points = points[bisect_right(points, after, key=lambda point: point.at) :]
         at, x, y, is_jump = zip(*points, strict=True) if points else ((), (), (), ())
-        return Trail(round(resets), at, x, y, tuple(number for number, jump in enumerate(is_jump) if jump))
+        jumps = tuple(number for number, jump in enumerate(is_jump) if jump)
+        return Trail(round(resets), after, at, x, y, jumps)
 
     def resume(self, client: Client) -> None:
         """Continue the simulation from the time that a page displays.
@@ -127,7 +137,7 @@ class Past:
         self.send_timeline(client)
         if client.scene != self._scene:
             client.put(self._session.scene)
-        client.put(self._session.state())
+        client.put(replace(self._session.state(), previous_at=self._sent_at))
         for topic in self._session.topics.subscribed_by(client.number):
             frame = self._session.topics.newest(topic)
             if frame is not None:

@@ -57,7 +57,7 @@ class Plotting:
 
     def _making(self, request: Request) -> Generator[None, None, FromServer]:
         if isinstance(request, AskTrail):
-            return (yield from self._past.trail(request.resets))
+            return (yield from self._past.trail(request.resets, request.after))
         fields = [Field.named(name) for name in request.fields]
         return _answer_to(request, (yield from self._past.series(fields, request.start, request.end)))
 
