@@ -47,6 +47,16 @@ def hint_values(session: Session, name: str) -> dict[str, tuple[str, ...]]:
     }
 
 
+def test_an_expression_without_a_value_has_no_hint(tmp_path: Path) -> None:
+    (tmp_path / "robot.xacro").write_text(
+        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:property name="a" value="1"/>'
+        '<link name="base_${a}"><visual><origin xyz="0 0 ${a &lt; nope}"/>'
+        '<geometry><sphere radius="${nope}"/></geometry></visual></link></robot>'
+    )
+    session = open_session(str(tmp_path / "robot.xacro"), simulate=False)
+    assert hint_values(session, "robot.xacro") == {"base_${a}": ("base_1",)}
+
+
 def test_an_expression_in_a_macro_has_a_value_for_each_call(session: Session) -> None:
     assert hint_values(session, "robot.xacro") == {
         "${0.1 / 0.3}": ("0.333333",),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import html
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol
@@ -74,7 +75,8 @@ class Hints:
         )
 
     def _add(self, span: Span, value: object) -> None:
-        if "$" in span.text:
+        # an expression that cannot be evaluated keeps its text
+        if "$" in span.text and html.unescape(span.text).split() != str(value).split():
             places = self._values.setdefault(span.file, {})
             places.setdefault((span.start, span.end), {}).setdefault(_shown(value), span)
 
