@@ -10,7 +10,10 @@ import kbot
 from kbot.record import Recorder
 from kbot.record.feed import Feed
 from kbot.sim import Simulation
+from kbot.workbench.driving.sliders import Sliders
+from kbot.workbench.notebook import LoadedReader, reading_of
 from kbot.workbench.session.played_session import played_session
+from kbot.workbench.session.session import Session
 
 from .conftest import until
 from .pictures import blue, screenshot
@@ -152,7 +155,10 @@ def test_the_robot_of_a_recording_is_read_only(tmp_path: Path, open_page: OpenPa
     with served(session) as address:
         page = open_page(address)
         until(
-            lambda: "The robot of a recording cannot be changed." in page.locator("#parameters").inner_text()
+            lambda: (
+                "Read only: the robot is part of a recording and cannot be changed."
+                in page.locator("#parameters").inner_text()
+            )
         )
         page.locator("#links").get_by_role("button", name="left_wheel").click()
         number = page.locator("#source .t-number").first
@@ -160,6 +166,13 @@ def test_the_robot_of_a_recording_is_read_only(tmp_path: Path, open_page: OpenPa
         number.dblclick()
         assert page.locator("#source .edit").count() == 0
         assert number.evaluate("e => getComputedStyle(e).cursor") != "ew-resize"
+
+
+def test_the_robot_of_a_program_is_read_only(xacro: Path, open_page: OpenPage) -> None:
+    session = Session(LoadedReader(reading_of(kbot.load(str(xacro)))), "view", Sliders)
+    with served(session) as address:
+        page = open_page(address)
+        assert "Read only: the program loaded this robot." in page.locator("#parameters").inner_text()
 
 
 def test_expressions_have_their_values_beside_them(viewing: str, open_page: OpenPage) -> None:

@@ -293,11 +293,12 @@ export interface Parameter {
   place: Place;
 }
 
-/** All parameters in the order of the file. `undo` and `redo` are the titles of the changes to undo and redo, or empty. */
+/** All parameters in the order of the file. `undo` and `redo` are the titles of the changes to undo and redo, or empty. `read_only` is the reason why nothing may be changed, so that no parameters are listed, or empty. */
 export interface Parameters {
   parameters: readonly Parameter[];
   undo: string;
   redo: string;
+  read_only: string;
   type: "parameters";
 }
 

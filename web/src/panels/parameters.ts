@@ -1,7 +1,7 @@
 import type { App } from "../app";
 import { h, ofNow, panel } from "../dom";
 import { sliderHold } from "../slider-hold";
-import type { Parameter } from "../protocol";
+import type { Parameter, Parameters } from "../protocol";
 
 interface Row {
   parameter: Parameter;
@@ -43,7 +43,9 @@ export function parameters(app: App): HTMLElement {
     if (!sameNames(rows, now.parameters)) {
       rows = now.parameters.map((parameter) => row(app, parameter));
       list.replaceChildren(
-        ...(rows.length ? rows.map(({ element }) => element) : [h("p", { class: "nothing" }, whyNone(app))]),
+        ...(rows.length
+          ? rows.map(({ element }) => element)
+          : [h("p", { class: "nothing" }, whyNone(app, now))]),
       );
     }
     now.parameters.forEach((parameter, index) => update(rows[index]!, parameter));
@@ -51,8 +53,8 @@ export function parameters(app: App): HTMLElement {
   return panel("parameters", "Parameters", [ofNow(), buttons], list);
 }
 
-function whyNone(app: App): string {
-  if (app.about.value?.mode === "play") return "The robot of a recording cannot be changed.";
+function whyNone(app: App, { read_only }: Parameters): string {
+  if (read_only !== "") return `Read only: ${read_only}.`;
   return app.findings.value?.stale
     ? "Unknown until the file can be read."
     : "The file has no numeric arguments or properties.";

@@ -681,11 +681,13 @@ class Parameter:
 @dataclass(frozen=True, slots=True)
 class Parameters:
     """All parameters in the order of the file. `undo` and `redo` are the titles of the changes to undo and
-    redo, or empty."""
+    redo, or empty. `read_only` is the reason why nothing may be changed, so that no parameters are listed, or
+    empty."""
 
     parameters: tuple[Parameter, ...]
     undo: str
     redo: str
+    read_only: str
     type: Literal["parameters"] = "parameters"
 
 

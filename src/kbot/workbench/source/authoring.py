@@ -273,9 +273,9 @@ class Authoring:
 
     def parameters(self) -> Parameters:
         if self.read_only_reason:
-            return Parameters((), "", "")
+            return Parameters((), "", "", self.read_only_reason)
         parameters = parameters_for_page(self._written, self.overrides)
-        return Parameters(parameters, self._editor.undo_title, self._editor.redo_title)
+        return Parameters(parameters, self._editor.undo_title, self._editor.redo_title, "")
 
     def handle(self, message: FromPage) -> bool:
         """Carry out a page's message. Returns whether it changed the description, which must then be read
