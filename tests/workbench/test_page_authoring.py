@@ -237,3 +237,18 @@ def test_a_click_applies_a_fix(xacro: Path, viewing: str, open_page: OpenPage) -
     card.locator(".fix").click()
     until(lambda: macros.read_text() == good)
     until(lambda: page.locator("#findings li[data-code]").filter(has_text="rpy").count() == 0)
+
+
+def test_long_words_of_findings_are_not_clipped(xacro: Path, viewing: str, open_page: OpenPage) -> None:
+    page, name = open_page(viewing), "length_of_the_body_without_its_front_and_rear_bumper"
+    text = xacro.read_text().replace("${base_mass}", "${" + name[:-2] + "re}", 1)
+    first = text.index("<xacro:property")
+    xacro.write_text(f'{text[:first]}<xacro:property name="{name}" value="0.2"/>\n{text[first:]}')
+    card = page.locator("#findings li[data-severity=error]").filter(has_text=name)
+    until(lambda: card.locator(".fix").count() == 1)
+    card.locator(".finding").click()
+    right = page.locator("#findings").bounding_box()["x"] + page.locator("#findings").bounding_box()["width"]
+    for part in (".message", ".hint", ".fix"):
+        box = card.locator(part).first.bounding_box()
+        assert box["x"] + box["width"] <= right, part
+        assert card.locator(part).first.evaluate("e => e.scrollWidth <= e.clientWidth || e.clientWidth === 0")
