@@ -1,11 +1,12 @@
 """Accessibility of the page: axe, the keyboard, a narrow page, a large zoom."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from kbot.workbench.protocol import Notice, Refused
+from kbot.workbench.protocol import Notice, ProgramView, Refused
 from kbot.workbench.session.session import Session
 
 from .axe import violations
@@ -165,6 +166,41 @@ def test_tools_and_notices_do_not_overlap(
         (".notice.info", ".timeline"),
     ):
         assert not page.evaluate(OVERLAPS, [entry, other]), (entry, other)
+
+
+@pytest.mark.parametrize("size", [(1100, 700), (1280, 720), (760, 700)])
+def test_long_notices_scroll_beside_the_toolbars_and_can_be_closed(
+    xacro: Path, driving: tuple[str, Session], open_page: OpenPage, size: tuple[int, int]
+) -> None:
+    width, height = size
+    address, session = driving
+    page = open_page(address, viewport={"width": width, "height": height})
+    page.get_by_role("button", name="Edit").click()
+    until(lambda: page.locator(".cm-content").is_visible())
+    error = "\n".join(f"drive.py:{line}: in step_{line}" for line in range(1, 30))
+    view = ProgramView("drive.py", "failed", "", can_start=True, error=error)
+    run_between_steps(session, lambda: session.announce(view))
+    text = xacro.read_text()
+    xacro.write_text(text.replace("${base_mass}", "${base_mas}", 1))
+    broken, program = page.locator(".notices > .error:not(.program)"), page.locator(".notice.program")
+    until(lambda: broken.is_visible() and program.is_visible())
+    for notice in (".notices > .error:not(.program)", ".notice.program"):
+        for other in (".tools", ".looks", ".toolbar .chips", ".transport", ".timeline"):
+            assert not page.evaluate(OVERLAPS, [notice, other]), (notice, other)
+    assert not page.evaluate(OVERLAPS, [".tools", ".timeline"])
+    program.hover()
+    page.mouse.wheel(0, 2000)
+    until(
+        lambda: program.evaluate("e => e.scrollTop > 0 && e.scrollTop + e.clientHeight >= e.scrollHeight - 1")
+    )
+    assert violations(page, ".notices") == []
+    program.get_by_role("button", name="Close the error of the program").click()
+    until(program.locator("pre").is_hidden)
+    assert program.get_by_role("button", name="Run").is_visible()
+    broken.get_by_role("button", name="Close this error").click()
+    assert broken.is_hidden()
+    xacro.write_text(text.replace("${base_mass}", "${another}", 1))
+    until(lambda: "another" in broken.inner_text())  # another error is shown
 
 
 COVERED = """() => [...document.querySelectorAll("button, select, summary, input:not([type=range]), .pad")]

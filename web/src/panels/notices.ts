@@ -43,20 +43,42 @@ function brokenText(app: App, findings: readonly Finding[], hasRobot: boolean): 
   );
 }
 
+/** A button that closes a notice. */
+export function closeButton(label: string, close: () => void): HTMLButtonElement {
+  return h(
+    "button",
+    { type: "button", class: "icon-button", title: "Close", "aria-label": label, onclick: close },
+    icon("close"),
+  );
+}
+
 /** Notices over the view: no graphics, a broken description, a lost connection, a refused request. */
 export function notices(app: App, picture: HTMLElement): HTMLElement {
   const broken = h("div", { class: "notice error", role: "alert", hidden: true });
   const lostText = h("span");
   const lost = h("div", { class: "notice warning", role: "alert", hidden: true }, icon("warning"), lostText);
   const refused = h("div", { class: "notice info", role: "status", hidden: true });
-  app.findings.watch((now) => {
+  /** The error that the user has closed. Another one is shown again. */
+  let closed = "";
+  const showBroken = (): void => {
+    const now = app.findings.value;
     const stale = now?.stale === true;
     picture.classList.toggle("stale", stale && app.scene.value?.links.length !== 0);
     broken.hidden = !stale;
-    if (!stale) return;
+    if (!stale) {
+      closed = "";
+      return;
+    }
     const hasRobot = (app.scene.value?.links.length ?? 0) > 0;
-    broken.replaceChildren(icon("error"), brokenText(app, now.findings, hasRobot));
-  });
+    const text = brokenText(app, now.findings, hasRobot);
+    const close = closeButton("Close this error", () => {
+      closed = text.textContent;
+      broken.hidden = true;
+    });
+    broken.hidden = text.textContent === closed;
+    broken.replaceChildren(icon("error"), text, close);
+  };
+  app.findings.watch(showBroken);
   const full = h(
     "div",
     { class: "notice warning", role: "alert", hidden: true },
@@ -103,17 +125,7 @@ export function notices(app: App, picture: HTMLElement): HTMLElement {
       { href: `.${now.address}${location.search}`, download: name, onclick: hide },
       "Download",
     );
-    const close = h(
-      "button",
-      {
-        type: "button",
-        class: "icon-button",
-        title: "Close",
-        "aria-label": "Close this notice",
-        onclick: hide,
-      },
-      icon("close"),
-    );
+    const close = closeButton("Close this notice", hide);
     showNotice(recordedText(now), ...(now.address === "" ? [] : [get]), close);
   });
   return h("div", { class: "notices" }, undrawn, broken, lost, full, refused);

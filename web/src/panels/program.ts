@@ -4,6 +4,7 @@ import { h, write } from "../dom";
 import { icon } from "../icons";
 import type { ProgramView } from "../protocol";
 import { stop } from "./drive";
+import { closeButton } from "./notices";
 
 /** The user's program: whether it drives the robot, its error, and a button to stop it or to start it again. */
 export function program(app: App, driver: Driver): HTMLElement {
@@ -23,7 +24,24 @@ export function program(app: App, driver: Driver): HTMLElement {
     hidden: true,
     onclick: () => app.traffic.set(true),
   });
-  const bar = h("div", { class: "notice program", hidden: true }, sign, status, end, start, printed, error);
+  /** The error that the user has closed. Another one is shown again. */
+  let closed = "";
+  const close = closeButton("Close the error of the program", () => {
+    closed = error.textContent;
+    error.hidden = close.hidden = true;
+    start.focus();
+  });
+  const bar = h(
+    "div",
+    { class: "notice program", hidden: true },
+    sign,
+    status,
+    end,
+    start,
+    printed,
+    close,
+    error,
+  );
   let wasStill = false;
   app.program.watch((now) => {
     bar.hidden = now === null;
@@ -38,7 +56,8 @@ export function program(app: App, driver: Driver): HTMLElement {
     wasStill = isStill;
     status.textContent = statusText(now);
     error.textContent = now.error;
-    error.hidden = now.error === "";
+    if (now.error === "") closed = "";
+    error.hidden = close.hidden = now.error === closed;
     end.hidden = now.phase !== "running";
     start.hidden = !now.can_start || now.phase === "running" || now.phase === "waiting";
     start.title = `Start ${now.name} again, from the start`;
