@@ -222,18 +222,26 @@ def test_undo_after_an_outside_change_makes_no_text_that_was_not_typed(
     assert xacro.read_text().replace("<!-- C -->", "") == changed
 
 
-def test_a_deleted_file_is_saved_again(xacro: Path, viewing: str, open_page: OpenPage) -> None:
+@pytest.mark.parametrize("mine", ["", "<!-- mine -->"])
+@pytest.mark.parametrize("by", ["button", "key"])
+def test_a_deleted_file_is_saved_again(
+    xacro: Path, viewing: str, open_page: OpenPage, mine: str, by: str
+) -> None:
     page, text = open_page(viewing), xacro.read_text()
     open_editor(page)
-    page.keyboard.insert_text("<!-- mine -->")
+    page.keyboard.insert_text(mine)
     xacro.unlink()
     until(lambda: "does not exist" in page.locator(".notices .error").inner_text())
-    page.keyboard.press("Control+s")
     note = page.locator(".source-note")
-    until(lambda: "kbot.xacro was deleted. Save it again?" in note.inner_text())
+    until(lambda: "kbot.xacro was deleted. Save writes it again." in note.inner_text())
+    until(lambda: "Save in the editor writes it again." in page.locator(".notices .error").inner_text())
+    assert page.locator(".notice:visible").count() == 1
     assert not xacro.exists()
-    note.get_by_role("button", name="Save again").click()
-    until(lambda: xacro.exists() and xacro.read_text() == f"<!-- mine -->{text}")
+    if by == "key":
+        page.keyboard.press("Control+s")
+    else:
+        page.get_by_role("button", name="Save", exact=True).click()
+    until(lambda: xacro.exists() and xacro.read_text() == f"{mine}{text}")
     until(lambda: not unsaved(page))
     until(note.is_hidden)
 

@@ -47,8 +47,7 @@ export class Drafts {
   /** Takes the content of a file on disk. Returns whether the editor should show it: it has no unsaved text. */
   read(file: string, content: string): boolean {
     const draft = this.files.value.get(file);
-    const { value: conflict } = this.conflict;
-    if (conflict?.file === file && conflict.text === null) this.conflict.set(null); // the file exists again
+    if (this.isDeleted(file)) this.conflict.set(null); // the file exists again
     if (draft === undefined || draft.text === content) {
       this.bases.set(file, content);
       this.set(file, null);
@@ -66,9 +65,25 @@ export class Drafts {
     if (text === base && isOutdated) this.send({ type: "open_source", file });
   }
 
+  /** Whether another program has deleted the file. */
+  isDeleted(file: string): boolean {
+    const { value } = this.conflict;
+    return value?.file === file && value.text === null;
+  }
+
+  /** The files that can be saved: those with an unsaved text, and one that was deleted while its text is in the editor. */
+  get toSave(): ReadonlySet<string> {
+    const deleted = this.conflict.value?.file ?? "";
+    const canRestore = this.isDeleted(deleted) && this.bases.has(deleted);
+    return new Set([...this.files.value.keys(), ...(canRestore ? [deleted] : [])]);
+  }
+
+  /** Saves the text of a file, or creates the file again if it was deleted. */
   save(file: string): void {
     const draft = this.files.value.get(file);
-    if (draft !== undefined) this.send({ type: "save_source", file, was: draft.base, text: draft.text });
+    const text = draft?.text ?? this.bases.get(file);
+    if (this.isDeleted(file) && text !== undefined) this.send({ type: "save_source", file, was: null, text });
+    else if (draft !== undefined) this.send({ type: "save_source", file, was: draft.base, text: draft.text });
   }
 
   saved({ file, sent, text }: SourceSaved): void {
@@ -86,16 +101,14 @@ export class Drafts {
     }
   }
 
-  /** Writes the text of the page over the changes of the other program, or creates the file that it deleted. */
+  /** Writes the text of the page over the changes of the other program. */
   keepMine(): void {
     const { value } = this.conflict;
     const draft = value === null ? undefined : this.files.value.get(value.file);
     this.conflict.set(null);
-    if (value === null || draft === undefined) return;
-    if (value.text !== null) {
-      this.bases.set(value.file, value.text);
-      this.set(value.file, { base: value.text, text: draft.text, isOutdated: false });
-    }
+    if (value?.text == null || draft === undefined) return;
+    this.bases.set(value.file, value.text);
+    this.set(value.file, { base: value.text, text: draft.text, isOutdated: false });
     this.send({ type: "save_source", file: value.file, was: value.text, text: draft.text });
   }
 
@@ -133,7 +146,8 @@ export class Drafts {
 
   private set(file: string, draft: Draft | null): void {
     const files = new Map(this.files.value);
-    if (draft === null && this.conflict.value?.file === file) this.conflict.set(null);
+    if (draft === null && this.conflict.value?.file === file && !this.isDeleted(file))
+      this.conflict.set(null);
     if (draft !== null) files.set(file, draft);
     else if (!files.delete(file)) return;
     this.files.set(files);

@@ -68,9 +68,9 @@ export function useKeys(
     }
     const isSave = (event.ctrlKey || event.metaKey) && event.key === "s";
     // the editor has saved its own file
-    if (isSave && !event.defaultPrevented && !app.drafts.isEmpty) {
+    if (isSave && !event.defaultPrevented && app.drafts.toSave.size > 0) {
       event.preventDefault();
-      for (const file of app.drafts.files.value.keys()) app.save(file);
+      for (const file of app.drafts.toSave) app.save(file);
     }
     if (event.ctrlKey || event.metaKey || event.altKey || event.repeat || takesKeys(event)) return;
     if (document.querySelector("dialog[open]") !== null) return;

@@ -261,7 +261,7 @@ export interface SourceSaved {
   type: "source_saved";
 }
 
-/** A file was not written, because another program changed the same lines or deleted it. `text` is its content, or None if it was deleted. */
+/** A file was not written, because another program changed the same lines or deleted it. Also sent when a page opens a file that was deleted. `text` is its content, or None if it was deleted. */
 export interface SourceConflict {
   file: string;
   text: string | null;

@@ -253,12 +253,28 @@ describe("drafts", () => {
     all.keepMine();
     expect(sent.at(-1)).toMatchObject({ type: "save_source", was: "theirs", text: "mine" });
     all.conflict.set({ type: "source_conflict", file: "a", text: null });
-    all.keepMine();
+    all.save("a");
     expect(sent.at(-1)).toMatchObject({ type: "save_source", was: null, text: "mine" });
     all.conflict.set({ type: "source_conflict", file: "a", text: "theirs" });
     all.takeTheirs();
     expect(all.isEmpty).toBe(true);
     expect(all.replaced.value).toMatchObject({ file: "a", text: "theirs" });
+  });
+
+  it("can be saved when the file was deleted, also without a change", () => {
+    const { drafts: all, sent } = drafts();
+    all.conflict.set({ type: "source_conflict", file: "a", text: null });
+    expect(all.toSave.size).toBe(0); // its text is not known
+    all.conflict.set(null);
+    all.read("a", "old");
+    all.conflict.set({ type: "source_conflict", file: "a", text: null });
+    all.edit("a", "new");
+    all.edit("a", "old");
+    expect([...all.toSave]).toEqual(["a"]);
+    all.save("a");
+    expect(sent.at(-1)).toMatchObject({ type: "save_source", was: null, text: "old" });
+    all.saved({ type: "source_saved", file: "a", sent: "old", text: "old" });
+    expect(all.toSave.size).toBe(0);
   });
 
   it("are checked once after a pause, and an old answer is ignored", () => {

@@ -18,9 +18,15 @@ const UNDRAWN = {
 function brokenText(app: App, findings: readonly Finding[], hasRobot: boolean): HTMLElement {
   const errors = findings.filter((finding) => finding.severity === "error");
   const [first] = errors;
-  const shown = hasRobot
-    ? "The view shows the last valid robot."
-    : "The robot appears when you save a version without errors.";
+  const file = first?.place?.file ?? "";
+  const shown = [
+    app.drafts.isDeleted(file) && app.drafts.toSave.has(file) && "Save in the editor writes it again.",
+    hasRobot
+      ? "The view shows the last valid robot."
+      : "The robot appears when you save a version without errors.",
+  ]
+    .filter(Boolean)
+    .join(" ");
   if (first === undefined) return h("span", {}, shown);
   const where = first.place === null ? "" : `${baseName(first.place.file)}:${first.place.line}: `;
   const others = errors.length > 1 ? ` (and ${errors.length - 1} more)` : "";
@@ -79,6 +85,7 @@ export function notices(app: App, picture: HTMLElement): HTMLElement {
     broken.replaceChildren(icon("error"), text, close);
   };
   app.findings.watch(showBroken);
+  app.drafts.conflict.watch(showBroken); // it says how to restore a deleted file
   const full = h(
     "div",
     { class: "notice warning", role: "alert", hidden: true },

@@ -60,12 +60,12 @@ export function source(app: App): HTMLElement {
     if (!isLoading) void load();
     const { file } = spot.value.place;
     const isRead = app.sources.value.has(file) || drafts.files.value.has(file);
-    loading.hidden = editor !== null && isRead;
-    text.hidden = !loading.hidden;
+    text.hidden = editor === null || !isRead;
+    loading.hidden = !text.hidden || drafts.isDeleted(file);
     drawTabs(app, tabs, file);
     const reason = app.canWrite ? (app.sources.value.get(file)?.read_only ?? "") : whyReadOnly(app);
     save.hidden = reason !== "";
-    save.disabled = !drafts.files.value.has(file);
+    save.disabled = !drafts.toSave.has(file);
     drawNote(app, note, file, reason);
     showHistory();
   };
@@ -141,10 +141,9 @@ function drawNote(app: App, note: HTMLElement, file: string, reason: string): vo
   const name = baseName(file);
   const content: (Node | string)[] = [];
   if (reason !== "") content.push(`Read only: ${reason}.`);
-  else if (drafts.conflict.value?.file === file && drafts.conflict.value.text === null)
+  else if (drafts.isDeleted(file))
     content.push(
-      `${name} was deleted. Save it again? `,
-      h("button", { type: "button", onclick: () => drafts.keepMine() }, "Save again"),
+      `${name} was deleted. ${drafts.toSave.has(file) ? "Save writes it again" : "Restore it to edit it"}.`,
     );
   else if (drafts.conflict.value?.file === file)
     content.push(

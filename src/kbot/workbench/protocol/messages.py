@@ -627,8 +627,8 @@ class SourceSaved:
 
 @dataclass(frozen=True, slots=True)
 class SourceConflict:
-    """A file was not written, because another program changed the same lines or deleted it. `text` is its
-    content, or None if it was deleted."""
+    """A file was not written, because another program changed the same lines or deleted it. Also sent when a
+    page opens a file that was deleted. `text` is its content, or None if it was deleted."""
 
     file: str
     text: str | None

@@ -448,7 +448,7 @@ class Session:
                 self.recording.end()
             case OpenSource(file=file):
                 completions = self.shown.completions()
-                source = self.shown.source(file, self._besides_description)
+                source = self.shown.open(file, self._besides_description)
                 return [source, *([completions] if completions is not None else [])]
             case SaveSource():
                 answer = self.shown.save(message)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import html
 import math
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol
 
@@ -266,6 +267,16 @@ class ShownDescription:
         if is_other and file not in self._latest.files:
             reason = "only the files of the robot's description can be changed here"
         return SourceText(file, source.text, owners, self._hints.of(source), reason)
+
+    def open(self, file: str, others: Sequence[Diagnostic] = ()) -> SourceText | SourceConflict:
+        """Do the same as `source`, but report a deleted file in a way that a page can save it again.
+
+        Raises:
+            KbotError: the file is not part of the description, or cannot be read.
+        """
+        if file in self._known_files and not os.path.lexists(file):
+            return SourceConflict(file, None)
+        return self.source(file, others)
 
     def completions(self) -> Completions | None:
         """Return what an editor can complete, or None if the latest text is not well-formed."""
