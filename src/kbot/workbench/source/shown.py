@@ -323,5 +323,6 @@ class ShownDescription:
             if file not in self._known_files:
                 raise KbotError(f"{file} is not part of this description")
             if file != self.file and not roots.hold_text(file):
-                where = "not a description or YAML file in the description's own folders or in a package"
-                raise KbotError(f"{file} is {where}, so the page does not open it")
+                where = "outside the description's own folders and all packages"
+                kind = "not a description or YAML file"
+                raise KbotError(f"{file} is {where}, or {kind}, so the page does not open it")
