@@ -135,7 +135,7 @@ def test_a_symbolic_link_out_of_the_folder_is_not_followed(
 def test_shipped_models_and_model_paths_are_used(running: Running, models: Path) -> None:
     for uri in ("model://crate", "model://tetra", f"file://{models}/tetra/model.sdf"):
         assert spawn(running, INCLUDING.format(uri), name="a").success
-        running.simulation.models.delete_model("a")
+        running.link.call("/gazebo/delete_model", srv.DeleteModelRequest("a")).result(20)
 
 
 @pytest.mark.parametrize("text", [MESHED, SDF_MESHED])
@@ -181,3 +181,13 @@ def test_a_replay_uses_the_files_of_the_original_run(
     (first,) = (body for body in running.simulation.world.bodies if body.name == "box")
     (second,) = (body for body in again.world.bodies if body.name == "box")
     assert first.mass == second.mass
+
+
+def test_a_model_with_very_many_links_is_refused(running: Running) -> None:
+    """The simulation stands still while the physics engine adds a model."""
+    links = "".join(
+        f"<link name='l{n}'/><joint name='j{n}' type='fixed'><parent link='b'/><child link='l{n}'/></joint>"
+        for n in range(250)
+    )
+    answer = spawn(running, f"<robot name='r'><link name='b'/>{links}</robot>")
+    assert answer.status_message == "the model has 251 links: a peer may spawn 250 at most"

@@ -20,6 +20,12 @@ from kbot.world.things import SdfModel, read_sdf_model
 
 _FIRST_TAG = re.compile(r"(?>\s|<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>]*>)*+<(?P<tag>[\w:.-]+)", re.DOTALL)
 
+MOST_LINKS = 250
+"""Links of a model that a peer spawns, several times those of a humanoid with hands.
+
+The simulation stands still while the physics engine adds a model: a third of a second for 250 links, and
+twelve seconds for 1000."""
+
 
 @dataclass(frozen=True, slots=True)
 class PeerModel:
@@ -64,11 +70,19 @@ def read_peer_model(name: str, xml: str, default_format: str) -> PeerModel:
                 f"{reprlib.repr(name)} is not a model name: use letters, digits and _, and begin with"
                 " a letter"
             )
-        return PeerModel(read_sdf_model(xml, name or None, is_confined=True))
+        model = read_sdf_model(xml, name or None, is_confined=True)
+        _require_few(len(model.bodies))
+        return PeerModel(model)
     reach = Reach()
     # an unchecked name could have a path in it
     robot = read_urdf_text(xml, f"{name if is_model_name(name) else 'model'}.urdf", reach)
+    _require_few(len(robot.links))
     return PeerModel(robot, _read_files(robot, reach))
+
+
+def _require_few(links: int) -> None:
+    if links > MOST_LINKS:
+        raise KbotError(f"the model has {links} links: a peer may spawn {MOST_LINKS} at most")
 
 
 def spawn(
