@@ -126,7 +126,8 @@ def test_only_descriptions_and_yaml_are_opened(
 def test_a_page_does_not_learn_the_names_of_other_files(
     workspace: Workspace, page: ClientConnection, url: str
 ) -> None:
-    save(page, workspace, workspace.text(f'<xacro:include filename="{workspace.folder}/*.xacro"/>'))
+    found = save(page, workspace, workspace.text(f'<xacro:include filename="{workspace.folder}/*.xacro"/>'))
+    assert "secret" not in json.dumps(found)
     with connect(url.replace("http:", "ws:") + "ws", max_size=None) as other:
         assert answer(other, "about")["files"] == [str(workspace.robot)]
 

@@ -142,6 +142,15 @@ def reading_only(may_read: Callable[[str], bool]) -> Iterator[None]:
         _may_read.reset(token)
 
 
+def is_allowed(path: str) -> bool:
+    """Whether the block of `reading_only` around the caller, if there is one, allows a file."""
+    may_read = _may_read.get()
+    if may_read is None:
+        return True
+    with reading_any():  # it looks for packages
+        return may_read(path)
+
+
 @contextmanager
 def reading_any() -> Iterator[None]:
     """A block in which every file may be read: KBot itself looks for them."""
@@ -208,13 +217,9 @@ def read_bytes(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES, *, from
         ValueError: the name contains a null character.
     """
     name = os.fspath(path)
-    may_read = _may_read.get()
-    if may_read is not None:
-        with reading_any():  # it looks for packages
-            is_allowed = may_read(name)
-        if not is_allowed:
-            reason = "it is outside the description's own folders and all packages, and a page wrote its name"
-            raise PermissionError(errno.EACCES, reason, name)
+    if not is_allowed(name):
+        reason = "it is outside the description's own folders and all packages, and a page wrote its name"
+        raise PermissionError(errno.EACCES, reason, name)
     status = os.stat(name)
     is_pipe = from_pipe and stat.S_ISFIFO(status.st_mode) and _STDIN.fullmatch(name) is not None
     if not is_pipe:

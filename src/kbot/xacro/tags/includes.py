@@ -7,6 +7,7 @@ import re
 from itertools import islice
 
 from kbot.text.errors import DescriptionError
+from kbot.text.files import is_allowed
 from kbot.text.span import Call, Span
 from kbot.text.xml import Element
 from kbot.xacro.binding import READY, Binding
@@ -59,7 +60,8 @@ def _files(walk: Expander, name: str, node: Element, place: ExpansionContext) ->
         import glob  # rarely needed: start-up time
 
         wild = sum(bool(_PATTERN.search(part)) for part in re.split(r"[/\\]", name))
-        names = sorted(islice(glob.iglob(name), _MOST_MATCHES + 1)) if wild <= _MOST_WILDCARDS else []
+        found = filter(is_allowed, glob.iglob(name))  # a page does not learn other names
+        names = sorted(islice(found, _MOST_MATCHES + 1)) if wild <= _MOST_WILDCARDS else []
         if wild > _MOST_WILDCARDS or len(names) > _MOST_MATCHES:
             what = f"matches more than {_MOST_MATCHES} files"
             if wild > _MOST_WILDCARDS:
