@@ -129,36 +129,38 @@ def unsaved(texts: Mapping[str, str]) -> Iterator[None]:
         _unsaved.reset(token)
 
 
-_may_read: ContextVar[Callable[[str], bool] | None] = ContextVar("files that may be read", default=None)
+_allowed: ContextVar[tuple[Callable[[str], bool], str] | None] = ContextVar("`reading_only`", default=None)
 
 
 @contextmanager
-def reading_only(may_read: Callable[[str], bool]) -> Iterator[None]:
-    """A block in which other files are refused: a stranger wrote what names them."""
-    token = _may_read.set(may_read)
+def reading_only(may_read: Callable[[str], bool], why: str) -> Iterator[None]:
+    """A block in which other files are refused, because a stranger wrote what names them.
+
+    `why` is the reason in the error: `it is …`.
+    """
+    token = _allowed.set((may_read, why))
     try:
         yield
     finally:
-        _may_read.reset(token)
+        _allowed.reset(token)
 
 
 def is_allowed(path: str) -> bool:
     """Whether the block of `reading_only` around the caller, if there is one, allows a file."""
-    may_read = _may_read.get()
-    if may_read is None:
-        return True
-    with reading_any():  # it looks for packages
-        return may_read(path)
+    return not _why_refused(path)
 
 
-@contextmanager
-def reading_any() -> Iterator[None]:
-    """A block in which every file may be read: KBot itself looks for them."""
-    token = _may_read.set(None)
+def _why_refused(path: str) -> str:
+    """Why the block of `reading_only` around the caller refuses a file. Empty if it does not."""
+    allowed = _allowed.get()
+    if allowed is None:
+        return ""
+    may_read, why = allowed
+    token = _allowed.set(None)  # it may read a package.xml to find out
     try:
-        yield
+        return "" if may_read(path) else why
     finally:
-        _may_read.reset(token)
+        _allowed.reset(token)
 
 
 def _unreadable(path: str, code: str, message: str, hint: str = "") -> DescriptionError:
@@ -217,9 +219,8 @@ def read_bytes(path: str | os.PathLike[str], max_bytes: int = MAX_BYTES, *, from
         ValueError: the name contains a null character.
     """
     name = os.fspath(path)
-    if not is_allowed(name):
-        reason = "it is outside the description's own folders and all packages, and a page wrote its name"
-        raise PermissionError(errno.EACCES, reason, name)
+    if why := _why_refused(name):
+        raise PermissionError(errno.EACCES, why, name)
     status = os.stat(name)
     is_pipe = from_pipe and stat.S_ISFIFO(status.st_mode) and _STDIN.fullmatch(name) is not None
     if not is_pipe:

@@ -21,10 +21,12 @@ class Confined:
 
 TEXTS = (".xacro", ".urdf", ".gazebo", ".xml", ".sdf", ".yaml", ".yml")
 """Endings of the text files of a description."""
+NOT_OWN = "outside the description's own folders and all packages, or not a description or YAML file"
+"""Why a text file is not one of `OwnFiles`."""
 
 
-class MeshRoots:
-    """The package around a description and every package that is found from there.
+class OwnFiles:
+    """The files in the package around a description, and in every package that is found from there.
 
     A description outside any package may use its own folder. Its meshes may also be in the one above, for the
     usual `../meshes/`. Symbolic links are resolved before the check.
@@ -38,7 +40,7 @@ class MeshRoots:
         self._own = package_around(folder) or above
         self._known: dict[str, bool] = {}
 
-    def allow(self, mesh: Mesh) -> bool:
+    def have_mesh(self, mesh: Mesh) -> bool:
         """Return whether a mesh's file is inside these folders, or missing."""
         path = mesh.path
         if path is None:
@@ -47,7 +49,7 @@ class MeshRoots:
             self._known[path] = self._lies_within(Path(path).resolve(), mesh.uri)
         return self._known[path]
 
-    def hold_text(self, path: str) -> bool:
+    def have_text(self, path: str) -> bool:
         """Return whether a file is inside these folders, and may be a part of a description by its name.
 
         A description in the home folder has the user's keys and programs beside it.
@@ -63,7 +65,7 @@ class MeshRoots:
         return file.is_relative_to(self._own) or lies_in_package(file, uri, self._packages)
 
 
-def confine(robot: RobotModel, roots: MeshRoots) -> Confined:
+def confine(robot: RobotModel, own: OwnFiles) -> Confined:
     """Remove the files of visuals outside the roots.
 
     Collisions keep theirs for physics, but those are not sent to the page.
@@ -71,7 +73,7 @@ def confine(robot: RobotModel, roots: MeshRoots) -> Confined:
     outside: dict[str, Diagnostic] = {}
     for link in robot.links.values():
         for mesh in (part.geometry for part in link.shapes):
-            if not isinstance(mesh, Mesh) or (mesh.path or mesh.uri) in outside or roots.allow(mesh):
+            if not isinstance(mesh, Mesh) or (mesh.path or mesh.uri) in outside or own.have_mesh(mesh):
                 continue
             outside[mesh.path or mesh.uri] = Diagnostic(
                 "F008",

@@ -452,7 +452,7 @@ class Session:
                 return [source, *([completions] if completions is not None else [])]
             case SaveSource():
                 answer = self.shown.save(message)
-                self._read_changed()
+                self.wants_reading()
                 return [answer]
             case AskRule(code=code):
                 return [rule_page(code)]
@@ -461,13 +461,8 @@ class Session:
                 self._send_changes()
             case _:
                 if self.shown.authoring.handle(message):
-                    self._read_changed()
+                    self.wants_reading()
         return []
-
-    def _read_changed(self) -> None:
-        """Have the description read again that a page has changed."""
-        self.shown.allow_only_known_files()
-        self.wants_reading()
 
     def _reserved(self, message: FromPage, program: Program) -> bool:
         """Handle what means something else while a program drives. Returns whether it was such a message.

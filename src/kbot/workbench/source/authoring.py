@@ -120,9 +120,9 @@ class _Change:
 class Editor:
     """Writes changes, and keeps them for undo."""
 
-    def __init__(self, require_files: Callable[[Iterable[str]], None]) -> None:
-        """`require_files` raises KbotError for a file that may not be changed."""
-        self._require_files = require_files
+    def __init__(self, before_change: Callable[[Iterable[str]], None]) -> None:
+        """`before_change` raises KbotError for a file that may not be changed."""
+        self._before_change = before_change
         self._done: list[_Change] = []
         self._undone: list[_Change] = []
 
@@ -143,7 +143,7 @@ class Editor:
             KbotError: the text there has changed, the new text is not allowed in an attribute, or it is
                 neither a finite number nor an expression.
         """
-        self._require_files((file,))
+        self._before_change((file,))
         if _NOT_IN_AN_ATTRIBUTE & set(text):
             raise KbotError("a value cannot contain quotes, angle brackets, & or line breaks")
         if not _is_value(text):
@@ -166,7 +166,7 @@ class Editor:
         by_file: dict[str, list[tuple[Edit, str]]] = {}
         for edit, was in edits:
             by_file.setdefault(edit.span.file, []).append((edit, was))
-        self._require_files(by_file)
+        self._before_change(by_file)
         texts = tuple(_changed(file, both) for file, both in by_file.items())
         rewrite({file: (before, after) for file, before, after in texts})
         last = self._done[-1] if self._done else None
@@ -253,14 +253,14 @@ class Authoring:
     def __init__(
         self,
         overrides: Overrides,
-        require_files: Callable[[Iterable[str]], None],
+        before_change: Callable[[Iterable[str]], None],
         read_only_reason: str = "",
     ) -> None:
-        """`require_files` raises KbotError for a file that the page may not open. `read_only_reason` is the
+        """`before_change` raises KbotError for a file that pages may not change. `read_only_reason` is the
         reason why nothing may be changed, or empty."""
         self.overrides = overrides
         self.read_only_reason = read_only_reason
-        self._editor = Editor(require_files)
+        self._editor = Editor(before_change)
         self._written: tuple[WrittenValue, ...] = ()
         self._findings: tuple[Diagnostic, ...] = ()
         self.serial = 0

@@ -14,7 +14,7 @@ from kbot.model import Mesh, RobotModel
 from kbot.model.meshes import MeshPart
 from kbot.text import DescriptionError, Diagnostic, Element
 from kbot.text.files import reading_only
-from kbot.workbench.meshes.roots import MeshRoots, confine
+from kbot.workbench.meshes.roots import NOT_OWN, OwnFiles, confine
 from kbot.xacro.packages import Packages
 
 if TYPE_CHECKING:
@@ -81,10 +81,14 @@ class DescriptionInput:
 
         began = time.time_ns()
         packages = Packages(self.package_path, around=self.path)
-        roots = MeshRoots(self.path, packages)
-        may_read = self._may_read(roots)
+        own = OwnFiles(self.path, packages)
+        may_read = self._may_read(own)
         config = load_config(str(Path(self.path).parent))  # no page names its file
-        with nullcontext() if self.allowed is None else reading_only(may_read):
+        with (
+            nullcontext()
+            if self.allowed is None
+            else reading_only(may_read, f"it is {NOT_OWN}, and a page wrote its name")
+        ):
             loaded = load_robot(self.path, self.arguments, self.properties, packages)
             findings = check_file(
                 self.path, self.arguments, packages, config, properties=self.given_properties
@@ -102,7 +106,7 @@ class DescriptionInput:
         )
         if loaded.robot is None:
             return reading
-        confined = confine(loaded.robot, roots)
+        confined = confine(loaded.robot, own)
         return replace(
             reading,
             robot=confined.robot,
@@ -111,9 +115,9 @@ class DescriptionInput:
             meshes=_mesh_files(confined.robot, packages),
         )
 
-    def _may_read(self, roots: MeshRoots) -> Callable[[str], bool]:
+    def _may_read(self, own: OwnFiles) -> Callable[[str], bool]:
         allowed = {os.path.realpath(file) for file in (self.path, *(self.allowed or ()))}
-        return lambda file: os.path.realpath(file) in allowed or roots.hold_text(file)
+        return lambda file: os.path.realpath(file) in allowed or own.have_text(file)
 
 
 def _mesh_files(robot: RobotModel, packages: Packages) -> tuple[str, ...]:

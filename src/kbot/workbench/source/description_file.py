@@ -119,10 +119,11 @@ def _check(given: DescriptionInput, texts: Mapping[str, str]) -> Checked:
 
 
 def _stopped(path: str, error: LimitExceeded) -> Diagnostic:
+    more = f"start KBot with --limit-time {READING.limits.seconds * 10:g} if it should take that long"
     return Diagnostic(
         "F009",
         Severity.ERROR,
         f"reading {path} {error}",
         Origin(Span(Source(path, ""), 0, 0)),
-        "start KBot with --limit-time 300 if it should take that long",
+        more if error.is_late else "",
     )

@@ -14,7 +14,7 @@ from kbot.model import RobotModel
 from kbot.text import DescriptionError, Diagnostic, Element, KbotError, Origin, Source, Span
 from kbot.text.files import read_source
 from kbot.workbench.meshes.notes import lightened_meshes, missing_meshes
-from kbot.workbench.meshes.roots import Confined, MeshRoots, confine
+from kbot.workbench.meshes.roots import NOT_OWN, Confined, OwnFiles, confine
 from kbot.workbench.meshes.store import MeshStore
 from kbot.workbench.protocol import (
     CheckTexts,
@@ -138,7 +138,7 @@ class ShownDescription:
     def __init__(self, reader: Reader, meshes: MeshStore, read_only_reason: str = "") -> None:
         """Read the description. `read_only_reason` is the reason why pages may not change it, or empty."""
         self._reader, self._meshes = reader, meshes
-        self.authoring = Authoring(reader.overrides, self._require_files, read_only_reason)
+        self.authoring = Authoring(reader.overrides, self._before_change, read_only_reason)
         self._good = self._latest = reader.read()
         self.robot = RobotModel("", {}, {}, {}, (), Origin(Span(Source(self.file, ""), 0, 0)))
         self.is_stale = True
@@ -192,15 +192,11 @@ class ShownDescription:
     def confine(self, robot: RobotModel) -> Confined:
         """Remove the meshes that the page may not load from another robot."""
         packages = Packages(self.package_path, around=self.file)
-        return confine(robot, MeshRoots(self.file, packages))
+        return confine(robot, OwnFiles(self.file, packages))
 
     def read(self) -> DescriptionReading:
         """Read the description again, in the worker. May run on another thread."""
         return self._reader.read_again()
-
-    def allow_only_known_files(self) -> None:
-        """A page changes the description: from now on it may not name further files outside its folders."""
-        self._reader.allow_only(self._known_files)
 
     def take(self, reading: DescriptionReading, use: Callable[[RobotModel], None]) -> KbotError | None:
         """Use a new reading, and pass its robot to `use`, which may refuse it with a KbotError.
@@ -290,9 +286,9 @@ class ShownDescription:
         Raises:
             KbotError: the file is not part of the description, read-only, or cannot be written.
         """
-        self._require_files((message.file,))
         if self.authoring.read_only_reason:
             raise KbotError(self.authoring.read_only_reason)
+        self._before_change((message.file,))
         return save(message)
 
     def check(self, message: CheckTexts) -> TextsChecked:
@@ -316,13 +312,17 @@ class ShownDescription:
         """The files of the description, of its last valid version, and those that a page has opened."""
         return frozenset(self._opened.union(self._latest.files, self._good.files))
 
+    def _before_change(self, files: Iterable[str]) -> None:
+        """Raise KbotError for a file that a page may not change. From now on, the description may not name
+        further files outside its own folders, because a page writes it."""
+        self._require_files(files)
+        self._reader.allow_only(self._known_files)
+
     def _require_files(self, files: Iterable[str]) -> None:
         """Raise KbotError for a file that pages may not open. A page can write an include of any file."""
-        roots = MeshRoots(self.file, Packages(self.package_path, around=self.file))
+        own = OwnFiles(self.file, Packages(self.package_path, around=self.file))
         for file in files:
             if file not in self._known_files:
                 raise KbotError(f"{file} is not part of this description")
-            if file != self.file and not roots.hold_text(file):
-                where = "outside the description's own folders and all packages"
-                kind = "not a description or YAML file"
-                raise KbotError(f"{file} is {where}, or {kind}, so the page does not open it")
+            if file != self.file and not own.have_text(file):
+                raise KbotError(f"{file} is {NOT_OWN}, so the page does not open it")
