@@ -161,7 +161,7 @@ def test_a_reading_that_takes_too_long_keeps_the_last_valid_robot(
     (finding,) = found["findings"]
     assert finding["code"] == "F009"
     assert re.search("(took|waited) longer than [0-9.]+ s and was stopped", finding["message"])
-    assert "--limit-time" in finding["hint"]
+    assert "--limit-time 2 " in finding["hint"]
     refused = checked(page, [str(file)], [SLOW])
     assert refused["reason"].startswith("checking the unsaved text ")
     monkeypatch.setattr(READING, "limits", WorkerLimits())

@@ -69,6 +69,14 @@ def test_errors_are_raised_in_the_caller(worker: Worker) -> None:
     assert origin.span.line == 2
 
 
+def test_errors_that_cannot_be_copied_are_raised_as_their_text(worker: Worker) -> None:
+    with pytest.raises(RuntimeError, match="SystemExit: 3"):
+        worker.call(sys.exit, 3)
+    with pytest.raises(RuntimeError, match="Odd: own"):
+        worker.call(exec, "class Odd(TypeError): pass\nraise Odd('own')")
+    assert worker.call(math.sqrt, 4.0) == 2.0
+
+
 def test_a_call_that_takes_too_long_is_stopped(worker: Worker) -> None:
     first = worker.call(os.getpid)
     worker.limits = replace(worker.limits, seconds=0.3)

@@ -266,11 +266,12 @@ def page_options(function: _Function) -> _Function:
     function = click.option(
         "--limit-time",
         type=Within(1.0, 86400.0),
+        cls=_WithoutRange,
         callback=_limit_reading,
         expose_value=False,
         metavar="SECONDS",
         show_default="30",
-        help="Processor time for reading a changed file, an unsaved text or a model from a peer.",
+        help="Most processor time for reading a changed file, an unsaved text or a model from a peer.",
     )(function)
     function = click.option(
         "--no-browser",

@@ -13,6 +13,7 @@ import sys
 import threading
 import traceback
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import IO, Any
 
@@ -73,7 +74,17 @@ def _answer(data: bytes) -> bytes:
             os.environ.clear()
             os.environ.update(request.environment)
         return pickle.dumps((request.work(*request.arguments), None), pickle.HIGHEST_PROTOCOL)
-    except Exception as error:  # noqa: BLE001 - raised where the request came from
-        if not isinstance(error, KbotError):  # the traceback of an internal error would be lost
-            error.add_note("".join(traceback.format_exception(error)))
-        return pickle.dumps((None, error), pickle.HIGHEST_PROTOCOL)
+    except BaseException as error:  # noqa: BLE001 - raised where the request came from
+        return _failure(error)
+
+
+def _failure(error: BaseException) -> bytes:
+    """The answer for an error. One that cannot be copied to the other process is replaced by its text."""
+    if not isinstance(error, KbotError):  # the traceback of an internal error would be lost
+        error.add_note("".join(traceback.format_exception(error)))
+    if isinstance(error, Exception):
+        with suppress(Exception):
+            data = pickle.dumps((None, error), pickle.HIGHEST_PROTOCOL)
+            pickle.loads(data)
+            return data
+    return pickle.dumps((None, RuntimeError(f"{type(error).__name__}: {error}")))

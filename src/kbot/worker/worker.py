@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 Ts = TypeVarTuple("Ts")
 
-WAITING = 10
-"""Times the limit that a call may take by the clock: on a busy machine, or while a slow disk answers."""
+CLOCK = 10
+"""By the clock, a call may take this many times its processor time: the machine may be busy."""
 LOOK_SECONDS = 0.05
 """Seconds between two looks at the process. In that time it may take about 100 MB more."""
 _START = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from kbot.worker.child import main; main()"
@@ -42,7 +42,14 @@ class WorkerLimits:
 
 
 class LimitExceeded(KbotError):
-    """A call was stopped. The text begins with a verb, for a sentence about what was called."""
+    """A call was stopped. The text begins with a verb, for a sentence about what was called.
+
+    `is_late` means that a higher limit of time may help.
+    """
+
+    def __init__(self, text: str, *, is_late: bool = False) -> None:
+        super().__init__(text)
+        self.is_late = is_late
 
 
 class Worker:
@@ -99,8 +106,9 @@ class Worker:
         import psutil  # imported lazily: only servers use it
 
         limits, began = self.limits, time.monotonic()
-        looked_at = psutil.Process(process.pid)
-        used_before = _processor_seconds(looked_at)
+        observed, used_before = psutil.Process(process.pid), 0.0
+        with suppress(psutil.NoSuchProcess):
+            used_before = _processor_seconds(observed)
         while True:
             with suppress(queue.Empty):
                 answer = answers.get(timeout=LOOK_SECONDS)
@@ -108,13 +116,16 @@ class Worker:
                     raise LimitExceeded(f"ended its process, with status {process.wait()}")
                 return answer
             with suppress(psutil.NoSuchProcess):
-                if _processor_seconds(looked_at) - used_before > limits.seconds:
-                    raise LimitExceeded(f"took longer than {limits.seconds:g} s and was stopped")
-                if looked_at.memory_info().rss > limits.memory:
+                if _processor_seconds(observed) - used_before > limits.seconds:
+                    raise LimitExceeded(
+                        f"took longer than {limits.seconds:g} s and was stopped", is_late=True
+                    )
+                if observed.memory_info().rss > limits.memory:
                     most = f"{limits.memory / 1e9:g} GB"
                     raise LimitExceeded(f"took more than {most} of memory and was stopped")
-            if time.monotonic() - began > WAITING * limits.seconds:
-                raise LimitExceeded(f"waited longer than {WAITING * limits.seconds:g} s and was stopped")
+            if time.monotonic() - began > CLOCK * limits.seconds:
+                waited = f"{CLOCK * limits.seconds:g} s"
+                raise LimitExceeded(f"waited longer than {waited} and was stopped", is_late=True)
 
     def end(self) -> None:
         """End the process. The next call starts another one."""

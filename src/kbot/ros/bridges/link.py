@@ -160,7 +160,8 @@ class PeerLink:
         try:
             prepared = service.prepare(request) if service.prepare is not None else request
         except Exception as error:  # noqa: BLE001 - a service call must not end the simulation
-            future.set_exception(KbotError(FAULTS.fault(service.name, error)))
+            if future.set_running_or_notify_cancel():
+                future.set_exception(KbotError(FAULTS.fault(service.name, error)))
             prepared = None
         with self._lock:
             self._preparing -= 1

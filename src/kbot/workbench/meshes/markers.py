@@ -6,6 +6,7 @@ import dataclasses
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from kbot.messages.visualization import MESH_RESOURCE, Marker, MarkerArray
@@ -95,9 +96,7 @@ class MarkerMeshes:
                     self._is_reading = False
                     return
                 address, file = self._waiting.popleft()
-            try:
+            with suppress(LimitExceeded):  # then the marker stays without a mesh
                 keep_mesh(PEER_READING.call(read_mesh, file))
-            except LimitExceeded:
-                continue  # the marker stays without a mesh
-            self._read[address] = file
-            self._when_loaded()
+                self._read[address] = file
+                self._when_loaded()
