@@ -137,8 +137,8 @@ def _of_unprefixed(unprefixed: Iterable[Element]) -> Callable[[Diagnostic], bool
     places = defaultdict[str, list[tuple[int, int]]](list)
     for element in unprefixed:
         places[element.source.path].append((element.start, element.end))
+    # by file, in order: where the tags start, and the furthest end of all tags up to there
     starts, ends = dict[str, list[int]](), dict[str, list[int]]()
-    """By file, in order: where the tags start, and the furthest end of all tags up to there."""
     for file, spans in places.items():
         spans.sort()
         starts[file] = [start for start, _ in spans]

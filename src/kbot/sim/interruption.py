@@ -64,10 +64,8 @@ class Interruption:
         program.interrupt = self.interrupt
 
     def __enter__(self) -> Interruption:
-        numbers: set[int] = {
-            *ending_signals(),
-            signal.SIGINT,
-        }  # `_insist` sends SIGINT, even if the caller ignores it
+        # `_insist` sends SIGINT, even if the caller ignores it
+        numbers: set[int] = {*ending_signals(), signal.SIGINT}
         self._before = {number: signal.signal(number, self._on_signal) for number in numbers}
         return self
 

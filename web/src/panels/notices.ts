@@ -85,7 +85,7 @@ export function notices(app: App, picture: HTMLElement): HTMLElement {
     broken.replaceChildren(icon("error"), text, close);
   };
   app.findings.watch(showBroken);
-  app.drafts.conflict.watch(showBroken); // it says how to restore a deleted file
+  app.drafts.conflict.watch(showBroken); // the notice names how to restore a deleted file
   const full = h(
     "div",
     { class: "notice warning", role: "alert", hidden: true },

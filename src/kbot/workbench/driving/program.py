@@ -14,6 +14,7 @@ from kbot.workbench.protocol import ProgramPhase, ProgramView
 
 if TYPE_CHECKING:
     from kbot.sim import Simulation
+    from kbot.sim.stepping import Stepping
     from kbot.sim.user_code import UserCode
 
 SLICE_SECONDS = 0.01
@@ -69,8 +70,8 @@ class Program:
         self.was_interrupted = False
         """Whether the program was started again while it ran. Its run stays paused if it was."""
         self._due = self._lent = self._stepped = self._waited = 0.0
-        self._emptied = NEVER
-        """When the program last called `run` or `step` for 0 steps."""
+        self._stepping: Stepping | None = None
+        """The steps that the program makes."""
         self._left = self._slice = 0
         self._timestep = 1.0
         self._granted = 0.0
@@ -102,7 +103,8 @@ class Program:
         if seconds < BUSY_SECONDS:
             return ""
         if self._busy_text[:2] != (last, seconds):
-            self._busy_text = last, seconds, self.code.stands_still(self._thread, seconds, self._emptied)
+            emptied = self._stepping.emptied if self._stepping is not None else NEVER
+            self._busy_text = last, seconds, self.code.stands_still(self._thread, seconds, emptied)
         return self._busy_text[2]
 
     def stop(self) -> None:
@@ -147,7 +149,8 @@ class Program:
         self._due = NEVER
         self._lent = self._stepped = self._waited = now
         self._error, self.phase = "", "running"
-        simulation.stepping.pace = self
+        self._stepping = simulation.stepping
+        self._stepping.pace = self
 
     def finish(self, simulation: Simulation, phase: ProgramPhase, error: str = "", note: str = "") -> None:
         """Stop pacing. `error` is that of a failed program, `note` what pages show about a finished one."""
@@ -171,8 +174,7 @@ class Program:
         if self._is_ending:
             self._stop()
         if steps == 0:
-            self._emptied = time.monotonic()
-            return 0
+            return 0  # no step makes no slice due
         if self._left == 0:
             self._end_slice()
         allowed = min(steps, self._left)

@@ -30,6 +30,9 @@ ROUNDS_IN_A_BEAT = 4
 """A beat is sent after this many rounds. A round is all messages that wait for a page at one time."""
 _BEAT = encode(Beat())
 
+_NOTICE = "notice:"
+"""The start of the keys of notices and refusals."""
+
 MAX_NOTICES = 50
 """Notices and refusals that wait for a page, each with another text: more than a user would read."""
 
@@ -123,9 +126,6 @@ class Client:
         self._answers = self._answers or asyncio.Event()
         self._beats = max(0, self._beats - 1)
         self._answers.set()
-
-
-_NOTICE = "notice:"
 
 
 def _key(message: FromServer) -> str:
