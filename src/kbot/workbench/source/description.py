@@ -84,11 +84,8 @@ class DescriptionInput:
         own = OwnFiles(self.path, packages)
         may_read = self._may_read(own)
         config = load_config(str(Path(self.path).parent))  # no page names its file
-        with (
-            nullcontext()
-            if self.allowed is None
-            else reading_only(may_read, f"it is {NOT_OWN}, and a page wrote its name")
-        ):
+        why = f"it is {NOT_OWN}, and a page wrote its name"
+        with nullcontext() if self.allowed is None else reading_only(may_read, why):
             loaded = load_robot(self.path, self.arguments, self.properties, packages)
             findings = check_file(
                 self.path, self.arguments, packages, config, properties=self.given_properties
