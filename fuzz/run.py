@@ -3,6 +3,7 @@
     pip install atheris
     python fuzz/run.py [SECONDS] [NAME…]    fuzz all targets, or some; SECONDS of processor time for each
     python fuzz/run.py FILE…                run findings again, with their tracebacks
+    python fuzz/run.py --few MODULE         run the targets of a module with a few fixed inputs, without atheris
 
 The targets are in `fuzz_*.py`. They edit files of the project and of the reference data (KBOT_SHARED). Prints
 a table with the number of inputs and of different findings. Exit status 1 if there are findings. An input and
@@ -16,6 +17,7 @@ import contextlib
 import hashlib
 import json
 import os
+import random
 import subprocess
 import sys
 import time
@@ -32,6 +34,7 @@ from edits import ROOT
 from targets import load_targets
 
 SECONDS = 600.0
+FEW = 10
 MOST_CPU_S = 10.0
 """Processor time for one input, which docs/reference/limits.md states for a file."""
 RESTART_S = 5.0
@@ -147,6 +150,15 @@ def fuzz(module: str, name: str, seconds: float) -> None:
     atheris.Fuzz()
 
 
+def few(module: str) -> None:
+    """Run the targets of a module in this process, with the same inputs in each run."""
+    for name, target in import_module(module).TARGETS.items():
+        noise = random.Random(name)
+        for _ in range(FEW):
+            data = bytes(noise.choices(range(noise.choice((128, 256))), k=600))  # half of them are ASCII
+            target(Choices(data))
+
+
 def keep(folder: Path, data: bytes, error: BaseException) -> None:
     """Keep the first input for each kind of exception and place in the code."""
     frame = traceback.extract_tb(error.__traceback__)[-1]
@@ -160,6 +172,8 @@ def keep(folder: Path, data: bytes, error: BaseException) -> None:
 if __name__ == "__main__":
     if sys.argv[1:2] == ["--one"]:
         fuzz(sys.argv[2], sys.argv[3], float(sys.argv[4]))
+    elif sys.argv[1:2] == ["--few"]:
+        few(sys.argv[2])
     else:
         try:
             sys.exit(main(sys.argv[1:]))
