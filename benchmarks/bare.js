@@ -1,4 +1,4 @@
-// The bare page of bench_page.py: only three.js and the same triangles as the workbench draws.
+// The bare page of bench_page.py: only three.js and the same objects as the workbench draws.
 // SCENE is "boxes" or "frames". The address contains the size of the canvas.
 import * as THREE from "three";
 

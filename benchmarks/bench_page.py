@@ -5,12 +5,13 @@
 There are two scenes. In the first, KBot stands in a grid of 1,000 boxes, minus the 25 boxes around its start.
 In the second, KBot turns between four walls: the server sends 20 frames, which are drawn as axes, 50 times a
 second, and a scan of 360 beams 10 times a second. Each scene is shown in turn by the workbench and by a bare
-page (`bare.js`) in the same headless Chromium with software rendering. The bare page has the same triangles
-of robot, boxes, walls, axes and floor, the same canvas, pixel ratio, antialiasing, lights, materials and
-camera path. Its own timers, at 50 Hz and 10 Hz, replace the messages from the server. It draws no floor grid,
-edge lines, contact shadows or beams, and has no panels and no socket. Both cameras orbit the scene, so that
-every frame is drawn again. Frame rates are compared round by round. The processor time per frame of the
-browser's renderer and GPU processes is compared too, because other load on the machine hardly affects it.
+page (`bare.js`) in the same headless Chromium with software rendering. The bare page has the same robot,
+boxes, walls and floor, axes whose rods have ten sides instead of six, the same canvas, pixel ratio,
+antialiasing, lights, materials and camera path. Its own timers, at 50 Hz and 10 Hz, replace the messages from
+the server. It draws no floor grid, edge lines, contact shadows or beams, and has no panels and no socket.
+Both cameras orbit the scene, so that every frame is drawn again. Frame rates are compared round by round. The
+processor time per frame of the browser's renderer and GPU processes is compared too, because other load on
+the machine hardly affects it.
 """
 
 from __future__ import annotations

@@ -2,11 +2,11 @@ import { BufferGeometry, Float32BufferAttribute, LineBasicMaterial, LineSegments
 
 import type { Values } from "./set";
 
-/** Largest number of lines: the beams stay apart, and software rendering stays fast. */
-const MOST = 90;
-/** Opacity of a line, as a part of the opacity of the points. A single line leaves the floor visible, and ten lines that
+/** Largest number of lines: the beams stay apart, and in software rendering 90 lines take a fifth of a frame's time. */
+const MOST = 36;
+/** Opacity of a line, as a part of the opacity of the points. A single line leaves the floor visible, and seven lines that
  * overlap near the sensor cover 92 %. */
-const FAINT = 0.22;
+const FAINT = 0.3;
 
 /** The beams of a lidar that hit something: lines from the sensor to the points of the latest scan. */
 export class Beams {

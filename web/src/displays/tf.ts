@@ -28,6 +28,9 @@ const [ANCHOR_X, ANCHOR_Y] = [-0.06, -0.25];
 const ARROWS = 0xe86fc5;
 const COLOURS = [AXES.x, AXES.y, AXES.z].map((colour) => new Color(colour));
 
+/** Sides of a rod. A rod is a few pixels thick, and one with ten sides takes a fifth of a frame's time in software rendering. */
+const SIDES = 6;
+
 /** TF: axes and names of frames, scaled to the robot. Those of the selected link are always shown. */
 class Frames implements Display {
   readonly group = new Group();
@@ -66,7 +69,7 @@ class Frames implements Display {
     this.group.clear();
     this.labels.clear();
     const length = this.length;
-    const rod = new CylinderGeometry(length * 0.022, length * 0.022, length, 10);
+    const rod = new CylinderGeometry(length * 0.022, length * 0.022, length, SIDES);
     this.axes = axesMesh(rod, this.picture.transforms.names.length + SPARE);
     this.still = [
       new Matrix4().makeRotationZ(-Math.PI / 2).setPosition(length / 2, 0, 0),
