@@ -3,8 +3,9 @@
     python benchmarks/bench_fuzz.py [SECONDS] [NAME…]
 
 Each target edits real files or messages for ten minutes of processor time, guided by the code that they reach
-(atheris). A finding is an unexpected exception, a crash, or an input that takes more than 10 s of processor
-time or 2 GB of memory. Exit status 1 if there is one.
+(atheris). Inputs and processor time are those of all runs; a run counts only its own findings. A finding is
+an unexpected exception, a crash, or an input that takes more than 10 s of processor time or 2 GB of memory.
+Exit status 1 if there is one.
 """
 
 from __future__ import annotations

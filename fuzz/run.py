@@ -8,7 +8,8 @@
 The targets are in `fuzz_*.py`. They edit files of the project and of the reference data (KBOT_SHARED). Prints
 a table with the number of inputs and of different findings. Exit status 1 if there are findings. An input and
 the traceback of each are in build/fuzz/NAME/findings. The next run begins with the inputs that reached new
-code before. As many targets run at once as there are processors.
+code before, and adds its inputs and processor time to those of all runs. As many targets run at once as there
+are processors.
 
 A finding is an unexpected exception, an input that takes too long or too much memory, or a crash.
 """
@@ -64,7 +65,7 @@ def main(words: list[str]) -> int:
         print("atheris is not installed: pip install atheris", file=sys.stderr)
         return 2
     processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    print("| target | inputs | processor time (s) | findings |")
+    print("| target | inputs | processor time (s) | new findings |")
     print("| --- | ---: | ---: | ---: |", flush=True)
     total = 0
     pool = ThreadPoolExecutor(processors)
@@ -84,7 +85,7 @@ def empty_folder() -> Iterator[Path]:
 
 
 def row(name: str, module: str, seconds: float) -> tuple[str, int]:
-    """Fuzz a target in processes of its own. Returns its row of the table and the number of findings."""
+    """Fuzz a target in processes of its own. Returns its row of the table and the number of new findings."""
     folder = BUILD / name
     findings, progress = folder / "findings", folder / "progress.json"
     for part in (findings, folder / "corpus"):
@@ -105,6 +106,11 @@ def row(name: str, module: str, seconds: float) -> tuple[str, int]:
             break
         used += RESTART_S
     found = sum(file.suffix != ".txt" for file in findings.iterdir())
+    total = folder / "total.json"
+    if total.exists():
+        before = json.loads(total.read_text())
+        inputs, used = inputs + before["inputs"], used + before["seconds"]
+    total.write_text(json.dumps({"inputs": inputs, "seconds": used}))
     return f"| {name} | {inputs} | {used:.0f} | {found} |", found
 
 
