@@ -84,6 +84,22 @@ def test_joint_of_ros2_control_is_held_against_its_weight(urdf):
     assert free.joint_positions["shoulder"] > 0.5
 
 
+@pytest.mark.parametrize(("damping", "friction"), [(0.0, 5.0), (5.0, 0.0), (5.0, 5.0)])
+def test_damping_and_friction_do_not_keep_a_joint_from_its_command(urdf, damping, friction):
+    resisting = f'<dynamics damping="{damping}" friction="{friction}"/>'
+    sim = Simulation(urdf(arm(more=resisting)))
+    robot = sim.robots.first
+    robot.set_joint("shoulder", -0.5)
+    sim.run(2.0)
+    assert sim.joint_positions["shoulder"] == pytest.approx(-0.5, abs=1e-4)
+    robot.command_joints({"shoulder": 0.3}, "velocity")
+    sim.run(1.0)
+    assert sim.joint_states.velocity[0] == pytest.approx(0.3, rel=1e-3)
+    robot.follow_trajectory(["shoulder"], [(1.0, [0.5]), (2.0, [-0.5])])
+    sim.run(2.5)
+    assert sim.joint_positions["shoulder"] == pytest.approx(-0.5, abs=1e-4)
+
+
 POST = (
     '<robot name="post"><link name="world"/>'
     '<link name="turret"><inertial><mass value="1"/>'

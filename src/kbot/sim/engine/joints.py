@@ -47,8 +47,9 @@ def add_joint(body: mujoco.MjsBody, joint: Joint, prefix: str, findings: Diagnos
     kind = _SLIDE if joint.type is JointType.PRISMATIC else _HINGE
     added = body.add_joint(name=name, type=kind, axis=axis)
     if joint.dynamics is not None:
-        added.damping[0] = max(joint.dynamics.damping, 0.0)
-        set_friction(added, max(joint.dynamics.friction, 0.0))
+        damping, friction = resistance(joint)
+        added.damping[0] = damping
+        set_friction(added, friction)
     _limit(added, joint, findings)
 
 
@@ -65,6 +66,12 @@ def _limit(added: mujoco.MjsJoint, joint: Joint, findings: DiagnosticCollector) 
     added.limited = True
     # the engine needs a range: a joint with equal limits (often both left at 0) moves by 1e-6
     added.range = (lower, upper) if lower < upper else (lower - 1e-6, upper + 1e-6)
+
+
+def resistance(joint: Joint) -> tuple[float, float]:
+    """The damping of a joint in N m s/rad or N s/m, and its dry friction in N m or N. Below 0 they are 0."""
+    dynamics = joint.dynamics
+    return (0.0, 0.0) if dynamics is None else (max(dynamics.damping, 0.0), max(dynamics.friction, 0.0))
 
 
 def rest(joint: Joint) -> float:

@@ -2,7 +2,8 @@
 
 A drive servo follows the integral of the commanded speed (MuJoCo's `intvelocity`). On a slope of 10 degrees,
 a plain speed servo rolls down by 374 mm in a minute, this one by 0.01 mm. The gain depends on the inertia
-that the wheel moves.
+that the wheel moves. As the hard velocity constraint of gz (JointVelocityCmd, limited by `<effort>`), it
+overcomes the damping and the dry friction of the joint, within the joint's effort limit.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from kbot.kinematics.bodies import total_mass
 from kbot.kinematics.drive.drive import DifferentialDrive
 from kbot.kinematics.spatial import GRAVITY
 from kbot.model import RobotModel
+from kbot.sim.engine.joints import resistance
 from kbot.sim.recipe import SERVO_MARGIN, SERVO_STIFFNESS, SERVO_TIME, Contacts
 
 LEAST_GRIP = 0.05
@@ -30,9 +32,9 @@ def add_drive_servos(
 ) -> None:
     """Add a speed servo, with its motor's inertia, to every drive wheel. It is commanded in rad/s.
 
-    Its torque limit is `SERVO_MARGIN` times what the tyre can hold at a coefficient of friction of `grip`,
-    but at most the joint's effort limit and the drive's `torque` (N m). With contacts as written, these two
-    limits alone apply, if there is one.
+    Its torque limit is the joint's friction and `SERVO_MARGIN` times what the tyre can hold at a coefficient
+    of friction of `grip`, but at most the joint's effort limit and the drive's `torque` (N m). With contacts
+    as written, these two limits alone apply, if there is one. What they leave compensates the damping.
     """
     count = len(drive.joints)
     mass = total_mass(robot)
@@ -40,7 +42,8 @@ def add_drive_servos(
         radius = drive.wheels[name].radius
         inertia = mass * radius * radius / count
         gain = inertia / SERVO_TIME
-        traction = SERVO_MARGIN * max(grip, LEAST_GRIP) * mass * GRAVITY / count * radius
+        damping, friction = resistance(robot.joints[name])
+        traction = SERVO_MARGIN * max(grip, LEAST_GRIP) * mass * GRAVITY / count * radius + friction
         allowed = min(effort_limit(robot, name), torque or float("inf"))
         if contacts is Contacts.AS_WRITTEN and allowed < float("inf"):
             most = allowed
@@ -53,6 +56,25 @@ def add_drive_servos(
         servo.actlimited = False
         servo.forcelimited = True
         servo.forcerange = (-most, most)
+        if damping > 0.0 and allowed > most:
+            _compensate(spec, prefix + name, damping, allowed - most)
+
+
+def _compensate(spec: mujoco.MjSpec, joint: str, damping: float, most: float) -> None:
+    """Add an actuator that cancels a joint's damping with at most `most` N m.
+
+    It acts besides the servo, because the servo's limit is one of what the tyre can hold: a blocked wheel has
+    no damping to compensate, so it does not climb a wall either.
+    """
+    added = spec.add_actuator(name=f"{joint}:damping", target=joint)
+    added.trntype = mujoco.mjtTrn.mjTRN_JOINT
+    # its command stays 0: with a gain of 0, MuJoCo would take the damping for the damping ratio of a spring
+    added.gainprm[0] = 1.0
+    added.biastype = mujoco.mjtBias.mjBIAS_AFFINE
+    added.biasprm[2] = damping
+    if most < float("inf"):
+        added.forcelimited = True
+        added.forcerange = (-most, most)
 
 
 def add_joint_servos(spec: mujoco.MjSpec, robot: RobotModel, driven: tuple[str, ...], prefix: str) -> None:

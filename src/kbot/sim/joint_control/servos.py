@@ -2,7 +2,8 @@
 
 A position servo is a critically damped spring, tuned to the joint's inertia in the current pose. It receives
 the wanted position and velocity, and the load on the joint (computed torque: Spong, Robot Modeling and
-Control, 8.3). So a joint follows its trajectory without lag and does not sag.
+Control, 8.3), with the joint's damping and dry friction. So a joint follows its trajectory without lag, does
+not sag, and does not stop short of its target.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from __future__ import annotations
 import reprlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from math import inf
+from math import copysign, inf
 
 import mujoco
 
@@ -79,6 +80,8 @@ FREQUENCY = 50.0
 """Natural frequency of the servos in rad/s."""
 LEAST_INERTIA = 1e-6
 """Smallest inertia that a servo is tuned to, in kg m^2 or kg, so that its gains are never 0."""
+NEAR = 1e-4
+"""Distance in rad or m from a target up to which dry friction may stop a joint."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +89,7 @@ class _Place:
     """A joint's indices in the engine.
 
     `inertia` is the index of its diagonal element in the mass matrix. `first` is the value of that element
-    with all joints at zero, in kg m^2 or kg.
+    with all joints at zero, in kg m^2 or kg. `friction` is the dry friction in N m or N.
     """
 
     actuator: int
@@ -94,6 +97,7 @@ class _Place:
     dof: int
     inertia: int
     first: float
+    friction: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +153,8 @@ class JointServos:
                 dof = int(model.jnt_dofadr[index])
                 diagonal = int(model.M_rowadr[dof] + model.M_rownnz[dof]) - 1
                 first = max(float(model.dof_M0[dof]), LEAST_INERTIA)
-                self._places[name] = _Place(actuator, int(model.jnt_qposadr[index]), dof, diagonal, first)
+                position, friction = int(model.jnt_qposadr[index]), float(model.dof_frictionloss[dof])
+                self._places[name] = _Place(actuator, position, dof, diagonal, first, friction)
                 self._inertias[name] = first
                 self._bounds[name] = JointBounds.of(robot.joints[name])
         self._commands: dict[str, _Command] = {}
@@ -258,12 +263,20 @@ class JointServos:
             if current.interface is Interface.EFFORT:
                 command = bounds.force(current.wanted, position, velocity)
             elif current.interface is Interface.VELOCITY:
-                command = bounds.velocity(current.wanted, position) + load / damping
+                wanted = bounds.velocity(current.wanted, position)
+                if place.friction and wanted:
+                    load += copysign(place.friction, wanted)
+                command = wanted + load / damping
             else:
                 target, speed, acceleration = followed.get(joint) or self._towards(current, bounds)
                 target = bounds.position(target)
                 wanted = target if joint in followed else current.wanted
                 self._commands[joint] = _Command(current.interface, wanted, target)
+                if place.friction:
+                    # at the target the joint may rest, so that the servo does not push it to and fro
+                    error = target - position
+                    share = 1.0 if speed else min(abs(error) / NEAR, 1.0)
+                    load += copysign(place.friction * share, speed or error)
                 pushed = inertia * acceleration + damping * speed + load
                 command = target + pushed / (inertia * FREQUENCY**2)
             self._ctrl[place.actuator] = command
