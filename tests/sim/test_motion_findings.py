@@ -202,6 +202,66 @@ def test_a_velocity_limit_is_reported_at_the_limit(urdf):
     assert found.origin.span.line == line_of(text, "<limit")
 
 
+@pytest.mark.parametrize(("damping", "friction"), [(0.2, 0.0), (0.0, 1.0), (0.2, 1.0), (5.0, 1.0)])
+def test_damping_and_friction_do_not_slow_a_drive(urdf, damping, friction):
+    """0.5 m/s x 4 s, because the start and the stop at 1 m/s^2 cancel. The tyres hold 1.4 N m, but at 10
+    rad/s 0.2 N m s/rad alone need 2 N m. Dry friction of 1 N m takes 1.6 mm: it stops the servo's spring of
+    30 N m/rad at 1 / 30 rad."""
+    text = cart(limit=f'<dynamics damping="{damping}" friction="{friction}"/>')
+    simulation = driven(urdf(text), (0.5, 0.0, 4.0), (0.0, 0.0, 1.0))
+    assert simulation.ground_truth.pose.x == pytest.approx(2.0, abs=2e-3)
+    assert simulation.findings == ()
+
+
+def test_damping_does_not_let_a_robot_climb_a_wall(urdf):
+    """A blocked wheel has no damping that the motor must overcome."""
+    world = urdf(cart(limit='<dynamics damping="2"/>'))
+    simulation = Simulation(world, "corridor", start=PlanarPose(0.0, 0.0, pi / 2))
+    simulation.cmd_vel(0.3, 0.0)
+    simulation.run(15.0)
+    assert simulation.collided
+    assert simulation.link_pose("base_link").translation[2] < 0.06
+
+
+@pytest.mark.parametrize(
+    ("effort", "damping", "friction", "speed", "needed"),
+    [(1.5, 0.2, 0.0, 7.5, 2.0), (1.5, 0.2, 1.0, 2.5, 3.0), (1.5, 0.0, 2.0, 0.0, 2.0)],
+)
+def test_an_effort_limit_below_damping_and_friction_limits_the_speed(
+    urdf, effort, damping, friction, speed, needed
+):
+    """The motor turns its wheel at (effort - friction) / damping, and needs damping x 10 rad/s + friction."""
+    text = cart(
+        limit=f'<limit effort="{effort}" velocity="0"/><dynamics damping="{damping}" friction="{friction}"/>'
+    )
+    simulation = driven(urdf(text), (0.5, 0.0, 5.0))
+    turns = simulation.robots.first.body.joint_velocities["left_joint"]
+    assert turns == pytest.approx(speed, abs=1e-3)
+    found = only(simulation)
+    assert (found.code, found.severity) == ("W306" if speed else "W302", Severity.WARNING)
+    assert found.message.endswith(
+        "the effort limit of 'left_joint' is 1.5 N m, but at 10 rad/s its damping and friction need"
+        f" {needed:g} N m, {needed / 1.5:.3g} times as much"
+    )
+    assert found.origin.span.line == line_of(text, "<limit")
+    assert found.hint.startswith(f"write at least {needed:g} N m")
+
+
+def test_a_plugin_s_torque_limit_is_reported_at_it(urdf):
+    limit = "<max_wheel_torque>1.5</max_wheel_torque>"
+    text = cart(limit='<dynamics damping="0.2"/>').replace("</plugin>", f"\n{limit}</plugin>")
+    found = only(driven(urdf(text), (0.5, 0.0, 5.0)))
+    assert found.code == "W306"
+    assert "turns at 7.5 of the commanded 10 rad/s: the drive's torque limit of 'left_joint'" in found.message
+    assert found.origin.span.line == line_of(text, limit)
+
+
+def test_a_motor_that_is_weak_for_a_moment_is_not_reported(urdf):
+    """0.1 N m at each wheel of 0.05 m accelerate 5.7 kg, and the rotors, at 0.3 m/s^2 and more."""
+    text = cart(limit='<limit effort="0.1" velocity="20"/>')
+    assert driven(urdf(text), (0.3, 0.0, 5.0)).findings == ()
+
+
 FAST = cart(limit='<limit effort="5" velocity="20"/>')
 """20 rad/s on wheels of 0.05 m, 0.3 m apart: 1 m/s, and 2 / 0.3 rad/s."""
 

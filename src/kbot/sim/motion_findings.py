@@ -16,10 +16,12 @@ from kbot.kinematics.drive.findings import findings_of_drive
 from kbot.kinematics.transform import Transform
 from kbot.model import Mesh
 from kbot.model.shapes import span_along
+from kbot.sim.drive.settings import TORQUE
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.geometry import own_geometries
+from kbot.sim.engine.joints import resistance
 from kbot.sim.engine.servo import effort_limit, speed_limit
-from kbot.sim.motion_watch import STUCK, Excess, Explanation, MotionWatch, OdometryError, Standstill
+from kbot.sim.motion_watch import STUCK, Excess, Explanation, MotionWatch, OdometryError, Standstill, Weakness
 from kbot.sim.recipe import Contacts
 from kbot.sim.robot import SimulatedRobot
 from kbot.text import Diagnostic, Origin, Related, Severity
@@ -74,7 +76,8 @@ class MotionFindings:
 
     def find(self) -> tuple[Diagnostic, ...]:
         """What was observed since the last reset, and whether the robot is below the floor now."""
-        found = [self._fall(), self._depth(), self._excess(), self._standstill(), self._odometry()]
+        found = [self._fall(), self._depth(), self._excess(), self._standstill(), self._weakness()]
+        found.append(self._odometry())
         return tuple(finding for finding in found if finding is not None)
 
     # observations
@@ -115,6 +118,16 @@ class MotionFindings:
             f"{seen.allowed:.3g} {unit} that the drive allows"
         )
         return _finding("W305", what, self._first_cause("W305", lambda: self._why_far(seen)))
+
+    def _weakness(self) -> Diagnostic | None:
+        seen = self._watch.weakness
+        if seen is None or self._follows_from_fall(seen.since) or self._watch.standstill is not None:
+            return None  # a robot that hardly moves is one finding, with the motor as its cause
+        what = (
+            f"the motor of '{seen.joint}' is too weak after {seen.since:.1f} s: it turns at {seen.speed:.3g}"
+            f" of the commanded {seen.commanded:.3g} rad/s"
+        )
+        return _finding("W306", what, self._cause("W306", seen.explanation, self._why_weak))
 
     def _follows_from_fall(self, since: float) -> bool:
         fall = self._watch.fall
@@ -254,7 +267,7 @@ class MotionFindings:
         if seen.wheels_turn:
             found = self._faults(self._slips) or self._slippery_wheel() or self._hanging_wheel()
             return found or self._slope() or _Cause("the wheels turn and slip")
-        found = self._faults(_WEAK) or self._weak_motor() or self._slope()
+        found = self._resistance() or self._faults(_WEAK) or self._weak_motor() or self._slope()
         return found or _Cause("its wheels do not turn", hint="check what blocks the wheels")
 
     def _why_far(self, seen: Excess) -> _Cause:
@@ -355,16 +368,44 @@ class MotionFindings:
         text += f": '{name}' has a velocity limit of {speed_limit(robot, name):g} rad/s"
         return _Cause(text, limit.origin, "raise the velocity limit, or command a lower speed")
 
+    def _why_weak(self) -> _Cause:
+        found = self._resistance() or self._faults(_WEAK) or self._slope() or self._weak_motor()
+        return found or _Cause("its load is too high")
+
+    def _resistance(self) -> _Cause | None:
+        """The damping and friction of a driving joint, if its torque limit is too small for these alone."""
+        seen = self._watch.weakness
+        if seen is None:
+            return None
+        damping, friction = resistance(self._robot.robot.joints[seen.joint])
+        needed = damping * seen.commanded + friction
+        if needed <= seen.most:
+            return None
+        name, origin = self._torque_limit(seen)
+        text = (
+            f"{name} of '{seen.joint}' is {seen.most:.3g} N m, but at {seen.commanded:.3g} rad/s its damping"
+            f" and friction need {needed:.3g} N m, {needed / seen.most:.3g} times as much"
+        )
+        return _Cause(text, origin, f"write at least {needed:.3g} N m, or the joint's real <dynamics>")
+
     def _weak_motor(self) -> _Cause | None:
-        """A driving joint whose servo is at its effort limit now."""
-        robot, drive = self._robot.robot, self._robot.drive
-        for name in drive.joints if isinstance(drive, DifferentialDrive) else ():
-            limit = robot.joints[name].limit
-            most = effort_limit(robot, name)
-            if limit is not None and abs(self._robot.body.joint_efforts[name]) > 0.99 * most:
-                text = f"the motor of '{name}' is at its effort limit of {most:g} N m"
-                return _Cause(text, limit.origin, "write the motor's torque, or the robot's real mass")
-        return None
+        """A driving joint whose motor is at its torque limit."""
+        seen = self._watch.weakness
+        if seen is None:
+            return None
+        name, origin = self._torque_limit(seen)
+        text = f"the motor of '{seen.joint}' is at {name} of {seen.most:.3g} N m"
+        return _Cause(text, origin, "write the motor's torque, or the robot's real mass")
+
+    def _torque_limit(self, seen: Weakness) -> tuple[str, Origin | None]:
+        """What limits the torque of a motor, and where it is written."""
+        robot = self._robot.robot
+        if seen.most == effort_limit(robot, seen.joint):
+            limit = robot.joints[seen.joint].limit
+            return "the effort limit", limit.origin if limit is not None else None
+        controller = drive_controller(declared_drives(robot))
+        given = None if controller is None else controller.first(*TORQUE)
+        return "the drive's torque limit", given.origin if given is not None else robot.origin
 
     def _slope(self) -> _Cause | None:
         tilt = self._watch.tilt

@@ -14,7 +14,9 @@ from kbot.sim.collisions import Collisions
 from kbot.sim.disturbances import Disturbances
 from kbot.sim.drive.twist_controller import Twist2
 from kbot.sim.engine.engine import Engine
+from kbot.sim.engine.servo import effort_limit
 from kbot.sim.recipe import CONTROL_PERIOD
+from kbot.sim.robot import SimulatedRobot
 from kbot.sim.robots import Robots
 
 OFF = 0.02
@@ -43,6 +45,10 @@ its goal by a gain may command several times what the drive allows."""
 FAR_TIME, FAR_CHANGING_TIME = 0.5, 2.0
 """Seconds for which a constant and a changing command must be too fast. A program that multiplies an angle by
 a gain soon commands less, because the robot turns."""
+AT_LIMIT, TOO_SLOW = 0.99, 0.9
+"""Shares of a motor's torque limit, and of its commanded speed, above and below which a motor is too weak."""
+WEAK_TIME = 1.0
+"""Seconds for which it must be. A robot that accelerates at 1 m/s^2 reaches an ordinary speed earlier."""
 UPRIGHT = cos(radians(60.0))
 """Upward component of the axle's z axis below which a robot has fallen over. Ramps are less steep."""
 SETTLING = 0.6
@@ -121,6 +127,22 @@ class Excess:
 
 
 @dataclass(frozen=True, slots=True)
+class Weakness:
+    """The motor of a driving `joint` was at its torque limit from `since` (s) on, and too slow.
+
+    most              the limit in N m
+    commanded, speed  the commanded and the true speed in rad/s, as magnitudes
+    """
+
+    since: float
+    explanation: Explanation
+    joint: str
+    most: float
+    commanded: float
+    speed: float
+
+
+@dataclass(frozen=True, slots=True)
 class Fall:
     """The robot lay on its side or back from `since` (s) on."""
 
@@ -162,6 +184,8 @@ class MotionWatch:
         self.odometry_error: OdometryError | None = None
         self.standstill: Standstill | None = None
         self.excess: Excess | None = None
+        self.weakness: Weakness | None = None
+        self._weak_since: dict[str, float] = {}
         self.fall: Fall | None = None
         self._fastest = robot.wheels.fastest if robot.wheels is not None else _NO_LIMIT
         self._far_since: float | None = None
@@ -173,6 +197,7 @@ class MotionWatch:
         self._begun = self._engine.time
         self._contacts, self._count = -1, 0
         self._half = drive.separation / 2.0 if isinstance(drive, DifferentialDrive) else 0.0
+        self._torques = _torque_limits(robot)
         self._least = (
             max(LEAST_OFF, drive.radius / 2.0) if isinstance(drive, DifferentialDrive) else LEAST_OFF
         )
@@ -245,6 +270,8 @@ class MotionWatch:
             self._odometry = self._true = wheels.axle
             self._start_window(time)
             return
+        if self._torques:
+            self._look_at_motors(time)
         way, turned = self._move(before, now, self._heading - heading)
         odometry_way, odometry_turned = self._move_odometry(wheels.axle)
         half = self._half
@@ -267,6 +294,22 @@ class MotionWatch:
         if time - self._window > least_time and commanded > STUCK_WAY:
             self._end_window(time, commanded)
             self._window_wanted = wheels.wanted
+
+    def _look_at_motors(self, time: float) -> None:
+        """Find a motor that stays at its torque limit without reaching the commanded speed."""
+        body = self._robots.first.body
+        efforts, speeds = body.joint_efforts, body.joint_velocities
+        for joint, most in self._torques.items():
+            commanded, speed = abs(body.servo_command(joint)), abs(speeds[joint])
+            if abs(efforts[joint]) < AT_LIMIT * most or speed >= TOO_SLOW * commanded:
+                self._weak_since.pop(joint, None)
+                continue
+            since = self._weak_since.setdefault(joint, time)
+            known = self.weakness
+            if time - since > WEAK_TIME and (known is None or known.joint == joint):
+                explanation = self._explanation if known is None else known.explanation
+                since = since if known is None else known.since
+                self.weakness = Weakness(since, explanation, joint, most, commanded, speed)
 
     def _move(self, before: Place, now: Place, spun: float) -> tuple[float, float]:
         """Add the axle's motion, in its own frame, to its true pose. Returns the distance and the turn.
@@ -344,6 +387,15 @@ class MotionWatch:
     @property
     def _explanation(self) -> Explanation:
         return Explanation(self.touched, self._touched_at, self._disturbances.last)
+
+
+def _torque_limits(robot: SimulatedRobot) -> dict[str, float]:
+    """The torque limits in N m of the driving joints that have one."""
+    if not isinstance(robot.drive, DifferentialDrive) or robot.settings is None:
+        return {}
+    own = robot.settings.torque or inf
+    limits = {joint: min(effort_limit(robot.robot, joint), own) for joint in robot.drive.joints}
+    return {joint: most for joint, most in limits.items() if most < inf}
 
 
 Place = tuple[float, float, float, float, float, float, float]

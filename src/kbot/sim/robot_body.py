@@ -144,6 +144,12 @@ class RobotBody:
         self.require_joint(joint)
         return self._joints[joint][1]
 
+    def servo_command(self, joint: str) -> float:
+        """The command of a joint's servo, for a driving wheel its speed in rad/s."""
+        kind = mujoco.mjtObj.mjOBJ_ACTUATOR
+        index = mujoco.mj_name2id(self._engine.model, kind, self.prefix + joint)
+        return float(self._engine.data.ctrl[index])
+
     # writing (the callers write the journal)
 
     def stand_at(self, x: float, y: float, yaw: float, height: float) -> None:

@@ -26,6 +26,8 @@ from kbot.sim.recipe import ANGULAR_ACCELERATION, LINEAR_ACCELERATION, WATCHDOG
 from kbot.text import DiagnosticCollector
 
 DEFAULT_LIMITS = DriveLimits()
+TORQUE = ("wheelTorque", "max_wheel_torque")
+"""The names of a plugin's torque limit of a wheel, N m."""
 ABSURD = 1000.0
 """A size that is this many times too large or too small is replaced by the one measured on the robot.
 
@@ -202,7 +204,7 @@ def _of_plugin(values: _Values, radius: float, separation: float) -> DriveSettin
         radius,
         separation,
         limits,
-        values.positive("wheelTorque", "max_wheel_torque"),
+        values.positive(*TORQUE),
         command_topic=values.word("cmd_vel", "commandTopic", "command_topic", "topic"),
         odometry_topic=values.word("odom", "odometryTopic", "odometry_topic", "odom_topic"),
         odometry_frame=values.word("odom", "odometryFrame", "odometry_frame", "frame_id"),
