@@ -16,14 +16,18 @@ from kbot.model import RobotModel
 from kbot.model.load import load_robot
 from kbot.sim.drive.settings import DriveSettings, drive_settings
 from kbot.sim.drive.twist_controller import DriveLimits
-from kbot.sim.engine.inertia import drive_with_masses
+from kbot.sim.engine.inertia import drive_with_masses, held_joints
 from kbot.sim.engine.robot_builder import RobotPlan
+from kbot.sim.joint_control.brakes import braked_joints
 from kbot.sim.joint_control.control import JointControl
 from kbot.sim.joint_control.controllers import joint_control, spawned_for
 from kbot.sim.naming import Naming
 from kbot.sim.numbers import FURTHEST, is_finite, vector
 from kbot.sim.recipe import Contacts
 from kbot.text import Diagnostic, DiagnosticCollector, KbotError
+
+_NAMED = 8
+"""Most joints that a finding names."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -74,7 +78,9 @@ def prepare(
             settings = dataclasses.replace(settings, limits=limits)
     name = naming.name
     # gz puts the model's name in the world into topic names
-    control = joint_control(dataclasses.replace(robot, name=name), _driving_joints(drive), findings, naming)
+    driving = _driving_joints(drive)
+    control = joint_control(dataclasses.replace(robot, name=name), driving, findings, naming)
+    control = _with_brakes(robot, drive, driving, control, findings)
     place = Transform.from_xyz_rpy((pose.x, pose.y, 0.0), (0.0, 0.0, pose.yaw))
     torque = settings.torque if settings is not None else None
     plan = RobotPlan(name, robot, drive, contacts, place, others=False, torque=torque)
@@ -119,6 +125,36 @@ def _unless_commanded(robot: RobotModel, drive: DifferentialDrive | NoDrive) -> 
     """The drive, unless a launch file starts controllers that command the wheels one by one."""
     reason = spawned_for(robot, _driving_joints(drive))
     return NoDrive(reason) if reason else drive
+
+
+def _with_brakes(
+    robot: RobotModel,
+    drive: DifferentialDrive | NoDrive,
+    driving: tuple[str, ...],
+    control: JointControl,
+    findings: DiagnosticCollector,
+) -> JointControl:
+    """The control, with brakes on the joints that nothing commands, which are reported."""
+    commanded = (joint for c in control.controllers if c.is_active for joint in c.joints)
+    taken = held_joints(robot).union(driving, control.holds, commanded)
+    free = {joint.name for joint in robot.movable_joints if joint.name not in taken and joint.mimic is None}
+    braked = braked_joints(robot, drive, free)
+    if not braked:
+        return control
+    count, names = len(braked), ", ".join(f"'{name}'" for name in braked[:_NAMED])
+    more = f" and {count - _NAMED} more" if count > _NAMED else ""
+    what = (
+        "1 joint where it starts, as a brake does"
+        if count == 1
+        else f"{count} joints where they start, as brakes do"
+    )
+    findings.info(
+        "W147",
+        f"no controller commands {names}{more}: KBot holds {what}",
+        robot.joints[braked[0]].origin,
+        "add a controller, or let a joint move freely with robot.release_joint(NAME)",
+    )
+    return dataclasses.replace(control, holds=control.holds.union(braked))
 
 
 def _driving_joints(drive: DifferentialDrive | NoDrive) -> tuple[str, ...]:
