@@ -372,6 +372,29 @@ def test_a_robot_that_tips_is_reported_with_the_rule_that_explains_it(urdf):
     assert found.origin.span.line == line_of(text, '<link name="base_link"')
 
 
+def test_a_robot_that_tips_onto_a_part_of_it_is_reported(urdf):
+    """The centre of mass is ahead of the axle and behind the body's front edge, which is 0.1 m ahead of the
+    axle and 0.02 m below it. The edge is on the ground at a = 18 degrees: 0.1 sin a + 0.02 cos a = 0.05."""
+    text = cart(mass_x=0.12, mass=20.0)
+    found = only(driven(urdf(text), (0.0, 0.0, 3.0)))
+    assert (found.code, found.severity) == ("W303", Severity.WARNING)
+    assert found.message.startswith("the robot leans by 18 degrees and rests on 'base_link': ")
+    assert "(D115)" in found.message
+    assert found.origin.span.line == line_of(text, '<link name="base_link"')
+
+
+def test_a_part_that_drags_on_the_ground_is_the_reason_for_slip(urdf):
+    """A box of 8 kg on a hinge drops to the ground. Its friction exceeds that of the wheels under 5.7 kg."""
+    boom = link("boom", 0.1, '<box size="0.1 0.01 0.01"/>', collides=False)
+    boom += joint("hinge", "continuous", "boom", "-0.06 0 0", '<axis xyz="0 1 0"/>')
+    box = link("sled", 8.0, '<box size="0.02 0.02 0.02"/>')
+    text = cart(more=boom + box + joint("s", "fixed", "sled", "-0.1 0 0").replace("base_link", "boom"))
+    found = driven(urdf(text), (0.3, 0.0, 4.0)).findings[-1]
+    assert found.code in ("W301", "W302")
+    assert "'sled' drags on the ground" in found.message
+    assert found.origin.span.line == line_of(text, '<link name="sled"')
+
+
 def test_a_push_is_the_reason_for_a_fall(kbot_robot):
     simulation = Simulation(kbot_robot)
     simulation.run(1.0)

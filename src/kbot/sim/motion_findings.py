@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import degrees, inf, radians
+from math import acos, degrees, inf, radians
 
 import mujoco
 import numpy as np
@@ -36,6 +36,9 @@ _DEEP = 0.005
 """Metres below the floor that are reported. Stiff contacts sink in by 0.01 mm, and soft ones by a few mm."""
 _FLAT = 0.7
 """Least vertical component of a floor's normal: it rises by up to 45 degrees."""
+_LEANS = radians(15.0)
+"""Angle to the ground in rad from which a robot that rests on another part than its wheels and casters has
+tipped over. One whose caster is too short leans less."""
 _SLOWEST = 0.05
 """Share of its highest speed at which a robot ordinarily drives at least."""
 _BELOW_WORLD = 0.5
@@ -136,9 +139,39 @@ class MotionFindings:
     def _fall(self) -> Diagnostic | None:
         seen = self._watch.fall
         if seen is None:
-            return None
+            return self._lean()
         cause = self._cause("W303", seen.explanation, self._why_fallen)
         return _finding("W303", f"the robot fell over at {seen.since:.1f} s", cause)
+
+    def _lean(self) -> Diagnostic | None:
+        """W303 of a robot that tipped only until a part of it touched the ground. Seen at this call."""
+        if self._engine.has_failed or self._robot.body.root_qpos < 0:
+            return None
+        resting, normal = self._ground_below()
+        angle = acos(min(1.0, float(self._watch.up @ normal)))
+        if angle < _LEANS or not resting:
+            return None
+        cause = self._cause("W303", self._watch.explanation, self._why_fallen)
+        what = f"the robot leans by {degrees(angle):.0f} degrees and rests on '{resting[0]}'"
+        return _finding("W303", what, cause)
+
+    def _ground_below(self) -> tuple[list[str], NDArray[np.float64]]:
+        """The links that rest on fixed shapes, without wheels and casters, and the ground's normal (3,)."""
+        model, data = self._engine.current()
+        mine = set(own_geometries(model, self._robot.name).tolist())
+        drive, resting, normal = self._robot.drive, [], np.array([0.0, 0.0, 1e-9])
+        rolling: set[str] = set()
+        if isinstance(drive, DifferentialDrive):
+            rolling = {wheel.link for wheel in drive.wheels.values()}.union(drive.casters)
+        for contact in data.contact:
+            pair = contact.geom.tolist()
+            for geom, other in (pair, pair[::-1]):
+                if geom in mine and model.body_weldid[model.geom_bodyid[other]] == 0:
+                    up = contact.frame[:3] * np.sign(contact.frame[2])
+                    if up[2] > _FLAT:
+                        normal = normal + up
+                        resting.append(_link_of(model, geom))
+        return [link for link in resting if link not in rolling], normal / np.linalg.norm(normal)
 
     def _depth(self) -> Diagnostic | None:
         """W304. What sinks without a contact is seen only at the time of this call."""
@@ -200,8 +233,7 @@ class MotionFindings:
             pair = contact.geom.tolist()
             for geom, other in (pair, pair[::-1]):
                 if geom in mine and model.body_weldid[model.geom_bodyid[other]] == 0:
-                    link = str(model.body(int(model.geom_bodyid[geom])).name).partition("/")[2]
-                    yield -float(contact.dist), link
+                    yield -float(contact.dist), _link_of(model, geom)
 
     def _depths_of_shapes(self, model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[tuple[float, str]]:
         """How deep the shapes of each link, apart from meshes, reach below a level floor, in m."""
@@ -255,6 +287,7 @@ class MotionFindings:
             self._drive_fault((*_SIDES, *declared))
             or self._faults(self._slips)
             or self._slippery_wheel()
+            or self._dragging_part()
             or self._skids(seen)
             or self._hanging_wheel()
             or self._slope()
@@ -265,7 +298,8 @@ class MotionFindings:
         if seen.allowed < 2.0 * STUCK:
             return self._limits(seen)
         if seen.wheels_turn:
-            found = self._faults(self._slips) or self._slippery_wheel() or self._hanging_wheel()
+            found = self._faults(self._slips) or self._slippery_wheel() or self._dragging_part()
+            found = found or self._hanging_wheel()
             return found or self._slope() or _Cause("the wheels turn and slip")
         found = self._resistance() or self._faults(_WEAK) or self._weak_motor() or self._slope()
         return found or _Cause("its wheels do not turn", hint="check what blocks the wheels")
@@ -324,6 +358,14 @@ class MotionFindings:
         text = f"a turn drags the wheels of {axles} axles across the ground"
         hint = f"give the drive a wheel separation that is {factor:.1f} times as large"
         return _Cause(text, self._robot.robot.origin, hint if factor < inf else "", is_fault=False)
+
+    def _dragging_part(self) -> _Cause | None:
+        """A part other than wheels and casters that rests on the ground now."""
+        resting, _ = self._ground_below()
+        if not resting:
+            return None
+        text = f"'{resting[0]}' drags on the ground"
+        return _Cause(text, self._robot.robot.links[resting[0]].origin, "raise it, or put a caster below it")
 
     def _hanging_wheel(self) -> _Cause | None:
         """A driving wheel that touches nothing now."""
@@ -416,6 +458,11 @@ class MotionFindings:
 def _finding(code: str, what: str, cause: _Cause) -> Diagnostic:
     severity = Severity.WARNING if cause.is_fault else Severity.INFO
     return Diagnostic(code, severity, f"{what}: {cause.text}", cause.origin, cause.hint, cause.related)
+
+
+def _link_of(model: mujoco.MjModel, geom: int) -> str:
+    """The link of a robot's geometry."""
+    return str(model.body(int(model.geom_bodyid[geom])).name).partition("/")[2]
 
 
 def _in_degrees(radians: float, form: str, what: str = "") -> str:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import acos, atan2, cos, hypot, inf, pi, radians, sin
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kbot.kinematics.drive.drive import DifferentialDrive, SteeredDrive
 from kbot.kinematics.transform import Transform
@@ -262,7 +263,7 @@ class MotionWatch:
         if up < self._least_up:
             self._least_up = up
             if up < UPRIGHT and self.fall is None:
-                self.fall = Fall(time, self._explanation)
+                self.fall = Fall(time, self.explanation)
         wheels = robot.wheels
         if wheels is None:
             return
@@ -307,7 +308,7 @@ class MotionWatch:
             since = self._weak_since.setdefault(joint, time)
             known = self.weakness
             if time - since > WEAK_TIME and (known is None or known.joint == joint):
-                explanation = self._explanation if known is None else known.explanation
+                explanation = self.explanation if known is None else known.explanation
                 since = since if known is None else known.since
                 self.weakness = Weakness(since, explanation, joint, most, commanded, speed)
 
@@ -351,7 +352,7 @@ class MotionWatch:
             known = self.odometry_error
             self.odometry_error = OdometryError(
                 known.since if known is not None else time,
-                known.explanation if known is not None else self._explanation,
+                known.explanation if known is not None else self.explanation,
                 off,
                 turned_off,
                 self._way,
@@ -385,7 +386,14 @@ class MotionWatch:
         return acos(min(1.0, max(-1.0, self._least_up)))
 
     @property
-    def _explanation(self) -> Explanation:
+    def up(self) -> NDArray[np.float64]:
+        """The axle's z axis (3,) in the world, of a robot that is not fixed."""
+        _, _, _, w, x, y, z = self._axle_of(self._robots.first.body.root_place)
+        return np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
+
+    @property
+    def explanation(self) -> Explanation:
+        """What has acted on the robot from outside so far."""
         return Explanation(self.touched, self._touched_at, self._disturbances.last)
 
 
