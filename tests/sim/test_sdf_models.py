@@ -57,6 +57,16 @@ def test_sdf_model_keeps_its_links_joints_and_own_pose(sim: Simulation) -> None:
     assert not sim.models.body_poses().keys() & {"g", "g::bar"}
 
 
+def test_missing_part_of_a_model_is_reported(sim: Simulation) -> None:
+    include = "<include><uri>model://far_away</uri></include></model>"
+    sim.models.spawn_sdf(CRATE.replace("</model>", include), "own", at(2.0))
+    assert [(d.code, d.is_error) for d in sim.diagnostics] == [("W202", False)]
+    with pytest.raises(DescriptionError, match="model://far_away"):
+        sim.models.spawn_sdf(CRATE.replace("</model>", include), "peer", is_confined=True)
+    with pytest.raises(DescriptionError, match="model://far_away not found"):
+        sim.models.spawn_sdf(f"<sdf version='1.7'><model name='none'>{include}</sdf>")
+
+
 def test_model_with_self_collision_is_one_model(sim: Simulation) -> None:
     gate = GATE.replace("<pose>0.5 0 0 0 0 0</pose>", "<self_collide>true</self_collide>", 1)
     bodies = sim.models.spawn_sdf(gate, "g", at(1.0, 1.0))

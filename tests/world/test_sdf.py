@@ -250,8 +250,6 @@ def test_unsupported_elements_are_reported_once_at_their_line(world):
 @pytest.mark.parametrize(
     ("inner", "code", "message"),
     [
-        ("<include><uri>model://crat</uri></include>", "W202", "model://crat not found"),
-        ("<include><uri>https://fuel.gazebosim.org/x</uri></include>", "W202", "does not download"),
         ("<include></include>", "W205", "no <uri>"),
         (static(link(HEIGHTMAP.format(""))), "W205", "<heightmap> has no <uri>"),
         (static(link(HEIGHTMAP.format("<uri>test.world</uri>"))), "W206", "has an unknown format"),
@@ -406,6 +404,47 @@ def test_missing_mesh_does_not_affect_the_rest_of_the_world(world):
     assert len(found.bodies[0].parts) == 1
 
 
+FUEL = "https://fuel.gazebosim.org/1.0/OpenRobotics/models"
+
+
+@pytest.mark.parametrize(
+    ("uri", "message", "hint"),
+    [
+        ("model://crat", "model://crat not found", "did you mean 'crate'?"),
+        ("model://far_away", "model://far_away not found", "GZ_SIM_RESOURCE_PATH"),
+        (f"{FUEL}/Far Away", "KBot does not download models", f"gz fuel download -u '{FUEL}/Far Away'"),
+        ("https://example.org/far", "KBot does not download models", ""),
+    ],
+)
+def test_missing_model_does_not_affect_the_rest_of_the_world(world, uri, message, hint):
+    include = f"<include><uri>{uri}</uri></include>\n"
+    found = world(include + include + static(link()))
+    assert [body.name for body in found.bodies] == ["m"]
+    assert [(d.code, d.is_error, d.origin.span.line) for d in found.diagnostics] == [
+        ("W202", False, 3),
+        ("W202", False, 4),
+    ]
+    assert message in found.diagnostics[0].message
+    assert hint in found.diagnostics[0].hint
+
+
+@pytest.mark.parametrize(
+    ("include", "name"),
+    [
+        ("<include><uri>model://far</uri></include>", "far::l"),
+        ("<include merge='true'><uri>model://far</uri></include>", "l"),
+        ("<model name='n'><include><uri>model://far</uri></include></model>", "n::far::l"),
+    ],
+)
+def test_names_that_a_missing_model_may_define_are_warnings(world, include, name):
+    joint = f"<joint name='j' type='fixed'><parent>{name}</parent><child>b</child></joint>"
+    found = world(
+        f"<model name='m'>{include}{link(name='a', pose=TURN.format(name))}{link(name='b')}{joint}</model>"
+    )
+    assert {(d.code, d.is_error) for d in found.diagnostics} == {("W202", False), ("W207", False)}
+    assert [body.name for body in found.bodies] == ["m", "m::b"]  # the joint is left out
+
+
 @pytest.mark.parametrize(
     ("inner", "code"),
     [
@@ -436,9 +475,8 @@ def test_16_bit_heightmap_keeps_its_precision(world, tmp_path):
 
 
 def test_fuel_models_and_gazebos_own_plugins_are_known(world):
-    fuel = "https://fuel.gazebosim.org/1.0/OpenRobotics/models"
     found = world(
-        f"<include><uri>{fuel}/Ground Plane</uri></include><include><uri>{fuel}/Sun</uri></include>"
+        f"<include><uri>{FUEL}/Ground Plane</uri></include><include><uri>{FUEL}/Sun</uri></include>"
         "<plugin filename='gz-sim-physics-system' name='gz::sim::systems::Physics'/>"
         "<plugin filename='libignition-gazebo-user-commands-system.so' name='u'/>"
     )
@@ -446,16 +484,49 @@ def test_fuel_models_and_gazebos_own_plugins_are_known(world):
     assert found.diagnostics == ()
 
 
-def test_model_downloaded_by_gazebo_is_found(world, tmp_path, monkeypatch):
-    folder = tmp_path / ".gz/fuel/fuel.gazebosim.org/openrobotics/models/oak tree/3"
+OAK = f"<sdf version='1.7'><model name='oak'><static>1</static>{link()}</model></sdf>"
+
+
+def write_model(folder):
     folder.mkdir(parents=True)
     (folder / "model.config").write_text("<model><sdf version='1.7'>model.sdf</sdf></model>")
-    (folder / "model.sdf").write_text(
-        f"<sdf version='1.7'><model name='oak'><static>1</static>{link()}</model></sdf>"
-    )
+    (folder / "model.sdf").write_text(OAK.replace("oak", f"oak_{folder.name}"))
+
+
+@pytest.mark.parametrize(
+    ("folder", "uri"),
+    [
+        (".gz/fuel/fuel.gazebosim.org/openrobotics/models/oak tree/3", f"{FUEL}/Oak%20Tree"),
+        (".ignition/fuel/fuel.ignitionrobotics.org/openrobotics/models/oak tree/1", f"{FUEL}/Oak Tree/3"),
+        (".gazebo/models/oak_tree", f"{FUEL}/Oak Tree"),
+        (".gazebo/models/oak_tree", "model://oak_tree"),
+        ("models/Oak Tree", f"{FUEL}/Oak Tree"),
+    ],
+)
+def test_model_downloaded_by_gazebo_is_found(world, tmp_path, monkeypatch, folder, uri):
+    home = tmp_path / "home"
+    write_model(home / folder)
+    monkeypatch.setenv("HOME", str(home))
+    monkeypatch.setenv("GZ_SIM_RESOURCE_PATH", str(home / "models"))
+    found = world(f"<include><uri>{uri}</uri></include>")
+    assert [body.name for body in found.bodies] == [f"oak_{folder.rpartition('/')[2]}"]
+    assert found.diagnostics == ()
+
+
+def test_wanted_version_and_files_of_a_downloaded_model_are_found(world, tmp_path, monkeypatch):
+    import trimesh
+
+    oak = tmp_path / ".gz/fuel/fuel.gazebosim.org/openrobotics/models/oak"
+    for version in ("2", "10"):
+        write_model(oak / version)
+    (oak / "2/meshes").mkdir()
+    trimesh.creation.icosphere(1).export(oak / "2/meshes/leaf.stl")
     monkeypatch.setenv("HOME", str(tmp_path))
-    uri = "https://fuel.gazebosim.org/1.0/OpenRobotics/models/Oak%20Tree"
-    assert [b.name for b in world(f"<include><uri>{uri}</uri></include>").bodies] == ["oak"]
+    found = world(f"<include><uri>{FUEL}/Oak/2</uri></include><include><uri>{FUEL}/Oak/tip</uri></include>")
+    assert [body.name for body in found.bodies] == ["oak_2", "oak_10"]
+    mesh = f"<geometry><mesh><uri>{FUEL}/Oak/2/files/meshes/leaf.stl</uri></mesh></geometry>"
+    found = world(static(link(f"<visual name='v'>{mesh}</visual>")))
+    assert (len(found.bodies[0].parts), found.diagnostics) == (1, ())
 
 
 @pytest.mark.parametrize(

@@ -75,7 +75,7 @@ class Models:
         self.built = engine.world
         """The world before objects were spawned or deleted."""
         self.diagnostics = diagnostics
-        """The warnings from building the world and its robots."""
+        """The warnings from building the world, its robots and its models."""
 
     def use(self, assembly: Assembly) -> None:
         """Replace the engine's model. Commands, pushes and faults continue in the new one."""
@@ -196,6 +196,7 @@ class Models:
         bodies, loops = model.placed(name, pose)
         self._require_free(bodies[0].belongs_to)
         self._add(bodies, loops, bodies[0].belongs_to)
+        self.diagnostics = (*self.diagnostics, *model.diagnostics)
         confined = {"is_confined": True} if model.is_confined else {}
         self._journal.note("spawn_sdf", sdf=model.sdf, name=name, matrix=pose.matrix.tolist(), **confined)
         return bodies

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from kbot.kinematics.transform import Transform
-from kbot.text import DescriptionError, KbotError, Severity
+from kbot.text import DescriptionError, Diagnostic, KbotError, Severity
 from kbot.text.files import unsaved
 from kbot.text.suggest import did_you_mean
 from kbot.world.body_joints import Loop
@@ -25,7 +25,7 @@ DENSITY = 100.0
 EDGE = 0.1
 """Default edge of a box in m."""
 LEFT_OUT = frozenset({"W202", "W206"})
-"""The codes of ignored shapes: a shape's file is not found, or cannot be used."""
+"""The codes of ignored models and shapes: a file is not found, or cannot be used."""
 
 
 def thing(kind: str, name: str, pose: Transform, size: tuple[float, float, float] | None = None) -> Body:
@@ -59,6 +59,7 @@ class SdfModel:
     name: str
     bodies: tuple[Body, ...]
     loops: tuple[Loop, ...]
+    diagnostics: tuple[Diagnostic, ...]
 
     def placed(self, name: str | None, pose: Transform) -> tuple[tuple[Body, ...], tuple[Loop, ...]]:
         """Return its bodies and loops under another name, with `pose` applied before its own pose."""
@@ -89,7 +90,7 @@ def read_sdf_model(sdf: str, name: str | None, *, is_confined: bool = False) -> 
     """Read an SDF model, given as its text or the name of its file. `name` is used in errors about a text.
 
     Use `is_confined` for models that a peer sends. Then the model may name only the files that
-    `kbot.world.sdf.reach` allows, and an ignored shape is an error.
+    `kbot.world.sdf.reach` allows, and an ignored shape or model is an error.
 
     Raises:
         DescriptionError: the model cannot be used. It carries every finding.
@@ -104,12 +105,12 @@ def read_sdf_model(sdf: str, name: str | None, *, is_confined: bool = False) -> 
     with unsaved(texts):
         world = read_sdf(path, with_floor=False, reach=Reach() if is_confined else None)
         left_out = [replace(d, severity=Severity.ERROR) for d in world.diagnostics if d.code in LEFT_OUT]
-        if is_confined and left_out:
-            raise DescriptionError(left_out)
         models = {body.belongs_to for body in world.bodies}
+        if left_out and (is_confined or not models):
+            raise DescriptionError(left_out)
         if len(models) != 1:
             raise KbotError(_not_one_model(path, len(models)))
-    return SdfModel(sdf, is_confined, models.pop(), world.bodies, world.loops)
+    return SdfModel(sdf, is_confined, models.pop(), world.bodies, world.loops, world.diagnostics)
 
 
 def _moved(pose: Transform, point: tuple[float, float, float]) -> tuple[float, float, float]:

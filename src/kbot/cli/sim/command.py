@@ -238,6 +238,7 @@ def _serve(
         robot = None if loaded.has_errors else loaded.robot
         world = page_world(robot) if setup.world is None else setup.world
         place = load_world(world)
+    report(place.diagnostics)
     if script is not None:
         from kbot.sim.script import Script
 

@@ -262,8 +262,7 @@ class Articulation:
         found = frames.link(name)
         if found is None or prefix + found not in self._links:
             message = f"joint '{joint.attributes.get('name', '')}' has the unknown {tag} link '{name}'"
-            hint = did_you_mean(name, frames.names())
-            self.values.findings.error("W207", message, element.origin, hint)
+            frames.report_unknown(name, message, element, "leaves the joint out")
             return None
         return prefix + found
 
@@ -371,7 +370,7 @@ class Articulation:
 
     def _reader(self, link: _Link) -> Links:
         file = link.context.file
-        return Links(self.values, Shapes(self.values, lambda uri: self._files.find(uri, file, needed=False)))
+        return Links(self.values, Shapes(self.values, lambda uri: self._files.find(uri, file)))
 
     @staticmethod
     def _model(link: _Link) -> str:

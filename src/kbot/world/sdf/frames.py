@@ -30,6 +30,8 @@ class Frames:
     nested: dict[str, Frames] = field(default_factory=dict)
     canonical: str = ""
     """The link that the model's own frame moves with."""
+    is_incomplete: bool = False
+    """Whether an include is not found. Then an unknown name may be one of the included model."""
     _frames: dict[str, _Frame] = field(default_factory=dict)
     _keys: dict[int, str] = field(default_factory=dict)
     _found: dict[str, Transform] = field(default_factory=dict)
@@ -80,13 +82,24 @@ class Frames:
         self.nested.update(inner.nested)
         self._keys.update(inner._keys)
         self.canonical = self.canonical or inner.canonical
+        self.is_incomplete = self.is_incomplete or inner.is_incomplete
 
     def key(self, element: Element) -> str:
         """The name under which an element was added."""
         return self._keys.get(id(element), element.attributes.get("name", ""))
 
-    def names(self) -> list[str]:
-        return [*self._frames]
+    def report_unknown(self, name: str, what: str, element: Element, otherwise: str) -> None:
+        """Report an unknown name. If it may be one of a model that is not found, this is a warning, and KBot
+        does `otherwise`."""
+        frames, prefix = self, ""
+        while (outer := name.removeprefix(prefix).partition("::")[0]) in frames.nested:
+            frames, prefix = frames.nested[outer], f"{prefix}{outer}::"
+        if frames.is_incomplete:
+            hint = f"a model that is not found may define it. KBot {otherwise}"
+            self.values.findings.warning("W207", what, element.origin, hint)
+        else:
+            hint = did_you_mean(name, [prefix + known for known in frames._frames])
+            self.values.findings.error("W207", what, element.origin, hint)
 
     def link(self, name: str) -> str | None:
         """The link that a frame moves with (`model::link` for a nested model). None for an unknown name."""
@@ -127,8 +140,8 @@ class Frames:
                 way[name] = frame.pose
                 name, element = frame.relative_to, frame.element
             else:
-                hint = did_you_mean(name, self._frames)
-                self.values.findings.error("W207", f"unknown frame '{name}'", element.origin, hint)
+                what = f"unknown frame '{name}'"
+                self.report_unknown(name, what, element, f"uses the origin of the {self.root.strip('_')}")
                 break
         root_from_frame = self._found.get(name, Transform.identity())
         for step, next_from_step in reversed(way.items()):

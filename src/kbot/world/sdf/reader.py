@@ -119,7 +119,7 @@ class _Reader:
     def _models(self, parent: Element, context: SdfContext) -> Articulation:
         """The bodies of the models and includes of a world, in the world's frame."""
         frames = Frames("world", self.values, renames=True)
-        entries = list(self._entries(parent, context))
+        entries = list(self._entries(parent, context, frames))
         for entry in entries:
             frames.add(entry.name, entry.placed_by, "world", entry.pose, entry.offset)
             frames.nested[entry.name] = entry.frames
@@ -131,17 +131,17 @@ class _Reader:
         self._report_unsupported(parent)
         return Articulation(self.values, self.files, entries, frames, parent, context)
 
-    def _entries(self, parent: Element, context: SdfContext) -> Iterator[ModelEntry]:
-        """The models and includes of a world or model."""
+    def _entries(self, parent: Element, context: SdfContext, frames: Frames) -> Iterator[ModelEntry]:
+        """The models and includes of a world or model with these frames."""
         for element in parent.elements():
             if element.tag == "model":
                 yield self._entry(element, element, None, context)
             elif element.tag == "include":
-                entry = self._include(element, context)
+                entry = self._include(element, context, frames)
                 if entry is not None:
                     yield entry
 
-    def _include(self, include: Element, context: SdfContext) -> ModelEntry | None:
+    def _include(self, include: Element, context: SdfContext, frames: Frames) -> ModelEntry | None:
         uri = include.find("uri")
         if uri is None:
             self.findings.error("W205", "<include> has no <uri>", include.origin)
@@ -150,6 +150,7 @@ class _Reader:
             return None
         found = self.files.find(uri, context.file)
         if found is None:
+            frames.is_incomplete = True
             return None
         try:
             file, root = self.files.model(found)
@@ -157,7 +158,8 @@ class _Reader:
             self.findings.diagnostics.extend(error.diagnostics)
             return None
         except KbotError as error:
-            self.findings.error("W202", str(error), uri.origin)
+            self.findings.warning("W202", str(error), uri.origin)
+            frames.is_incomplete = True
             return None
         absolute = str(Path(file).absolute())
         if absolute in context.files or len(context.files) > DEEPEST:
@@ -201,7 +203,7 @@ class _Reader:
         frames = Frames("__model__", self.values, renames=context.version < (1, 7))
         nested: list[ModelEntry] = []
         to_merge: list[ModelEntry] = []
-        for entry in self._entries(model, inner):
+        for entry in self._entries(model, inner, frames):
             (to_merge if entry.context.prefix == prefix else nested).append(entry)
         self._add_frames(model, frames, nested)
         merged: list[tuple[Element, SdfContext]] = []
@@ -248,8 +250,7 @@ class _Reader:
 
 def _is_light(uri: str) -> bool:
     """Whether an include is only a light: the page has its own lights."""
-    model = fuel_model(uri)
-    return uri in ("model://sun", "model://sky") or (model is not None and model[1].lower() in ("sun", "sky"))
+    return uri in ("model://sun", "model://sky") or (fuel_model(uri) or "").lower() in ("sun", "sky")
 
 
 def _version(root: Element) -> tuple[int, ...]:

@@ -25,7 +25,9 @@ WHOLE = re.compile("[0-9]{1,9}")
 
 _FUEL = re.compile(
     r"https?://(?:app|fuel|staging-fuel)\.(?:gazebosim|ignitionrobotics)\.org/1\.0/([^/]+)/models/([^/]+)"
+    r"(?:/([^/]+))?(?:/files/(.+))?"
 )
+"""Owner, model, version, and a file of the model."""
 
 
 def read_xml(path: str | Path) -> Element:
@@ -51,38 +53,41 @@ class ResourceFinder:
 
     def __init__(self, values: SdfValues, reach: Reach | None = None) -> None:
         self._values, self._reach = values, reach
-        self._found: dict[tuple[str, str], str] = {}
+        self._found: dict[tuple[str, str], str | None] = {}
+        self._reasons: dict[tuple[str, str], tuple[str, str]] = {}
+        """The message and the hint about each file that is not found."""
         self._models: dict[str, tuple[str, Element]] = {}
         self._packages: dict[str, Packages] = {}
 
-    def find(self, uri: Element, beside: str, *, needed: bool = True) -> str | None:
+    def find(self, uri: Element, beside: str) -> str | None:
         """The file or folder of a `<uri>` in the file `beside`.
 
-        If it is not found, the result is None and the finding an error, or a warning unless it is `needed`.
+        If it is not found, the result is None and the finding a warning: the rest of the world is usable.
         """
         text = uri.text.strip()
-        known = self._found.get((text, beside))
-        if known is not None:
-            return known
-        report = self._values.findings.error if needed else self._values.findings.warning
-        if text.startswith(("http://", "https://")):
-            known = self._usable(text, _local_copies(text))
-            if known is None:
-                hint = "download the model and add its parent folder to GZ_SIM_RESOURCE_PATH"
-                report("W202", f"KBot does not download models: {text}", uri.origin, hint)
-                return None
-            self._found[text, beside] = known
-            return known
-        path = self._usable(text, self._paths(text, Path(beside).absolute().parent))
-        if path is not None:
-            self._found[text, beside] = path
-            return path
+        key = text, beside
+        if key not in self._found:
+            self._found[key] = self._usable(text, self._paths(text, Path(beside).absolute().parent))
+        path = self._found[key]
+        if path is None:
+            if key not in self._reasons:
+                self._reasons[key] = self._reason(text, beside)
+            message, hint = self._reasons[key]
+            self._values.findings.warning("W202", message, uri.origin, hint)
+        return path
+
+    def _reason(self, text: str, beside: str) -> tuple[str, str]:
+        """The message and the hint about a file that is not found."""
+        if _is_remote(text):
+            hint = f"download it with: gz fuel download -u '{text}'" if _FUEL.match(text) else ""
+            return f"KBot does not download models: {text}", hint
         if self._reach is not None:
-            report("W202", NOT_IN_REACH.format(text or "an empty <uri>"), uri.origin)
-            return None
-        hint = did_you_mean(text.removeprefix("model://"), self._names(beside)) if "model://" in text else ""
-        report("W202", f"{text or 'an empty <uri>'} not found", uri.origin, hint)
-        return None
+            return NOT_IN_REACH.format(text or "an empty <uri>"), ""
+        hint = ""
+        if text.startswith("model://"):
+            near = did_you_mean(text.removeprefix("model://"), self._names(beside))
+            hint = near or "add the folder that contains the model's folder to GZ_SIM_RESOURCE_PATH"
+        return f"{text or 'an empty <uri>'} not found", hint
 
     def _usable(self, uri: str, paths: Iterable[Path]) -> str | None:
         """The first path that exists and is in reach."""
@@ -111,7 +116,9 @@ class ResourceFinder:
         scheme, mark, rest = text.partition("://")
         if not text:
             return
-        if mark and scheme == "package":
+        if _is_remote(text):
+            yield from self._local_copies(text, folder)
+        elif mark and scheme == "package":
             around = str(folder)
             if around not in self._packages:
                 self._packages[around] = Packages(around=around)
@@ -126,6 +133,24 @@ class ResourceFinder:
         else:
             yield folder / text
             yield from (root / text for root in self._roots(folder))
+
+    def _local_copies(self, text: str, folder: Path) -> Iterator[Path]:
+        """The local copies of a model or file on Fuel: Gazebo's downloads, the wanted version first and then
+        the newest, and models of that name."""
+        found = _FUEL.match(text)
+        if found is None:
+            return
+        owner, name, version, file = (unquote(part or "") for part in found.groups())
+        for store in fuel_stores():
+            copies = [
+                p.parent for p in (store / owner.lower() / "models" / name.lower()).glob("*/model.config")
+            ]
+            copies.sort(key=lambda copy: (copy.name == version, _version(copy.name)), reverse=True)
+            yield from (copy / file for copy in copies)
+        for root in self._roots(folder):
+            for spelling in (name, name.lower().replace(" ", "_")):
+                if (root / spelling / "model.config").is_file():
+                    yield root / spelling / file
 
     def _roots(self, folder: Path) -> Iterator[Path]:
         """The folders that may contain model folders."""
@@ -142,26 +167,14 @@ class ResourceFinder:
         ]
 
 
-def fuel_model(text: str) -> tuple[str, str] | None:
-    """Owner and name of a model on Gazebo Fuel. None for another URL."""
+def fuel_model(text: str) -> str | None:
+    """The name of a model on Gazebo Fuel. None for another URL."""
     found = _FUEL.match(text)
-    return (found[1], unquote(found[2])) if found else None
+    return unquote(found[2]) if found else None
 
 
-def _local_copies(text: str) -> Iterator[Path]:
-    """The local copies of a model on Fuel: Gazebo's download, and KBot's model of that name."""
-    model = fuel_model(text)
-    if model is None:
-        return
-    owner, name = model
-    for store in fuel_stores():
-        versions = (store / owner.lower() / "models" / name.lower()).glob("*/model.config")
-        newest = max(versions, key=lambda p: _version(p.parent.name), default=None)
-        if newest is not None:
-            yield newest.parent
-    own = LIBRARY / name.lower().replace(" ", "_")
-    if own.is_dir():
-        yield own
+def _is_remote(text: str) -> bool:
+    return text.startswith(("http://", "https://"))
 
 
 def model_file(path: str) -> str:

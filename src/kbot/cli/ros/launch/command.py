@@ -155,6 +155,7 @@ def command(
             from kbot.ros.launch.running.world import choose_world  # with the worlds' geometry
 
             chosen = choose_world(world, staged.gazebo.world, print_note)
+            report(chosen.world.diagnostics)
     with page.bound(has_window=staged.has_window) as address:
         with loading(staged.robot.path):
             from kbot.ros.launch.running.robot_run import RobotRun  # with the workbench

@@ -121,7 +121,7 @@ class RobotRun:
             stand_ins.publish_maps(bus)
             outputs.join(simulation, "", world.name)
             if simulation.steps == 0 and simulation.start == start:
-                spawn_all(simulation, stage, self._package_path)
+                self._terminal.report(spawn_all(simulation, stage, self._package_path))
             mount_on_others(simulation)
             if stand_ins.settings.bridged:
                 notes = GzBridge(simulation, stand_ins.settings.bridged).notes

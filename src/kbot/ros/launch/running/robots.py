@@ -10,16 +10,16 @@ from kbot.kinematics.transform import Transform
 from kbot.model.spawned import with_controllers
 from kbot.ros.launch.node_settings.spawning import SpawnedRobot, SpawnRequest
 from kbot.ros.launch.staging import Stage
-from kbot.text import DescriptionError, KbotError
+from kbot.text import DescriptionError, Diagnostic, KbotError
 from kbot.xacro import Packages
 
 if TYPE_CHECKING:
     from kbot.sim import Simulation
 
 
-def spawn_all(simulation: Simulation, stage: Stage, package_path: Sequence[str]) -> None:
+def spawn_all(simulation: Simulation, stage: Stage, package_path: Sequence[str]) -> tuple[Diagnostic, ...]:
     """Spawn all models, and all robots except the first, which is already in the simulation. The first robot
-    gets the joint positions, the height and the attitude of its spawner.
+    gets the joint positions, the height and the attitude of its spawner. Return the warnings about models.
 
     Raises:
         DescriptionError, KbotError: a robot or model cannot be used, or another object is in its place.
@@ -28,8 +28,10 @@ def spawn_all(simulation: Simulation, stage: Stage, package_path: Sequence[str])
     _place(simulation, first.spawn)
     for robot in others:
         _spawn_robot(simulation, robot, package_path)
+    robots_only = len(simulation.diagnostics)
     for model in stage.models:
         _spawn_model(simulation, model)
+    return simulation.diagnostics[robots_only:]
 
 
 def _spawn_robot(simulation: Simulation, spawned: SpawnedRobot, package_path: Sequence[str]) -> None:
