@@ -12,7 +12,7 @@ from kbot.sensors import Lidar, Noise, scan_points
 from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.world.builders import box, cylinder, floor
-from kbot.world.world import Body, Box, Cylinder, HeightField, Part, World
+from kbot.world.world import Body, Box, Cylinder, HeightField, Part, TriangleMesh, World
 
 ROOM = World("room", (floor(), *(
     box(f"wall{i}", size, x, y)
@@ -40,6 +40,17 @@ def test_distances_in_a_room_are_exact_to_a_nanometre(robot):
     distances = lidar.distances()
     angles = np.linspace(-math.pi, math.pi, 720)
     assert distances == pytest.approx([_room(a) for a in angles], abs=1e-9)
+
+
+def test_lidar_sees_a_mesh_of_the_world(robot):
+    import trimesh
+
+    block = trimesh.creation.box((0.4, 1.0, 1.0))
+    part = Part(TriangleMesh(block.vertices.copy(), block.faces.astype("int32")))
+    wall = Body("wall", (part,), Transform.from_xyz_rpy((1.2, 0.0, 0.5), (0.0, 0.0, 0.0)))
+    simulation = Simulation(robot, World("yard", (floor(), wall)))
+    lidar = simulation.add_sensor(Lidar(link="base_footprint", pose=UP, samples=3))
+    assert lidar.distances()[1] == pytest.approx(1.0)
 
 
 def test_lidar_moves_with_its_robot(robot):

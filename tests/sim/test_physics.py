@@ -4,6 +4,7 @@ from math import pi, sin, sqrt
 
 import pytest
 
+from kbot.kinematics.planar_pose import PlanarPose
 from kbot.sim import Simulation, SimulationDiverged
 from kbot.sim.injected_faults import Kick
 from kbot.text import DescriptionError, KbotError
@@ -341,6 +342,51 @@ def test_start_inside_an_object_is_reported(kbot_robot):
     from kbot.world.world import World
 
     world = World("full", (floor(), box("rock", (0.3, 0.3, 0.3), 0.0, 0.0)))
-    sim = Simulation(kbot_robot, world=world)
+    sim = Simulation(kbot_robot, world=world, start=PlanarPose())
     assert [d.code for d in sim.diagnostics] == ["W111"]
     assert "overlaps 'rock'" in sim.diagnostics[0].message
+
+
+def test_robot_without_a_given_start_is_moved_out_of_an_object(kbot_robot):
+    """The box ends at y = 0.1, so the nearest free places are beside it, half of the robot's width away."""
+    from kbot.world.builders import box, floor
+    from kbot.world.world import World
+
+    world = World("full", (floor(), box("rock", (6.0, 0.6, 0.3), 0.0, -0.2)))
+    sim = Simulation(kbot_robot, world=world)
+    assert [d.code for d in sim.diagnostics] == ["W111"]
+    message = sim.diagnostics[0].message
+    assert f"overlaps 'rock' of the world at 0, 0. It starts at {sim.start.x:.2f}" in message
+    assert sim.start.x == pytest.approx(0.0, abs=0.1)
+    assert 0.15 < sim.start.y < 0.31
+    sim.run(0.2)
+    pose = sim.ground_truth.pose
+    assert (pose.x, pose.y) == pytest.approx((sim.start.x, sim.start.y), abs=1e-3)
+
+
+def test_robot_without_a_free_place_stays(kbot_robot):
+    from kbot.world.builders import box, floor
+    from kbot.world.world import World
+
+    sim = Simulation(kbot_robot, world=World("full", (floor(), box("rock", (30.0, 30.0, 3.0), 0.0, 0.0))))
+    assert sim.start == PlanarPose()
+    assert [d.code for d in sim.diagnostics] == ["W111"]
+
+
+def test_robot_starts_on_a_floor_that_is_a_mesh(kbot_robot):
+    """A block of 4 m with its top 5 cm above 0, such as the floor of a warehouse."""
+    import trimesh
+
+    from kbot.world.builders import floor
+    from kbot.world.world import Body, Part, TriangleMesh, World
+
+    block = trimesh.creation.box((4.0, 4.0, 0.1))
+    mesh = TriangleMesh(block.vertices.copy(), block.faces.astype("int32"))
+    for start in (None, PlanarPose(1.0, 0.5, 0.3)):
+        sim = Simulation(kbot_robot, world=World("hall", (floor(), Body("slab", (Part(mesh),)))), start=start)
+        assert sim.diagnostics == ()
+        assert sim.start == (start or PlanarPose())
+        sim.run(0.5)
+        assert sim.robots.first.body.link_pose(kbot_robot.root).translation[2] == pytest.approx(
+            0.05, abs=2e-3
+        )

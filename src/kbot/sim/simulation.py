@@ -29,7 +29,7 @@ from kbot.sim.motion_findings import MotionFindings
 from kbot.sim.motion_watch import MotionWatch
 from kbot.sim.naming import ROOT_NAMING, Naming
 from kbot.sim.plots import Plots
-from kbot.sim.preparation import check_settings, prepare, read_robot
+from kbot.sim.preparation import Prepared, check_settings, prepare, read_robot
 from kbot.sim.printed_lines import PrintedLines
 from kbot.sim.recipe import Contacts
 from kbot.sim.robot import SimulatedRobot
@@ -72,13 +72,14 @@ class Simulation:
         timestep: float = recipe.TIMESTEP,
         contacts: str | Contacts = Contacts.RECIPE,
         limits: DriveLimits | None = None,
-        start: PlanarPose = ORIGIN,
+        start: PlanarPose | None = None,
         naming: Naming = ROOT_NAMING,
     ) -> None:
         """Simulate a robot in a world. `robot` is a model or a file name; `kbot` ships with KBot.
 
         `timestep` is in seconds. `contacts` is `recipe` or `as-written`. `limits` replace those of the
-        robot's own plugin or controller. `naming` sets the robot's name and the namespace of its topics and
+        robot's own plugin or controller. `start` is by default the origin, or the nearest place at which the
+        robot overlaps nothing. `naming` sets the robot's name and the namespace of its topics and
         frames, by default the root.
 
         Raises:
@@ -86,8 +87,8 @@ class Simulation:
             KbotError: the world does not exist, or another argument is not valid.
         """
         robot, place, contacts = read_robot(robot), load_world(world), _contacts(contacts)
-        check_settings(seed, timestep, limits, start)
-        self.seed, self.timestep, self.contacts, self.start = seed, timestep, contacts, start
+        check_settings(seed, timestep, limits, ORIGIN if start is None else start)
+        self.seed, self.timestep, self.contacts = seed, timestep, contacts
         self._limits, self._naming = limits, naming
         self.bus = Bus()
         self.clock = Clock()
@@ -103,14 +104,23 @@ class Simulation:
         """The lines that the user's program prints."""
         self._plots = Plots(self.bus)
         name = naming.name or robot.name
-        prepared = prepare(robot, dataclasses.replace(naming, name=name), start, limits, contacts)
-        assembly = Assembly.of(place, contacts, timestep, {name: prepared.plan})
-        inside = assembly.overlapped_by(prepared.plan)
+
+        def at(pose: PlanarPose) -> tuple[Prepared, Assembly]:
+            prepared = prepare(robot, dataclasses.replace(naming, name=name), pose, limits, contacts)
+            return prepared, Assembly.of(place, contacts, timestep, {name: prepared.plan})
+
+        self.start = ORIGIN if start is None else start
+        prepared, assembly = at(self.start)
+        overlapped = inside = assembly.overlapped_by(prepared.plan)
+        free = assembly.free_place(prepared.plan) if inside and start is None else None
+        if free is not None:
+            self.start, inside = PlanarPose(*free), ""
+            prepared, assembly = at(self.start)
         warnings = (
             *place.diagnostics,
             *prepared.findings,
             *assembly.diagnostics,
-            *_starts_inside(place, name, inside),
+            *_starts_inside(place, name, overlapped, free),
         )
         # topics are listed, and timers of one time run, in order of creation: the first robot's come first
         self.engine = Engine(assembly)
@@ -368,12 +378,15 @@ def _contacts(contacts: str | Contacts) -> Contacts:
         raise KbotError(f"unknown contacts '{contacts}': {hint}") from None
 
 
-def _starts_inside(world: World, robot: str, inside: str) -> tuple[Diagnostic, ...]:
+def _starts_inside(
+    world: World, robot: str, inside: str, moved: tuple[float, float] | None
+) -> tuple[Diagnostic, ...]:
     findings = DiagnosticCollector()
     if inside:
+        where = "at the start" if moved is None else f"at 0, 0. It starts at {moved[0]:.2f}, {moved[1]:.2f} m"
         findings.warning(
             "W111",
-            f"robot '{robot}' overlaps '{inside}' of the world at the start",
+            f"robot '{robot}' overlaps '{inside}' of the world {where}",
             next((body.origin for body in world.bodies if body.name == inside), None),
             ELSEWHERE,
         )

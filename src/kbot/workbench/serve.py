@@ -24,8 +24,6 @@ from kbot.world import load_world
 if TYPE_CHECKING:
     from kbot.workbench.driving.driving import OnStart
 
-ORIGIN = PlanarPose()
-
 
 def open_session(
     path: str,
@@ -39,12 +37,12 @@ def open_session(
     package_path: Sequence[str] = (),
     on_start: OnStart = lambda simulation: None,
     on_show: Callable[[Sliders], None] = lambda sliders: None,
-    start: PlanarPose = ORIGIN,
+    start: PlanarPose | None = None,
 ) -> Session:
     """Read a description (or `kbot`, the robot that ships) and prepare it to be displayed or driven.
 
     `on_start` is called with each simulation before it first moves, `on_show` with each robot that is only
-    displayed. `start` is the robot's initial pose.
+    displayed. `start` is as for `Simulation`.
 
     If it does not describe a usable robot, the session has findings but no robot until a saved version does.
 

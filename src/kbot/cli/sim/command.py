@@ -31,6 +31,7 @@ from kbot.cli.sim.headless import run_goto, run_headless
 from kbot.text.files import write_bytes
 
 if TYPE_CHECKING:
+    from kbot.kinematics import PlanarPose
     from kbot.model.load import Loaded
     from kbot.record.record_options import RecordOptions
     from kbot.sim import Simulation
@@ -45,9 +46,13 @@ class _Setup:
     """The simulation: world, start pose, seed, and contact model."""
 
     world: str | None
-    pose: str
+    pose: str | None
     seed: int
     contacts: str
+
+    @property
+    def start(self) -> PlanarPose | None:
+        return None if self.pose is None else pose_of("--pose", self.pose)
 
     @property
     def headless_world(self) -> str:
@@ -129,8 +134,7 @@ class _RunOptions:
 @click.option("--goto", metavar="X,Y,YAW", help="Goal pose to drive to, in m, m and rad.")
 @click.option(
     "--pose",
-    default="0,0,0",
-    show_default=True,
+    show_default="0,0,0, or the nearest free place",
     metavar="X,Y,YAW",
     help="Start pose, in m, m and rad.",
 )
@@ -221,7 +225,7 @@ def _serve(
     page: PageOptions,
 ) -> None:
     """Simulate in the page until Ctrl-C."""
-    start = pose_of("--pose", setup.pose)
+    start = setup.start
     with loading(file):
         # imported lazily, so that -h stays fast
         from kbot.checks.first_look import CONTROL, MESHES, first_look
@@ -252,13 +256,18 @@ def _serve(
             description = DescriptionFile(
                 resolve_robot_path(file), given.arguments, package_path, properties=given.properties
             )
+
+            def join(simulation: Simulation) -> None:
+                outputs.join(simulation, "", world)
+                report(d for d in simulation.diagnostics if d.code == "W111")
+
             session = driven_session(
                 description,
                 place,
                 world,
                 setup.seed,
                 setup.contacts,
-                lambda simulation: outputs.join(simulation, "", world),
+                join,
                 start,
             )
         session.display_file = displays or session.display_file
@@ -348,7 +357,7 @@ def _simulation(
     setup: _Setup,
     package_path: tuple[str, ...],
 ) -> tuple[Loaded, Simulation]:
-    start = pose_of("--pose", setup.pose)
+    start = setup.start
     with loading(setup.headless_world):
         from kbot.checks.first_look import CONTROL, MESHES, first_look, merged_findings
         from kbot.model.load import load_robot

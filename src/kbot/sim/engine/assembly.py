@@ -6,12 +6,13 @@ import dataclasses
 import re
 import warnings
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 
 import mujoco
 import numpy as np
 
 from kbot.sim.engine.contacts import GROUND
-from kbot.sim.engine.placing import lowest_point, terrain_height
+from kbot.sim.engine.placing import ground_height, lowest_point, places_around
 from kbot.sim.engine.robot_builder import RobotPlan, add_robot
 from kbot.sim.engine.welds import Weld, add_weld
 from kbot.sim.engine.world_builder import PREFIX, add_world, owner
@@ -207,6 +208,32 @@ class Assembly:
             message = f"the physics engine rejects the world with '{plan.name}': {reason}"
             hint = "reduce the number of objects in one place"
             raise DescriptionError([Diagnostic("W110", Severity.ERROR, message, None, hint)]) from None
+        return self._overlapped(trial, plan)
+
+    def free_place(self, plan: RobotPlan) -> tuple[float, float] | None:
+        """The x and y in m, nearest to a robot's start, at which it overlaps nothing. None if there is none.
+
+        A robot that is fixed to the world has no other place.
+        """
+        root = mujoco.mj_name2id(self.model, mujoco.mjtObj.mjOBJ_JOINT, plan.prefix)
+        if root < 0:
+            return None
+        trial = mujoco.MjData(self.model)
+        at = int(self.model.jnt_qposadr[root])
+        x, y, z = self.model.qpos0[at : at + 3].tolist()
+        mujoco.mj_kinematics(self.model, trial)
+        above_ground = z - ground_height(self.model, trial, x, y)
+        for dx, dy in places_around():
+            ground = ground_height(self.model, trial, x + dx, y + dy)
+            trial.qpos[at : at + 3] = x + dx, y + dy, above_ground + ground
+            mujoco.mj_kinematics(self.model, trial)
+            with suppress(mujoco.FatalError):  # more contacts than its memory holds
+                mujoco.mj_collision(self.model, trial)
+                if not self._overlapped(trial, plan):
+                    return x + dx, y + dy
+        return None
+
+    def _overlapped(self, trial: mujoco.MjData, plan: RobotPlan) -> str:
         for contact in trial.contact:
             ground = any(self.model.geom_contype[g] == GROUND for g in contact.geom)
             if contact.dist >= -DEEP or ground:
@@ -223,7 +250,7 @@ def _put_on_ground(model: mujoco.MjModel, data: mujoco.MjData, plan: RobotPlan, 
     lowest = lowest_point(model, data, geoms)
     if root >= 0 and lowest is not None:
         x, y, _ = plan.pose.translation.tolist()
-        ground = terrain_height(model, data, x, y) or 0.0
+        ground = ground_height(model, data, x, y)
         model.qpos0[model.jnt_qposadr[root] + 2] += ground - lowest
 
 

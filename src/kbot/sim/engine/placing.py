@@ -1,8 +1,9 @@
-"""Measures how high a robot must be placed: the lowest point of its shapes and the terrain below it."""
+"""Places robots: their lowest point, the ground below them, and places around an occupied one."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Iterator
 
 import mujoco
 import numpy as np
@@ -10,11 +11,28 @@ import numpy as np
 _TYPE = mujoco.mjtGeom
 TERRAIN_GROUP = 5
 """The engine's group of height fields."""
+MESH_GROUP = 3
+"""The engine's group of static meshes, which may be a floor. Rays of sensors do not hit group 4."""
 
 _AROUND = (-0.3, -0.15, 0.0, 0.15, 0.3)
 """Offsets in m at which terrain is sampled around a robot's centre."""
+_STEP = 0.1
+"""Distance in m between the places that are tried around an occupied one."""
+_REACH = 5.0
+"""Distance in m to the furthest of them. The 7650 places take seconds in a large world."""
 _SKY = 1e4
 """Height in m from which rays are cast down: above any terrain."""
+_FLOOR = 0.1
+"""Height in m from which rays are cast down on meshes. A floor that is a mesh is a little above 0."""
+
+
+def places_around() -> Iterator[tuple[float, float]]:
+    """Offsets (x, y) in m of places around an occupied one, the nearest first."""
+    for ring in range(1, round(_REACH / _STEP) + 1):
+        count = 6 * ring  # about one per step
+        for index in range(count):
+            angle = 2.0 * math.pi * index / count
+            yield ring * _STEP * math.cos(angle), ring * _STEP * math.sin(angle)
 
 
 def lowest_point(model: mujoco.MjModel, data: mujoco.MjData, geoms: Iterable[int]) -> float | None:
@@ -30,18 +48,30 @@ def lowest_point(model: mujoco.MjModel, data: mujoco.MjData, geoms: Iterable[int
     return min(heights, default=None)
 
 
-def terrain_height(model: mujoco.MjModel, data: mujoco.MjData, x: float, y: float) -> float | None:
-    """Height in m of the highest point of a height field within 0.3 m of x, y. None without one."""
+def ground_height(model: mujoco.MjModel, data: mujoco.MjData, x: float, y: float) -> float:
+    """Height in m of the ground within 0.3 m of x, y: the highest point of a height field, or of a mesh that
+    is a floor. 0 without one."""
+    terrain = _heights(model, data, x, y, TERRAIN_GROUP, _SKY)
+    if terrain:
+        return max(terrain)
+    floor = _heights(model, data, x, y, MESH_GROUP, _FLOOR)
+    return max(0.0, *floor) if len(floor) == len(_AROUND) ** 2 else 0.0
+
+
+def _heights(
+    model: mujoco.MjModel, data: mujoco.MjData, x: float, y: float, group: int, above: float
+) -> list[float]:
+    """Heights in m at which rays from the height `above`, cast down around x, y, hit shapes of a group."""
     groups = np.zeros(6, dtype=np.uint8)
-    groups[TERRAIN_GROUP] = 1
+    groups[group] = 1
     hit, heights = np.zeros(1, dtype=np.int32), []
     for dx in _AROUND:
         for dy in _AROUND:
-            above = np.array([x + dx, y + dy, _SKY])
-            down = mujoco.mj_ray(model, data, above, np.array([0.0, 0.0, -1.0]), groups, 1, -1, hit)
+            start = np.array([x + dx, y + dy, above])
+            down = mujoco.mj_ray(model, data, start, np.array([0.0, 0.0, -1.0]), groups, 1, -1, hit)
             if down >= 0.0:
-                heights.append(_SKY - down)
-    return max(heights, default=None)
+                heights.append(above - down)
+    return heights
 
 
 def _reach_down(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> float:

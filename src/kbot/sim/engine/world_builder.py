@@ -12,6 +12,7 @@ import numpy as np
 from kbot.kinematics.transform import Transform
 from kbot.sim.engine import contacts as touch
 from kbot.sim.engine.geometry import add_shape, wxyz
+from kbot.sim.engine.placing import MESH_GROUP
 from kbot.sim.engine.world_joints import add_world_joint, stiffen
 from kbot.text import DiagnosticCollector, KbotError
 from kbot.world import world as w
@@ -143,6 +144,8 @@ def _add_part(
         touch.as_ground(geom)
     else:
         touch.as_obstacle(geom, moving=not body.is_static)
+    if body.is_static and isinstance(part.shape, w.TriangleMesh):
+        geom.group = MESH_GROUP
     return geom
 
 

@@ -21,7 +21,6 @@ from kbot.navigation import Goals, NavigationTopics
 from kbot.sensors.declared import mount_declared
 from kbot.sim import Simulation
 from kbot.sim.naming import Naming
-from kbot.sim.simulation import ORIGIN
 from kbot.sim.snapshots import Snapshot
 from kbot.text import Diagnostic, KbotError
 from kbot.workbench.driving.contact_forces import ContactForces
@@ -72,7 +71,7 @@ class RunSetup:
     seed: int
     contacts: str
     on_start: OnStart
-    start: PlanarPose
+    start: PlanarPose | None
     naming: Naming
 
 
@@ -310,7 +309,7 @@ class Driving:
         if world != self._setup.first_world_name:
             parameters(world)  # raises for a file: a page may not open any other world file
         place = load_world(world)
-        setup = dataclasses.replace(self._setup, world=place, world_name=world, seed=seed, start=ORIGIN)
+        setup = dataclasses.replace(self._setup, world=place, world_name=world, seed=seed, start=None)
         other = Driving(self._sim.robot, setup)
         other.paused = self.paused
         return other, setup.world

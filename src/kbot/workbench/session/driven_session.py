@@ -8,7 +8,6 @@ from kbot.kinematics.drive.drive import NoDrive, find_drive
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.model import RobotModel
 from kbot.sim.naming import ROOT_NAMING, Naming
-from kbot.sim.simulation import ORIGIN
 from kbot.workbench.driving.driving import Driving, OnStart, RunSetup
 from kbot.workbench.driving.world_actions import SPAWNABLE
 from kbot.workbench.protocol import WorldChoice, WorldParameter
@@ -26,12 +25,13 @@ def driven_session(
     seed: int,
     contacts: str,
     on_start: OnStart = lambda simulation: None,
-    start: PlanarPose = ORIGIN,
+    start: PlanarPose | None = None,
     naming: Naming = ROOT_NAMING,
 ) -> Session:
-    """Return a session whose robot is simulated, starting at `start` in the world that `world_name` names.
+    """Return a session whose robot is simulated in the world that `world_name` names.
 
-    `naming` sets the namespace of its topics. The simulation starts once the description is usable.
+    `start` is that of `Simulation`, and `naming` sets the namespace of its topics. The simulation starts
+    once the description is usable.
     """
     setup = RunSetup(world, world_name, world_name, seed, contacts, on_start, start, naming)
     return Session(
