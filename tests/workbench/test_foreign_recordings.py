@@ -1,5 +1,6 @@
 """Recordings of other programs: what is needed to display a robot, and the errors if it is missing."""
 
+from array import array
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from mcap.writer import Writer
 
 import kbot
 from kbot.messages import Header, JointState, String, TFMessage
+from kbot.messages.sensing import LaserScan
 from kbot.messages.types import Quaternion, Time, Transform, TransformStamped, Vector3
 from kbot.record import Recorder, mcap_file
 from kbot.record.encodings.type_names import ros_name
@@ -143,9 +145,8 @@ def test_the_stored_namespace_selects_the_robots_topics(tmp_path: Path) -> None:
 
 
 def test_a_missing_topic_is_one_clear_error(tmp_path: Path) -> None:
-    no_robot = write(tmp_path / "a.mcap", ("/tf", 0.0, moved(0.0, "odom", "base", (0, 0, 0))))
-    with pytest.raises(KbotError, match="has no /robot_description, so there is no robot to show"):
-        played_session(no_robot)
+    with pytest.raises(KbotError, match="has no topics that KBot can display"):
+        played_session(write(tmp_path / "a.mcap"))
     with pytest.raises(KbotError, match="neither /tf nor /joint_states"):
         played_session(write(tmp_path / "b.mcap", ("/robot_description", 0.0, String(TILTED))))
     with pytest.raises(KbotError, match="does not exist"):
@@ -153,6 +154,73 @@ def test_a_missing_topic_is_one_clear_error(tmp_path: Path) -> None:
     (tmp_path / "d.mcap").write_bytes(b"not at all")
     with pytest.raises(KbotError, match="not an MCAP file"):
         played_session(str(tmp_path / "d.mcap"))
+
+
+def scan(at: float, frame: str) -> LaserScan:
+    stamp = Time.from_nanoseconds(round(at * 1e9))
+    ranges = array("f", (1.0, 2.0, 3.0))
+    return LaserScan(Header(stamp, frame), -0.1, 0.1, 0.1, 0.0, 0.1, 0.1, 9.0, ranges, array("f"))
+
+
+def no_robot(tmp_path: Path) -> str:
+    """A recording of frames and a scan, without a description."""
+    return write(
+        tmp_path / "frames.mcap",
+        ("/tf_static", 0.0, moved(0.0, "base_link", "laser", (0.2, 0, 0.1))),
+        *(("/tf", 0.1 * t, moved(0.1 * t, "odom", "base_link", (0.1 * t, 0, 0))) for t in range(31)),
+        *(("/scan", 0.1 * t, scan(0.1 * t, "laser")) for t in range(31)),
+    )
+
+
+def test_frames_and_sensors_are_shown_without_a_robot(tmp_path: Path) -> None:
+    path = no_robot(tmp_path)
+    session = played_session(path)
+    assert session.note == (
+        f"{path} has no readable /robot_description: only frames and sensors are shown."
+        " Add the robot with --robot FILE."
+    )
+    session.handle(Seek(2.0), 1)
+    state = session.state()
+    assert state.poses[0] == pytest.approx(2.0)
+    names = [name for name, _ in state.frames]
+    poses = np.array(state.frame_poses).reshape(len(names), -1)
+    assert poses[names.index("laser"), :3] == pytest.approx((2.2, 0.0, 0.1))
+    assert "odom" in names
+    displays = session.display_file.greeting.setup["displays"]
+    assert [(d["kind"], d["properties"].get("topic")) for d in displays] == [
+        ("Grid", None),
+        ("TF", None),
+        ("LaserScan", "/scan"),
+    ]
+
+
+def test_a_sensor_is_shown_without_frames(tmp_path: Path) -> None:
+    session = played_session(
+        write(tmp_path / "s.mcap", *(("/scan", t, scan(t, "laser")) for t in (0.0, 1.0)))
+    )
+    assert list(session.shown.robot.links) == ["laser"]
+    assert session.state().poses[:3] == pytest.approx((0.0, 0.0, 0.0))
+
+
+def test_a_given_robot_is_shown_in_a_recording(tmp_path: Path) -> None:
+    file = tmp_path / "robot.xacro"
+    file.write_text(
+        '<robot name="given" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="base" default="x"/>'
+        '<link name="$(arg base)"/></robot>'
+    )
+    texts: list[str] = []
+    session = played_session(
+        no_robot(tmp_path),
+        (),
+        lambda played: texts.append(played.description),
+        str(file),
+        {"base": "base_link"},
+    )
+    assert session.note == ""
+    assert '<link name="base_link"/>' in texts[0]
+    session.handle(Seek(2.0), 1)
+    assert session.shown.robot.name == "given"
+    assert session.state().poses[0] == pytest.approx(2.0)
 
 
 def test_too_many_static_transforms_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

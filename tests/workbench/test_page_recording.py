@@ -12,7 +12,9 @@ from kbot.workbench.serve import serving
 from kbot.workbench.session.played_session import played_session
 
 from .conftest import until, wait_for_page
-from .served import run_between_steps, state_of
+from .displayed import Show
+from .served import Speaker, run_between_steps, state_of
+from .test_foreign_recordings import no_robot
 from .test_page_time import drag, page, shown_x, slider
 
 __all__ = ["page"]
@@ -80,3 +82,20 @@ def test_a_recording_is_played_back_and_scrubbed(page: Any, open_page: OpenPage)
         player.get_by_role("button", name="Continue").click()
         until(lambda: shown_x(player) > 0.6)
         until(lambda: shown_x(player) < 0.5)  # playback restarted
+
+
+def test_frames_and_a_scan_are_shown_without_a_robot(open_page: OpenPage, tmp_path: Path) -> None:
+    session = played_session(no_robot(tmp_path))
+    session.handle(SetLoop(True), 1)
+    with serving(session) as address:
+        player = open_page(address)
+        until(lambda: player.locator(".notice").get_by_text("only frames and sensors are shown").is_visible())
+        player.keyboard.press("p")
+        until(lambda: session.paused)
+        show = Show(player, Speaker(session))
+        until(lambda: show.status("LaserScan").startswith("fine: /scan"))
+        show.row("TF").locator(".head").click()
+        show.row("TF").get_by_text("Tree").click()
+        names = show.row("TF").locator(".frames li")
+        until(lambda: names.filter(has_text="laser").count())
+        assert show.field("TF", "axes").is_checked()

@@ -33,12 +33,18 @@ if TYPE_CHECKING:
         "kbot view robot.xacro wheel_radius:=0.04",
         "kbot view robot.urdf --no-browser --port 9000",
         ("kbot view run.mcap", "play back a recording"),
+        ("kbot view run.bag --robot robot.urdf", "show this robot in a recording"),
         ("kbot view robot.urdf -d robot.rviz", "use rviz's display configuration"),
         "kbot view robot.urdf --shot robot.png --size 800x600",
     ),
 )
 @click.argument("words", nargs=-1, required=True, metavar="FILE [name:=value ...]")
 @click.option("--shot", callback=picture_file, metavar="PNG", help="Write a picture to PNG and exit.")
+@click.option(
+    "--robot",
+    metavar="FILE",
+    help="Robot description for a recording, instead of the recorded one.",
+)
 @look_options
 @page_options
 @config_option
@@ -49,6 +55,7 @@ def command(
     displays: DisplayFile | None,
     package_path: tuple[str, ...],
     shot: str | None,
+    robot: str | None,
     look: Look,
 ) -> None:
     """Show a robot or a recording in the browser.
@@ -60,8 +67,10 @@ def command(
     includes. If there are errors, the page shows them with their lines and keeps the last valid robot. An
     empty or broken FILE opens an empty page, and the robot appears when you save a version without errors.
 
-    A recording (.mcap, .bag or a rosbag2 folder) is played back with the robot that it contains.
-    Playback starts when the page opens. With --no-browser, it starts immediately.
+    A recording (.mcap, .bag or a rosbag2 folder) is played back with the robot that it contains, or
+    with the one of --robot, for which name:=value then sets arguments. Without a robot, the page shows the
+    recording's frames and sensors. Playback starts when the page opens. With --no-browser, it starts
+    immediately.
 
     While kbot view runs, `kbot topic` and `kbot tf` can read joint states, frames and recorded topics.
     Ctrl-C stops kbot view.
@@ -71,15 +80,23 @@ def command(
     from kbot.record.names import is_recording
 
     if is_recording(path):
-        if shot is not None or values:
-            fail("a recording cannot be combined with --shot or name:=value")
+        if shot is not None or (values and robot is None):
+            fail("a recording cannot be combined with --shot, nor with name:=value unless --robot is given")
         with loading(path):
+            from kbot.model.load import resolve_robot_path
             from kbot.workbench.serve import serve_session
             from kbot.workbench.session.played_session import played_session
+
+            given = resolve_typed_names(robot, values, package_path) if robot is not None else None
         with run_outputs(served=True) as outputs:
             with loading(path):
                 session = played_session(
-                    path, package_path, lambda played: outputs.show(played, played.description, path)
+                    path,
+                    package_path,
+                    lambda played: outputs.show(played, played.description, path),
+                    resolve_robot_path(robot) if robot is not None else "",
+                    given.arguments if given is not None else None,
+                    given.properties if given is not None else None,
                 )
             session.display_file = displays or session.display_file
             session.paused = session.waits_for_page = page.browser
@@ -88,6 +105,8 @@ def command(
             with page.bound() as address:
                 serve_session(session, address)
         return
+    if robot is not None:
+        fail(f"--robot gives the robot of a recording, and {path} is not a recording")
     with loading(path):
         from kbot.checks.first_look import MESHES, first_look
         from kbot.model.load import load_robot
@@ -102,8 +121,8 @@ def command(
         from kbot.render.picture import draw_picture
         from kbot.render.picture_scene import robot_alone
 
-        robot = loaded.require()
-        write_bytes(shot, draw_picture(robot_alone(robot, initial_positions(robot)), look))
+        model = loaded.require()
+        write_bytes(shot, draw_picture(robot_alone(model, initial_positions(model)), look))
         return
     report_for_page(loaded)
     with (

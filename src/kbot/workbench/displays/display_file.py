@@ -4,19 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 from kbot.text import KbotError
 from kbot.text.errors import reading
 from kbot.text.files import read_source, write_bytes
 from kbot.workbench.displays.display_settings import (
+    Display,
     DisplaySettings,
+    View,
     check,
     marked,
     plain,
     read_settings,
     write_settings,
 )
+from kbot.workbench.displays.kinds import TOPIC_KINDS
 from kbot.workbench.displays.rviz import Version, read_rviz, unsupported, version_of, write_rviz
 from kbot.workbench.protocol import Displays, DisplaysSaved, DisplaysText
 
@@ -24,6 +28,10 @@ RVIZ = ".rviz"
 SUFFIXES = (".yaml", ".yml", RVIZ)
 TITLES = {"kbot": "displays.kbot.yaml", "rviz1": "displays.rviz", "rviz2": "displays.rviz"}
 VERSIONS: Mapping[str, Version] = {"rviz1": 1, "rviz2": 2}
+SENSORS = ("LaserScan", "PointCloud2", "Range")
+"""The displays of sensors that are shown without being asked for. Images hide the view."""
+MOST_SENSORS = 8
+"""Most of them: each reads its topic from the recording."""
 
 
 class DisplayFile:
@@ -62,6 +70,24 @@ class DisplayFile:
                 self._rviz = found.document
                 return Displays(Path(name).name, self.path, plain(found.settings), found.notes)
             return Displays(Path(name).name, self.path, plain(read_settings(text, name)), ())
+
+    def show_frames(self, base: str, topics: Mapping[str, str]) -> None:
+        """Show frames with their names and the sensors of `topics` (ROS types, by name), but no robot.
+
+        The view follows the frame `base`.
+        """
+        sensors = (
+            Display(kind.name, name, properties={"topic": name})
+            for name, type_name in topics.items()
+            for kind in TOPIC_KINDS
+            if kind.name in SENSORS and type_name in kind.topics
+        )
+        # the page would choose sizes for the robot, which has none here
+        frames = Display("TF", "TF", properties={"axes": True, "names": True, "length": 0.2})
+        view = View(eye=(-3.0, -2.0, 3.0), target=(1.0, 0.0, 0.0), frame=base)
+        displays = (Display("Grid", "Grid"), frames, *islice(sensors, MOST_SENSORS))
+        settings = DisplaySettings({}, displays, view)
+        self.greeting = Displays("", "", plain(settings), ())
 
     def set_fixed_frame(self, frame: str) -> None:
         """Set the fixed frame, regardless of the file."""

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Literal, NoReturn
 
 from kbot.kinematics.transform import Transform
 from kbot.messages import Bus, Clock, Publisher
 from kbot.messages.types import WORLD
 from kbot.model import RobotModel
+from kbot.model.writer import to_urdf
 from kbot.record.encodings.serialization import decode_cdr
 from kbot.record.formats import Index
 from kbot.record.player import LATCHED
@@ -95,8 +95,8 @@ class PlayedRun:
 
     @property
     def description(self) -> str:
-        """The robot's URDF in the recording."""
-        return Path(self._run.description).read_text(encoding="utf-8")
+        """The robot's URDF. Empty if no robot is known."""
+        return self._run.urdf or (to_urdf(self._robot) if self._run.has_robot else "")
 
     @property
     def world(self) -> str:

@@ -7,8 +7,10 @@ import shutil
 import tempfile
 import weakref
 from collections.abc import Collection, Iterable, Iterator
+from itertools import islice
 from pathlib import Path
 from typing import Any
+from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -105,12 +107,21 @@ OTHER_CLOCK = 5.0
 """Seconds between a message's stamp and its recording time from which they count as different clocks."""
 
 
-class RecordedRun:
-    """An open recording. `description` is a file with the URDF of the recorded robot."""
+BASES = ("base_footprint", "base_link")
+"""The frames of a robot that the others are shown around, if the robot itself is not known."""
+MOST_SEARCHED = 100
+"""Messages in which the frame of a sensor is searched."""
 
-    def __init__(self, path: str) -> None:
-        """Raises KbotError if there is no such recording, or if it does not contain what is needed to display
-        it."""
+
+class RecordedRun:
+    """An open recording. `description` is a file that describes the robot to display."""
+
+    def __init__(self, path: str, robot: str = "") -> None:
+        """`robot` is the file of a robot to display instead of the recorded one.
+
+        Raises:
+            KbotError: there is no such recording, or it does not contain what is needed to display it.
+        """
         self.path = path
         self.index = open_index(path)
         notes = self.index.notes
@@ -136,12 +147,18 @@ class RecordedRun:
         odometry = [name for name, kind in self.topics.items() if kind is Odometry]
         self.odometry = _among(odometry, {f"{own}/odom"}, _within(own, odometry))[:1]
         """The odometry topic of the robot, if there is one."""
-        self.description = self._write(text)
-        if not self.moves:
+        self.urdf = "" if robot else text
+        """The recorded description on display. Empty if there is none, or if another robot is displayed."""
+        self.has_robot = bool(robot or text)
+        """Whether a robot is known. Otherwise only frames and sensors are displayed."""
+        if not self.topics:
+            raise KbotError(f"{path} has no topics that KBot can display")
+        if self.has_robot and not self.moves:
             raise KbotError(
                 f"{path} has neither /tf nor /joint_states, so nothing would move. Record one of them too"
             )
         self.statics = self._read_statics()
+        self.description = robot or self._write(text or self._frame_alone())
         self.stamp_offset = self._offset()
         """Nanoseconds from the recording's clock to the clock of its stamps."""
 
@@ -199,15 +216,29 @@ class RecordedRun:
         return statics
 
     def _find_description(self) -> tuple[str, str]:
-        """Return topic and text of the robot on display. A description in the root namespace comes first."""
+        """Return topic and text of the recorded robot, or empty strings. A description in the root namespace
+        comes first."""
         for name in sorted(self.index.topics, key=lambda name: name.count("/")):
             if self.index.topics[name] == STRING and name.endswith(f"/{DESCRIPTION}"):
                 entry = self.index.newest(name, self.index.end)
                 if entry is not None and (text := str(entry.message().data)).strip():
                     return name, text
-        raise KbotError(
-            f"{self.path} has no /{DESCRIPTION}, so there is no robot to show. Record that topic too"
-        )
+        return "", ""
+
+    def _frame_alone(self) -> str:
+        """Return the description of a robot that consists of one frame: its base on tf, otherwise the frame
+        of a sensor."""
+        messages = (*self.statics, *(self.read(entry) for entry in self.samples()))
+        transforms = (t for message in messages if isinstance(message, TFMessage) for t in message.transforms)
+        frames = [plain(name) for t in transforms for name in (t.child_frame_id, t.header.frame_id)]
+        of_base = (name for base in BASES for name in frames if name.rpartition("/")[2] == base)
+        frame = next(of_base, "") or next(iter(frames), "") or self._frame_of_sensor()
+        return f'<robot name="frames"><link name={quoteattr(frame or BASES[-1])}/></robot>'
+
+    def _frame_of_sensor(self) -> str:
+        entries = self.index.between(list(self.topics), self.index.start - 1, self.index.end)
+        headers = (getattr(self.read(entry), "header", None) for entry in islice(entries, MOST_SEARCHED))
+        return next((plain(header.frame_id) for header in headers if header and header.frame_id), "")
 
     def _namespace(self, described: str) -> str:
         """Return the robot's namespace, for example `/a`: the stored one, otherwise that of its
