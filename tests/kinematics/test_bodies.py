@@ -4,11 +4,14 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 
 from kbot.kinematics import FrameTree, Transform
 from kbot.kinematics.bodies import (
     MassProperties,
     center_of_mass,
+    possible_moments,
     principal_axes,
     robot_bounds,
     total_mass,
@@ -94,3 +97,37 @@ def test_a_robot_is_described_as_data_and_as_text(robot):
     assert "two: 2 links, 1 joint (1 movable), 4 kg" in text
     assert "└─ arm  revolute swing  1 kg  two.urdf:4" in text
     assert "no differential drive: the robot has no continuous joint" in text
+
+
+MOMENTS = st.tuples(*[st.floats(-1e3, 1e3)] * 3)
+
+
+@given(MOMENTS)
+def test_repaired_moments_are_those_of_a_body(moments):
+    """Each moment is above 0 and at most the sum of the others."""
+    possible = possible_moments(moments)
+    assume(possible is not None)
+    assert min(possible) > 0.0
+    assert 2 * max(possible) <= sum(possible)
+
+
+@given(st.tuples(*[st.floats(1e-3, 10.0)] * 3))
+def test_moments_of_a_box_are_not_changed(size):
+    a, b, c = (edge**2 for edge in size)
+    moments = ((b + c) / 12, (a + c) / 12, (a + b) / 12)
+    assert possible_moments(moments) == pytest.approx(moments, rel=1e-9)
+
+
+@given(MOMENTS, MOMENTS)
+def test_no_other_body_is_nearer_than_the_repaired_one(moments, other):
+    """Distances are those of the second moments of mass. The thickness moves the result by 1e-4 of them."""
+    possible = possible_moments(moments)
+    assume(possible is not None)
+    given_second, found, others = (sum(m) / 2 - np.array(m) for m in (moments, possible, other))
+    distance = np.linalg.norm(found - given_second)
+    slack = 2e-4 * max(found)
+    assert distance <= np.linalg.norm(np.maximum(others, 0.0) - given_second) + slack
+
+
+def test_no_body_is_near_moments_that_are_not_above_0():
+    assert possible_moments((-2.0, -1.0, 0.0)) is None

@@ -177,8 +177,6 @@ def test_lower_friction_of_two_surfaces_applies(urdf):
     ("description", "code", "message"),
     [
         (arm(inertial=solid(-1.0)), "W10", "bob"),
-        (arm(inertial=solid(1.0, -0.1)), "W103", "negative moment"),
-        (arm(inertial=solid(1.0, 0.0)), "W103", "no inertia"),
         (arm('<limit lower="1" upper="-1" effort="1" velocity="1"/>'), "W109", "above its upper"),
         (
             arm('<mimic joint="nobody"/><limit lower="-1" upper="1" effort="1" velocity="1"/>'),
@@ -203,6 +201,49 @@ def test_impossible_inertia_is_replaced_by_the_nearest_with_a_warning(urdf):
     sim = Simulation(urdf(f'<robot name="r"><link name="base">{body}{collision}</link></robot>'))
     assert [d.code for d in sim.diagnostics] == ["W104"]
     assert "KBot adds 0.015" in sim.diagnostics[0].message
+
+
+BEAM = '<collision><geometry><box size="0.4 0.2 0.1"/></geometry></collision>'
+
+
+def test_negative_moment_is_replaced_with_a_warning_and_the_link_swings(urdf):
+    """The nearest body to the moments -0.01, 0.02 and 0.03 is a rod. It has a thickness of a hundredth."""
+    moments = '<inertia ixx="0.03" iyy="-0.01" izz="0.02" ixy="0" ixz="0" iyz="0"/>'
+    inertial = f'<inertial><origin xyz="0.5 0 0"/><mass value="1"/>{moments}</inertial>'
+    sim = Simulation(urdf(arm(kind="continuous", inertial=inertial)))
+    (warning,) = (d for d in sim.diagnostics if d.code != "W107")
+    assert (warning.code, warning.is_error) == ("W104", False)
+    assert "smallest principal moment is -0.01 kg m^2" in warning.message
+    assert warning.message.endswith("principal moments 6e-06, 0.03, 0.03 kg m^2")
+    assert warning.origin.span.text == moments
+    sim.run(0.5)
+    assert sim.link_pose("bob").rpy[1] > 0.5
+
+
+@pytest.mark.parametrize(
+    ("shape", "inertia", "expected"),
+    [
+        # a box of m = 1.2 kg: m / 12 (b^2 + c^2)
+        (BEAM, 0.0, "has no inertia. KBot uses that of a box around its shapes: 0.005, 0.017, 0.02 kg m^2"),
+        (BEAM, -0.1, "above 0. KBot uses that of a box around its shapes: 0.005, 0.017, 0.02 kg m^2"),
+        # a cube of water with an edge of (1.2 / 1000)^(1/3) m: m a^2 / 6
+        ("", 0.0, "a cube of water: 0.002258, 0.002258, 0.002258 kg m^2"),
+    ],
+)
+def test_moving_link_without_inertia_gets_that_of_its_shapes(urdf, shape, inertia, expected):
+    sim = Simulation(urdf(arm(kind="continuous", inertial=solid(1.2, inertia) + shape)))
+    (warning,) = (d for d in sim.diagnostics if d.code != "W107")
+    assert (warning.code, warning.is_error) == ("W103", False)
+    assert expected.removeprefix("has ") in warning.message
+    sim.run(0.1)
+
+
+def test_link_of_hardly_any_mass_on_a_body_is_ignored(urdf):
+    """Exports of CAD programs contain links of 1e-15 kg."""
+    speck = f'<link name="speck">{solid(4e-15, 1e-27)}</link><joint name="glue" type="fixed">'
+    speck += '<parent link="ball"/><child link="speck"/></joint></robot>'
+    sim = Simulation(urdf(ball().replace("</robot>", speck)))
+    assert sim.diagnostics == ()
 
 
 def test_missing_mesh_is_reported_and_the_rest_simulated(urdf):

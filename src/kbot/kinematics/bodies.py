@@ -51,6 +51,32 @@ def principal_axes(tensor: ArrayLike) -> tuple[Array, Array]:
     return moments, axes
 
 
+THINNEST = 1e-2
+"""Thickness of a repaired body, as a share of its length: a body without thickness has a moment of 0."""
+
+
+def possible_moments(moments: ArrayLike) -> Array | None:
+    """The principal moments (3,) of the nearest possible body. None if no moment is above 0.
+
+    A body's second moments of mass along its principal axes, (I2 + I3 - I1) / 2 and so on, are sums of
+    squares, so they are not negative (Wensing, Kim, Slotine, "Linear Matrix Inequalities for Physically
+    Consistent Inertial Parameter Identification", 2018). Negative ones become 0, which gives the nearest such
+    matrix in the Frobenius norm (Higham, "Computing a nearest symmetric positive semidefinite matrix", 1988).
+    If a moment is not above 0, or only by rounding, the body also gets a thickness.
+    """
+    given = np.asarray(moments, dtype=np.float64)
+    second = given.sum() / 2.0 - given
+    if given.max() <= 0.0 or second.max() <= 0.0:
+        return None
+    if second.min() < 0.0:
+        # a little more than 0: rounding must not make the sum of two moments less than the third
+        second = np.maximum(second, 1e-9 * second.max())
+    if given.min() <= 1e-12 * given.max():
+        second = np.maximum(second, THINNEST**2 * second.max())
+    possible: Array = second.sum() - second
+    return possible
+
+
 def robot_bounds(
     tree: FrameTree, in_frame: str | None = None, joints: Mapping[str, float] | None = None
 ) -> tuple[Array, Array] | None:

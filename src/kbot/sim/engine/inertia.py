@@ -6,21 +6,27 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.kinematics.bodies import MassProperties, principal_axes
+from kbot.kinematics.bodies import THINNEST, MassProperties, possible_moments, principal_axes
 from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive
 from kbot.kinematics.drive.wheels import rigid_links
 from kbot.kinematics.transform import Transform
-from kbot.model import Inertial, Link, RobotModel
-from kbot.text import DiagnosticCollector
+from kbot.model import Collision, Inertial, Link, RobotModel, Visual
+from kbot.model.shapes import bounds
+from kbot.text import DiagnosticCollector, KbotError
 
 SMALLEST = 1e-14
 """kg or kg m^2. The engine treats less as zero: MuJoCo's smallest mass of a moving body is 1e-15."""
+_WATER = 1000.0
+"""Density in kg/m^3."""
 
 
-def set_inertial(body: mujoco.MjsBody, link: Link, findings: DiagnosticCollector) -> None:
-    """Give a body its link's mass, centre of mass and inertia. A link without `<inertial>` has no mass."""
+def set_inertial(body: mujoco.MjsBody, link: Link, moves_alone: bool, findings: DiagnosticCollector) -> None:
+    """Give a body its link's mass, centre of mass and inertia. A link without `<inertial>` has no mass.
+
+    A link `moves_alone` if no other link with a mass is fixed to it.
+    """
     inertial = link.inertial
-    if inertial is None or inertial.mass == 0.0:
+    if inertial is None or 0.0 <= inertial.mass <= SMALLEST:
         return
     if not 0.0 < inertial.mass < np.inf:
         findings.error(
@@ -28,7 +34,7 @@ def set_inertial(body: mujoco.MjsBody, link: Link, findings: DiagnosticCollector
             "give it a mass above 0",
         )  # fmt: skip
         return
-    matrix = _possible(link, inertial, findings)
+    matrix = _possible(link, inertial, moves_alone, findings)
     if matrix is None:
         return
     body.explicitinertial = True
@@ -48,12 +54,8 @@ def check_masses(robot: RobotModel, findings: DiagnosticCollector) -> None:
     for head in moving_parts(robot):
         inertials = _inertials(robot, head)
         if _has_mass(inertials):
-            if len(inertials) == 1 and not np.any(inertials[0].tensor):
-                findings.error(
-                    "W103", f"link '{head}' moves but has no inertia", inertials[0].inertia_origin,
-                    "give <inertia> the moments of the link's shape",
-                )  # fmt: skip
-        elif head == robot.root:
+            continue
+        if head == robot.root:
             findings.warning(
                 "W101",
                 f"link '{head}' is the robot's body but has no mass: the robot is fixed to the world",
@@ -68,6 +70,17 @@ def check_masses(robot: RobotModel, findings: DiagnosticCollector) -> None:
                 robot.links[head].origin,
                 "give it an <inertial> with its mass and inertia; other simulators drop the link",
             )
+
+
+def lone_links(robot: RobotModel) -> set[str]:
+    """The moving links to which no other link with a mass is fixed."""
+    found = set()
+    for head in moving_parts(robot):
+        links = [robot.links[name] for name in rigid_links(robot, head)]
+        heavy = [link.name for link in links if link.inertial is not None and _has_mass([link.inertial])]
+        if len(heavy) == 1:
+            found.add(heavy[0])
+    return found
 
 
 def moving_parts(robot: RobotModel) -> list[str]:
@@ -110,11 +123,13 @@ def _has_mass(inertials: list[Inertial]) -> bool:
     return any(abs(i.mass) > SMALLEST or not np.isfinite(i.mass) for i in inertials)
 
 
-def _possible(link: Link, inertial: Inertial, findings: DiagnosticCollector) -> NDArray[np.float64] | None:
+def _possible(
+    link: Link, inertial: Inertial, moves_alone: bool, findings: DiagnosticCollector
+) -> NDArray[np.float64] | None:
     """The link's inertia tensor, or None with an error.
 
-    No body has a principal moment above the sum of the other two. Such a tensor is replaced, with a warning,
-    by the nearest possible one.
+    An impossible tensor is replaced, with a warning, by the nearest possible one. A link that `moves_alone`
+    and has no inertia gets that of its shapes.
     """
     matrix = np.array(inertial.tensor)
     if not np.isfinite(matrix).all():
@@ -122,26 +137,67 @@ def _possible(link: Link, inertial: Inertial, findings: DiagnosticCollector) -> 
         findings.error("W103", message, inertial.inertia_origin)
         return None
     moments, axes = principal_axes(matrix)
-    if moments[0] < -1e-12 * max(moments[-1], 0.0) or moments[-1] < 0.0:
-        findings.error(
-            "W103",
-            f"link '{link.name}' has a negative moment of inertia ({moments[0]:.4g} kg m^2)",
-            inertial.inertia_origin,
-            "all three principal moments of a body are above 0",
-        )
-        return None
-    lack = float(moments[2] - moments[0] - moments[1])
-    if lack <= 1e-12 * moments[2]:
+    moments[np.abs(moments) <= SMALLEST] = 0.0
+    if not moments.any() and not moves_alone:
+        return np.zeros((3, 3))  # a point mass on another link
+    possible = possible_moments(moments)
+    if possible is None:
+        return _of_shapes(link, inertial, moments, findings)
+    changed = float(np.abs(possible - moments).max())
+    if changed <= 1e-12 * moments[2]:
         return matrix
-    if lack > 1e-3 * moments[2]:
+    if moments[0] <= 0.0:
+        findings.warning(
+            "W104",
+            f"link '{link.name}' has an impossible inertia: its smallest principal moment is"
+            f" {moments[0]:.4g} kg m^2. KBot uses the principal moments {_listed(possible)} kg m^2",
+            inertial.inertia_origin, "give <inertia> the moments of the link's shape",
+        )  # fmt: skip
+    elif changed > 5e-4 * moments[2]:
         a, b, c = moments
         findings.warning(
             "W104",
             f"link '{link.name}' has an impossible inertia: the largest principal moment, {c:.4g}, exceeds"
-            f" the sum of the others, {a:.4g} + {b:.4g} kg m^2. KBot adds {lack / 2:.4g} to each of these",
-            inertial.inertia_origin,
-            "give <inertia> the moments of the link's shape",
-        )
-    moments[:2] += lack / 2 * (1.0 + 1e-9) + 1e-15
-    possible: NDArray[np.float64] = axes @ np.diag(moments) @ axes.T
-    return possible
+            f" the sum of the others, {a:.4g} + {b:.4g} kg m^2. KBot adds {changed:.4g} to each of these",
+            inertial.inertia_origin, "give <inertia> the moments of the link's shape",
+        )  # fmt: skip
+    repaired: NDArray[np.float64] = axes @ np.diag(possible) @ axes.T
+    return repaired
+
+
+def _of_shapes(
+    link: Link, inertial: Inertial, moments: NDArray[np.float64], findings: DiagnosticCollector
+) -> NDArray[np.float64]:
+    """The inertia of a solid box around the link's shapes with the link's mass, with a warning.
+
+    A link without shapes is a cube of water.
+    """
+    shapes = link.collisions or link.visuals
+    corners = [corner for shape in shapes for corner in _corners(inertial, shape)]
+    size, what = np.ptp(corners, axis=0) if corners else np.zeros(3), "a box around its shapes"
+    if not size.any():
+        size, what = np.full(3, (inertial.mass / _WATER) ** (1.0 / 3.0)), "a cube of water"
+    size = np.maximum(size, THINNEST * size.max())
+    second = inertial.mass * size**2 / 12.0
+    tensor = np.diag(second.sum() - second)
+    lack = "moves but has no inertia" if not moments.any() else "has no moment of inertia above 0"
+    findings.warning(
+        "W103",
+        f"link '{link.name}' {lack}. KBot uses that of {what}: {_listed(np.diag(tensor))} kg m^2",
+        inertial.inertia_origin, "give <inertia> the moments of the link's shape",
+    )  # fmt: skip
+    return tensor
+
+
+def _corners(inertial: Inertial, shape: Visual | Collision) -> list[NDArray[np.float64]]:
+    """Two opposite corners of the box around a shape, in the inertial's frame. None for a missing mesh."""
+    inertial_from_shape = Transform.of(inertial.pose).inverse() @ Transform.of(shape.pose)
+    try:
+        box = bounds(shape.geometry, inertial_from_shape.rotation)
+    except KbotError:
+        return []  # a broken mesh, which is reported elsewhere
+    return [] if box is None else [corner + inertial_from_shape.translation for corner in box]
+
+
+def _listed(moments: NDArray[np.float64]) -> str:
+    return ", ".join(f"{moment:.4g}" for moment in moments)

@@ -14,7 +14,7 @@ from kbot.model import Collision, Link, RobotModel
 from kbot.sim.engine import contacts as touch
 from kbot.sim.engine.bounds import check_bounds
 from kbot.sim.engine.geometry import add_shape, wxyz
-from kbot.sim.engine.inertia import check_masses, held_joints, is_fixed, set_inertial
+from kbot.sim.engine.inertia import check_masses, held_joints, is_fixed, lone_links, set_inertial
 from kbot.sim.engine.joints import add_joint, add_mimics, held_pose
 from kbot.sim.engine.servo import add_drive_servos, add_joint_servos
 from kbot.sim.engine.surfaces import DEFAULT_SURFACE, link_surfaces
@@ -51,14 +51,14 @@ def add_robot(spec: mujoco.MjSpec, plan: RobotPlan, findings: DiagnosticCollecto
     check_masses(robot, findings)
     shapes = _Shapes(spec, plan, findings)
     root = spec.worldbody.add_body(name=prefix + robot.root, pos=plan.pose.translation, quat=wxyz(plan.pose))
-    held = held_joints(robot)
+    held, lone = held_joints(robot), lone_links(robot)
     if not is_fixed(robot):
         root.add_freejoint(name=prefix)
     waiting = [(robot.root, root)]
     while waiting:
         name, body = waiting.pop()
         link = robot.links[name]
-        set_inertial(body, link, findings)
+        set_inertial(body, link, name in lone, findings)
         shapes.add(body, link)
         for joint in robot.child_joints[name]:
             pose = held_pose(joint) if joint.name in held else Transform.of(joint.pose)
