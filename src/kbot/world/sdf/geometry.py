@@ -69,7 +69,13 @@ class Shapes:
         return placed
 
     def _numbers(self, shape: Element, tag: str, count: int = 1) -> tuple[float, ...] | None:
-        return self._values.sizes(shape.find(tag), shape, tag, count)
+        element = shape.find(tag)
+        if element is not None:
+            return self._values.sizes(element, shape, tag, count)
+        default = 0.5 if tag == "radius" and shape.tag in ("capsule", "cone") else 1.0
+        message = f"<{shape.tag}> has no <{tag}>: KBot uses {default:g} m, the default of SDF"
+        self._values.findings.warning("W205", message, shape.origin, f"add <{tag}>")
+        return (default,) * count
 
     def _file(self, shape: Element) -> str | None:
         uri = shape.find("uri") or shape.find("filename")

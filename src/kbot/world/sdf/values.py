@@ -62,12 +62,9 @@ class SdfValues:
         return default
 
     def sizes(
-        self, element: Element | None, shape: Element, tag: str, count: int, most: float = FURTHEST
+        self, element: Element, shape: Element, tag: str, count: int, most: float = FURTHEST
     ) -> tuple[float, ...] | None:
         """`count` numbers above 0, in m, of a shape's child. Other values are reported and give None."""
-        if element is None:
-            self.findings.error("W205", f"<{shape.tag}> has no <{tag}>", shape.origin)
-            return None
         values = self.numbers(element, count, most)
         if values is not None and any(value <= 0.0 for value in values):
             text = element.text.strip()
@@ -78,7 +75,11 @@ class SdfValues:
         return values
 
     def pose(self, element: Element | None) -> Transform:
-        """A pose `x y z roll pitch yaw`, or with `rotation_format` a quaternion. Empty is the identity."""
+        """A pose `x y z roll pitch yaw`, or with `rotation_format` a quaternion. Empty is the identity.
+
+        With three to five numbers it has no rotation, with a warning. libsdformat 12 rejects these, but the
+        older one of Gazebo Classic reads a stream of numbers, and sets a rotation only from three angles.
+        """
         if element is None or not element.text.strip():
             return Transform.identity()
         if element.attributes.get("rotation_format") == "quat_xyzw":
@@ -86,9 +87,14 @@ class SdfValues:
             if values is None or not any(values[3:]):
                 return Transform.identity()
             return Transform.from_quaternion_xyzw(values[3:], values[:3])
-        values = self.numbers(element, 6, FURTHEST)
+        count = len(element.text.split())
+        values = self.numbers(element, count if 3 <= count < 6 else 6, FURTHEST)
         if values is None:
             return Transform.identity()
+        if count < 6:
+            message = f"<{element.tag}> has {count} of 6 numbers: KBot uses the position without a rotation"
+            self.findings.warning("W204", message, element.origin, "write x y z roll pitch yaw")
+            return Transform.from_xyz_rpy(values[:3], (0.0, 0.0, 0.0))
         turn = values[3:]
         if element.attributes.get("degrees") in ("1", "true"):
             turn = tuple(radians(angle) for angle in turn)
