@@ -91,9 +91,9 @@ def test_edit_of_one_file_parses_only_that_file(robot: Path, monkeypatch: pytest
     parses: Counter[str] = Counter()
     parse = files.parse_document
 
-    def counted(source, *limits):
+    def counted(source, *limits, **options):
         parses[Path(source.path).name] += 1
-        return parse(source, *limits)
+        return parse(source, *limits, **options)
 
     clear_cache()
     monkeypatch.setattr(files, "parse_document", counted)

@@ -4,7 +4,7 @@ import pytest
 
 from kbot.model.load import load_robot, load_robot_text, resolve_robot_path
 from kbot.text import DescriptionError
-from kbot.xacro import Packages
+from kbot.xacro import Packages, expand_text
 
 BROKEN = """<?xml version="1.0"?>
 <robot name="bot" xmlns:xacro="http://www.ros.org/wiki/xacro">
@@ -92,3 +92,106 @@ def test_a_wrong_value_is_one_error_although_many_shapes_use_it() -> None:
         '<collision><geometry><cylinder radius="${r}" length="${2*r}"/></geometry></collision></link></robot>'
     )
     assert [d.code for d in load_robot_text(text, "r.xacro").diagnostics] == ["U012"]
+
+
+XACRO = """<robot name="bot" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:include filename="$(find lidar_description)/urdf/lidar.xacro"/>
+  <xacro:include filename="$(find lidar_description)/urdf/mount.xacro"/>
+  <link name="base"/>
+  {}
+</robot>"""
+
+
+def test_include_of_an_absent_package_is_a_warning():
+    loaded = load_robot_text(XACRO.format(""), "bot.xacro")
+    (warning,) = loaded.diagnostics
+    assert (warning.code, warning.is_error, warning.origin.span.line) == ("X114", False, 2)
+    assert "the package 'lidar_description' is not found, so this file is not included" in warning.message
+    assert [(r.message, r.origin.span.line) for r in warning.related] == [("included here too", 3)]
+    assert list(loaded.require().links) == ["base"]
+    strict = expand_text(XACRO.format(""), "bot.xacro")
+    assert [(d.code, d.is_error) for d in strict.diagnostics] == [("X114", True)]
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        '<xacro:lidar parent="base"/>',
+        '<link name="${lidar_name}"/>',
+        '<link name="$(arg lidar_name)"/>',
+        '<xacro:insert_block name="lidar"/>',
+        '<link name="$(find lidar_description)"/>',
+        '<joint name="j" type="fixed"><parent link="lidar"/><child link="base"/></joint>',
+    ],
+)
+def test_absent_package_is_an_error_if_the_robot_needs_it(use):
+    (error,) = load_robot_text(XACRO.format(use), "bot.xacro").diagnostics
+    assert (error.code, error.is_error, error.origin.span.line) == ("X114", True, 2)
+    assert "'lidar_description'" in error.message
+    if "joint" not in use:
+        assert 5 in [place.origin.span.line for place in error.related]
+
+
+def test_only_the_packages_that_the_calling_file_includes_are_errors(tmp_path):
+    mount = XACRO.format("<xacro:lidar/>").replace('<link name="base"/>', "")
+    (tmp_path / "mount.xacro").write_text(mount)
+    include = '<xacro:include filename="mount.xacro"/>'
+    text = XACRO.format(include).replace("lidar_", "camera_")
+    found = load_robot_text(text, tmp_path / "bot.xacro").diagnostics
+    assert [(d.is_error, d.message.split("'")[1]) for d in found] == [
+        (False, "camera_description"), (True, "lidar_description")
+    ]  # fmt: skip
+
+
+def test_a_slip_is_reported_beside_an_absent_package():
+    text = XACRO.format(
+        '<link name="a"/><joint name="j" type="fixed"><parent link="bse"/><child link="a"/></joint>'
+    )
+    found = load_robot_text(text, "bot.xacro").diagnostics
+    assert [(d.code, d.is_error) for d in found] == [("X114", False), ("U006", True)]
+
+
+DASHES = """
+<?xml version="1.0"?>
+<robot name="bot"><!-- a -- b --><link name="base"/><sensor:camera name="c"/></robot>
+"""
+
+
+def test_urdf_that_ros_reads_has_warnings():
+    loaded = load_robot_text(DASHES, "bot.urdf")
+    assert list(loaded.require().links) == ["base"]
+    assert [(d.code, d.is_error, d.origin.span.line) for d in loaded.diagnostics] == [
+        ("P007", False, 2), ("P007", False, 3), ("P004", False, 3)
+    ]  # fmt: skip
+    assert [d.code for d in expand_text(DASHES, "bot.urdf").diagnostics] == ["P001"]
+
+
+def test_xacro_must_be_well_formed():
+    """xacro rejects it, so ROS never loads it."""
+    text = DASHES.replace("<link", '<xacro:property name="a" value="1"/><link')
+    (error,) = load_robot_text(text, "bot.urdf").diagnostics
+    assert (error.code, error.is_error) == ("P001", True)
+
+
+LEFT_OVER = """<robot name="bot" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <link name="base"/>
+  <xacro:grey/>
+</robot>"""
+
+
+def test_xacro_tag_in_urdf_is_ignored_with_a_warning():
+    loaded = load_robot_text(LEFT_OVER, "bot.urdf")
+    assert [(d.code, d.is_error, d.origin.span.line) for d in loaded.diagnostics] == [("X213", False, 3)]
+    assert list(loaded.require().links) == ["base"]
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        (LEFT_OVER, "bot.xacro"),
+        (LEFT_OVER.replace("<link", '<xacro:macro name="blue"/><link'), "bot.urdf"),
+        (LEFT_OVER.replace("grey", "propery"), "bot.urdf"),
+    ],
+)
+def test_unknown_macro_is_an_error_where_xacro_is_used(text, name):
+    assert [(d.code, d.is_error) for d in load_robot_text(text, name).diagnostics] == [("X121", True)]

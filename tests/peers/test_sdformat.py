@@ -92,6 +92,13 @@ WORLDS = {
     "undeclared_prefix": model("<mine:thing>1</mine:thing>" + link("a")),
     "two_models": model(link("a")) + model(link("a"), "n"),
     "degrees": model(link("a") + "<link name='b'><pose degrees='true'>0 0 0 0 0 90</pose></link>"),
+    "dashes_in_a_comment": "<!-- a -- b ---><!-- c -->" + model(link("a")),
+    "shapes_without_sizes": model(
+        "".join(
+            link(shape, f"<collision name='c'><geometry><{shape}/></geometry></collision>")
+            for shape in ("box", "sphere", "cylinder")
+        )
+    ),
     "mesh_that_is_not_there": model(
         link("a", "<visual name='v'><geometry><mesh><uri>no.dae</uri></mesh></geometry></visual>")
     ),
@@ -142,6 +149,27 @@ def test_kbot_loads_files_that_libsdformat_parses(peer, tmp_path, version):
     fine = [file for file in files if errors[str(file)] == 0]
     assert len(fine) > len(files) / 2
     assert errors_of(fine) == {}
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [("\n ", ""), ("<?xml version='1.0'?>", ""), ("", "</sdf>"), ("", "<sdf version='1.7'/>")],
+)
+def test_kbot_loads_files_that_are_not_well_formed_but_that_libsdformat_parses(peer, tmp_path, before, after):
+    file = tmp_path / "world.sdf"
+    world = f"<sdf version='1.7'><world name='w'>{model(link('a'))}</world></sdf>"
+    file.write_text(f"{before}<?xml version='1.0'?>{world}{after}")
+    assert peer([file]) == {str(file): 0}
+    assert errors_of([file]) == {}
+
+
+def test_both_read_text_before_the_root_element(peer, tmp_path):
+    file = tmp_path / "world.sdf"
+    file.write_text(
+        f"?xml version='1.0'?>\n<sdf version='1.7'><world name='w'>{model(link('a'))}</world></sdf>"
+    )
+    assert peer([file]) == {str(file): 0}
+    assert errors_of([file]) == {}
 
 
 def test_libsdformat_parses_every_model_of_the_library(peer):

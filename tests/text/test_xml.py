@@ -201,3 +201,54 @@ def test_a_prefix_is_valid_only_inside_its_element() -> None:
     parse_xml(Source("f", '<a><b xmlns:x="u"><x:c x:d="1"/></b></a>'))
     with pytest.raises(DescriptionError):
         parse_xml(Source("f", '<a><b xmlns:x="u"><x:c/></b><x:c/></a>'))
+
+
+@pytest.mark.parametrize(
+    ("text", "column"),
+    [
+        ("<a><!-- b -- c --><b/></a>", 13),
+        ("<a><!-- b ---><!-- c -- d --><b/></a>", 13),
+        ("\n<?xml version='1.0'?><a><b/></a>", 1),
+        ("<!-- é --><?xml version='1.0'?><a><b/></a>", 11),
+        ("<?xml version='1.0'?><?xml version='1.0'?><a><b/></a>", 22),
+        ("<a><b/></a></a>", 13),
+        ("<a><b/></a>\n<c/>", 1),
+        ("text <sdf><b/></sdf>", 1),
+    ],
+)
+def test_lenient_reader_warns_and_keeps_positions(text: str, column: int) -> None:
+    """urdfdom and libsdformat read these, as tests/peers verifies."""
+    document = parse_document(Source("f", text), lenient=True)
+    (warning,) = document.diagnostics
+    assert (warning.code, warning.is_error, warning.origin.span.column) == ("P007", False, column)
+    (b,) = document.root.elements()
+    assert b.origin.span.text == "<b/>"
+    with pytest.raises(DescriptionError):
+        parse_document(Source("f", text))
+
+
+def test_lenient_reader_warns_once_about_each_kind() -> None:
+    text = "\n<?xml version='1.0'?><!-- a -- b --><a><!-- c -- d --><![CDATA[<!-- -- -->]]><x:y/></a>\n<a/>"
+    document = parse_document(Source("f", text), lenient=True)
+    assert [d.code for d in document.diagnostics] == ["P007", "P007", "P007", "P004"]
+    assert not any(d.is_error for d in document.diagnostics)
+    assert document.root.text == "<!-- -- -->"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "text <?xml version='1.0'?><a/>",
+        "text <a/>",
+        "<a><?xml version='1.0'?></a>",
+        "<a/>text",
+        "<a x='1' x='2'/>",
+        "<a><!-- b -- </a>",
+        "<a><![CDATA[<!-- ]]> & <!-- -- --></a>",
+        "<a>",
+    ],
+)
+def test_lenient_reader_rejects_what_ros_and_gazebo_reject(text: str) -> None:
+    with pytest.raises(DescriptionError) as caught:
+        parse_document(Source("f", text), lenient=True)
+    assert [d.code for d in caught.value.diagnostics] == ["P001"]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from kbot.text import DescriptionError
-from kbot.world import Box, Cylinder, Plane, Sphere, TriangleMesh, load_world
+from kbot.world import Box, Capsule, Cylinder, Ellipsoid, Plane, Sphere, TriangleMesh, load_world
 from kbot.world.sdf.model_paths import LIBRARY
 
 BOX = "<geometry><box><size>1 2 0.1</size></box></geometry>"
@@ -257,7 +257,7 @@ def test_unsupported_elements_are_reported_once_at_their_line(world):
         (static(link(COLLISION.replace("1 2 0.1", "1 two 1"))), "W204", "3 finite"),
         (static(link(COLLISION.replace("1 2 0.1", "1 nan 1"))), "W204", "3 finite"),
         (static(link(COLLISION.replace("1 2 0.1", "1 1e308 1"))), "W204", "3 finite numbers up to 1e+06"),
-        (static(link(), pose="1 2 3"), "W204", "6 finite numbers"),
+        (static(link(), pose="1 2"), "W204", "6 finite numbers"),
         (static(link(), pose="1e7 0 0 0 0 0"), "W204", "6 finite numbers up to 1e+06"),
         ("<gravity>0 0 -1e308</gravity>", "W204", "3 finite numbers up to 10000"),
         (HEAVY.format("<mass>1e300</mass>"), "W204", "<mass> must be a finite number up to 1e+12"),
@@ -344,6 +344,42 @@ def test_cycle_of_includes_is_reported(world, tmp_path):
     found = faults(world, "<include><uri>model://a</uri></include>")
     assert [d.code for d in found] == ["W203"]
     assert "a/model.sdf -> b/model.sdf -> a/model.sdf" in found[0].message
+
+
+def test_pose_of_three_to_five_numbers_has_no_rotation(world):
+    """Gazebo Classic reads these. libsdformat 12 does not."""
+    found = world(static(link(), pose="1 2 3") + static(link(), "n", pose="4 5 6 7 8"))
+    assert [place(body) for body in found.bodies] == [
+        pytest.approx([1, 2, 3, 0, 0, 0]), pytest.approx([4, 5, 6, 0, 0, 0])
+    ]  # fmt: skip
+    assert [(d.code, d.is_error, d.origin.span.line) for d in found.diagnostics] == [("W204", False, 3)] * 2
+    assert "<pose> has 3 of 6 numbers" in found.diagnostics[0].message
+
+
+def test_size_that_is_missing_is_the_default_of_sdf(world):
+    shapes = "box", "sphere", "cylinder", "capsule", "ellipsoid"
+    collisions = (f"<collision name='{s}'><geometry><{s}/></geometry></collision>" for s in shapes)
+    found = world(static(f"<link name='l'>{''.join(collisions)}</link>"))
+    (body,) = found.bodies
+    assert [part.shape for part in body.parts] == [
+        Box((1.0, 1.0, 1.0)), Sphere(1.0), Cylinder(1.0, 1.0), Capsule(0.5, 1.0), Ellipsoid((1.0, 1.0, 1.0))
+    ]  # fmt: skip
+    assert {(d.code, d.is_error) for d in found.diagnostics} == {("W205", False)}
+    assert "<box> has no <size>: KBot uses 1 m" in found.diagnostics[0].message
+
+
+@pytest.mark.parametrize(
+    ("before", "comment"), [("", "a -- b"), ("\n", ""), ("?xml version='1.0'?>\n", ""), ("<!-- a -- -->", "")]
+)
+def test_xml_that_libsdformat_reads_has_a_warning(tmp_path, before, comment):
+    """The first characters are those of gz-sim's own worlds."""
+    declaration = "" if before.startswith("?") else "<?xml version='1.0'?>"
+    file = tmp_path / "test.sdf"
+    inner = f"<world name='w'><!-- {comment} -->{static(link())}</world>"
+    file.write_text(f"{before}{declaration}<sdf version='1.7'>{inner}</sdf>")
+    found = load_world(file)
+    assert len(found.bodies) == 1
+    assert {(d.code, d.is_error) for d in found.diagnostics} == {("P007", False)}
 
 
 @pytest.mark.parametrize(

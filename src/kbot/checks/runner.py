@@ -16,7 +16,7 @@ from kbot.checks.merge import merge_findings
 from kbot.checks.registry import all_rules, rules_by_need
 from kbot.checks.settings import load_config
 from kbot.checks.suppressions import without_suppressed
-from kbot.model.load import not_reported_before
+from kbot.model.load import needed_packages, not_reported_before
 from kbot.model.read import read_robot
 from kbot.text import DescriptionError, Diagnostic, Source, read_source
 from kbot.text.diagnostic import bounded
@@ -41,12 +41,15 @@ def examine(
     properties: Mapping[str, str] | None = None,
 ) -> Context:
     """Expand and read a description, and keep all errors, as input for the rules."""
-    expansion = expand_text(source.text, source.path, arguments, properties=properties, packages=packages)
+    expansion = expand_text(
+        source.text, source.path, arguments, properties=properties, packages=packages, lenient=True
+    )
     problems, robot = list(expansion.diagnostics), None
     if expansion.document is not None:
         reading = read_robot(expansion.document, packages, expansion.names_at)
         robot = reading.robot
-        problems += not_reported_before(problems, reading.diagnostics)
+        found = not_reported_before(problems, reading.diagnostics)
+        problems = [*needed_packages(problems, found), *found]
     return Context(source, expansion, robot, tuple(problems), packages, config, arguments)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from kbot.model._attributes import MeshFinder
@@ -72,7 +72,7 @@ def load_robot(
     """
     file = resolve_robot_path(path)
     found = (packages or Packages()).beside(file)
-    return _read(expand(file, arguments, properties=properties, packages=found), found)
+    return _read(expand(file, arguments, properties=properties, packages=found, lenient=True), found)
 
 
 def load_robot_text(
@@ -85,7 +85,8 @@ def load_robot_text(
     """Load a robot from unsaved text, as `load_robot` does. `path` is the file that the text belongs to."""
     file = resolve_robot_path(path)
     found = (packages or Packages()).beside(file)
-    return _read(expand_text(text, file, arguments, properties=properties, packages=found), found)
+    expansion = expand_text(text, file, arguments, properties=properties, packages=found, lenient=True)
+    return _read(expansion, found)
 
 
 def read_urdf_text(text: str, path: str, finder: MeshFinder) -> RobotModel:
@@ -133,12 +134,21 @@ def _read(expansion: Expansion, packages: Packages) -> Loaded:
     with reading(expansion.path or ""):
         read = read_robot(expansion.document, packages, expansion.names_at)
     found = not_reported_before(expansion.diagnostics, read.diagnostics)
-    if any(d.is_error for d in expansion.diagnostics):
+    expanded = needed_packages(expansion.diagnostics, found)
+    if any(d.is_error for d in expanded):
         found = [d for d in found if d.code not in _MISSING]  # the missing part may have had it
     once: dict[object, Diagnostic] = {}  # each use of a wrong value reports it at the same place
     for diagnostic in found:
         once.setdefault((diagnostic.code, diagnostic.message, diagnostic.origin), diagnostic)
-    return Loaded(read.robot, expansion, (*expansion.diagnostics, *once.values()), packages)
+    return Loaded(read.robot, expansion, (*expanded, *once.values()), packages)
+
+
+def needed_packages(expanded: Sequence[Diagnostic], read: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """The diagnostics of an expansion. Absent packages are errors if the robot lacks parts, as they may have
+    defined these."""
+    if not any(d.code in _MISSING and not d.hint.startswith("did you mean") for d in read):
+        return tuple(expanded)
+    return tuple(replace(d, severity=Severity.ERROR) if d.code == "X114" else d for d in expanded)
 
 
 def not_reported_before(reported: Sequence[Diagnostic], new: Iterable[Diagnostic]) -> list[Diagnostic]:

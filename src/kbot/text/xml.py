@@ -43,10 +43,13 @@ def parse_xml(source: Source) -> Element:
     return document.root
 
 
-def parse_document(source: Source, max_nesting: int = MAX_NESTING, max_nodes: int = MAX_NODES) -> XmlDocument:
+def parse_document(
+    source: Source, max_nesting: int = MAX_NESTING, max_nodes: int = MAX_NODES, *, lenient: bool = False
+) -> XmlDocument:
     """Parse a source into a document with all its nodes.
 
-    An undeclared prefix (P004) becomes a diagnostic of the document, which is still usable.
+    An undeclared prefix (P004) becomes a diagnostic of the document, which is still usable. If `lenient`, it
+    is a warning, and so is what ROS and Gazebo read although it is not well-formed (P007).
 
     Raises:
         DescriptionError: P001 not well-formed, P002 empty, P003 a document type with entities,
@@ -60,19 +63,35 @@ def parse_document(source: Source, max_nesting: int = MAX_NESTING, max_nodes: in
             0,
             "a robot starts with <robot name='…'>, a launch file with <launch>",
         )
-    document = XmlDocument(source)
-    parser = expat.ParserCreate("UTF-8")
-    parser.buffer_text = True
-    parser.buffer_size = 1 << 16
-    problems, opened = _handle(parser, document, max_nesting, max_nodes)
-    try:
-        parser.Parse(source.data, True)
-    except expat.ExpatError as error:
-        reason = expat.ErrorString(error.code).removeprefix("not well-formed ").strip("()")
-        from kbot.text.malformed import malformed  # only for an error: start-up time
+    data = source.data
+    warnings: list[Diagnostic] = []
+    while True:
+        document = XmlDocument(source)
+        parser = expat.ParserCreate("UTF-8")
+        parser.buffer_text = True
+        parser.buffer_size = 1 << 16
+        problems, opened = _handle(parser, document, max_nesting, max_nodes)
+        try:
+            parser.Parse(data, True)
+            break
+        except expat.ExpatError as error:
+            # only for an error: start-up time
+            from kbot.text.lenient import as_warning, repaired
+            from kbot.text.malformed import malformed
 
-        raise DescriptionError([malformed(source, parser.ErrorByteIndex, reason, opened)]) from None
-    document.diagnostics = tuple(problems)
+            offset, reason = parser.ErrorByteIndex, expat.ErrorString(error.code)
+            problem = malformed(source, offset, reason.removeprefix("not well-formed ").strip("()"), opened)
+            after_root = hasattr(document, "root") and not opened
+            changed = repaired(data, offset, reason, after_root) if lenient else None
+            if changed is None:
+                raise DescriptionError([problem]) from None
+            data = changed  # each repair removes all faults of its kind, so there are few
+            warnings.append(as_warning(problem))
+    if lenient and problems:
+        from kbot.text.lenient import as_warning
+
+        problems = list(map(as_warning, problems))
+    document.diagnostics = (*warnings, *problems)
     return document
 
 

@@ -69,11 +69,11 @@ def resolve_names(
         return Assignments()
     explicit = dict(properties or {})
     values, typed = {**(arguments or {}), **values}, values
-    before = expand(path, values, properties=explicit, packages=packages)
+    before = expand(path, values, properties=explicit, packages=packages, lenient=True)
     undeclared = {name: value for name, value in typed.items() if name not in before.declared}
     if not undeclared or before.document is None:  # a slow one that hit a limit is not repeated
         return Assignments(values)
-    after = expand(path, values, properties={**undeclared, **explicit}, packages=packages)
+    after = expand(path, values, properties={**undeclared, **explicit}, packages=packages, lenient=True)
     overridden = {name: value for name, value in undeclared.items() if name in after.overridden}
     _require_numbers(overridden, before, after)
     unknown = [name for name in undeclared if name not in {*after.declared, *after.overridden}]

@@ -43,6 +43,7 @@ def expand(
     limits: Limits = DEFAULT,
     root_dir: str = os.curdir,
     log: Log | None = None,
+    lenient: bool = False,
 ) -> Expansion:
     """Expand a xacro (or plain URDF) file.
 
@@ -50,11 +51,13 @@ def expand(
     properties  values that replace those of top-level properties, by name
     packages    where `$(find …)` searches; by default around the file and in ROS's usual places
     root_dir    the folder that relative paths start from, and the value of `$(cwd)`
+    lenient     whether to warn about what the official xacro rejects, if the robot can be loaded: includes of
+                absent packages, and in plain URDF what only xacro rejects
 
     Errors in the file are not raised: see `Expansion.diagnostics`.
     """
     name = os.fspath(path)
-    run = Run(name, arguments or {}, packages, limits, root_dir)
+    run = Run(name, arguments or {}, packages, limits, root_dir, lenient)
     run.log = log
     try:
         source = run.read(name)
@@ -73,10 +76,11 @@ def expand_text(
     packages: Packages | None = None,
     limits: Limits = DEFAULT,
     root_dir: str = os.curdir,
+    lenient: bool = False,
 ) -> Expansion:
     """Expand a text as if it were the file `base_path`, which need not exist."""
     name = os.fspath(base_path)
-    run = Run(name, arguments or {}, packages, limits, root_dir)
+    run = Run(name, arguments or {}, packages, limits, root_dir, lenient)
     with reading(name):
         return _expand(Source(name, text), name, run, properties or {})
 
@@ -99,7 +103,8 @@ def _expand(source: Source, name: str, run: Run, properties: Mapping[str, Value]
     gc.disable()  # looking for cycles takes a tenth of the time, and there are none
     try:
         with recursion_limit(run.limits.nesting * _FRAMES_PER_LEVEL + 1000):
-            document = run.parsed(source)
+            # urdfdom reads plain URDF, but only xacro reads xacro
+            document = run.parsed(source, lenient=run.lenient and "xacro:" not in source.text)
             if document.diagnostics:
                 run.adopt(document.diagnostics, None)
             root = _walk(document, expander, scope)

@@ -20,7 +20,7 @@ from kbot.xacro.xacro_error import LimitFault, Problem, XacroError, consequence
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from kbot.text.diagnostic import Diagnostic
+    from kbot.text.diagnostic import Diagnostic, Fix
     from kbot.text.xml import XmlDocument
     from kbot.xacro.binding import Binding
     from kbot.xacro.limits import Limits
@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 Log = Callable[[str, Value, str, Value], None]
 """Called with `set` or `use`, the scope, the name and the value."""
 
+_DEFINED = frozenset({"undefined", "macro", "block", "argument"})
+"""The keys of faults about names that an included file may define."""
 _MESSAGE_CODES = {"message": ("X301", "info"), "warning": ("X302", "warning"), "error": ("X303", "warning")}
 
 
@@ -46,7 +48,9 @@ class Run:
         packages: Packages | None,
         limits: Limits,
         root_dir: str,
+        lenient: bool = False,
     ) -> None:
+        self.lenient = lenient
         self.files = [path]
         self.given = dict(arguments)
         self.arguments = dict(arguments)
@@ -74,6 +78,8 @@ class Run:
         self.problems: list[Problem] = []
         self.incomplete: Problem | None = None
         """A file that could not be included. Names that it may have defined are not reported as undefined."""
+        self.absent: list[tuple[str, Problem]] = []
+        """Each include of a package that is not found, by its file. A warning, until its names are used."""
         self.log: Log | None = None
         self.pending: list[tuple[str, str, str, str]] = []
         """Warnings of the text being evaluated. `flush` adds their place."""
@@ -109,9 +115,9 @@ class Run:
         self.budget.charge(len(source.text) >> 8)  # a file may be read any number of times
         return source if path == name else Source(name, source.text)
 
-    def parsed(self, source: Source) -> XmlDocument:
+    def parsed(self, source: Source, *, lenient: bool = False) -> XmlDocument:
         """Parse a file to expand."""
-        document = parsed(source, self.limits.nesting, self.limits.nodes)
+        document = parsed(source, self.limits.nesting, self.limits.nodes, lenient=lenient)
         self.copied += len(source.text)
         self.source_nodes += document.nodes
         self.source_depth = max(self.source_depth, document.depth)
@@ -204,13 +210,20 @@ class Run:
         if self.incomplete is not None and fault.key is not None and not fault.near:
             self.incomplete.also(fault.message, origin)
             return self.incomplete
+        from kbot.text.diagnostic import Severity  # only for an error: start-up time
+
+        if self.absent and isinstance(fault.key, tuple) and fault.key[0] in _DEFINED and not fault.near:
+            causes = self._absent_in(origin.span.file)
+            for cause in causes:
+                cause.severity = Severity.ERROR
+                cause.also(fault.message, origin)
+            return causes[0]
         key = fault.key or (fault.code, fault.message, origin.span.file, origin.span.start)
         problem = self._known.get(key)
         if problem is not None:
+            problem.severity = Severity.ERROR  # it may be an include that was skipped
             problem.also("needed here", origin)
             return problem
-        from kbot.text.diagnostic import Severity  # only for an error: start-up time
-
         problem = Problem(fault.code, Severity.ERROR, fault.message, origin, fault.hint)
         problem.fix = fault.fix
         self._known[key] = problem
@@ -220,17 +233,35 @@ class Run:
             raise LimitFault("X199", f"stopped after {self._errors} errors", origin=origin)
         return problem
 
-    def adopt(self, diagnostics: tuple[Diagnostic, ...], call: Call | None) -> Problem:
-        """Report the diagnostics of a file, and return the first of the problems."""
+    def skip_include(self, fault: XacroError, origin: Origin) -> None:
+        """Report an include of a package that is not found. It is an error if something else needs it."""
+        from kbot.text.diagnostic import Severity  # only for a warning: start-up time
+
+        problem = self._known.get(fault.key)
+        if problem is None:
+            message = f"{fault.message}, so this file is not included"
+            problem = Problem(fault.code, Severity.WARNING, message, origin, fault.hint)
+            self._known[fault.key] = problem
+            self.problems.append(problem)
+        problem.also("included here too", origin)
+        self.absent.append((origin.span.file, problem))
+
+    def _absent_in(self, file: str) -> list[Problem]:
+        """The packages that a file includes but that are not found; all of them if it includes none."""
+        return [p for name, p in self.absent if name == file] or [p for _, p in self.absent]
+
+    def adopt(self, diagnostics: tuple[Diagnostic, ...], call: Call | None) -> Problem | None:
+        """Report the diagnostics of a file, and return the first of the errors."""
         first: Problem | None = None
         for d in diagnostics:
             origin = Origin(d.origin.span, call) if d.origin else self._start()
+            if not d.is_error:
+                self._warning(d.code, d.severity, d.message, origin, d.hint, d.fix)
+                continue
             fault = XacroError(d.code, d.message, d.hint, origin=origin)
             problem = self._add(fault, origin)
             problem.fix = d.fix
             first = first or problem
-        if first is None:
-            raise ValueError("nothing to report")
         return first
 
     def warn(self, code: str, message: str, hint: str = "", severity: str = "warning") -> None:
@@ -247,12 +278,15 @@ class Run:
         for code, severity, message, hint in pending:
             self._warning(code, severity, message, locate(node, attribute, call, None), hint)
 
-    def _warning(self, code: str, severity: str, message: str, origin: Origin, hint: str) -> None:
+    def _warning(
+        self, code: str, severity: str, message: str, origin: Origin, hint: str, fix: Fix | None = None
+    ) -> None:
         key = (code, message, origin.span.file, origin.span.start)
         if key not in self._known and len(self._known) < 10_000:
             from kbot.text.diagnostic import Severity
 
             problem = self._known[key] = Problem(code, Severity(severity), message, origin, hint)
+            problem.fix = fix
             self.problems.append(problem)
 
     def add_message(self, kind: str, text: str) -> None:

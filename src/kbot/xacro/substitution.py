@@ -101,11 +101,9 @@ def _find(run: Run, words: list[str]) -> str:
     try:
         return run.packages.find(words[0])
     except PackageNotFound as error:
-        fault = XacroError(
+        raise XacroError(
             "X114", f"the package '{error.name}' is not found", error.hint, key=("package", error.name)
-        )
-        fault.missing_file = True
-        raise fault from None
+        ) from None
 
 
 def _env(run: Run, words: list[str]) -> str:

@@ -76,7 +76,6 @@ class XacroError(Exception):
         """Whether the origin is the cause, and not the text being evaluated, which needs it."""
         self.near = False
         """Whether the unknown name resembles an existing one."""
-        self.missing_file = False
 
 
 class LimitFault(XacroError):

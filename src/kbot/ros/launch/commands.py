@@ -74,7 +74,7 @@ def expand_within(budget: Budget, file: str, arguments: Mapping[str, str], packa
         LaunchError: L070, all descriptions and files together exceed the budget.
     """
     limits = Limits(steps=max(budget.steps, 0))
-    expansion = expand(file, arguments, packages=packages.beside(file), limits=limits)
+    expansion = expand(file, arguments, packages=packages.beside(file), limits=limits, lenient=True)
     charge(budget, file, expansion.steps + (len(expansion.text) >> 3), "takes too many steps to expand")
     return expansion
 

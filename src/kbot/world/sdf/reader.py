@@ -84,7 +84,7 @@ class _Reader:
         self._links = 0
 
     def world(self, path: str, with_floor: bool) -> World:
-        root = read_xml(path)
+        root = read_xml(path, self.findings)
         if root.tag not in ("sdf", "gazebo"):
             raise DescriptionError(self._not_sdf(root))
         context = SdfContext(path, (str(Path(path).absolute()),), _version(root))

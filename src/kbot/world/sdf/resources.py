@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from urllib.parse import unquote
 
-from kbot.text import DescriptionError, Element, KbotError, read_source
+from kbot.text import DescriptionError, DiagnosticCollector, Element, KbotError, read_source
 from kbot.text.files import from_file_uri
 from kbot.text.suggest import did_you_mean
 from kbot.text.xml import MAX_READ_NESTING, parse_document
@@ -30,16 +30,18 @@ _FUEL = re.compile(
 """Owner, model, version, and a file of the model."""
 
 
-def read_xml(path: str | Path) -> Element:
-    """The root element of an SDF file. Undeclared XML prefixes are allowed, because libsdformat allows them.
+def read_xml(path: str | Path, findings: DiagnosticCollector | None = None) -> Element:
+    """The root element of an SDF file.
+
+    What libsdformat reads although it is not well-formed is added to the findings as a warning. Undeclared
+    XML prefixes are allowed.
 
     Raises:
         DescriptionError: the file cannot be read.
     """
-    document = parse_document(read_source(path), MAX_READ_NESTING)
-    faults = [fault for fault in document.diagnostics if fault.code != "P004"]
-    if faults:
-        raise DescriptionError(faults)
+    document = parse_document(read_source(path), MAX_READ_NESTING, lenient=True)
+    if findings is not None:
+        findings.diagnostics += [fault for fault in document.diagnostics if fault.code != "P004"]
     return document.root
 
 
@@ -108,7 +110,7 @@ class ResourceFinder:
             file = model_file(path)
             if self._reach is not None and not self._reach.holds(file):
                 raise KbotError(NOT_IN_REACH.format(file))
-            self._models[path] = file, read_xml(file)
+            self._models[path] = file, read_xml(file, self._values.findings)
         return self._models[path]
 
     def _paths(self, text: str, folder: Path) -> Iterator[Path]:

@@ -10,6 +10,7 @@ from kbot.xacro.expander import Expander
 from kbot.xacro.expansion_context import ExpansionContext, Node
 from kbot.xacro.location import locate, name_span
 from kbot.xacro.macros import Macro, MacroParameter, MacroTable, parse_parameters
+from kbot.xacro.run import Run
 from kbot.xacro.scope import Scope
 from kbot.xacro.tags.attributes import check_attributes
 from kbot.xacro.tags.properties import compute
@@ -140,7 +141,14 @@ def call_by_name(walk: Expander, node: Element, place: ExpansionContext, has_nex
 def call_macro(walk: Expander, node: Element, place: ExpansionContext, has_next: bool) -> None:
     """Replace a macro call by the expanded body of the macro."""
     run = walk.run
-    macro, macros, outer = _find(walk, node, place)
+    try:
+        macro, macros, outer = _find(walk, node, place)
+    except XacroError as fault:
+        if not _is_left_over(fault, run, place):
+            raise
+        message = f"<{node.tag}> is ignored, because there are no macros and the file is URDF"
+        run.warn_at("X213", message, node.origin, "remove it, or include the file that defines the macro")
+        return
     if macro.problem is not None:
         raise XacroError("X131", "", problem=macro.problem)
     if any("," in parameter.name and not parameter.is_optional for parameter in macro.parameters):
@@ -193,6 +201,12 @@ def _find(walk: Expander, node: Element, place: ExpansionContext) -> tuple[Macro
     if not isinstance(found, Macro):
         raise _unknown(walk, name, place)
     return found, macros, scope
+
+
+def _is_left_over(fault: XacroError, run: Run, place: ExpansionContext) -> bool:
+    """Whether ROS ignores a tag that calls no macro: it reads a file `.urdf` without xacro."""
+    is_urdf = run.lenient and run.file.endswith(".urdf") and not run.dependencies
+    return is_urdf and not fault.near and not place.macros.names()
 
 
 def _unknown(walk: Expander, name: str, place: ExpansionContext) -> XacroError:

@@ -17,6 +17,7 @@ from kbot.xacro.location import locate
 from kbot.xacro.macros import MacroTable
 from kbot.xacro.scope import Scope
 from kbot.xacro.tags.attributes import check_attributes
+from kbot.xacro.templates import evaluate
 from kbot.xacro.xacro_error import XacroError
 
 _PATTERN = re.compile(r"[*[?]")
@@ -41,17 +42,34 @@ def include(walk: Expander, node: Element, place: ExpansionContext, has_next: bo
     if next(node.elements(), None) is not None:
         run.warn_at("X208", "the content of <xacro:include> is ignored", node.origin)
     try:
-        name = run.absolute(run.budget.text(walk.evaluated(node, "filename", place)))
+        filename = _file_name(walk, node, place)
     except XacroError as fault:
         run.incomplete = run.incomplete or fault.problem
         raise
+    if filename is None:
+        return
     content: list[Node] = []
-    for file in _files(walk, name, node, place):
+    for file in _files(walk, run.absolute(filename), node, place):
         _include_file(walk, file, node, place, target, optional)
         content.extend(inner)
         walk.gap.spliced(inner, content)
         inner = target.out = []
     walk.replace(content, place, has_next)
+
+
+def _file_name(walk: Expander, node: Element, place: ExpansionContext) -> str | None:
+    """The evaluated `filename`. None if a lenient run skips the include, because its package is absent."""
+    run = walk.run
+    try:
+        value = evaluate(node.attributes["filename"], place.scope)
+    except XacroError as fault:
+        if run.lenient and fault.code == "X114" and fault.problem is None:
+            run.skip_include(fault, locate(node, "filename", place.call, fault.part))
+            return None
+        raise walk.reported(fault, node, "filename", place) from None
+    if run.pending:
+        run.flush(node, "filename", place.call)
+    return run.budget.text(value)
 
 
 def _files(walk: Expander, name: str, node: Element, place: ExpansionContext) -> list[str]:
