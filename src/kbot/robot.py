@@ -12,7 +12,7 @@ from functools import cached_property
 from kbot import model
 from kbot.extensions import NotebookView, notebook
 from kbot.kinematics import DifferentialDrive, FrameTree, NoDrive, Transform, find_drive
-from kbot.kinematics.drive.drive import SteeredDrive
+from kbot.kinematics.drive.drive import HolonomicDrive, SteeredDrive
 from kbot.model.load import Loaded, load_robot, resolve_robot_path
 from kbot.model.writer import to_urdf
 from kbot.text import Diagnostic, KbotError
@@ -52,7 +52,7 @@ class Robot(model.RobotModel):
     def drive(self) -> DifferentialDrive | NoDrive:
         """The differential drive that was found in the model, or the reason why there is none."""
         drive = find_drive(self, self.frames)
-        return NoDrive(drive.reason) if isinstance(drive, SteeredDrive) else drive
+        return NoDrive(drive.reason) if isinstance(drive, SteeredDrive | HolonomicDrive) else drive
 
     def pose(
         self, link: str, in_frame: str | None = None, joints: Mapping[str, float] | None = None

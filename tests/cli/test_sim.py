@@ -204,11 +204,34 @@ def test_an_unusable_script_exits_with_2(capsys, tmp_path, text, message):
     assert "Traceback" not in err
 
 
+@pytest.fixture
+def sliding_box(tmp_path):
+    """The file of a box that planar_move moves."""
+    path = tmp_path / "box.urdf"
+    path.write_text(
+        '<robot name="box"><link name="base_link"><inertial><mass value="1"/>'
+        '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial><collision>'
+        '<geometry><box size="0.3 0.2 0.1"/></geometry></collision></link><gazebo>'
+        '<plugin name="move" filename="libgazebo_ros_planar_move.so"/></gazebo></robot>'
+    )
+    return str(path)
+
+
+def test_a_holonomic_robot_drives_sideways(capsys, sliding_box):
+    report = report_of(capsys, sliding_box, "--duration", "2", "--cmd-vel", "0.1,-0.2,0")
+    # v (t - v / 2a), with the default limit of 1 m/s^2
+    assert report["pose"]["x"] == pytest.approx(0.1 * (2.0 - 0.05), abs=1e-3)
+    assert report["pose"]["y"] == pytest.approx(-0.2 * (2.0 - 0.1), abs=1e-3)
+    assert report["odometry"] == pytest.approx(report["pose"], abs=1e-9)
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
         (("nowhere.xacro", "--headless"), "nowhere.xacro does not exist"),
         (("kbot", "--headless", "--cmd-vel", "0.2"), "--cmd-vel takes V,W in m/s and rad/s"),
+        (("kbot", "--headless", "--cmd-vel", "0.2,0.1,0"), "robot 'kbot' cannot drive sideways"),
+        (("kbot", "--headless", "--cmd-vel", "0.2,0,0,1"), "or VX,VY,W for a robot that drives sideways"),
         (("kbot", "--headless", "--cmd-vel", "0.2,fast"), "--cmd-vel takes V,W in m/s and rad/s"),
         (("kbot", "--headless", "--cmd-vel", "nan,0"), "--cmd-vel takes finite numbers"),
         (("kbot", "--headless", "--cmd-vel", "0,inf"), "--cmd-vel takes finite numbers"),

@@ -161,7 +161,6 @@ def test_invalid_plugin_is_an_error_at_its_line(inside, words):
     ("library", "hint"),
     [
         ("libgazebo_ros_kobuki.so", "mobile_base/commands/velocity"),
-        ("libgazebo_ros_planar_move.so", "sideways"),
         ("libmy_own_wind.so", "the rest of the robot is simulated"),
     ],
 )
@@ -175,7 +174,8 @@ def test_unsupported_plugin_is_reported_with_its_consequence(library, hint):
 @pytest.mark.parametrize(
     "library",
     ["libgazebo_ros_control.so", "libgazebo_ros2_control.so", "libgazebo_ros_diff_drive.so",
-     "libgazebo_ros_joint_state_publisher.so", "gz-sim-joint-position-controller-system"],
+     "libgazebo_ros_joint_state_publisher.so", "gz-sim-joint-position-controller-system",
+     "libgazebo_ros_planar_move.so", "libridgeback_ros_force_based_move.so"],
 )  # fmt: skip
 def test_plugins_handled_elsewhere_are_not_reported(library):
     assert declared_sensors(robot(library)).diagnostics == ()

@@ -89,10 +89,15 @@ def pose_of(option: str, text: str) -> PlanarPose:
     return PlanarPose(x, y, yaw)
 
 
-def speeds_of(option: str, text: str) -> tuple[float, float]:
-    """The speeds that `V,W` in m/s and rad/s means. Any other text ends the program."""
-    linear, angular = _finite(option, text, 2, "V,W in m/s and rad/s, for example 0.2,0.5")
-    return linear, angular
+def speeds_of(option: str, text: str) -> tuple[float, float, float]:
+    """The speeds that `V,W` or `VX,VY,W` in m/s and rad/s means: forwards, turning, and to the left. Any
+    other text ends the program."""
+    meaning = "V,W in m/s and rad/s, for example 0.2,0.5, or VX,VY,W for a robot that drives sideways"
+    if text.count(",") == 2:
+        linear, lateral, angular = _finite(option, text, 3, meaning)
+        return linear, angular, lateral
+    linear, angular = _finite(option, text, 2, meaning)
+    return linear, angular, 0.0
 
 
 def _finite(option: str, text: str, count: int, meaning: str) -> list[float]:

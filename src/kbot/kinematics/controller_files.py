@@ -28,6 +28,8 @@ PARAMETERS = "ros__parameters"
 MANAGER = "controller_manager"
 
 DIFF_DRIVE = "diff_drive_controller/DiffDriveController"
+MECANUM_DRIVE = "mecanum_drive_controller/MecanumDriveController"
+OMNI_DRIVE = "omni_wheel_drive_controller/OmniWheelDriveController"
 JOINT_STATE = "joint_state_controller/JointStateController"
 
 OTHERS_NEED: Mapping[tuple[int, str], tuple[str, ...]] = {
@@ -53,8 +55,8 @@ TYPES = (
     "imu_sensor_broadcaster/IMUSensorBroadcaster",
     "joint_state_broadcaster/JointStateBroadcaster",
     "joint_trajectory_controller/JointTrajectoryController",
-    "mecanum_drive_controller/MecanumDriveController",
-    "omni_wheel_drive_controller/OmniWheelDriveController",
+    MECANUM_DRIVE,
+    OMNI_DRIVE,
     "parallel_gripper_action_controller/GripperActionController",
     "pid_controller/PidController",
     "pose_broadcaster/PoseBroadcaster",

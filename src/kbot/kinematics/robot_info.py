@@ -7,7 +7,14 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from kbot.kinematics.bodies import center_of_mass, robot_bounds, total_mass
-from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, SteeredDrive, find_drive
+from kbot.kinematics.drive.declared import Holonomic
+from kbot.kinematics.drive.drive import (
+    DifferentialDrive,
+    HolonomicDrive,
+    NoDrive,
+    SteeredDrive,
+    find_drive,
+)
 from kbot.kinematics.frames import FrameTree
 from kbot.model import Geometry, Joint, Link, Mesh, RobotModel
 
@@ -18,7 +25,7 @@ _DEEPEST = 30
 def describe(robot: RobotModel) -> dict[str, Any]:  # Any: JSON
     """The robot as plain data for JSON, in metres, kilograms and radians. Unknown values are None.
 
-    For a robot without a differential drive `drive` is None, and `no_drive` is the reason.
+    For a robot without a differential or holonomic drive `drive` is None, and `no_drive` is the reason.
     """
     tree = FrameTree(robot)
     return _describe(robot, tree, find_drive(robot, tree))
@@ -63,6 +70,8 @@ def describe_as_text(robot: RobotModel) -> str:
             f"  wheel separation  {drive.separation:.4g} m",
             f"  wheelbase         {max(abs(wheel.x) for wheel in drive.steering):.4g} m",
         ]
+    elif isinstance(drive, HolonomicDrive):
+        lines += _holonomic_lines(drive)
     elif isinstance(drive, NoDrive):
         lines.append(f"no differential drive: {drive.reason}")
     else:
@@ -85,16 +94,51 @@ def describe_as_text(robot: RobotModel) -> str:
     return "\n".join(lines)
 
 
+def _holonomic_lines(drive: HolonomicDrive) -> list[str]:
+    middle = f"{_vector(drive.axle_in_base.translation.tolist())} m in {drive.base}"
+    if drive.kind is Holonomic.BODY:
+        sideways = "forwards and sideways" if drive.sideways else "forwards"
+        return [
+            f"holonomic drive: a plugin moves the base itself, {sideways}",
+            f"  base              {drive.base}",
+            f"  stands on         {', '.join(drive.casters)}",
+        ]
+    lever = "half of track plus wheelbase" if drive.kind is Holonomic.MECANUM else "middle to wheel"
+    return [
+        f"holonomic drive with {drive.kind} wheels",
+        f"  driven            {', '.join(drive.joints)}",
+        f"  wheel radius      {drive.radius:.4g} m",
+        f"  lever             {drive.separation / 2.0:.4g} m ({lever})",
+        f"  wheels' middle    {middle}",
+        f"  casters           {', '.join(drive.casters) or 'none'}",
+    ]
+
+
 def _drive(drive: DifferentialDrive) -> dict[str, Any]:
+    if isinstance(drive, HolonomicDrive):
+        return {
+            "kind": str(drive.kind),
+            "joints": list(drive.joints),
+            "sideways": drive.sideways,
+            "radius": drive.radius,
+            "lever": drive.separation / 2.0,
+            "base": drive.base,
+            "axle_in_base": _planar(drive),
+            "casters": list(drive.casters),
+        }
     return {
         "left": list(drive.left),
         "right": list(drive.right),
         "radius": drive.radius,
         "separation": drive.separation,
         "base": drive.base,
-        "axle_in_base": {"xyz": drive.axle_in_base.translation.tolist(), "yaw": drive.axle_in_base.yaw},
+        "axle_in_base": _planar(drive),
         "casters": list(drive.casters),
     }
+
+
+def _planar(drive: DifferentialDrive) -> dict[str, Any]:
+    return {"xyz": drive.axle_in_base.translation.tolist(), "yaw": drive.axle_in_base.yaw}
 
 
 def _link(link: Link) -> dict[str, Any]:

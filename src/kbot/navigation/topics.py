@@ -110,7 +110,7 @@ class NavigationTopics:
 
     def _driven(self, message: Twist | TwistStamped) -> None:
         message = message if isinstance(message, Twist) else message.twist
-        if message.linear.x or message.angular.z:
+        if message.linear.x or message.linear.y or message.angular.z:
             self.goals.give_way("another command drives the robot")
 
     def _map_is_wanted(self) -> None:

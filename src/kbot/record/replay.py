@@ -55,7 +55,7 @@ def repeat_action(simulation: Simulation, what: str, note: Note) -> None:
 def _twist(simulation: Simulation, note: Note) -> None:
     robot, deadline = simulation.robots.named(note["robot"]), note["deadline"]
     watchdog = None if deadline is None else (deadline - simulation.steps) * simulation.timestep
-    robot.send_twist(note["linear"], note["angular"], watchdog)
+    robot.send_twist(note["linear"], note["angular"], watchdog, note.get("lateral", 0.0))
 
 
 def _place(simulation: Simulation, note: Note) -> None:

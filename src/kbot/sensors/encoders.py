@@ -84,4 +84,6 @@ def _driving(simulation: Simulation, spec: Encoders) -> tuple[str, ...]:
     drive = simulation.robots.named(spec.robot or None).drive
     if isinstance(drive, NoDrive):
         raise KbotError(f"{spec.label}: name its joints, because the robot cannot drive: {drive.reason}")
+    if not drive.joints:
+        raise KbotError(f"{spec.label}: name its joints, because a plugin moves the robot without joints")
     return drive.joints

@@ -26,7 +26,6 @@ from kbot.text.suggest import did_you_mean
 Read = Callable[[SensorValues, Keywords], Spec]
 
 _WITHOUT: Mapping[str, str] = {
-    "gazebo_ros_planar_move": "KBot does not move a base sideways: only wheels can drive the robot",
     "gazebo_ros_kobuki": "KBot subscribes to cmd_vel and publishes odom, and each sensor has its own topic. "
     "Remap mobile_base/commands/velocity to cmd_vel. mobile_base/events is not published",
     "gazebo_ros_create": "KBot subscribes to cmd_vel and publishes odom, and each sensor has its own topic. "

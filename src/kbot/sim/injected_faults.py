@@ -15,6 +15,7 @@ import mujoco
 import numpy as np
 
 from kbot.kinematics.bodies import MassProperties, principal_axes
+from kbot.kinematics.drive.drive import HolonomicDrive
 from kbot.messages.bus import Bus
 from kbot.sim.command_delivery import CommandDelivery
 from kbot.sim.engine.contacts import rank
@@ -87,7 +88,12 @@ class Slip:
 
     def begin(self, target: Target) -> End:
         model, _ = target.engine.current()
-        body = target.robots.named(self.robot).body.index(self.link)
+        robot = target.robots.named(self.robot)
+        body = robot.body.index(self.link)
+        if isinstance(robot.drive, HolonomicDrive) and self.link in robot.drive.carriers:
+            raise KbotError(
+                f"'{self.link}' carries a holonomic base: it slides freely, and has no friction to change"
+            )
         geoms = np.flatnonzero(model.geom_bodyid == body).tolist()
         priority, dimensions = rank(self.friction)
         return _all(

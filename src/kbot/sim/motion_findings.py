@@ -11,12 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.kinematics.drive.declared import declared_drives, drive_controller
-from kbot.kinematics.drive.drive import DifferentialDrive
+from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive
 from kbot.kinematics.drive.findings import findings_of_drive
 from kbot.kinematics.transform import Transform
 from kbot.model import Mesh
 from kbot.model.shapes import span_along
 from kbot.sim.drive.settings import TORQUE
+from kbot.sim.engine.base_servo import traction
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.geometry import own_geometries
 from kbot.sim.engine.joints import resistance
@@ -385,6 +386,11 @@ class MotionFindings:
     def _slippery_wheel(self) -> _Cause | None:
         """A driving wheel with little friction."""
         drive, model = self._robot.drive, self._engine.model
+        if isinstance(drive, HolonomicDrive):  # its wheels slide freely, and the base has their friction
+            friction = traction(self._robot.robot, drive).friction
+            text = f"the coefficient of friction of the wheels is only {friction:g}"
+            slips = friction < _SLIPPERY
+            return _Cause(text, self._robot.robot.origin, "raise their <mu1>") if slips else None
         for wheel in drive.wheels.values() if isinstance(drive, DifferentialDrive) else ():
             geoms = np.flatnonzero(model.geom_bodyid == self._robot.body.index(wheel.link))
             friction = float(model.geom_friction[geoms, 0].min(initial=1.0))
@@ -400,11 +406,11 @@ class MotionFindings:
         joints = drive.joints if isinstance(drive, DifferentialDrive) else ()
         name = min(joints, key=lambda joint: speed_limit(robot, joint), default="")
         limit = robot.joints[name].limit if name else None
-        linear, angular = self._robot.commanded_twist.x, self._robot.commanded_twist.yaw
+        twist = self._robot.commanded_twist
         if (
             limit is None
             or not isinstance(drive, DifferentialDrive)
-            or speed_limit(robot, name) > max(abs(speed) for speed in drive.wheel_speeds(linear, angular))
+            or speed_limit(robot, name) > drive.rim_speed(twist.x, twist.y, twist.yaw) / drive.radius
         ):
             return _Cause(text, robot.origin, "command a lower speed, or raise the controller's limits")
         text += f": '{name}' has a velocity limit of {speed_limit(robot, name):g} rad/s"

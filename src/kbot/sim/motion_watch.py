@@ -13,7 +13,7 @@ from kbot.kinematics.drive.drive import DifferentialDrive, SteeredDrive
 from kbot.kinematics.transform import Transform
 from kbot.sim.collisions import Collisions
 from kbot.sim.disturbances import Disturbances
-from kbot.sim.drive.twist_controller import Twist2
+from kbot.sim.drive.twist_controller import STILL, Twist
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.servo import effort_limit
 from kbot.sim.recipe import CONTROL_PERIOD
@@ -60,8 +60,7 @@ _EVERY = 28
 """Control periods between two samples: 0.56 s. With ten samples a second, the steps take 5 % more time. A
 command that is switched on and off ten times a second is not sampled in step."""
 _PERIOD = _EVERY * CONTROL_PERIOD
-_STILL = (0.0, 0.0, 0.0)
-_NO_LIMIT = (inf, inf)
+_NO_LIMIT = (inf, inf, inf)
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,7 +163,7 @@ class MotionWatch:
 
     # the window over which commanded and covered distance are compared
     _window: float
-    _window_wanted: Twist2 | None
+    _window_wanted: Twist | None
     _is_steady: bool
     _window_way: float
     _window_odometry: float
@@ -190,7 +189,7 @@ class MotionWatch:
         self.fall: Fall | None = None
         self._fastest = robot.wheels.fastest if robot.wheels is not None else _NO_LIMIT
         self._far_since: float | None = None
-        self._far_wanted, self._far_changed = (0.0, 0.0), 0.0
+        self._far_wanted, self._far_changed = STILL, 0.0
         self.touched, self._touched_at = "", 0.0
         self._last_touched, self._last_touched_at = "", 0.0
         self._least_up = 1.0
@@ -206,7 +205,7 @@ class MotionWatch:
         self._axle_of = _axle_of(robot.body.base_from_root, drive)
         self._last = self._axle_of(robot.body.root_place) if robot.body.root_qpos >= 0 else None
         self._heading = robot.body.heading
-        self._odometry = self._true = robot.wheels.axle if robot.wheels is not None else _STILL
+        self._odometry = self._true = robot.wheels.axle if robot.wheels is not None else STILL
         self._way = self._turned = self._odometry_way = self._odometry_turned = 0.0
         self._start_window(self._begun)
 
@@ -227,10 +226,11 @@ class MotionWatch:
     def _look_at_command(self) -> None:
         """Find a command that stays far above what the drive allows."""
         wheels = self._robots.first.wheels
-        wanted = wheels.wanted if wheels is not None else (0.0, 0.0)
+        wanted = wheels.wanted if wheels is not None else STILL
         shares = [abs(speed) / most for speed, most in zip(wanted, self._fastest, strict=True)]
-        is_turn = shares[1] >= FAR[1]
-        if not is_turn and shares[0] < FAR[0]:
+        # the axis of the command: forwards, sideways, or the turn, which counts first
+        axis = 2 if shares[2] >= FAR[1] else shares.index(max(shares[:2]))
+        if axis < 2 and shares[axis] < FAR[0]:
             self._far_since = None
             return
         time = self._engine.time
@@ -239,7 +239,7 @@ class MotionWatch:
         if self._far_since is None:
             self._far_since = time
         if time - self._far_changed >= FAR_TIME or time - self._far_since >= FAR_CHANGING_TIME:
-            self.excess = Excess(self._far_since, wanted[is_turn], self._fastest[is_turn], is_turn)
+            self.excess = Excess(self._far_since, wanted[axis], self._fastest[axis], axis == 2)
 
     def _look_at_contacts(self) -> None:
         model, data = self._engine.model, self._engine.data
@@ -276,19 +276,20 @@ class MotionWatch:
         way, turned = self._move(before, now, self._heading - heading)
         odometry_way, odometry_turned = self._move_odometry(wheels.axle)
         half = self._half
-        self._compare(time)
-        if wheels.wanted == (0.0, 0.0) or self._window_wanted is None:
+        if not wheels.has_true_odometry:
+            self._compare(time)
+        if wheels.wanted == STILL or self._window_wanted is None:
             # a command that came since the last sample has been there for less than a period
             self._start_window(time, wheels.wanted)
             return
         half *= self._turns_in_place
         self._window_way += way + half * turned
         self._window_odometry += odometry_way + half * odometry_turned
-        linear, angular = wheels.wanted
-        self._window_commanded += (abs(linear) + half * abs(angular)) * _PERIOD
+        x, y, yaw = wheels.wanted
+        self._window_commanded += (hypot(x, y) + half * abs(yaw)) * _PERIOD
         self._is_steady = self._is_steady and self._window_wanted == wheels.wanted
-        linear, angular = wheels.twist
-        self._window_allowed += (abs(linear) + half * abs(angular)) * _PERIOD
+        x, y, yaw = wheels.twist
+        self._window_allowed += (hypot(x, y) + half * abs(yaw)) * _PERIOD
         # a command that changes all the time is never reached
         commanded = self._window_commanded if self._is_steady else self._window_allowed
         least_time = STUCK_TIME if self._is_steady else CHANGING_TIME
@@ -362,10 +363,10 @@ class MotionWatch:
                 error / driven,
             )
 
-    def _start_window(self, time: float, wanted: Twist2 = (0.0, 0.0)) -> None:
+    def _start_window(self, time: float, wanted: Twist = STILL) -> None:
         """`wanted` is the command of the window, which begins now. Without one, nothing is compared."""
         self._window = time
-        self._window_wanted, self._is_steady = wanted if wanted != (0.0, 0.0) else None, True
+        self._window_wanted, self._is_steady = wanted if wanted != STILL else None, True
         self._window_way = self._window_odometry = self._window_commanded = self._window_allowed = 0.0
 
     def _end_window(self, time: float, commanded: float) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import reprlib
 from collections.abc import Mapping, Sequence
 
-from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive
+from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, NoDrive
 from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
 from kbot.kinematics.transform import Transform
 from kbot.sim.command_delivery import CommandDelivery
@@ -50,7 +50,13 @@ class SimulatedRobot:
         self.wheels: DriveController | None = None
         if isinstance(prepared.drive, DifferentialDrive) and prepared.settings is not None:
             self.wheels = DriveController(
-                prepared.robot, prepared.drive, prepared.settings, engine, self.body.prefix, seconds
+                prepared.robot,
+                prepared.drive,
+                prepared.settings,
+                engine,
+                self.body.prefix,
+                seconds,
+                lambda: self.body.ground_truth,
             )
         self._next_advance = 0
         self.jumps = 0
@@ -58,45 +64,63 @@ class SimulatedRobot:
 
     # commands
 
-    def cmd_vel(self, linear: float, angular: float) -> None:
+    def cmd_vel(self, linear: float, angular: float, lateral: float = 0.0) -> None:
         """Drive forward at `linear` m/s while turning at `angular` rad/s, until the next command.
 
-        Raises:
-            KbotError: the robot cannot drive (the message gives the reason), or a number is not finite.
-        """
-        self.send_twist(linear, angular, None)
+        A holonomic base also drives to the left at `lateral` m/s.
 
-    def command(self, linear: float, angular: float, watchdog: float | None = None) -> None:
+        Raises:
+            KbotError: the robot cannot drive, or cannot drive sideways (the message gives the reason), or a
+                number is not finite.
+        """
+        self.send_twist(linear, angular, None, lateral)
+
+    def command(
+        self, linear: float, angular: float, watchdog: float | None = None, lateral: float = 0.0
+    ) -> None:
         """Drive as `cmd_vel` does, but stop `watchdog` seconds of simulated time after the last command.
 
         Topics and the page use this. The default is the timeout of the robot's own controller, or 0.5 s.
         """
         if watchdog is None:
             watchdog = self.settings.watchdog if self.settings is not None else WATCHDOG
-        self.send_twist(linear, angular, watchdog)
+        self.send_twist(linear, angular, watchdog, lateral)
 
-    def send_twist(self, linear: float, angular: float, watchdog: float | None) -> None:
+    def send_twist(self, linear: float, angular: float, watchdog: float | None, lateral: float = 0.0) -> None:
         """Drive until the next command, or with a watchdog for at most that many seconds.
 
         The fault LostCommands drops only commands that have a watchdog.
 
         Raises:
-            KbotError: the robot cannot drive (the message gives the reason), or a number is not finite.
+            KbotError: the robot cannot drive, or cannot drive sideways (the message gives the reason), or a
+                number is not finite.
         """
-        if not (is_finite(linear) and is_finite(angular)):
-            given = f"{reprlib.repr(linear)}, {reprlib.repr(angular)}"
-            raise KbotError(f"a velocity command must be two finite numbers, not {given}")
-        linear, angular = float(linear), float(angular)  # the journal is JSON, which has no numpy numbers
+        given = [linear, angular] if is_finite(lateral) and lateral == 0.0 else [linear, angular, lateral]
+        if not all(map(is_finite, given)):
+            count = "three" if len(given) > 2 else "two"
+            values = ", ".join(map(reprlib.repr, given))
+            raise KbotError(f"a velocity command must be {count} finite numbers, not {values}")
+        if lateral and self.can_drive and not self.drives_sideways:
+            raise KbotError(f"robot '{self.name}' cannot drive sideways: only a holonomic base can")
+        # the journal is JSON, which has no numpy numbers
+        linear, angular, lateral = float(linear), float(angular), float(lateral)
         deadline = self._commands.deadline(watchdog)
         if watchdog is None or not self._commands.is_lost():
             wheels = self.wheels
             if wheels is None:
                 reason = self.drive.reason if isinstance(self.drive, NoDrive) else ""
                 raise KbotError(f"robot '{self.name}' cannot drive: {reason}")
-            if wheels.drive_at(linear, angular, deadline):
+            if wheels.drive_at(linear, lateral, angular, deadline):
                 self._commands.follow(self)
         if self._journal.write is not None:
-            self._journal.note("twist", robot=self.name, linear=linear, angular=angular, deadline=deadline)
+            self._journal.note(
+                "twist",
+                robot=self.name,
+                linear=linear,
+                angular=angular,
+                deadline=deadline,
+                **({"lateral": lateral} if lateral else {}),
+            )
 
     def set_joint(self, joint: str, position: float) -> None:
         """Hold a joint at a position (rad or m) with a servo, within its effort limit.
@@ -174,16 +198,19 @@ class SimulatedRobot:
         return self.wheels is not None
 
     @property
+    def drives_sideways(self) -> bool:
+        """Whether the robot follows sideways commands."""
+        return isinstance(self.drive, HolonomicDrive) and self.drive.sideways
+
+    @property
     def commanded_twist(self) -> PlanarTwist:
         """The last command as given, in the base's frame. Zero for a robot that cannot drive."""
-        linear, angular = (0.0, 0.0) if self.wheels is None else self.wheels.wanted
-        return PlanarTwist(linear, 0.0, angular)
+        return PlanarTwist() if self.wheels is None else PlanarTwist(*self.wheels.wanted)
 
     @property
     def twist(self) -> PlanarTwist:
         """The commanded twist after acceleration limits. Zero for a robot that cannot drive."""
-        linear, angular = (0.0, 0.0) if self.wheels is None else self.wheels.twist
-        return PlanarTwist(linear, 0.0, angular)
+        return PlanarTwist() if self.wheels is None else PlanarTwist(*self.wheels.twist)
 
     # control
 
@@ -231,12 +258,12 @@ class SimulatedRobot:
         for joint in self.robot.movable_joints:
             if joint.name not in self.body.held:
                 self.body.set_position(joint.name, rest(joint))
+        self.body.start_counting_turns()
         if self.wheels is not None:
             self.wheels.reset()
         self._next_advance = 0
         self.jumps += 1
         self.joints.start()
-        self.body.start_counting_turns()
 
     def stand_at(self, x: float, y: float, yaw: float, height: float) -> None:
         """Place the base at x, y (m) and yaw (rad), and the root at `height`. Commands continue."""

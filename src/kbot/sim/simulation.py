@@ -196,13 +196,16 @@ class Simulation:
 
     # the first robot
 
-    def cmd_vel(self, linear: float, angular: float) -> None:
+    def cmd_vel(self, linear: float, angular: float, lateral: float = 0.0) -> None:
         """Drive forward at `linear` m/s while turning at `angular` rad/s, until the next command.
 
+        A holonomic base also drives to the left at `lateral` m/s.
+
         Raises:
-            KbotError: the robot cannot drive (the message gives the reason), or a number is not finite.
+            KbotError: the robot cannot drive, or cannot drive sideways (the message gives the reason), or a
+                number is not finite.
         """
-        self._first.send_twist(linear, angular, None)
+        self._first.send_twist(linear, angular, None, lateral)
 
     @property
     def robot(self) -> RobotModel:

@@ -163,6 +163,7 @@ class Snapshots:
         if self._engine.assembly.welds:
             self._models.use(self._engine.assembly.with_welds(()))
         mujoco.mj_resetData(self._engine.model, self._engine.data)
+        self._engine.mark_moved()
         self._disturbances.pushes = ()
         for robot in self._robots.values():
             robot.restart()

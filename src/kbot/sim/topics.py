@@ -63,6 +63,8 @@ class RobotTopics:
         self._odometry_frame = self._frame_prefix
         self._outputs: list[tuple[Publisher[Any], Callable[[msg.Time], object]]] = []
         self._commands: list[Subscription | TrajectoryAction] = []
+        self._ignores_sideways = False
+        """Whether a sideways command was reported that this robot cannot follow."""
         self._motion: Motion | None = None
         """The odometry of this period, computed once for all messages."""
         base_from_root = robot.body.base_from_root
@@ -97,7 +99,8 @@ class RobotTopics:
         self._advertise(naming.topic(first), msg.Odometry, self._odometry)
         self._advertise("/tf", msg.TFMessage, self._transform)
         for topic, kind in robot.settings.command_topics.items():
-            self._commands.append(bus.subscribe(naming.topic(topic), kind, self._drive))
+            drive = partial(self._drive, naming.topic(topic), report)
+            self._commands.append(bus.subscribe(naming.topic(topic), kind, drive))
         for topic in others:
             self._advertise(naming.topic(topic), msg.Odometry, self._odometry)
 
@@ -111,11 +114,19 @@ class RobotTopics:
         for publisher, _ in self._outputs:
             publisher.close()
 
-    def _drive(self, message: msg.Twist | msg.TwistStamped) -> None:
+    def _drive(
+        self, topic: str, report: Callable[[str], None], message: msg.Twist | msg.TwistStamped
+    ) -> None:
         if isinstance(message, msg.TwistStamped):
             self._require_new(message.header.stamp)
             message = message.twist
-        self._robot.command(message.linear.x, message.angular.z)
+        lateral = message.linear.y
+        if lateral and not self._robot.drives_sideways:
+            if not self._ignores_sideways:
+                self._ignores_sideways = True
+                report(f"{topic}: robot '{self._robot.name}' cannot drive sideways: linear.y is ignored")
+            lateral = 0.0
+        self._robot.command(message.linear.x, message.angular.z, lateral=lateral)
 
     def _require_new(self, stamp: msg.Time) -> None:
         """Raises KbotError: the command is older than its controller's timeout.

@@ -1,7 +1,8 @@
-"""Wheel odometry: a robot's pose and twist on the plane, computed from its wheels."""
+"""Odometry: a robot's pose and twist on the plane, computed from its wheels or, for some plugins, true."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import cos, sin
 
@@ -24,6 +25,7 @@ class WheelOdometry:
     """
 
     def __init__(self, drive: DifferentialDrive) -> None:
+        self._drive = drive
         self._way = drive.radius / 2.0
         self._turn = drive.radius / drive.separation / 2.0
         self._axle_in_base = drive.axle_in_base_planar
@@ -33,7 +35,7 @@ class WheelOdometry:
     def reset(self, left: float = 0.0, right: float = 0.0) -> None:
         """Restart with the base at the origin and the wheels at these angles in rad."""
         start = self._axle_in_base
-        self.state = (start.x, start.y, start.yaw, left, right)
+        self.state: tuple[float, ...] = (start.x, start.y, start.yaw, left, right)
 
     def update(self, left: float, right: float) -> None:
         """Advance to new wheel angles in rad, forwards positive."""
@@ -49,8 +51,9 @@ class WheelOdometry:
         x, y, yaw, _, _ = self._rolled(left, right)
         return PlanarPose(x, y, yaw) @ self._base_in_axle
 
-    def twist(self, linear: float, angular: float) -> PlanarTwist:
-        """The base's twist in its own frame, from the axle's linear and angular velocity."""
+    def twist(self, left: float, right: float) -> PlanarTwist:
+        """The base's twist in its own frame, from the speeds of the wheels in rad/s."""
+        linear, angular = self._drive.twist(left, right)
         axle = self._axle_in_base
         c, s = cos(axle.yaw), sin(axle.yaw)
         return PlanarTwist(c * linear + angular * axle.y, s * linear - angular * axle.x, angular)
@@ -64,3 +67,72 @@ class WheelOdometry:
         chord = (to_left + to_right) * self._way * sinc
         heading = yaw + half
         return x + chord * cos(heading), y + chord * sin(heading), heading + half, left, right
+
+
+class HolonomicOdometry:
+    """As `WheelOdometry`, for wheels that drive in every direction.
+
+    Its arguments are how far the wheels drove the base in its own axes: forwards and leftwards in m, and
+    turned in rad. For a constant twist the result is exact, as `PlanarPose` integrates arcs.
+    """
+
+    def __init__(self, drive: DifferentialDrive) -> None:
+        self._axle_in_base = drive.axle_in_base_planar
+        self._base_in_axle = self._axle_in_base.inverse()
+        self.reset()
+
+    def reset(self, x: float = 0.0, y: float = 0.0, yaw: float = 0.0) -> None:
+        self.start_at(PlanarPose(), x, y, yaw)
+
+    def start_at(self, pose: PlanarPose, x: float, y: float, yaw: float) -> None:
+        axle = pose @ self._axle_in_base
+        self.state: tuple[float, ...] = (axle.x, axle.y, axle.yaw, x, y, yaw)
+
+    def update(self, x: float, y: float, yaw: float) -> None:
+        self.state = self._moved(x, y, yaw)
+
+    def pose(self, x: float, y: float, yaw: float) -> PlanarPose:
+        return PlanarPose(*self._moved(x, y, yaw)[:3]) @ self._base_in_axle
+
+    def twist(self, x: float, y: float, yaw: float) -> PlanarTwist:
+        axle = self._axle_in_base
+        return PlanarTwist(x + yaw * axle.y, y - yaw * axle.x, yaw)
+
+    def _moved(self, x: float, y: float, yaw: float) -> tuple[float, ...]:
+        at_x, at_y, heading, last_x, last_y, last_yaw = self.state
+        ahead, aside, half = x - last_x, y - last_y, (yaw - last_yaw) / 2.0
+        sinc = sin(half) / half if half > 1e-4 or half < -1e-4 else 1.0 - half * half / 6.0
+        middle = heading + half
+        c, s = cos(middle) * sinc, sin(middle) * sinc
+        return at_x + c * ahead - s * aside, at_y + s * ahead + c * aside, middle + half, x, y, yaw
+
+
+class TrueOdometry:
+    """As `WheelOdometry`, for a plugin that publishes the true motion of the base since the start.
+
+    The wheels' angles, its arguments, have no influence.
+    """
+
+    def __init__(self, truth: Callable[[], Motion], drive: DifferentialDrive) -> None:
+        self._truth, self._axle_in_base = truth, drive.axle_in_base_planar
+        self.reset()
+
+    def reset(self, *angles: float) -> None:
+        self.start_at(PlanarPose(), *angles)
+
+    def start_at(self, pose: PlanarPose, *angles: float) -> None:
+        odom_from_world = pose @ self._truth().pose.inverse()
+        axle = pose @ self._axle_in_base
+        self.state: tuple[float, ...] = (
+            axle.x, axle.y, axle.yaw, odom_from_world.x, odom_from_world.y, odom_from_world.yaw
+        )  # fmt: skip
+
+    def update(self, *angles: float) -> None:
+        axle = self.pose() @ self._axle_in_base
+        self.state = (axle.x, axle.y, axle.yaw, *self.state[3:])
+
+    def pose(self, *angles: float) -> PlanarPose:
+        return PlanarPose(*self.state[3:]) @ self._truth().pose
+
+    def twist(self, *speeds: float) -> PlanarTwist:
+        return self._truth().twist

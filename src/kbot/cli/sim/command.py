@@ -125,7 +125,12 @@ class _RunOptions:
     show_default="10; for --goto estimated from the path",
     help="Time to simulate in seconds. For --goto, the time limit.",
 )
-@click.option("--cmd-vel", metavar="V,W", help="Constant speeds: forward in m/s, turning in rad/s.")
+@click.option(
+    "--cmd-vel",
+    metavar="V,W",
+    help="Constant speeds: forward in m/s, turning in rad/s. VX,VY,W for a robot that also drives sideways: "
+    "forward and left in m/s, turning in rad/s.",
+)
 @click.option(
     "--script",
     metavar="PY",

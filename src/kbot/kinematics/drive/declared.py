@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import NamedTuple
 
 from kbot.kinematics.controller_files import (
     DIFF_DRIVE,
+    MECANUM_DRIVE,
+    OMNI_DRIVE,
     Parameter,
     Parameters,
     controller_files,
@@ -20,13 +24,58 @@ from kbot.text import DiagnosticCollector, Element, Origin
 
 SEPARATION = ("wheelSeparation", "wheel_separation")
 DIAMETER = ("wheelDiameter", "wheel_diameter")
-RADIUS = "wheel_radius"
+RADII = ("wheel_radius", "kinematics.wheels_radius")
+"""Names of the wheel radius. The second is that of ROS 2's mecanum_drive_controller."""
+SPANS = (
+    ("wheel_separation_x", "wheel_separation_y"),
+    ("wheelbase", "wheel_separation"),
+    ("wheel_base", "wheel_separation"),
+)
+"""Names of the distances between mecanum wheels along x and along y."""
+LEVERS = ("kinematics.sum_of_robot_center_projection_on_X_Y_axis", "robot_radius")
+"""Names of the lever of holonomic wheels: half the sum of both distances between mecanum wheels, or the
+distance of an omni wheel from the middle."""
 
 _LEFT_TAGS = ("leftJoint", "left_joint", "leftFrontJoint", "leftRearJoint")
 _RIGHT_TAGS = ("rightJoint", "right_joint", "rightFrontJoint", "rightRearJoint")
 _LEFT_KEYS, _RIGHT_KEYS = ("left_wheel_names", "left_wheel"), ("right_wheel_names", "right_wheel")
 """Parameters of diff_drive_controller: ROS 2's and ROS 1's."""
 _TRUE = ("true", "1")
+
+_CORNERS = tuple(
+    re.compile(rf"{end}_{side}(_wheel)?(_command)?(_joint)?(_name)?")
+    for end in ("front", "(rear|back)")
+    for side in ("left", "right")
+)
+"""Tags and parameters that name the joints of mecanum wheels: front left, front right, rear left, rear right.
+gz writes `front_left_joint`, ROS 1 `front_left_wheel_joint`, ROS 2 `front_left_wheel_command_joint_name`."""
+
+
+class Holonomic(StrEnum):
+    """How a plugin or controller moves a base that also drives sideways.
+
+    body     it moves the base itself, and the wheels only carry it
+    mecanum  it turns four mecanum wheels
+    omni     it turns omni wheels that are spaced equally on a circle
+    """
+
+    BODY = "body"
+    MECANUM = "mecanum"
+    OMNI = "omni"
+
+
+_HOLONOMIC_PLUGINS = {
+    "planarmove": Holonomic.BODY,
+    "forcebasedmove": Holonomic.BODY,
+    "velocitycontrol": Holonomic.BODY,
+    "mecanumdrive": Holonomic.MECANUM,
+}
+"""By a part of the file's name, without `_` and `-`: planar_move of Gazebo Classic, force_based_move of
+hector and its copies, VelocityControl and MecanumDrive of gz."""
+_HOLONOMIC_CONTROLLERS = {
+    MECANUM_DRIVE.rpartition("/")[2]: Holonomic.MECANUM,
+    OMNI_DRIVE.rpartition("/")[2]: Holonomic.OMNI,
+}
 
 
 class Size(NamedTuple):
@@ -48,6 +97,9 @@ class DeclaredDrive:
     left, right  the joints that it names, as written; a tag without text has an empty name
     given        its tags or parameters by name; the first of several tags with one name
     is_running   True for a plugin, and for a controller that the controller manager lists and starts
+    holonomic    how it drives sideways too, None for a drive that does not
+    wheels       the joints that a holonomic drive names: the four corners in the order of `_CORNERS`, or the
+                 omni wheels counterclockwise
     """
 
     name: str
@@ -59,6 +111,8 @@ class DeclaredDrive:
     right: tuple[Parameter, ...]
     given: Mapping[str, Parameter]
     is_running: bool
+    holonomic: Holonomic | None = None
+    wheels: tuple[Parameter, ...] = ()
 
     def first(self, *names: str) -> Parameter | None:
         """The first given one of these tags or parameters."""
@@ -75,6 +129,17 @@ class DeclaredDrive:
         return given.key if given is not None else self.origin
 
     @property
+    def has_sides(self) -> bool:
+        """Whether it drives left and right wheels, as a differential drive does."""
+        return not self.is_steering and self.holonomic is None
+
+    @property
+    def ignores_sideways(self) -> bool:
+        """Whether it moves the base but ignores linear.y, as copies of planar_move do for skid steering."""
+        axis = self.given.get("enableYAxis")
+        return axis is not None and axis.text in ("false", "0")
+
+    @property
     def separation(self) -> Size | None:
         """The distance between left and right wheels with which it computes."""
         given = self.first(*SEPARATION)
@@ -85,7 +150,7 @@ class DeclaredDrive:
     @property
     def radius(self) -> Size | None:
         """The radius of the wheels with which it computes. A radius takes precedence over a diameter."""
-        radius, diameter = self.given.get(RADIUS), self.first(*DIAMETER)
+        radius, diameter = self.first(*RADII), self.first(*DIAMETER)
         if radius is not None and radius.number:
             both = self._factor("wheel_radius_multiplier")
             left, right = (self._factor(f"{side}_wheel_radius_multiplier", both) for side in self.sides)
@@ -162,7 +227,8 @@ def _of_plugin(plugin: Element) -> DeclaredDrive | None:
     tags = [_tag(element) for element in plugin.elements()]
     left = tuple(tag for tag in tags if tag.name in _LEFT_TAGS)
     right = tuple(tag for tag in tags if tag.name in _RIGHT_TAGS)
-    is_steering = not _has_two_sides(plugin, words, has_joints=bool(left or right))
+    holonomic = _holonomic_plugin(plugin)
+    is_steering = holonomic is None and not _has_two_sides(plugin, words, has_joints=bool(left or right))
     if is_steering and not any(word in words for word in ("ackermann", "tricycle")):
         return None
     given: dict[str, Parameter] = {}
@@ -174,11 +240,26 @@ def _of_plugin(plugin: Element) -> DeclaredDrive | None:
         plugin,
         is_steering,
         2,
-        () if is_steering else left,
-        () if is_steering else right,
+        () if is_steering or holonomic else left,
+        () if is_steering or holonomic else right,
         given,
         is_running=True,
+        holonomic=holonomic,
+        wheels=_corners(tags) if holonomic is Holonomic.MECANUM else (),
     )
+
+
+def _holonomic_plugin(plugin: Element) -> Holonomic | None:
+    """How a plugin drives sideways, by its file or, in gz, by its class: its name can be anything."""
+    file, name = plugin.attributes.get("filename", ""), plugin.attributes.get("name", "")
+    words = (file + (name if "systems::" in name else "")).lower().replace("_", "").replace("-", "")
+    return next((kind for word, kind in _HOLONOMIC_PLUGINS.items() if word in words), None)
+
+
+def _corners(given: Sequence[Parameter]) -> tuple[Parameter, ...]:
+    """The tags or parameters that name the joints of mecanum wheels, as many as are given."""
+    found = (next((p for p in given if corner.fullmatch(p.name)), None) for corner in _CORNERS)
+    return tuple(parameter for parameter in found if parameter is not None)
 
 
 def _has_two_sides(plugin: Element, words: str, *, has_joints: bool) -> bool:
@@ -198,11 +279,14 @@ def _tag(element: Element) -> Parameter:
 
 
 def _of_parameters(robot: RobotModel) -> Iterator[DeclaredDrive]:
-    listed = [
-        found for found in controller_parameters(robot, DiagnosticCollector()) if found.kind == DIFF_DRIVE
-    ]
-    for found in listed:
-        yield _of_controller(found, is_running=found.is_active and not found.lacking())
+    listed = []
+    for found in controller_parameters(robot, DiagnosticCollector()):
+        holonomic = _holonomic_controller(found.kind)
+        if found.kind == DIFF_DRIVE:
+            listed.append(found)
+            yield _of_controller(found, is_running=found.is_active and not found.lacking())
+        elif holonomic is not None:
+            yield _of_holonomic_controller(found, holonomic)
     if spawned_controllers(robot):
         return
     known = {name for found in listed for name in (found.controller, "*", "**")}
@@ -222,4 +306,33 @@ def _of_controller(found: Parameters, *, is_running: bool) -> DeclaredDrive:
     )
     return DeclaredDrive(
         found.controller, found.place(), None, False, found.ros, left, right, found.given, is_running
+    )
+
+
+def _holonomic_controller(kind: str) -> Holonomic | None:
+    """How a type of controller drives sideways. Copies in other packages have the same class names."""
+    return _HOLONOMIC_CONTROLLERS.get(kind.rpartition("/")[2])
+
+
+def _of_holonomic_controller(found: Parameters, kind: Holonomic) -> DeclaredDrive:
+    names = found.given.get("wheel_names")
+    wheels = (
+        _corners(tuple(found.given.values()))
+        if kind is Holonomic.MECANUM
+        else names.names()
+        if names is not None
+        else ()
+    )
+    return DeclaredDrive(
+        found.controller,
+        found.place(),
+        None,
+        False,
+        found.ros,
+        (),
+        (),
+        found.given,
+        found.is_active,
+        kind,
+        wheels,
     )

@@ -1,8 +1,12 @@
-"""Finds the drive of a robot (two-sided or steered), and converts twists to wheel speeds and back.
+"""Finds the drive of a robot (two-sided, steered or holonomic), and converts twists to wheel speeds and back.
 
 In a steered base, such as a tricycle or a car, all wheels roll about the same point (Siegwart, Introduction
 to Autonomous Mobile Robots, 3.2). If the middle of the fixed axle drives at v and turns at w, a wheel at x, y
-from it moves with (v - w y, w x)."""
+from it moves with (v - w y, w x).
+
+A holonomic base also moves sideways. The rim of each of its wheels moves at a fixed linear combination of the
+twist, from which gz's MecanumDrive, mecanum_drive_controller and omni_wheel_drive_controller compute the
+speeds of the wheels (Lynch and Park, Modern Robotics, 13.2)."""
 
 from __future__ import annotations
 
@@ -15,6 +19,7 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.drive.declared import (
     DeclaredDrive,
+    Holonomic,
     declared_drives,
     drive_controller,
     movable,
@@ -28,6 +33,7 @@ from kbot.kinematics.drive.wheels import (
     find_wheel,
     largest,
     leftward,
+    links_on_ground,
     movable_above,
     pairs_of,
     rigid_links,
@@ -35,7 +41,7 @@ from kbot.kinematics.drive.wheels import (
 from kbot.kinematics.frames import FrameTree, unit_axis
 from kbot.kinematics.planar_pose import PlanarPose, integrate
 from kbot.kinematics.transform import Transform
-from kbot.model import Cylinder, Joint, JointType, RobotModel
+from kbot.model import Cylinder, Joint, JointType, RobotModel, Sphere
 
 Array = NDArray[np.float64]
 
@@ -43,6 +49,10 @@ _UPRIGHT = 0.9
 """Least upward component of a steering axis, which may lean by up to 26 degrees."""
 _TRACTION = ("left_joint", "right_joint", "rear_left_joint", "rear_right_joint", "actuatedWheel")
 """Tags with which a steering plugin names driving joints."""
+_MECANUM = ((1.0, -1.0, -1.0), (1.0, 1.0, 1.0), (1.0, 1.0, -1.0), (1.0, -1.0, 1.0))
+"""The `directions` of mecanum wheels: front left, front right, rear left, rear right."""
+_NOMINAL = 0.05
+"""Radius in m of what carries a base without round wheels. It only scales the page's speed and tolerances."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +113,13 @@ class DifferentialDrive:
         """The pose of the axle's middle on the ground plane of the base."""
         x, y, _ = self.axle_in_base.translation
         return PlanarPose(float(x), float(y), self.axle_in_base.yaw)
+
+    def rim_speed(self, x: float, y: float, yaw: float) -> float:
+        """The highest speed in m/s of a wheel's rim during a twist of the axle's middle (m/s, m/s, rad/s).
+
+        It is exact for two sides and for mecanum wheels, and an upper bound for omni wheels.
+        """
+        return abs(x) + abs(y) + abs(yaw) * (self.separation / 2.0)
 
     def wheel_speeds(self, linear: float, angular: float) -> tuple[float, float]:
         """Left and right wheel speeds in rad/s, forwards positive, with which the axle's middle moves at
@@ -173,6 +190,47 @@ class SteeredDrive(DifferentialDrive):
 
 
 @dataclass(frozen=True, slots=True)
+class HolonomicDrive(DifferentialDrive):
+    """A base that drives forwards and sideways and turns, all at once. It does not have two sides.
+
+    `radius` is that of its wheels. `separation` is the wheel separation of a differential drive whose wheels
+    turn equally fast when the robot turns on the spot: the sum of the distances between mecanum wheels along
+    x and along y, or twice the distance of an omni wheel from the middle.
+
+    kind        how its plugin or controller moves it
+    directions  the driving joints, none if the plugin moves the base itself. The rim of a wheel with the
+                direction a, b, c moves at a x + b y + c yaw separation / 2 in a twist of `axle_in_base`
+    sideways    False if the plugin ignores sideways commands
+    """
+
+    kind: Holonomic
+    directions: Mapping[str, tuple[float, float, float]]
+    sideways: bool
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """The joints that drive."""
+        return tuple(self.directions)
+
+    @property
+    def carriers(self) -> tuple[str, ...]:
+        """The links on which the base stands, also those of its wheels."""
+        return (*(wheel.link for wheel in self.wheels.values()), *self.casters)
+
+    @property
+    def reason(self) -> str:
+        """Why it is not a differential drive."""
+        return "it is a holonomic base, which has no left and right side"
+
+    @property
+    def wheels_from_twist(self) -> Array:
+        """The speed of each driving joint in rad/s from a twist in m/s, m/s and rad/s, as a matrix (n, 3)."""
+        rims = np.array([*self.directions.values()]).reshape(-1, 3)
+        matrix: Array = rims * (1.0, 1.0, self.separation / 2.0) / self.radius
+        return matrix
+
+
+@dataclass(frozen=True, slots=True)
 class NoDrive:
     """Why a robot has no differential drive, in one sentence."""
 
@@ -181,21 +239,30 @@ class NoDrive:
 
 def find_drive(
     robot: RobotModel, tree: FrameTree | None = None
-) -> DifferentialDrive | SteeredDrive | NoDrive:
-    """The drive of a robot: two-sided or steered, or the reason why it has none. Never raises.
+) -> DifferentialDrive | SteeredDrive | HolonomicDrive | NoDrive:
+    """The drive of a robot: two-sided, steered or holonomic, or the reason why it has none. Never raises.
+
+    A base is holonomic only if its plugin or controller is.
 
     The driving joints are the first of these that form a drive: the joints that a drive plugin names, the
     joints that ros2_control commands by velocity, the largest pairs of wheels rigidly on the base, and those
     on a suspension. The sides are those that the plugin or controller names."""
     tree = tree or FrameTree(robot)
     controllers = declared_drives(robot)
-    plugins = [c for c in controllers if c.plugin is not None and not c.is_steering]
+    running = drive_controller(controllers)
+    if running is not None and running.holonomic is not None:
+        return _holonomic(tree, running, running.holonomic)
+    plugins = [c for c in controllers if c.plugin is not None and c.has_sides]
     drive = _two_sided(robot, tree, *_sides(plugins))
     if isinstance(drive, NoDrive):
         steered = _steered(robot, tree, controllers, drive.reason)
         if steered is not None:
             return steered
-    controller = None if plugins else drive_controller([c for c in controllers if c.plugin is None])
+    controller = (
+        None
+        if plugins
+        else drive_controller([c for c in controllers if c.plugin is None and c.holonomic is None])
+    )
     return drive if controller is None else with_sides(drive, *_sides([controller]))
 
 
@@ -388,6 +455,86 @@ def _placed(tree: FrameTree, axle: DifferentialDrive, above: Joint, wheel: Wheel
     limit = above.limit
     lower, upper = (limit.lower or 0.0, limit.upper or 0.0) if limit is not None else (0.0, 0.0)
     return SteeringWheel(above.name, wheel.joint.name, x, y, 1.0 if axis[2] > 0.0 else -1.0, lower, upper)
+
+
+def _holonomic(tree: FrameTree, declared: DeclaredDrive, kind: Holonomic) -> HolonomicDrive | NoDrive:
+    """The base that a plugin or controller moves in every direction."""
+    if kind is Holonomic.BODY:
+        return _moved_base(tree, sideways=not declared.ignores_sideways)
+    robot, count = tree.robot, len(declared.wheels)
+    if count < 3 or (kind is Holonomic.MECANUM and count < 4):
+        needed = "four mecanum wheels" if kind is Holonomic.MECANUM else "three or more omni wheels"
+        return NoDrive(f"{declared.name} does not name the joints of {needed}")
+    joints = movable(robot, [parameter.text for parameter in declared.wheels])
+    if len(joints) < count:
+        turning = {joint.name for joint in joints}
+        other = next((p.text for p in declared.wheels if p.text not in turning), joints[0].name)
+        return NoDrive(f"{declared.name} names '{other}', which does not turn a wheel of its own")
+    base = base_link(robot, joints[0].parent)
+    wheels = {joint.name: find_wheel(tree, joint, base) for joint in joints}
+    radii = [wheel.radius for wheel in wheels.values() if wheel.radius]
+    if not radii and declared.radius is not None and declared.radius.value > 0.0:
+        radii = [declared.radius.value]  # meshes of rollers are not round
+    middle = np.mean([wheel.center for wheel in wheels.values()], axis=0)
+    aside = np.abs([wheel.center[:2] - middle[:2] for wheel in wheels.values()])
+    directions: tuple[tuple[float, float, float], ...]
+    if kind is Holonomic.MECANUM:
+        lever, directions = float(aside.sum(axis=1).mean()), _MECANUM
+    else:
+        lever, directions = float(np.hypot(*aside.T).mean()), _omni_directions(declared, count)
+    if not radii or not lever:
+        flaw = next(iter(wheels.values())).flaw or "all wheels are in one place"
+        return NoDrive(f"'{joints[0].name}' turns no wheel: {flaw}")
+    radius = sum(radii) / len(radii)
+    casters = casters_of(tree, base, float(middle[2]) - radius, radius, list(wheels.values()))
+    return HolonomicDrive(
+        left=(),
+        right=(),
+        forward=dict.fromkeys(wheels, 1.0),
+        wheels=wheels,
+        radius=radius,
+        separation=2.0 * lever,
+        base=base,
+        axle_in_base=Transform.from_xyz_rpy(middle.tolist(), (0.0, 0.0, 0.0)),
+        casters=tuple(c.link for c in casters if c.touches and not c.is_off_ground),
+        kind=kind,
+        directions=dict(zip(wheels, directions, strict=True)),
+        sideways=True,
+    )
+
+
+def _omni_directions(declared: DeclaredDrive, count: int) -> tuple[tuple[float, float, float], ...]:
+    """The `directions` of omni wheels: equal angles counterclockwise, from the angle `wheel_offset` on."""
+    given = declared.first("wheel_offset")
+    first = (given.number if given is not None else None) or 0.0
+    angles = [first + 2.0 * math.pi * index / count for index in range(count)]
+    return tuple((math.sin(angle), -math.cos(angle), -1.0) for angle in angles)
+
+
+def _moved_base(tree: FrameTree, *, sideways: bool) -> HolonomicDrive | NoDrive:
+    """The base that a plugin moves itself. The twist is that of the base's frame."""
+    base = base_link(tree.robot, tree.robot.root)
+    standing = links_on_ground(tree, base)
+    if not standing:
+        return NoDrive("no link has a collision shape on which the base can stand")
+    round_shapes = [c.shape.radius for c in standing if isinstance(c.shape, Cylinder | Sphere)]
+    radius = sum(round_shapes) / len(round_shapes) if round_shapes else _NOMINAL
+    lever = float(np.mean([math.hypot(c.center[0], c.center[1]) for c in standing]))
+    ground = min(caster.bottom for caster in standing)
+    return HolonomicDrive(
+        left=(),
+        right=(),
+        forward={},
+        wheels={},
+        radius=radius,
+        separation=2.0 * max(lever, radius),
+        base=base,
+        axle_in_base=Transform.from_xyz_rpy((0.0, 0.0, ground + radius), (0.0, 0.0, 0.0)),
+        casters=tuple(caster.link for caster in standing),
+        kind=Holonomic.BODY,
+        directions={},
+        sideways=sideways,
+    )
 
 
 def named_twice(left: Sequence[str], right: Sequence[str]) -> tuple[str, str] | None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from kbot.kinematics.controller_files import Parameter
 from kbot.kinematics.drive.declared import DIAMETER, DeclaredDrive, declared_drives
-from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive
+from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, NoDrive
 from kbot.kinematics.drive.part_names import side_of
 from kbot.kinematics.drive.wheels import Pair, Wheel
 from kbot.kinematics.frames import FrameTree
@@ -58,16 +58,21 @@ def drive_findings(
 
     `drive` is what KBot drives, or None if that is unknown.
     """
-    sided = [controller for controller in controllers if not controller.is_steering]
+    for controller in controllers:
+        yield from _unknown_wheels(robot, controller)
+    sided = [controller for controller in controllers if controller.has_sides]
     yield from _named_joints(robot, sided, drive)
     for controller in sided:
         yield from _named_twice(controller)
         yield from _exchanged(controller, pairs)
     named = {joint.text for c in sided for joint in (*c.left, *c.right)}
     yield from axis_faults([p for p in pairs if {p.left.joint.name, p.right.joint.name} & named])
+    wheels = [wheel for pair in pairs for wheel in pair.wheels]
+    if isinstance(drive, HolonomicDrive):
+        wheels = list(drive.wheels.values())
     for controller in controllers:
         yield from _separation(controller, pairs)
-        yield from _radius(controller, pairs)
+        yield from _radius(controller, [wheel for wheel in wheels if wheel.radius])
 
 
 def plugin_findings(robot: RobotModel) -> Iterator[Diagnostic]:
@@ -92,6 +97,13 @@ def _joints_of_plugin(robot: RobotModel, plugin: Element) -> Iterator[Diagnostic
         is_name = not element.attributes and name and not {" ", ","} & {*name}
         if is_name and name not in robot.joints:
             yield unknown_joint(robot, plugin.attributes.get("name", "plugin"), name, element.origin)
+
+
+def _unknown_wheels(robot: RobotModel, controller: DeclaredDrive) -> Iterator[Diagnostic]:
+    """D101 of the wheels of a holonomic drive."""
+    for wheel in controller.wheels:
+        if wheel.text not in robot.joints:
+            yield unknown_joint(robot, controller.name, wheel.text, wheel.origin)
 
 
 def _named_joints(
@@ -256,10 +268,9 @@ def joint_places(pair: Pair) -> tuple[Related, ...]:
     )
 
 
-def _radius(controller: DeclaredDrive, pairs: Sequence[Pair]) -> Iterator[Diagnostic]:
+def _radius(controller: DeclaredDrive, wheels: Sequence[Wheel]) -> Iterator[Diagnostic]:
     """D106. If the wheels differ, the message names both radii, because no wheel has their mean."""
     size = controller.radius
-    wheels = [wheel for pair in pairs for wheel in pair.wheels if wheel.radius]
     if size is None or size.value <= 0.0 or not wheels:
         return
     given, true = size.value, wheels[0].radius

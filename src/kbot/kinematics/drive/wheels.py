@@ -41,6 +41,8 @@ MOST_JOINTS = 1_000
 and follows each up to the root. A robot with more joints gets the finding K003."""
 EQUAL = 0.1
 """Share of a wheel's radius by which two wheels of a pair may differ in size, and be apart in x and z."""
+LEVEL = 0.01
+"""Metres by which the links may differ in height on which a base stands: wheels on springs, and casters."""
 _PARALLEL = math.cos(math.radians(5.0))
 """Cosine of the angle by which a cylinder may be off its axis."""
 _ROUND = 0.03
@@ -404,6 +406,20 @@ def casters_of(
             center = base_from_shape.translation if ends is None else base_from_shape.apply(np.mean(ends, 0))
             found.append(Caster(link.name, shape, bottom, center, touches, is_off_ground))
     return tuple(found)
+
+
+def links_on_ground(tree: FrameTree, base: str) -> tuple[Caster, ...]:
+    """The links with a collision shape that ends at most `LEVEL` above the lowest one, in the frame of
+    `base`."""
+    found = []
+    for link in tree.robot.links.values():
+        lowest = _lowest(tree, base, link, link.collisions)
+        if lowest is not None:
+            bottom, base_from_shape, shape = lowest
+            center = base_from_shape.translation
+            found.append(Caster(link.name, shape, bottom, center, touches=True, is_off_ground=False))
+    ground = min((caster.bottom for caster in found), default=0.0)
+    return tuple(caster for caster in found if caster.bottom <= ground + LEVEL)
 
 
 def _lowest(

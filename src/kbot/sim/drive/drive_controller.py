@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from kbot.kinematics.drive.drive import DifferentialDrive, SteeredDrive
+from collections.abc import Callable
+from math import inf
+
+from kbot.kinematics.drive.declared import Holonomic
+from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, SteeredDrive
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.model import RobotModel
+from kbot.sim.drive.holonomic_servos import HolonomicServos
 from kbot.sim.drive.settings import DriveSettings
 from kbot.sim.drive.steered_servos import SteeredServos
-from kbot.sim.drive.twist_controller import SavedTwist, Twist2, TwistController
+from kbot.sim.drive.twist_controller import STILL, SavedTwist, Twist, TwistController
 from kbot.sim.drive.wheel_servos import ServoState, WheelServos
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.servo import speed_limit
-from kbot.sim.wheel_odometry import Motion, WheelOdometry
+from kbot.sim.wheel_odometry import HolonomicOdometry, Motion, TrueOdometry, WheelOdometry
 
-SavedDrive = tuple[SavedTwist, tuple[float, float, float, float, float], ServoState, bool]
+SavedDrive = tuple[SavedTwist, tuple[float, ...], ServoState, bool]
 
 
 class DriveController:
@@ -27,14 +32,18 @@ class DriveController:
         engine: Engine,
         prefix: str,
         period: float,
+        truth: Callable[[], Motion],
     ) -> None:
-        """`prefix` starts the engine's names of the joints. `period`: seconds between calls of `advance`."""
-        self._engine, self._drive, self._prefix = engine, drive, prefix
+        """`prefix` starts the engine's names of the joints. `period`: seconds between calls of `advance`.
+
+        `truth` returns the base's true motion.
+        """
+        self._engine, self._robot, self._drive, self._prefix = engine, robot, drive, prefix
         self._believed = settings.with_controller_sizes(drive)
         """The drive with the sizes that the robot's own controller uses, right or wrong."""
-        fastest = min(speed_limit(robot, joint) for joint in drive.joints)
+        fastest = min((speed_limit(robot, joint) for joint in drive.joints), default=inf)
         self._controller = TwistController(self._believed, settings.limits, fastest, period)
-        self._odometry = WheelOdometry(self._believed)
+        self._odometry = self._find_odometry(truth)
         self._servos = self._find_servos()
         self.is_driving = False
         """Whether `advance` has to be called, because the wheels have not reached the commanded twist."""
@@ -45,8 +54,17 @@ class DriveController:
         self._servos = self._find_servos()
         self._servos.state = state
 
-    def _find_servos(self) -> WheelServos | SteeredServos:
+    def _find_odometry(self, truth: Callable[[], Motion]) -> WheelOdometry | HolonomicOdometry | TrueOdometry:
+        if not isinstance(self._believed, HolonomicDrive):
+            return WheelOdometry(self._believed)
+        if self._believed.kind is Holonomic.BODY:
+            return TrueOdometry(truth, self._believed)
+        return HolonomicOdometry(self._believed)
+
+    def _find_servos(self) -> WheelServos | SteeredServos | HolonomicServos:
         model, data = self._engine.model, self._engine.data
+        if isinstance(self._drive, HolonomicDrive) and isinstance(self._believed, HolonomicDrive):
+            return HolonomicServos(model, data, self._robot, self._drive, self._believed, self._prefix)
         if isinstance(self._drive, SteeredDrive):
             return SteeredServos(model, data, self._drive, self._prefix)
         return WheelServos(model, data, self._drive, self._prefix)
@@ -58,22 +76,25 @@ class DriveController:
         self._servos = self._find_servos()  # steered servos measure from the current angles
         self.is_driving = False
 
-    def drive_at(self, linear: float, angular: float, deadline: int | None) -> bool:
-        """Follow a twist (m/s, rad/s) until the step `deadline`, or without an end if it is None.
+    def drive_at(self, x: float, y: float, yaw: float, deadline: int | None) -> bool:
+        """Follow a twist (m/s, m/s, rad/s) until the step `deadline`, or without an end if it is None.
 
         Returns whether `advance` has to be called.
         """
         controller = self._controller
-        if controller.wanted == (linear, angular):
+        if controller.wanted == (x, y, yaw):
             controller.deadline = deadline
-        elif controller.set_target(linear, angular, deadline):
+        elif controller.set_target(x, y, yaw, deadline):
             self.is_driving = True
         return self.is_driving
 
     def advance(self) -> None:
         """Send the wheels their speeds for the next period."""
-        left, right, is_settled = self._controller.advance()
-        self._servos.turn_wheels(left, right)
+        x, y, yaw, is_settled = self._controller.advance()
+        if isinstance(self._servos, HolonomicServos):
+            self._servos.move(x, y, yaw)
+        else:
+            self._servos.turn_wheels(*self._believed.wheel_speeds(x, yaw))
         self.is_driving = not is_settled
 
     def tick(self, step: int) -> bool:
@@ -88,34 +109,40 @@ class DriveController:
         """The watchdog: stop if no command was received in time."""
         deadline = self._controller.deadline
         if deadline is not None and step >= deadline:
-            return self.drive_at(0.0, 0.0, None)
+            return self.drive_at(*STILL, None)
         return False
 
     @property
-    def fastest(self) -> Twist2:
-        """The highest speeds that the drive allows, in m/s and rad/s."""
+    def fastest(self) -> Twist:
+        """The highest speeds that the drive allows."""
         return self._controller.fastest
 
     @property
-    def wanted(self) -> Twist2:
-        """The last command as given, in m/s and rad/s."""
+    def wanted(self) -> Twist:
+        """The last command as given."""
         return self._controller.wanted
 
     @property
-    def twist(self) -> Twist2:
-        """The commanded twist after acceleration limits, in m/s and rad/s."""
+    def twist(self) -> Twist:
+        """The commanded twist after acceleration limits."""
         return self._controller.twist
 
     @property
     def odometry(self) -> Motion:
         """The base's pose in the odometry frame and its twist in its own frame, computed from the wheels."""
-        linear, angular = self._believed.twist(*self._servos.speeds())
-        return Motion(self._odometry.pose(*self._servos.angles()), self._odometry.twist(linear, angular))
+        servos = self._servos
+        return Motion(self._odometry.pose(*servos.angles()), self._odometry.twist(*servos.speeds()))
+
+    @property
+    def has_true_odometry(self) -> bool:
+        """Whether odometry is the true motion, because the plugin of the base publishes that."""
+        return isinstance(self._odometry, TrueOdometry)
 
     @property
     def axle(self) -> tuple[float, float, float]:
         """The axle's pose (m, m, rad) by odometry, as of the last `tick`."""
-        return self._odometry.state[:3]
+        x, y, yaw, *_ = self._odometry.state
+        return x, y, yaw
 
     def restart_odometry(self) -> None:
         """Restart odometry at zero, at the current pose and wheel angles."""

@@ -10,9 +10,12 @@ from math import inf
 from kbot.kinematics.controller_files import Parameter
 from kbot.kinematics.drive.declared import (
     DIAMETER,
-    RADIUS,
+    LEVERS,
+    RADII,
     SEPARATION,
+    SPANS,
     DeclaredDrive,
+    Holonomic,
     declared_drives,
     drive_controller,
 )
@@ -53,8 +56,10 @@ class DriveSettings:
     odometry_frame: str = "odom"
     controller: str = ""
     """The full name of the controller that drives. It has topics under this name too."""
-    ros: int = 2
-    """1 for a controller of ROS 1, 2 for one of ROS 2."""
+    own_command: str = "cmd_vel"
+    """The controller's own command topic, below its name."""
+    own_odometry: str = "odom"
+    """The controller's own topic of odometry, below its name."""
     is_stamped: bool = False
     """Whether the controller subscribes to TwistStamped.
 
@@ -69,14 +74,14 @@ class DriveSettings:
         """
         topics: dict[str, type[Twist] | type[TwistStamped]] = {self.command_topic: Twist}
         if self.controller:
-            own = "cmd_vel" if self.ros == 1 or self.is_stamped else "cmd_vel_unstamped"
-            topics[f"{self.controller}/{own}"] = TwistStamped if self.is_stamped else Twist
+            topics[f"{self.controller}/{self.own_command}"] = TwistStamped if self.is_stamped else Twist
         return topics
 
     @property
     def odometry_topics(self) -> tuple[str, ...]:
         """The topics on which odometry is published."""
-        return (self.odometry_topic, *([f"{self.controller}/odom"] if self.controller else []))
+        own = [f"{self.controller}/{self.own_odometry}"] if self.controller else []
+        return (self.odometry_topic, *own)
 
     def with_controller_sizes(self, drive: DifferentialDrive) -> DifferentialDrive:
         """The drive with the sizes that the controller computes with."""
@@ -95,7 +100,10 @@ def drive_settings(
     if controller is None:
         return DriveSettings(drive.radius, drive.separation)
     values = _Values(controller, findings)
-    radius, separation = _radius(values, drive.radius), _separation(values, drive.separation)
+    if controller.holonomic is None:
+        radius, separation = _radius(values, drive.radius), _separation(values, drive.separation)
+    else:
+        radius, separation = _holonomic_sizes(values, controller.holonomic, drive)
     if controller.plugin is None:
         return _of_controller(values, radius, separation)
     settings = _of_plugin(values, radius, separation)
@@ -174,11 +182,31 @@ def _separation(values: _Values, true: float) -> float:
 
 def _radius(values: _Values, true: float) -> float:
     """The radius of the wheels that the controller computes with, m."""
-    radius, diameter = values.size(true, RADIUS), values.size(2.0 * true, *DIAMETER)
+    radius, diameter = values.size(true, *RADII), values.size(2.0 * true, *DIAMETER)
     given = radius or (diameter / 2.0 if diameter is not None else true)
     both = values.multiplier("wheel_radius_multiplier")
     left, right = (values.multiplier(f"{side}_wheel_radius_multiplier", both) for side in ("left", "right"))
     return given * ((left + right) / 2.0)
+
+
+def _holonomic_sizes(values: _Values, kind: Holonomic, drive: DifferentialDrive) -> tuple[float, float]:
+    """The radius and the separation that a holonomic drive computes with, m. See `HolonomicDrive`."""
+    if kind is Holonomic.BODY:
+        return drive.radius, drive.separation
+    radius = _radius(values, drive.radius)
+    half = values.size(drive.separation / 2.0, *LEVERS)
+    if half is not None:
+        return radius, 2.0 * half
+    for along, across in SPANS:
+        x, y = (values.size(drive.separation, name) for name in (along, across))
+        if x is not None and y is not None:
+            both = values.multiplier("wheel_separation_multiplier")
+            x, y = (
+                size * values.multiplier(f"{name}_multiplier", both)
+                for size, name in ((x, along), (y, across))
+            )
+            return radius, x + y
+    return radius, drive.separation
 
 
 def _of_plugin(values: _Values, radius: float, separation: float) -> DriveSettings:
@@ -200,11 +228,20 @@ def _of_plugin(values: _Values, radius: float, separation: float) -> DriveSettin
         linear_jerk=values.positive("max_linear_jerk", "max_jerk") or inf,
         angular_jerk=values.positive("max_angular_jerk") or inf,
     )
+    if values.controller.holonomic is not None:
+        # gz's MecanumDrive applies the same limits in each direction, and to the turn
+        limits = dataclasses.replace(
+            limits,
+            lateral_velocity=limits.linear_velocity,
+            lateral_acceleration=limits.linear_acceleration,
+            lateral_jerk=limits.linear_jerk,
+        )
     return DriveSettings(
         radius,
         separation,
         limits,
         values.positive(*TORQUE),
+        watchdog=values.positive("cmdVelTimeOut", "cmdTimeout") or WATCHDOG,
         command_topic=values.word("cmd_vel", "commandTopic", "command_topic", "topic"),
         odometry_topic=values.word("odom", "odometryTopic", "odometry_topic", "odom_topic"),
         odometry_frame=values.word("odom", "odometryFrame", "odometry_frame", "frame_id"),
@@ -234,16 +271,21 @@ def _below_zero(value: float | None) -> float | None:
 
 def _of_controller(values: _Values, radius: float, separation: float) -> DriveSettings:
     controller = values.controller
+    is_stamped = controller.ros == 2 and not values.is_false("use_stamped_vel")
+    # mecanum_drive_controller of ros2_controllers has other topics than its copies with other parameters
+    has_references = controller.first("kinematics.wheels_radius") is not None
+    command = "reference" if has_references else "cmd_vel"
     return DriveSettings(
         radius,
         separation,
         # ROS 2: limits apply unless a `has_…_limits` is false. ROS 1: only if it is true.
         _controller_limits(values, switched_on=controller.ros == 2),
-        watchdog=values.number("cmd_vel_timeout") or WATCHDOG,
+        watchdog=values.number("cmd_vel_timeout", "reference_timeout") or WATCHDOG,
         odometry_frame=values.word("odom", "odom_frame_id"),
         controller=controller.name,
-        ros=controller.ros,
-        is_stamped=controller.ros == 2 and not values.is_false("use_stamped_vel"),
+        own_command=command if controller.ros == 1 or is_stamped else f"{command}_unstamped",
+        own_odometry="odometry" if has_references else "odom",
+        is_stamped=is_stamped,
     )
 
 
@@ -257,7 +299,7 @@ def _controller_limits(values: _Values, *, switched_on: bool) -> DriveLimits:
         value = -value if end == "min" else value
         return value if value > 0.0 else None
 
-    x, z = "linear.x", "angular.z"
+    x, y, z = "linear.x", "linear.y", "angular.z"
     return DriveLimits(
         linear_velocity=limit(x, "velocity") or inf,
         angular_velocity=limit(z, "velocity") or inf,
@@ -268,4 +310,7 @@ def _controller_limits(values: _Values, *, switched_on: bool) -> DriveLimits:
         angular_deceleration=limit(z, "acceleration", "min"),
         linear_jerk=limit(x, "jerk") or inf,
         angular_jerk=limit(z, "jerk") or inf,
+        lateral_velocity=limit(y, "velocity") or inf,
+        lateral_acceleration=limit(y, "acceleration") or LINEAR_ACCELERATION,
+        lateral_jerk=limit(y, "jerk") or inf,
     )

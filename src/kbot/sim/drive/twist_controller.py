@@ -1,4 +1,4 @@
-"""Converts twist commands to wheel speeds within the limits of speed, acceleration and jerk."""
+"""Follows twist commands within the limits of speed, acceleration and jerk."""
 
 from __future__ import annotations
 
@@ -54,9 +54,12 @@ class RateLimiter:
         return end, value + before * period / 2.0 + (after - before) * period / 6.0
 
 
-Twist2 = tuple[float, float]
-"""Linear velocity in m/s and angular velocity in rad/s of the axle's middle."""
-SavedTwist = tuple[Twist2, Twist2, Twist2, int | None, float, float]
+Twist = tuple[float, float, float]
+"""Velocities of the axle's middle: forwards and leftwards in m/s, and the turn in rad/s.
+
+Only a holonomic base moves leftwards."""
+STILL: Twist = (0.0, 0.0, 0.0)
+SavedTwist = tuple[Twist, Twist, Twist, int | None, float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +78,9 @@ class DriveLimits:
     angular_deceleration: float | None = None
     linear_jerk: float = inf
     angular_jerk: float = inf
+    lateral_velocity: float = inf
+    lateral_acceleration: float = LINEAR_ACCELERATION
+    lateral_jerk: float = inf
 
     def __post_init__(self) -> None:
         for name in self.__slots__:
@@ -96,29 +102,30 @@ class TwistController:
         self.limits = limits
         self.wheel_speed = wheel_speed
         self._back = limits.linear_velocity if limits.reverse_velocity is None else limits.reverse_velocity
-        self._half_track = drive.separation / 2.0
-        self._radius = drive.radius
+        self._drive = drive
         self._linear = RateLimiter(
             period, limits.linear_acceleration, limits.linear_deceleration, limits.linear_jerk
         )
         self._angular = RateLimiter(
             period, limits.angular_acceleration, limits.angular_deceleration, limits.angular_jerk
         )
+        self._lateral = RateLimiter(period, limits.lateral_acceleration, jerk=limits.lateral_jerk)
         self.reset()
 
     @property
-    def fastest(self) -> Twist2:
-        """The highest speeds straight ahead and on the spot. They are infinite without limits."""
-        rim = self.wheel_speed * self._radius
-        linear = max(self.limits.linear_velocity, self._back)
-        return min(linear, rim), min(self.limits.angular_velocity, rim / self._half_track)
+    def fastest(self) -> Twist:
+        """The highest speeds straight ahead, sideways and on the spot. They are infinite without limits."""
+        limits, rim = self.limits, self.wheel_speed * self._drive.radius
+        linear = max(limits.linear_velocity, self._back)
+        turn = rim / (self._drive.separation / 2.0)
+        return min(linear, rim), min(limits.lateral_velocity, rim), min(limits.angular_velocity, turn)
 
     def reset(self) -> None:
-        self.wanted: Twist2 = (0.0, 0.0)
+        self.wanted = STILL
         """The last command as given."""
-        self.target: Twist2 = (0.0, 0.0)
-        self.twist: Twist2 = (0.0, 0.0)
-        self._linear.acceleration = self._angular.acceleration = 0.0
+        self.target = STILL
+        self.twist = STILL
+        self._linear.acceleration = self._lateral.acceleration = self._angular.acceleration = 0.0
         self.deadline: int | None = None
         """The step at which the command times out. None: never."""
 
@@ -126,51 +133,52 @@ class TwistController:
         """The state for `restore`."""
         return (
             self.wanted, self.target, self.twist, self.deadline,
-            self._linear.acceleration, self._angular.acceleration,
+            self._linear.acceleration, self._lateral.acceleration, self._angular.acceleration,
         )  # fmt: skip
 
     def restore(self, saved: SavedTwist) -> None:
         (
             self.wanted, self.target, self.twist, self.deadline,
-            self._linear.acceleration, self._angular.acceleration,
+            self._linear.acceleration, self._lateral.acceleration, self._angular.acceleration,
         ) = saved  # fmt: skip
 
-    def set_target(self, linear: float, angular: float, deadline: int | None) -> bool:
+    def set_target(self, x: float, y: float, yaw: float, deadline: int | None) -> bool:
         """Set the target to a command of finite numbers, within the limits.
 
         Returns whether the twist differs from it.
         """
-        v = min(max(linear, -self._back), self.limits.linear_velocity)
-        w = min(max(angular, -self.limits.angular_velocity), self.limits.angular_velocity)
-        fastest = (abs(v) + abs(w) * self._half_track) / self._radius
-        if fastest > self.wheel_speed:
-            v, w = self._slowed(v, w)
-        self.wanted = (linear, angular)
-        self.target = (v, w)
+        limits = self.limits
+        self.wanted = (x, y, yaw)
+        x = min(max(x, -self._back), limits.linear_velocity)
+        y = min(max(y, -limits.lateral_velocity), limits.lateral_velocity)
+        yaw = min(max(yaw, -limits.angular_velocity), limits.angular_velocity)
+        if self._drive.rim_speed(x, y, yaw) / self._drive.radius > self.wheel_speed:
+            x, y, yaw = self._slowed(x, y, yaw)
+        self.target = (x, y, yaw)
         self.deadline = deadline
         return self.twist != self.target
 
-    def _slowed(self, v: float, w: float) -> Twist2:
+    def _slowed(self, x: float, y: float, yaw: float) -> Twist:
         """The same curve at the wheels' highest speed. Dividing by `size` first avoids an overflow."""
-        size = max(abs(v), abs(w))
-        v, w = v / size, w / size
-        share = self.wheel_speed * self._radius / (abs(v) + abs(w) * self._half_track)
-        return v * share, w * share
+        size = max(abs(x), abs(y), abs(yaw))
+        x, y, yaw = x / size, y / size, yaw / size
+        share = self.wheel_speed * self._drive.radius / self._drive.rim_speed(x, y, yaw)
+        return x * share, y * share, yaw * share
 
-    def advance(self) -> tuple[float, float, bool]:
-        """The left and right wheel speeds (rad/s, forwards positive) for the next period.
+    def advance(self) -> tuple[float, float, float, bool]:
+        """The twist for the next period, and whether it stays constant afterwards.
 
-        The third value is whether they stay constant afterwards. They are the speeds of the period's mean
-        twist, so that the distance driven is exactly that of the ramp, for any length of a period.
+        It is the period's mean twist, so that the distance driven is exactly that of the ramp, for any length
+        of a period.
         """
-        v, w = self.twist
-        target_v, target_w = self.target
-        settled = v == target_v and w == target_w
-        mean_v, mean_w = v, w
-        if v != target_v:
-            v, mean_v = self._linear.advance(v, target_v)
-        if w != target_w:
-            w, mean_w = self._angular.advance(w, target_w)
-        self.twist = (v, w)
-        across = mean_w * self._half_track
-        return (mean_v - across) / self._radius, (mean_v + across) / self._radius, settled
+        x, y, yaw = mean_x, mean_y, mean_yaw = self.twist
+        to_x, to_y, to_yaw = self.target
+        settled = x == to_x and y == to_y and yaw == to_yaw
+        if x != to_x:
+            x, mean_x = self._linear.advance(x, to_x)
+        if y != to_y:
+            y, mean_y = self._lateral.advance(y, to_y)
+        if yaw != to_yaw:
+            yaw, mean_yaw = self._angular.advance(yaw, to_yaw)
+        self.twist = (x, y, yaw)
+        return mean_x, mean_y, mean_yaw, settled

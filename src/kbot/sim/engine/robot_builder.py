@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import mujoco
 
 from kbot.kinematics.bodies import total_mass
-from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive
+from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, NoDrive
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.transform import Transform
 from kbot.model import Collision, Link, RobotModel
 from kbot.sim.engine import contacts as touch
+from kbot.sim.engine.base_servo import add_base_servo
 from kbot.sim.engine.bounds import check_bounds
 from kbot.sim.engine.geometry import add_shape, wxyz
 from kbot.sim.engine.inertia import check_masses, held_joints, is_fixed, lone_links, set_inertial
@@ -70,8 +71,11 @@ def add_robot(spec: mujoco.MjSpec, plan: RobotPlan, findings: DiagnosticCollecto
     driven: tuple[str, ...] = ()
     if isinstance(plan.drive, DifferentialDrive):
         driven = plan.drive.joints
-        grip = min(shapes.surfaces.get(w.link, DEFAULT_SURFACE).friction for w in plan.drive.wheels.values())
+        friction = [shapes.surfaces.get(w.link, DEFAULT_SURFACE).friction for w in plan.drive.wheels.values()]
+        grip = min(friction, default=0.0)
         add_drive_servos(spec, robot, plan.drive, prefix, plan.contacts, grip, plan.torque)
+    if isinstance(plan.drive, HolonomicDrive):
+        add_base_servo(spec, robot, plan.drive, prefix)
     add_joint_servos(spec, robot, (*driven, *held), prefix)
     shapes.exclude_self_collisions()
 
@@ -85,14 +89,17 @@ class _Shapes:
         self.mass = total_mass(plan.robot)
         self.surfaces = link_surfaces(plan.robot, findings)
         self.tyres: dict[str, tuple[float, Transform]] = {}
-        self.casters: tuple[str, ...] = ()
+        self.sliding: tuple[str, ...] = ()
+        """The links without friction."""
         if isinstance(plan.drive, DifferentialDrive) and plan.contacts is Contacts.RECIPE:
-            self.casters = plan.drive.casters
+            self.sliding = plan.drive.casters
             self.tyres = _tyres(plan.robot, plan.drive)
+        if isinstance(plan.drive, HolonomicDrive):
+            self.sliding = plan.drive.carriers
 
     def add(self, body: mujoco.MjsBody, link: Link) -> None:
         surface = self.surfaces.get(link.name, DEFAULT_SURFACE)
-        friction = CASTER_FRICTION if link.name in self.casters else surface.friction
+        friction = CASTER_FRICTION if link.name in self.sliding else surface.friction
         if not surface.gravity:
             body.gravcomp = 1.0
         tyre = self.tyres.get(link.name)
@@ -166,5 +173,6 @@ def _tyres(robot: RobotModel, drive: DifferentialDrive) -> dict[str, tuple[float
     for wheel in drive.wheels.values():
         link_from_base = tree.pose(drive.base, in_frame=wheel.link)
         x, y, z = link_from_base.apply(wheel.center).tolist()
-        tyres[wheel.link] = wheel.radius, Transform.from_xyz_rpy((x, y, z), (0.0, 0.0, 0.0))
+        # the size of a wheel of a holonomic base may be unknown, because its rollers are a mesh
+        tyres[wheel.link] = wheel.radius or drive.radius, Transform.from_xyz_rpy((x, y, z), (0.0, 0.0, 0.0))
     return tyres

@@ -39,7 +39,7 @@ def add_drive_servos(
     count = len(drive.joints)
     mass = total_mass(robot)
     for name in drive.joints:
-        radius = drive.wheels[name].radius
+        radius = drive.wheels[name].radius or drive.radius
         inertia = mass * radius * radius / count
         gain = inertia / SERVO_TIME
         damping, friction = resistance(robot.joints[name])

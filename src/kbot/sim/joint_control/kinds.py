@@ -102,6 +102,8 @@ _ELSEWHERE = (
     "tricycle_steering_controller",
     "ackermann_steering_controller",
     "bicycle_steering_controller",
+    "mecanum_drive_controller",
+    "omni_wheel_drive_controller",
     "joint_state_controller",
 )
 

@@ -11,7 +11,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from kbot.kinematics.planar_pose import PlanarPose
+from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
 from kbot.kinematics.transform import Transform
 from kbot.messages import Bus, Clock
 from kbot.messages.types import WORLD
@@ -267,7 +267,8 @@ class Driving:
         if not isinstance(saved, Snapshot):
             raise KbotError("this is not a saved state of a simulation")
         self._sim.restore(saved)
-        if any(self._commanded):  # whoever drove at that time does not drive now
+        if self._sim.robots.first.commanded_twist != PlanarTwist():
+            # whoever drove at that time does not drive now
             self._sim.cmd_vel(0.0, 0.0)
         self._goals.cancel("the simulation was set back to an earlier time")
         self._goals.world_changed()
