@@ -24,3 +24,51 @@ def test_a_tyre_on_a_separate_link_is_at_that_link():
     text = f'<robot name="r">{base}{wheel("left", 0.03)}{wheel("right", -0.03)}</robot>'
     found = check_text(text, "r.urdf", config=Config(select=("D114", "D125")))
     assert [finding.code for finding in found] == ["D125", "D125"]
+
+
+def mecanum(joint: str) -> str:
+    """A base on four mecanum wheels whose axes point outwards. `joint` turns the front left wheel."""
+    places = {"front_left": (0.2, 0.15), "front_right": (0.2, -0.15)}
+    places |= {name.replace("front", "back"): (-0.15, y) for name, (_, y) in places.items()}
+    wheels = "".join(
+        f'<link name="{name}_wheel"><inertial><mass value="1"/>'
+        '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial><collision>'
+        '<origin rpy="1.5707963 0 0"/><geometry><cylinder radius="0.05" length="0.02"/></geometry>'
+        f'</collision></link><joint name="{name}_joint" type="continuous"><origin xyz="{x} {y} 0"/>'
+        f'<axis xyz="0 {1 if y > 0 else -1} 0"/><parent link="base_link"/>'
+        f'<child link="{name}_wheel"/></joint>'
+        for name, (x, y) in places.items()
+    )
+    named = "".join(
+        f"<{name}_joint>{joint if name == 'front_left' else f'{name}_joint'}</{name}_joint>"
+        for name in places
+    )
+    return (
+        f'<robot name="r"><link name="base_link"/>{wheels}<gazebo><plugin name="drive" '
+        f'filename="gz-sim-mecanum-drive-system">{named}<wheel_separation>0.5</wheel_separation>'
+        "<wheel_radius>0.04</wheel_radius></plugin></gazebo></robot>"
+    )
+
+
+SIDED = ("D105", "D107", "D108", "D109", "D118", "D124", "D125", "D126", "W134")
+"""Rules about two sides of wheels."""
+
+
+def test_rules_about_two_sides_do_not_apply_to_a_holonomic_base():
+    config = Config(select=SIDED)
+    assert not check_text(mecanum("front_left_joint"), "r.urdf", config=config)
+    planar = mecanum("front_left_joint").replace(
+        "gz-sim-mecanum-drive-system", "libgazebo_ros_planar_move.so"
+    )
+    assert not check_text(planar, "r.urdf", config=config)
+    without = mecanum("front_left_joint").replace("gz-sim-mecanum-drive-system", "libother.so")
+    codes = {finding.code for finding in check_text(without, "r.urdf", config=config)}
+    assert {"D108"} <= codes
+
+
+def test_the_radius_and_the_joints_of_a_holonomic_drive_are_checked():
+    config = Config(select=("D101", "D106"))
+    [radius] = check_text(mecanum("front_left_joint"), "r.urdf", config=config)
+    assert radius.message.startswith("drive: its wheel radius is 0.04 m, but the wheels have 0.05")
+    [joint] = check_text(mecanum("front_left_jont"), "r.urdf", config=config)
+    assert "'front_left_jont' is not a joint of this robot" in joint.message

@@ -14,7 +14,7 @@ from kbot.checks.facts.sources import SourceFile, in_order, read_sources
 from kbot.checks.facts.unprefixed import unprefixed
 from kbot.checks.facts.vocabulary import CHILDREN
 from kbot.kinematics.controller_files import ControllerFile, controller_files
-from kbot.kinematics.drive.declared import DeclaredDrive, declared_drives
+from kbot.kinematics.drive.declared import DeclaredDrive, declared_drives, drive_controller
 from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, find_drive
 from kbot.kinematics.drive.findings import drive_findings, plugin_findings, wheel_pairs
 from kbot.kinematics.drive.wheels import MOST_JOINTS, MobileBase, Pair, meant_base
@@ -290,8 +290,17 @@ class Context:
         return self.level_pairs
 
     @cached_property
+    def is_holonomic(self) -> bool:
+        """Whether the robot also drives sideways, with wheels that do not form two sides."""
+        running = drive_controller(self.declared_drives)
+        return running is not None and running.holonomic is not None
+
+    @cached_property
     def level_pairs(self) -> tuple[Pair, ...]:
-        """Pairs of left and right wheels, side by side, that are meant to be driven."""
+        """Pairs of left and right wheels, side by side, that are meant to be driven. A holonomic base has
+        none."""
+        if self.is_holonomic:
+            return ()
         pairs = self.mobile_base.pairs if self.mobile_base is not None else ()
         return tuple(pair for pair in pairs if pair.is_level and self.unsure.isdisjoint(pair.names))
 

@@ -160,7 +160,8 @@ def base_off_axle(context: Context) -> Found:
 
     Autofix: none.
     """
-    if len(context.base.pairs) != 1 or context.unsure & {w.link for w in context.base.wheels}:
+    is_two_wheeled = len(context.base.pairs) == 1 and not context.is_holonomic
+    if not is_two_wheeled or context.unsure & {w.link for w in context.base.wheels}:
         return
     pair = context.base.pairs[0]
     name = "base_footprint" if "base_footprint" in context.frames else "base_link"
@@ -236,6 +237,8 @@ def caster_scrubs(context: Context) -> Found:
 
     Autofix: unsafe: KBot makes a ball fixed and frictionless. It does not change a ball that a macro creates.
     """
+    if context.is_holonomic:
+        return  # its wheels slide sideways
     # without settings for Gazebo a description cannot set friction, so a fixed caster is only a note
     is_for_gazebo = any(e.tag == "gazebo" and "reference" in e.attributes for e in context.robot.extensions)
     axle_x = sum(w.center[0] for w in context.base.wheels) / len(context.base.wheels)
