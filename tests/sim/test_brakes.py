@@ -66,6 +66,19 @@ def test_an_arm_is_held_while_the_robot_drives(urdf):
     assert simulation.findings == ()
 
 
+def test_an_effort_limit_below_the_load_is_reported(urdf):
+    """2.943 N m bend the joint, which holds 1 N m."""
+    text = cart(more=arm(more=LIMITED.replace("50", "1").replace("<limit", "\n<limit")))
+    simulation = Simulation(urdf(text))
+    simulation.run(2.0)
+    (found,) = simulation.findings
+    assert (found.code, found.severity) == ("W306", Severity.WARNING)
+    assert found.message == (
+        "'shoulder' sags: its effort limit is 1 N m, but its load is 2.94 N m, 2.94 times as much"
+    )
+    assert found.origin.span.line == line_of(text, '<limit lower="-2"')
+
+
 def test_a_command_takes_over_from_the_brake_and_a_reset_brings_it_back(urdf):
     simulation = Simulation(urdf(cart(more=arm())))
     simulation.robots.first.set_joint("shoulder", -0.5)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import acos, degrees, inf, radians
 
@@ -14,7 +14,7 @@ from kbot.kinematics.drive.declared import declared_drives, drive_controller
 from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive
 from kbot.kinematics.drive.findings import findings_of_drive
 from kbot.kinematics.transform import Transform
-from kbot.model import Mesh
+from kbot.model import JointType, Mesh
 from kbot.model.shapes import span_along
 from kbot.sim.drive.settings import TORQUE
 from kbot.sim.engine.base_servo import traction
@@ -40,6 +40,8 @@ _FLAT = 0.7
 _LEANS = radians(15.0)
 """Angle to the ground in rad from which a robot that rests on another part than its wheels and casters has
 tipped over. One whose caster is too short leans less."""
+_SAG = 0.05
+"""Distance in rad or m from its target at which a held joint is reported if it cannot carry its load."""
 _SLOWEST = 0.05
 """Share of its highest speed at which a robot ordinarily drives at least."""
 _BELOW_WORLD = 0.5
@@ -81,7 +83,7 @@ class MotionFindings:
     def find(self) -> tuple[Diagnostic, ...]:
         """What was observed since the last reset, and whether the robot is below the floor now."""
         found = [self._fall(), self._depth(), self._excess(), self._standstill(), self._weakness()]
-        found.append(self._odometry())
+        found += [self._odometry(), self._sag()]
         return tuple(finding for finding in found if finding is not None)
 
     # observations
@@ -132,6 +134,41 @@ class MotionFindings:
             f" of the commanded {seen.commanded:.3g} rad/s"
         )
         return _finding("W306", what, self._cause("W306", seen.explanation, self._why_weak))
+
+    def _sag(self) -> Diagnostic | None:
+        """W306 of a joint that is held, but whose effort limit is below its load. Seen at this call."""
+        body, joints = self._robot.body, self._robot.joints
+        if self._engine.has_failed:
+            return None
+        held = [name for name in joints.servos.joints if name in joints.control.holds]
+        here = body.joint_positions
+        targets = {name: joints.servos.commanded_position(name) for name in held}
+        sagging = [name for name in held if abs(here[name] - targets[name]) > _SAG]
+        if not sagging:
+            return None
+        loads = self._loads(targets)
+        for name in sagging:
+            joint, most = self._robot.robot.joints[name], effort_limit(self._robot.robot, name)
+            if loads[name] > most and joint.limit is not None:
+                unit = "N" if joint.type is JointType.PRISMATIC else "N m"
+                what = (
+                    f"'{name}' sags: its effort limit is {most:.3g} {unit}, but its load is {loads[name]:.3g}"
+                    f" {unit}, {loads[name] / most:.3g} times as much"
+                )
+                hint = f"write at least {loads[name]:.3g}, or the real masses"
+                return Diagnostic("W306", Severity.WARNING, what, joint.limit.origin, hint)
+        return None
+
+    def _loads(self, positions: Mapping[str, float]) -> dict[str, float]:
+        """The magnitudes of the weight's efforts in N m or N on joints at these positions (rad or m)."""
+        model, data = self._engine.current()
+        still, body = mujoco.MjData(model), self._robot.body
+        still.qpos[:] = data.qpos
+        places = {name: model.joint(body.prefix + name) for name in positions}
+        for name, place in places.items():
+            still.qpos[place.qposadr] = positions[name]
+        mujoco.mj_forward(model, still)
+        return {name: abs(float(still.qfrc_bias[place.dofadr[0]])) for name, place in places.items()}
 
     def _follows_from_fall(self, since: float) -> bool:
         fall = self._watch.fall
