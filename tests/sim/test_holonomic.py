@@ -221,6 +221,30 @@ def test_wheels_of_a_base_that_its_plugin_moves_are_free(extension):
     assert set(drive.casters) == set(CORNERS)
 
 
+def test_the_base_circles_about_the_middle_of_the_wheels():
+    """It turns by 0.5 rad/s, 0.2 m ahead of the middle, and so drives to the left at 0.1 m/s."""
+    behind = "".join(wheel(name, x * AHEAD - 0.2, y * ASIDE) for name, (x, y) in CORNERS.items())
+    sim = simulate(body(behind, gz_mecanum()))
+    sim.cmd_vel(0.0, 0.5)
+    sim.run(3.0)
+    for motion in (sim.ground_truth, sim.odometry):
+        twist, pose = motion.twist, motion.pose
+        assert (twist.x, twist.y, twist.yaw) == pytest.approx((0.0, 0.1, 0.5), abs=2e-3)
+        middle = pose.x - 0.2 * cos(pose.yaw), pose.y - 0.2 * sin(pose.yaw)
+        assert middle == pytest.approx((-0.2, 0.0), abs=2e-3)
+
+
+def test_a_sideways_command_far_above_the_limit_is_reported():
+    limited = gz_mecanum().replace("</plugin>", "<max_velocity>0.5</max_velocity></plugin>")
+    sim = simulate(body(FOUR, limited))
+    sim.cmd_vel(0.0, 0.0, lateral=300.0)
+    sim.run(2.0)
+    assert sim.ground_truth.twist.y == pytest.approx(0.5, rel=0.01)
+    [finding] = sim.findings
+    assert finding.code == "W305"
+    assert "300 m/s" in finding.message
+
+
 def test_a_controller_with_a_wrong_radius_drives_too_far():
     """It turns the wheels for a radius of 0.06 m, and they have 0.05 m."""
     sim = simulate(body(FOUR, gz_mecanum(radius=0.06)))

@@ -41,6 +41,12 @@ class WheelOdometry:
         """Advance to new wheel angles in rad, forwards positive."""
         self.state = self._rolled(left, right)
 
+    @property
+    def axle(self) -> tuple[float, float, float]:
+        """The axle's pose (m, m, rad) as of the last update."""
+        x, y, yaw, *_ = self.state
+        return x, y, yaw
+
     def start_at(self, pose: PlanarPose, left: float, right: float) -> None:
         """Continue from a pose of the base, at these wheel angles."""
         axle = pose @ self._axle_in_base
@@ -88,6 +94,11 @@ class HolonomicOdometry:
         axle = pose @ self._axle_in_base
         self.state: tuple[float, ...] = (axle.x, axle.y, axle.yaw, x, y, yaw)
 
+    @property
+    def axle(self) -> tuple[float, float, float]:
+        x, y, yaw, *_ = self.state
+        return x, y, yaw
+
     def update(self, x: float, y: float, yaw: float) -> None:
         self.state = self._moved(x, y, yaw)
 
@@ -122,17 +133,18 @@ class TrueOdometry:
 
     def start_at(self, pose: PlanarPose, *angles: float) -> None:
         odom_from_world = pose @ self._truth().pose.inverse()
-        axle = pose @ self._axle_in_base
-        self.state: tuple[float, ...] = (
-            axle.x, axle.y, axle.yaw, odom_from_world.x, odom_from_world.y, odom_from_world.yaw
-        )  # fmt: skip
+        self.state: tuple[float, ...] = (odom_from_world.x, odom_from_world.y, odom_from_world.yaw)
 
     def update(self, *angles: float) -> None:
+        """Nothing adds up."""
+
+    @property
+    def axle(self) -> tuple[float, float, float]:
         axle = self.pose() @ self._axle_in_base
-        self.state = (axle.x, axle.y, axle.yaw, *self.state[3:])
+        return axle.x, axle.y, axle.yaw
 
     def pose(self, *angles: float) -> PlanarPose:
-        return PlanarPose(*self.state[3:]) @ self._truth().pose
+        return PlanarPose(*self.state) @ self._truth().pose
 
     def twist(self, *speeds: float) -> PlanarTwist:
         return self._truth().twist

@@ -141,8 +141,7 @@ class DriveController:
     @property
     def axle(self) -> tuple[float, float, float]:
         """The axle's pose (m, m, rad) by odometry, as of the last `tick`."""
-        x, y, yaw, *_ = self._odometry.state
-        return x, y, yaw
+        return self._odometry.axle
 
     def restart_odometry(self) -> None:
         """Restart odometry at zero, at the current pose and wheel angles."""
