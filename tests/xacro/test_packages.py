@@ -1,11 +1,13 @@
 """Tests that packages are found in the documented order, by the name in their manifest."""
 
 import os
+import re
 from pathlib import Path
 
 import pytest
 
 from kbot.xacro import PackageNotFound, Packages, expand
+from kbot.xacro.packages import public_repositories
 
 pytestmark = pytest.mark.usefixtures("no_packages")
 
@@ -43,6 +45,26 @@ def test_the_nearest_name_is_suggested(tmp_path: Path) -> None:
     package(tmp_path / "ws/kbot_description_2", "my_description")
     with pytest.raises(PackageNotFound, match="did you mean 'my_description'"):
         Packages([str(tmp_path / "ws")]).find("my_descripton")
+
+
+def test_the_public_repository_of_a_well_known_package_is_named(tmp_path: Path) -> None:
+    package(tmp_path / "ws/velodine_description", "velodine_description")  # a similar name
+    with pytest.raises(PackageNotFound) as caught:
+        Packages([str(tmp_path / "ws")]).find("velodyne_description")
+    repository = "https://github.com/ToyotaResearchInstitute/velodyne_simulator"
+    assert caught.value.hint.startswith(f"get it from {repository} and put its folder below")
+    (tmp_path / "velodyne_description").mkdir()
+    with pytest.raises(PackageNotFound, match=r"has no package\.xml"):
+        Packages(around=str(tmp_path)).find("velodyne_description")
+
+
+def test_every_public_repository_has_an_owner_and_a_name() -> None:
+    known = public_repositories()
+    assert len(known) >= 50
+    assert list(known) == sorted(known)
+    for name, repository in known.items():
+        assert re.fullmatch(r"[a-z][a-z0-9_]+", name)
+        assert re.fullmatch(r"[\w-]+/[\w.-]+", repository)
 
 
 def test_symbolic_links_are_not_resolved(tmp_path: Path) -> None:

@@ -40,6 +40,8 @@ _MAX_FOLDERS = 20_000
 
 _ADD_TO_PATH = "add it to --package-path or ROS_PACKAGE_PATH"
 _HOW_TO_ADD = f"put its folder below the working directory, or {_ADD_TO_PATH}"
+_REPOSITORIES = Path(__file__).with_name("package_repositories.tsv")
+"""The GitHub repositories of packages that robots often use. Each one was verified to contain the package."""
 
 
 class PackageNotFound(KbotError):
@@ -53,9 +55,15 @@ class PackageNotFound(KbotError):
             folder = str(Path(folder).relative_to(Path.cwd()))
         self.folder = folder
         """A folder with this name that is not such a package. Relative if in the working directory."""
+        repository = public_repositories().get(name)
         # no similar name if the user has such a folder: the similar one could be the shipped robot's
-        self.nearest = did_you_mean(name, known) if folder is None else ""
-        self.hint = self.nearest or (_why_not(name, folder) if folder is not None else _HOW_TO_ADD)
+        self.nearest = did_you_mean(name, known) if folder is None and repository is None else ""
+        if folder is not None:
+            self.hint = _why_not(name, folder)
+        elif repository is not None:
+            self.hint = f"get it from https://github.com/{repository} and {_HOW_TO_ADD}"
+        else:
+            self.hint = self.nearest or _HOW_TO_ADD
         self.searched = tuple(searched)
         super().__init__(f"the package '{name}' is not found: {self.hint}")
 
@@ -387,6 +395,13 @@ def lies_in_package(file: Path, uri: str, packages: Packages) -> bool:
         and installed is not None
         and Path(installed, "package.xml").resolve() == (source / "package.xml").resolve()
     )
+
+
+@cache
+def public_repositories() -> dict[str, str]:
+    """The GitHub repository (OWNER/NAME) of well-known packages, by package."""
+    lines = _REPOSITORIES.read_text("utf-8").splitlines()[1:]
+    return dict(line.split("\t") for line in lines)
 
 
 @cache
