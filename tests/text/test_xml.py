@@ -95,6 +95,8 @@ def test_a_long_text_is_one_node() -> None:
         ("<a>< link/></a>", "'<' is not followed by the name of an element", "write <link", ""),
         ('<a><b x="1"\\></a>', "an empty element ends with a slash, not a backslash", "write />", ""),
         ("<!-- a -->\n<?xml version='1.0'?><a/>", "must be at the very start", "move what is before it", ""),
+        ("<?xml version='1.0'?> <?xml version='1.0'?><a/>", "there is a second <?xml", "remove it", ""),
+        ("?xml version='1.0'?> <a/>", "there is text before the first element", "remove it", ""),
         ("my robot <?xml version='1.0'?><a/>", "there is text before <?xml", "remove it", ""),
         ("<a/><b/>", "the root element ends", "one root element", ""),
     ],

@@ -181,6 +181,8 @@ def _invalid(source: Source, offset: int) -> _Explanation:
     paired = _VALUES.match(data, tag, offset) if tag >= 0 else None
     if paired and (paired.end() == offset or data[paired.end() : paired.end() + 1] != b">"):
         return _in_tag(source, tag, paired.end(), offset)
+    if offset < data.find(b"<"):
+        return _Explanation("there is text before the first element", "remove it")
     return _Explanation("XML does not allow this here")
 
 
@@ -269,6 +271,8 @@ def _other(source: Source, offset: int, reason: str) -> _Explanation:
         name = entity[0].decode("utf-8", "replace") if entity else "this"
         hint = "write the character itself; XML defines only &amp; &lt; &gt; &quot; &apos;"
         return _Explanation(f"{name} is not an XML entity", hint)
+    if "declaration" in reason:
+        return _Explanation("there is a second <?xml …?>", "remove it")
     if reason == "syntax error":
         return _Explanation("an element must begin here", _A_ROBOT)
     return _Explanation(reason)
