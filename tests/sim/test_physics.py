@@ -238,6 +238,14 @@ def test_moving_link_without_inertia_gets_that_of_its_shapes(urdf, shape, inerti
     sim.run(0.1)
 
 
+def test_flat_inertia_is_accepted_despite_rounding(urdf):
+    """Its largest moment is the sum of the others, like that of a plate. The engine rounds it to more."""
+    moments = '<inertia ixx="88e-6" ixy="-1e-6" iyy="28e-6" izz="116e-6" ixz="0" iyz="0"/>'
+    inertial = f'<inertial><mass value="0.02"/>{moments}</inertial>'
+    sim = Simulation(urdf(arm(kind="continuous", inertial=inertial)))
+    assert [d.code for d in sim.diagnostics] == []
+
+
 def test_link_of_hardly_any_mass_on_a_body_is_ignored(urdf):
     """Exports of CAD programs contain links of 1e-15 kg."""
     speck = f'<link name="speck">{solid(4e-15, 1e-27)}</link><joint name="glue" type="fixed">'

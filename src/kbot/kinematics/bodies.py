@@ -68,9 +68,8 @@ def possible_moments(moments: ArrayLike) -> Array | None:
     second = given.sum() / 2.0 - given
     if given.max() <= 0.0 or second.max() <= 0.0:
         return None
-    if second.min() < 0.0:
-        # a little more than 0: rounding must not make the sum of two moments less than the third
-        second = np.maximum(second, 1e-9 * second.max())
+    # a little more than 0: rounding must not make the sum of two moments less than the third
+    second = np.maximum(second, 1e-9 * second.max())
     if given.min() <= 1e-12 * given.max():
         second = np.maximum(second, THINNEST**2 * second.max())
     possible: Array = second.sum() - second
