@@ -163,6 +163,7 @@ def test_urdf_that_ros_reads_has_warnings():
     assert [(d.code, d.is_error, d.origin.span.line) for d in loaded.diagnostics] == [
         ("P007", False, 2), ("P007", False, 3), ("P004", False, 3)
     ]  # fmt: skip
+    assert loaded.diagnostics[0].fix.title == "remove the text before <?xml"
     assert [d.code for d in expand_text(DASHES, "bot.urdf").diagnostics] == ["P001"]
 
 

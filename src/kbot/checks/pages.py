@@ -18,6 +18,7 @@ _AUTOFIXES = {
     "X103": f"{_TYPO} Otherwise unsafe: KBot inserts a property without a value, which you fill in.",
     "P001": "safe: KBot joins a root tag that was closed too early, removes white space before `<?xml`, "
     "corrects a typo in a start tag or an end tag, and inserts a missing `>` or end tag.",
+    "P007": "safe: KBot removes white space before `<?xml`.",
     "X104": "safe: KBot writes a property that is a text as a number or an expression: `0,035` as 0.035.",
     "X131": "safe: KBot separates parameters by spaces.",
     "U012": "safe: KBot writes the number without a decimal comma, unit or second minus sign, and adds a "
