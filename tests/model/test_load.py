@@ -133,7 +133,8 @@ def test_absent_package_is_an_error_if_the_robot_needs_it(use):
 
 
 def test_only_the_packages_that_the_calling_file_includes_are_errors(tmp_path):
-    mount = XACRO.format("<xacro:lidar/>").replace('<link name="base"/>', "")
+    joint = '<joint name="j" type="fixed"><parent link="base"/><child link="lidar"/></joint>'
+    mount = XACRO.format(f"<xacro:lidar/>{joint}").replace('<link name="base"/>', "")
     (tmp_path / "mount.xacro").write_text(mount)
     include = '<xacro:include filename="mount.xacro"/>'
     text = XACRO.format(include).replace("lidar_", "camera_")

@@ -144,9 +144,10 @@ def _read(expansion: Expansion, packages: Packages) -> Loaded:
 
 
 def needed_packages(expanded: Sequence[Diagnostic], read: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """The diagnostics of an expansion. Absent packages are errors if the robot lacks parts, as they may have
-    defined these."""
-    if not any(d.code in _MISSING and not d.hint.startswith("did you mean") for d in read):
+    """The diagnostics of an expansion. If the robot lacks parts without another error, absent packages are
+    errors, because they may have defined the parts."""
+    is_explained = any(d.is_error for d in expanded)
+    if is_explained or not any(d.code in _MISSING and not d.hint.startswith("did you mean") for d in read):
         return tuple(expanded)
     return tuple(replace(d, severity=Severity.ERROR) if d.code == "X114" else d for d in expanded)
 
