@@ -1,0 +1,370 @@
+"""Which public mobile robots drive in KBot as commanded.
+
+    python benchmarks/bench_robots.py [--from FOLDER] [NAME…]
+
+Each robot of `robots.tsv` is fetched at its commit into a temporary folder, with the repositories that its
+description includes from. KBot expands it, checks it, drives it at 0.3 m/s for 5 s and turns it at 0.5 rad/s
+for 5 s, each in a process of its own. A steered robot cannot turn on the spot: it drives on an arc of 6 m
+radius. Distance and angle are shares of the command, with the start from standstill. A robot drives as
+commanded if the distance is within 5 % and the angle within 10 %. Skid-steered robots are counted separately:
+how far they turn depends on how their wheels slip. A description is incomplete if it needs a package that is
+not public. Exit status 1 if a command fails with a traceback, or a repository is not fetched.
+
+`--from FOLDER` reads bare git folders named `OWNER+NAME` or `OWNER+NAME/repo` instead of GitHub, for a
+machine without network.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import itertools
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+MANIFEST = Path(__file__).with_name("robots.tsv")
+SECONDS = 5.0
+SPEED, RATE = 0.3, 0.5
+"""The commands in m/s and rad/s."""
+ARC_RATE = SPEED / 6.0
+"""The rate at which a steered robot turns, in rad/s: even a car can follow the arc."""
+DISTANCE_ERROR, ANGLE_ERROR = 0.05, 0.10
+"""The largest errors of a robot that drives, as shares of the command."""
+LIMIT = 180.0
+"""Seconds after which a command is stopped."""
+REASON = 150
+"""Characters of a reason."""
+ENVIRONMENT = {
+    **os.environ,
+    "KBOT_DEBUG": "1",  # prints the traceback of an internal error
+    "GIT_LFS_SKIP_SMUDGE": "1",
+    "GIT_TERMINAL_PROMPT": "0",  # a repository that is gone fails instead of asking for a password
+}
+INTERRUPTED = threading.Event()
+"""Set by Ctrl-C, after which no job starts another command."""
+
+
+class Source(NamedTuple):
+    """A repository on GitHub at a commit."""
+
+    repository: str
+    commit: str
+
+    @property
+    def folder(self) -> str:
+        """The path of the checkout. No two repositories are in one folder, where KBot would find both."""
+        return f"{self.repository.replace('/', '+')}+{self.commit[:8]}/{self.repository.split('/')[1]}"
+
+
+class Robot(NamedTuple):
+    """A row of the manifest."""
+
+    name: str
+    source: Source
+    file: str
+    arguments: list[str]
+    packages: list[Source]
+    drive: str
+    incomplete: str
+    """Why the description is not complete, or empty."""
+
+
+@dataclass
+class Result:
+    """What KBot reports on one robot."""
+
+    robot: Robot
+    expands: bool = False
+    errors: int | None = None
+    distance: float | None = None
+    """Driven distance, as a share of the command."""
+    angle: float | None = None
+    """Turned angle, as a share of the command."""
+    reason: str = ""
+    """What KBot reported on a robot that does not drive as commanded."""
+    failures: list[str] = field(default_factory=list)
+    """Commands that failed with a traceback, and repositories that were not fetched."""
+
+    @property
+    def drives(self) -> bool:
+        return self.distance is not None and abs(self.distance - 1) <= DISTANCE_ERROR
+
+    @property
+    def turns(self) -> bool:
+        return self.angle is not None and abs(self.angle - 1) <= ANGLE_ERROR
+
+    @property
+    def text(self) -> str:
+        if self.failures:
+            return "; ".join(self.failures)
+        if self.drives and self.turns:
+            return "drives"
+        if self.distance is None or self.angle is None:
+            return self.reason
+        share = f"turns {100 * self.angle:.0f} %" if self.drives else f"drives {100 * self.distance:.0f} %"
+        return f"{share}: {self.reason}" if self.reason else share
+
+
+class Finished(NamedTuple):
+    """A finished command of KBot. The status is None if it took too long."""
+
+    status: int | None
+    output: str
+    errors: str
+
+    @property
+    def failure(self) -> str | None:
+        """The last line of a traceback, or what else ended the command unexpectedly."""
+        if self.status is not None and self.status < 0:
+            return f"ended by signal {-self.status}"
+        if "Traceback (most recent call last)" in self.errors:
+            return self.errors.strip().splitlines()[-1]
+        return None
+
+
+class NotFetched(Exception):
+    """A repository is not fetched. The message is the reason."""
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--from", dest="folder", type=lambda path: Path(path).resolve(), metavar="FOLDER")
+    parser.add_argument("names", nargs="*", metavar="NAME")
+    options = parser.parse_args()
+    robots = read_manifest()
+    if unknown := sorted(set(options.names) - {robot.name for robot in robots}):
+        parser.error(f"unknown robot {', '.join(unknown)}")
+    chosen = [robot for robot in robots if not options.names or robot.name in options.names]
+    # the robots of one repository share a checkout, which is removed after them
+    jobs = [list(group) for _, group in itertools.groupby(chosen, key=lambda robot: robot.source)]
+    pool = ThreadPoolExecutor(os.cpu_count())
+    try:
+        results = list(itertools.chain(*pool.map(lambda job: measure_all(job, options.folder), jobs)))
+    except KeyboardInterrupt:
+        INTERRUPTED.set()
+        pool.shutdown(cancel_futures=True)
+        return 130
+    print("\n".join((*_table(results), "", *_summary(results))))
+    return int(any(result.failures for result in results))
+
+
+def read_manifest() -> list[Robot]:
+    with MANIFEST.open(newline="") as file:
+        rows = list(csv.DictReader(file, delimiter="\t"))
+    return [
+        Robot(
+            row["name"],
+            Source(row["repository"], row["commit"]),
+            row["file"],
+            row["arguments"].split(),
+            [Source(*package.split("@")) for package in row["packages"].split()],
+            row["drive"],
+            row["incomplete"],
+        )
+        for row in rows
+    ]
+
+
+def measure_all(robots: list[Robot], folder: Path | None) -> list[Result]:
+    """Measure robots of one repository."""
+    with tempfile.TemporaryDirectory() as scratch:
+        return [_measure(robot, Path(scratch), folder) for robot in robots]
+
+
+def _measure(robot: Robot, scratch: Path, folder: Path | None) -> Result:
+    result = Result(robot)
+    try:
+        for source in (robot.source, *robot.packages):
+            if not (scratch / source.folder).exists():
+                _fetch(source, scratch, folder)
+    except NotFetched as error:
+        result.failures.append(f"not fetched: {error}")
+    else:
+        _run_commands(result, scratch)
+    print(f"{robot.name}: {result.text}", file=sys.stderr)
+    return result
+
+
+def _fetch(source: Source, scratch: Path, folder: Path | None) -> None:
+    """Check out a repository."""
+    if folder is None:
+        repository = scratch / "fetched.git"
+        _git("init", "--quiet", "--bare", str(repository))
+        address = f"https://github.com/{source.repository}"
+        _git("fetch", "--quiet", "--depth=1", address, source.commit, repository=repository)
+    else:
+        named = folder / source.repository.replace("/", "+")
+        repository = next((path for path in (named / "repo", named) if path.is_dir()), named)
+        if (repository / ".git").is_dir():
+            repository /= ".git"
+    _git("read-tree", source.commit, repository=repository, index=scratch / "index")
+    place = scratch / source.folder
+    place.mkdir(parents=True)
+    try:
+        _git("checkout-index", "-a", repository=repository, index=scratch / "index", place=place)
+    except NotFetched as error:
+        if folder is None:
+            raise
+        # such a folder may lack large files, mostly pictures and meshes
+        print(f"{source.repository} lacks files: {error}", file=sys.stderr)
+
+
+def _git(
+    *words: str, repository: Path | None = None, index: Path | None = None, place: Path | None = None
+) -> None:
+    """Run git, with the files of `place` as the working tree. Raises NotFetched with the reason."""
+    options = [f"--git-dir={repository}"] if repository else []
+    if place:
+        options.append(f"--work-tree={place}")
+    environment = {**ENVIRONMENT, **({"GIT_INDEX_FILE": str(index)} if index else {})}
+    ran = _run(["git", *options, *words], place, environment)
+    if ran.returncode:
+        lines = ran.stderr.strip().splitlines() or [f"git exit status {ran.returncode}"]
+        raise NotFetched(next((line for line in lines if line.startswith(("error: ", "fatal: "))), lines[-1]))
+
+
+def _run(
+    command: list[str], here: Path | None, environment: dict[str, str], limit: float | None = None
+) -> subprocess.CompletedProcess[str]:
+    """Run a command in a folder. Raises KeyboardInterrupt after Ctrl-C, which running commands get too."""
+    ran = subprocess.run(
+        command, cwd=here, env=environment, capture_output=True, text=True, errors="replace", timeout=limit
+    )
+    if INTERRUPTED.is_set() or ran.returncode in (-signal.SIGINT, 130):
+        raise KeyboardInterrupt
+    return ran
+
+
+def _run_commands(result: Result, scratch: Path) -> None:
+    robot = result.robot
+    here = scratch / robot.source.folder
+
+    def kbot(verb: str, *options: str) -> Finished:
+        packages = [f"--package-path={scratch / package.folder}" for package in robot.packages]
+        finished = _kbot([verb, robot.file, *robot.arguments, *packages, *options], here)
+        if finished.failure:
+            result.failures.append(f"kbot {verb}: {finished.failure}")
+        return finished
+
+    result.expands = kbot("expand", "-q").status == 0
+    checked = _json(kbot("check", "--json"))
+    if checked is not None:
+        result.errors = sum(finding["severity"] == "error" for finding in checked["findings"])
+    speed, rate = (SPEED, ARC_RATE) if robot.drive == "steered" else (0, RATE)
+    straight, turned = (
+        kbot("sim", "--headless", "--json", f"--duration={SECONDS:g}", f"--cmd-vel={command}")
+        for command in (f"{SPEED},0", f"{speed},{rate}")
+    )
+    if (report := _json(straight)) is not None:
+        result.distance = report["pose"]["x"] / (SPEED * SECONDS)
+    if (report := _json(turned)) is not None:
+        result.angle = report["pose"]["yaw"] / (rate * SECONDS)
+    if not result.drives or not result.turns:
+        reason = _reason(turned if result.drives else straight)
+        # a path starts with that of the temporary folder, which says nothing
+        result.reason = _shortened(re.sub(rf"{re.escape(str(scratch))}/\S*/", "", reason))
+
+
+def _kbot(words: list[str], here: Path) -> Finished:
+    try:
+        ran = _run([sys.executable, "-m", "kbot", *words], here, ENVIRONMENT, LIMIT)
+    except subprocess.TimeoutExpired:
+        return Finished(None, "", "")
+    return Finished(ran.returncode, ran.stdout, ran.stderr)
+
+
+def _json(finished: Finished) -> dict[str, Any] | None:
+    """The printed JSON, or None if the command did not succeed."""
+    try:
+        printed: dict[str, Any] = json.loads(finished.output)
+    except json.JSONDecodeError:
+        return None
+    return printed
+
+
+def _reason(finished: Finished) -> str:
+    """What a simulation reported: its first finding on the motion, or its first error."""
+    if finished.status is None:
+        return f"no result within {LIMIT:g} s"
+    report = _json(finished)
+    if report is not None:
+        return next((f"{finding['message']} [{finding['code']}]" for finding in report["findings"]), "")
+    lines = finished.errors.strip().splitlines()
+    for line in lines:
+        where, found, message = line.partition("error: ")
+        if found:
+            return f"{Path(where).name}{message}"
+    return lines[-1] if lines else ""
+
+
+def _shortened(line: str) -> str:
+    """A line as long as a table can show. A vertical bar would end the cell."""
+    line = line.replace("|", "\\|")
+    return line if len(line) <= REASON else line[: REASON - 1] + "…"
+
+
+def _table(results: Iterable[Result]) -> Iterator[str]:
+    yield "| robot | drive | expands | errors | distance | angle | result |"
+    yield "| --- | --- | --- | ---: | ---: | ---: | --- |"
+    for result in results:
+        robot = result.robot
+        cells = (
+            robot.name,
+            robot.drive,
+            "yes" if result.expands else "no",
+            "" if result.errors is None else str(result.errors),
+            _percent(result.distance),
+            _percent(result.angle),
+            result.text + (f" (incomplete: {robot.incomplete})" if robot.incomplete else ""),
+        )
+        yield f"| {' | '.join(cells)} |"
+
+
+def _percent(share: float | None) -> str:
+    return "" if share is None else f"{100 * share:.0f} %"
+
+
+def _summary(results: list[Result]) -> Iterator[str]:
+    yield "| drive | robots | complete | expand | drive within 5 % | and turn within 10 % |"
+    yield "| --- | ---: | ---: | ---: | ---: | ---: |"
+    for drive in sorted({result.robot.drive for result in results}):
+        yield _counts(drive, [result for result in results if result.robot.drive == drive])
+    others = [result for result in results if result.robot.drive != "skid"]
+    yield _counts("all", results)
+    yield _counts("all without skid", others)
+    complete = [result for result in others if not result.robot.incomplete]
+    both = sum(result.drives and result.turns for result in complete)
+    share = f", {100 * both / len(complete):.0f} %" if complete else ""
+    yield ""
+    yield (
+        f"{both} of {len(complete)} complete robots that are not skid-steered drive within 5 % "
+        f"and turn within 10 %{share}."
+    )
+
+
+def _counts(drive: str, results: list[Result]) -> str:
+    """A row of the summary. Robots are counted as driving only if their descriptions are complete."""
+    complete = [result for result in results if not result.robot.incomplete]
+    numbers = (
+        len(results),
+        len(complete),
+        sum(result.expands for result in complete),
+        sum(result.drives for result in complete),
+        sum(result.drives and result.turns for result in complete),
+    )
+    return f"| {drive} | {' | '.join(map(str, numbers))} |"
+
+
+if __name__ == "__main__":
+    sys.exit(main())
