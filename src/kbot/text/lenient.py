@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 _DASH = re.compile(rb"-(?=-|\Z)")
-_DECLARATION = re.compile(rb"<\?xml\s[^>]*+>")
-_BEFORE_ROOT = re.compile(rb"(?:\s++|<!--.*?-->|<\?xml\s[^>]*+>)*+", re.DOTALL)
+_DECLARATION = re.compile(rb"<\?xml\s[^<>]*+>")
+_BEFORE_ROOT = re.compile(rb"(?:\s++|<!--.*?-->|<\?xml\s[^<>]*+>)*+", re.DOTALL)
 _VISIBLE = re.compile(rb"[^\n]")
 
 
