@@ -4,7 +4,7 @@
 
 Each robot of `robots.tsv` is fetched at its commit into a temporary folder, with the repositories that its
 description includes from. KBot expands it, checks it, drives it at 0.3 m/s for 5 s and turns it at 0.5 rad/s
-for 5 s, each in a process of its own. A steered robot cannot turn on the spot: it drives on an arc of 6 m
+for 5 s, each in its own process. A steered robot cannot turn on the spot: it drives on an arc of 6 m
 radius. Distance and angle are shares of the command, with the start from standstill. A robot drives as
 commanded if the distance is within 5 % and the angle within 10 %. Skid-steered robots are counted separately:
 how far they turn depends on how their wheels slip. A description is incomplete if it needs a package that is
@@ -272,7 +272,7 @@ def _run_commands(result: Result, scratch: Path) -> None:
         result.angle = report["pose"]["yaw"] / (rate * SECONDS)
     if not result.drives or not result.turns:
         reason = _reason(turned if result.drives else straight)
-        # a path starts with that of the temporary folder, which says nothing
+        # the temporary folder at the start of a path is of no use to the reader
         result.reason = _shortened(re.sub(rf"{re.escape(str(scratch))}/\S*/", "", reason))
 
 

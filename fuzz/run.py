@@ -85,7 +85,7 @@ def empty_folder() -> Iterator[Path]:
 
 
 def row(name: str, module: str, seconds: float) -> tuple[str, int]:
-    """Fuzz a target in processes of its own. Returns its row of the table and the number of new findings."""
+    """Fuzz a target in its own processes. Returns its row of the table and the number of new findings."""
     folder = BUILD / name
     findings, progress = folder / "findings", folder / "progress.json"
     for part in (findings, folder / "corpus"):

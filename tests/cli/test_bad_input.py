@@ -135,7 +135,9 @@ def test_a_port_in_use(verb: str, files: Path, run_kbot: Callable[..., Any]) -> 
     assert_one_clear_message(done, port, "in use")
 
 
-@pytest.mark.parametrize("value", ["nan,0", "0,inf", "-inf,0", "1", "1,2,3,4", "a,b", "", "\uff11,0", "1_0,0"])
+@pytest.mark.parametrize(
+    "value", ["nan,0", "0,inf", "-inf,0", "1", "1,2,3,4", "a,b", "", "\uff11,0", "1_0,0"]
+)
 def test_commands_that_are_not_two_or_three_finite_numbers(
     value: str, files: Path, run_kbot: Callable[..., Any]
 ) -> None:

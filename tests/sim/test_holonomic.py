@@ -476,7 +476,7 @@ def test_a_base_without_wheels_drives_in_the_page(tmp_path, monkeypatch):
     [
         (gz_mecanum().replace("<front_left_joint>front_left_joint</front_left_joint>", ""), "four mecanum"),
         (gz_mecanum().replace(">front_left_joint<", ">front_lef_joint<"), "'front_lef_joint'"),
-        (gz_mecanum().replace(">front_left_joint<", ">front_right_joint<"), "a wheel of its own"),
+        (gz_mecanum().replace(">front_left_joint<", ">front_right_joint<"), "for more than one wheel"),
     ],
 )
 def test_a_plugin_that_does_not_name_its_wheels_does_not_drive(extension, reason):

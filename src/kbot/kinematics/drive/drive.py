@@ -465,11 +465,15 @@ def _holonomic(tree: FrameTree, declared: DeclaredDrive, kind: Holonomic) -> Hol
     if count < 3 or (kind is Holonomic.MECANUM and count < 4):
         needed = "four mecanum wheels" if kind is Holonomic.MECANUM else "three or more omni wheels"
         return NoDrive(f"{declared.name} does not name the joints of {needed}")
-    joints = movable(robot, [parameter.text for parameter in declared.wheels])
+    names = [parameter.text for parameter in declared.wheels]
+    joints = movable(robot, names)
     if len(joints) < count:
         turning = {joint.name for joint in joints}
-        other = next((p.text for p in declared.wheels if p.text not in turning), joints[0].name)
-        return NoDrive(f"{declared.name} names '{other}', which does not turn a wheel of its own")
+        other = next((name for name in names if name not in turning), None)
+        if other is not None:
+            return NoDrive(f"{declared.name} names '{other}', which is not a joint that turns")
+        twice = next(name for name in names if names.count(name) > 1)
+        return NoDrive(f"{declared.name} names '{twice}' for more than one wheel")
     base = base_link(robot, joints[0].parent)
     wheels = {joint.name: find_wheel(tree, joint, base) for joint in joints}
     radii = [wheel.radius for wheel in wheels.values() if wheel.radius]
