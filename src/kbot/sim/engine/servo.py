@@ -32,9 +32,9 @@ def add_drive_servos(
 ) -> None:
     """Add a speed servo, with its motor's inertia, to every drive wheel. It is commanded in rad/s.
 
-    Its torque limit is the joint's friction and `SERVO_MARGIN` times what the tyre can hold at a coefficient
-    of friction of `grip`, but at most the joint's effort limit and the drive's `torque` (N m). With contacts
-    as written, these two limits alone apply, if there is one. What they leave compensates the damping.
+    Its torque limit is `SERVO_MARGIN` times what the tyre can hold at a coefficient of friction of `grip`,
+    but at most the joint's effort limit and the drive's `torque` (N m). With contacts as written, these two
+    limits alone apply, if there is one. What they leave compensates the joint's dry friction and damping.
     """
     count = len(drive.joints)
     mass = total_mass(robot)
@@ -43,12 +43,16 @@ def add_drive_servos(
         inertia = mass * radius * radius / count
         gain = inertia / SERVO_TIME
         damping, friction = resistance(robot.joints[name])
-        traction = SERVO_MARGIN * max(grip, LEAST_GRIP) * mass * GRAVITY / count * radius + friction
+        traction = SERVO_MARGIN * max(grip, LEAST_GRIP) * mass * GRAVITY / count * radius
         allowed = min(effort_limit(robot, name), torque or float("inf"))
         if contacts is Contacts.AS_WRITTEN and allowed < float("inf"):
             most = allowed
+        elif traction + friction <= allowed:
+            # the motor overcomes the friction: the servo would first have to wind up its spring against it
+            most, allowed = traction, allowed - friction
+            spec.joint(prefix + name).frictionloss = 0.0
         else:
-            most = min(traction, allowed)
+            most = allowed
         spec.joint(prefix + name).armature = inertia
         servo = spec.add_actuator(name=prefix + name, target=prefix + name)
         servo.trntype = mujoco.mjtTrn.mjTRN_JOINT
