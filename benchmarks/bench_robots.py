@@ -3,12 +3,13 @@
     python benchmarks/bench_robots.py [--from FOLDER] [NAME…]
 
 Each robot of `robots.tsv` is fetched at its commit into a temporary folder, with the repositories that its
-description includes from. KBot expands it, checks it, drives it at 0.3 m/s for 5 s and turns it at 0.5 rad/s
-for 5 s, each in its own process. A steered robot cannot turn on the spot: it drives on an arc of 6 m
-radius. Distance and angle are shares of the command, with the start from standstill. A robot drives as
-commanded if the distance is within 5 % and the angle within 10 %. Skid-steered robots are counted separately:
-how far they turn depends on how their wheels slip. A description is incomplete if it needs a package that is
-not public. Exit status 1 if a command fails with a traceback, or a repository is not fetched.
+description includes from. KBot expands it with the arguments that its own simulation uses, checks it, drives
+it at 0.3 m/s for 5 s and turns it at 0.5 rad/s for 5 s, each in its own process. A steered robot cannot turn
+on the spot: it drives on an arc of 6 m radius. Distance and angle are shares of the command, with the start
+from standstill. A robot drives as commanded if the distance is within 5 % and the angle within 10 %.
+Skid-steered robots are counted separately: how far they turn depends on how their wheels slip. A description
+is incomplete if it needs a package that is not public. Exit status 1 if a command fails with a traceback, or
+a repository is not fetched.
 
 `--from FOLDER` reads bare git folders named `OWNER+NAME` or `OWNER+NAME/repo` instead of GitHub, for a
 machine without network.
