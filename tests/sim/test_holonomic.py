@@ -5,6 +5,7 @@ from math import cos, hypot, inf, pi, radians, sin
 import pytest
 
 from kbot.kinematics.drive.drive import HolonomicDrive, NoDrive, find_drive
+from kbot.kinematics.drive.findings import findings_of_drive
 from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
 from kbot.kinematics.transform import Transform
 from kbot.messages import Odometry, Twist, TwistStamped, Vector3
@@ -522,3 +523,150 @@ def test_a_changed_robot_continues_odometry_and_command(description):
 def test_a_goal_is_reached(description):
     sim = simulate(description)
     assert go_to(sim, PlanarPose(1.0, 0.5, 0.0), timeout=30.0).reached
+
+
+TRACKS_APART, EFFICIENCY = 0.4, 0.5
+
+
+def tracked(inner: str = "", apart: float = TRACKS_APART, controller: str = "") -> str:
+    """A base on two tracks, with gz's TrackedVehicle and a TrackController for each track."""
+    links = names = plugins = ""
+    for side, y in (("left", 0.5), ("right", -0.5)):
+        link = f"{side}_track"
+        links += (
+            f'<link name="{link}"><inertial><mass value="1"/>'
+            '<inertia ixx="0.01" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial><collision>'
+            '<geometry><box size="0.5 0.1 0.1"/></geometry></collision></link>'
+            f'<joint name="{link}_joint" type="fixed"><parent link="base_link"/><child link="{link}"/>'
+            f'<origin xyz="0 {y * TRACKS_APART} 0.05"/></joint>'
+        )
+        names += f"<{side}_track><link>{link}</link></{side}_track>"
+        inside = f"<link>{link}</link>{controller}"
+        plugins += plugin("gz-sim-track-controller-system", inside, "gz::sim::systems::TrackController")
+    inside = f"{names}<tracks_separation>{apart}</tracks_separation>{inner}"
+    vehicle = plugin("gz-sim-tracked-vehicle-system", inside, "gz::sim::systems::TrackedVehicle")
+    return body(links, vehicle + plugins)
+
+
+@pytest.mark.parametrize("twist", [(0.3, 0.5), (0.0, 0.5), (-0.2, -0.3)])
+def test_tracks_slip_in_turns_by_the_steering_efficiency(twist):
+    """gz turns the tracks by v +- w s / 2 e, so the base turns by w, and odometry counts w / e."""
+    x, yaw = twist
+    sim = simulate(tracked())
+    sim.cmd_vel(x, yaw)
+    sim.run(1.0)
+    start, odometry = sim.ground_truth.pose, sim.odometry.pose
+    sim.run(4.0)
+    for before, now, turn in (
+        (start, sim.ground_truth, yaw),
+        (odometry, sim.odometry, yaw / EFFICIENCY),
+    ):
+        moved, expected = before.inverse() @ now.pose, after(x, 0.0, turn, 4.0)
+        assert (moved.x, moved.y, moved.yaw) == pytest.approx(
+            (expected.x, expected.y, expected.yaw), abs=3e-3
+        )
+        assert (now.twist.x, now.twist.y, now.twist.yaw) == pytest.approx((x, 0.0, turn), abs=2e-3)
+    [finding] = sim.findings
+    assert finding.code == "W301"
+    assert "turns the tracks 2 times as fast as without slip (steering_efficiency 0.5)" in finding.message
+
+
+def test_tracks_without_slip_have_right_odometry():
+    sim = simulate(tracked("<steering_efficiency>1</steering_efficiency>"))
+    sim.cmd_vel(0.3, 0.5)
+    sim.run(4.0)
+    truth, odometry = sim.ground_truth.pose, sim.odometry.pose
+    assert (odometry.x, odometry.y, odometry.yaw) == pytest.approx((truth.x, truth.y, truth.yaw), abs=0.01)
+    assert sim.findings == ()
+
+
+def test_the_limit_of_the_track_controllers_bounds_the_speed_of_the_tracks():
+    """0.2 m/s + 0.4 rad/s * 0.4 m / (2 * 0.5) = 0.36 m/s are half too many for 0.24 m/s."""
+    sim = simulate(tracked(controller="<max_velocity>0.24</max_velocity>"))
+    sim.cmd_vel(0.2, 0.4)
+    sim.run(2.0)
+    twist = sim.ground_truth.twist
+    assert (twist.x, twist.yaw) == pytest.approx((0.2 / 1.5, 0.4 / 1.5), rel=0.01)
+
+
+def test_limits_of_a_tracked_vehicle_are_inside_tags():
+    limits = (
+        "<linear_velocity><max_velocity>0.2</max_velocity></linear_velocity>"
+        "<angular_velocity><max_velocity>0.1</max_velocity></angular_velocity>"
+    )
+    sim = simulate(tracked(limits))
+    sim.cmd_vel(1.0, 1.0)
+    sim.run(2.0)
+    twist = sim.ground_truth.twist
+    assert (twist.x, twist.yaw) == pytest.approx((0.2, 0.1), rel=0.01)
+
+
+def test_tracks_climb_a_slope_that_their_friction_holds(tmp_path):
+    world = tmp_path / "slope.sdf"
+    for degrees, climbs in ((20.0, True), (30.0, False)):  # 26.6 degrees for a friction of 0.5
+        world.write_text(tilted(degrees))
+        slippery = "".join(
+            f'<gazebo reference="{side}_track"><mu1>0.5</mu1></gazebo>' for side in ("left", "right")
+        )
+        sim = simulate(tracked().replace("</robot>", f"{slippery}</robot>"), world=str(world))
+        sim.cmd_vel(0.3, 0.0)
+        sim.run(2.0)
+        assert (sim.ground_truth.pose.x > 0.4) is climbs
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (("<link>left_track</link></left_track>", "</left_track>"), "does not name a left track"),
+        (("<link>left_track</link></left_track>", "<link>lef_track</link></left_track>"), "'lef_track'"),
+    ],
+)
+def test_a_vehicle_without_its_tracks_does_not_drive(change, reason):
+    drive = find_drive(load_robot_text(tracked().replace(*change), "base.urdf").require())
+    assert isinstance(drive, NoDrive)
+    assert reason in drive.reason
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "message"),
+    [
+        (
+            tracked(apart=0.5),
+            "D105",
+            "the middles of the tracks are 0.4 m apart, not 0.5: turns are +25 % off",
+        ),
+        (
+            tracked().replace(">left_track</link></left", ">leftrack</link></left"),
+            "D101",
+            "'leftrack' is not a link",
+        ),
+        (
+            tracked().replace("<link>left_track</link></plugin>", "<link>base_link</link></plugin>"),
+            "W134",
+            "no TrackController turns the track 'left_track'",
+        ),
+    ],
+)
+def test_faults_of_tracks_are_reported(text, code, message):
+    robot = load_robot_text(text, "base.urdf").require()
+    [finding] = findings_of_drive(robot, find_drive(robot))
+    assert finding.code == code
+    assert message in finding.message
+
+
+def test_a_plugin_turns_a_base_whose_inertia_is_far_too_large():
+    """As gz and Gazebo Classic do, which set the velocity of such a base."""
+    inertia = 'ixx="0.2" iyy="0.3" izz="0.4"'
+    sim = simulate(body(FOUR, PLANAR).replace(inertia, 'ixx="300" iyy="300" izz="400"'))
+    sim.cmd_vel(0.0, 0.5)
+    sim.run(2.0)
+    assert sim.ground_truth.twist.yaw == pytest.approx(0.5, rel=0.01)
+
+
+def test_a_plugin_that_moves_the_base_ignores_tags_of_other_drives():
+    sim = simulate(
+        body(FOUR, plugin("libgazebo_ros_planar_move.so", "<wheelAcceleration>0.1</wheelAcceleration>"))
+    )
+    sim.cmd_vel(0.3, 0.0)
+    sim.run(1.0)
+    assert sim.ground_truth.twist.x == pytest.approx(0.3, rel=0.01)

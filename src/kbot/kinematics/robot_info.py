@@ -103,6 +103,14 @@ def _holonomic_lines(drive: HolonomicDrive) -> list[str]:
             f"  base              {drive.base}",
             f"  stands on         {', '.join(drive.casters)}",
         ]
+    if drive.kind is Holonomic.TRACKS:
+        return [
+            "tracked drive",
+            f"  tracks            {', '.join(drive.casters)}",
+            f"  separation        {drive.separation:.4g} m",
+            f"  efficiency        {drive.efficiency:g} (share of the tracks' speeds that turns the robot)",
+            f"  turns about       {middle}",
+        ]
     lever = "half of track plus wheelbase" if drive.kind is Holonomic.MECANUM else "middle to wheel"
     return [
         f"holonomic drive with {drive.kind} wheels",

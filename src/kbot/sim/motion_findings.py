@@ -322,7 +322,8 @@ class MotionFindings:
             if abs(odometry - true) > _SAME * true
         ]
         return (
-            self._drive_fault((*_SIDES, *declared))
+            self._slipping_tracks()
+            or self._drive_fault((*_SIDES, *declared))
             or self._faults(self._slips)
             or self._slippery_wheel()
             or self._dragging_part()
@@ -385,6 +386,20 @@ class MotionFindings:
             return _first(codes, [fault for fault in found if fault.message.startswith(f"{link}: ")])
         # D128 of a visual is an info: a visual does not touch the ground
         return _first(codes, [f for f in found if f.code != "D128" or f.severity is Severity.WARNING])
+
+    def _slipping_tracks(self) -> _Cause | None:
+        """The slip of tracks in a turn, which odometry of gz's TrackedVehicle does not take into account."""
+        drive, controller = self._robot.drive, drive_controller(declared_drives(self._robot.robot))
+        if not isinstance(drive, HolonomicDrive) or drive.efficiency == 1.0 or controller is None:
+            return None
+        given = controller.first("steering_efficiency")
+        origin = controller.origin if given is None else given.origin
+        text = (
+            f"{controller.name} turns the tracks {1.0 / drive.efficiency:.3g} times as fast as without slip"
+            f" (steering_efficiency {drive.efficiency:g}), and its odometry counts the slip as motion"
+        )
+        hint = "use another source of the heading, such as an IMU"
+        return _Cause(text, origin, hint, is_fault=False)
 
     def _skids(self, seen: OdometryError) -> _Cause | None:
         """Several axles, whose wheels are dragged sideways in a turn."""

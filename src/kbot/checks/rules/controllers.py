@@ -33,7 +33,7 @@ def _unknown_joints(context: Context, holder: Element, what: str) -> Found:
 
 @rule("D101", "plugin-joint-unknown", Severity.ERROR, "robot")
 def plugin_joint_unknown(context: Context) -> Found:
-    """A plugin or controller names a joint that the robot does not have.
+    """A plugin or controller names a joint, or a track's link, that the robot does not have.
 
     Why: The plugin refuses to load ("Joint 'x' not found"), and the robot does not move. KBot drives the
     wheels that it finds, and the message names them.
@@ -50,13 +50,14 @@ def plugin_joint_unknown(context: Context) -> Found:
 @rule("W134", "drive-joint-unknown", Severity.WARNING, "robot")
 def drive_joint_unknown(context: Context) -> Found:
     """A drive plugin or controller names a joint that does not turn a drive wheel, or no joint for one side.
+    Or it names a track that no `TrackController` turns.
 
     Why: Outside KBot the robot does not follow its commands. A drive that names a caster's joint turns the
     caster. KBot drives the wheels that it finds, and the message names them.
 
     Example: `<leftJoint>caster_joint</leftJoint>`
 
-    Fix: Name the joint that turns the wheel.
+    Fix: Name the joint that turns the wheel. Add a `TrackController` for each track.
 
     Autofix: none.
     """

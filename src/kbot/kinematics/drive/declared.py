@@ -22,7 +22,7 @@ from kbot.model.extensions import gazebo_plugins, hardware_joints
 from kbot.model.spawned import spawned_controllers
 from kbot.text import DiagnosticCollector, Element, Origin
 
-SEPARATION = ("wheelSeparation", "wheel_separation")
+SEPARATION = ("wheelSeparation", "wheel_separation", "tracks_separation")
 DIAMETER = ("wheelDiameter", "wheel_diameter")
 RADII = ("wheel_radius", "kinematics.wheels_radius")
 """Names of the wheel radius. The second is that of ROS 2's mecanum_drive_controller."""
@@ -52,16 +52,18 @@ gz writes `front_left_joint`, ROS 1 `front_left_wheel_joint`, ROS 2 `front_left_
 
 
 class Holonomic(StrEnum):
-    """How a plugin or controller moves a base that also drives sideways.
+    """How a plugin or controller moves a base whose wheels are not two sides.
 
     body     it moves the base itself, and the wheels only carry it
     mecanum  it turns four mecanum wheels
     omni     it turns omni wheels that are spaced equally on a circle
+    tracks   it turns the belts of tracks, which drive forwards and turn, but not sideways
     """
 
     BODY = "body"
     MECANUM = "mecanum"
     OMNI = "omni"
+    TRACKS = "tracks"
 
 
 _HOLONOMIC_PLUGINS = {
@@ -69,9 +71,10 @@ _HOLONOMIC_PLUGINS = {
     "forcebasedmove": Holonomic.BODY,
     "velocitycontrol": Holonomic.BODY,
     "mecanumdrive": Holonomic.MECANUM,
+    "trackedvehicle": Holonomic.TRACKS,
 }
 """By a part of the file's name, without `_` and `-`: planar_move of Gazebo Classic, force_based_move of
-hector and its copies, VelocityControl and MecanumDrive of gz."""
+hector and its copies, VelocityControl, MecanumDrive and TrackedVehicle of gz."""
 _HOLONOMIC_CONTROLLERS = {
     MECANUM_DRIVE.rpartition("/")[2]: Holonomic.MECANUM,
     OMNI_DRIVE.rpartition("/")[2]: Holonomic.OMNI,
@@ -94,10 +97,12 @@ class DeclaredDrive:
     plugin       the plugin's element, None for a controller
     is_steering  True for the drive of a car or tricycle, which does not have two sides
     ros          1 or 2, the ROS that the controller is for
-    left, right  the joints that it names, as written; a tag without text has an empty name
-    given        its tags or parameters by name; the first of several tags with one name
+    left, right  the joints that it names, as written; a tag without text has an empty name. For tracks their
+                 links
+    given        its tags or parameters by name, those inside a tag as `tag.name`; the first of several tags
+                 with one name
     is_running   True for a plugin, and for a controller that the controller manager lists and starts
-    holonomic    how it drives sideways too, None for a drive that does not
+    holonomic    how it moves a base whose wheels are not two sides, None for other drives
     wheels       the joints that a holonomic drive names: the four corners in the order of `_CORNERS`, or the
                  omni wheels counterclockwise
     """
@@ -164,6 +169,14 @@ class DeclaredDrive:
         return default if given is None or given.number is None else given.number
 
     @property
+    def steering_efficiency(self) -> float:
+        """The share of the difference between the speeds of its tracks that turns a tracked vehicle.
+
+        The tracks slip for the rest. gz's TrackedVehicle turns them faster by this share."""
+        given = self.first("steering_efficiency")
+        return given.number if given is not None and given.number and given.number > 0.0 else 0.5
+
+    @property
     def base_frame(self) -> Parameter | None:
         """The link whose motion its odometry reports."""
         if self.plugin is None:
@@ -190,6 +203,13 @@ def declared_drives(robot: RobotModel) -> tuple[DeclaredDrive, ...]:
     wheels counts too, because a spawner can set its type. Errors of the files are not reported here."""
     plugins = [found for plugin in gazebo_plugins(robot) if (found := _of_plugin(plugin)) is not None]
     return (*plugins, *_of_parameters(robot))
+
+
+def track_controllers(robot: RobotModel) -> dict[str, Mapping[str, Parameter]]:
+    """The tags of each TrackController of gz, by the link whose belt it turns."""
+    plugins = [plugin for plugin in gazebo_plugins(robot) if "trackcontroller" in words_of(plugin)]
+    tags = [{element.tag: _tag(element) for element in plugin.elements()} for plugin in plugins]
+    return {given["link"].text: given for given in tags if "link" in given}
 
 
 def drive_controller(controllers: Iterable[DeclaredDrive]) -> DeclaredDrive | None:
@@ -225,23 +245,31 @@ def movable(robot: RobotModel, names: Iterable[str]) -> list[Joint]:
 def _of_plugin(plugin: Element) -> DeclaredDrive | None:
     words = words_of(plugin)
     tags = [_tag(element) for element in plugin.elements()]
-    left = tuple(tag for tag in tags if tag.name in _LEFT_TAGS)
-    right = tuple(tag for tag in tags if tag.name in _RIGHT_TAGS)
     holonomic = _holonomic_plugin(plugin)
+    if holonomic is Holonomic.TRACKS:
+        left, right = _tracks(plugin, "left_track"), _tracks(plugin, "right_track")
+    else:
+        left = tuple(tag for tag in tags if tag.name in _LEFT_TAGS)
+        right = tuple(tag for tag in tags if tag.name in _RIGHT_TAGS)
     is_steering = holonomic is None and not _has_two_sides(plugin, words, has_joints=bool(left or right))
     if is_steering and not any(word in words for word in ("ackermann", "tricycle")):
         return None
+    if is_steering or holonomic not in (None, Holonomic.TRACKS):
+        left = right = ()
     given: dict[str, Parameter] = {}
     for tag in tags:
         given.setdefault(tag.name, tag)
+    for element in plugin.elements():
+        for inner in element.elements():
+            given.setdefault(f"{element.tag}.{inner.tag}", _tag(inner))
     return DeclaredDrive(
         plugin.attributes.get("name", "the drive plugin"),
         plugin.origin,
         plugin,
         is_steering,
         2,
-        () if is_steering or holonomic else left,
-        () if is_steering or holonomic else right,
+        left,
+        right,
         given,
         is_running=True,
         holonomic=holonomic,
@@ -254,6 +282,11 @@ def _holonomic_plugin(plugin: Element) -> Holonomic | None:
     file, name = plugin.attributes.get("filename", ""), plugin.attributes.get("name", "")
     words = (file + (name if "systems::" in name else "")).lower().replace("_", "").replace("-", "")
     return next((kind for word, kind in _HOLONOMIC_PLUGINS.items() if word in words), None)
+
+
+def _tracks(plugin: Element, side: str) -> tuple[Parameter, ...]:
+    """The links of the tracks on a side of gz's TrackedVehicle."""
+    return tuple(_tag(link) for track in plugin.elements(side) for link in track.elements("link"))
 
 
 def _corners(given: Sequence[Parameter]) -> tuple[Parameter, ...]:

@@ -4,6 +4,10 @@ In a steered base, such as a tricycle or a car, all wheels roll about the same p
 to Autonomous Mobile Robots, 3.2). If the middle of the fixed axle drives at v and turns at w, a wheel at x, y
 from it moves with (v - w y, w x).
 
+A tracked vehicle turns by the difference between the speeds of its tracks, as a differential drive does, but
+all of each track is on the ground and slips (Pecka, Zimmermann and Svoboda, Fast Simulation of Vehicles with
+Non-deformable Tracks, IROS 2017).
+
 A holonomic base also moves sideways. The rim of each of its wheels moves at a fixed linear combination of the
 twist, from which gz's MecanumDrive, mecanum_drive_controller and omni_wheel_drive_controller compute the
 speeds of the wheels (Lynch and Park, Modern Robotics, 13.2)."""
@@ -195,17 +199,21 @@ class HolonomicDrive(DifferentialDrive):
 
     `radius` is that of its wheels. `separation` is the wheel separation of a differential drive whose wheels
     turn equally fast when the robot turns on the spot: the sum of the distances between mecanum wheels along
-    x and along y, or twice the distance of an omni wheel from the middle.
+    x and along y, or twice the distance of an omni wheel from the middle. For tracks it is their distance.
 
     kind        how its plugin or controller moves it
-    directions  the driving joints, none if the plugin moves the base itself. The rim of a wheel with the
-                direction a, b, c moves at a x + b y + c yaw separation / 2 in a twist of `axle_in_base`
-    sideways    False if the plugin ignores sideways commands
+    directions  the driving joints; none for tracks, and if the plugin moves the base itself. The rim of a
+                wheel with the direction a, b, c moves at a x + b y + c yaw separation / 2 in a twist of
+                `axle_in_base`
+    sideways    False for tracks, and if the plugin ignores sideways commands
+    efficiency  the share of the difference between the speeds of tracks that turns the base. They slip for
+                the rest
     """
 
     kind: Holonomic
     directions: Mapping[str, tuple[float, float, float]]
     sideways: bool
+    efficiency: float = 1.0
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -220,6 +228,8 @@ class HolonomicDrive(DifferentialDrive):
     @property
     def reason(self) -> str:
         """Why it is not a differential drive."""
+        if self.kind is Holonomic.TRACKS:
+            return "it drives on tracks"
         return "it is a holonomic base, which has no left and right side"
 
     @property
@@ -461,6 +471,8 @@ def _holonomic(tree: FrameTree, declared: DeclaredDrive, kind: Holonomic) -> Hol
     """The base that a plugin or controller moves in every direction."""
     if kind is Holonomic.BODY:
         return _moved_base(tree, sideways=not declared.ignores_sideways)
+    if kind is Holonomic.TRACKS:
+        return _tracked(tree, declared)
     robot, count = tree.robot, len(declared.wheels)
     if count < 3 or (kind is Holonomic.MECANUM and count < 4):
         needed = "four mecanum wheels" if kind is Holonomic.MECANUM else "three or more omni wheels"
@@ -538,6 +550,48 @@ def _moved_base(tree: FrameTree, *, sideways: bool) -> HolonomicDrive | NoDrive:
         kind=Holonomic.BODY,
         directions={},
         sideways=sideways,
+    )
+
+
+def _tracked(tree: FrameTree, declared: DeclaredDrive) -> HolonomicDrive | NoDrive:
+    """The base on tracks. As in gz, it turns about the origin of its `<body_link>`, or else of its root."""
+    robot = tree.robot
+    sides = [[track.text for track in side] for side in (declared.left, declared.right)]
+    for side, names in zip(("left", "right"), sides, strict=True):
+        if not names:
+            return NoDrive(f"{declared.name} does not name a {side} track")
+        unknown = next((name for name in names if name not in robot.links), None)
+        if unknown is not None:
+            return NoDrive(f"{declared.name} names the track '{unknown}', which is not a link")
+    given = declared.first("body_link")
+    body = given.text if given is not None else robot.root
+    if body not in robot.links:
+        return NoDrive(f"{declared.name} names the body '{body}', which is not a link")
+    base = base_link(robot, sides[0][0])
+    standing = {caster.link: caster for caster in links_on_ground(tree, base)}
+    left, right = ([standing[name] for name in names if name in standing] for names in sides)
+    if not left or not right:
+        missing = "left" if not left else "right"
+        return NoDrive(f"no {missing} track of {declared.name} has a collision shape on the ground")
+    base_from_body = tree.pose(body, in_frame=base)
+    x, y, _ = base_from_body.translation.tolist()
+    across = base_from_body.rotation[:, 1]
+    middles = [float(np.mean([caster.center @ across for caster in side])) for side in (left, right)]
+    radius = _NOMINAL
+    return HolonomicDrive(
+        left=(),
+        right=(),
+        forward={},
+        wheels={},
+        radius=radius,
+        separation=abs(middles[0] - middles[1]),
+        base=base,
+        axle_in_base=Transform.from_xyz_rpy((x, y, left[0].bottom + radius), (0.0, 0.0, base_from_body.yaw)),
+        casters=(*sides[0], *sides[1]),
+        kind=Holonomic.TRACKS,
+        directions={},
+        sideways=False,
+        efficiency=declared.steering_efficiency,
     )
 
 

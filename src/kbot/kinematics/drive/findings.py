@@ -6,7 +6,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from kbot.kinematics.controller_files import Parameter
-from kbot.kinematics.drive.declared import DIAMETER, DeclaredDrive, declared_drives
+from kbot.kinematics.drive.declared import (
+    DIAMETER,
+    DeclaredDrive,
+    Holonomic,
+    declared_drives,
+    track_controllers,
+)
 from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, NoDrive
 from kbot.kinematics.drive.part_names import side_of
 from kbot.kinematics.drive.wheels import Pair, Wheel
@@ -60,6 +66,8 @@ def drive_findings(
     """
     for controller in controllers:
         yield from _unknown_wheels(robot, controller)
+        if controller.holonomic is Holonomic.TRACKS:
+            yield from _tracks(robot, controller)
     sided = [controller for controller in controllers if controller.has_sides]
     yield from _named_joints(robot, sided, drive)
     for controller in sided:
@@ -72,6 +80,8 @@ def drive_findings(
         wheels = list(drive.wheels.values())
     for controller in controllers:
         yield from _separation(controller, pairs)
+        if isinstance(drive, HolonomicDrive) and drive.kind is controller.holonomic is Holonomic.TRACKS:
+            yield from _track_separation(controller, drive.separation)
         yield from _radius(controller, [wheel for wheel in wheels if wheel.radius])
 
 
@@ -104,6 +114,20 @@ def _unknown_wheels(robot: RobotModel, controller: DeclaredDrive) -> Iterator[Di
     for wheel in controller.wheels:
         if wheel.text not in robot.joints:
             yield unknown_joint(robot, controller.name, wheel.text, wheel.origin)
+
+
+def _tracks(robot: RobotModel, controller: DeclaredDrive) -> Iterator[Diagnostic]:
+    """D101 and W134: tracks that are not links, and those whose belt no plugin turns."""
+    turning = track_controllers(robot)
+    for track in (*controller.left, *controller.right):
+        if track.text not in robot.links:
+            message = f"{controller.name}: '{track.text}' is not a link of this robot"
+            hint = did_you_mean(track.text, robot.links)
+            yield Diagnostic("D101", Severity.ERROR, message, track.origin, hint)
+        elif track.text not in turning:
+            message = f"no TrackController turns the track '{track.text}': outside KBot it does not drive"
+            add = "add the plugin gz::sim::systems::TrackController for this link"
+            yield Diagnostic("W134", Severity.WARNING, f"{controller.name}: {message}", track.origin, add)
 
 
 def _named_joints(
@@ -250,6 +274,18 @@ def _separation(controller: DeclaredDrive, pairs: Sequence[Pair]) -> Iterator[Di
         fix = Fix(f"write {right}", (Edit(place.span, right),), safe=False) if is_plain else None
         hint = f"write {right}, or compute it from the joints" if is_plain else "compute it from the joints"
         yield Diagnostic("D105", Severity.WARNING, message, place, hint, joint_places(pairs[0]), fix)
+
+
+def _track_separation(controller: DeclaredDrive, true: float) -> Iterator[Diagnostic]:
+    """D105 of tracks."""
+    size = controller.separation
+    if size is None or size.value <= 0.0 or abs(size.value - true) <= max(0.01 * true, 5e-4):
+        return
+    message = (
+        f"{controller.name}: the middles of the tracks are {true:.4g} m apart, not {size.value:.4g}: turns "
+        f"are {(size.value / true - 1.0) * 100.0:+.0f} % off"
+    )
+    yield Diagnostic("D105", Severity.WARNING, message, size.given.origin, f"write {true:.4g}")
 
 
 def separation_is_off(given: float, true: float) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import inf
 
 from kbot.kinematics.drive.declared import Holonomic
 from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, SteeredDrive
@@ -41,7 +40,8 @@ class DriveController:
         self._engine, self._robot, self._drive, self._prefix = engine, robot, drive, prefix
         self._believed = settings.with_controller_sizes(drive)
         """The drive with the sizes that the robot's own controller uses, right or wrong."""
-        fastest = min((speed_limit(robot, joint) for joint in drive.joints), default=inf)
+        of_joints = [speed_limit(robot, joint) for joint in drive.joints]
+        fastest = min(of_joints, default=settings.rim_speed / settings.radius)
         self._controller = TwistController(self._believed, settings.limits, fastest, period)
         self._odometry = self._find_odometry(truth)
         self._servos = self._find_servos()

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
+from kbot.kinematics.drive.declared import Holonomic
 from kbot.kinematics.drive.drive import HolonomicDrive
 from kbot.model import RobotModel
 from kbot.sim.drive.twist_controller import STILL, Twist
@@ -51,13 +52,15 @@ class _Axis(NamedTuple):
 class HolonomicServos:
     """Turns the wheels as their controller computes, and moves the base as the wheels turn.
 
-    A base without driving wheels moves as commanded.
+    A base without driving wheels moves as commanded. Tracks turn as commanded too, and the base turns less
+    because they slip. Their angles are those of the control period.
 
     In place of the angles of two sides, `angles` and `roll` return how far the wheels drove the base:
     forwards and leftwards in m, and turned in rad. `speeds` returns how fast.
     """
 
     _commanded: Twist
+    _driven: Twist
     _held: Twist
     _load: float
 
@@ -91,8 +94,12 @@ class HolonomicServos:
         mass = float(model.body_subtreemass[model.jnt_bodyid[root]])
         inertia = float(model.dof_M0[model.jnt_dofadr[root] + 5])
         friction, lever, motors = traction(robot, drive)
+        if drive.kind is Holonomic.BODY:
+            # the plugin turns any inertia, but the speed of the rim changes no faster than friction allows
+            lever = max(lever, inertia / (mass * lever))
         scale = drive.radius / believed.radius
-        turn_scale = scale * believed.separation / drive.separation
+        self._efficiency = drive.efficiency
+        turn_scale = scale * believed.separation / drive.separation * drive.efficiency
         axes = []
         for name, moved, arm, most, ratio in zip(
             AXES, (mass, mass, inertia), (1.0, 1.0, lever), motors, (scale, scale, turn_scale), strict=True
@@ -107,16 +114,17 @@ class HolonomicServos:
             mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, prefix + link) for link in drive.carriers
         ]
         self._carries = np.isin(model.geom_bodyid, bodies)
-        self.state = (STILL, STILL, mass * float(np.linalg.norm(model.opt.gravity)))
+        self.state = (STILL, STILL, STILL, mass * float(np.linalg.norm(model.opt.gravity)))
 
     @property
     def state(self) -> ServoState:
-        """The commanded twist, the integral part of the servo, and the load on the wheels in N."""
-        return self._commanded, self._held, self._load
+        """The commanded twist, how far tracks drove, the integral part of the servo, and the load on the
+        wheels in N."""
+        return self._commanded, self._driven, self._held, self._load
 
     @state.setter
     def state(self, state: ServoState) -> None:
-        self._commanded, self._held, self._load = state
+        self._commanded, self._driven, self._held, self._load = state
         self._limit_force()
 
     def move(self, x: float, y: float, yaw: float) -> None:
@@ -140,11 +148,16 @@ class HolonomicServos:
         return in_x.scale * x, in_y.scale * y, in_yaw.scale * yaw
 
     def speeds(self) -> Twist:
-        """The twist of the base that the wheels' speeds make."""
+        """The twist of the base that the wheels' speeds make, without slip."""
+        if not self._wheels:
+            x, y, yaw = self._commanded
+            return x, y, yaw / self._efficiency
         return self._to_twist([self._qvel[wheel.speed] for wheel in self._wheels])
 
     def angles(self) -> Twist:
-        """How far the wheels drove the base."""
+        """How far the wheels drove the base, without slip."""
+        if not self._wheels:
+            return self._driven
         return self._to_twist([self._qpos[wheel.position] for wheel in self._wheels])
 
     def _to_twist(self, values: list[float]) -> Twist:
@@ -160,6 +173,10 @@ class HolonomicServos:
             middle = self._qpos[wheel.position] + wheel.lag * self._qvel[wheel.speed]
             ahead = self._act[wheel.state] - middle
             self._act[wheel.state] = middle + min(max(ahead, -wheel.reach), wheel.reach)
+        if not self._wheels:
+            (x, y, yaw), (by_x, by_y, by_yaw) = self._driven, self.speeds()
+            period = CONTROL_PERIOD
+            self._driven = x + by_x * period, y + by_y * period, yaw + by_yaw * period
         self._load = self._measured_load()
         self._limit_force()
         x, y, yaw = map(self._hold, self._axes, self._wanted, self._held)

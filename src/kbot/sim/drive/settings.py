@@ -18,6 +18,7 @@ from kbot.kinematics.drive.declared import (
     Holonomic,
     declared_drives,
     drive_controller,
+    track_controllers,
 )
 from kbot.kinematics.drive.drive import DifferentialDrive
 from kbot.messages.types import Twist, TwistStamped
@@ -43,7 +44,8 @@ class DriveSettings:
     """The settings of a drive controller.
 
     `radius` and `separation` (m) are the sizes that the controller computes with, right or wrong. `torque` is
-    the limit of a wheel in N m, or None. `watchdog` is in s.
+    the limit of a wheel in N m, or None. `rim_speed` is the highest speed of a track in m/s. `watchdog` is in
+    s.
     """
 
     radius: float
@@ -56,6 +58,7 @@ class DriveSettings:
     odometry_frame: str = "odom"
     controller: str = ""
     """The full name of the controller that drives. It has topics under this name too."""
+    rim_speed: float = inf
     own_command: str = "cmd_vel"
     """The controller's own command topic, below its name."""
     own_odometry: str = "odom"
@@ -107,6 +110,8 @@ def drive_settings(
     if controller.plugin is None:
         return _of_controller(values, radius, separation)
     settings = _of_plugin(values, radius, separation)
+    if controller.holonomic is Holonomic.TRACKS:
+        settings = dataclasses.replace(settings, rim_speed=_track_speed(robot, controller))
     if not is_of_gazebo_ros(controller.plugin):
         return settings
     names = PluginNames(controller.plugin, naming)
@@ -193,6 +198,10 @@ def _holonomic_sizes(values: _Values, kind: Holonomic, drive: DifferentialDrive)
     """The radius and the separation that a holonomic drive computes with, m. See `HolonomicDrive`."""
     if kind is Holonomic.BODY:
         return drive.radius, drive.separation
+    if kind is Holonomic.TRACKS:
+        values.positive("steering_efficiency")  # reports a wrong value
+        separation = values.size(drive.separation, *SEPARATION) or 1.0  # gz's default
+        return drive.radius, separation / values.controller.steering_efficiency
     radius = _radius(values, drive.radius)
     half = values.size(drive.separation / 2.0, *LEVERS)
     if half is not None:
@@ -211,6 +220,25 @@ def _holonomic_sizes(values: _Values, kind: Holonomic, drive: DifferentialDrive)
 
 def _of_plugin(values: _Values, radius: float, separation: float) -> DriveSettings:
     _note_source(values)
+    return DriveSettings(
+        radius,
+        separation,
+        _plugin_limits(values, separation),
+        values.positive(*TORQUE),
+        watchdog=values.positive("cmdVelTimeOut", "cmdTimeout") or WATCHDOG,
+        command_topic=values.word("cmd_vel", "commandTopic", "command_topic", "topic"),
+        odometry_topic=values.word("odom", "odometryTopic", "odometry_topic", "odom_topic"),
+        odometry_frame=values.word("odom", "odometryFrame", "odometry_frame", "frame_id"),
+    )
+
+
+def _plugin_limits(values: _Values, separation: float) -> DriveLimits:
+    kind = values.controller.holonomic
+    if kind is Holonomic.BODY:
+        return DEFAULT_LIMITS  # these plugins ignore the tags of other drives
+    if kind is Holonomic.TRACKS:
+        # as the parameters of a controller, but as tags
+        return _controller_limits(values, "linear_velocity", "", "angular_velocity", is_on=True)
     rim = values.positive("wheelAcceleration", "max_wheel_acceleration")
     linear = values.positive("max_linear_acceleration", "max_acceleration")
     angular = values.positive("max_angular_acceleration")
@@ -228,7 +256,7 @@ def _of_plugin(values: _Values, radius: float, separation: float) -> DriveSettin
         linear_jerk=values.positive("max_linear_jerk", "max_jerk") or inf,
         angular_jerk=values.positive("max_angular_jerk") or inf,
     )
-    if values.controller.holonomic is not None:
+    if kind is not None:
         # gz's MecanumDrive applies the same limits in each direction, and to the turn
         limits = dataclasses.replace(
             limits,
@@ -236,16 +264,15 @@ def _of_plugin(values: _Values, radius: float, separation: float) -> DriveSettin
             lateral_acceleration=limits.linear_acceleration,
             lateral_jerk=limits.linear_jerk,
         )
-    return DriveSettings(
-        radius,
-        separation,
-        limits,
-        values.positive(*TORQUE),
-        watchdog=values.positive("cmdVelTimeOut", "cmdTimeout") or WATCHDOG,
-        command_topic=values.word("cmd_vel", "commandTopic", "command_topic", "topic"),
-        odometry_topic=values.word("odom", "odometryTopic", "odometry_topic", "odom_topic"),
-        odometry_frame=values.word("odom", "odometryFrame", "odometry_frame", "frame_id"),
-    )
+    return limits
+
+
+def _track_speed(robot: RobotModel, controller: DeclaredDrive) -> float:
+    """The lowest limit of the TrackControllers of a vehicle, m/s."""
+    tracks = {track.text for side in controller.sides.values() for track in side}
+    given = [tags.get("max_velocity") for link, tags in track_controllers(robot).items() if link in tracks]
+    speeds = [tag.number for tag in given if tag is not None and tag.number and tag.number > 0.0]
+    return min(speeds, default=inf)
 
 
 def _note_source(values: _Values) -> None:
@@ -254,7 +281,8 @@ def _note_source(values: _Values) -> None:
     Gazebo Classic does so for the source `world`, in ROS 2 the number 1.
     """
     source = values.controller.first("odometrySource", "odometry_source")
-    if source is not None and source.text in ("world", "1"):
+    is_true = values.controller.holonomic is Holonomic.BODY
+    if not is_true and source is not None and source.text in ("world", "1"):
         values.findings.info(
             "W139",
             f"<{source.name}> requests the robot's true pose as odometry. KBot always computes odometry from"
@@ -279,7 +307,7 @@ def _of_controller(values: _Values, radius: float, separation: float) -> DriveSe
         radius,
         separation,
         # ROS 2: limits apply unless a `has_…_limits` is false. ROS 1: only if it is true.
-        _controller_limits(values, switched_on=controller.ros == 2),
+        _controller_limits(values, is_on=controller.ros == 2),
         watchdog=values.number("cmd_vel_timeout", "reference_timeout") or WATCHDOG,
         odometry_frame=values.word("odom", "odom_frame_id"),
         controller=controller.name,
@@ -289,17 +317,20 @@ def _of_controller(values: _Values, radius: float, separation: float) -> DriveSe
     )
 
 
-def _controller_limits(values: _Values, *, switched_on: bool) -> DriveLimits:
+def _controller_limits(
+    values: _Values, x: str = "linear.x", y: str = "linear.y", z: str = "angular.z", *, is_on: bool
+) -> DriveLimits:
+    """The limits of the three axes, whose names start with these words. `is_on`: without a switch."""
+
     def limit(axis: str, kind: str, end: str = "max") -> float | None:
         """A limit that is given and, if there are `has_…_limits`, switched on."""
         switch = values.controller.first(f"{axis}.has_{kind}_limits")
-        if (switch.value if switch is not None else switched_on) is False:
+        if (switch.value if switch is not None else is_on) is False:
             return None
         value = values.number(f"{axis}.{end}_{kind}") or 0.0
         value = -value if end == "min" else value
         return value if value > 0.0 else None
 
-    x, y, z = "linear.x", "linear.y", "angular.z"
     return DriveLimits(
         linear_velocity=limit(x, "velocity") or inf,
         angular_velocity=limit(z, "velocity") or inf,

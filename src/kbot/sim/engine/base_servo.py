@@ -8,6 +8,7 @@ nothing moves it.
 
 from __future__ import annotations
 
+from math import inf
 from typing import NamedTuple
 
 import mujoco
@@ -26,6 +27,9 @@ from kbot.text import DiagnosticCollector
 AXES = (":x", ":y", ":yaw")
 """The ends of the names of the actuators: forces along x and y, and the torque about z."""
 _GEARS = ((1.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
+
+_STRONG = (inf, inf, inf)
+"""The motors of a plugin that has no limit of force."""
 
 
 class Traction(NamedTuple):
@@ -49,8 +53,11 @@ def traction(robot: RobotModel, drive: HolonomicDrive) -> Traction:
     """
     lever = drive.separation / 2.0
     if drive.kind is Holonomic.BODY:
-        return Traction(FRICTION, lever, (float("inf"),) * 3)
+        return Traction(FRICTION, lever, _STRONG)
     surfaces = link_surfaces(robot, DiagnosticCollector())
+    if drive.kind is Holonomic.TRACKS:
+        friction = min(surfaces.get(track, DEFAULT_SURFACE).friction for track in drive.casters)
+        return Traction(friction, lever, _STRONG)
     friction = min(surfaces.get(w.link, DEFAULT_SURFACE).friction for w in drive.wheels.values())
     efforts = {joint: effort_limit(robot, joint) for joint in drive.joints}
     x, y, yaw = (
