@@ -255,10 +255,76 @@ def test_a_plugin_s_torque_limit_is_reported_at_it(urdf):
     assert found.origin.span.line == line_of(text, limit)
 
 
-def test_a_motor_that_is_weak_for_a_moment_is_not_reported(urdf):
-    """0.1 N m at each wheel of 0.05 m accelerate 5.7 kg, and the rotors, at 0.3 m/s^2 and more."""
+def test_a_motor_that_is_weak_for_a_moment_is_an_info_about_the_distance(urdf):
+    """0.1 N m at each wheel of 0.05 m accelerate 5.7 kg, and the rotors, at 0.3 m/s^2 and more. Of 1.5 m the
+    robot misses 0.3^2 / (2 x 0.35) = 0.13 m."""
     text = cart(limit='<limit effort="0.1" velocity="20"/>')
-    assert driven(urdf(text), (0.3, 0.0, 5.0)).findings == ()
+    assert driven(urdf(text), (0.3, 0.0, 2.0)).findings == ()
+    found = only(driven(urdf(text), (0.3, 0.0, 5.0)))
+    assert (found.code, found.severity) == ("W307", Severity.INFO)
+    assert found.message.startswith(
+        "the robot drives 90 % of the commanded distance in 4.5 s: the effort limit"
+    )
+    assert found.origin.span.line == line_of(text, "<limit")
+    assert driven(urdf(text), (0.3, 0.0, 10.0)).findings == ()  # only 4 % is missing now
+
+
+@pytest.mark.parametrize(
+    ("limit", "command", "said", "severity"),
+    [
+        ("max_linear_velocity>0.2", (0.3, 0.0), "drives 65 % of the commanded distance", Severity.WARNING),
+        ("max_angular_velocity>0.25", (0.0, 0.5), "turns 49 % of the commanded angle", Severity.WARNING),
+        ("max_linear_acceleration>0.1", (0.3, 0.0), "drives 66 % of the commanded distance", Severity.INFO),
+        ("max_angular_jerk>0.1", (0.0, 0.5), "turns 49 % of the commanded angle", Severity.INFO),
+    ],
+)
+def test_a_limit_below_a_steady_command_is_reported_at_it(urdf, limit, command, said, severity):
+    """At the last sample, 4.48 s, with 1 % for the servo: 0.2 / 0.3 less the start, 0.25 / 0.5, and of 1.344
+    m 0.3^2 / 0.2 m = 0.45 m are missing. With a jerk of 0.1 rad/s^3, 0.5 rad/s takes 4.47 s, half of which is
+    missing."""
+    name = limit.partition(">")[0]
+    text = cart().replace("</plugin>", f"\n<{limit}</{name}></plugin>")
+    found = only(driven(urdf(text), (*command, 5.0)))
+    assert (found.code, found.severity) == ("W307", severity)
+    assert found.message.startswith(f"the robot {said} in 4.5 s: diff limits it")
+    assert name in found.message
+    assert found.origin.span.line == line_of(text, f"<{limit}")
+
+
+@pytest.mark.parametrize(
+    "commands",
+    [
+        [(1.0, 0.0, 3.0)],  # the start takes 17 % of it
+        [(0.3, 1.0, 5.0)],
+        [(0.0, 2.9, 5.0)],
+        [(0.0, 0.0, 1.33), (0.5, 0.0, 4.0)],
+        [(1.0, 0.0, 2.0), (0.1, 0.0, 4.0)],  # braking takes it 0.4 m
+        [(0.1, 0.0, 0.7), (-0.1, 0.0, 0.7)] * 4,
+    ],
+)
+def test_an_ordinary_start_is_not_reported(urdf, commands):
+    assert driven(urdf(cart()), *commands).findings == ()
+
+
+def test_wheels_that_roll_sideways_are_reported(urdf):
+    """The cart, turned by 90 degrees about z."""
+    text = cart()
+    for old, new in (
+        (f'rpy="{pi / 2} 0 0"', f'rpy="0 {pi / 2} 0"'),
+        ('<axis xyz="0 1 0"/>', '<axis xyz="-1 0 0"/>'),
+        ('"0.05 0.15 0"', '"-0.15 0.05 0"'),
+        ('"0.05 -0.15 0"', '"0.15 0.05 0"'),
+        ('"-0.13 0 -0.03"', '"0 -0.13 -0.03"'),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    found = only(driven(urdf(text), (0.3, 0.0, 5.0)))
+    assert (found.code, found.severity) == ("W307", Severity.WARNING)
+    assert found.message == (
+        "the robot drives 0 % of the commanded distance in 4.5 s: the wheels roll along +y of 'base_link':"
+        " the robot drives there, but commands and odometry mean +x (D132)"
+    )
+    assert found.origin.span.line == line_of(text, '<origin xyz="-0.15 0.05 0"')
 
 
 FAST = cart(limit='<limit effort="5" velocity="20"/>')

@@ -16,13 +16,14 @@ from kbot.kinematics.drive.findings import findings_of_drive
 from kbot.kinematics.transform import Transform
 from kbot.model import JointType, Mesh
 from kbot.model.shapes import span_along
+from kbot.sim.command_watch import SHORT, Miss
 from kbot.sim.drive.settings import TORQUE
 from kbot.sim.engine.base_servo import traction
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.geometry import own_geometries
 from kbot.sim.engine.joints import resistance
 from kbot.sim.engine.servo import effort_limit, speed_limit
-from kbot.sim.motion_watch import STUCK, Excess, Explanation, MotionWatch, OdometryError, Standstill, Weakness
+from kbot.sim.motion_watch import STUCK, Excess, Explanation, MotionWatch, OdometryError, Standstill
 from kbot.sim.recipe import Contacts
 from kbot.sim.robot import SimulatedRobot
 from kbot.text import Diagnostic, Origin, Related, Severity
@@ -51,7 +52,26 @@ _SPEED_LIMITS = (
     ("max_linear_velocity", "max_velocity", "linear.x.max_velocity"),
     ("max_angular_velocity", "angular.z.max_velocity"),
 )
-"""The controllers' limits of speed, for driving and for turning."""
+_ACCELERATION_LIMITS = (
+    (
+        "max_linear_acceleration",
+        "max_acceleration",
+        "linear.x.max_acceleration",
+        "wheelAcceleration",
+        "max_wheel_acceleration",
+    ),
+    (
+        "max_angular_acceleration",
+        "angular.z.max_acceleration",
+        "wheelAcceleration",
+        "max_wheel_acceleration",
+    ),
+)
+_JERK_LIMITS = (
+    ("max_linear_jerk", "max_jerk", "linear.x.max_jerk"),
+    ("max_angular_jerk", "angular.z.max_jerk"),
+)
+"""The controllers' limits of speed, acceleration and jerk, for driving and for turning."""
 _SIDES = ("D107", "D108", "D109")
 _SLIPS = ("D112", "D128", "D116", "D110", "D111", "D126", "D115")
 _WEAK = ("D119", "D117")
@@ -84,6 +104,8 @@ class MotionFindings:
         """What was observed since the last reset, and whether the robot is below the floor now."""
         found = [self._fall(), self._depth(), self._excess(), self._standstill(), self._weakness()]
         found += [self._odometry(), self._sag()]
+        if not any(found):
+            found.append(self._miss())
         return tuple(finding for finding in found if finding is not None)
 
     # observations
@@ -98,6 +120,8 @@ class MotionFindings:
         way = f"{seen.distance:.2f} m" if seen.distance >= 0.005 else ""
         driven = _joined(way, _in_degrees(seen.rotation, ".0f", " of turns")) or "no motion"
         what = f"odometry is {_percent(seen.share)} off: {off} after {driven}, first at {seen.since:.1f} s"
+        missed = self._watch.miss
+        what += f"; the robot {_share_of(missed)}" if missed is not None else ""
         cause = self._cause("W301", seen.explanation, lambda: self._why_off(seen))
         return _finding("W301", what, cause)
 
@@ -134,6 +158,14 @@ class MotionFindings:
             f" of the commanded {seen.commanded:.3g} rad/s"
         )
         return _finding("W306", what, self._cause("W306", seen.explanation, self._why_weak))
+
+    def _miss(self) -> Diagnostic | None:
+        """W307. What acted on the robot from outside, or holds it, explains it without a finding."""
+        seen = self._watch.miss
+        if seen is None or self._watch.explanation.is_known or self._attached() or self._slope():
+            return None
+        what = f"the robot {_share_of(seen)} in {seen.seconds:.1f} s"
+        return _finding("W307", what, self._why_missed(seen))
 
     def _sag(self) -> Diagnostic | None:
         """W306 of a joint that is held, but whose effort limit is below its load. Seen at this call."""
@@ -315,11 +347,11 @@ class MotionFindings:
     def _why_off(self, seen: OdometryError) -> _Cause:
         declared = [
             code
-            for code, odometry, true in (
-                ("D106", seen.odometry_distance, seen.distance),
-                ("D105", seen.odometry_rotation, seen.rotation),
+            for code, odometry, true, factor in (
+                ("D106", seen.odometry_distance, seen.distance, self._declared_factors()[0]),
+                ("D105", seen.odometry_rotation, seen.rotation, self._declared_factors()[1]),
             )
-            if abs(odometry - true) > _SAME * true
+            if abs(odometry - true) > max(_SAME * true, 2.0 * abs(odometry - factor * true))
         ]
         return (
             self._slipping_tracks()
@@ -332,6 +364,14 @@ class MotionFindings:
             or self._slope()
             or _Cause("the wheels slip", hint="check the load on the wheels and their friction")
         )
+
+    def _declared_factors(self) -> tuple[float, float]:
+        """By which factors odometry's distances and turns are off because of the declared sizes."""
+        drive, settings = self._robot.drive, self._robot.settings
+        if not isinstance(drive, DifferentialDrive) or settings is None:
+            return 1.0, 1.0
+        radius = settings.radius / drive.radius
+        return radius, radius * drive.separation / settings.separation
 
     def _why_still(self, seen: Standstill) -> _Cause:
         if seen.allowed < 2.0 * STUCK:
@@ -363,9 +403,77 @@ class MotionFindings:
             return "the controller limits the speed", robot.origin
         return f"'{name}' has a velocity limit of {speed_limit(robot, name):g} rad/s", limit.origin
 
+    def _why_missed(self, seen: Miss) -> _Cause:
+        """The limits of the drive, the direction of its wheels, sizes that are off, weak motors, or slip."""
+        off = abs(seen.share - seen.odometry)
+        limits = self._limit_of(seen)
+        if limits is not None:
+            return limits
+        found = self._drive_fault(("D132", *(("D106", "D105") if off > _SAME else ())))
+        if found is not None:
+            return found
+        if seen.odometry < 1.0 - SHORT[seen.is_turn] and off < 1.0 - seen.odometry:
+            slow = self._slippery_wheel() or self._slow_motor()
+            return slow or _Cause("its wheels turn more slowly than commanded", self._robot.robot.origin)
+        slips = self._faults(self._slips) or self._slippery_wheel() or self._dragging_part()
+        return slips or self._hanging_wheel() or _Cause("the wheels slip", self._robot.robot.origin)
+
+    def _limit_of(self, seen: Miss) -> _Cause | None:
+        """The limit of speed, acceleration or jerk that explains most of a miss."""
+        wheels, robot = self._robot.wheels, self._robot.robot
+        axis = 2 if seen.is_turn else 0
+        asked = seen.wanted[axis] * seen.seconds
+        if wheels is None or not asked:
+            return None
+
+        own, without_jerk = (
+            1.0 - wheels.reach(seen.wanted, seen.seconds, has_jerk=has_jerk)[axis] / asked
+            for has_jerk in (True, False)
+        )
+        if own < (1.0 - seen.share) / 2.0:
+            return None
+        if wheels.fastest[axis] < abs(seen.wanted[axis]) * (1.0 - _SAME):
+            excess = Excess(0.0, seen.wanted[axis], wheels.fastest[axis], seen.is_turn)
+            text, origin = self._speed_limit_of(excess)
+            return _Cause(text, origin, "command a lower speed, or raise the limit")
+        is_jerk = without_jerk < own / 2.0
+        names = (_JERK_LIMITS if is_jerk else _ACCELERATION_LIMITS)[seen.is_turn]
+        controller = drive_controller(declared_drives(robot))
+        given = None if controller is None else controller.first(*names)
+        if controller is None or given is None:
+            return None
+        kind = "jerk" if is_jerk else "acceleration"
+        text = f"{controller.name} limits its {kind} with {given.name} = {given.text}"
+        return _Cause(text, given.origin, "command it for longer, or raise the limit", is_fault=False)
+
+    def _slow_motor(self) -> _Cause | None:
+        """A torque limit that the motors needed to start, or still need."""
+        drive, settings = self._robot.drive, self._robot.settings
+        if not isinstance(drive, DifferentialDrive) or settings is None:
+            return None
+        torque = settings.torque or inf
+        name = min(drive.joints, key=lambda joint: effort_limit(self._robot.robot, joint), default="")
+        most = min(effort_limit(self._robot.robot, name), torque) if name else inf
+        if most == inf:
+            return None
+        limit, origin = self._torque_limit(name, most)
+        text = f"{limit} of '{name}' is {most:.3g} N m, which is too little to start in an ordinary time"
+        return _Cause(text, origin, "write the motor's torque, or the robot's real mass", is_fault=False)
+
     def _why_fallen(self) -> _Cause:
         text = "its centre of mass is too high for this acceleration, turning speed or slope"
-        return self._faults(_TIPS) or _Cause(text, hint="lower the heavy parts, or the acceleration")
+        return (
+            self._faults(_TIPS)
+            or self._heavy_wheel()
+            or _Cause(text, self._robot.robot.origin, "lower the heavy parts, or the acceleration")
+        )
+
+    def _heavy_wheel(self) -> _Cause | None:
+        """A driving wheel with an inertia that is far too large: starting it turns the body backwards."""
+        drive = self._robot.drive
+        wheels = drive.wheels.values() if isinstance(drive, DifferentialDrive) else ()
+        found = (self._faults(("I108",), wheel.link) for wheel in wheels)
+        return next((cause for cause in found if cause is not None), None)
 
     def _drive_fault(self, codes: Sequence[str]) -> _Cause | None:
         """The first of these faults of the plugin or controller that drives. The others are related."""
@@ -481,7 +589,7 @@ class MotionFindings:
         needed = damping * seen.commanded + friction
         if needed <= seen.most:
             return None
-        name, origin = self._torque_limit(seen)
+        name, origin = self._torque_limit(seen.joint, seen.most)
         text = (
             f"{name} of '{seen.joint}' is {seen.most:.3g} N m, but at {seen.commanded:.3g} rad/s its damping"
             f" and friction need {needed:.3g} N m, {needed / seen.most:.3g} times as much"
@@ -493,15 +601,15 @@ class MotionFindings:
         seen = self._watch.weakness
         if seen is None:
             return None
-        name, origin = self._torque_limit(seen)
+        name, origin = self._torque_limit(seen.joint, seen.most)
         text = f"the motor of '{seen.joint}' is at {name} of {seen.most:.3g} N m"
         return _Cause(text, origin, "write the motor's torque, or the robot's real mass")
 
-    def _torque_limit(self, seen: Weakness) -> tuple[str, Origin | None]:
-        """What limits the torque of a motor, and where it is written."""
+    def _torque_limit(self, joint: str, most: float) -> tuple[str, Origin | None]:
+        """What limits the torque of a motor to `most` N m, and where it is written."""
         robot = self._robot.robot
-        if seen.most == effort_limit(robot, seen.joint):
-            limit = robot.joints[seen.joint].limit
+        if most == effort_limit(robot, joint):
+            limit = robot.joints[joint].limit
             return "the effort limit", limit.origin if limit is not None else None
         controller = drive_controller(declared_drives(robot))
         given = None if controller is None else controller.first(*TORQUE)
@@ -546,6 +654,12 @@ def _in_small_unit(seen: Excess) -> str:
 
 def _percent(share: float) -> str:
     return f"{share * 100.0:.0f} %"
+
+
+def _share_of(seen: Miss) -> str:
+    if seen.is_turn:
+        return f"turns {_percent(seen.share)} of the commanded angle"
+    return f"drives {_percent(seen.share)} of the commanded distance"
 
 
 def _from_outside(seen: Explanation) -> _Cause | None:

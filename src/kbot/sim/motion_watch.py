@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from kbot.kinematics.drive.drive import DifferentialDrive, SteeredDrive
 from kbot.kinematics.transform import Transform
 from kbot.sim.collisions import Collisions
+from kbot.sim.command_watch import CommandWatch, Miss
 from kbot.sim.disturbances import Disturbances
 from kbot.sim.drive.twist_controller import STILL, Twist
 from kbot.sim.engine.engine import Engine
@@ -74,6 +75,10 @@ class Explanation:
     touched: str
     touched_at: float
     disturbance: str
+
+    @property
+    def is_known(self) -> bool:
+        return bool(self.touched or self.disturbance)
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,23 +200,30 @@ class MotionWatch:
         self._least_up = 1.0
         self._jumps = robot.jumps
         self._begun = self._engine.time
+        self._command = CommandWatch(self._begun)
         self._contacts, self._count = -1, 0
         self._half = drive.separation / 2.0 if isinstance(drive, DifferentialDrive) else 0.0
         self._torques = _torque_limits(robot)
         self._least = (
             max(LEAST_OFF, drive.radius / 2.0) if isinstance(drive, DifferentialDrive) else LEAST_OFF
         )
+        self._yaw = drive.axle_in_base.yaw if isinstance(drive, DifferentialDrive) else 0.0
         self._turns_in_place = not isinstance(drive, SteeredDrive)
         self._axle_of = _axle_of(robot.body.base_from_root, drive)
         self._last = self._axle_of(robot.body.root_place) if robot.body.root_qpos >= 0 else None
         self._heading = robot.body.heading
         self._odometry = self._true = robot.wheels.axle if robot.wheels is not None else STILL
+        if robot.wheels is not None:
+            self._command.start(self._begun, robot.wheels.wanted)
         self._way = self._turned = self._odometry_way = self._odometry_turned = 0.0
         self._start_window(self._begun)
 
     def look(self) -> None:
         """Call this every control period, after odometry was updated."""
         self._count += 1
+        wheels = self._robots.first.wheels
+        if wheels is not None and wheels.wanted != self._command.wanted:
+            self._command.start(self._engine.time - CONTROL_PERIOD, wheels.wanted)
         if self._count % _CONTACTS:
             return
         if self.excess is None:
@@ -267,13 +279,18 @@ class MotionWatch:
         wheels = robot.wheels
         if wheels is None:
             return
+        moved, odometry = (
+            _motion(before, now, self._heading - heading),
+            _planar_motion(self._odometry, wheels.axle),
+        )
+        self._command.add(time, self._in_base(moved), self._in_base(odometry))
         if time < self._begun + SETTLING:
             self._odometry = self._true = wheels.axle
             self._start_window(time)
             return
         if self._torques:
             self._look_at_motors(time)
-        way, turned = self._move(before, now, self._heading - heading)
+        way, turned = self._move(moved)
         odometry_way, odometry_turned = self._move_odometry(wheels.axle)
         half = self._half
         if not wheels.has_true_odometry:
@@ -313,20 +330,14 @@ class MotionWatch:
                 since = since if known is None else known.since
                 self.weakness = Weakness(since, explanation, joint, most, commanded, speed)
 
-    def _move(self, before: Place, now: Place, spun: float) -> tuple[float, float]:
-        """Add the axle's motion, in its own frame, to its true pose. Returns the distance and the turn.
+    def _in_base(self, moved: Twist) -> Twist:
+        """A motion in the direction of the base: the axle of some robots lies along its x axis."""
+        (x, y, turn), c, s = moved, cos(self._yaw), sin(self._yaw)
+        return c * x - s * y, s * x + c * y, turn
 
-        `spun` is the change of its heading in rad with full turns.
-        """
-        dx, dy, dz = now[0] - before[0], now[1] - before[1], now[2] - before[2]
-        w, x, y, z = before[3:]
-        # the first two rows of the rotation matrix of a conjugate quaternion
-        forward = (1 - 2 * (y * y + z * z)) * dx + 2 * (x * y + w * z) * dy + 2 * (x * z - w * y) * dz
-        left = 2 * (x * y - w * z) * dx + (1 - 2 * (x * x + z * z)) * dy + 2 * (y * z + w * x) * dz
-        real = w * now[3] + x * now[4] + y * now[5] + z * now[6]
-        up = w * now[6] - z * now[3] - x * now[5] + y * now[4]
-        turn = 2.0 * atan2(up, real)
-        turn += 2.0 * pi * round((spun - turn) / (2.0 * pi))  # a fast robot makes several turns
+    def _move(self, moved: Twist) -> tuple[float, float]:
+        """Add the axle's motion, in its own frame, to its true pose. Returns the distance and the turn."""
+        forward, left, turn = moved
         at_x, at_y, yaw = self._true
         c, s = cos(yaw), sin(yaw)
         self._true = at_x + c * forward - s * left, at_y + s * forward + c * left, yaw + turn
@@ -382,6 +393,11 @@ class MotionWatch:
         self._start_window(time)
 
     @property
+    def miss(self) -> Miss | None:
+        """A steady command of which the robot drives or turns more or less than it asks for, until now."""
+        return self._command.miss
+
+    @property
     def tilt(self) -> float:
         """The largest angle in rad between the robot's z axis and the vertical so far."""
         return acos(min(1.0, max(-1.0, self._least_up)))
@@ -408,6 +424,29 @@ def _torque_limits(robot: SimulatedRobot) -> dict[str, float]:
 
 
 Place = tuple[float, float, float, float, float, float, float]
+
+
+def _motion(before: Place, now: Place, spun: float) -> Twist:
+    """The motion between two places: forwards and to the left in m, in the frame before, and the turn in rad.
+
+    `spun` is the change of the heading in rad with full turns.
+    """
+    dx, dy, dz = now[0] - before[0], now[1] - before[1], now[2] - before[2]
+    w, x, y, z = before[3:]
+    # the first two rows of the rotation matrix of a conjugate quaternion
+    forward = (1 - 2 * (y * y + z * z)) * dx + 2 * (x * y + w * z) * dy + 2 * (x * z - w * y) * dz
+    left = 2 * (x * y - w * z) * dx + (1 - 2 * (x * x + z * z)) * dy + 2 * (y * z + w * x) * dz
+    real = w * now[3] + x * now[4] + y * now[5] + z * now[6]
+    up = w * now[6] - z * now[3] - x * now[5] + y * now[4]
+    turn = 2.0 * atan2(up, real)
+    turn += 2.0 * pi * round((spun - turn) / (2.0 * pi))  # a fast robot makes several turns
+    return forward, left, turn
+
+
+def _planar_motion(before: Twist, now: Twist) -> Twist:
+    """As `_motion`, between two poses x, y, yaw."""
+    dx, dy, c, s = now[0] - before[0], now[1] - before[1], cos(before[2]), sin(before[2])
+    return c * dx + s * dy, c * dy - s * dx, now[2] - before[2]
 
 
 def _axle_of(base_from_root: Transform, drive: object) -> Callable[[Place], Place]:

@@ -13,12 +13,15 @@ from kbot.kinematics.transform import Transform
 from kbot.sim.engine.arrays import numbers
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.inertia import held_joints
-from kbot.sim.engine.joints import rest
+from kbot.sim.engine.joints import resistance, rest
 from kbot.sim.engine.world_builder import body_pose
 from kbot.sim.preparation import Prepared
 from kbot.sim.wheel_odometry import Motion
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean, suggest_or_list
+
+_TURNS = 1e-3
+"""Speed in rad/s above which a joint turns: against the servo's noise, friction has no direction."""
 
 
 class RobotBody:
@@ -54,6 +57,12 @@ class RobotBody:
             name: (int(model.jnt_qposadr[index]), int(model.jnt_dofadr[index]))
             for name, index in indices.items()
         }
+        self._overcome = {
+            name: friction
+            for name, (_, dof) in self._joints.items()
+            if (friction := resistance(self.robot.joints[name])[1] - float(model.dof_frictionloss[dof])) > 0.0
+        }
+        """The dry friction in N m of the joints whose servos overcome it, which the engine leaves out."""
         root = mujoco.mj_name2id(model, joint, self.prefix)
         self.root_qpos = int(model.jnt_qposadr[root]) if root >= 0 else -1
         self._root_dof = int(model.jnt_dofadr[root]) if root >= 0 else -1
@@ -103,7 +112,12 @@ class RobotBody:
     @property
     def joint_efforts(self) -> dict[str, float]:
         """Efforts of the servos, in N m or N."""
-        return {name: self._force[at[1]] for name, at in self._joints.items()} | self._no_speed
+        efforts = {name: self._force[at[1]] for name, at in self._joints.items()}
+        for name, friction in self._overcome.items():
+            speed = self._qvel[self._joints[name][1]]
+            if abs(speed) > _TURNS:
+                efforts[name] += math.copysign(friction, speed)
+        return efforts | self._no_speed
 
     @property
     def links(self) -> tuple[str, ...]:

@@ -108,6 +108,23 @@ def wheels_drive_backwards(context: Context) -> Found:
     return reported(axis_faults(context.wheel_pairs), "D109")
 
 
+@rule("D132", "drives-sideways", Severity.WARNING, "robot")
+def drives_sideways(context: Context) -> Found:
+    """The wheels roll more than 25 degrees off the x axis of the base, to the side or to the rear.
+
+    Why: In ROS, x points forward (REP 103). `cmd_vel` and odometry mean it, and so do planners. The robot
+    drives in another direction than its odometry reports, so it misses its goals and the map is wrong.
+
+    Example: Wheels in front of and behind `base_link`, with axles along its x axis.
+
+    Fix: Turn the wheels about z so that their axles lie along y, or add a link `base_link` above the robot,
+    with a fixed joint that turns the robot.
+
+    Autofix: none.
+    """
+    return reported(context.drive_findings, "D132")
+
+
 @rule("D110", "wheel-axis-askew", Severity.WARNING, "drive")
 def wheel_axis_askew(context: Context) -> Found:
     """The joint axis of a drive wheel is not parallel to y, or not aligned with the wheel's cylinder.

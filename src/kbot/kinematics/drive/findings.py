@@ -15,7 +15,7 @@ from kbot.kinematics.drive.declared import (
 )
 from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, NoDrive
 from kbot.kinematics.drive.part_names import side_of
-from kbot.kinematics.drive.wheels import Pair, Wheel
+from kbot.kinematics.drive.wheels import Array, Pair, Wheel
 from kbot.kinematics.frames import FrameTree
 from kbot.model import RobotModel
 from kbot.model.extensions import extensions
@@ -26,6 +26,8 @@ from kbot.text.suggest import did_you_mean
 UNEQUAL = 0.002
 """Share by which the radii of wheels may differ (D106, D111). With this difference a robot with a track of 17
 cm drives a circle of 85 m radius."""
+_AHEAD = 0.9
+"""Least component along x of the direction in which a robot drives, 25 degrees off (D132)."""
 EXCHANGE_PLACES = "y points left: swap the signs of the wheels' y coordinates"
 _JOINT_TAGS = ("joint_name", "jointName", "joint")
 """Tags with which plugins name a joint."""
@@ -70,6 +72,8 @@ def drive_findings(
             yield from _tracks(robot, controller)
     sided = [controller for controller in controllers if controller.has_sides]
     yield from _named_joints(robot, sided, drive)
+    if isinstance(drive, DifferentialDrive) and not isinstance(drive, HolonomicDrive):
+        yield from _sideways(drive)
     for controller in sided:
         yield from _named_twice(controller)
         yield from _exchanged(controller, pairs)
@@ -217,6 +221,22 @@ def _exchanged(controller: DeclaredDrive, pairs: Iterable[Pair]) -> Iterator[Dia
         )
 
 
+def _sideways(drive: DifferentialDrive) -> Iterator[Diagnostic]:
+    """D132."""
+    ahead = drive.axle_in_base.rotation[:, 0]
+    if ahead[0] > _AHEAD:
+        return
+    wheel = drive.wheels[drive.left[0]]
+    yield Diagnostic(
+        "D132",
+        Severity.WARNING,
+        f"the wheels roll along {_direction(ahead)} of '{drive.base}': the robot drives there, but commands "
+        "and odometry mean +x",
+        wheel.joint.pose.origin or wheel.joint.origin,
+        "turn the wheels by 90 degrees about z, or all of the robot below a new base link",
+    )
+
+
 def axis_faults(pairs: Iterable[Pair]) -> Iterator[Diagnostic]:
     """D108 of two axes in opposite directions, D109 of two that point to the right."""
     for pair in pairs:
@@ -226,8 +246,9 @@ def axis_faults(pairs: Iterable[Pair]) -> Iterator[Diagnostic]:
             yield Diagnostic(
                 "D108",
                 Severity.WARNING,
-                f"{wrong.joint.name}: its axis points along {_direction(wrong)} of the base, the axis of "
-                f"'{other.joint.name}' along {_direction(other)}: equal speeds turn the robot on the spot",
+                f"{wrong.joint.name}: its axis points along {_direction(wrong.axis)} of the base, the axis "
+                f"of '{other.joint.name}' along {_direction(other.axis)}: equal speeds turn the robot on the "
+                "spot",
                 _axis_origin(wrong),
                 "let both axes point along +y",
                 (Related(f"the axis of '{other.joint.name}'", _axis_origin(other)),),
@@ -250,13 +271,13 @@ def _axis_origin(wheel: Wheel) -> Origin:
     return wheel.joint.axis_origin or wheel.joint.origin
 
 
-def _direction(wheel: Wheel) -> str:
-    """The direction of a wheel's axis: the name of a coordinate axis if it is near one, else its
+def _direction(axis: Array) -> str:
+    """The direction of a unit vector (3,): the name of a coordinate axis if it is near one, else its
     components."""
     for i, name in enumerate("xyz"):
-        if abs(wheel.axis[i]) > 0.98:
-            return ("-" if wheel.axis[i] < 0.0 else "+") + name
-    return "(" + ", ".join(f"{v:.2g}" for v in wheel.axis) + ")"
+        if abs(axis[i]) > 0.98:
+            return ("-" if axis[i] < 0.0 else "+") + name
+    return "(" + ", ".join(f"{v:.2g}" for v in axis) + ")"
 
 
 def _separation(controller: DeclaredDrive, pairs: Sequence[Pair]) -> Iterator[Diagnostic]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from math import inf
 
 from kbot.kinematics.drive.declared import Holonomic
 from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, SteeredDrive
@@ -116,6 +118,14 @@ class DriveController:
     def fastest(self) -> Twist:
         """The highest speeds that the drive allows."""
         return self._controller.fastest
+
+    def reach(self, wanted: Twist, seconds: float, *, has_jerk: bool = True) -> Twist:
+        """How far the drive's limits let a command move it from standstill, also without those of jerk: m, m
+        and rad."""
+        limits = self._controller.limits
+        if not has_jerk:
+            limits = replace(limits, linear_jerk=inf, lateral_jerk=inf, angular_jerk=inf)
+        return self._controller.reach(*wanted, seconds, limits)
 
     @property
     def wanted(self) -> Twist:

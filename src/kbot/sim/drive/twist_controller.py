@@ -102,7 +102,7 @@ class TwistController:
         self.limits = limits
         self.wheel_speed = wheel_speed
         self._back = limits.linear_velocity if limits.reverse_velocity is None else limits.reverse_velocity
-        self._drive = drive
+        self._drive, self._period = drive, period
         self._linear = RateLimiter(
             period, limits.linear_acceleration, limits.linear_deceleration, limits.linear_jerk
         )
@@ -119,6 +119,14 @@ class TwistController:
         linear = max(limits.linear_velocity, self._back)
         turn = rim / (self._drive.separation / 2.0)
         return min(linear, rim), min(limits.lateral_velocity, rim), min(limits.angular_velocity, turn)
+
+    def reach(self, x: float, y: float, yaw: float, seconds: float, limits: DriveLimits) -> Twist:
+        """How far a command moves the drive within other limits, from standstill: m, m and rad."""
+        other = TwistController(self._drive, limits, self.wheel_speed, self._period)
+        other.set_target(x, y, yaw, None)
+        moved = [other.advance()[:3] for _ in range(round(seconds / self._period))]
+        x, y, yaw = (self._period * sum(axis) for axis in zip(*moved, strict=True))
+        return x, y, yaw
 
     def reset(self) -> None:
         self.wanted = STILL
