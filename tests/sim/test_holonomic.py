@@ -670,3 +670,82 @@ def test_a_plugin_that_moves_the_base_ignores_tags_of_other_drives():
     sim.cmd_vel(0.3, 0.0)
     sim.run(1.0)
     assert sim.ground_truth.twist.x == pytest.approx(0.3, rel=0.01)
+
+
+def on_rollers(places: dict[str, tuple[float, float, float]], slopes: dict[str, float], extension="") -> str:
+    """Wheels at x, y, turned by an angle about z. Those of their rollers that are on the ground are turned by
+    `slopes` from the rim."""
+    count, inner, roller = 8, 0.04, 0.01
+    text = ""
+    for name, (x, y, turn) in places.items():
+        small = f'<cylinder radius="{inner}" length="0.02"/>'
+        text += wheel(name, x, y, turn).replace(f'<cylinder radius="{RADIUS}" length="0.03"/>', small)
+        for i in range(count):
+            angle = 2 * pi * i / count
+            text += (
+                f'<link name="{name}_{i}"><inertial><mass value="0.01"/><inertia ixx="1e-6" iyy="1e-6" '
+                'izz="1e-6" ixy="0" ixz="0" iyz="0"/></inertial><collision>'
+                f'<geometry><sphere radius="{roller}"/></geometry></collision></link>'
+                f'<joint name="{name}_{i}_joint" type="continuous"><parent link="{name}"/>'
+                f'<child link="{name}_{i}"/><origin xyz="{-inner * sin(angle)} 0 {-inner * cos(angle)}" '
+                f'rpy="0 {angle} 0"/><axis xyz="{cos(slopes[name])} {sin(slopes[name])} 0"/></joint>'
+            )
+    return body(text, extension)
+
+
+MECANUM_PLACES = {name: (x * AHEAD, y * ASIDE, 0.0) for name, (x, y) in CORNERS.items()}
+MECANUM_SLOPES = {name: -x * y * pi / 4 for name, (x, y) in CORNERS.items()}
+"""Seen from above, the rollers on the ground form an O, and so those on top form an X."""
+MECANUM_ROLLERS = on_rollers(MECANUM_PLACES, MECANUM_SLOPES)
+OMNI_PLACES = {
+    f"wheel_{i}": (OMNI_ARM * cos(angle), OMNI_ARM * sin(angle), angle - pi / 2)
+    for i, angle in enumerate(OMNI_ANGLES)
+}
+OMNI_ROLLERS = on_rollers(OMNI_PLACES, dict.fromkeys(OMNI_PLACES, 0.0))
+
+
+@pytest.mark.parametrize("text", [MECANUM_ROLLERS, OMNI_ROLLERS], ids=["mecanum", "omni"])
+@pytest.mark.parametrize("twist", [(0.3, 0.0, 0.0), (0.0, 0.3, 0.0), (0.2, -0.1, 0.5)])
+def test_a_base_on_rollers_drives_sideways_without_a_plugin(text, twist):
+    x, y, yaw = twist
+    sim = simulate(text)
+    sim.cmd_vel(x, yaw, lateral=y)
+    sim.run(1.0)
+    start = sim.ground_truth.pose
+    sim.run(5.0)
+    moved, expected = start.inverse() @ sim.ground_truth.pose, after(x, y, yaw, 5.0)
+    assert (moved.x, moved.y) == pytest.approx((expected.x, expected.y), abs=0.003)
+    assert moved.yaw == pytest.approx(expected.yaw, abs=0.005)
+    assert sim.findings == ()
+
+
+def test_wheels_with_rollers_turn_as_their_rollers_require():
+    """Lynch and Park, Modern Robotics, 13.2: as gz's MecanumDrive and omni_wheel_drive_controller compute."""
+    x, y, yaw = 0.2, 0.1, 0.5
+    turn = LEVER * yaw
+    mecanum = [x - y - turn, x + y + turn, x + y - turn, x - y + turn]
+    omni = [sin(a) * x - cos(a) * y - OMNI_ARM * yaw for a in OMNI_ANGLES]
+    for text, rims in ((MECANUM_ROLLERS, mecanum), (OMNI_ROLLERS, omni)):
+        sim = simulate(text)
+        sim.cmd_vel(x, yaw, lateral=y)
+        sim.run(1.0)
+        drive = sim.robots.first.drive
+        assert isinstance(drive, HolonomicDrive)
+        speeds = sim.robots.first.body.joint_velocities
+        assert [speeds[joint] for joint in drive.joints] == pytest.approx([v / 0.05 for v in rims], rel=1e-3)
+
+
+def test_rollers_drive_with_their_own_friction():
+    """The hubs of the wheels do not touch the ground."""
+    smooth = "".join(f'<gazebo reference="{name}"><mu1>0</mu1></gazebo>' for name in CORNERS)
+    sim = simulate(on_rollers(MECANUM_PLACES, MECANUM_SLOPES, smooth))
+    sim.cmd_vel(0.0, 0.0, lateral=0.3)
+    sim.run(2.0)
+    assert sim.ground_truth.twist.y == pytest.approx(0.3, rel=0.01)
+
+
+def test_rollers_that_are_all_parallel_do_not_drive_sideways():
+    drive = find_drive(
+        load_robot_text(on_rollers(MECANUM_PLACES, dict.fromkeys(CORNERS, 0.0)), "base.urdf").require()
+    )
+    assert not isinstance(drive, HolonomicDrive)

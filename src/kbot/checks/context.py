@@ -15,7 +15,7 @@ from kbot.checks.facts.unprefixed import unprefixed
 from kbot.checks.facts.vocabulary import CHILDREN
 from kbot.kinematics.controller_files import ControllerFile, controller_files
 from kbot.kinematics.drive.declared import DeclaredDrive, declared_drives, drive_controller
-from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, find_drive
+from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, NoDrive, find_drive
 from kbot.kinematics.drive.findings import drive_findings, plugin_findings, wheel_pairs
 from kbot.kinematics.drive.wheels import MOST_JOINTS, MobileBase, Pair, meant_base
 from kbot.kinematics.frames import FrameTree, rest_frames
@@ -293,7 +293,9 @@ class Context:
     def is_holonomic(self) -> bool:
         """Whether the robot also drives sideways, with wheels that do not form two sides."""
         running = drive_controller(self.declared_drives)
-        return running is not None and running.holonomic is not None
+        return (running is not None and running.holonomic is not None) or isinstance(
+            self.drive, HolonomicDrive
+        )
 
     @cached_property
     def level_pairs(self) -> tuple[Pair, ...]:

@@ -106,7 +106,7 @@ def _holonomic_lines(drive: HolonomicDrive) -> list[str]:
     if drive.kind is Holonomic.TRACKS:
         return [
             "tracked drive",
-            f"  tracks            {', '.join(drive.casters)}",
+            f"  tracks            {', '.join(drive.treads)}",
             f"  separation        {drive.separation:.4g} m",
             f"  efficiency        {drive.efficiency:g} (share of the tracks' speeds that turns the robot)",
             f"  turns about       {middle}",

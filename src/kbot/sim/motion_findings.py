@@ -233,6 +233,8 @@ class MotionFindings:
         rolling: set[str] = set()
         if isinstance(drive, DifferentialDrive):
             rolling = {wheel.link for wheel in drive.wheels.values()}.union(drive.casters)
+        if isinstance(drive, HolonomicDrive):
+            rolling.update(drive.treads)
         for contact in data.contact:
             pair = contact.geom.tolist()
             for geom, other in (pair, pair[::-1]):

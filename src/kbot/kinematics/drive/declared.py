@@ -58,12 +58,14 @@ class Holonomic(StrEnum):
     mecanum  it turns four mecanum wheels
     omni     it turns omni wheels that are spaced equally on a circle
     tracks   it turns the belts of tracks, which drive forwards and turn, but not sideways
+    roller   no plugin moves it, but its wheels have rollers that turn on joints of their own
     """
 
     BODY = "body"
     MECANUM = "mecanum"
     OMNI = "omni"
     TRACKS = "tracks"
+    ROLLER = "roller"
 
 
 _HOLONOMIC_PLUGINS = {

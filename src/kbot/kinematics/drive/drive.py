@@ -55,6 +55,10 @@ _TRACTION = ("left_joint", "right_joint", "rear_left_joint", "rear_right_joint",
 """Tags with which a steering plugin names driving joints."""
 _MECANUM = ((1.0, -1.0, -1.0), (1.0, 1.0, 1.0), (1.0, 1.0, -1.0), (1.0, -1.0, 1.0))
 """The `directions` of mecanum wheels: front left, front right, rear left, rear right."""
+_PARALLEL = 0.99
+"""Cosine of the angle between two axles that are parallel."""
+_FEWEST_ROLLERS = 4
+"""Joints that turn on a wheel and are not parallel to its axle, from which on they are its rollers."""
 _NOMINAL = 0.05
 """Radius in m of what carries a base without round wheels. It only scales the page's speed and tolerances."""
 
@@ -91,6 +95,11 @@ class DifferentialDrive:
     @property
     def sides(self) -> Mapping[str, tuple[str, ...]]:
         return {"left": self.left, "right": self.right}
+
+    @property
+    def tyres(self) -> tuple[str, ...]:
+        """The links whose friction drives the base."""
+        return tuple(wheel.link for wheel in self.wheels.values())
 
     @property
     def mistakes(self) -> dict[str, str]:
@@ -206,6 +215,7 @@ class HolonomicDrive(DifferentialDrive):
                 wheel with the direction a, b, c moves at a x + b y + c yaw separation / 2 in a twist of
                 `axle_in_base`
     sideways    False for tracks, and if the plugin ignores sideways commands
+    treads      the links that touch the ground instead of wheels: tracks, or the rollers of wheels
     efficiency  the share of the difference between the speeds of tracks that turns the base. They slip for
                 the rest
     """
@@ -213,6 +223,7 @@ class HolonomicDrive(DifferentialDrive):
     kind: Holonomic
     directions: Mapping[str, tuple[float, float, float]]
     sideways: bool
+    treads: tuple[str, ...] = ()
     efficiency: float = 1.0
 
     @property
@@ -221,9 +232,14 @@ class HolonomicDrive(DifferentialDrive):
         return tuple(self.directions)
 
     @property
+    def tyres(self) -> tuple[str, ...]:
+        """The links whose friction drives the base, unless its plugin moves it."""
+        return self.treads or tuple(wheel.link for wheel in self.wheels.values())
+
+    @property
     def carriers(self) -> tuple[str, ...]:
         """The links on which the base stands, also those of its wheels."""
-        return (*(wheel.link for wheel in self.wheels.values()), *self.casters)
+        return (*(wheel.link for wheel in self.wheels.values()), *self.treads, *self.casters)
 
     @property
     def reason(self) -> str:
@@ -252,7 +268,7 @@ def find_drive(
 ) -> DifferentialDrive | SteeredDrive | HolonomicDrive | NoDrive:
     """The drive of a robot: two-sided, steered or holonomic, or the reason why it has none. Never raises.
 
-    A base is holonomic only if its plugin or controller is.
+    A base is holonomic only if its plugin or controller is, or if it has neither and rollers on its wheels.
 
     The driving joints are the first of these that form a drive: the joints that a drive plugin names, the
     joints that ros2_control commands by velocity, the largest pairs of wheels rigidly on the base, and those
@@ -262,6 +278,10 @@ def find_drive(
     running = drive_controller(controllers)
     if running is not None and running.holonomic is not None:
         return _holonomic(tree, running, running.holonomic)
+    if running is None:
+        on_rollers = _on_rollers(tree)
+        if on_rollers is not None:
+            return on_rollers
     plugins = [c for c in controllers if c.plugin is not None and c.has_sides]
     drive = _two_sided(robot, tree, *_sides(plugins))
     if isinstance(drive, NoDrive):
@@ -519,6 +539,85 @@ def _holonomic(tree: FrameTree, declared: DeclaredDrive, kind: Holonomic) -> Hol
     )
 
 
+def _on_rollers(tree: FrameTree) -> HolonomicDrive | None:
+    """The base on mecanum or omni wheels whose rollers are links. None if it does not have three."""
+    robot = tree.robot
+    turning = [joint for joint in robot.joints.values() if joint.type is JointType.CONTINUOUS]
+    rollers: dict[str, list[Joint]] = {}
+    for joint in turning:
+        above = movable_above(robot, joint.parent)
+        if above is not None and above in turning and abs(_cosine(tree, joint, above)) < _PARALLEL:
+            rollers.setdefault(above.name, []).append(joint)
+    joints = [robot.joints[name] for name, found in rollers.items() if len(found) >= _FEWEST_ROLLERS]
+    if len(joints) < 3:
+        return None
+    base = base_link(robot, joints[0].parent)
+    wheels, slopes = dict[str, Wheel](), list[float]()
+    for joint in joints:
+        wheel = find_wheel(tree, joint, base)
+        on_wheel = [find_wheel(tree, roller, base) for roller in rollers[joint.name]]
+        ways = [roller.center - wheel.center for roller in on_wheel]
+        radial = [way - wheel.axis * float(way @ wheel.axis) for way in ways]
+        outer = max(float(np.linalg.norm(r)) + w.radius for r, w in zip(radial, on_wheel, strict=True))
+        wheels[joint.name] = replace(wheel, radius=outer, flaw="")
+        slopes.append(_slope_of_rollers(wheel, on_wheel, radial))
+    middle = np.mean([wheel.center for wheel in wheels.values()], axis=0)
+    rims = [
+        _rim(wheel, slope, wheel.center - middle)
+        for wheel, slope in zip(wheels.values(), slopes, strict=True)
+    ]
+    lever = float(np.mean([abs(rim[2]) for rim in rims]))
+    if np.linalg.matrix_rank(np.array(rims), tol=1e-6) != 3:
+        return None  # all rollers are parallel, for example
+    radius = float(np.mean([wheel.radius for wheel in wheels.values()]))
+    treads = tuple(roller.child for joint in joints for roller in rollers[joint.name])
+    casters = casters_of(tree, base, float(middle[2]) - radius, radius, list(wheels.values()))
+    return HolonomicDrive(
+        left=(),
+        right=(),
+        forward=dict.fromkeys(wheels, 1.0),
+        wheels=wheels,
+        radius=radius,
+        separation=2.0 * lever,
+        base=base,
+        axle_in_base=Transform.from_xyz_rpy(middle.tolist(), (0.0, 0.0, 0.0)),
+        casters=tuple(c.link for c in casters if c.touches and not c.is_off_ground and c.link not in treads),
+        kind=Holonomic.ROLLER,
+        directions={name: (x, y, turn / lever) for name, (x, y, turn) in zip(wheels, rims, strict=True)},
+        sideways=True,
+        treads=treads,
+    )
+
+
+def _cosine(tree: FrameTree, a: Joint, b: Joint) -> float:
+    """The cosine of the angle between the axes of two joints."""
+    axes = [tree.pose(joint.child).rotation @ unit_axis(joint) for joint in (a, b)]
+    return float(axes[0] @ axes[1])
+
+
+def _slope_of_rollers(wheel: Wheel, rollers: Sequence[Wheel], radial: Sequence[Array]) -> float:
+    """The tangent of the angle between the rollers and the rolling direction of their wheel.
+
+    It is 0 for an omni wheel, and 1 or -1 for a mecanum wheel. `radial` are the vectors from the axle to the
+    rollers."""
+    slopes = []
+    for roller, out in zip(rollers, radial, strict=True):
+        along_rim = float(roller.axis @ np.cross(wheel.axis, out)) / (float(np.linalg.norm(out)) or 1.0)
+        slopes.append(float(roller.axis @ wheel.axis) / (along_rim or math.inf))
+    return float(np.median(slopes))
+
+
+def _rim(wheel: Wheel, slope: float, place: Array) -> tuple[float, float, float]:
+    """The speed of a wheel's rim from x, y and yaw of a twist.
+
+    The roller on the ground turns freely, so that only the motion along its axle counts (Lynch and Park,
+    Modern Robotics, 13.2). At the bottom, the axle of a roller is along `slope * axis - forward`, where
+    `forward` is the rolling direction of the wheel."""
+    ax, ay, _ = wheel.axis.tolist()
+    x, y = ay + slope * -ax, -ax - slope * ay
+    return x, y, float(place[0] * y - place[1] * x)
+
+
 def _omni_directions(declared: DeclaredDrive, count: int) -> tuple[tuple[float, float, float], ...]:
     """The `directions` of omni wheels: equal angles counterclockwise, from the angle `wheel_offset` on."""
     given = declared.first("wheel_offset")
@@ -587,10 +686,11 @@ def _tracked(tree: FrameTree, declared: DeclaredDrive) -> HolonomicDrive | NoDri
         separation=abs(middles[0] - middles[1]),
         base=base,
         axle_in_base=Transform.from_xyz_rpy((x, y, left[0].bottom + radius), (0.0, 0.0, base_from_body.yaw)),
-        casters=(*sides[0], *sides[1]),
+        casters=(),
         kind=Holonomic.TRACKS,
         directions={},
         sideways=False,
+        treads=(*sides[0], *sides[1]),
         efficiency=declared.steering_efficiency,
     )
 

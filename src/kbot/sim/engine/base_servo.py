@@ -55,10 +55,9 @@ def traction(robot: RobotModel, drive: HolonomicDrive) -> Traction:
     if drive.kind is Holonomic.BODY:
         return Traction(FRICTION, lever, _STRONG)
     surfaces = link_surfaces(robot, DiagnosticCollector())
+    friction = min(surfaces.get(link, DEFAULT_SURFACE).friction for link in drive.tyres)
     if drive.kind is Holonomic.TRACKS:
-        friction = min(surfaces.get(track, DEFAULT_SURFACE).friction for track in drive.casters)
         return Traction(friction, lever, _STRONG)
-    friction = min(surfaces.get(w.link, DEFAULT_SURFACE).friction for w in drive.wheels.values())
     efforts = {joint: effort_limit(robot, joint) for joint in drive.joints}
     x, y, yaw = (
         sum(

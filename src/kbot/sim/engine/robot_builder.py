@@ -71,7 +71,7 @@ def add_robot(spec: mujoco.MjSpec, plan: RobotPlan, findings: DiagnosticCollecto
     driven: tuple[str, ...] = ()
     if isinstance(plan.drive, DifferentialDrive):
         driven = plan.drive.joints
-        friction = [shapes.surfaces.get(w.link, DEFAULT_SURFACE).friction for w in plan.drive.wheels.values()]
+        friction = [shapes.surfaces.get(link, DEFAULT_SURFACE).friction for link in plan.drive.tyres]
         grip = min(friction, default=0.0)
         add_drive_servos(spec, robot, plan.drive, prefix, plan.contacts, grip, plan.torque)
     if isinstance(plan.drive, HolonomicDrive):
