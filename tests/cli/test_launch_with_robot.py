@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from kbot.cli.ros.launch.command import LaunchTerminal
+from kbot.kinematics.transform import Transform
 from kbot.messages import TFMessage, Twist, Vector3
 from kbot.messages.navigation import OccupancyGrid
 from kbot.model.load import load_robot
@@ -100,6 +101,17 @@ def test_height_and_attitude_are_those_of_the_spawner(package: Path) -> None:
     pose = session._motion._sim.link_pose("base_footprint")
     assert float(pose.translation[2]) == pytest.approx(0.5)
     assert pose.rpy == pytest.approx((0.1, -0.2, 0.7))
+
+
+def test_arm_that_is_fixed_to_the_world_is_at_the_height_of_its_spawner(package: Path) -> None:
+    (package / "urdf" / "my_robot.xacro").write_text(
+        """<robot name="arm"><link name="world"/><link name="arm"/><joint name="mount" type="fixed">
+        <parent link="world"/><child link="arm"/><origin xyz="0 0 0.1" rpy="0 0 0.3"/></joint></robot>"""
+    )
+    session = simulated(package, GAZEBO.format("") + SPAWN.format("-x 1 -z 0.5 -R 0.1 -Y 0.4"))
+    pose = session._motion._sim.link_pose("arm")
+    world_from_spawn = Transform.from_xyz_rpy((1.0, 0.0, 0.5), (0.1, 0.0, 0.4))
+    assert pose.is_close(world_from_spawn @ Transform.from_xyz_rpy((0.0, 0.0, 0.1), (0.0, 0.0, 0.3)))
 
 
 def test_findings_of_the_launch_file_and_failed_nodes_are_for_the_page(package: Path) -> None:

@@ -161,6 +161,18 @@ def test_ros2_control_process_spawns_a_controller(folder, command, active):
     assert notes == []
 
 
+def test_ros2_spawner_passes_its_own_parameter_file_on(folder):
+    (folder / "own.yaml").write_text(YAML_2.replace("[shoulder]", "[$(var prefix)shoulder]"))
+    node = (
+        '<node pkg="controller_manager" exec="spawner" args="shoulder">'
+        '<param from="$(dirname)/own.yaml" allow_substs="true"/></node>'
+    )
+    launch = f'<launch><arg name="prefix" default="left_"/>{node}</launch>'
+    found, notes = spawned(folder, "a.launch.xml", launch)
+    assert found["/shoulder"].settings["joints"].value == ["left_shoulder"]
+    assert notes == []
+
+
 def test_invalid_yaml_is_reported_at_its_place_in_the_file(folder):
     (folder / "bad.yaml").write_text("a: [1,")
     args = f"shoulder -p {folder}/bad.yaml"

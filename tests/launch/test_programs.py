@@ -49,6 +49,16 @@ def test_program_can_import_modules_of_its_folder(folder: Path) -> None:
     assert isinstance(program(folder, "#!/usr/bin/env python3\nimport helper\n", "n"), Program)
 
 
+def test_program_can_import_the_module_of_another_package(folder: Path) -> None:
+    module = folder.parent / "tools" / "src" / "tools"
+    module.mkdir(parents=True)
+    (module / "__init__.py").write_text("")
+    (folder.parent / "tools" / "package.xml").write_text("<package><name>tools</name></package>")
+    found = program(folder, "from tools import x\n")
+    assert isinstance(found, Program)
+    assert environment(found)["PYTHONPATH"].split(os.pathsep)[0] == str(module.parent)
+
+
 @pytest.mark.parametrize(
     ("text", "name", "why"),
     [

@@ -1,5 +1,6 @@
 """Plans of ROS 1 launch files. Expected values follow the documentation of roslaunch."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -192,6 +193,44 @@ def test_rosparam_loads_trees_lists_and_angles(folder: Path) -> None:
 def test_rosparam_makes_substitutions_with_subst_value(folder: Path) -> None:
     body = '<arg name="n" value="4"/><rosparam subst_value="true">a: $(arg n)</rosparam>'
     assert values(clean(plan_of(folder, body))) == {"/a": 4}
+
+
+LENGTH = "<robot name='r'><link name='$(optenv KBOT_LENGTH none)'/></robot>"
+
+
+@pytest.mark.parametrize(
+    ("command", "value"),
+    [
+        ("$(dirname)/env_run $(dirname)/long xacro", "2 m"),
+        ("env KBOT_LENGTH=4 xacro", "4"),
+        ("rosrun xacro xacro", "none"),
+    ],
+)
+def test_wrapper_sets_the_variables_that_xacro_reads(folder: Path, command: str, value: str) -> None:
+    (folder / "r.xacro").write_text(LENGTH)
+    (folder / "long").write_text("# long\n\nKBOT_WIDTH=1\nexport KBOT_LENGTH='2 m' # m\n")
+    plan = clean(plan_of(folder, f'<param name="robot" command="{command} $(dirname)/r.xacro"/>'))
+    assert f'<link name="{value}"/>' in str(plan.params["/robot"].value)
+    assert plan.environment.get("KBOT_LENGTH", "none") == value
+    assert "KBOT_LENGTH" not in os.environ
+
+
+def test_other_wrapper_needs_permission_and_then_sets_variables(folder: Path) -> None:
+    (folder / "r.xacro").write_text(LENGTH)
+    wrapper = folder / "wrap"
+    wrapper.write_text("#!/bin/sh\nexport KBOT_LENGTH=$1\nshift\n$@\n")
+    wrapper.chmod(0o755)
+    body = '<param name="robot" command="$(dirname)/wrap 3 xacro $(dirname)/r.xacro"/>'
+    assert only(plan_of(folder, body)).code == "L040"
+    plan = clean(read_launch(str(folder / "a.launch"), allow_commands=True))
+    assert '<link name="3"/>' in str(plan.params["/robot"].value)
+
+
+@pytest.mark.parametrize("line", ["A=$(rm x)", "A=`rm x`", "rm x", "A=1 rm x", "A='"])
+def test_env_run_file_is_not_run_as_a_program(folder: Path, line: str) -> None:
+    (folder / "long").write_text(f"\n{line}\n")
+    found = only(plan_of(folder, '<param name="r" command="env_run $(dirname)/long xacro r.xacro"/>'))
+    assert (found.code, "long:2: " in found.message) == ("L041", True)
 
 
 def test_clear_params_lists_the_namespaces(folder: Path) -> None:

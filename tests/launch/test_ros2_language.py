@@ -2,6 +2,7 @@
 and launch_ros."""
 
 import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -32,6 +33,35 @@ def test_environment_variables_are_appended_and_prepended(folder: Path) -> None:
         node("EnvironmentVariable('K')", "EnvironmentVariable('KBOT_NEW')"),
     )
     assert arguments_of(plan) == f"c;a{os.pathsep}b n"
+
+
+def test_descriptions_and_worlds_read_the_variables_that_actions_set(folder: Path) -> None:
+    group = "GroupAction([SetEnvironmentVariable('K', 'a'), AppendEnvironmentVariable('K', 'b')])"
+    assert clean(python(folder, group)).environment == {"K": f"a{os.pathsep}b"}
+
+
+def test_launch_file_imports_the_module_of_another_package(folder: Path) -> None:
+    (folder / "package.xml").write_text("<package><name>mine</name></package>")
+    other = folder / "tools_of_mine"
+    (other / "tools_of_mine").mkdir(parents=True)
+    (other / "package.xml").write_text("<package><name>tools_of_mine</name></package>")
+    (other / "tools_of_mine" / "__init__.py").write_text("")
+    (other / "tools_of_mine" / "names.py").write_text(
+        """from launch import LaunchContext, SomeSubstitutionsType, Substitution
+from launch.utilities import normalize_to_list_of_substitutions, perform_substitutions
+
+class Upper(Substitution):
+    def __init__(self, name: SomeSubstitutionsType) -> None:
+        self.name = normalize_to_list_of_substitutions(name)
+
+    def perform(self, context: LaunchContext) -> str:
+        return perform_substitutions(context, self.name).upper()
+"""
+    )
+    name = "Upper(LaunchConfiguration('name', default='arm'))"
+    plan = python(folder, node(name), before="from tools_of_mine.names import Upper")
+    assert arguments_of(plan) == "ARM"
+    assert "tools_of_mine" not in sys.modules
 
 
 def test_groups_forward_and_scope_configurations(folder: Path) -> None:

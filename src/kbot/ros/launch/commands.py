@@ -1,10 +1,16 @@
-"""Runs the `command=` of a parameter. KBot itself replaces xacro and cat; other commands need permission."""
+"""Runs the `command=` of a parameter. KBot itself replaces xacro, cat and env_run; others need permission."""
 
 from __future__ import annotations
 
+import json
+import os
 import re
+import shlex
 import subprocess
-from collections.abc import Callable, Mapping
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
@@ -23,6 +29,12 @@ from kbot.xacro.packages import Packages
 if TYPE_CHECKING:
     from kbot.xacro import Expansion
 
+_XACRO = ("xacro", "xacro.py")
+_RUNNERS = (["rosrun", "xacro"], ["ros2", "run", "xacro"])
+"""Commands that run a program of the package xacro."""
+_VARIABLE = re.compile(r"\s*(?:export\s+)?([A-Za-z_]\w*)=([^$`]*)")
+_PRINT_ENVIRONMENT = '__import__("json").dump(dict(__import__("os").environ),__import__("sys").stdout)'
+"""Python without spaces, because a shell script's $@ splits words at them."""
 _XACRO_FLAGS = {"--check-order", "--deps", "--just-deps", "--just-includes", "-q"}
 _XACRO_VALUES = {"--verbosity", "-o"}
 _TIMEOUT_S = 60.0
@@ -33,9 +45,15 @@ Note = Callable[[Diagnostic], None]
 
 
 def run(
-    command: str, packages: Packages, origin: Origin, note: Note, budget: Budget, allowed: bool
+    command: str,
+    packages: Packages,
+    origin: Origin,
+    note: Note,
+    budget: Budget,
+    allowed: bool,
+    environment: Mapping[str, str],
 ) -> tuple[str, RobotDescription | None]:
-    """The output of a command and, if it prints a robot, which robot that is.
+    """The output of a command in an environment and, if it prints a robot, which robot that is.
 
     Errors in the description are passed to `note`. The launch continues, to show what it can of the robot.
 
@@ -50,15 +68,74 @@ def run(
     if not words:
         raise LaunchError("L041", "the command is empty")
     name = PurePath(words[0]).name
-    if name in ("xacro", "xacro.py"):
-        return _xacro(words, packages, origin, note, budget)
     if name == "cat" and len(words) == 2:
         text = read_source(words[1]).text
         return text, description_of(words[1], text)
+    words = next((words[len(runner) :] for runner in _RUNNERS if words[: len(runner)] == runner), words)
+    at = next((number for number, word in enumerate(words) if PurePath(word).name in _XACRO), None)
+    if at is None:
+        _require(allowed, name, words[0])
+        return _process(words, environment), None
+    variables = _variables(words[:at], allowed, environment)
+    with _environment({**environment, **variables}):
+        text, description = _xacro(words[at:], packages, origin, note, budget)
+    return text, replace(description, environment=variables)
+
+
+def _require(allowed: bool, name: str, written: str) -> None:
     if not allowed:
         hint = "if you trust the launch file, add --allow-commands; without it, KBot runs only xacro and cat"
-        raise LaunchError("L040", f"the command '{name}' is not run", hint, words[0])
-    return _process(words), None
+        raise LaunchError("L040", f"the command '{name}' is not run", hint, written)
+
+
+def _variables(wrapper: list[str], allowed: bool, environment: Mapping[str, str]) -> Mapping[str, str]:
+    """The variables that a wrapper sets for the command after it: `env NAME=VALUE …`, Clearpath's `env_run
+    FILE`, or a program that runs the command at its end."""
+    if not wrapper:
+        return {}
+    name = PurePath(wrapper[0]).name
+    if name == "env" and all("=" in word for word in wrapper[1:]):
+        return dict(word.split("=", 1) for word in wrapper[1:])
+    if name == "env_run" and len(wrapper) == 2:
+        return dict(_assignments(wrapper[1]))
+    _require(allowed, name, wrapper[0])
+    printed = _process([*wrapper, sys.executable, "-c", _PRINT_ENVIRONMENT], environment)
+    try:
+        found: dict[str, str] = json.loads(printed)
+    except ValueError:
+        message = f"{name} does not run the xacro command after it, or prints something besides"
+        raise LaunchError("L041", message, "run xacro without it", wrapper[0]) from None
+    return {name: value for name, value in found.items() if environment.get(name) != value}
+
+
+def _assignments(path: str) -> Iterator[tuple[str, str]]:
+    """The variables in a file that a shell would read."""
+    for number, line in enumerate(read_source(path).text.splitlines(), 1):
+        text = line.partition("#")[0].strip()
+        if not text:
+            continue
+        found = _VARIABLE.fullmatch(text)
+        try:
+            values = shlex.split(found[2]) if found else ["", ""]
+        except ValueError:
+            values = ["", ""]
+        if found is None or len(values) > 1:
+            message = f"{path}:{number}: not a line of the form NAME=VALUE: {text}"
+            raise LaunchError("L041", message, "KBot reads only such lines of this file", path)
+        yield found[1], "".join(values)
+
+
+@contextmanager
+def _environment(variables: Mapping[str, str]) -> Iterator[None]:
+    """Make `variables` the environment, which xacro reads, within the block."""
+    kept = dict(os.environ)
+    os.environ.clear()
+    os.environ.update(variables)
+    try:
+        yield
+    finally:
+        os.environ.clear()
+        os.environ.update(kept)
 
 
 def description_of(path: str, text: str) -> RobotDescription | None:
@@ -81,7 +158,7 @@ def expand_within(budget: Budget, file: str, arguments: Mapping[str, str], packa
 
 def _xacro(
     words: list[str], packages: Packages, origin: Origin, note: Note, budget: Budget
-) -> tuple[str, RobotDescription | None]:
+) -> tuple[str, RobotDescription]:
     files: list[str] = []
     arguments: dict[str, str] = {}
     if PurePath(words[0]).name == "xacro.py":
@@ -112,9 +189,11 @@ def _xacro(
     return expansion.text, RobotDescription(file, arguments)
 
 
-def _process(words: list[str]) -> str:
+def _process(words: list[str], environment: Mapping[str, str]) -> str:
     try:
-        done = subprocess.run(words, capture_output=True, timeout=_TIMEOUT_S, check=False)
+        done = subprocess.run(
+            words, capture_output=True, timeout=_TIMEOUT_S, check=False, env=dict(environment)
+        )
     except (OSError, subprocess.TimeoutExpired) as error:
         raise LaunchError("L041", f"the command cannot be run: {error}", "", words[0]) from None
     if done.returncode:

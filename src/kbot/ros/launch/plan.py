@@ -12,10 +12,14 @@ from kbot.text import DescriptionError, Diagnostic, Origin
 
 @dataclass(frozen=True, slots=True)
 class RobotDescription:
-    """The robot file that a parameter is filled from, with the xacro arguments."""
+    """The robot file that a parameter is filled from, with the xacro arguments.
+
+    `environment`: variables that a wrapper sets for xacro.
+    """
 
     path: str
     arguments: Mapping[str, str]
+    environment: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +132,16 @@ class Plan:
     problems: tuple[Diagnostic, ...] = ()
     findings: tuple[Diagnostic, ...] = ()
     is_ros_2: bool = False
+    own_environment: Mapping[str, str] = field(default_factory=dict)
+    """Variables that actions of a ROS 2 launch file set."""
+
+    @property
+    def environment(self) -> Mapping[str, str]:
+        """The variables that descriptions and worlds read, besides those of KBot's own environment."""
+        found = dict(self.own_environment)
+        for param in self.params.values():
+            found |= param.description.environment if param.description else {}
+        return found
 
     def params_of(self, node: PlannedNode) -> dict[str, Param]:
         """The parameters of a node, by their names in the node."""

@@ -15,6 +15,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from kbot.ros.launch.plan import PlannedNode
+from kbot.ros.launch.python_packages import folder_of_module
 from kbot.text import DescriptionError, Diagnostic, Severity, read_source
 from kbot.xacro.packages import PackageNotFound, Packages
 
@@ -27,12 +28,16 @@ _QUERY_TIMEOUT_S = 20.0
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """A user's own node that can run: its interpreter, its file, and the ROS modules that it imports."""
+    """A user's own node that can run: its interpreter, its file, and the ROS modules that it imports.
+
+    `module_folders`: the folders of the modules that it imports from packages of the workspace.
+    """
 
     node: PlannedNode
     interpreter: str
     file: str
     ros: frozenset[str]
+    module_folders: tuple[str, ...] = ()
 
 
 def find_program(node: PlannedNode, packages: Packages) -> Program | Diagnostic:
@@ -58,6 +63,8 @@ def find_program(node: PlannedNode, packages: Packages) -> Program | Diagnostic:
         line = f"{file}:{getattr(error, 'lineno', 1)}"
         return _not_run(node, f"{line}: not valid Python", str(getattr(error, "msg", error)))
     ros = wanted & {"rospy", "rclpy"}
+    in_workspace = {name: place for name in sorted(wanted) if (place := folder_of_module(name, packages))}
+    wanted -= in_workspace.keys()
     interpreter = next(
         (python for python in _interpreters() if not _lacking(python, frozenset(wanted))), None
     )
@@ -67,7 +74,7 @@ def find_program(node: PlannedNode, packages: Packages) -> Program | Diagnostic:
             "install ROS, or use kbot.Node, which does not need ROS" if ros else "install the missing modules"
         )
         return _not_run(node, f"{file} imports {', '.join(lacking)}, not installed", hint)
-    return Program(node, interpreter, str(file), frozenset(ros))
+    return Program(node, interpreter, str(file), frozenset(ros), tuple(in_workspace.values()))
 
 
 def _not_run(node: PlannedNode, why: str, hint: str) -> Diagnostic:

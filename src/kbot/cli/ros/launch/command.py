@@ -123,6 +123,7 @@ def command(
         report(plan.problems)
         print_answers(plan, questions)
         return 0
+    os.environ.update(plan.environment)
     with loading(path):
         # imported lazily: it loads numpy, which -h does not need
         from kbot.ros.launch.running.findings import simulation_findings

@@ -111,6 +111,7 @@ def _requests(node: PlannedNode, is_ros_2: bool) -> Iterator[_Request]:
         is_active = not options.has("--stopped", "--inactive", "--load-only")
         kind = options.text("-t", "--controller-type") or ""
         files = (*options.given.get("-p", ()), *options.given.get("--param-file", ()))
+        files = (*node.parameter_files, *files)  # newer spawners pass their own parameters on
         for word in _controller_names(options.rest):
             yield _Request(word, _manager(node, options), is_active, place_of(node, word), files, kind)
     elif node.type == "controller_manager" and not is_ros_2:

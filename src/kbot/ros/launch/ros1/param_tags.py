@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 
 from kbot.ros import names
@@ -94,7 +95,9 @@ class ParameterStore:
                 charge_text(budget, text, data)
                 return data, None
         packages, note = self.reporter.packages, self.reporter.finding
-        output, description = commands.run(text, packages, origin, note, budget, self.allow_commands)
+        output, description = commands.run(
+            text, packages, origin, note, budget, self.allow_commands, os.environ
+        )
         return convert(output, type_), description
 
     def rosparam(self, element: Element, context: LaunchScope) -> None:

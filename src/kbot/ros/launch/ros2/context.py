@@ -109,7 +109,9 @@ class LaunchContext:
             return self._parameter(*words[3:])
         packages = self.packages.beside(self.file)
         where = origin or self.here
-        output, description = commands.run(text, packages, where, self.note, self.budget, self.allow_commands)
+        output, description = commands.run(
+            text, packages, where, self.note, self.budget, self.allow_commands, self.environment
+        )
         if description:
             self.descriptions[output] = description
         return output

@@ -208,7 +208,8 @@ class _Markup:
         parameters: list[Any] = []
         for child in element.elements("param"):
             if "from" in child.attributes:
-                parameters.append(act.ParameterFile(self._of(child, "from")))
+                allow_substs = self._get(child, "allow_substs") or "false"
+                parameters.append(act.ParameterFile(self._of(child, "from"), allow_substs=allow_substs))
             else:
                 parameters += self._parameters(child)
         return act.Node(

@@ -19,6 +19,7 @@ from typing import IO, Any, TypeVar
 from kbot.ros.launch.commands import expand_within
 from kbot.ros.launch.launch_error import LaunchError
 from kbot.ros.launch.plan import RobotDescription
+from kbot.ros.launch.python_packages import importable
 from kbot.ros.launch.ros2 import actions, conditions, handlers, package_actions, substitutions
 from kbot.ros.launch.ros2.conditions import Condition
 from kbot.ros.launch.ros2.context import LaunchContext
@@ -44,8 +45,8 @@ class PythonFiles:
     @contextmanager
     def modules_in_place(self) -> Iterator[None]:
         """Replace ROS 2's modules by KBot's within the block, also for functions that a launch file calls
-        later."""
-        with _in_place(self._modules):
+        later. Modules of the workspace's packages can be imported too."""
+        with _in_place(self._modules), importable(self.context.packages.beside(self.context.file)):
             yield
 
     def load(self, source: Source) -> list[object]:
@@ -203,8 +204,14 @@ def modules_of(context: LaunchContext) -> dict[str, ModuleType]:
             **_ACTIONS,
             "LaunchDescription": actions.LaunchDescription,
             "LaunchContext": lambda *_, **__: context,
+            "SomeSubstitutionsType": Any,
             "Substitution": substitutions.Substitution,
             "Condition": conditions.Condition,
+        },
+        "launch.some_substitutions_type": {"SomeSubstitutionsType": Any},
+        "launch.utilities": {
+            "normalize_to_list_of_substitutions": lambda given: [as_substitution(given)],
+            "perform_substitutions": lambda context, given: performed(given, context),
         },
         "launch.actions": {**_ACTIONS, "Log": actions.Silent, "UnregisterEventHandler": actions.Silent},
         "launch.conditions": _CONDITIONS,

@@ -11,8 +11,10 @@ from kbot.ros.launch.includes import charge_yaml
 from kbot.ros.launch.launch_error import LaunchError
 from kbot.ros.launch.ros2.actions import ParameterFile, ParameterValue, PlacedParameter, is_value
 from kbot.ros.launch.ros2.context import LaunchContext
+from kbot.ros.launch.ros2.markup import parse
 from kbot.ros.launch.ros2.places import parameter_place
-from kbot.ros.launch.ros2.substitutions import performed
+from kbot.ros.launch.ros2.scratch import scratch_file
+from kbot.ros.launch.ros2.substitutions import is_true, performed
 from kbot.ros.parameter_values import ROSPARAM
 from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Source, Span, read_source
 from kbot.text.yaml import Keys, YamlDocument, YamlError, load_yaml, read_yaml
@@ -56,7 +58,14 @@ def parameter_files(given: Iterable[object], context: LaunchContext) -> tuple[st
 
 
 def _path(item: object, context: LaunchContext) -> str:
-    return performed(item.file if isinstance(item, ParameterFile) else item, context)
+    """The path of a parameter file. One with substitutions is written again with their values."""
+    if not isinstance(item, ParameterFile):
+        return performed(item, context)
+    path = performed(item.file, context)
+    if not is_true(performed(item.allow_substs, context)):
+        return path
+    text = read_source(path).text
+    return scratch_file(performed(parse(text), context), ".yaml") if "$(" in text else path
 
 
 def parameters_of_file(path: str, node: str | None, context: LaunchContext) -> dict[str, PlacedValue]:

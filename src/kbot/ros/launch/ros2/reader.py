@@ -103,6 +103,7 @@ class ActionVisitor:
         self.included: list[Included] = []
         self.files: list[str] = []
         self.depth = 0
+        self.environment: dict[str, str] = {}
         self._delay = 0.0
         self._pushed: list[dict[str, str]] = []
         self._after: tuple[str, str] | None = None
@@ -120,6 +121,7 @@ class ActionVisitor:
             problems=tuple(self.reporter.problems),
             findings=tuple(self.reporter.findings),
             is_ros_2=True,
+            own_environment=self.environment,
         )
 
     def read(self, source: Source) -> None:
@@ -180,7 +182,7 @@ class ActionVisitor:
             case act.AppendEnvironmentVariable():
                 self._append_to_environment(action)
             case act.SetEnvironmentVariable():
-                context.environment[performed(action.name, context)] = performed(action.value, context)
+                self._set_variable(performed(action.name, context), performed(action.value, context))
             case act.UnsetEnvironmentVariable():
                 context.environment.pop(performed(action.name, context), None)
             case act.IncludeLaunchDescription():
@@ -219,7 +221,10 @@ class ActionVisitor:
         separator = performed(action.separator, context)
         ordered = parts[::-1] if first else parts
         pieces = [piece for part in ordered for piece in (separator, part)][1:]
-        context.environment[name] = joined(pieces, context.budget)
+        self._set_variable(name, joined(pieces, context.budget))
+
+    def _set_variable(self, name: str, value: str) -> None:
+        self.context.environment[name] = self.environment[name] = value
 
     def _declare(self, action: act.DeclareLaunchArgument, origin: Origin) -> None:
         context, name = self.context, action.name

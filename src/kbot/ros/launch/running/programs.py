@@ -97,12 +97,13 @@ def command_line(program: Program, plan: Plan, parameter_file: str) -> list[str]
 
 
 def environment(program: Program) -> dict[str, str]:
-    """The environment of a program: that of KBot and of the node, and the module folder of its package."""
+    """The environment of a program: that of KBot and of the node, and the folders of its modules."""
     found = dict(os.environ)
     node = program.node
     source = Path(program.file).parents[1] / "src"
-    if source.is_dir():
-        found["PYTHONPATH"] = os.pathsep.join(filter(None, (str(source), found.get("PYTHONPATH"))))
+    folders = (str(source) if source.is_dir() else "", *program.module_folders, found.get("PYTHONPATH"))
+    if any(folders):
+        found["PYTHONPATH"] = os.pathsep.join(filter(None, folders))
     if node.namespace != "/":
         found["ROS_NAMESPACE"] = node.namespace.rstrip("/")
     found["PYTHONUNBUFFERED"] = "1"

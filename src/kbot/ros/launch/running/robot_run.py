@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING
 
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.messages import JointState
-from kbot.model.spawned import with_controllers
 from kbot.model.writer import to_urdf
 from kbot.record.record_options import RecordOptions
 from kbot.record.run_outputs import RunOutputs
 from kbot.ros.launch.node_settings.rviz import ViewerSettings
 from kbot.ros.launch.plan import Plan
 from kbot.ros.launch.running.programs import live_for_programs, start_programs
-from kbot.ros.launch.running.robots import spawn_all
+from kbot.ros.launch.running.robots import as_spawned, spawn_all
 from kbot.ros.launch.running.shared_parameters import clear_on_master, dump_parameters, with_parameters
 from kbot.ros.launch.running.stand_ins import StandIns
 from kbot.ros.launch.running.terminal import Terminal
@@ -135,7 +134,7 @@ class RobotRun:
             robot.path,
             robot.arguments,
             self._package_path,
-            lambda read: with_controllers(read, robot.controllers),
+            lambda read: as_spawned(read, robot),
         )
         naming = Naming(spawn.model, spawn.namespace, robot.frame_prefix)
         session = driven_session(description, world.world, world.name, 0, "recipe", connect, start, naming)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from kbot.kinematics.transform import Transform
+from kbot.model import Pose, RobotModel
 from kbot.model.spawned import with_controllers
 from kbot.ros.launch.node_settings.spawning import SpawnedRobot, SpawnRequest
 from kbot.ros.launch.staging import Stage
@@ -15,6 +16,9 @@ from kbot.xacro import Packages
 
 if TYPE_CHECKING:
     from kbot.sim import Simulation
+
+_WORLD = "world"
+"""The root link of a robot that is fixed to the world."""
 
 
 def spawn_all(simulation: Simulation, stage: Stage, package_path: Sequence[str]) -> tuple[Diagnostic, ...]:
@@ -34,6 +38,21 @@ def spawn_all(simulation: Simulation, stage: Stage, package_path: Sequence[str])
     return simulation.diagnostics[robots_only:]
 
 
+def as_spawned(robot: RobotModel, spawned: SpawnedRobot) -> RobotModel:
+    """The robot with its spawned controllers. What is joined to its root `world` gets the height and the
+    attitude of the spawner: as in Gazebo, the joint keeps the robot where it is spawned."""
+    robot, spawn = with_controllers(robot, spawned.controllers), spawned.spawn
+    if robot.root != _WORLD:
+        return robot
+    world_from_spawn = Transform.from_xyz_rpy((0.0, 0.0, spawn.z or 0.0), (spawn.roll, spawn.pitch, 0.0))
+    joints = dict(robot.joints)
+    for joint in robot.child_joints[_WORLD]:
+        pose = world_from_spawn @ Transform.of(joint.pose)
+        x, y, z = pose.translation.tolist()
+        joints[joint.name] = replace(joint, pose=Pose((x, y, z), pose.rpy, joint.pose.origin))
+    return replace(robot, joints=joints)
+
+
 def _spawn_robot(simulation: Simulation, spawned: SpawnedRobot, package_path: Sequence[str]) -> None:
     from kbot.model.load import load_robot  # imported lazily: most launches have one robot
 
@@ -41,7 +60,7 @@ def _spawn_robot(simulation: Simulation, spawned: SpawnedRobot, package_path: Se
     robot = load_robot(spawned.path, spawned.arguments, packages=packages).require()
     try:
         simulated = simulation.models.spawn_model(
-            with_controllers(robot, spawned.controllers),
+            as_spawned(robot, spawned),
             spawn.model,
             spawn.x,
             spawn.y,
@@ -73,6 +92,8 @@ def _place(simulation: Simulation, spawn: SpawnRequest, name: str | None = None)
     if spawn.joints:
         simulation.models.place(simulation.start, spawn.joints)
     robot = simulation.robots.named(name)
+    if robot.body.root_qpos < 0:
+        return  # fixed to the world
     name, standing = robot.name, robot.body.link_pose(robot.robot.root)
     x, y, height = standing.translation.tolist()
     lift = max(0.0, (spawn.z or 0.0) - height)
