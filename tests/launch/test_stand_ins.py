@@ -10,6 +10,7 @@ from kbot.ros.launch import read_launch, read_launch_2
 from kbot.ros.launch.node_settings.rosbag_record import RecordRequest
 from kbot.ros.launch.staging import Stage, stage
 from kbot.ros.nodes.joint_state_publisher import Dependent
+from kbot.ros.nodes.twist_mux import MuxInput
 
 HALF = math.sqrt(0.5)
 NOW = datetime(2026, 3, 4, 5, 6, 7)
@@ -59,6 +60,44 @@ def test_invalid_transform_is_an_error(tmp_path: Path, args: str) -> None:
         tmp_path, f'<node pkg="tf2_ros" type="static_transform_publisher" name="t" args="{args}"/>'
     )
     assert [(note.code, note.is_error) for note in found.notes] == [("L062", True)]
+
+
+def test_relay_and_twist_mux_are_read_with_namespace_and_remaps(tmp_path: Path) -> None:
+    found = staged(
+        tmp_path,
+        """<group ns="a"><node pkg="topic_tools" type="relay" name="r" args="scan /front/scan"/>
+          <node pkg="twist_mux" type="twist_mux" name="m">
+          <remap from="cmd_vel_out" to="base/cmd_vel"/><rosparam>
+          topics: [{name: keys, topic: keys, timeout: 0.5, priority: 10}, {name: bad, topic: x}]
+          locks: [{name: stop, topic: /stop, timeout: 0.0, priority: 255}]</rosparam></node></group>""",
+    )
+    assert [(r.source, r.target) for r in found.stand_ins.relayed] == [("/a/scan", "/front/scan")]
+    (mux,) = found.stand_ins.muxes
+    assert (mux.commands, mux.locks) == (
+        (MuxInput("/a/keys", 0.5, 10.0),),
+        (MuxInput("/stop", 0.0, 255.0),),
+    )
+    assert (mux.output, mux.is_stamped) == ("/a/base/cmd_vel", None)
+    assert [note.code for note in found.notes] == ["L062"]
+
+
+def test_relay_and_twist_mux_of_ros2_are_read_from_parameters(tmp_path: Path) -> None:
+    (tmp_path / "mux.yaml").write_text(
+        "twist_mux:\n  ros__parameters:\n    use_stamped: true\n    topics:\n"
+        "      keys: {topic: keys, timeout: 0.5, priority: 10}\n"
+    )
+    file = tmp_path / "a.launch.xml"
+    file.write_text(
+        f"""<launch><node pkg="twist_mux" exec="twist_mux" name="twist_mux">
+        <param from="{tmp_path}/mux.yaml"/></node>
+        <node pkg="topic_tools" exec="relay" name="r">
+        <param name="input_topic" value="/a"/><param name="output_topic" value="/b"/></node></launch>"""
+    )
+    found = stage(read_launch_2(str(file)).require())
+    assert [(r.source, r.target) for r in found.stand_ins.relayed] == [("/a", "/b")]
+    (mux,) = found.stand_ins.muxes
+    assert (mux.commands, mux.is_stamped) == ((MuxInput("/keys", 0.5, 10.0),), True)
+    assert found.notes == ()
 
 
 def test_joint_state_publisher_parameters_are_read(tmp_path: Path) -> None:

@@ -163,6 +163,19 @@ class Bus:
             entry.on_subscribe()
         return subscription
 
+    def divert(self, topic: str, message_type: type[M], callback: Callable[[M], None]) -> None:
+        """Subscribe in place of the topic's subscribers. Passive ones continue to receive its messages.
+
+        Raises:
+            KbotError: the topic's name is not valid, or the topic has another type.
+        """
+        entry = self._topic(topic, message_type, is_input=True)
+        for subscription in [
+            subscription for subscription in entry.subscriptions if not subscription.passive
+        ]:
+            subscription.close()
+        self.subscribe(topic, message_type, callback)
+
     def publish(self, topic: str, message: object) -> None:
         """Publish once, without a publisher of the caller. A new topic keeps a publisher and so exists."""
         entry = self._topic(topic, type(message))

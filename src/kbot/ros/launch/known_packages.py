@@ -26,6 +26,8 @@ class Role(StrEnum):
     RECORDER = "KBot's recorder"
     BRIDGE = "the topics of KBot's simulation"
     PLAYER = "KBot's recording player"
+    RELAY = "KBot's relay"
+    MUX = "KBot's twist_mux"
 
 
 NODES: Mapping[str, Mapping[str, Role | None]] = {
@@ -66,6 +68,11 @@ NODES: Mapping[str, Mapping[str, Role | None]] = {
     "joy": {"joy_node": Role.GAMEPAD, "game_controller_node": None, "joy_enumerate_devices": None},
     "joy_linux": {"joy_linux_node": Role.GAMEPAD},
     "teleop_twist_joy": {"teleop_node": Role.GAMEPAD},
+    "topic_tools": {
+        "relay": Role.RELAY,
+        **dict.fromkeys(("mux", "demux", "throttle", "drop", "delay", "relay_field", "transform")),
+    },
+    "twist_mux": {"twist_mux": Role.MUX, "twist_marker": None, "joystick_relay.py": None},
 }
 """The nodes of the packages that KBot knows, and the replacement of each, None if KBot does not have one."""
 

@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from kbot.ros import names
 from kbot.ros.launch.plan import PlannedNode
 from kbot.ros.launch.quoting import split_words
 from kbot.text import Diagnostic, Origin, Severity, Span
@@ -44,6 +45,18 @@ def split(node: PlannedNode) -> list[str]:
         return split_words(node.args)
     except ValueError:
         return []
+
+
+def full_name(name: str, node: PlannedNode) -> str:
+    """The full name of a node's topic, without its remaps."""
+    return names.canonical(names.join(node.namespace, name))
+
+
+def full_remaps(node: PlannedNode) -> dict[str, str]:
+    """The full names that a node's remaps replace, each with the one that replaces it."""
+    words = (word.split(":=", 1) for word in split(node) if ":=" in word)
+    pairs = (*node.remaps, *((source, target) for source, target in words))
+    return {full_name(source, node): full_name(target, node) for source, target in pairs}
 
 
 def read_options(node: PlannedNode, values: Mapping[str, int]) -> Options:

@@ -18,13 +18,16 @@ from kbot.ros.launch.node_settings.spawner import read_controllers, runs_hardwar
 from kbot.ros.launch.node_settings.spawning import SpawnedRobot
 from kbot.ros.launch.node_settings.static_transforms import read_static_transform
 from kbot.ros.launch.node_settings.teleop import read_keys
+from kbot.ros.launch.node_settings.topic_tools import read_muxes, read_relays
 from kbot.ros.launch.plan import Plan, PlannedNode
 from kbot.ros.launch.population import read_population
 from kbot.ros.launch.user_program import Program, find_program
 from kbot.ros.nodes.gz_bridge import Bridged
 from kbot.ros.nodes.joint_state_publisher import JointStateSettings
 from kbot.ros.nodes.playing import Playing
+from kbot.ros.nodes.relays import Relayed
 from kbot.ros.nodes.teleop_twist_keyboard import Keys
+from kbot.ros.nodes.twist_mux import MuxSettings
 from kbot.text import Diagnostic, Severity
 from kbot.tf.static_transforms import StaticTransform
 from kbot.xacro.packages import Packages
@@ -41,6 +44,8 @@ class StandInSettings:
     playings    recordings that are played back
     keys        the settings of teleop_twist_keyboard; None if the launch does not have it
     bridged     topics that a bridge to gz renames
+    relayed     topics that are republished under another name
+    muxes       the settings of each twist_mux
     """
 
     transforms: tuple[StaticTransform, ...] = ()
@@ -49,6 +54,8 @@ class StandInSettings:
     playings: tuple[Playing, ...] = ()
     keys: Keys | None = None
     bridged: tuple[Bridged, ...] = ()
+    relayed: tuple[Relayed, ...] = ()
+    muxes: tuple[MuxSettings, ...] = ()
 
     @property
     def has_publishers(self) -> bool:
@@ -119,6 +126,8 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
     keys = noted(read_keys(plan, cast.get(Role.TELEOP, [])))
     notes += [_gamepad(node) for node in cast.get(Role.GAMEPAD, [])[:1]]
     bridged = noted(read_bridged(plan, cast.get(Role.BRIDGE, [])))
+    relayed = noted(read_relays(plan, cast.get(Role.RELAY, [])))
+    muxes = noted(read_muxes(plan, cast.get(Role.MUX, [])))
     robots, models, of_robots = read_population(plan, spawners, controllers)
     notes += of_robots
     viewer = noted(read_viewer(cast.get(Role.VIEWER, [])))
@@ -133,7 +142,14 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
         viewer,
         joints,
         StandInSettings(
-            tuple(t for t in transforms if t is not None), maps, tuple(recordings), playings, keys, bridged
+            tuple(t for t in transforms if t is not None),
+            maps,
+            tuple(recordings),
+            playings,
+            keys,
+            bridged,
+            relayed,
+            muxes,
         ),
         programs,
         tuple(notes),

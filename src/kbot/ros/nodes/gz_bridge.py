@@ -6,10 +6,11 @@ import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from kbot.messages import Publisher, Subscription, Twist
+from kbot.messages import Twist
 from kbot.record.encodings.type_names import ros_name
+from kbot.ros.nodes.relays import Relays
 from kbot.text import Diagnostic, KbotError, Origin, Severity
 from kbot.text.suggest import did_you_mean
 
@@ -37,8 +38,6 @@ class Bridged:
     origin: Origin
 
 
-CHECK_RATE = 10.0
-"""Hz at which the bridge checks which ROS topics have subscribers."""
 _STAMPED = "geometry_msgs/msg/TwistStamped"
 """The link to peers converts it to a Twist for topics of that type."""
 _MODEL = re.compile(r"(?:/world/[^/]+)?/model/([^/]+)/(.+)")
@@ -46,21 +45,15 @@ _SENSOR = re.compile(r"link/[^/]+/sensor/([^/]+)/(.+)")
 
 
 class GzBridge:
-    """Subscribes to one name and publishes on the other, only while the other has subscribers.
-
-    Otherwise sensors would compute data that nobody receives.
-    """
+    """Subscribes to one name and publishes on the other."""
 
     def __init__(self, simulation: Simulation, bridged: Iterable[Bridged]) -> None:
         self._simulation = simulation
-        self._relays: list[_Relay] = []
+        self._relays = Relays(simulation)
         self.notes: list[Diagnostic] = []
         """What cannot be bridged, at the line that configures it."""
         for rule in bridged:
             self._connect(rule)
-        if self._relays:
-            self._check_subscribers()
-            simulation.clock.every(CHECK_RATE, self._check_subscribers)
 
     def _connect(self, rule: Bridged) -> None:
         bus = self._simulation.bus
@@ -85,32 +78,12 @@ class GzBridge:
             if is_input:
                 bus.subscribe(rule.ros, kind, lambda message: bus.publish(own, message))
             else:
-                self._relays.append(_Relay(self._simulation, own, rule.ros, kind))
+                self._relays.add(own, rule.ros, kind)
         except KbotError as error:
             self._note(rule, str(error), "")
 
-    def _check_subscribers(self) -> None:
-        for relay in self._relays:
-            relay.check_subscribers()
-
     def _note(self, rule: Bridged, message: str, hint: str) -> None:
         self.notes.append(Diagnostic("L063", Severity.WARNING, message, rule.origin, hint))
-
-
-class _Relay:
-    def __init__(self, simulation: Simulation, source: str, target: str, kind: type) -> None:
-        self._bus, self._source, self._kind = simulation.bus, source, kind
-        latched = self._bus.is_latched(source)
-        # Any: each topic has its own type
-        self._publisher: Publisher[Any] = self._bus.advertise(target, kind, latched=latched)
-        self._subscription: Subscription | None = None
-
-    def check_subscribers(self) -> None:
-        if self._publisher.has_subscribers and self._subscription is None:
-            self._subscription = self._bus.subscribe(self._source, self._kind, self._publisher.publish)
-        elif not self._publisher.has_subscribers and self._subscription is not None:
-            self._subscription.close()
-            self._subscription = None
 
 
 def _own_name(simulation: Simulation, gz: str) -> str | None:

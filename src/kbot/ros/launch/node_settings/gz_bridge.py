@@ -9,7 +9,7 @@ from pathlib import PurePosixPath
 from typing import Any
 
 from kbot.ros import names
-from kbot.ros.launch.node_arguments import place_of, split
+from kbot.ros.launch.node_arguments import full_remaps, place_of, split
 from kbot.ros.launch.plan import Plan, PlannedNode
 from kbot.ros.nodes.gz_bridge import Bridged, Direction
 from kbot.ros.parameter_values import ROSPARAM
@@ -99,19 +99,15 @@ class _Reader:
         self.notes: list[Diagnostic] = []
 
     def node(self, node: PlannedNode) -> None:
-        words = split(node)
-        remaps = dict(node.remaps) | dict(word.split(":=", 1) for word in words if ":=" in word)
-        full_remaps = {
-            _full(source, node.namespace): _full(target, node.namespace) for source, target in remaps.items()
-        }
+        words, remaps = split(node), full_remaps(node)
         config = self._plan.params.get(f"{node.full_name}/config_file")
         if config is not None and config.value:
-            self.file(str(config.value), config.origin, node.namespace, full_remaps)
+            self.file(str(config.value), config.origin, node.namespace, remaps)
         for word in words:
             if word == "--ros-args":
                 break
             if ":=" not in word and not word.startswith("-"):
-                self._argument(node, word, full_remaps)
+                self._argument(node, word, remaps)
 
     def _argument(self, node: PlannedNode, word: str, remaps: Mapping[str, str]) -> None:
         where = place_of(node, word)

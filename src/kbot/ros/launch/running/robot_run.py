@@ -21,7 +21,6 @@ from kbot.ros.launch.running.shared_parameters import clear_on_master, dump_para
 from kbot.ros.launch.running.stand_ins import StandIns
 from kbot.ros.launch.running.terminal import Terminal
 from kbot.ros.launch.staging import Stage
-from kbot.ros.nodes.gz_bridge import GzBridge
 from kbot.ros.nodes.joint_state_publisher import with_dependent_joints
 from kbot.ros.peer_options import PeerOptions
 from kbot.text import Diagnostic, KbotError
@@ -123,9 +122,8 @@ class RobotRun:
                 self._terminal.report(d for d in simulation.diagnostics if d.code == "W111")
                 self._terminal.report(spawn_all(simulation, stage, self._package_path))
             mount_on_others(simulation)
-            if stand_ins.settings.bridged:
-                notes = GzBridge(simulation, stand_ins.settings.bridged).notes
-                self._terminal.report(notes if simulation.steps == 0 else ())
+            notes = stand_ins.pass_topics_on(simulation)
+            self._terminal.report(notes if simulation.steps == 0 else ())
             stand_ins.play(bus, simulation.clock, published=bus.topics.keys() - bus.inputs)
             if stand_ins.settings.keys is not None:
                 stand_ins.drive(simulation.clock, _command_of(simulation, stand_ins.settings.keys.topic))

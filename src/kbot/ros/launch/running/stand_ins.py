@@ -1,22 +1,29 @@
-"""Runs the replacements of a launch's nodes on a bus: maps, playback of recordings, and keys."""
+"""Runs the replacements of a launch's nodes on a bus: maps, playback of recordings, relays, and keys."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from contextlib import AbstractContextManager, nullcontext
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from kbot.messages import Bus, Clock
 from kbot.record.record_options import RecordOptions
 from kbot.ros.launch.running.terminal import Terminal
 from kbot.ros.launch.staging import StandInSettings
+from kbot.ros.nodes.gz_bridge import GzBridge
+from kbot.ros.nodes.relays import relay_topics
 from kbot.ros.nodes.rosbag_play import BusPlayback
 from kbot.ros.nodes.teleop_twist_keyboard import HELP, RATE, TeleopKeys
+from kbot.ros.nodes.twist_mux import run_muxes
+from kbot.text import Diagnostic
+
+if TYPE_CHECKING:  # the engine, which a robot that is only shown does not need
+    from kbot.sim import Simulation
 
 
 class StandIns:
-    """Replaces map_server, rosbag and teleop_twist_keyboard on one bus, and on the next one when another
-    simulation starts. Static transforms are not included: RunOutputs publishes them."""
+    """Replaces map_server, rosbag, relays and teleop_twist_keyboard on one bus, and on the next one when
+    another simulation starts. Static transforms are not included: RunOutputs publishes them."""
 
     def __init__(self, settings: StandInSettings, terminal: Terminal, end: Callable[[], None]) -> None:
         """`end` ends the launch. It is called at the end of a required recording."""
@@ -84,6 +91,12 @@ class StandIns:
         ]
         for old, new in zip(earlier, self.players, strict=False):
             new.resume_from(old)
+
+    def pass_topics_on(self, simulation: Simulation) -> list[Diagnostic]:
+        """Run the bridges to gz, the twist_muxes and the relays. Returns what they cannot pass on."""
+        bridge = GzBridge(simulation, self.settings.bridged)
+        muxes = run_muxes(simulation.bus, simulation.clock, self.settings.muxes)
+        return bridge.notes + muxes + relay_topics(simulation, self.settings.relayed)
 
     def drive(self, clock: Clock, command: Callable[[float, float], None]) -> None:
         """Command the speeds of the pressed keys, in m/s and rad/s, while the clock advances."""
