@@ -209,6 +209,21 @@ def test_a_launch_file_without_a_robot_is_reported(launch: Path, capsys: pytest.
     assert "nothing to show" in output(capsys)[1]
 
 
+def test_the_reason_why_there_is_no_robot_is_reported(
+    launch: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spawner = '<node pkg="gazebo_ros" type="spawn_model" name="s" args="-param robot_description -model r"/>'
+    launch.write_text(f"<launch>{spawner}</launch>")
+    assert run(["launch", str(launch), "--no-browser"]) == 2
+    assert "/s spawns nothing" in output(capsys)[1]
+    publisher = '<node pkg="robot_state_publisher" exec="robot_state_publisher">{}</node>'
+    robot = "<param name='robot_description' value=\"$(command 'xacro none.xacro')\" type='str'/>"
+    ros2 = launch.with_suffix(".launch.xml")
+    ros2.write_text(f"<launch>{publisher.format(robot)}</launch>")
+    assert run(["launch", str(ros2), "--no-browser"]) == 2
+    assert "none.xacro does not exist [F001]" in output(capsys)[1]
+
+
 def test_a_broken_robot_is_reported_once_at_its_line(
     launch: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

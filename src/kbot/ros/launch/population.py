@@ -42,14 +42,15 @@ def read_population(
             models.append(SpawnedRobot(description.path, {}, spawn, node.origin))
         else:
             robots.append(_robot(plan, node, description, spawn))
-    notes += [_no_robot(node) for node in unmatched[not robots :]]
     if not robots:
         robots = _first(plan, unmatched[:1])
+        unmatched = unmatched[len(robots) :]
         twin = next((m for m in models if robots and _is_robot(m, plan)), None)
         if twin is not None:
             robots = [replace(robots[0], spawn=twin.spawn, origin=twin.origin)]
             models.remove(twin)
             notes.append(_replaced_by_description(twin, robots[0]))
+    notes += [_no_robot(node) for node in unmatched]
     if len(robots) > 1:
         robots = [_distinct(robot, number, notes) for number, robot in enumerate(robots)]
         notes += _shared_topics(robots)

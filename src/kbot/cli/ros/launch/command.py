@@ -139,7 +139,9 @@ def command(
         if any(is_unusable(d) for d in found):
             return 2
         return int(any(d.severity is not Severity.INFO for d in found))
-    found = (*(d for d in (*plan.diagnostics, *staged.notes) if d.code.startswith("L")), *found)
+    # a robot's own errors are reported when it is loaded; without one, they are why there is none
+    of_files = (d for d in plan.diagnostics if staged.robot is None or d.code.startswith("L"))
+    found = (*of_files, *staged.notes, *found)
     report(found)
     print_fix_command(found)
     if any(note.is_error for note in staged.notes):
