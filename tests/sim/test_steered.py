@@ -1,6 +1,6 @@
 """Tricycles and cars drive as their geometry predicts, and skid steer slips."""
 
-from math import inf, pi, tan
+from math import atan2, hypot, inf, pi, sin, tan
 
 import pytest
 
@@ -80,8 +80,9 @@ def test_driven_and_steered_wheels_are_found(urdf, text, traction, steering):
     drive = find_drive(urdf(text))
     assert isinstance(drive, SteeredDrive)
     assert drive.joints == traction
-    assert tuple(wheel.joint for wheel in drive.steering) == steering
-    assert [wheel.x for wheel in drive.steering] == pytest.approx([BASE] * len(steering))
+    assert drive.steering == steering
+    steered = [module for module in drive.modules if module.steering is not None]
+    assert [module.x for module in steered] == pytest.approx([BASE] * len(steering))
     assert drive.casters == ()
 
 
@@ -109,12 +110,99 @@ def test_wheels_of_a_steered_base_roll_about_one_point(urdf, name, turn):
     sim.run(4.0)
     assert sim.ground_truth.pose.yaw - before == pytest.approx(4.0 * turn, rel=0.01)
     assert sim.ground_truth.twist.x == pytest.approx(0.5, rel=0.01)
-    for wheel in sim.robots.first.drive.steering:
-        angle = sim.joint_positions[wheel.joint]
-        assert tan(angle) == pytest.approx(BASE / (0.5 / turn - wheel.y), rel=0.02)
+    for module in sim.robots.first.drive.modules:
+        if module.steering is not None:
+            angle = sim.joint_positions[module.steering]
+            assert tan(angle) == pytest.approx(BASE / (0.5 / turn - module.y), rel=0.02)
     truth, reckoned = sim.ground_truth.pose, sim.odometry.pose
     assert (reckoned.x, reckoned.y) == pytest.approx((truth.x, truth.y), abs=0.01)
     assert reckoned.yaw == pytest.approx(truth.yaw, abs=0.01)
+
+
+FOUR = "".join(
+    wheel(f"{end}_{side}", "base_link", x, y, steered=True)
+    for end, x in (("front", BASE / 2), ("rear", -BASE / 2))
+    for side, y in (("left", TRACK / 2), ("right", -TRACK / 2))
+)
+ROVER = body(FOUR.replace("1.2", "0.6"), x=0.0)
+SWERVE = body(FOUR.replace("1.2", "1.57"), x=0.0)
+JOINT = '<parent link="front_left_fork"/><child link="front_left"/><origin xyz='
+TRAILING = SWERVE.replace(f'{JOINT}"0.0 0.0 0"/>', f'{JOINT}"-0.03 0.02 0"/>')
+
+
+def test_four_steered_wheels_without_a_fixed_axle_are_found(urdf):
+    for text, sideways in ((ROVER, False), (SWERVE, True)):
+        drive = find_drive(urdf(text))
+        assert isinstance(drive, SteeredDrive)
+        assert len(drive.joints) == len(drive.steering) == 4
+        assert drive.axle_in_base.translation == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+        assert (drive.sideways, drive.turns_in_place) == (sideways, sideways)
+
+
+@pytest.mark.parametrize("speed", [0.4, -0.4])
+@pytest.mark.parametrize("turn", [0.3, -0.3])
+def test_front_and_rear_wheels_steer_opposite_for_an_arc(urdf, speed, turn):
+    """All axes meet at the middle of the curve, at R = v / w to the left: tan a = x / (R - y)."""
+    sim = Simulation(urdf(ROVER))
+    sim.cmd_vel(speed, turn)
+    sim.run(2.0)
+    before = sim.ground_truth.pose.yaw
+    sim.run(4.0)
+    assert sim.ground_truth.pose.yaw - before == pytest.approx(4.0 * turn, rel=0.01)
+    assert sim.ground_truth.twist.x == pytest.approx(speed, rel=0.01)
+    for module in sim.robots.first.drive.modules:
+        angle = sim.joint_positions[module.steering]
+        assert tan(angle) == pytest.approx(module.x / (speed / turn - module.y), rel=0.02)
+    assert_odometry_is_true(sim)
+
+
+def test_steering_limit_bounds_the_curvature_of_a_rover(urdf):
+    """The inner wheels at 0.6 rad give R = track / 2 + wheelbase / 2 / tan(0.6)."""
+    sim = Simulation(urdf(ROVER))
+    sim.cmd_vel(0.2, 3.0)
+    sim.run(3.0)
+    radius = TRACK / 2 + BASE / 2 / tan(0.6)
+    assert sim.ground_truth.twist.yaw == pytest.approx(0.2 / radius, rel=0.02)
+    sim.cmd_vel(0.0, 1.0)
+    sim.run(2.0)
+    before = sim.ground_truth.pose
+    sim.run(1.0)
+    assert sim.ground_truth.pose.yaw == pytest.approx(before.yaw, abs=1e-3)
+
+
+@pytest.mark.parametrize("text", [SWERVE, TRAILING])
+@pytest.mark.parametrize("command", [(0.3, 0.0, 0.0), (0.0, 0.3, 0.0), (0.0, 0.0, 0.8), (-0.2, 0.1, 0.4)])
+def test_wheels_that_all_steer_drive_every_twist(urdf, text, command):
+    """A wheel at x, y rolls along (v - w y, u + w x). A trail of 3 cm turns it by asin(w t / s)."""
+    sim = Simulation(urdf(text))
+    x, y, yaw = command
+    sim.cmd_vel(x, yaw, y)
+    sim.run(2.0)
+    before = sim.ground_truth.pose.yaw
+    sim.run(3.0)
+    twist = sim.ground_truth.twist
+    assert (twist.x, twist.y, twist.yaw) == pytest.approx(command, abs=0.006)
+    assert sim.ground_truth.pose.yaw - before == pytest.approx(3.0 * yaw, abs=0.02)
+    for module in sim.robots.first.drive.modules:
+        ahead, left = x - yaw * module.y, y + yaw * module.x
+        angle = atan2(left, ahead) - sim.joint_positions[module.steering]
+        slip = hypot(ahead, left) * sin(angle) + yaw * module.trail
+        assert slip == pytest.approx(0.0, abs=0.005)
+    assert_odometry_is_true(sim)
+
+
+def test_swerving_base_changes_its_direction_without_sliding(urdf):
+    """Forwards, then to the left: the wheels steer by a quarter turn, and odometry stays true."""
+    sim = Simulation(urdf(SWERVE))
+    for x, y, yaw in ((0.3, 0.0, 0.0), (0.0, 0.3, 0.0), (0.0, 0.0, 0.5), (-0.3, 0.0, 0.0)):
+        sim.cmd_vel(x, yaw, y)
+        sim.run(2.0)
+    assert_odometry_is_true(sim)
+
+
+def assert_odometry_is_true(sim: Simulation) -> None:
+    truth, reckoned = sim.ground_truth.pose, sim.odometry.pose
+    assert (reckoned.x, reckoned.y, reckoned.yaw) == pytest.approx((truth.x, truth.y, truth.yaw), abs=0.015)
 
 
 def test_topic_and_limits_of_a_cars_plugin_are_used(urdf):

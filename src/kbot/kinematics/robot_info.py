@@ -65,10 +65,10 @@ def describe_as_text(robot: RobotModel) -> str:
         lines += [
             "steered drive",
             f"  driven            {', '.join(drive.joints)}",
-            f"  steered           {', '.join(wheel.joint for wheel in drive.steering)}",
+            f"  steered           {', '.join(drive.steering)}",
             f"  wheel radius      {drive.radius:.4g} m",
             f"  wheel separation  {drive.separation:.4g} m",
-            f"  wheelbase         {max(abs(wheel.x) for wheel in drive.steering):.4g} m",
+            f"  wheelbase         {drive.wheelbase:.4g} m",
         ]
     elif isinstance(drive, HolonomicDrive):
         lines += _holonomic_lines(drive)

@@ -72,7 +72,7 @@ def require_turning(simulation: Simulation) -> DifferentialDrive:
     drive, name = simulation.robots.first.drive, simulation.robots.first.name
     if isinstance(drive, NoDrive):
         raise KbotError(f"robot '{name}' cannot drive: {drive.reason}")
-    if isinstance(drive, SteeredDrive):
+    if isinstance(drive, SteeredDrive) and not drive.turns_in_place:
         raise KbotError(f"robot '{name}' steers: goals are only planned for robots that turn on the spot")
     if drive.mistakes:
         raise KbotError(f"robot '{name}' cannot follow a path: {next(iter(drive.mistakes.values()))}")

@@ -208,7 +208,7 @@ class MotionWatch:
             max(LEAST_OFF, drive.radius / 2.0) if isinstance(drive, DifferentialDrive) else LEAST_OFF
         )
         self._yaw = drive.axle_in_base.yaw if isinstance(drive, DifferentialDrive) else 0.0
-        self._turns_in_place = not isinstance(drive, SteeredDrive)
+        self._turns_in_place = not isinstance(drive, SteeredDrive) or drive.turns_in_place
         self._axle_of = _axle_of(robot.body.base_from_root, drive)
         self._last = self._axle_of(robot.body.root_place) if robot.body.root_qpos >= 0 else None
         self._heading = robot.body.heading

@@ -159,5 +159,5 @@ def _with_brakes(
 
 def _driving_joints(drive: DifferentialDrive | NoDrive) -> tuple[str, ...]:
     if isinstance(drive, SteeredDrive):
-        return (*drive.joints, *(wheel.joint for wheel in drive.steering))
+        return (*drive.joints, *drive.steering)
     return drive.joints if isinstance(drive, DifferentialDrive) else ()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import reprlib
 from collections.abc import Mapping, Sequence
 
-from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, NoDrive
+from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, NoDrive, SteeredDrive
 from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
 from kbot.kinematics.transform import Transform
 from kbot.sim.command_delivery import CommandDelivery
@@ -200,7 +200,7 @@ class SimulatedRobot:
     @property
     def drives_sideways(self) -> bool:
         """Whether the robot follows sideways commands."""
-        return isinstance(self.drive, HolonomicDrive) and self.drive.sideways
+        return isinstance(self.drive, SteeredDrive | HolonomicDrive) and self.drive.sideways
 
     @property
     def commanded_twist(self) -> PlanarTwist:

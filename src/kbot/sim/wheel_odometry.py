@@ -75,8 +75,8 @@ class WheelOdometry:
         return x + chord * cos(heading), y + chord * sin(heading), heading + half, left, right
 
 
-class HolonomicOdometry:
-    """As `WheelOdometry`, for wheels that drive in every direction.
+class PlanarOdometry:
+    """As `WheelOdometry`, for wheels that steer or drive in every direction.
 
     Its arguments are how far the wheels drove the base in its own axes: forwards and leftwards in m, and
     turned in rad. For a constant twist the result is exact, as `PlanarPose` integrates arcs.

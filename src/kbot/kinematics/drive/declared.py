@@ -228,12 +228,12 @@ def words_of(plugin: Element) -> str:
     return words.replace("_", "").replace("-", "")
 
 
-def velocity_joints(robot: RobotModel) -> list[Joint]:
-    """The movable joints with a velocity command interface in a `<ros2_control>`."""
+def commanded_joints(robot: RobotModel, interface: str) -> list[Joint]:
+    """The movable joints with this command interface, such as `velocity`, in a `<ros2_control>`."""
     names = [
         joint.attributes.get("name", "")
         for joint in hardware_joints(robot)
-        if any(c.attributes.get("name") == "velocity" for c in joint.elements("command_interface"))
+        if any(c.attributes.get("name") == interface for c in joint.elements("command_interface"))
     ]
     return movable(robot, names)
 

@@ -1,8 +1,7 @@
 """Finds the drive of a robot (two-sided, steered or holonomic), and converts twists to wheel speeds and back.
 
-In a steered base, such as a tricycle or a car, all wheels roll about the same point (Siegwart, Introduction
-to Autonomous Mobile Robots, 3.2). If the middle of the fixed axle drives at v and turns at w, a wheel at x, y
-from it moves with (v - w y, w x).
+In a steered base, such as a car or a robot whose four wheels all steer, each wheel points where it moves:
+see `wheel_module.py`.
 
 A tracked vehicle turns by the difference between the speeds of its tracks, as a differential drive does, but
 all of each track is on the ground and slips (Pecka, Zimmermann and Svoboda, Fast Simulation of Vehicles with
@@ -24,11 +23,12 @@ from numpy.typing import NDArray
 from kbot.kinematics.drive.declared import (
     DeclaredDrive,
     Holonomic,
+    commanded_joints,
     declared_drives,
     drive_controller,
     movable,
-    velocity_joints,
 )
+from kbot.kinematics.drive.wheel_module import UPRIGHT, WheelModule, mount, placed
 from kbot.kinematics.drive.wheels import (
     Pair,
     Wheel,
@@ -49,8 +49,8 @@ from kbot.model import Cylinder, Joint, JointType, RobotModel, Sphere
 
 Array = NDArray[np.float64]
 
-_UPRIGHT = 0.9
-"""Least upward component of a steering axis, which may lean by up to 26 degrees."""
+_PARALLEL = 0.99
+"""Cosine of the angle between two axles that are parallel."""
 _TRACTION = ("left_joint", "right_joint", "rear_left_joint", "rear_right_joint", "actuatedWheel")
 """Tags with which a steering plugin names driving joints."""
 _MECANUM = ((1.0, -1.0, -1.0), (1.0, 1.0, 1.0), (1.0, 1.0, -1.0), (1.0, -1.0, 1.0))
@@ -166,33 +166,18 @@ class DifferentialDrive:
 
 
 @dataclass(frozen=True, slots=True)
-class SteeringWheel:
-    """A wheel that steers.
-
-    joint         steers the wheel
-    rolls         the joint on which the wheel rolls
-    x, y          position of its middle in m, in the frame of the fixed axle
-    upward        1.0 if a positive angle of `joint` turns it to the left, else -1.0
-    lower, upper  limits of `joint` in rad
-    """
-
-    joint: str
-    rolls: str
-    x: float
-    y: float
-    upward: float
-    lower: float
-    upper: float
-
-
-@dataclass(frozen=True, slots=True)
 class SteeredDrive(DifferentialDrive):
-    """A base with a fixed axle, as in a differential drive, and wheels that steer.
+    """A base with wheels that steer.
 
-    `traction` are the joints that drive, and `reason` explains why it is not a differential drive.
+    With a fixed axle, as on a car, the base cannot move along this axle. `axle_in_base` is in its middle, and
+    its wheels are `left` and `right`. Without one, `axle_in_base` is in the middle of all wheels.
+
+    modules   the wheels on the ground, fixed and steered
+    traction  the joints that drive
+    reason    why it is not a differential drive
     """
 
-    steering: tuple[SteeringWheel, ...]
+    modules: tuple[WheelModule, ...]
     traction: tuple[str, ...]
     reason: str
 
@@ -200,6 +185,39 @@ class SteeredDrive(DifferentialDrive):
     def joints(self) -> tuple[str, ...]:
         """The joints that drive."""
         return self.traction
+
+    @property
+    def steering(self) -> tuple[str, ...]:
+        """The joints that steer."""
+        return tuple(dict.fromkeys(m.steering for m in self.modules if m.steering is not None))
+
+    @property
+    def sideways(self) -> bool:
+        """Whether the base drives sideways, because all wheels steer in every direction."""
+        return all(module.steering is not None and module.turns_everywhere for module in self.modules)
+
+    @property
+    def curvatures(self) -> tuple[float, float]:
+        """The curvatures (1/m) of the sharpest curves to the right and to the left. They are infinite if the
+        base turns on the spot."""
+        rights, lefts = zip(*(module.curvatures for module in self.modules), strict=True)
+        return max(rights), min(lefts)
+
+    @property
+    def turns_in_place(self) -> bool:
+        """Whether the base can turn on the spot."""
+        return self.curvatures == (-math.inf, math.inf)
+
+    @property
+    def wheelbase(self) -> float:
+        """The largest distance in m of a steered wheel ahead of the middle or behind it."""
+        return max(abs(module.x) for module in self.modules)
+
+    def with_sizes(self, radius: float, separation: float, wheelbase: float) -> SteeredDrive:
+        """The drive of a controller that computes with these sizes in m, right or wrong."""
+        sizes = wheelbase / self.wheelbase, separation / self.separation, radius / self.radius
+        modules = tuple(module.scaled(*sizes) for module in self.modules)
+        return replace(self, radius=radius, separation=separation, modules=modules)
 
 
 @dataclass(frozen=True, slots=True)
@@ -283,17 +301,18 @@ def find_drive(
         if on_rollers is not None:
             return on_rollers
     plugins = [c for c in controllers if c.plugin is not None and c.has_sides]
-    drive = _two_sided(robot, tree, *_sides(plugins))
-    if isinstance(drive, NoDrive):
-        steered = _steered(robot, tree, controllers, drive.reason)
+    left, right = _sides(plugins)
+    by_plugin = drive_of(robot, tree, movable(robot, [*left, *right]))
+    if isinstance(by_plugin, DifferentialDrive) or named_twice(left, right) is not None:
+        return with_sides(by_plugin, left, right)
+    others = [c for c in controllers if c.plugin is None and c.holonomic is None]
+    controller = None if plugins else drive_controller(others)
+    sides = _sides([controller] if controller is not None else [])
+    if isinstance(drive_of(robot, tree, movable(robot, [*sides[0], *sides[1]])), NoDrive):
+        steered = _steered(robot, tree, controllers)
         if steered is not None:
             return steered
-    controller = (
-        None
-        if plugins
-        else drive_controller([c for c in controllers if c.plugin is None and c.holonomic is None])
-    )
-    return drive if controller is None else with_sides(drive, *_sides([controller]))
+    return with_sides(_two_sided(robot, tree), *sides)
 
 
 def _sides(controllers: Iterable[DeclaredDrive]) -> tuple[list[str], list[str]]:
@@ -307,23 +326,15 @@ def _sides(controllers: Iterable[DeclaredDrive]) -> tuple[list[str], list[str]]:
     return left, right
 
 
-def _two_sided(
-    robot: RobotModel, tree: FrameTree, left: Sequence[str], right: Sequence[str]
-) -> DifferentialDrive | NoDrive:
-    """The differential drive; `left` and `right` are the joints that plugins name."""
-    by_plugin = drive_of(robot, tree, movable(robot, [*left, *right]))
-    if isinstance(by_plugin, DifferentialDrive) or named_twice(left, right) is not None:
-        return with_sides(by_plugin, left, right)
+def _two_sided(robot: RobotModel, tree: FrameTree) -> DifferentialDrive | NoDrive:
+    """The differential drive of joints that no plugin names."""
     turning = [j for j in robot.joints.values() if j.type is JointType.CONTINUOUS]
     if not turning:
         return NoDrive(_why_nothing_turns(robot))
-    steered = _steered_axle(robot, tree, turning)
-    if steered:
-        return NoDrive(steered)
     rigid = [joint for joint in turning if movable_above(robot, joint.parent) is None]
     suspended = [joint for joint in turning if joint not in rigid and _is_suspended(tree, joint)]
     result: DifferentialDrive | NoDrive | None = None
-    for joints in (velocity_joints(robot), rigid, suspended):
+    for joints in (commanded_joints(robot, "velocity"), rigid, suspended):
         if joints:
             found = drive_of(robot, tree, joints)
             if isinstance(found, DifferentialDrive):
@@ -404,26 +415,15 @@ def _build(tree: FrameTree, base: str, pairs: Sequence[Pair]) -> DifferentialDri
     )
 
 
-def _steered_axle(robot: RobotModel, tree: FrameTree, turning: Sequence[Joint]) -> str:
-    """Why the robot steers like a car, with a wheel whose axle turns; empty if it does not."""
-    for joint in turning:
-        above = movable_above(robot, joint.parent)
-        if above is None or above.type is not JointType.REVOLUTE:
-            continue
-        upright = abs((tree.pose(above.child).rotation @ unit_axis(above))[2]) > _UPRIGHT
-        if upright and not find_wheel(tree, joint, carrier(robot, above.parent)).flaw:
-            return f"the wheel on '{joint.name}' is steered by '{above.name}', as on a car"
-    return ""
-
-
 def _steered_wheel(tree: FrameTree, drive: DifferentialDrive) -> str:
-    """As `_steered_axle`, for a wheel on the ground that steers but has no joint to roll on."""
+    """Why the robot steers like a car, with a wheel on the ground that has no joint to roll on. Empty if it
+    does not."""
     robot = tree.robot
     ground = float(drive.axle_in_base.translation[2]) - drive.radius
     for joint in robot.joints.values():
         if joint.type is not JointType.REVOLUTE:
             continue
-        if abs((tree.pose(joint.child, drive.base).rotation @ unit_axis(joint))[2]) < _UPRIGHT:
+        if abs((tree.pose(joint.child, drive.base).rotation @ unit_axis(joint))[2]) < UPRIGHT:
             continue
         for link in rigid_links(robot, joint.child):
             for collision in robot.links[link].collisions:
@@ -437,54 +437,75 @@ def _steered_wheel(tree: FrameTree, drive: DifferentialDrive) -> str:
 
 
 def _steered(
-    robot: RobotModel, tree: FrameTree, controllers: Sequence[DeclaredDrive], reason: str
-) -> SteeredDrive | None:
+    robot: RobotModel, tree: FrameTree, controllers: Sequence[DeclaredDrive]
+) -> SteeredDrive | NoDrive | None:
+    """The drive of a base with wheels that steer. None if no wheel on the ground does."""
+    tags = [e for c in controllers if c.plugin is not None and c.is_steering for e in c.plugin.elements()]
+    named = [e.text.strip() for e in tags if e.tag in _TRACTION]
+    traction = [*movable(robot, named), *commanded_joints(robot, "velocity")]
+    commanded = {joint.name for joint in commanded_joints(robot, "position")}.union(
+        e.text.strip() for e in tags if "steer" in e.tag.lower()
+    )
     turning = [joint for joint in robot.joints.values() if joint.type is JointType.CONTINUOUS]
-    steered = [(joint, above) for joint in turning if (above := _steering_joint(tree, joint)) is not None]
-    rigid = [joint for joint in turning if movable_above(robot, joint.parent) is None]
-    axle = drive_of(robot, tree, rigid)
-    if not steered or isinstance(axle, NoDrive) or len(axle.left) != 1:
+    base = base_link(robot, robot.root)
+    found = list[tuple[Wheel, Joint | None]]()
+    for joint in dict.fromkeys([*turning, *traction]):
+        by, belongs = mount(tree, joint, commanded)
+        wheel = find_wheel(tree, joint, base)
+        if belongs and not wheel.flaw:
+            found.append((wheel, by))
+    ground = min((wheel.bottom for wheel, _ in found), default=0.0)
+    found = [(wheel, by) for wheel, by in found if wheel.bottom - ground < wheel.radius / 2.0]
+    steered = [(wheel, by) for wheel, by in found if by is not None]
+    if not steered:
         return None
-    found = [(above, find_wheel(tree, joint, axle.base)) for joint, above in steered]
-    wheels = [(above, wheel) for above, wheel in found if not wheel.flaw]
-    steering = tuple(_placed(tree, axle, above, wheel) for above, wheel in wheels)
-    if not steering or any(abs(wheel.x) < axle.radius for wheel in steering):
-        return None
+    first, by = steered[0]
+    reason = f"the wheel on '{first.joint.name}' is steered by '{by.name}', as on a car"
+    fixed = [wheel.joint for wheel, by in found if by is None]
+    axle = drive_of(robot, tree, fixed) if fixed else _middle(tree, base, [wheel for wheel, _ in found])
+    if isinstance(axle, NoDrive):
+        return NoDrive(f"{reason}, but it has no fixed axle: {axle.reason}")
+    # wheels beside the axle, such as support wheels, roll freely
+    on_base = {
+        wheel.joint.name: (wheel, by)
+        for wheel, by in found
+        if by is not None or wheel.joint.name in axle.wheels
+    }
+    modules = tuple(placed(tree, base, axle.axle_in_base, wheel, by) for wheel, by in on_base.values())
+    ahead = [abs(module.x) for module in modules if module.steering is not None]
+    if (min(ahead) if fixed else max(ahead)) < axle.radius:
+        return NoDrive(f"{reason}, but a steered wheel is beside the middle of the axle")
+    driven = tuple(dict.fromkeys(joint.name for joint in traction if joint.name in on_base))
     own = {field.name: getattr(axle, field.name) for field in fields(DifferentialDrive)}
-    all_wheels = {**axle.wheels, **{wheel.joint.name: wheel for _, wheel in wheels}}
-    left = axle.axle_in_base.rotation[:, 1]
-    own["wheels"] = all_wheels
-    own["forward"] = {name: 1.0 if wheel.axis @ left > 0.0 else -1.0 for name, wheel in all_wheels.items()}
-    links = {wheel.link for wheel in all_wheels.values()}
+    own["wheels"] = {name: wheel for name, (wheel, _) in on_base.items()}
+    own["forward"] = {module.rolls: module.forward for module in modules}
+    links = {wheel.link for wheel, _ in on_base.values()}
     own["casters"] = tuple(link for link in axle.casters if link not in links)
-    plugins = [c.plugin for c in controllers if c.plugin is not None and c.is_steering]
-    names = [e.text.strip() for plugin in plugins for e in plugin.elements() if e.tag in _TRACTION]
-    named = [*movable(robot, names), *velocity_joints(robot)]
-    traction = tuple(dict.fromkeys(joint.name for joint in named if joint.name in all_wheels))
     return SteeredDrive(
-        **own, steering=steering, traction=traction or (*axle.left, *axle.right), reason=reason
+        **own, modules=modules, traction=driven or axle.joints or tuple(on_base), reason=reason
     )
 
 
-def _steering_joint(tree: FrameTree, joint: Joint) -> Joint | None:
-    """The upright joint above a wheel that steers it within limits. The swivel of a caster has no limits."""
-    above = movable_above(tree.robot, joint.parent)
-    if (
-        above is None
-        or above.type is not JointType.REVOLUTE
-        or movable_above(tree.robot, above.parent) is not None
-    ):
-        return None
-    axis = tree.pose(above.child).rotation @ unit_axis(above)
-    return above if abs(axis[2]) > _UPRIGHT else None
-
-
-def _placed(tree: FrameTree, axle: DifferentialDrive, above: Joint, wheel: Wheel) -> SteeringWheel:
-    x, y, _ = axle.axle_in_base.inverse().apply(wheel.center).tolist()
-    axis = tree.pose(above.child).rotation @ unit_axis(above)
-    limit = above.limit
-    lower, upper = (limit.lower or 0.0, limit.upper or 0.0) if limit is not None else (0.0, 0.0)
-    return SteeringWheel(above.name, wheel.joint.name, x, y, 1.0 if axis[2] > 0.0 else -1.0, lower, upper)
+def _middle(tree: FrameTree, base: str, wheels: Sequence[Wheel]) -> DifferentialDrive:
+    """The frame in the middle of wheels that all steer, which have no left and right side."""
+    middle = np.mean([wheel.center for wheel in wheels], axis=0)
+    left = leftward(wheels[0])
+    is_parallel = all(abs(wheel.axis @ left) > _PARALLEL for wheel in wheels)
+    yaw = math.atan2(-left[0], left[1]) if is_parallel else 0.0
+    radius = sum(wheel.radius for wheel in wheels) / len(wheels)
+    lever = max(float(np.hypot(*(wheel.center - middle)[:2])) for wheel in wheels)
+    casters = casters_of(tree, base, float(middle[2]) - radius, radius, wheels)
+    return DifferentialDrive(
+        left=(),
+        right=(),
+        forward={},
+        wheels={wheel.joint.name: wheel for wheel in wheels},
+        radius=radius,
+        separation=2.0 * lever,
+        base=base,
+        axle_in_base=Transform.from_xyz_rpy(middle.tolist(), (0.0, 0.0, yaw)),
+        casters=tuple(c.link for c in casters if c.touches and not c.is_off_ground),
+    )
 
 
 def _holonomic(tree: FrameTree, declared: DeclaredDrive, kind: Holonomic) -> HolonomicDrive | NoDrive:

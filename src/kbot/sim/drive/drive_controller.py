@@ -17,7 +17,7 @@ from kbot.sim.drive.twist_controller import STILL, SavedTwist, Twist, TwistContr
 from kbot.sim.drive.wheel_servos import ServoState, WheelServos
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.servo import speed_limit
-from kbot.sim.wheel_odometry import HolonomicOdometry, Motion, TrueOdometry, WheelOdometry
+from kbot.sim.wheel_odometry import Motion, PlanarOdometry, TrueOdometry, WheelOdometry
 
 SavedDrive = tuple[SavedTwist, tuple[float, ...], ServoState, bool]
 
@@ -39,7 +39,8 @@ class DriveController:
 
         `truth` returns the base's true motion.
         """
-        self._engine, self._robot, self._drive, self._prefix = engine, robot, drive, prefix
+        self._engine, self._robot, self._drive = engine, robot, drive
+        self._prefix, self._period = prefix, period
         self._believed = settings.with_controller_sizes(drive)
         """The drive with the sizes that the robot's own controller uses, right or wrong."""
         of_joints = [speed_limit(robot, joint) for joint in drive.joints]
@@ -56,19 +57,19 @@ class DriveController:
         self._servos = self._find_servos()
         self._servos.state = state
 
-    def _find_odometry(self, truth: Callable[[], Motion]) -> WheelOdometry | HolonomicOdometry | TrueOdometry:
-        if not isinstance(self._believed, HolonomicDrive):
+    def _find_odometry(self, truth: Callable[[], Motion]) -> WheelOdometry | PlanarOdometry | TrueOdometry:
+        if not isinstance(self._believed, SteeredDrive | HolonomicDrive):
             return WheelOdometry(self._believed)
-        if self._believed.kind is Holonomic.BODY:
+        if isinstance(self._believed, HolonomicDrive) and self._believed.kind is Holonomic.BODY:
             return TrueOdometry(truth, self._believed)
-        return HolonomicOdometry(self._believed)
+        return PlanarOdometry(self._believed)
 
     def _find_servos(self) -> WheelServos | SteeredServos | HolonomicServos:
         model, data = self._engine.model, self._engine.data
         if isinstance(self._drive, HolonomicDrive) and isinstance(self._believed, HolonomicDrive):
             return HolonomicServos(model, data, self._robot, self._drive, self._believed, self._prefix)
-        if isinstance(self._drive, SteeredDrive):
-            return SteeredServos(model, data, self._drive, self._prefix)
+        if isinstance(self._believed, SteeredDrive):
+            return SteeredServos(model, data, self._believed, self._prefix, self._period)
         return WheelServos(model, data, self._drive, self._prefix)
 
     def reset(self) -> None:
@@ -93,11 +94,12 @@ class DriveController:
     def advance(self) -> None:
         """Send the wheels their speeds for the next period."""
         x, y, yaw, is_settled = self._controller.advance()
-        if isinstance(self._servos, HolonomicServos):
-            self._servos.move(x, y, yaw)
-        else:
+        has_followed = True
+        if isinstance(self._servos, WheelServos):
             self._servos.turn_wheels(*self._believed.wheel_speeds(x, yaw))
-        self.is_driving = not is_settled
+        else:
+            has_followed = self._servos.move(x, y, yaw)
+        self.is_driving = not (is_settled and has_followed)
 
     def tick(self, step: int) -> bool:
         """Update odometry, limit the servos' wind-up, and stop if the command has timed out.

@@ -127,14 +127,18 @@ class HolonomicServos:
         self._commanded, self._driven, self._held, self._load = state
         self._limit_force()
 
-    def move(self, x: float, y: float, yaw: float) -> None:
-        """Drive at a twist, as far as the controller's sizes are right."""
+    def move(self, x: float, y: float, yaw: float) -> bool:
+        """Drive at a twist, as far as the controller's sizes are right.
+
+        Returns whether the command stays the same for this twist.
+        """
         ctrl = self._ctrl
         for wheel in self._wheels:
             by_x, by_y, by_yaw = wheel.from_twist
             ctrl[wheel.actuator] = by_x * x + by_y * y + by_yaw * yaw
         self._commanded = (x, y, yaw)
         self._command_base()
+        return True
 
     def _command_base(self) -> None:
         for axis, wanted, held in zip(self._axes, self._wanted, self._held, strict=True):

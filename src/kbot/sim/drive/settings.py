@@ -20,7 +20,7 @@ from kbot.kinematics.drive.declared import (
     drive_controller,
     track_controllers,
 )
-from kbot.kinematics.drive.drive import DifferentialDrive
+from kbot.kinematics.drive.drive import DifferentialDrive, SteeredDrive
 from kbot.messages.types import Twist, TwistStamped
 from kbot.model import RobotModel
 from kbot.sim.drive.twist_controller import DriveLimits
@@ -43,15 +43,16 @@ Smaller errors are simulated as written.
 class DriveSettings:
     """The settings of a drive controller.
 
-    `radius` and `separation` (m) are the sizes that the controller computes with, right or wrong. `torque` is
-    the limit of a wheel in N m, or None. `rim_speed` is the highest speed of a track in m/s. `watchdog` is in
-    s.
+    `radius`, `separation` and, for a drive that steers, `wheelbase` (m) are the sizes that the controller
+    computes with, right or wrong. `torque` is the limit of a wheel in N m, or None. `rim_speed` is the
+    highest speed of a track in m/s. `watchdog` is in s.
     """
 
     radius: float
     separation: float
     limits: DriveLimits = DEFAULT_LIMITS
     torque: float | None = None
+    wheelbase: float | None = None
     watchdog: float = WATCHDOG
     command_topic: str = "cmd_vel"
     odometry_topic: str = "odom"
@@ -88,6 +89,8 @@ class DriveSettings:
 
     def with_controller_sizes(self, drive: DifferentialDrive) -> DifferentialDrive:
         """The drive with the sizes that the controller computes with."""
+        if isinstance(drive, SteeredDrive):
+            return drive.with_sizes(self.radius, self.separation, self.wheelbase or drive.wheelbase)
         return dataclasses.replace(drive, radius=self.radius, separation=self.separation)
 
 

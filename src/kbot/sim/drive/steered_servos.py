@@ -1,192 +1,207 @@
-"""Commands the wheels of a tricycle or a car like those of an equivalent differential drive.
-
-The wheel speeds of the differential drive give a twist of the fixed axle's middle. Every driven or steered
-wheel follows that twist. In the other direction, the twist is the least-squares solution from the driven
-wheels' speeds and the steering angles.
-"""
+"""Steers and turns the wheels of a base with steered wheels, and reads how they moved it."""
 
 from __future__ import annotations
 
-from math import atan, cos, pi, sin
 from typing import NamedTuple
 
 import mujoco
 
 from kbot.kinematics.drive.drive import SteeredDrive
+from kbot.kinematics.drive.wheel_module import Equation, WheelModule, motion
+from kbot.sim.drive.twist_controller import STILL, Twist
 from kbot.sim.drive.wheel_servos import ServoState, slack
 from kbot.sim.engine.arrays import numbers
 
-FREQUENCY = 40.0
+FREQUENCY = 80.0
 """Natural frequency of the steering servos in rad/s."""
-
-_NEARLY = 1e-3
-"""rad by which a steering limit may miss the wanted angle: a limit of 90 degrees is often written as 1.57."""
+_STANDING = 1e-9
+"""Speed in m/s below which the base does not drive."""
+_ARRIVED = 1e-3
+"""Distance in rad from its target at which a wheel has been steered."""
 
 
 class _Steering(NamedTuple):
     position: int
+    speed: int
     actuator: int
-    x: float
-    y: float
-    upward: float
-    lower: float
-    upper: float
 
 
-class _Driven(NamedTuple):
-    """`steering`: the index of its steering joint, -1 for a wheel that does not steer."""
-
+class _Rolling(NamedTuple):
     position: int
     speed: int
     state: int
     actuator: int
-    x: float
-    y: float
-    radius: float
-    forward: float
-    steering: int
     reach: float
     lag: float
 
 
-class SteeredServos:
-    """The interface of `WheelServos` for a drive with steered wheels."""
+class _Wheel(NamedTuple):
+    """`steering` is None for a fixed wheel, `rolling` for one without a motor."""
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, drive: SteeredDrive, prefix: str) -> None:
+    module: WheelModule
+    steering: _Steering | None
+    rolling: _Rolling | None
+
+
+class SteeredServos:
+    """As `HolonomicServos`, for a base with steered wheels.
+
+    While wheels still steer, each rolls as fast as the base moves in its current direction.
+    """
+
+    def __init__(
+        self, model: mujoco.MjModel, data: mujoco.MjData, drive: SteeredDrive, prefix: str, period: float
+    ) -> None:
+        """`drive` has the sizes with which the robot's controller computes, and `period` is the time in s
+        between calls of `move`."""
+        self._period = period
         self._qpos, self._qvel = numbers(data.qpos), numbers(data.qvel)
         self._ctrl, self._act = numbers(data.ctrl), numbers(data.act)
-        self._radius, self._half = drive.radius, drive.separation / 2.0
-        rolls = [wheel.rolls for wheel in drive.steering]
-        self._steering = tuple(
-            _Steering(*_aside(model, prefix + w.joint), w.x, w.y, w.upward, w.lower, w.upper)
-            for w in drive.steering
+        self._sideways, self._curvatures = drive.sideways, drive.curvatures
+        self._turns_in_place = drive.turns_in_place
+        self._wheels = tuple(
+            _Wheel(
+                module,
+                _steering(model, prefix + module.steering) if module.steering is not None else None,
+                _rolling(model, prefix + module.rolls) if module.rolls in drive.traction else None,
+            )
+            for module in drive.modules
         )
-        axle_from_base = drive.axle_in_base.inverse()
-        driven = []
-        for name in drive.traction:
-            index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, prefix + name)
-            actuator = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, prefix + name)
-            wheel = drive.wheels[name]
-            x, y, _ = axle_from_base.apply(wheel.center).tolist()
-            driven.append(
-                _Driven(
-                    int(model.jnt_qposadr[index]), int(model.jnt_dofadr[index]),
-                    int(model.actuator_actadr[actuator]), actuator, x, y, wheel.radius, drive.forward[name],
-                    rolls.index(name) if name in rolls else -1, *slack(model, actuator),
-                )
-            )  # fmt: skip
-        self._driven = tuple(driven)
-        self.state: ServoState = (0.0, 0.0, self._places(), self._angles())
+        self.state: ServoState = (*STILL, self._ways(), self._directions())
 
-    def turn_wheels(self, left: float, right: float) -> None:
-        """Set the wheel speeds of the differential drive, in rad/s."""
-        v = (left + right) / 2.0 * self._radius
-        w = (right - left) / 2.0 * self._radius / self._half
-        wanted = self._steer(v, w)
-        angles = self._within(wanted)
-        ends = (i for i, angle in enumerate(angles) if abs(angle - wanted[i]) > _NEARLY)
-        turn = min((self._curvature(i, angles[i]) * v for i in ends), key=abs, default=w)
-        if abs(turn) < abs(w):
-            # the wheel at its steering limit limits the curvature of the whole robot
-            w = turn
-            angles = self._within(self._steer(v, w))
-        for wheel, angle in zip(self._steering, angles, strict=True):
-            self._ctrl[wheel.actuator] = angle * wheel.upward
-        for driven in self._driven:
-            angle = angles[driven.steering] if driven.steering >= 0 else 0.0
-            speed = (v - w * driven.y) * cos(angle) + w * driven.x * sin(angle)
-            self._ctrl[driven.actuator] = speed / driven.radius * driven.forward
+    def move(self, x: float, y: float, yaw: float) -> bool:
+        """Steer and turn the wheels for a twist, which a steering limit may make less curved.
 
-    def _steer(self, v: float, w: float) -> list[float]:
-        """The angle to the left at which each steered wheel rolls without slipping."""
-        angles = []
-        for wheel in self._steering:
-            ahead, across = v - w * wheel.y, w * wheel.x
-            if ahead == across == 0.0:
-                angle = self._ctrl[wheel.actuator] * wheel.upward
-            elif ahead == 0.0:
-                angle = pi / 2.0 if across > 0.0 else -pi / 2.0
-            else:
-                angle = atan(across / ahead)
-            angles.append(angle)
-        return angles
+        Returns whether all wheels have been steered, so that the command stays the same for this twist.
+        """
+        if not self._sideways:
+            y, yaw = 0.0, self._turn(x, yaw)
+        directions, rates = self._directions(), self._rates()
+        has_arrived = True
+        for (module, steering, _), direction in zip(self._wheels, directions, strict=True):
+            if steering is not None:
+                before = module.direction + self._ctrl[steering.actuator] * module.upward
+                target = module.steer(x, y, yaw, before)
+                step = module.rate * self._period
+                after = min(max(target, before - step), before + step)
+                self._ctrl[steering.actuator] = (after - module.direction) * module.upward
+                has_arrived = has_arrived and abs(target - direction) < _ARRIVED
+        if not self._turns_in_place:
+            yaw = self._turn_of_wheels(x, self._slides(directions, rates))
+        for (module, _, rolling), direction, rate in zip(self._wheels, directions, rates, strict=True):
+            if rolling is not None:
+                speed = module.rim_speed(x, y, yaw, direction, rate)
+                self._ctrl[rolling.actuator] = speed / module.radius * module.forward
+        return has_arrived
 
-    def _within(self, angles: list[float]) -> list[float]:
-        """The angles, each within its wheel's limits."""
-        return [
-            min(max(angle * wheel.upward, wheel.lower), wheel.upper) * wheel.upward
-            for wheel, angle in zip(self._steering, angles, strict=True)
-        ]
+    def _turn(self, x: float, yaw: float) -> float:
+        """The turn that the steering limits allow at a speed."""
+        if self._turns_in_place:
+            return yaw
+        if abs(x) < _STANDING:
+            return 0.0
+        right, left = self._curvatures
+        return x * min(max(yaw / x, right), left)
 
-    def _curvature(self, index: int, angle: float) -> float:
-        """Curvature (1/m) of the path of the axle's middle when a wheel is steered to an angle."""
-        wheel = self._steering[index]
-        return sin(angle) / (wheel.x * cos(angle) + wheel.y * sin(angle))
+    def _turn_of_wheels(self, x: float, slides: list[Equation]) -> float:
+        """The turn with which the base drives at a speed as its wheels are steered now."""
+        turns = sum(by_yaw * (value - by_x * x) for by_x, _, by_yaw, value in slides)
+        return turns / sum(by_yaw * by_yaw for _, _, by_yaw, _ in slides)
 
     def settle(self) -> None:
         """Stop the wheels at their current angles and clear their servos' state."""
-        for wheel in self._driven:
-            self._qvel[wheel.speed] = 0.0
-            self._act[wheel.state] = self._qpos[wheel.position]
+        for wheel in self._wheels:
+            if wheel.rolling is not None:
+                self._qvel[wheel.rolling.speed] = 0.0
+                self._act[wheel.rolling.state] = self._qpos[wheel.rolling.position]
 
-    def angles(self) -> tuple[float, float]:
-        """The wheel angles of the differential drive in rad."""
-        left, right, places, before = self.state
-        rolled = [now - then for now, then in zip(self._places(), places, strict=True)]
-        aside = [(now + then) / 2.0 for now, then in zip(self._angles(), before, strict=True)]
-        to_left, to_right = self._as_differential(rolled, aside)
-        return left + to_left, right + to_right
+    def angles(self) -> Twist:
+        """How far the wheels drove the base: forwards and leftwards in m, and turned in rad."""
+        x, y, yaw, ways, directions = self.state
+        rolled = [now - before for now, before in zip(self._ways(), ways, strict=True)]
+        now = self._directions()
+        turned = [after - before for after, before in zip(now, directions, strict=True)]
+        middle = [(after + before) / 2.0 for after, before in zip(now, directions, strict=True)]
+        ahead, aside, spun = self._motion(rolled, middle, turned)
+        return x + ahead, y + aside, yaw + spun
 
-    def roll(self) -> tuple[float, float]:
+    def roll(self) -> Twist:
         """The angles. Also limits the wind-up of a blocked wheel's servo."""
-        left, right = self.angles()
-        self.state = (left, right, self._places(), self._angles())
-        for wheel in self._driven:
-            middle = self._qpos[wheel.position] + wheel.lag * self._qvel[wheel.speed]
-            ahead = self._act[wheel.state] - middle
-            self._act[wheel.state] = middle + min(max(ahead, -wheel.reach), wheel.reach)
-        return left, right
+        moved = self.angles()
+        self.state = (*moved, self._ways(), self._directions())
+        for wheel in self._wheels:
+            if wheel.rolling is not None:
+                position, speed, state, _, reach, lag = wheel.rolling
+                middle = self._qpos[position] + lag * self._qvel[speed]
+                self._act[state] = middle + min(max(self._act[state] - middle, -reach), reach)
+        return moved
 
-    def speeds(self) -> tuple[float, float]:
-        """The wheel speeds of the differential drive, in rad/s."""
-        rates = [self._qvel[w.speed] * w.forward * w.radius for w in self._driven]
-        return self._as_differential(rates, self._angles())
+    def speeds(self) -> Twist:
+        """How fast the wheels drive the base."""
+        rims = [
+            self._qvel[rolling.speed] * module.forward * module.radius if rolling is not None else 0.0
+            for module, _, rolling in self._wheels
+        ]
+        return self._motion(rims, self._directions(), self._rates())
 
-    def _places(self) -> list[float]:
-        """Distance in m that each driven wheel has rolled."""
-        return [self._qpos[w.position] * w.forward * w.radius for w in self._driven]
+    def _ways(self) -> list[float]:
+        """Distance in m that each wheel with a motor has rolled."""
+        return [
+            self._qpos[rolling.position] * module.forward * module.radius if rolling is not None else 0.0
+            for module, _, rolling in self._wheels
+        ]
 
-    def _angles(self) -> list[float]:
-        """The steering angle of each wheel in rad, positive to the left."""
-        return [self._qpos[w.position] * w.upward for w in self._steering]
+    def _directions(self) -> list[float]:
+        """The direction of each wheel in rad."""
+        return [
+            module.direction
+            + (self._qpos[steering.position] * module.upward if steering is not None else 0.0)
+            for module, steering, _ in self._wheels
+        ]
 
-    def _as_differential(self, ways: list[float], aside: list[float]) -> tuple[float, float]:
-        """Wheel angles or speeds from what each driven wheel rolled (m), or its rim speed (m/s)."""
-        vv = vw = ww = v_way = w_way = 0.0
-        for wheel, way in zip(self._driven, ways, strict=True):
-            angle = aside[wheel.steering] if wheel.steering >= 0 else 0.0
-            by_v, by_w = cos(angle), wheel.x * sin(angle) - wheel.y * cos(angle)
-            vv, vw, ww = vv + by_v * by_v, vw + by_v * by_w, ww + by_w * by_w
-            v_way, w_way = v_way + by_v * way, w_way + by_w * way
-        for steering, angle in zip(self._steering, aside, strict=True):
-            # a steered wheel does not slip sideways
-            by_v, by_w = -sin(angle), steering.x * cos(angle) + steering.y * sin(angle)
-            vv, vw, ww = vv + by_v * by_v, vw + by_v * by_w, ww + by_w * by_w
-        # normal equations of two unknowns: the determinant is above 0, because no steered wheel is on the
-        # axle
-        determinant = vv * ww - vw * vw
-        ahead = (ww * v_way - vw * w_way) / determinant
-        turned = (vv * w_way - vw * v_way) / determinant
-        across = turned * self._half
-        return (ahead - across) / self._radius, (ahead + across) / self._radius
+    def _rates(self) -> list[float]:
+        """How fast each wheel steers, in rad/s."""
+        return [
+            self._qvel[steering.speed] * module.upward if steering is not None else 0.0
+            for module, steering, _ in self._wheels
+        ]
+
+    def _motion(self, ways: list[float], directions: list[float], turned: list[float]) -> Twist:
+        """The motion of the base from what each wheel rolled in m, its direction, and how far it steered, or
+        its twist from their rates."""
+        rolled = [
+            module.rolled(way, direction, steered)
+            for (module, _, rolling), way, direction, steered in zip(
+                self._wheels, ways, directions, turned, strict=True
+            )
+            if rolling is not None
+        ]
+        return motion([*rolled, *self._slides(directions, turned)], sideways=self._sideways)
+
+    def _slides(self, directions: list[float], turned: list[float]) -> list[Equation]:
+        """The equations of the base's motion in which no steered wheel slides."""
+        return [
+            module.did_not_slide(direction, steered)
+            for (module, steering, _), direction, steered in zip(
+                self._wheels, directions, turned, strict=True
+            )
+            if steering is not None
+        ]
 
 
-def _aside(model: mujoco.MjModel, joint: str) -> tuple[int, int]:
-    """A steering joint's position index and its actuator, tuned as a critically damped position servo."""
+def _rolling(model: mujoco.MjModel, joint: str) -> _Rolling:
+    index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, joint)
+    actuator = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, joint)
+    place = int(model.jnt_qposadr[index]), int(model.jnt_dofadr[index])
+    return _Rolling(*place, int(model.actuator_actadr[actuator]), actuator, *slack(model, actuator))
+
+
+def _steering(model: mujoco.MjModel, joint: str) -> _Steering:
+    """A steering joint, whose actuator is tuned as a critically damped position servo."""
     index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, joint)
     actuator = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, joint)
     inertia = max(float(model.dof_M0[model.jnt_dofadr[index]]), 1e-6)
     stiffness = inertia * FREQUENCY**2
     model.actuator_gainprm[actuator, 0] = stiffness
     model.actuator_biasprm[actuator, 1:3] = (-stiffness, -2.0 * inertia * FREQUENCY)
-    return int(model.jnt_qposadr[index]), actuator
+    return _Steering(int(model.jnt_qposadr[index]), int(model.jnt_dofadr[index]), actuator)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import mujoco
 
 from kbot.kinematics.bodies import total_mass
-from kbot.kinematics.drive.drive import DifferentialDrive
+from kbot.kinematics.drive.drive import DifferentialDrive, SteeredDrive
 from kbot.kinematics.spatial import GRAVITY
 from kbot.model import RobotModel
 from kbot.sim.engine.joints import resistance
@@ -62,6 +62,9 @@ def add_drive_servos(
         servo.forcerange = (-most, most)
         if damping > 0.0 and allowed > most:
             _compensate(spec, prefix + name, damping, allowed - most)
+    for name in drive.steering if isinstance(drive, SteeredDrive) else ():
+        # the inertia of the steering motor, with which the servo is stiff enough for the forces of the tyre
+        spec.joint(prefix + name).armature = mass * drive.radius * drive.radius
 
 
 def _compensate(spec: mujoco.MjSpec, joint: str, damping: float, most: float) -> None:
