@@ -749,3 +749,21 @@ def test_rollers_that_are_all_parallel_do_not_drive_sideways():
         load_robot_text(on_rollers(MECANUM_PLACES, dict.fromkeys(CORNERS, 0.0)), "base.urdf").require()
     )
     assert not isinstance(drive, HolonomicDrive)
+
+
+def test_a_part_that_holds_a_base_without_motors_is_named():
+    """Two flaps carry more of the weight than the wheels, so their friction is larger."""
+    flaps = "".join(
+        f'<link name="{name}"><inertial><origin xyz="0.7 0 0"/><mass value="30"/><inertia ixx="0.1" iyy="1" '
+        'izz="0.5" ixy="0" ixz="0" iyz="0"/></inertial><collision><origin xyz="0.8 0 0"/><geometry>'
+        f'<sphere radius="0.02"/></geometry></collision></link><joint name="{name}_hinge" type="continuous">'
+        f'<parent link="base_link"/><child link="{name}"/><origin xyz="{x} 0 0.1" rpy="0 0 {yaw}"/>'
+        '<axis xyz="0 1 0"/></joint>'
+        for name, x, yaw in (("front_flap", 0.3, 0.0), ("rear_flap", -0.3, pi))
+    )
+    sim = simulate(body(FOUR + flaps, PLANAR))
+    sim.cmd_vel(0.0, 0.0, lateral=0.3)
+    sim.run(4.0)
+    [finding] = sim.findings
+    assert finding.code == "W302"
+    assert "'front_flap' drags on the ground" in finding.message

@@ -382,8 +382,16 @@ class MotionFindings:
             found = self._faults(self._slips) or self._slippery_wheel() or self._dragging_part()
             found = found or self._hanging_wheel()
             return found or self._slope() or _Cause("the wheels turn and slip")
+        if not self._has_motors:
+            return self._dragging_part() or self._slope() or _Cause("something holds it")
         found = self._resistance() or self._faults(_WEAK) or self._weak_motor() or self._slope()
         return found or _Cause("its wheels do not turn", hint="check what blocks the wheels")
+
+    @property
+    def _has_motors(self) -> bool:
+        """Whether joints drive the robot. A plugin may move the base itself, or turn tracks."""
+        drive = self._robot.drive
+        return isinstance(drive, DifferentialDrive) and bool(drive.joints)
 
     def _why_far(self, seen: Excess) -> _Cause:
         text, origin = self._speed_limit_of(seen)
@@ -414,11 +422,12 @@ class MotionFindings:
         found = self._drive_fault(("D132", *(("D106", "D105") if off > _SAME else ())))
         if found is not None:
             return found
-        if seen.odometry < 1.0 - SHORT[seen.is_turn] and off < 1.0 - seen.odometry:
+        if self._has_motors and seen.odometry < 1.0 - SHORT[seen.is_turn] and off < 1.0 - seen.odometry:
             slow = self._slippery_wheel() or self._slow_motor()
             return slow or _Cause("its wheels turn more slowly than commanded", self._robot.robot.origin)
         slips = self._faults(self._slips) or self._slippery_wheel() or self._dragging_part()
-        return slips or self._hanging_wheel() or _Cause("the wheels slip", self._robot.robot.origin)
+        text = "the wheels slip" if self._has_motors else "something holds it"
+        return slips or self._hanging_wheel() or _Cause(text, self._robot.robot.origin)
 
     def _limit_of(self, seen: Miss) -> _Cause | None:
         """The limit of speed, acceleration or jerk that explains most of a miss."""
