@@ -481,6 +481,13 @@ def test_names_that_a_missing_model_may_define_are_warnings(world, include, name
     assert [body.name for body in found.bodies] == ["m", "m::b"]  # the joint is left out
 
 
+def test_poses_relative_to_a_model_that_is_not_found_use_its_include(world):
+    include = "<include><uri>model://far_away</uri><name>far</name><pose>1 2 0 0 0 0</pose></include>"
+    found = world(f"{include}<model name='m'><pose relative_to='far'>0 0 3 0 0 0</pose>{link()}</model>")
+    assert tuple(found.bodies[0].pose.translation) == (1.0, 2.0, 3.0)
+    assert [d.code for d in found.diagnostics] == ["W202"]
+
+
 @pytest.mark.parametrize(
     ("inner", "code"),
     [

@@ -167,6 +167,14 @@ def test_errors_of_joints_are_reported_at_their_line(world, inner, code, message
     assert message in fault.message
 
 
+def test_joint_between_two_frames_of_one_link_is_left_out(world):
+    frame = "<frame name='f' attached_to='a'/>"
+    found = world(f"<model name='m'>{link('a')}{frame}\n{joint('revolute', 'f', 'a', axis('0 0 1'))}</model>")
+    (finding,) = found.diagnostics
+    assert (finding.code, finding.is_error, finding.origin.span.line) == ("W205", False, 4)
+    assert [body.joint for body in found.bodies] == [None]
+
+
 @pytest.mark.parametrize(("kind", "tag"), [("revolute", "axis"), ("universal", "axis2")])
 def test_missing_axis_is_reported(world, kind, tag):
     given = axis("0 0 1") if tag == "axis2" else ""

@@ -235,7 +235,10 @@ class Articulation:
             return
         if parent == child:
             message = f"joint '{joint.attributes.get('name', '')}' connects a link to itself"
-            self.values.findings.error("W205", message, joint.origin)
+            if len({_text(joint, tag) for tag in ("parent", "child")}) == 1:
+                self.values.findings.error("W205", message, joint.origin)
+            else:  # by two of its frames, which Gazebo loads
+                self.values.findings.warning("W205", message, joint.origin, "KBot leaves the joint out")
             return
         if not freedoms:
             first, second = self._top(parent), self._top(child)
@@ -251,8 +254,7 @@ class Articulation:
 
     def _end(self, joint: Element, tag: str, frames: Frames, prefix: str) -> str | None:
         """The full name of the link at an end of a joint. None, with a finding, if there is no such link."""
-        element = joint.find(tag)
-        name = element.text.strip() if element is not None else ""
+        element, name = joint.find(tag), _text(joint, tag)
         if element is None or not name:
             message = f"joint '{joint.attributes.get('name', '')}' has no <{tag}>"
             self.values.findings.error("W205", message, (element or joint).origin)
@@ -406,6 +408,11 @@ class Articulation:
 def _reversed(freedom: Freedom) -> Freedom:
     """The freedom seen from the other end of the joint: the same angle about the opposite axis."""
     return replace(freedom, axis=_vector(-np.array(freedom.axis)))
+
+
+def _text(parent: Element, tag: str) -> str:
+    element = parent.find(tag)
+    return element.text.strip() if element is not None else ""
 
 
 def _vector(values: np.ndarray) -> tuple[float, float, float]:

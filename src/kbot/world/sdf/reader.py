@@ -150,7 +150,7 @@ class _Reader:
             return None
         found = self.files.find(uri, context.file)
         if found is None:
-            frames.is_incomplete = True
+            self._leave_out(include, frames)
             return None
         try:
             file, root = self.files.model(found)
@@ -159,7 +159,7 @@ class _Reader:
             return None
         except KbotError as error:
             self.findings.warning("W202", str(error), uri.origin)
-            frames.is_incomplete = True
+            self._leave_out(include, frames)
             return None
         absolute = str(Path(file).absolute())
         if absolute in context.files or len(context.files) > DEEPEST:
@@ -175,6 +175,14 @@ class _Reader:
             return None
         inner = replace(context, file=file, files=(*context.files, absolute), version=_version(root))
         return self._entry(model, include, include, inner)
+
+    @staticmethod
+    def _leave_out(include: Element, frames: Frames) -> None:
+        """Leave out a model that is not found. Poses can be relative to it if the include has its name."""
+        frames.is_incomplete = True
+        name = include.find("name")
+        if name is not None and name.text.strip():
+            frames.add(name.text.strip(), include, frames.root)
 
     def _entry(
         self, model: Element, placed_by: Element, include: Element | None, context: SdfContext
