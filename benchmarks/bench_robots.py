@@ -22,17 +22,26 @@ import csv
 import itertools
 import json
 import os
-import re
-import signal
 import subprocess
 import sys
 import tempfile
-import threading
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
+
+from public_repositories import (
+    ENVIRONMENT,
+    INTERRUPTED,
+    NotFetched,
+    Source,
+    fetch,
+    read_sources,
+    run,
+    shortened,
+    without_folder,
+)
 
 MANIFEST = Path(__file__).with_name("robots.tsv")
 SECONDS = 5.0
@@ -44,28 +53,6 @@ DISTANCE_ERROR, ANGLE_ERROR = 0.05, 0.10
 """The largest errors of a robot that drives, as shares of the command."""
 LIMIT = 180.0
 """Seconds after which a command is stopped."""
-REASON = 150
-"""Characters of a reason."""
-ENVIRONMENT = {
-    **os.environ,
-    "KBOT_DEBUG": "1",  # prints the traceback of an internal error
-    "GIT_LFS_SKIP_SMUDGE": "1",
-    "GIT_TERMINAL_PROMPT": "0",  # a repository that is gone fails instead of asking for a password
-}
-INTERRUPTED = threading.Event()
-"""Set by Ctrl-C, after which no job starts another command."""
-
-
-class Source(NamedTuple):
-    """A repository on GitHub at a commit."""
-
-    repository: str
-    commit: str
-
-    @property
-    def folder(self) -> str:
-        """The path of the checkout. No two repositories are in one folder, where KBot would find both."""
-        return f"{self.repository.replace('/', '+')}+{self.commit[:8]}/{self.repository.split('/')[1]}"
 
 
 class Robot(NamedTuple):
@@ -134,10 +121,6 @@ class Finished(NamedTuple):
         return None
 
 
-class NotFetched(Exception):
-    """A repository is not fetched. The message is the reason."""
-
-
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--from", dest="folder", type=lambda path: Path(path).resolve(), metavar="FOLDER")
@@ -169,7 +152,7 @@ def read_manifest() -> list[Robot]:
             Source(row["repository"], row["commit"]),
             row["file"],
             row["arguments"].split(),
-            [Source(*package.split("@")) for package in row["packages"].split()],
+            read_sources(row["packages"]),
             row["drive"],
             row["incomplete"],
         )
@@ -188,63 +171,13 @@ def _measure(robot: Robot, scratch: Path, folder: Path | None) -> Result:
     try:
         for source in (robot.source, *robot.packages):
             if not (scratch / source.folder).exists():
-                _fetch(source, scratch, folder)
+                fetch(source, scratch, folder)
     except NotFetched as error:
         result.failures.append(f"not fetched: {error}")
     else:
         _run_commands(result, scratch)
     print(f"{robot.name}: {result.text}", file=sys.stderr)
     return result
-
-
-def _fetch(source: Source, scratch: Path, folder: Path | None) -> None:
-    """Check out a repository."""
-    if folder is None:
-        repository = scratch / "fetched.git"
-        _git("init", "--quiet", "--bare", str(repository))
-        address = f"https://github.com/{source.repository}"
-        _git("fetch", "--quiet", "--depth=1", address, source.commit, repository=repository)
-    else:
-        named = folder / source.repository.replace("/", "+")
-        repository = next((path for path in (named / "repo", named) if path.is_dir()), named)
-        if (repository / ".git").is_dir():
-            repository /= ".git"
-    _git("read-tree", source.commit, repository=repository, index=scratch / "index")
-    place = scratch / source.folder
-    place.mkdir(parents=True)
-    try:
-        _git("checkout-index", "-a", repository=repository, index=scratch / "index", place=place)
-    except NotFetched as error:
-        if folder is None:
-            raise
-        # such a folder may lack large files, mostly pictures and meshes
-        print(f"{source.repository} lacks files: {error}", file=sys.stderr)
-
-
-def _git(
-    *words: str, repository: Path | None = None, index: Path | None = None, place: Path | None = None
-) -> None:
-    """Run git, with the files of `place` as the working tree. Raises NotFetched with the reason."""
-    options = [f"--git-dir={repository}"] if repository else []
-    if place:
-        options.append(f"--work-tree={place}")
-    environment = {**ENVIRONMENT, **({"GIT_INDEX_FILE": str(index)} if index else {})}
-    ran = _run(["git", *options, *words], place, environment)
-    if ran.returncode:
-        lines = ran.stderr.strip().splitlines() or [f"git exit status {ran.returncode}"]
-        raise NotFetched(next((line for line in lines if line.startswith(("error: ", "fatal: "))), lines[-1]))
-
-
-def _run(
-    command: list[str], here: Path | None, environment: dict[str, str], limit: float | None = None
-) -> subprocess.CompletedProcess[str]:
-    """Run a command in a folder. Raises KeyboardInterrupt after Ctrl-C, which running commands get too."""
-    ran = subprocess.run(
-        command, cwd=here, env=environment, capture_output=True, text=True, errors="replace", timeout=limit
-    )
-    if INTERRUPTED.is_set() or ran.returncode in (-signal.SIGINT, 130):
-        raise KeyboardInterrupt
-    return ran
 
 
 def _run_commands(result: Result, scratch: Path) -> None:
@@ -273,13 +206,12 @@ def _run_commands(result: Result, scratch: Path) -> None:
         result.angle = report["pose"]["yaw"] / (rate * SECONDS)
     if not result.drives or not result.turns:
         reason = _reason(turned if result.drives else straight)
-        # the temporary folder at the start of a path is of no use to the reader
-        result.reason = _shortened(re.sub(rf"{re.escape(str(scratch))}/\S*/", "", reason))
+        result.reason = shortened(without_folder(reason, scratch))
 
 
 def _kbot(words: list[str], here: Path) -> Finished:
     try:
-        ran = _run([sys.executable, "-m", "kbot", *words], here, ENVIRONMENT, LIMIT)
+        ran = run([sys.executable, "-m", "kbot", *words], here, ENVIRONMENT, LIMIT)
     except subprocess.TimeoutExpired:
         return Finished(None, "", "")
     return Finished(ran.returncode, ran.stdout, ran.stderr)
@@ -307,12 +239,6 @@ def _reason(finished: Finished) -> str:
         if found:
             return f"{Path(where).name}{message}"
     return lines[-1] if lines else ""
-
-
-def _shortened(line: str) -> str:
-    """A line as long as a table can show. A vertical bar would end the cell."""
-    line = line.replace("|", "\\|")
-    return line if len(line) <= REASON else line[: REASON - 1] + "…"
 
 
 def _table(results: Iterable[Result]) -> Iterator[str]:
