@@ -207,7 +207,36 @@ def test_a_single_wheel_is_not_a_drive():
 def test_a_cylinder_across_its_axis_is_not_a_wheel():
     drive = find_drive(robot(wheel("l", 0.2, CYLINDER, rpy="0 0 0"), wheel("r", -0.2, CYLINDER, rpy="0 0 0")))
     assert isinstance(drive, NoDrive)
-    assert "does not lie along its axis" in drive.reason
+    assert "does not lie along its axis (robot.urdf:" in drive.reason
+
+
+def test_a_wheel_without_an_axis_turns_about_x():
+    sides = (wheel(n, y, CYLINDER).replace("<axis xyz='0 1 0'/>", "") for n, y in (("l", 0.2), ("r", -0.2)))
+    drive = find_drive(robot(*sides))
+    assert isinstance(drive, NoDrive)
+    assert "'l_joint': its cylinder does not lie along its axis, x because it has no <axis>" in drive.reason
+
+
+def test_wheels_with_camber_are_a_pair():
+    """Both wheels lean by 0.15 rad to the middle, so that their axes differ by 0.3 rad."""
+    left = wheel("l", 0.2, CYLINDER, "0 0.98877 0.14944", rpy="1.720796 0 0")
+    right = wheel("r", -0.2, CYLINDER, "0 0.98877 -0.14944", rpy="1.420796 0 0")
+    drive = find_drive(robot(left, right))
+    assert isinstance(drive, DifferentialDrive)
+    assert (drive.left, drive.right) == (("l_joint",), ("r_joint",))
+    assert drive.separation == pytest.approx(0.4)
+
+
+def test_a_plugin_that_names_fixed_joints_is_the_reason():
+    joints = wheel("l", 0.2, CYLINDER) + wheel("r", -0.2, CYLINDER)
+    swivel = wheel("swivel", 0.0, "<box size='0.1 0.1 0.1'/>")
+    plugin = (
+        "<gazebo><plugin name='diff' filename='libgazebo_ros_diff_drive.so'><leftJoint>l_joint</leftJoint>"
+        "<rightJoint>r_joint</rightJoint></plugin></gazebo>"
+    )
+    drive = find_drive(robot(joints.replace("continuous", "fixed"), swivel, plugin))
+    assert isinstance(drive, NoDrive)
+    assert drive.reason.startswith("its drive names 'l_joint', which is fixed and does not turn (robot.urdf:")
 
 
 @given(st.floats(-2, 2), st.floats(-5, 5))

@@ -312,7 +312,12 @@ def find_drive(
         steered = _steered(robot, tree, controllers)
         if steered is not None:
             return steered
-    return with_sides(_two_sided(robot, tree), *sides)
+    found = _two_sided(robot, tree)
+    named = (robot.joints[name] for name in (*left, *right) if name in robot.joints)
+    fixed = next((joint for joint in named if joint.type is JointType.FIXED), None)
+    if isinstance(found, NoDrive) and fixed is not None:
+        return NoDrive(f"its drive names '{fixed.name}', which is fixed and does not turn ({fixed.origin})")
+    return with_sides(found, *sides)
 
 
 def _sides(controllers: Iterable[DeclaredDrive]) -> tuple[list[str], list[str]]:
@@ -382,12 +387,13 @@ def drive_of(robot: RobotModel, tree: FrameTree, joints: Sequence[Joint]) -> Dif
     base = base_link(robot, joints[0].parent)
     found = [find_wheel(tree, joint, base) for joint in joints]
     wheels = [wheel for wheel in found if not wheel.flaw]
-    flaws = [f"'{wheel.joint.name}': {wheel.flaw}" for wheel in found if wheel.flaw]
+    flaws = [f"'{w.joint.name}': {w.flaw} ({w.joint.origin})" for w in found if w.flaw]
     if not wheels:
         return NoDrive(f"no joint turns a wheel: {flaws[0]}")
     pairs = pairs_of(wheels)
     if not pairs:
-        reason = f"'{wheels[0].joint.name}' has no wheel of equal size on the other side"
+        alone = wheels[0].joint
+        reason = f"'{alone.name}' has no wheel of equal size on the other side ({alone.origin})"
         return NoDrive("; ".join([reason, *flaws[:1]]))
     return _build(tree, base, largest(pairs))
 

@@ -189,9 +189,12 @@ def find_wheel(tree: FrameTree, joint: Joint, base: str) -> Wheel:
             first_flaw = first_flaw or flaw
             if (not flaw, radius) > (not best.flaw, best.radius):
                 best = Wheel(joint, center, axis, radius, width, shape, flaw)
+    flaw = (best.flaw and first_flaw) or best.flaw
     if abs(axis[2]) > 0.2:
-        return replace(best, flaw="its axis is not horizontal")
-    return replace(best, flaw=first_flaw) if best.flaw and first_flaw else best
+        flaw = "its axis is not horizontal"
+    elif flaw and joint.axis_origin is None:
+        flaw += ", x because it has no <axis>" if flaw.endswith(" axis") else ""
+    return replace(best, flaw=flaw) if flaw != best.flaw else best
 
 
 def meant_wheels(tree: FrameTree, named: Collection[str]) -> list[Wheel]:
@@ -341,9 +344,12 @@ def _pairs_by_names(wheels: Sequence[Wheel], sides: Mapping[str, str]) -> list[P
 
 def _is_pair(a: Wheel, b: Wheel) -> bool:
     near = EQUAL * max(a.radius, b.radius)
-    if not abs(a.radius - b.radius) < near or abs(a.axis @ b.axis) < 0.99:
+    left_a, left_b = (
+        wheel.axis if wheel.flaw else leftward(wheel) for wheel in (a, b)
+    )  # wheels may have camber
+    if not abs(a.radius - b.radius) < near or abs(left_a @ left_b) < 0.99:
         return False
-    axle = leftward(a) if a.flaw else a.axis  # the axis may be the flaw
+    axle = leftward(a)
     between = b.center - a.center
     along = float(between @ axle)
     off_line = float(np.linalg.norm(between - along * axle))
