@@ -96,7 +96,18 @@ class Slip:
             )
         geoms = np.flatnonzero(model.geom_bodyid == body).tolist()
         priority, dimensions = rank(self.friction)
+        # the tyres of a skid-steer robot have contact pairs with the ground, which is the first of each pair
+        pairs = [pair for pair in range(model.npair) if model.pair_geom2[pair] in geoms]
         return _all(
+            *(
+                _changed(
+                    target,
+                    "pair_friction",
+                    [(pair, 0), (pair, 1)],
+                    min(self.friction, float(model.geom_friction[model.pair_geom1[pair], 0])),
+                )
+                for pair in pairs
+            ),
             _changed(target, "geom_friction", [(geom, 0) for geom in geoms], self.friction),
             _changed(target, "geom_priority", geoms, priority),
             _changed(target, "geom_condim", geoms, dimensions),

@@ -11,7 +11,7 @@ from math import sqrt
 
 import mujoco
 
-from kbot.sim.recipe import SOLIMP, SOLREF
+from kbot.sim.recipe import SKID_DAMPING, SKID_SOLIMP, SOLIMP, SOLREF
 
 GROUND = 1
 OBSTACLE = 2
@@ -66,6 +66,11 @@ def as_ground(geom: mujoco.MjsGeom) -> None:
     geom.contype, geom.conaffinity = GROUND, 0
 
 
+def is_ground(geom: mujoco.MjsGeom) -> bool:
+    """Whether a shape was made by `as_ground`."""
+    return bool(geom.contype == GROUND and geom.conaffinity == 0)
+
+
 def as_obstacle(geom: mujoco.MjsGeom, moving: bool) -> None:
     """Make an obstacle. It touches robots and moving bodies. If it moves itself, it touches everything."""
     geom.contype, geom.conaffinity = OBSTACLE, GROUND | OBSTACLE if moving else 0
@@ -84,6 +89,25 @@ def as_robot(geom: mujoco.MjsGeom, others: bool) -> None:
 def as_tyre(geom: mujoco.MjsGeom) -> None:
     """Make the sphere of a drive wheel. It touches only the ground."""
     geom.contype, geom.conaffinity = 0, GROUND
+
+
+def add_skidding(
+    spec: mujoco.MjSpec, ground: mujoco.MjsGeom, tyre: mujoco.MjsGeom, across: float, along: float
+) -> None:
+    """Let a tyre slide over a shape of the ground, with friction across and along its rolling direction.
+
+    The lower friction of ground and tyre applies. Only a plane aligns a contact with the axis of a capsule:
+    on other shapes of the ground, the lower of both applies in all directions.
+    """
+    if ground.type != mujoco.mjtGeom.mjGEOM_PLANE:
+        across = along = min(across, along)
+    most = float(ground.friction[0])
+    pair = spec.add_pair(geomname1=ground.name, geomname2=tyre.name)
+    pair.friction = (min(across, most), min(along, most), 0.0, 0.0, 0.0)
+    pair.condim = rank(max(pair.friction[0], pair.friction[1]))[1]
+    pair.solref = SOLREF
+    pair.solimp = SKID_SOLIMP
+    pair.solreffriction = (-1.0, -SKID_DAMPING)
 
 
 def as_rim(geom: mujoco.MjsGeom, others: bool) -> None:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from math import sqrt
 
 import mujoco
+import numpy as np
 
 from kbot.kinematics.bodies import total_mass
 from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, NoDrive
+from kbot.kinematics.drive.wheels import Wheel
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.transform import Transform
 from kbot.model import Collision, Link, RobotModel
@@ -18,9 +22,12 @@ from kbot.sim.engine.geometry import add_shape, wxyz
 from kbot.sim.engine.inertia import check_masses, held_joints, is_fixed, lone_links, set_inertial
 from kbot.sim.engine.joints import add_joint, add_mimics, held_pose
 from kbot.sim.engine.servo import add_drive_servos, add_joint_servos
-from kbot.sim.engine.surfaces import DEFAULT_SURFACE, link_surfaces
+from kbot.sim.engine.surfaces import DEFAULT_SURFACE, ContactSurface, link_surfaces
 from kbot.sim.recipe import CASTER_FRICTION, Contacts
 from kbot.text import DiagnosticCollector, KbotError
+
+_SHORT = 1e-3
+"""Half length of a tyre's capsule, as a share of its radius. Both of its ends touch the ground."""
 
 
 @dataclass(frozen=True)
@@ -87,8 +94,11 @@ class _Shapes:
         self.spec, self.plan, self.findings = spec, plan, findings
         self.touching: list[str] = []
         self.mass = total_mass(plan.robot)
-        self.surfaces = link_surfaces(plan.robot, findings)
         self.tyres: dict[str, tuple[float, Transform]] = {}
+        skidding = _skidding(plan)
+        self.surfaces = link_surfaces(plan.robot, findings, skidding)
+        self.skidding = {link: _frictions(plan, wheel, self.surfaces) for link, wheel in skidding.items()}
+        """The friction across and along the rolling direction of tyres that slide in turns."""
         self.sliding: tuple[str, ...] = ()
         """The links without friction."""
         if isinstance(plan.drive, DifferentialDrive) and plan.contacts is Contacts.RECIPE:
@@ -110,6 +120,8 @@ class _Shapes:
             )
             touch.set_surface(geom, friction)
             touch.as_tyre(geom)
+            if link.name in self.skidding:
+                self._let_skid(geom, link)
         for collision in link.collisions:
             geom = self._shape(body, link, collision)
             if geom is None:
@@ -129,6 +141,24 @@ class _Shapes:
                 touch.with_self_collision(geom)
             if link.name not in self.touching:
                 self.touching.append(link.name)
+
+    def _let_skid(self, tyre: mujoco.MjsGeom, link: Link) -> None:
+        """Let a tyre slide in turns.
+
+        If its friction depends on direction, a short capsule replaces the sphere: the contact of a capsule
+        with a plane is aligned with its axis.
+        """
+        across, along = self.skidding[link.name]
+        tyre.name = f"{self.plan.prefix}{link.name}#tyre"
+        if across != along and isinstance(self.plan.drive, DifferentialDrive):
+            wheel = next(w for w in self.plan.drive.wheels.values() if w.link == link.name)
+            tyre.type = mujoco.mjtGeom.mjGEOM_CAPSULE
+            tyre.size = (tyre.size[0], _SHORT * tyre.size[0], 0.0)
+            link_from_base = FrameTree(self.plan.robot).pose(self.plan.drive.base, in_frame=link.name)
+            mujoco.mju_quatZ2Vec(tyre.quat, link_from_base.rotation @ wheel.axis)
+        for ground in self.spec.geoms:
+            if touch.is_ground(ground):
+                touch.add_skidding(self.spec, ground, tyre, across, along)
 
     def _shape(self, body: mujoco.MjsBody, link: Link, collision: Collision) -> mujoco.MjsGeom | None:
         pose = Transform.of(collision.pose)
@@ -164,6 +194,28 @@ class _Shapes:
 
     def _has_self_collision(self, link: str) -> bool:
         return self.surfaces.get(link, DEFAULT_SURFACE).self_collide
+
+
+def _skidding(plan: RobotPlan) -> dict[str, Wheel]:
+    """The wheels, by link, of a skid-steer robot, which has wheels behind each other on both sides."""
+    drive = plan.drive
+    if type(drive) is not DifferentialDrive or len(drive.left) < 2 or plan.contacts is Contacts.AS_WRITTEN:
+        return {}
+    return {wheel.link: wheel for wheel in drive.wheels.values()}
+
+
+def _frictions(plan: RobotPlan, wheel: Wheel, surfaces: Mapping[str, ContactSurface]) -> tuple[float, float]:
+    """The friction of a wheel across and along its rolling direction."""
+    surface, link = surfaces.get(wheel.link, DEFAULT_SURFACE), plan.robot.links[wheel.link]
+    if surface.direction is None or not isinstance(plan.drive, DifferentialDrive):
+        return surface.friction, surface.friction
+    link_from_base = FrameTree(plan.robot).pose(plan.drive.base, in_frame=wheel.link)
+    link_from_shape = Transform.of(link.collisions[0].pose) if link.collisions else Transform.identity()
+    first = link_from_shape.rotation @ np.array(surface.direction)
+    along_axle = abs(first @ (link_from_base.rotation @ wheel.axis)) / np.linalg.norm(first)
+    # a direction that turns with the wheel meets the ground along the rolling direction
+    both = surface.friction, surface.second_friction
+    return both if along_axle > sqrt(0.5) else (both[1], both[0])
 
 
 def _tyres(robot: RobotModel, drive: DifferentialDrive) -> dict[str, tuple[float, Transform]]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
-from math import isfinite
+from math import hypot, inf, isfinite
 
 from kbot.model import RobotModel
 from kbot.sim.recipe import FRICTION
@@ -19,10 +19,13 @@ class ContactSurface:
 
     `friction` is the sliding coefficient (mu1). Links with `self_collide` collide with each other. `gravity`:
     whether gravity acts on the link. `stiffness` (kp, N/m; None if not given) and `damping` (kd, N s/m) are
-    those of its contacts.
+    those of its contacts. If `direction` (fdir1, in the frame of the collision shape) is given, `friction`
+    acts along it and `second_friction` (mu2) across it.
     """
 
     friction: float = FRICTION
+    second_friction: float = FRICTION
+    direction: tuple[float, float, float] | None = None
     self_collide: bool = False
     gravity: bool = True
     stiffness: float | None = None
@@ -32,8 +35,13 @@ class ContactSurface:
 DEFAULT_SURFACE = ContactSurface()
 
 
-def link_surfaces(robot: RobotModel, findings: DiagnosticCollector) -> Mapping[str, ContactSurface]:
-    """The surfaces of the links that have `<gazebo>` tags."""
+def link_surfaces(
+    robot: RobotModel, findings: DiagnosticCollector, directed: Collection[str] = ()
+) -> Mapping[str, ContactSurface]:
+    """The surfaces of the links that have `<gazebo>` tags.
+
+    `directed` are the links on which friction by direction is simulated. On others it is reported (W136).
+    """
     surfaces: dict[str, ContactSurface] = {}
     everywhere = DEFAULT_SURFACE
     for extension in robot.extensions:
@@ -43,7 +51,8 @@ def link_surfaces(robot: RobotModel, findings: DiagnosticCollector) -> Mapping[s
         if link is None:
             everywhere = _read(extension, everywhere, findings, whole=True)
         elif link in robot.links:
-            surfaces[link] = _read(extension, surfaces.get(link, DEFAULT_SURFACE), findings)
+            before = surfaces.get(link, DEFAULT_SURFACE)
+            surfaces[link] = _read(extension, before, findings, is_directed=link in directed)
         elif link not in robot.joints:
             findings.warning(
                 "W133",
@@ -57,14 +66,21 @@ def link_surfaces(robot: RobotModel, findings: DiagnosticCollector) -> Mapping[s
 
 
 def _read(
-    element: Element, surface: ContactSurface, findings: DiagnosticCollector, whole: bool = False
+    element: Element,
+    surface: ContactSurface,
+    findings: DiagnosticCollector,
+    *,
+    whole: bool = False,
+    is_directed: bool = False,
 ) -> ContactSurface:
     collides = _truth(element, ("selfCollide", "self_collide"), surface.self_collide)
     if whole:
         return replace(surface, self_collide=collides)
     friction = _number(element, ("mu1", "mu"), "coefficient of friction", findings)
     across = _number(element, ("mu2",), "coefficient of friction", findings)
-    if friction is not None and across is not None and across != friction:
+    direction = _direction(element)
+    is_simulated = is_directed and direction is not None
+    if friction is not None and across is not None and across != friction and not is_simulated:
         findings.info(
             "W136",
             f"friction by direction is not simulated: mu1 = {friction:g} applies in all directions",
@@ -75,8 +91,11 @@ def _read(
     gravity = _truth(element, ("gravity",), surface.gravity) and not _truth(
         element, ("turnGravityOff",), default=False
     )
+    friction = surface.friction if friction is None else friction
     return ContactSurface(
-        surface.friction if friction is None else friction,
+        friction,
+        friction if across is None else across,
+        direction or surface.direction,
         collides,
         gravity,
         stiffness or surface.stiffness,
@@ -102,6 +121,17 @@ def _number(
     message = f"<{child.tag}> must be a {what}, not '{written}'"
     findings.warning("W130", message, child.origin, "KBot ignores the value")
     return None
+
+
+def _direction(element: Element) -> tuple[float, float, float] | None:
+    """The vector in `<fdir1>`. None if it is not given, is 0, or is not three numbers."""
+    child = element.find("fdir1")
+    words = child.attributes.get("value", child.text).split() if child is not None else []
+    try:
+        x, y, z = (to_float(word) for word in words)
+    except ValueError:
+        return None
+    return (x, y, z) if 0.0 < hypot(x, y, z) < inf else None
 
 
 def _truth(element: Element, names: tuple[str, ...], default: bool) -> bool:

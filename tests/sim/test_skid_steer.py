@@ -1,0 +1,94 @@
+"""Skid-steer robots in a simulation: how far they turn, against Coulomb's law of friction."""
+
+from math import pi
+
+import pytest
+
+from kbot.sim import Simulation
+from kbot.sim.injected_faults import Slip
+
+ALONG, ACROSS = 0.2, 0.25
+"""Distance in m of each wheel from the middle, along and across the robot."""
+
+
+def skid_steer(surface: str = "", wheel_rpy: str = "0 0 0") -> str:
+    """A robot of 9 kg with a wheel in each corner."""
+    inertia = '<inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/>'
+    parts = [f'<link name="base_link"><inertial><mass value="5"/>{inertia}</inertial></link>']
+    for end, x in (("front", ALONG), ("rear", -ALONG)):
+        for side, y in (("left", ACROSS), ("right", -ACROSS)):
+            name = f"{end}_{side}"
+            parts.append(
+                f'<link name="{name}"><inertial><mass value="1"/><inertia ixx="0.002" iyy="0.002" izz="0.002"'
+                f' ixy="0" ixz="0" iyz="0"/></inertial><collision><origin rpy="{wheel_rpy}"/><geometry>'
+                '<sphere radius="0.1"/></geometry></collision></link>'
+                f'<joint name="{name}_joint" type="continuous"><parent link="base_link"/>'
+                f'<child link="{name}"/><origin xyz="{x} {y} 0"/><axis xyz="0 1 0"/></joint>'
+                f'<gazebo reference="{name}">{surface}</gazebo>'
+            )
+    return f'<robot name="rover">{"".join(parts)}</robot>'
+
+
+def turned_share(sim: Simulation, rate: float = 0.5) -> float:
+    """The steady turning rate, as a share of the commanded one."""
+    sim.cmd_vel(0.0, rate)
+    sim.run(1.0)
+    before = sim.ground_truth.pose.yaw
+    sim.cmd_vel(0.0, rate)
+    sim.run(1.0)
+    turned = sim.ground_truth.pose.yaw - before
+    return (turned % (2 * pi)) / rate
+
+
+@pytest.mark.parametrize("friction", [0.3, 1.0])
+@pytest.mark.parametrize("rate", [0.2, 0.5, 1.0])
+def test_a_skid_steer_robot_turns_as_coulombs_law_says(urdf, friction, rate):
+    """The rim of a wheel at a, b slips by v - w b forwards and w a sideways. The torque of the friction,
+    which opposes the slip, vanishes at w = v b / (a^2 + b^2), for every coefficient."""
+    sim = Simulation(urdf(skid_steer(f"<mu1>{friction}</mu1><mu2>{friction}</mu2>")))
+    share = ACROSS**2 / (ALONG**2 + ACROSS**2)
+    assert turned_share(sim, rate) == pytest.approx(share, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("direction", "wheel_rpy", "along", "across"),
+    [
+        ("0 1 0", "0 0 0", 0.4, 0.8),  # the wheel's axis
+        ("1 0 0", "0 0 0", 0.8, 0.4),  # it turns with the wheel: its rolling direction on the ground
+        ("0 1 0", f"{pi / 2} 0 0", 0.8, 0.4),  # in the frame of the collision shape, as in Gazebo
+    ],
+)
+def test_friction_by_direction_changes_how_far_it_turns(urdf, direction, wheel_rpy, along, across):
+    """The friction that dissipates most within an ellipse is (m^2 s, n^2 t) / |(m s, n t)| for a slip of s, t
+    and coefficients m, n. Its torque vanishes at w = v m^2 b / (m^2 b^2 + n^2 a^2)."""
+    surface = f"<mu1>0.8</mu1><mu2>0.4</mu2><fdir1>{direction}</fdir1>"
+    sim = Simulation(urdf(skid_steer(surface, wheel_rpy)))
+    assert not sim.diagnostics
+    share = (along * ACROSS) ** 2 / ((along * ACROSS) ** 2 + (across * ALONG) ** 2)
+    assert turned_share(sim) == pytest.approx(share, rel=0.02)
+
+
+def test_without_a_direction_the_second_friction_is_reported(urdf):
+    sim = Simulation(urdf(skid_steer("<mu1>0.8</mu1><mu2>0.4</mu2>")))
+    assert {finding.code for finding in sim.diagnostics} == {"W136"}
+
+
+def test_a_skid_steer_robot_drives_straight(urdf):
+    sim = Simulation(urdf(skid_steer()))
+    sim.run(0.5)
+    start = sim.ground_truth.pose.x
+    for _ in range(200):
+        sim.cmd_vel(0.5, 0.0)
+        sim.run(0.02)
+    driven = sim.ground_truth.pose.x - start
+    assert driven == pytest.approx(sim.odometry.pose.x, rel=2e-3)
+    assert sim.ground_truth.pose.y == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_skid_steer_robot_on_slippery_wheels_stands_still(urdf):
+    sim = Simulation(urdf(skid_steer()))
+    for name in ("front_left", "front_right", "rear_left", "rear_right"):
+        sim.disturbances.schedule(Slip(name, 0.0), at=0.0)
+    sim.cmd_vel(0.5, 0.0)
+    sim.run(2.0)
+    assert sim.ground_truth.pose.x == pytest.approx(0.0, abs=0.01)
