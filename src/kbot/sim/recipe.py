@@ -31,8 +31,8 @@ SKID_DAMPING = 3.0
 
 MuJoCo pushes a sliding contact up, by more the stiffer it is and the more its friction is damped. With the
 contacts above a sliding tyre hops 100 times a second, its wheel slows down at each impact, and the robot
-turns by down to half of what Coulomb's law gives. With these settings it stays on the ground up to 1 rad/s, and a robot of
-6 kg sinks in by 0.06 mm."""
+turns by down to half of what Coulomb's law gives. With these settings it stays on the ground up to 1 rad/s,
+and a robot of 6 kg sinks in by 0.06 mm."""
 
 FRICTION = 1.0
 """Default coefficient of friction, as in Gazebo."""
