@@ -92,3 +92,58 @@ def test_a_skid_steer_robot_on_slippery_wheels_stands_still(urdf):
     sim.cmd_vel(0.5, 0.0)
     sim.run(2.0)
     assert sim.ground_truth.pose.x == pytest.approx(0.0, abs=0.01)
+
+
+def test_the_turning_share_is_reported(urdf):
+    sim = Simulation(urdf(skid_steer()))
+    for _ in range(200):
+        sim.cmd_vel(0.0, 0.5)
+        sim.run(0.02)
+    (found,) = (finding for finding in sim.findings if finding.code == "W301")
+    assert "it turns 61 % of what its wheels indicate" in found.message
+
+
+def husky_in(folder, *controls):
+    """A description with gazebo_ros_control, and packages of controllers beside it."""
+    plugin = '<gazebo><plugin name="control" filename="libgazebo_ros_control.so"/></gazebo>'
+    text = skid_steer().replace("</robot>", f"{plugin}</robot>")
+    for package, name, file in [("rover_description", "rover.urdf", text), *controls]:
+        place = folder / package
+        place.mkdir(exist_ok=True)
+        (place / "package.xml").write_text(f"<package><name>{package}</name></package>")
+        place = place / ("config" if name.endswith("yaml") else "urdf")
+        place.mkdir(exist_ok=True)
+        (place / name).write_text(file)
+    return folder / "rover_description" / "urdf" / "rover.urdf"
+
+
+CONTROL = """rover_velocity_controller:
+  type: diff_drive_controller/DiffDriveController
+  left_wheel: [front_left_joint, rear_left_joint]
+  right_wheel: [front_right_joint, rear_right_joint]
+  wheel_separation_multiplier: 1.64
+"""
+
+
+def test_a_drive_controller_beside_the_description_is_used(tmp_path):
+    """The multiplier is that of the closed form, so the robot turns as commanded."""
+    file = husky_in(tmp_path, ("rover_control", "control.yaml", CONTROL))
+    sim = Simulation(str(file))
+    (found,) = (finding for finding in sim.diagnostics if finding.code == "W148")
+    assert str(tmp_path / "rover_control" / "config" / "control.yaml") in found.message
+    assert turned_share(sim) == pytest.approx(1.0, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    "controls",
+    [
+        [("husky_control", "control.yaml", CONTROL)],  # another robot's package
+        [("rover_control", "control.yaml", CONTROL), ("rover_gazebo", "control.yaml", CONTROL)],
+        [("rover_control", "control.yaml", CONTROL.replace("rear_left_joint", "other"))],
+        [("rover_control", "control.yaml", CONTROL.replace("diff_drive_controller/", "my_drive/"))],
+        [("rover_control", "control.yaml", "a: [")],
+    ],
+)
+def test_a_file_that_does_not_clearly_fit_is_not_used(tmp_path, controls):
+    sim = Simulation(str(husky_in(tmp_path, *controls)))
+    assert "W148" not in {finding.code for finding in sim.diagnostics}

@@ -73,7 +73,7 @@ _JERK_LIMITS = (
 )
 """The controllers' limits of speed, acceleration and jerk, for driving and for turning."""
 _SIDES = ("D107", "D108", "D109")
-_SLIPS = ("D112", "D128", "D116", "D110", "D111", "D126", "D115")
+_SLIPS = ("D112", "D128", "D116", "D110", "D111", "D115")
 _WEAK = ("D119", "D117")
 _TIPS = ("D115", "D116", "D112", "G106")
 
@@ -527,7 +527,10 @@ class MotionFindings:
         if axles < 2 or seen.odometry_rotation <= (1.0 + _SAME) * max(seen.rotation, 0.1):
             return None
         factor = seen.odometry_rotation / seen.rotation if seen.rotation else inf
-        text = f"a turn drags the wheels of {axles} axles across the ground"
+        text = (
+            f"it turns {_percent(1.0 / factor)} of what its wheels indicate, because a turn drags the wheels"
+            f" of {axles} axles across the ground"
+        )
         hint = f"give the drive a wheel separation that is {factor:.1f} times as large"
         return _Cause(text, self._robot.robot.origin, hint if factor < inf else "", is_fault=False)
 

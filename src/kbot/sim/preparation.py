@@ -10,6 +10,7 @@ import numpy as np
 
 from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, SteeredDrive, find_drive
 from kbot.kinematics.drive.findings import findings_of_drive
+from kbot.kinematics.drive.nearby import with_nearby_drive
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.model import RobotModel
@@ -67,9 +68,10 @@ def prepare(
 
     `limits` replace the limits of the robot's own controller.
     """
+    findings = DiagnosticCollector()
+    robot = with_nearby_drive(robot, findings)
     found = find_drive(robot)
     drive = drive_with_masses(robot, _unless_commanded(robot, found))
-    findings = DiagnosticCollector()
     findings.diagnostics += findings_of_drive(robot, found)
     settings: DriveSettings | None = None
     if isinstance(drive, DifferentialDrive):
