@@ -4,7 +4,7 @@ from math import atan2, hypot, inf, pi, sin, tan
 
 import pytest
 
-from kbot.kinematics.drive.drive import SteeredDrive, find_drive
+from kbot.kinematics.drive.drive import NoDrive, SteeredDrive, find_drive
 from kbot.messages import Twist, Vector3
 from kbot.sim import Simulation
 from kbot.workbench.protocol import Drive
@@ -128,6 +128,51 @@ ROVER = body(FOUR.replace("1.2", "0.6"), x=0.0)
 SWERVE = body(FOUR.replace("1.2", "1.57"), x=0.0)
 JOINT = '<parent link="front_left_fork"/><child link="front_left"/><origin xyz='
 TRAILING = SWERVE.replace(f'{JOINT}"0.0 0.0 0"/>', f'{JOINT}"-0.03 0.02 0"/>')
+
+
+def test_front_wheels_with_a_velocity_interface_roll_freely(urdf):
+    """gazebo_ros_control holds joints that nothing commands. A wheel that rolls on the ground is driven."""
+    names = ("left_joint", "right_joint", "front_left_joint", "front_right_joint")
+    gears = "".join(
+        f'<transmission name="{name}"><type>transmission_interface/SimpleTransmission</type>'
+        f'<joint name="{name}"><hardwareInterface>VelocityJointInterface</hardwareInterface></joint>'
+        f'<actuator name="{name}_motor"/></transmission>'
+        for name in names
+    )
+    manager = '<gazebo><plugin filename="libgazebo_ros_control.so" name="control"/></gazebo>'
+    text = CAR[: CAR.index("<gazebo>")] + gears + manager + "</robot>"
+    sim = Simulation(urdf(text))
+    sim.cmd_vel(0.5, 0.0)
+    sim.run(4.5)
+    assert sim.ground_truth.pose.x == pytest.approx(0.5 * 4.5 - 0.5**2 / 2.0, abs=0.02)
+    rolled = sim.joint_positions["front_left_joint"] * RADIUS
+    assert rolled == pytest.approx(sim.ground_truth.pose.x, abs=0.01)
+
+
+def test_steering_joints_overcome_their_friction_and_have_no_limit_below_zero(urdf):
+    """Gazebo does not enforce a negative limit. The angles are those of Ackermann, tan a = L / (R - y)."""
+    limit = '<limit lower="-1.2" upper="1.2" effort="50" velocity="0"/>'
+    assert limit in CAR
+    dry = '<limit lower="-1.2" upper="1.2" effort="-1" velocity="-1"/><dynamics damping="1" friction="2"/>'
+    sim = Simulation(urdf(CAR.replace(limit, dry)))
+    sim.cmd_vel(0.3, 0.05)
+    sim.run(2.0)
+    for module in sim.robots.first.drive.modules:
+        if module.steering is not None:
+            angle = sim.joint_positions[module.steering]
+            assert tan(angle) == pytest.approx(BASE / (0.3 / 0.05 - module.y), rel=0.02)
+
+
+def test_description_for_display_does_not_drive(urdf):
+    drive = find_drive(
+        urdf(
+            '<robot name="r"><link name="a"/><link name="b"><visual><geometry>'
+            '<cylinder radius="0.05" length="0.04"/></geometry></visual></link>'
+            '<joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint></robot>'
+        )
+    )
+    assert isinstance(drive, NoDrive)
+    assert drive.reason == "no link has a mass or a collision shape: the description is only for display"
 
 
 def test_four_steered_wheels_without_a_fixed_axle_are_found(urdf):

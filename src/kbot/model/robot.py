@@ -176,6 +176,19 @@ class Joint:
             return -math.inf, math.inf
         return self.limit.lower or 0.0, self.limit.upper or 0.0
 
+    @property
+    def effort_limit(self) -> float:
+        """The effort limit in N m or N, infinite if it is 0 or missing. Gazebo does not enforce a negative
+        one."""
+        effort = self.limit.effort if self.limit is not None else None
+        return effort if effort is not None and effort > 0.0 else math.inf
+
+    @property
+    def speed_limit(self) -> float:
+        """The velocity limit in rad/s or m/s, as `effort_limit`."""
+        velocity = self.limit.velocity if self.limit is not None else None
+        return velocity if velocity is not None and velocity > 0.0 else math.inf
+
 
 @dataclass(frozen=True)
 class RobotModel:

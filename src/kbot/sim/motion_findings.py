@@ -22,7 +22,6 @@ from kbot.sim.engine.base_servo import traction
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.geometry import own_geometries
 from kbot.sim.engine.joints import resistance
-from kbot.sim.engine.servo import effort_limit, speed_limit
 from kbot.sim.motion_watch import STUCK, Excess, Explanation, MotionWatch, OdometryError, Standstill
 from kbot.sim.recipe import Contacts
 from kbot.sim.robot import SimulatedRobot
@@ -180,7 +179,7 @@ class MotionFindings:
             return None
         loads = self._loads(targets)
         for name in sagging:
-            joint, most = self._robot.robot.joints[name], effort_limit(self._robot.robot, name)
+            joint, most = self._robot.robot.joints[name], self._robot.robot.joints[name].effort_limit
             if loads[name] > most and joint.limit is not None:
                 unit = "N" if joint.type is JointType.PRISMATIC else "N m"
                 what = (
@@ -407,11 +406,11 @@ class MotionFindings:
         if controller is not None and given is not None and given.number == seen.allowed:
             return f"{controller.name} limits it with {given.name}", given.origin
         joints = drive.joints if isinstance(drive, DifferentialDrive) else ()
-        name = min(joints, key=lambda joint: speed_limit(robot, joint), default="")
+        name = min(joints, key=lambda joint: robot.joints[joint].speed_limit, default="")
         limit = robot.joints[name].limit if name else None
         if limit is None:
             return "the controller limits the speed", robot.origin
-        return f"'{name}' has a velocity limit of {speed_limit(robot, name):g} rad/s", limit.origin
+        return f"'{name}' has a velocity limit of {robot.joints[name].speed_limit:g} rad/s", limit.origin
 
     def _why_missed(self, seen: Miss) -> _Cause:
         """The limits of the drive, the direction of its wheels, sizes that are off, weak motors, or slip."""
@@ -463,8 +462,8 @@ class MotionFindings:
         if not isinstance(drive, DifferentialDrive) or settings is None:
             return None
         torque = settings.torque or inf
-        name = min(drive.joints, key=lambda joint: effort_limit(self._robot.robot, joint), default="")
-        most = min(effort_limit(self._robot.robot, name), torque) if name else inf
+        name = min(drive.joints, key=lambda joint: self._robot.robot.joints[joint].effort_limit, default="")
+        most = min(self._robot.robot.joints[name].effort_limit, torque) if name else inf
         if most == inf:
             return None
         limit, origin = self._torque_limit(name, most)
@@ -578,16 +577,16 @@ class MotionFindings:
         robot, drive = self._robot.robot, self._robot.drive
         text = f"the limits of the drive allow only {_percent(seen.allowed)} of the commanded speed"
         joints = drive.joints if isinstance(drive, DifferentialDrive) else ()
-        name = min(joints, key=lambda joint: speed_limit(robot, joint), default="")
+        name = min(joints, key=lambda joint: robot.joints[joint].speed_limit, default="")
         limit = robot.joints[name].limit if name else None
         twist = self._robot.commanded_twist
         if (
             limit is None
             or not isinstance(drive, DifferentialDrive)
-            or speed_limit(robot, name) > drive.rim_speed(twist.x, twist.y, twist.yaw) / drive.radius
+            or robot.joints[name].speed_limit > drive.rim_speed(twist.x, twist.y, twist.yaw) / drive.radius
         ):
             return _Cause(text, robot.origin, "command a lower speed, or raise the controller's limits")
-        text += f": '{name}' has a velocity limit of {speed_limit(robot, name):g} rad/s"
+        text += f": '{name}' has a velocity limit of {robot.joints[name].speed_limit:g} rad/s"
         return _Cause(text, limit.origin, "raise the velocity limit, or command a lower speed")
 
     def _why_weak(self) -> _Cause:
@@ -622,7 +621,7 @@ class MotionFindings:
     def _torque_limit(self, joint: str, most: float) -> tuple[str, Origin | None]:
         """What limits the torque of a motor to `most` N m, and where it is written."""
         robot = self._robot.robot
-        if most == effort_limit(robot, joint):
+        if most == robot.joints[joint].effort_limit:
             limit = robot.joints[joint].limit
             return "the effort limit", limit.origin if limit is not None else None
         controller = drive_controller(declared_drives(robot))

@@ -16,7 +16,6 @@ from kbot.sim.command_watch import CommandWatch, Miss
 from kbot.sim.disturbances import Disturbances
 from kbot.sim.drive.twist_controller import STILL, Twist
 from kbot.sim.engine.engine import Engine
-from kbot.sim.engine.servo import effort_limit
 from kbot.sim.recipe import CONTROL_PERIOD
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.robots import Robots
@@ -419,7 +418,7 @@ def _torque_limits(robot: SimulatedRobot) -> dict[str, float]:
     if not isinstance(robot.drive, DifferentialDrive) or robot.settings is None:
         return {}
     own = robot.settings.torque or inf
-    limits = {joint: min(effort_limit(robot.robot, joint), own) for joint in robot.drive.joints}
+    limits = {joint: min(robot.robot.joints[joint].effort_limit, own) for joint in robot.drive.joints}
     return {joint: most for joint, most in limits.items() if most < inf}
 
 

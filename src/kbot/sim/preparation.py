@@ -161,5 +161,5 @@ def _with_brakes(
 
 def _driving_joints(drive: DifferentialDrive | NoDrive) -> tuple[str, ...]:
     if isinstance(drive, SteeredDrive):
-        return (*drive.joints, *drive.steering)
+        return tuple(dict.fromkeys((*drive.joints, *drive.wheels, *drive.steering)))
     return drive.joints if isinstance(drive, DifferentialDrive) else ()

@@ -333,6 +333,8 @@ def _sides(controllers: Iterable[DeclaredDrive]) -> tuple[list[str], list[str]]:
 
 def _two_sided(robot: RobotModel, tree: FrameTree) -> DifferentialDrive | NoDrive:
     """The differential drive of joints that no plugin names."""
+    if not any(link.collisions or link.inertial for link in robot.links.values()):
+        return NoDrive("no link has a mass or a collision shape: the description is only for display")
     turning = [j for j in robot.joints.values() if j.type is JointType.CONTINUOUS]
     if not turning:
         return NoDrive(_why_nothing_turns(robot))

@@ -201,7 +201,7 @@ def placed(
         trail, aside = c * to_x + s * to_y, c * to_y - s * to_x
         ends = sorted(direction + upward * end for end in _written_range(by))
         lower, upper = ends[0], ends[1]
-        rate = (by.limit.velocity if by.limit is not None else 0.0) or inf
+        rate = by.speed_limit
     return WheelModule(
         rolls=wheel.joint.name,
         steering=by.name if by is not None else None,

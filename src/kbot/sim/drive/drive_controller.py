@@ -16,7 +16,6 @@ from kbot.sim.drive.steered_servos import SteeredServos
 from kbot.sim.drive.twist_controller import STILL, SavedTwist, Twist, TwistController
 from kbot.sim.drive.wheel_servos import ServoState, WheelServos
 from kbot.sim.engine.engine import Engine
-from kbot.sim.engine.servo import speed_limit
 from kbot.sim.wheel_odometry import Motion, PlanarOdometry, TrueOdometry, WheelOdometry
 
 SavedDrive = tuple[SavedTwist, tuple[float, ...], ServoState, bool]
@@ -43,7 +42,7 @@ class DriveController:
         self._prefix, self._period = prefix, period
         self._believed = settings.with_controller_sizes(drive)
         """The drive with the sizes that the robot's own controller uses, right or wrong."""
-        of_joints = [speed_limit(robot, joint) for joint in drive.joints]
+        of_joints = [robot.joints[joint].speed_limit for joint in drive.joints]
         fastest = min(of_joints, default=settings.rim_speed / settings.radius)
         self._controller = TwistController(self._believed, settings.limits, fastest, period)
         self._odometry = self._find_odometry(truth)

@@ -19,7 +19,6 @@ from kbot.kinematics.drive.drive import HolonomicDrive
 from kbot.kinematics.frames import FrameTree
 from kbot.model import RobotModel
 from kbot.sim.engine.geometry import wxyz
-from kbot.sim.engine.servo import effort_limit
 from kbot.sim.engine.surfaces import DEFAULT_SURFACE, link_surfaces
 from kbot.sim.recipe import FRICTION
 from kbot.text import DiagnosticCollector
@@ -58,7 +57,7 @@ def traction(robot: RobotModel, drive: HolonomicDrive) -> Traction:
     friction = min(surfaces.get(link, DEFAULT_SURFACE).friction for link in drive.tyres)
     if drive.kind is Holonomic.TRACKS:
         return Traction(friction, lever, _STRONG)
-    efforts = {joint: effort_limit(robot, joint) for joint in drive.joints}
+    efforts = {joint: robot.joints[joint].effort_limit for joint in drive.joints}
     x, y, yaw = (
         sum(
             efforts[joint] * abs(direction[axis])

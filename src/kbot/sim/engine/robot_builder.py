@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from kbot.kinematics.bodies import total_mass
-from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, NoDrive
+from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, NoDrive, SteeredDrive
 from kbot.kinematics.drive.wheels import Wheel
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.transform import Transform
@@ -21,7 +21,7 @@ from kbot.sim.engine.bounds import check_bounds
 from kbot.sim.engine.geometry import add_shape, wxyz
 from kbot.sim.engine.inertia import check_masses, held_joints, is_fixed, lone_links, set_inertial
 from kbot.sim.engine.joints import add_joint, add_mimics, held_pose
-from kbot.sim.engine.servo import add_drive_servos, add_joint_servos
+from kbot.sim.engine.servo import add_drive_servos, add_joint_servos, add_steering_servos
 from kbot.sim.engine.surfaces import DEFAULT_SURFACE, ContactSurface, link_surfaces
 from kbot.sim.recipe import CASTER_FRICTION, Contacts
 from kbot.text import DiagnosticCollector, KbotError
@@ -83,6 +83,9 @@ def add_robot(spec: mujoco.MjSpec, plan: RobotPlan, findings: DiagnosticCollecto
         add_drive_servos(spec, robot, plan.drive, prefix, plan.contacts, grip, plan.torque)
     if isinstance(plan.drive, HolonomicDrive):
         add_base_servo(spec, robot, plan.drive, prefix)
+    if isinstance(plan.drive, SteeredDrive):
+        driven = (*driven, *plan.drive.steering)
+        add_steering_servos(spec, robot, plan.drive, prefix)
     add_joint_servos(spec, robot, (*driven, *held), prefix)
     shapes.exclude_self_collisions()
 

@@ -44,7 +44,7 @@ def add_drive_servos(
         gain = inertia / SERVO_TIME
         damping, friction = resistance(robot.joints[name])
         traction = SERVO_MARGIN * max(grip, LEAST_GRIP) * mass * GRAVITY / count * radius
-        allowed = min(effort_limit(robot, name), torque or float("inf"))
+        allowed = min(robot.joints[name].effort_limit, torque or float("inf"))
         if contacts is Contacts.AS_WRITTEN and allowed < float("inf"):
             most = allowed
         elif traction + friction <= allowed:
@@ -62,9 +62,6 @@ def add_drive_servos(
         servo.forcerange = (-most, most)
         if damping > 0.0 and allowed > most:
             _compensate(spec, prefix + name, damping, allowed - most)
-    for name in drive.steering if isinstance(drive, SteeredDrive) else ():
-        # the inertia of the steering motor, with which the servo is stiff enough for the forces of the tyre
-        spec.joint(prefix + name).armature = mass * drive.radius * drive.radius
 
 
 def _compensate(spec: mujoco.MjSpec, joint: str, damping: float, most: float) -> None:
@@ -87,24 +84,30 @@ def _compensate(spec: mujoco.MjSpec, joint: str, damping: float, most: float) ->
 def add_joint_servos(spec: mujoco.MjSpec, robot: RobotModel, driven: tuple[str, ...], prefix: str) -> None:
     """Add a servo to every other joint that has a position. It exerts no force until it is commanded."""
     for joint in robot.movable_joints:
-        if joint.name in driven or joint.mimic is not None:
-            continue
-        servo = spec.add_actuator(name=prefix + joint.name, target=prefix + joint.name)
-        servo.trntype = mujoco.mjtTrn.mjTRN_JOINT
-        servo.set_to_position(kp=0.0, kv=0.0)
-        effort = effort_limit(robot, joint.name)
-        if effort < float("inf"):
-            servo.forcelimited = True
-            servo.forcerange = (-effort, effort)
+        if joint.name not in driven and joint.mimic is None:
+            _add_position_servo(spec, prefix + joint.name, joint.effort_limit)
 
 
-def effort_limit(robot: RobotModel, joint: str) -> float:
-    """The effort limit in N m or N, infinite if it is 0 or missing."""
-    limit = robot.joints[joint].limit
-    return limit.effort if limit is not None and limit.effort else float("inf")
+def add_steering_servos(spec: mujoco.MjSpec, robot: RobotModel, drive: SteeredDrive, prefix: str) -> None:
+    """Add a position servo to every steering joint.
+
+    Its motor's inertia makes it stiff enough for the forces of the tyre. It overcomes the joint's dry
+    friction, within the effort limit: the servo would stay short of its target.
+    """
+    inertia = total_mass(robot) * drive.radius * drive.radius
+    for name in drive.steering:
+        effort, (_, friction) = robot.joints[name].effort_limit, resistance(robot.joints[name])
+        spec.joint(prefix + name).armature = inertia
+        if friction < effort:
+            spec.joint(prefix + name).frictionloss = 0.0
+            effort -= friction
+        _add_position_servo(spec, prefix + name, effort)
 
 
-def speed_limit(robot: RobotModel, joint: str) -> float:
-    """The velocity limit in rad/s or m/s, infinite if it is 0 or missing."""
-    limit = robot.joints[joint].limit
-    return limit.velocity if limit is not None and limit.velocity else float("inf")
+def _add_position_servo(spec: mujoco.MjSpec, joint: str, effort: float) -> None:
+    servo = spec.add_actuator(name=joint, target=joint)
+    servo.trntype = mujoco.mjtTrn.mjTRN_JOINT
+    servo.set_to_position(kp=0.0, kv=0.0)
+    if effort < float("inf"):
+        servo.forcelimited = True
+        servo.forcerange = (-effort, effort)

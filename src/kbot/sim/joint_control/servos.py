@@ -39,15 +39,13 @@ class JointBounds:
     @classmethod
     def of(cls, joint: Joint) -> JointBounds:
         lower, upper = joint.range
-        limit, safety = joint.limit, joint.safety
+        safety = joint.safety
         if joint.type is JointType.CONTINUOUS:
             # a continuous joint has no position limits, so its safety controller has no effect
             safety = None
         elif safety is not None and safety.soft_lower_limit < safety.soft_upper_limit:
             lower, upper = max(lower, safety.soft_lower_limit), min(upper, safety.soft_upper_limit)
-        speed = limit.velocity if limit is not None and limit.velocity else inf
-        effort = limit.effort if limit is not None and limit.effort else inf
-        return cls(lower, upper, speed, effort, safety)
+        return cls(lower, upper, joint.speed_limit, joint.effort_limit, safety)
 
     def position(self, wanted: float) -> float:
         return min(max(wanted, self.lower), self.upper)
