@@ -310,3 +310,14 @@ def test_a_material_of_an_included_file_that_is_not_well_formed_is_not_missing()
     macros = SHIPPED.with_name("kbot_macros.xacro")
     with unsaved({str(macros): macros.read_text("utf-8").replace('value="${m}"/>', 'value="${m}"/', 1)}):
         assert [d.code for d in check_file(str(SHIPPED), config=Config())] == ["P001"]
+
+
+def test_names_of_links_follow_from_an_undefined_argument() -> None:
+    """With the prefix unknown, the parent of `a` is unknown too."""
+    text = (
+        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="base"/>'
+        '<xacro:macro name="part" params="name parent"><link name="$(arg prefix)${name}"/>'
+        '<joint name="${name}_joint" type="fixed"><parent link="$(arg prefix)${parent}"/>'
+        '<child link="$(arg prefix)${name}"/></joint></xacro:macro><xacro:part name="a" parent="base"/></robot>'
+    )
+    assert [d.code for d in found_in(text)] == ["X112"]

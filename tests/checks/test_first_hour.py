@@ -145,9 +145,9 @@ STEPS = [
             "S101 fix: remove <xacro:property>",  # wheel_separation, which the chapter never uses
             "I111 fix: rotate the inertial with its geometry",
             "I117 hint: compute the mass from volume and material: 0.023 kg of plastic",
-            "U202 fix: remove rpy",
             "D128 hint: raise it by 0.5 mm",
             'D125 fix: insert <limit effort="0.061" velocity="29"/>',
+            "U202 fix: remove rpy",
         ],
         waits=frozenset({"D116", OFF_AXLE}),  # the caster is in the next section: "add a caster"
     ),

@@ -443,8 +443,8 @@ def test_causes_are_printed_first_and_the_rest_is_summarized(
     heads = [line for line in lines if line.startswith("robot.xacro:")]
     assert [head.rsplit("[", 1)[1] for head in heads] == ["X103]", "U013]"]
     summary = lines[lines.index("After the errors (-v shows all findings):") + 1 : -2]
-    assert summary == ["  2 warnings U202 unknown-attribute  first at robot.xacro:4:59"]
-    assert lines[-1].startswith("2 errors, 2 warnings")
+    assert summary == ["  2 info U202 unknown-attribute  first at robot.xacro:4:59"]
+    assert lines[-1].startswith("2 errors, 2 info")
 
 
 def test_verbose_prints_everything_in_the_order_of_severity(
@@ -461,9 +461,18 @@ def test_verbose_prints_everything_in_the_order_of_severity(
 
 
 def test_warnings_alone_are_printed_in_full(robot: Path) -> None:
-    output = run("robot.xacro").output
+    output = run("-v", "robot.xacro").output
     assert "After" not in output
     assert output.count("warning:") + output.count("info:") == 2
+
+
+def test_notes_are_one_line_in_the_terminal(robot: Path) -> None:
+    lines = run("robot.xacro").output.splitlines()
+    assert [line.rsplit("[", 1)[1] for line in lines if line.startswith("robot.xacro:")] == ["I108]"]
+    assert lines[-3:-1] == ["1 note: 1 U202 unknown-attribute; show with -v", ""]
+    assert len(findings("robot.xacro")) == 2
+    robot.write_text(MACRO.replace("<visual>", '<visual> <origin xzy="0 0 1"/>'))
+    assert "U202" in {f["code"] for f in findings("robot.xacro") if f["severity"] == "warning"}
 
 
 def test_a_summary_has_at_most_ten_lines() -> None:

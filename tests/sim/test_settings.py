@@ -103,6 +103,7 @@ def test_settings_of_a_ros2_controller_include_its_multipliers(with_extension, t
         "    linear:\n      x:\n        has_velocity_limits: true\n        max_velocity: 0.6\n"
         "        min_velocity: -0.3\n    angular.z.max_acceleration: 2.0\n"
         "    angular.z.has_jerk_limits: false\n    angular.z.max_jerk: 3.0\n"
+        "    angular.z.max_velocity: NAN\n    linear.x.max_jerk: .nan\n"  # no limit
     )
     plugin = f'<gazebo><plugin name="r" filename="x"><parameters>{file}</parameters></plugin></gazebo>'
     settings, diagnostics = settings_of(with_extension(plugin))

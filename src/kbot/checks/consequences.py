@@ -21,6 +21,10 @@ _LOSES_PARTS = frozenset(
 """Errors after which whole parts of the robot are missing."""
 _OF_LOST_PARTS = frozenset({"U003", "U006", "U007", "U008", "U014", "J110", "I106", "G106", "G108"})
 """Links, joints, masses, shapes and materials that are missing: the missing part may have had them."""
+_LOSES_NAMES = frozenset({"X112", "X114"})
+_OF_LOST_NAMES = frozenset({"U003", "U004", "U005", "U006"})
+"""A missing argument or package: links have no prefix, so that their names are equal or unknown, or are in a
+file that is skipped."""
 _LOSES_JOINTS = frozenset({"U011", "U013", "U014", "U015"})
 _OF_LOST_JOINTS = frozenset({"U008"})
 """A joint that cannot be read leaves its child without a parent."""
@@ -58,6 +62,8 @@ def without_consequences(found: Iterable[Diagnostic], context: Context) -> list[
     left_out = set(UNUSED) if errors else set[str]()
     if errors & _LOSES_PARTS:
         left_out |= _OF_LOST_PARTS
+    if _LOSES_NAMES & {d.code for d in found}:  # also the warning about a file that is skipped
+        left_out |= _OF_LOST_NAMES
     if errors & _LOSES_JOINTS:
         left_out |= _OF_LOST_JOINTS
     if any(is_cause(d) for d in found) or any(d.code in WRONG_UNITS for d in found):

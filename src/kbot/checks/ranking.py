@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 
 from kbot.checks.registry import all_rules
@@ -13,6 +14,22 @@ _MOST_LINES = 10
 _SEVERITIES = list(Severity)
 _STAGES = ("F", "P", "X", "S", "U0")
 """Families of codes in the order in which a description is read: each may cause errors of the next."""
+
+_NOTES = frozenset({"J113", "S104", "U202"})
+"""Rules about parts without an effect. There are often dozens, which hide the other findings."""
+
+
+def is_note(diagnostic: Diagnostic) -> bool:
+    """Whether a finding is folded in the terminal. A misspelt attribute (U202) is a warning, and is not."""
+    return diagnostic.code in _NOTES and diagnostic.severity is Severity.INFO
+
+
+def folded(notes: Sequence[Diagnostic]) -> str:
+    """One line for all notes: how many each rule has."""
+    numbers = Counter(diagnostic.code for diagnostic in notes).most_common()
+    rules = all_rules()
+    parts = [f"{number} {code} {rules[code].name}" for code, number in numbers]
+    return f"{len(notes)} note{'s' * (len(notes) > 1)}: {', '.join(parts)}; show with -v"
 
 
 def ranked(found: Iterable[Diagnostic]) -> list[Diagnostic]:

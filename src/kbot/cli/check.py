@@ -18,7 +18,7 @@ from kbot.checks.file_kinds import kind_of
 from kbot.checks.fixes import fixed, fixed_includes, unified_diff
 from kbot.checks.folder_files import entry_points
 from kbot.checks.formats import github, junit, relative, sarif
-from kbot.checks.ranking import ranked, summary
+from kbot.checks.ranking import folded, is_note, ranked, summary
 from kbot.checks.settings import with_selection
 from kbot.cli.arguments import NO_FILE, collect_options, examples, package_path_option, split_arguments
 from kbot.cli.output import fail, has_color, is_unusable, print_json, warn_about_duplicates
@@ -383,18 +383,21 @@ def _print(found: Sequence[Diagnostic], output: _Output, files: Sequence[str]) -
 
 def _print_text(found: Sequence[Diagnostic], verbose: bool) -> None:
     """Print the findings, errors first. While there are errors, the others are only summarized: they may
-    change with the errors."""
+    change with the errors. Notes are one line."""
     in_order = ranked(found)
+    notes = [] if verbose else [d for d in in_order if is_note(d)]
     errors = [d for d in in_order if d.is_error]
     others = [d for d in in_order if not d.is_error]
     is_short = bool(errors and others) and not verbose
-    shown = errors if is_short else in_order
+    shown = errors if is_short else [d for d in in_order if d not in notes]
     click.echo(render_text(shown, color=has_color(sys.stdout), every_place=verbose), nl=False)
     if is_short:
         click.echo(f"\nAfter the {'errors' if len(errors) > 1 else 'error'} (-v shows all findings):")
         for line in summary(others):
             click.echo(f"  {line}")
         click.echo()
+    elif notes:
+        click.echo(folded(notes) + "\n")
 
 
 def _summary(found: Sequence[Diagnostic]) -> str:

@@ -101,6 +101,12 @@ class Parameter:
             return None
         return number if math.isfinite(number) else None
 
+    @property
+    def is_nan(self) -> bool:
+        """Whether the value is NaN, which ros2_control takes for "no limit". ROS 2 reads the text `NAN` as a
+        number too, in any case."""
+        return self.text.lower() in ("nan", ".nan", "+nan", "-nan")
+
     def names(self) -> tuple[Parameter, ...]:
         """The texts of a list, or the single text, each as a separate parameter."""
         if not isinstance(self.value, list):

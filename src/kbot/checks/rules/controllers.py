@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 from kbot.checks.context import Context
 from kbot.checks.registry import Finding, Found, reported, rule
-from kbot.kinematics.drive.declared import DeclaredDrive
+from kbot.kinematics.drive.declared import DeclaredDrive, words_of
 from kbot.model import JointType
 from kbot.model.extensions import extensions, hardware_joints
 from kbot.text import Element, Related, Severity
@@ -180,7 +180,8 @@ def two_publishers(context: Context) -> Found:
     robot_state_publisher already does.
 
     Why: Both publish, and the last message wins. The wheels flicker between two angles, or the robot follows
-    only some of the commands. robot_state_publisher already publishes the transform of every joint.
+    only some of the commands. robot_state_publisher publishes the transform of every joint whose state it
+    receives. So the plugin's transforms are reported only if something publishes the wheels' states.
 
     Example: `<publishWheelTF>true</publishWheelTF>`
 
@@ -201,7 +202,7 @@ def two_publishers(context: Context) -> Found:
                 )
                 break
     for controller in context.declared_drives:
-        if controller.publishes_tf:
+        if controller.publishes_tf and _publishes_states(context):
             place = next((e for e in _plugin_tags(context, ("publishWheelTF", "publish_wheel_tf"))), None)
             tag = place.tag if place else "publishWheelTF"
             yield Finding(
@@ -209,6 +210,14 @@ def two_publishers(context: Context) -> Found:
                 f"{controller.name} publishes the wheels' transforms, as robot_state_publisher does",
                 f"write <{tag}>false</{tag}>",
             )
+
+
+def _publishes_states(context: Context) -> bool:
+    """Whether a drive, a plugin of joint states or ros2_control publishes the states of wheels."""
+    if any(controller.publishes_joints is not None for controller in context.declared_drives):
+        return True
+    words = [words_of(plugin) for plugin in _gazebo_plugins(context)]
+    return any(word in text for text in words for word in ("jointstate", "roscontrol", "ros2control"))
 
 
 def _plugin_tags(context: Context, tags: tuple[str, ...]) -> Iterator[Element]:

@@ -63,12 +63,12 @@ _MANY = frozenset({"link", "joint", "visual", "collision", "material"})
 """Elements that may occur more than once in their parent."""
 
 
-@rule("U202", "unknown-attribute", Severity.WARNING, "document")
+@rule("U202", "unknown-attribute", Severity.INFO, "document")
 def unknown_attribute(context: Context) -> Found:
     """An attribute is misspelt, or belongs to another element.
 
     Why: URDF parsers ignore it and use the default. `<origin xzy="0 0 0.5"/>` puts the part at 0 0 0, half a
-    metre too low. `rpy` in `<axis>` has no effect.
+    metre too low. `rpy` in `<axis>` has no effect. A misspelt attribute is a warning.
 
     Example: `<axis xyz="0 1 0" rpy="0 0 0"/>`
 
@@ -101,6 +101,7 @@ def unknown_attribute(context: Context) -> Found:
                 f"'{name}' is not an attribute of <{element.tag}>: URDF parsers ignore it",
                 hint,
                 fix=fix,
+                severity=Severity.WARNING if near else None,
             )
 
 

@@ -142,7 +142,7 @@ class _Values:
     def number(self, *names: str) -> float | None:
         """A finite number. None if it is not given, or is not a number (reported as W130)."""
         given = self.controller.first(*names)
-        if given is None or given.value != given.value:  # NaN in YAML: no limit
+        if given is None or given.is_nan:
             return None
         if given.number is None:
             self._warn("W130", given, f"must be a number, not '{given.text}'", "KBot ignores the value")
