@@ -318,6 +318,7 @@ def test_names_of_links_follow_from_an_undefined_argument() -> None:
         '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="base"/>'
         '<xacro:macro name="part" params="name parent"><link name="$(arg prefix)${name}"/>'
         '<joint name="${name}_joint" type="fixed"><parent link="$(arg prefix)${parent}"/>'
-        '<child link="$(arg prefix)${name}"/></joint></xacro:macro><xacro:part name="a" parent="base"/></robot>'
+        '<child link="$(arg prefix)${name}"/></joint></xacro:macro>'
+        '<xacro:part name="a" parent="base"/></robot>'
     )
     assert [d.code for d in found_in(text)] == ["X112"]

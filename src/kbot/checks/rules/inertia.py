@@ -189,12 +189,13 @@ def zero_tensor(context: Context) -> Found:
             )
 
 
-@rule("I104", "not-positive-definite", Severity.ERROR, "robot")
+@rule("I104", "not-positive-definite", Severity.WARNING, "robot")
 def not_positive_definite(context: Context) -> Found:
     """The inertia tensor is not positive definite: a principal moment is zero or negative.
 
     Why: A torque about that axis turns the link the wrong way, or infinitely fast, and its kinetic energy can
-    be negative. MuJoCo refuses the robot, and other engines become unstable.
+    be negative. MuJoCo and gz-sim refuse the robot, and other engines become unstable. `kbot sim` replaces
+    the tensor by the nearest possible one and warns (W104), as for I105.
 
     Example: `ixx="0.001" iyy="0.001" izz="-0.001"`, or products of inertia that are larger than the moments.
 
