@@ -5,7 +5,7 @@ from math import atan2, hypot, inf, pi, sin, tan
 import pytest
 
 from kbot.kinematics.drive.drive import NoDrive, SteeredDrive, find_drive
-from kbot.messages import Twist, Vector3
+from kbot.messages import Header, Twist, TwistStamped, Vector3
 from kbot.sim import Simulation
 from kbot.workbench.protocol import Drive
 from kbot.workbench.serve import open_session
@@ -259,6 +259,101 @@ def test_topic_and_limits_of_a_cars_plugin_are_used(urdf):
     sim.run(0.4)
     assert sim.ground_truth.twist.x == pytest.approx(0.2, rel=0.02)
     assert sim.diagnostics == ()
+
+
+ACKERMANN = """
+controller_manager:
+  ros__parameters:
+    car:
+      type: ackermann_steering_controller/AckermannSteeringController
+car:
+  ros__parameters:
+    wheelbase: 0.5
+    traction_track_width: 0.4
+    traction_wheels_radius: 0.1
+    traction_joints_names: [left_joint, right_joint]
+    steering_joints_names: [front_left_steering, front_right_steering]
+    reference_timeout: 2.0
+"""
+
+
+def ackermann(urdf, tmp_path, parameters: str) -> Simulation:
+    """The car whose front joints have no limits, with a controller of ros2_control."""
+    text = CAR[: CAR.index("<gazebo>")].replace('type="revolute"', 'type="continuous"')
+    return Simulation(urdf(text + controlled(tmp_path, parameters)))
+
+
+def controlled(tmp_path, parameters: str) -> str:
+    """The end of a description whose controllers have these parameters."""
+    (tmp_path / "car.yaml").write_text(parameters)
+    file = f"<parameters>{tmp_path}/car.yaml</parameters>"
+    return f'<gazebo><plugin filename="x" name="gz_ros2_control::P">{file}</plugin></gazebo></robot>'
+
+
+def test_controller_of_ros2_control_steers(urdf, tmp_path):
+    """It subscribes to TwistStamped on `reference`, and steers the continuous joints that it names."""
+    sim = ackermann(urdf, tmp_path, ACKERMANN)
+    assert sim.diagnostics == ()
+    twist = TwistStamped(Header(), Twist(Vector3(0.5), Vector3(0.0, 0.0, 0.3)))
+    sim.bus.publish("/car/reference", twist)
+    sim.run(1.9)
+    assert sim.ground_truth.twist.yaw == pytest.approx(0.3, rel=0.02)
+    sim.run(1.5)
+    assert sim.ground_truth.twist.x == pytest.approx(0.0, abs=0.01)
+    assert "/car/odometry" in sim.bus.topics
+
+
+@pytest.mark.parametrize(("sizes", "turn"), [((0.5, 0.5), 0.3), ((0.5, 0.6), 0.36)])
+def test_wrong_wheelbase_turns_the_robot_too_far(urdf, tmp_path, sizes, turn):
+    """The controller steers tan a = L w / v. With an L that is 20 % too large the robot turns at 1.2 w."""
+    true, given = sizes
+    sim = ackermann(urdf, tmp_path, ACKERMANN.replace(f"wheelbase: {true}", f"wheelbase: {given}"))
+    sim.cmd_vel(0.5, 0.3)
+    sim.run(2.0)
+    assert sim.ground_truth.twist.yaw == pytest.approx(turn, rel=0.03)
+    assert sim.odometry.twist.yaw == pytest.approx(0.3, rel=0.03)
+    assert [d.code for d in sim.diagnostics] == ["D105"] * (given != true)
+
+
+def test_gz_steering_limit_bounds_the_curvature(urdf):
+    """gz's smallest radius is the wheelbase over the sine of the limit, in reverse too."""
+    settings = "<steering_limit>0.4</steering_limit><wheel_base>0.5</wheel_base>"
+    sim = Simulation(urdf(CAR.replace("<left_joint>", f"{settings}<left_joint>", 1)))
+    for speed in (0.3, -0.3):
+        sim.cmd_vel(speed, 2.0)
+        sim.run(3.0)
+        assert sim.ground_truth.twist.yaw == pytest.approx(0.3 * sin(0.4) / 0.5, rel=0.02)
+
+
+def test_tricycle_controller_steers_at_its_rate(urdf, tmp_path):
+    parameters = """
+controller_manager: {ros__parameters: {trike: {type: tricycle_controller/TricycleController}}}
+trike:
+  ros__parameters:
+    {traction_joint_name: front_joint, steering_joint_name: front_steering, wheel_radius: 0.1, wheelbase: 0.5,
+     steering: {max_velocity: 0.2}}
+"""
+    sim = Simulation(urdf(TRICYCLE.replace("</robot>", controlled(tmp_path, parameters))))
+    assert sim.robots.first.drive.joints == ("front_joint",)
+    sim.cmd_vel(0.3, 0.5)
+    sim.run(2.0)
+    assert sim.joint_positions["front_steering"] == pytest.approx(0.2 * 2.0, abs=0.03)
+    sim.bus.publish("/trike/cmd_vel", TwistStamped(Header(), Twist(Vector3(0.2))))
+    sim.run(0.4)
+    assert sim.robots.first.commanded_twist.x == 0.2
+
+
+def test_geared_front_wheels_drive_too(urdf):
+    """Nothing names the driving joints. Front wheels with a dry friction of 15 N m do not roll freely."""
+    text = CAR[: CAR.index("<gazebo>")]
+    for side in ("left", "right"):
+        head, joint, tail = text.partition(f'<joint name="front_{side}_joint"')
+        text = head + joint + tail.replace("</joint>", '<dynamics friction="15"/></joint>', 1)
+    sim = Simulation(urdf(text + "</robot>"))
+    assert len(sim.robots.first.drive.joints) == 4
+    sim.cmd_vel(0.5, 0.2)
+    sim.run(2.0)
+    assert (sim.ground_truth.twist.x, sim.ground_truth.twist.yaw) == pytest.approx((0.5, 0.2), rel=0.02)
 
 
 def test_steering_limit_bounds_the_curvature(urdf):

@@ -30,6 +30,13 @@ MANAGER = "controller_manager"
 DIFF_DRIVE = "diff_drive_controller/DiffDriveController"
 MECANUM_DRIVE = "mecanum_drive_controller/MecanumDriveController"
 OMNI_DRIVE = "omni_wheel_drive_controller/OmniWheelDriveController"
+STEERING = (
+    "ackermann_steering_controller",
+    "bicycle_steering_controller",
+    "tricycle_controller",
+    "tricycle_steering_controller",
+)
+"""The packages of the controllers that steer a car or a tricycle."""
 JOINT_STATE = "joint_state_controller/JointStateController"
 
 OTHERS_NEED: Mapping[tuple[int, str], tuple[str, ...]] = {

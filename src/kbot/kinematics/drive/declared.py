@@ -12,6 +12,7 @@ from kbot.kinematics.controller_files import (
     DIFF_DRIVE,
     MECANUM_DRIVE,
     OMNI_DRIVE,
+    STEERING,
     Parameter,
     Parameters,
     controller_files,
@@ -22,10 +23,22 @@ from kbot.model.extensions import gazebo_plugins, hardware_joints
 from kbot.model.spawned import spawned_controllers
 from kbot.text import DiagnosticCollector, Element, Origin
 
-SEPARATION = ("wheelSeparation", "wheel_separation", "tracks_separation")
+SEPARATION = (
+    *("wheelSeparation", "wheel_separation", "tracks_separation"),
+    *("traction_track_width", "rear_wheel_track"),
+)
+WHEELBASE = ("wheel_base", "wheelbase", "wheel_separation_h")
 DIAMETER = ("wheelDiameter", "wheel_diameter")
-RADII = ("wheel_radius", "kinematics.wheels_radius")
-"""Names of the wheel radius. The second is that of ROS 2's mecanum_drive_controller."""
+RADII = (
+    "wheel_radius",
+    "kinematics.wheels_radius",
+    "traction_wheels_radius",
+    "traction_wheel_radius",
+    "rear_wheels_radius",
+    "rear_wheel_radius",
+)
+"""Names of the wheel radius. The second is that of ROS 2's mecanum_drive_controller, the others are those of
+its controllers that steer."""
 SPANS = (
     ("wheel_separation_x", "wheel_separation_y"),
     ("wheelbase", "wheel_separation"),
@@ -40,6 +53,14 @@ _LEFT_TAGS = ("leftJoint", "left_joint", "leftFrontJoint", "leftRearJoint")
 _RIGHT_TAGS = ("rightJoint", "right_joint", "rightFrontJoint", "rightRearJoint")
 _LEFT_KEYS, _RIGHT_KEYS = ("left_wheel_names", "left_wheel"), ("right_wheel_names", "right_wheel")
 """Parameters of diff_drive_controller: ROS 2's and ROS 1's."""
+_TRACTION = (
+    *("left_joint", "right_joint", "rear_left_joint", "rear_right_joint", "actuatedWheel"),
+    *("leftRearJoint", "rightRearJoint", "leftFrontJoint", "rightFrontJoint"),
+    *("traction_joints_names", "traction_joint_name", "rear_wheels_names", "rear_wheel_name", "rear_wheel"),
+)
+"""Tags and parameters with which the drive of a car or tricycle names driving joints."""
+_STEERS = re.compile("steer|hinge|front_wheels?_names?", re.IGNORECASE)
+"""Those with which it names steering joints."""
 _TRUE = ("true", "1")
 
 _CORNERS = tuple(
@@ -107,6 +128,8 @@ class DeclaredDrive:
     holonomic    how it moves a base whose wheels are not two sides, None for other drives
     wheels       the joints that a holonomic drive names: the four corners in the order of `_CORNERS`, or the
                  omni wheels counterclockwise
+    traction     the joints that the drive of a car or tricycle names as driving
+    steering     the joints that it names as steering
     """
 
     name: str
@@ -120,6 +143,8 @@ class DeclaredDrive:
     is_running: bool
     holonomic: Holonomic | None = None
     wheels: tuple[Parameter, ...] = ()
+    traction: tuple[str, ...] = ()
+    steering: tuple[str, ...] = ()
 
     def first(self, *names: str) -> Parameter | None:
         """The first given one of these tags or parameters."""
@@ -153,6 +178,12 @@ class DeclaredDrive:
         if given is None or given.number is None:
             return None
         return Size(given.number * self._factor("wheel_separation_multiplier"), given)
+
+    @property
+    def wheelbase(self) -> Size | None:
+        """The distance between the axles with which the drive of a car or tricycle computes."""
+        given = self.first(*WHEELBASE) if self.is_steering else None
+        return None if given is None or given.number is None else Size(given.number, given)
 
     @property
     def radius(self) -> Size | None:
@@ -254,7 +285,7 @@ def _of_plugin(plugin: Element) -> DeclaredDrive | None:
         left = tuple(tag for tag in tags if tag.name in _LEFT_TAGS)
         right = tuple(tag for tag in tags if tag.name in _RIGHT_TAGS)
     is_steering = holonomic is None and not _has_two_sides(plugin, words, has_joints=bool(left or right))
-    if is_steering and not any(word in words for word in ("ackermann", "tricycle")):
+    if is_steering and not any(word in words for word in ("ackerman", "tricycle")):
         return None
     if is_steering or holonomic not in (None, Holonomic.TRACKS):
         left = right = ()
@@ -276,6 +307,8 @@ def _of_plugin(plugin: Element) -> DeclaredDrive | None:
         is_running=True,
         holonomic=holonomic,
         wheels=_corners(tags) if holonomic is Holonomic.MECANUM else (),
+        traction=tuple(tag.text for tag in tags if tag.name in _TRACTION) if is_steering else (),
+        steering=tuple(tag.text for tag in tags if _STEERS.search(tag.name)) if is_steering else (),
     )
 
 
@@ -322,6 +355,8 @@ def _of_parameters(robot: RobotModel) -> Iterator[DeclaredDrive]:
             yield _of_controller(found, is_running=found.is_active and not found.lacking())
         elif holonomic is not None:
             yield _of_holonomic_controller(found, holonomic)
+        elif found.kind.partition("/")[0] in STEERING:
+            yield _of_steering_controller(found)
     if spawned_controllers(robot):
         return
     known = {name for found in listed for name in (found.controller, "*", "**")}
@@ -341,6 +376,23 @@ def _of_controller(found: Parameters, *, is_running: bool) -> DeclaredDrive:
     )
     return DeclaredDrive(
         found.controller, found.place(), None, False, found.ros, left, right, found.given, is_running
+    )
+
+
+def _of_steering_controller(found: Parameters) -> DeclaredDrive:
+    named = [(key, name.text) for key, given in found.given.items() for name in given.names()]
+    return DeclaredDrive(
+        found.controller,
+        found.place(),
+        None,
+        True,
+        found.ros,
+        (),
+        (),
+        found.given,
+        found.is_active,
+        traction=tuple(name for key, name in named if key in _TRACTION),
+        steering=tuple(name for key, name in named if _STEERS.search(key)),
     )
 
 

@@ -51,8 +51,6 @@ Array = NDArray[np.float64]
 
 _PARALLEL = 0.99
 """Cosine of the angle between two axles that are parallel."""
-_TRACTION = ("left_joint", "right_joint", "rear_left_joint", "rear_right_joint", "actuatedWheel")
-"""Tags with which a steering plugin names driving joints."""
 _MECANUM = ((1.0, -1.0, -1.0), (1.0, 1.0, 1.0), (1.0, 1.0, -1.0), (1.0, -1.0, 1.0))
 """The `directions` of mecanum wheels: front left, front right, rear left, rear right."""
 _PARALLEL = 0.99
@@ -175,11 +173,13 @@ class SteeredDrive(DifferentialDrive):
     modules   the wheels on the ground, fixed and steered
     traction  the joints that drive
     reason    why it is not a differential drive
+    sharpest  the largest curvature (1/m) that its controller commands
     """
 
     modules: tuple[WheelModule, ...]
     traction: tuple[str, ...]
     reason: str
+    sharpest: float = math.inf
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -201,7 +201,7 @@ class SteeredDrive(DifferentialDrive):
         """The curvatures (1/m) of the sharpest curves to the right and to the left. They are infinite if the
         base turns on the spot."""
         rights, lefts = zip(*(module.curvatures for module in self.modules), strict=True)
-        return max(rights), min(lefts)
+        return max(*rights, -self.sharpest), min(*lefts, self.sharpest)
 
     @property
     def turns_in_place(self) -> bool:
@@ -210,14 +210,20 @@ class SteeredDrive(DifferentialDrive):
 
     @property
     def wheelbase(self) -> float:
-        """The largest distance in m of a steered wheel ahead of the middle or behind it."""
-        return max(abs(module.x) for module in self.modules)
+        """The distance in m from the rear wheels to the front wheels."""
+        ahead = [module.x for module in self.modules]
+        return max(ahead) - min(ahead)
 
-    def with_sizes(self, radius: float, separation: float, wheelbase: float) -> SteeredDrive:
-        """The drive of a controller that computes with these sizes in m, right or wrong."""
+    def with_sizes(
+        self, radius: float, separation: float, wheelbase: float, curvature: float, rate: float
+    ) -> SteeredDrive:
+        """The drive of a controller that computes with these sizes in m, right or wrong.
+
+        It drives curves of at most `curvature` (1/m), and steers at most at `rate` (rad/s).
+        """
         sizes = wheelbase / self.wheelbase, separation / self.separation, radius / self.radius
-        modules = tuple(module.scaled(*sizes) for module in self.modules)
-        return replace(self, radius=radius, separation=separation, modules=modules)
+        modules = tuple(module.scaled(*sizes, rate) for module in self.modules)
+        return replace(self, radius=radius, separation=separation, modules=modules, sharpest=curvature)
 
 
 @dataclass(frozen=True, slots=True)
@@ -305,7 +311,7 @@ def find_drive(
     by_plugin = drive_of(robot, tree, movable(robot, [*left, *right]))
     if isinstance(by_plugin, DifferentialDrive) or named_twice(left, right) is not None:
         return with_sides(by_plugin, left, right)
-    others = [c for c in controllers if c.plugin is None and c.holonomic is None]
+    others = [c for c in controllers if c.plugin is None and c.has_sides]
     controller = None if plugins else drive_controller(others)
     sides = _sides([controller] if controller is not None else [])
     if isinstance(drive_of(robot, tree, movable(robot, [*sides[0], *sides[1]])), NoDrive):
@@ -448,20 +454,20 @@ def _steered(
     robot: RobotModel, tree: FrameTree, controllers: Sequence[DeclaredDrive]
 ) -> SteeredDrive | NoDrive | None:
     """The drive of a base with wheels that steer. None if no wheel on the ground does."""
-    tags = [e for c in controllers if c.plugin is not None and c.is_steering for e in c.plugin.elements()]
-    named = [e.text.strip() for e in tags if e.tag in _TRACTION]
+    named = [name for c in controllers for name in c.traction]
     traction = [*movable(robot, named), *commanded_joints(robot, "velocity")]
-    commanded = {joint.name for joint in commanded_joints(robot, "position")}.union(
-        e.text.strip() for e in tags if "steer" in e.tag.lower()
-    )
+    commanded = {joint.name for joint in commanded_joints(robot, "position")}
+    commanded.update(name for c in controllers for name in c.steering)
     turning = [joint for joint in robot.joints.values() if joint.type is JointType.CONTINUOUS]
     base = base_link(robot, robot.root)
-    found = list[tuple[Wheel, Joint | None]]()
+    found, flaw = list[tuple[Wheel, Joint | None]](), ""
     for joint in dict.fromkeys([*turning, *traction]):
         by, belongs = mount(tree, joint, commanded)
         wheel = find_wheel(tree, joint, base)
         if belongs and not wheel.flaw:
             found.append((wheel, by))
+        elif by is not None:
+            flaw = flaw or f"; '{joint.name}': {wheel.flaw}"
     ground = min((wheel.bottom for wheel, _ in found), default=0.0)
     found = [(wheel, by) for wheel, by in found if wheel.bottom - ground < wheel.radius / 2.0]
     steered = [(wheel, by) for wheel, by in found if by is not None]
@@ -472,7 +478,7 @@ def _steered(
     fixed = [wheel.joint for wheel, by in found if by is None]
     axle = drive_of(robot, tree, fixed) if fixed else _middle(tree, base, [wheel for wheel, _ in found])
     if isinstance(axle, NoDrive):
-        return NoDrive(f"{reason}, but it has no fixed axle: {axle.reason}")
+        return NoDrive(f"{reason}, but it has no fixed axle: {axle.reason}{flaw}")
     # wheels beside the axle, such as support wheels, roll freely
     on_base = {
         wheel.joint.name: (wheel, by)
@@ -482,16 +488,18 @@ def _steered(
     modules = tuple(placed(tree, base, axle.axle_in_base, wheel, by) for wheel, by in on_base.values())
     ahead = [abs(module.x) for module in modules if module.steering is not None]
     if (min(ahead) if fixed else max(ahead)) < axle.radius:
-        return NoDrive(f"{reason}, but a steered wheel is beside the middle of the axle")
+        return NoDrive(f"{reason}, but a steered wheel is beside the middle of the axle{flaw}")
     driven = tuple(dict.fromkeys(joint.name for joint in traction if joint.name in on_base))
     own = {field.name: getattr(axle, field.name) for field in fields(DifferentialDrive)}
     own["wheels"] = {name: wheel for name, (wheel, _) in on_base.items()}
     own["forward"] = {module.rolls: module.forward for module in modules}
     links = {wheel.link for wheel, _ in on_base.values()}
     own["casters"] = tuple(link for link in axle.casters if link not in links)
-    return SteeredDrive(
-        **own, modules=modules, traction=driven or axle.joints or tuple(on_base), reason=reason
-    )
+    if not driven:
+        # a wheel whose joint has dry friction is geared: it would not roll freely
+        geared = (n for n in on_base if (d := robot.joints[n].dynamics) is not None and d.friction > 0.0)
+        driven = tuple(dict.fromkeys((*axle.joints, *geared))) if fixed else tuple(on_base)
+    return SteeredDrive(**own, modules=modules, traction=driven, reason=reason)
 
 
 def _middle(tree: FrameTree, base: str, wheels: Sequence[Wheel]) -> DifferentialDrive:

@@ -13,7 +13,7 @@ from kbot.kinematics.drive.declared import (
     declared_drives,
     track_controllers,
 )
-from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, NoDrive
+from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, NoDrive, SteeredDrive
 from kbot.kinematics.drive.part_names import side_of
 from kbot.kinematics.drive.wheels import Array, Pair, Wheel
 from kbot.kinematics.frames import FrameTree
@@ -82,8 +82,12 @@ def drive_findings(
     wheels = [wheel for pair in pairs for wheel in pair.wheels]
     if isinstance(drive, HolonomicDrive):
         wheels = list(drive.wheels.values())
+    if isinstance(drive, SteeredDrive):
+        wheels = [drive.wheels[name] for name in drive.joints]
     for controller in controllers:
         yield from _separation(controller, pairs)
+        if isinstance(drive, SteeredDrive):
+            yield from _wheelbase(controller, drive.wheelbase)
         if isinstance(drive, HolonomicDrive) and drive.kind is controller.holonomic is Holonomic.TRACKS:
             yield from _track_separation(controller, drive.separation)
         yield from _radius(controller, [wheel for wheel in wheels if wheel.radius])
@@ -305,6 +309,18 @@ def _track_separation(controller: DeclaredDrive, true: float) -> Iterator[Diagno
     message = (
         f"{controller.name}: the middles of the tracks are {true:.4g} m apart, not {size.value:.4g}: turns "
         f"are {(size.value / true - 1.0) * 100.0:+.0f} % off"
+    )
+    yield Diagnostic("D105", Severity.WARNING, message, size.given.origin, f"write {true:.4g}")
+
+
+def _wheelbase(controller: DeclaredDrive, true: float) -> Iterator[Diagnostic]:
+    """D105 of a car or tricycle. Its steering angles are computed from the distance between its axles."""
+    size = controller.wheelbase
+    if size is None or size.value <= 0.0 or abs(size.value - true) <= max(0.01 * true, 5e-4):
+        return
+    message = (
+        f"{controller.name}: the axles are {true:.4g} m apart, not {size.value:.4g}: the robot turns "
+        f"{(size.value / true - 1.0) * 100.0:+.0f} % off"
     )
     yield Diagnostic("D105", Severity.WARNING, message, size.given.origin, f"write {true:.4g}")
 

@@ -86,10 +86,11 @@ class WheelModule:
         across = (self.x * cos(angle) + self.y * sin(angle) + self.trail) * away * side
         return abs(sin(angle)) / across if across > 0.0 else inf
 
-    def scaled(self, along: float, across: float, size: float) -> WheelModule:
-        """The wheel of a controller that computes with other sizes, given as factors of the true ones."""
+    def scaled(self, along: float, across: float, size: float, rate: float) -> WheelModule:
+        """The wheel of a controller that computes with other sizes, given as factors of the true ones, and
+        steers at most at `rate` rad/s."""
         x, y, radius = self.x * along, self.y * across, self.radius * size
-        return replace(self, x=x, y=y, radius=radius)
+        return replace(self, x=x, y=y, radius=radius, rate=min(self.rate, rate))
 
     def steer(self, x: float, y: float, yaw: float, near: float) -> float:
         """The direction in which the wheel rolls in a twist without slipping.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import inf
+from math import inf, pi, sin
 
 from kbot.kinematics.controller_files import Parameter
 from kbot.kinematics.drive.declared import (
@@ -14,6 +14,7 @@ from kbot.kinematics.drive.declared import (
     RADII,
     SEPARATION,
     SPANS,
+    WHEELBASE,
     DeclaredDrive,
     Holonomic,
     declared_drives,
@@ -45,7 +46,8 @@ class DriveSettings:
 
     `radius`, `separation` and, for a drive that steers, `wheelbase` (m) are the sizes that the controller
     computes with, right or wrong. `torque` is the limit of a wheel in N m, or None. `rim_speed` is the
-    highest speed of a track in m/s. `watchdog` is in s.
+    highest speed of a track in m/s. `curvature` (1/m) and `steering_rate` (rad/s) are the limits of a drive
+    that steers. `watchdog` is in s.
     """
 
     radius: float
@@ -53,6 +55,8 @@ class DriveSettings:
     limits: DriveLimits = DEFAULT_LIMITS
     torque: float | None = None
     wheelbase: float | None = None
+    curvature: float = inf
+    steering_rate: float = inf
     watchdog: float = WATCHDOG
     command_topic: str = "cmd_vel"
     odometry_topic: str = "odom"
@@ -90,7 +94,9 @@ class DriveSettings:
     def with_controller_sizes(self, drive: DifferentialDrive) -> DifferentialDrive:
         """The drive with the sizes that the controller computes with."""
         if isinstance(drive, SteeredDrive):
-            return drive.with_sizes(self.radius, self.separation, self.wheelbase or drive.wheelbase)
+            wheelbase = self.wheelbase or drive.wheelbase
+            limits = self.curvature, self.steering_rate
+            return drive.with_sizes(self.radius, self.separation, wheelbase, *limits)
         return dataclasses.replace(drive, radius=self.radius, separation=self.separation)
 
 
@@ -110,9 +116,12 @@ def drive_settings(
         radius, separation = _radius(values, drive.radius), _separation(values, drive.separation)
     else:
         radius, separation = _holonomic_sizes(values, controller.holonomic, drive)
+    read = _of_controller if controller.plugin is None else _of_plugin
+    settings = read(values, radius, separation)
+    if isinstance(drive, SteeredDrive):
+        settings = _with_steering(values, settings, drive)
     if controller.plugin is None:
-        return _of_controller(values, radius, separation)
-    settings = _of_plugin(values, radius, separation)
+        return settings
     if controller.holonomic is Holonomic.TRACKS:
         settings = dataclasses.replace(settings, rim_speed=_track_speed(robot, controller))
     if not is_of_gazebo_ros(controller.plugin):
@@ -221,6 +230,26 @@ def _holonomic_sizes(values: _Values, kind: Holonomic, drive: DifferentialDrive)
     return radius, drive.separation
 
 
+def _with_steering(values: _Values, settings: DriveSettings, drive: SteeredDrive) -> DriveSettings:
+    """The settings of a drive that steers: gz's AckermannSteering, and controllers of ros_control."""
+    wheelbase = values.size(drive.wheelbase, *WHEELBASE)
+    end, rate = values.positive("steering_limit"), values.positive("steering.max_velocity")
+    # tricycle_controller limits the speed of the wheel
+    speed, acceleration = (values.positive(f"traction.max_{kind}") for kind in ("velocity", "acceleration"))
+    limits = settings.limits
+    if speed is not None:
+        limits = dataclasses.replace(limits, linear_velocity=speed * settings.radius)
+    if acceleration is not None:
+        limits = dataclasses.replace(limits, linear_acceleration=acceleration * settings.radius)
+    return dataclasses.replace(
+        settings,
+        limits=limits,
+        wheelbase=wheelbase,
+        curvature=sin(min(end, pi / 2.0)) / (wheelbase or drive.wheelbase) if end is not None else inf,
+        steering_rate=rate or inf,
+    )
+
+
 def _of_plugin(values: _Values, radius: float, separation: float) -> DriveSettings:
     _note_source(values)
     return DriveSettings(
@@ -303,8 +332,12 @@ def _below_zero(value: float | None) -> float | None:
 def _of_controller(values: _Values, radius: float, separation: float) -> DriveSettings:
     controller = values.controller
     is_stamped = controller.ros == 2 and not values.is_false("use_stamped_vel")
-    # mecanum_drive_controller of ros2_controllers has other topics than its copies with other parameters
-    has_references = controller.first("kinematics.wheels_radius") is not None
+    # mecanum_drive_controller of ros2_controllers has other topics than its copies with other parameters. So
+    # have ROS 2's controllers that steer, except for tricycle_controller
+    kind = controller.given.get("type")
+    steers = controller.is_steering and controller.ros == 2
+    is_tricycle = kind is not None and kind.text.startswith("tricycle_controller/")
+    has_references = controller.first("kinematics.wheels_radius") is not None or (steers and not is_tricycle)
     command = "reference" if has_references else "cmd_vel"
     return DriveSettings(
         radius,
