@@ -531,7 +531,7 @@ class MotionFindings:
             f" of {axles} axles across the ground"
         )
         hint = f"give the drive a wheel separation that is {factor:.1f} times as large"
-        return _Cause(_drags(axles), self._robot.robot.origin, hint if factor < inf else "", is_fault=False)
+        return _Cause(text, self._robot.robot.origin, hint if factor < inf else "", is_fault=False)
 
     def _dragging_part(self) -> _Cause | None:
         """A part other than wheels and casters that rests on the ground now."""
