@@ -201,3 +201,17 @@ def test_invalid_values_are_reported_and_kept() -> None:
     assert "Map, line 5: Color Scheme" in notes
     kept = yaml.safe_load(write_rviz(found.settings, found.document))["Visualization Manager"]["Displays"][0]
     assert (kept["Alpha"], kept["Color Scheme"]) == ("much", "plaid")
+
+
+def test_invalid_values_of_links_are_reported_and_kept() -> None:
+    text = """Visualization Manager:
+  Displays:
+    - Class: rviz_default_plugins/RobotModel
+      Name: Robot
+      Links: {base: {Alpha: [], Value: true}, arm: {Alpha: 0.5}}
+"""
+    found = read_rviz(text, "a.rviz")
+    assert found.notes == ("base, line 5: Alpha is a list: expected a number; it is kept in the file",)
+    assert found.settings.displays[0].properties == {"arm/alpha": 0.5}
+    kept = yaml.safe_load(write_rviz(found.settings, found.document))["Visualization Manager"]["Displays"][0]
+    assert kept["Links"]["base"]["Alpha"] == []

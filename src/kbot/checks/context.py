@@ -117,7 +117,9 @@ class Context:
             and root.tag == "robot"
             and "name" not in root.attributes
             and root.find("link") is None
-            and any(name.startswith("xmlns:xacro") for name in self.sources[0].root.attributes)
+            and any(
+                name.startswith("xmlns:xacro") for file in self.sources[:1] for name in file.root.attributes
+            )
         )
 
     @cached_property

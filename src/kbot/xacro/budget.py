@@ -140,27 +140,30 @@ class Budget:
         if not isinstance(value, SIZED) or isinstance(value, range):
             self.measure(value)
             return
-        left, path = self.steps, 0
+        left = self.steps
         pending: list[Iterator[Value]] = [iter((value,))]
         while pending:
-            item = next(pending[-1], pending)
-            if item is pending:
+            for item in pending[-1]:
+                left -= 1
+                kind = type(item)
+                if kind is float or kind is bool or item is None:
+                    continue
+                if isinstance(item, str | bytes):
+                    left -= len(item) >> 2  # an unprintable character is written as ten
+                elif isinstance(item, int):
+                    bits = item.bit_length()
+                    if bits > _SHORT:
+                        left -= (bits >> 6) + ((bits >> 5) ** 2 >> 10)
+                elif isinstance(item, dict):
+                    left -= len(item)
+                    pending.append(iter([*item.keys(), *dict.values(item)]))
+                    break
+                elif isinstance(item, SIZED) and not isinstance(item, range):
+                    pending.append(list.__iter__(item) if isinstance(item, list) else iter(item))
+                    break
+            else:
                 pending.pop()
-                continue
-            left -= 1
-            if isinstance(item, str | bytes):
-                left -= len(item) >> 2  # an unprintable character is written as ten
-            elif isinstance(item, int):
-                bits = item.bit_length()
-                if bits > _SHORT:
-                    left -= (bits >> 6) + ((bits >> 5) ** 2 >> 10)
-            elif isinstance(item, dict):
-                left -= len(item)
-                pending.append(iter([*item.keys(), *dict.values(item)]))
-            elif isinstance(item, SIZED) and not isinstance(item, range):
-                pending.append(list.__iter__(item) if isinstance(item, list) else iter(item))
-            path = max(path, len(pending))
-            if left < 0 or path > _DEEPEST:
+            if left < 0 or len(pending) > _DEEPEST:
                 raise self.exceeded("steps", "a nested list or dictionary is too large")
         self.steps = left
 

@@ -321,14 +321,14 @@ def _read_colours(kind: DisplayKind, fields: Mapping[str, Marked]) -> dict[str, 
     return {"by": by} if by in next(p.options for p in kind.properties if p.name == "by") else {}
 
 
-def read_links(kind: DisplayKind, links: Marked | None) -> dict[str, Value]:
+def read_links(kind: DisplayKind, links: Marked | None, notes: list[str]) -> dict[str, Value]:
     """Return the values in `Links` that differ from the initial ones, as `link/property`."""
     found: dict[str, Value] = {}
     for link, entry in links.value.items() if links is not None and isinstance(links.value, dict) else ():
         for property in kind.per_link if isinstance(entry.value, dict) else ():
-            value = entry.value.get(property.rviz)
-            if value is not None and value.value != property.initial:
-                found[f"{link}/{property.name}"] = value.value
+            value = _read_property(property, entry, notes, link)
+            if value is not NOTHING and value != property.initial:
+                found[f"{link}/{property.name}"] = value
     return found
 
 
@@ -538,7 +538,7 @@ def _read_display(entry: Marked, number: int, notes: list[str]) -> Display | Non
         value = _read_property(property, entry, notes, name, labels)
         if value is not NOTHING:
             values[property.name] = value
-    values.update(read_links(kind, fields.get("Links")))
+    values.update(read_links(kind, fields.get("Links"), notes))
     if kind.per_namespace and "Namespaces" in fields:
         values.update(read_namespaces(fields["Namespaces"].plain))
     if kind.per_display and "Visibility" in fields:
