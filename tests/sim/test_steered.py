@@ -326,12 +326,13 @@ def test_gz_steering_limit_bounds_the_curvature(urdf):
 
 
 def test_tricycle_controller_steers_at_its_rate(urdf, tmp_path):
+    """The type beside the parameters is the one that a spawner reads."""
     parameters = """
-controller_manager: {ros__parameters: {trike: {type: tricycle_controller/TricycleController}}}
 trike:
   ros__parameters:
-    {traction_joint_name: front_joint, steering_joint_name: front_steering, wheel_radius: 0.1, wheelbase: 0.5,
-     steering: {max_velocity: 0.2}}
+    {type: tricycle_controller/TricycleController, traction_joint_name: front_joint,
+     steering_joint_name: front_steering,
+     wheel_radius: 0.1, wheelbase: 0.5, steering: {max_velocity: 0.2}}
 """
     sim = Simulation(urdf(TRICYCLE.replace("</robot>", controlled(tmp_path, parameters))))
     assert sim.robots.first.drive.joints == ("front_joint",)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -355,7 +355,8 @@ def _of_parameters(robot: RobotModel) -> Iterator[DeclaredDrive]:
             yield _of_controller(found, is_running=found.is_active and not found.lacking())
         elif holonomic is not None:
             yield _of_holonomic_controller(found, holonomic)
-        elif found.kind.partition("/")[0] in STEERING:
+        elif _steers(found.kind):
+            listed.append(found)
             yield _of_steering_controller(found)
     if spawned_controllers(robot):
         return
@@ -367,6 +368,9 @@ def _of_parameters(robot: RobotModel) -> Iterator[DeclaredDrive]:
             controller = _of_controller(unlisted, is_running=False)
             if node not in known and (controller.left or controller.right):
                 yield controller
+            kind = given.get("type")  # a spawner reads the type there too
+            if node not in known and kind is not None and _steers(kind.text):
+                yield _of_steering_controller(replace(unlisted, kind=kind.text))
 
 
 def _of_controller(found: Parameters, *, is_running: bool) -> DeclaredDrive:
@@ -377,6 +381,11 @@ def _of_controller(found: Parameters, *, is_running: bool) -> DeclaredDrive:
     return DeclaredDrive(
         found.controller, found.place(), None, False, found.ros, left, right, found.given, is_running
     )
+
+
+def _steers(kind: str) -> bool:
+    """Whether a type of controller is that of a car or tricycle."""
+    return kind.partition("/")[0] in STEERING
 
 
 def _of_steering_controller(found: Parameters) -> DeclaredDrive:
