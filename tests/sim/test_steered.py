@@ -236,6 +236,55 @@ def test_wheels_that_all_steer_drive_every_twist(urdf, text, command):
     assert_odometry_is_true(sim)
 
 
+CORNERS = ("front_left", "front_right", "rear_left", "rear_right")
+CASTERS = (
+    SWERVE.replace('"revolute"', '"continuous"')
+    .replace('lower="-1.57" upper="1.57" effort="50"', 'effort="2"')
+    .replace("_steering", "_caster_rotation")
+    .replace("_joint", "_caster_wheel")
+)
+MOTORS = "".join(
+    f'<transmission name="{corner}_{joint}"><joint name="{corner}_caster_{joint}"/></transmission>'
+    for corner in CORNERS
+    for joint in ("rotation", "wheel")
+)
+
+
+def test_casters_with_motors_steer(urdf):
+    """As those of PR2 and Care-O-bot. Casters swivel freely if they have none."""
+    drive = find_drive(urdf(CASTERS.replace("</robot>", f"{MOTORS}</robot>")))
+    assert isinstance(drive, SteeredDrive)
+    assert drive.sideways
+    assert not isinstance(find_drive(urdf(CASTERS)), SteeredDrive)
+
+
+def test_weak_steering_motors_do_not_overshoot(urdf):
+    sim = Simulation(urdf(CASTERS.replace("</robot>", f"{MOTORS}</robot>")))
+    sim.cmd_vel(0.0, 0.0, 0.3)
+    angles = list[float]()
+    for _ in range(100):
+        sim.run(0.02)
+        angles.append(sim.joint_positions["front_left_caster_rotation"])
+    assert max(angles) < pi / 2 + 0.05
+    assert angles[-1] == pytest.approx(pi / 2, abs=0.01)
+    assert sim.ground_truth.twist.y == pytest.approx(0.3, rel=0.02)
+
+
+def test_two_wheels_beside_one_steering_axis_roll_around_it(urdf):
+    """They steer with it, and do not hold it by their friction."""
+    twins = ""
+    for corner in CORNERS:
+        twin = wheel(f"{corner}_twin", f"{corner}_fork", 0.0, 0.0).replace("_joint", "_caster_wheel")
+        motor = f'<transmission name="{corner}_t"><joint name="{corner}_twin_caster_wheel"/></transmission>'
+        twins += twin.replace('"0.0 0.0 0"', '"0 -0.04 0"') + motor
+    text = CASTERS.replace('"0.0 0.0 0"', '"0 0.04 0"').replace("</robot>", f"{MOTORS}{twins}</robot>")
+    sim = Simulation(urdf(text))
+    sim.cmd_vel(0.0, 0.0, 0.3)
+    sim.run(1.5)
+    assert sim.joint_positions["front_left_caster_rotation"] == pytest.approx(pi / 2, abs=0.02)
+    assert sim.ground_truth.twist.y == pytest.approx(0.3, rel=0.02)
+
+
 def test_swerving_base_changes_its_direction_without_sliding(urdf):
     """Forwards, then to the left: the wheels steer by a quarter turn, and odometry stays true."""
     sim = Simulation(urdf(SWERVE))

@@ -27,6 +27,14 @@ def hardware_joints(robot: RobotModel) -> Iterator[Element]:
         yield from extension.elements("joint")
 
 
+def joints_with_motors(robot: RobotModel) -> set[str]:
+    """The names of the joints with a motor: those in a `<ros2_control>` or `<transmission>` of ROS 1."""
+    joints = [*hardware_joints(robot)]
+    for transmission in extensions(robot, "transmission"):
+        joints += transmission.elements("joint")
+    return {joint.attributes.get("name", "") for joint in joints}
+
+
 def initial_values(robot: RobotModel) -> Iterator[tuple[str, Element]]:
     """The names of joints, each with the element of its initial position."""
     for joint in hardware_joints(robot):

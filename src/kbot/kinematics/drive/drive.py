@@ -46,6 +46,7 @@ from kbot.kinematics.frames import FrameTree, unit_axis
 from kbot.kinematics.planar_pose import PlanarPose, integrate
 from kbot.kinematics.transform import Transform
 from kbot.model import Cylinder, Joint, JointType, RobotModel, Sphere
+from kbot.model.extensions import joints_with_motors
 
 Array = NDArray[np.float64]
 
@@ -458,11 +459,12 @@ def _steered(
     traction = [*movable(robot, named), *commanded_joints(robot, "velocity")]
     commanded = {joint.name for joint in commanded_joints(robot, "position")}
     commanded.update(name for c in controllers for name in c.steering)
+    motors = joints_with_motors(robot)
     turning = [joint for joint in robot.joints.values() if joint.type is JointType.CONTINUOUS]
     base = base_link(robot, robot.root)
     found, flaw = list[tuple[Wheel, Joint | None]](), ""
     for joint in dict.fromkeys([*turning, *traction]):
-        by, belongs = mount(tree, joint, commanded)
+        by, belongs = mount(tree, joint, commanded, motors)
         wheel = find_wheel(tree, joint, base)
         if belongs and not wheel.flaw:
             found.append((wheel, by))

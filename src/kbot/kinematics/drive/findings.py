@@ -230,7 +230,7 @@ def _sideways(drive: DifferentialDrive) -> Iterator[Diagnostic]:
     ahead = drive.axle_in_base.rotation[:, 0]
     if ahead[0] > _AHEAD:
         return
-    wheel = drive.wheels[drive.left[0]]
+    wheel = next(iter(drive.wheels.values()))
     yield Diagnostic(
         "D132",
         Severity.WARNING,

@@ -141,12 +141,17 @@ def motion(equations: Iterable[Equation], *, sideways: bool) -> tuple[float, flo
     return x, y, yaw
 
 
-def mount(tree: FrameTree, joint: Joint, commanded: Collection[str]) -> tuple[Joint | None, bool]:
+def mount(
+    tree: FrameTree, joint: Joint, commanded: Collection[str], motors: Collection[str]
+) -> tuple[Joint | None, bool]:
     """The joint that steers the wheel on a joint, and whether the wheel belongs to the base.
 
     Above the wheel of a base there are only springs, rockers and at most one steering joint. `commanded` are
-    joints that a plugin or controller turns to a position.
+    joints that a plugin or controller turns to a position, and `motors` are joints with a motor.
     """
+    if joint.name in motors:
+        # a wheel that is driven and swivelled is not a caster, also if it is called so
+        commanded = {*commanded, *motors}
     steering = None
     above = movable_above(tree.robot, joint.parent)
     while above is not None:
@@ -156,7 +161,7 @@ def mount(tree: FrameTree, joint: Joint, commanded: Collection[str]) -> tuple[Jo
                 return steering, False
             steering = above
         above = movable_above(tree.robot, above.parent)
-    return steering, not is_caster(joint)
+    return steering, joint.name in motors or not is_caster(joint)
 
 
 def _steers(joint: Joint, commanded: Collection[str]) -> bool:

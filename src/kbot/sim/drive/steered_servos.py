@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import copysign, inf, sqrt
 from typing import NamedTuple
 
 import mujoco
@@ -18,12 +19,17 @@ _STANDING = 1e-9
 """Speed in m/s below which the base does not drive."""
 _ARRIVED = 1e-3
 """Distance in rad from its target at which a wheel has been steered."""
+_SPEEDING = 4.0
+"""How much faster than its torque limit allows a steering servo is sent, because it lags behind."""
 
 
 class _Steering(NamedTuple):
+    """`most` is the acceleration in rad/s^2 that the torque limit of the joint allows."""
+
     position: int
     speed: int
     actuator: int
+    most: float
 
 
 class _Rolling(NamedTuple):
@@ -77,22 +83,38 @@ class SteeredServos:
         if not self._sideways:
             y, yaw = 0.0, self._turn(x, yaw)
         directions, rates = self._directions(), self._rates()
+        commanded = list[float]()
         has_arrived = True
-        for (module, steering, _), direction in zip(self._wheels, directions, strict=True):
+        for (module, steering, _), direction, rate in zip(self._wheels, directions, rates, strict=True):
+            after = before = 0.0
             if steering is not None:
                 before = module.direction + self._ctrl[steering.actuator] * module.upward
                 target = module.steer(x, y, yaw, before)
-                step = module.rate * self._period
+                fastest = min(module.rate, self._steering_speed(steering, target - before, rate))
+                step = fastest * self._period
                 after = min(max(target, before - step), before + step)
                 self._ctrl[steering.actuator] = (after - module.direction) * module.upward
                 has_arrived = has_arrived and abs(target - direction) < _ARRIVED
+            commanded.append((after - before) / self._period)
         if not self._turns_in_place:
             yaw = self._turn_of_wheels(x, self._slides(directions, rates))
-        for (module, _, rolling), direction, rate in zip(self._wheels, directions, rates, strict=True):
+        # a wheel beside its steering axis rolls around it as commanded, or else it would hold it
+        for (module, _, rolling), direction, rate in zip(self._wheels, directions, commanded, strict=True):
             if rolling is not None:
                 speed = module.rim_speed(x, y, yaw, direction, rate)
                 self._ctrl[rolling.actuator] = speed / module.radius * module.forward
         return has_arrived
+
+    def _steering_speed(self, steering: _Steering, way: float, rate: float) -> float:
+        """The highest speed in rad/s at which a wheel that steers at `rate` is sent `way` further.
+
+        A servo at its torque limit overshoots. So the wheel speeds up about as fast as that limit allows, and
+        can stop with half of it."""
+        if steering.most == inf:
+            return inf
+        towards = max(rate * copysign(1.0, way), 0.0)
+        faster = towards + _SPEEDING * steering.most * self._period
+        return min(faster, sqrt(steering.most * abs(way)))
 
     def _turn(self, x: float, yaw: float) -> float:
         """The turn that the steering limits allow at a speed."""
@@ -204,4 +226,6 @@ def _steering(model: mujoco.MjModel, joint: str) -> _Steering:
     stiffness = inertia * FREQUENCY**2
     model.actuator_gainprm[actuator, 0] = stiffness
     model.actuator_biasprm[actuator, 1:3] = (-stiffness, -2.0 * inertia * FREQUENCY)
-    return _Steering(int(model.jnt_qposadr[index]), int(model.jnt_dofadr[index]), actuator)
+    limit = float(model.actuator_forcerange[actuator, 1]) if model.actuator_forcelimited[actuator] else inf
+    place = int(model.jnt_qposadr[index]), int(model.jnt_dofadr[index])
+    return _Steering(*place, actuator, limit / inertia)

@@ -19,6 +19,8 @@ from kbot.sim.recipe import SERVO_MARGIN, SERVO_STIFFNESS, SERVO_TIME, Contacts
 
 LEAST_GRIP = 0.05
 """Lowest coefficient of friction that a servo is sized for, so that a wheel on ice still turns."""
+STEERING_ACCELERATION = 100.0
+"""rad/s^2 with which the effort limit of a steering joint turns its motor at least: 90 degrees in 0.3 s."""
 
 
 def add_drive_servos(
@@ -91,13 +93,14 @@ def add_joint_servos(spec: mujoco.MjSpec, robot: RobotModel, driven: tuple[str, 
 def add_steering_servos(spec: mujoco.MjSpec, robot: RobotModel, drive: SteeredDrive, prefix: str) -> None:
     """Add a position servo to every steering joint.
 
-    Its motor's inertia makes it stiff enough for the forces of the tyre. It overcomes the joint's dry
-    friction, within the effort limit: the servo would stay short of its target.
+    Its motor's inertia makes it stiff enough for the forces of the tyre, and is so small that a weak motor
+    still steers briskly. The servo overcomes the joint's dry friction, within the effort limit: it would stay
+    short of its target.
     """
     inertia = total_mass(robot) * drive.radius * drive.radius
     for name in drive.steering:
         effort, (_, friction) = robot.joints[name].effort_limit, resistance(robot.joints[name])
-        spec.joint(prefix + name).armature = inertia
+        spec.joint(prefix + name).armature = min(inertia, effort / STEERING_ACCELERATION)
         if friction < effort:
             spec.joint(prefix + name).frictionloss = 0.0
             effort -= friction
