@@ -40,6 +40,7 @@ def _main() -> None:
     raise_discarded_interruptions()
     _reopen_closed_streams()
     _print_utf_8()
+    _filter_terminals()
     words = sys.argv[1:]
     expanded = _expand_without_options(words[1:]) if words[:1] == ["expand"] else None
     if expanded is not None and _print_if_clean(*expanded):
@@ -90,6 +91,16 @@ def _print_utf_8() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(encoding="utf-8", errors="backslashreplace")
+
+
+def _filter_terminals() -> None:
+    """Let no name in a file or message control the terminal. Pipes and files get the exact text."""
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream.isatty():
+            from kbot.text.terminal import TerminalStream  # imported lazily, for a fast start-up
+
+            setattr(sys, name, TerminalStream(stream))
 
 
 def _expand_without_options(words: Sequence[str]) -> tuple[Expansion, list[str]] | None:

@@ -10,6 +10,7 @@ from kbot.messages.bus import Bus, Publisher
 from kbot.messages.clock import Clock
 from kbot.messages.log import INFO, Log
 from kbot.messages.program_topics import PRINTED
+from kbot.text.terminal import TerminalStream
 
 LONGEST = 2000
 """Characters of a published line. The terminal shows the whole line."""
@@ -35,8 +36,9 @@ class PrintStream(io.TextIOBase):
     """A standard output that also publishes each complete line."""
 
     def __init__(self, stream: TextIO, lines: PrintedLines) -> None:
-        """Text is written to `stream` as well."""
-        self.stream, self._lines = stream, lines
+        """Text is written to `stream` as well, exactly: the program may control the terminal."""
+        self.stream = stream.unfiltered if isinstance(stream, TerminalStream) else stream
+        self._lines = lines
         self._begun = ""
         self._publishes = False
         self._owner = threading.get_ident()
