@@ -2,10 +2,12 @@
 
 from math import pi, sin, sqrt
 
+import numpy as np
 import pytest
 
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.sim import Simulation, SimulationDiverged
+from kbot.sim.engine.geometry import distinct
 from kbot.sim.injected_faults import Kick
 from kbot.text import DescriptionError, KbotError
 
@@ -439,3 +441,9 @@ def test_robot_starts_on_a_floor_that_is_a_mesh(kbot_robot):
         assert sim.robots.first.body.link_pose(kbot_robot.root).translation[2] == pytest.approx(
             0.05, abs=2e-3
         )
+
+
+def test_the_points_of_a_mesh_are_those_of_numpy_unique() -> None:
+    points = np.random.default_rng(1).integers(-3, 3, (500, 3)) / 4
+    assert np.array_equal(distinct(points), np.unique(points, axis=0))
+    assert len(distinct(points[:0])) == 0

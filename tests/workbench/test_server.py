@@ -5,7 +5,7 @@ import json
 import socket
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -239,3 +239,35 @@ def test_head_answers_without_a_body(viewing: str, path: str) -> None:
     assert head.startswith(f"HTTP/1.1 {status} ".encode())
     assert body == b""
     assert (f"Content-Length: {len(whole)}".encode() in head) == (not path.startswith("/export/"))
+
+
+@pytest.mark.parametrize("slow", ["taking a reading", "opening a file"])
+def test_requests_are_answered_while_the_simulation_is_in_use(
+    slow: str, xacro: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A large robot takes seconds to simulate, and to annotate in the editor."""
+    session = open_session(str(xacro), simulate=True)
+    may_end, has_begun = threading.Event(), threading.Event()
+
+    def waiting(work: Callable[..., Any]) -> Callable[..., Any]:
+        def work_later(*arguments: Any) -> Any:
+            has_begun.set()
+            assert may_end.wait(60.0)
+            return work(*arguments)
+
+        return work_later
+
+    monkeypatch.setattr(session, "adopt", waiting(session.adopt))
+    monkeypatch.setattr(session.shown, "open", waiting(session.shown.open))
+    with serving(session) as address, connect(socket_address(address)) as page:
+        receive(page, "scene")
+        if slow == "taking a reading":
+            xacro.write_text(xacro.read_text() + "\n")
+        else:
+            send(page, type="open_source", file=str(xacro))
+        assert has_begun.wait(60.0)
+        assert get(address, "/nothing")[0] == 404
+        with connect(socket_address(address)) as other:
+            receive(other, "scene")
+        may_end.set()
+        receive(page, "findings" if slow == "taking a reading" else "source")

@@ -100,7 +100,7 @@ def mesh_name(*arrays: NDArray[np.float64] | NDArray[np.int_]) -> str:
 
 def _add_mesh(spec: mujoco.MjSpec, name: str, vertices: ArrayLike) -> None:
     """Add a mesh that collides as the convex hull of its vertices."""
-    points = np.unique(np.asarray(vertices, dtype=np.float64), axis=0)
+    points = distinct(np.asarray(vertices, dtype=np.float64))
     if len(points) < 4 or _is_flat(points):
         raise KbotError("the mesh is flat: a collision shape needs a volume")
     spec.add_mesh(
@@ -109,6 +109,14 @@ def _add_mesh(spec: mujoco.MjSpec, name: str, vertices: ArrayLike) -> None:
         inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX,
         maxhullvert=_HULL_VERTICES,
     )
+
+
+def distinct(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The different rows of an array, in order. Unlike in `numpy.unique`, other threads can run meanwhile."""
+    rows = points[np.lexsort(points.T[::-1])]
+    is_new = np.ones(len(rows), dtype=bool)
+    is_new[1:] = (rows[1:] != rows[:-1]).any(axis=1)
+    return rows[is_new]
 
 
 def _is_flat(points: NDArray[np.float64]) -> bool:

@@ -1,4 +1,4 @@
-"""Decides which thread may use the simulation: that of the user's program, or that of the server."""
+"""Decides which thread may use the simulation: that of the user's program, or those of the server."""
 
 from __future__ import annotations
 

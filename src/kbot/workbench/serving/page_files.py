@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import http
 from collections.abc import Awaitable, Iterable
 from urllib.parse import urlsplit
@@ -20,6 +19,7 @@ from kbot.workbench.driving.turns import GREETING_SECONDS
 from kbot.workbench.protocol.codec import encode
 from kbot.workbench.saved_page import saved_page
 from kbot.workbench.serving.access import Access, is_used_by_another_site, security_headers
+from kbot.workbench.serving.daemon_thread import on_daemon_thread
 from kbot.workbench.session.deadman import NOBODY
 from kbot.workbench.session.session import Session
 from kbot.workbench.timeline.recording import ADDRESS as RECORDING
@@ -61,10 +61,10 @@ async def exported(session: Session, path: str, host: str) -> Response:
     async with session.turns:
         robot, positions = session.standing()
     if path == "/export/robot.glb":
-        body = await asyncio.to_thread(glb, robot, positions)
+        body = await on_daemon_thread(glb, robot, positions)
     else:
         async with session.turns:
-            body = (await asyncio.to_thread(saved_page, session, robot)).encode()
+            body = (await on_daemon_thread(saved_page, session, robot)).encode()
     return response(http.HTTPStatus.OK, host, body, EXPORTS[path])
 
 
@@ -150,7 +150,7 @@ class PageFiles:
 
     async def _recording(self, name: str, host: str, only_headers: bool) -> Response:
         """Return a recording that a page made, read on another thread."""
-        body = await asyncio.to_thread(self._session.recording.content, name)
+        body = await on_daemon_thread(self._session.recording.content, name)
         if body is None:
             return response(http.HTTPStatus.NOT_FOUND, host, b"404: recording not found\n")
         answer = response(http.HTTPStatus.OK, host, body, "application/octet-stream")

@@ -19,6 +19,7 @@ from kbot.net.socket_log import socket_logger
 from kbot.record.encodings.types import ros2_types
 from kbot.text import KbotError
 from kbot.text.complaints import Complaints
+from kbot.workbench.driving.program import Program
 from kbot.workbench.driving.turns import GREETING_SECONDS, POLL_SECONDS
 from kbot.workbench.protocol import (
     AskRule,
@@ -29,6 +30,7 @@ from kbot.workbench.protocol import (
     DrawPlot,
     Drive,
     FromPage,
+    FromServer,
     GoLive,
     Mark,
     NoteMark,
@@ -43,7 +45,7 @@ from kbot.workbench.protocol import (
     Topics,
     Unsubscribe,
 )
-from kbot.workbench.protocol.codec import MAX_TEXT_MESSAGE, BadMessage, decode
+from kbot.workbench.protocol.codec import MAX_TEXT_MESSAGE, BadMessage, decode, encode
 from kbot.workbench.serving.access import Access
 from kbot.workbench.serving.checking import Checking
 from kbot.workbench.serving.daemon_thread import on_daemon_thread
@@ -53,6 +55,7 @@ from kbot.workbench.serving.page_files import PageFiles
 from kbot.workbench.serving.past import Past
 from kbot.workbench.serving.plotting import Plotting
 from kbot.workbench.session.session import Session
+from kbot.workbench.source.description import DescriptionReading
 
 log = logging.getLogger(__name__)
 
@@ -80,7 +83,7 @@ ones. Before that, the first picture needs the processor."""
 AFTER_FAULT_SECONDS = 1.0
 """Seconds before a failed task is tried again."""
 MOST_ORDERS = 200
-"""Messages of a page that wait while a program uses the simulation: those of ten seconds of driving."""
+"""Messages of a page that wait while another thread uses the simulation: those of ten seconds of driving."""
 _CHANGE_NOTHING = (
     OpenSource
     | CheckTexts
@@ -215,7 +218,7 @@ class Server:
         program, turns = self.session.program, self.session.turns
         if isinstance(message, Stop) and program is not None:
             program.stop()
-        if not client.orders and turns.try_take():
+        if not client.orders and not isinstance(message, OpenSource) and turns.try_take():
             try:
                 self._receive(client, message)
             finally:
@@ -223,11 +226,16 @@ class Server:
         elif len(client.orders) < MOST_ORDERS:
             client.orders.append(message)
         else:
-            name = program.name if program is not None else "the program"
-            client.put(Refused(f"{name} computes and does not call sim.run. Press Space to stop it"))
+            client.put(Refused(self._why_busy(program)))
+
+    @staticmethod
+    def _why_busy(program: Program | None) -> str:
+        if program is None or not program.is_running:
+            return "KBot still carries out earlier messages of this page. Try again"
+        return f"{program.name} computes and does not call sim.run. Press Space to stop it"
 
     def _receive(self, client: Client, message: FromPage) -> None:
-        try:
+        with self._answering(client, message):
             if isinstance(message, Seek):
                 client.requested_time = message.at
             match message:
@@ -251,12 +259,27 @@ class Server:
                 case _:
                     for answer in self.session.handle(message, client.number):
                         client.put(answer)
-        except KbotError as error:
-            client.put(Refused(str(error)))
-        except Exception as error:  # noqa: BLE001 - a fault does not end the server
-            client.put(Refused(self._complaints.fault(message.type, error)))
         if not isinstance(message, _CHANGE_NOTHING):
             self._changed = True
+
+    async def _open_source(self, client: Client, message: OpenSource) -> None:
+        """Send a file's text. On another thread: it takes seconds for the first file of a large robot."""
+        with self._answering(client, message):
+            for answer, text in await on_daemon_thread(self._encoded, message, client.number):
+                client.put(answer, text)
+
+    def _encoded(self, message: FromPage, client: int) -> list[tuple[FromServer, str]]:
+        return [(answer, encode(answer)) for answer in self.session.handle(message, client)]
+
+    @contextlib.contextmanager
+    def _answering(self, client: Client, message: FromPage) -> Iterator[None]:
+        """Answer a message that cannot be carried out with the reason. A fault does not end the server."""
+        try:
+            yield
+        except KbotError as error:
+            client.put(Refused(str(error)))
+        except Exception as error:  # noqa: BLE001 - logged, and answered
+            client.put(Refused(self._complaints.fault(message.type, error)))
 
     def _subscribe(self, client: Client, topic: str) -> None:
         frame = self.session.topics.subscribe(topic, client.number)
@@ -277,7 +300,11 @@ class Server:
                 now = time.monotonic()
                 for client in self.hub:
                     while client.orders:
-                        self._receive(client, client.orders.popleft())
+                        message = client.orders.popleft()
+                        if isinstance(message, OpenSource):
+                            await self._open_source(client, message)
+                            break  # so that a page that sends many does not stop the simulation
+                        self._receive(client, message)
                 self._changed |= self._advance(min(now - before, 0.1))
                 before = now
                 with self._surviving("sending the state"):
@@ -407,9 +434,14 @@ class Server:
             return
         known = self.session.missing_meshes()
         async with self.session.turns:
-            messages = self.session.adopt(reading)
-        for message in messages:
-            self.hub.publish(message)
+            messages = await on_daemon_thread(self._adopted, reading)
+        for message, text in messages:
+            self.hub.publish(message, text)
         for missing in self.session.missing_meshes():
             if missing not in known:
                 log.warning("%s", missing)
+
+    def _adopted(self, reading: DescriptionReading) -> list[tuple[FromServer, str]]:
+        """Use a new reading, and return the messages about it, encoded. On another thread: the scene and the
+        physics of a large robot take seconds, in which pages get answers."""
+        return [(message, encode(message)) for message in self.session.adopt(reading)]

@@ -133,9 +133,10 @@ RECORDED = "the robot is part of a recording and cannot be changed"
 
 
 class Session:
-    """One displayed robot. Everything runs on the server's loop except `read`, which only reads.
+    """One displayed robot. Everything runs on the server's loop except `read`, which only reads, and `adopt`.
 
-    If a `program` drives the simulation on another thread, only the holder of `turns` may use the session.
+    Only the holder of `turns` may use the session: a `program` drives the simulation on another thread, and
+    the server adopts a new reading on one.
     """
 
     def __init__(
