@@ -32,6 +32,27 @@ def test_includes_that_double_each_other_are_rejected(world: Write, tmp_path: Pa
         load_world(world("<include><uri>19.sdf</uri></include>"))
 
 
+def test_too_many_collisions_are_rejected(world: Write) -> None:
+    """The engine would need minutes."""
+    collision = '<collision name="c"><geometry><sphere><radius>1</radius></sphere></geometry></collision>'
+    text = f'<model name="m"><static>1</static><link name="l">{collision * 20_001}</link></model>'
+    with pytest.raises(KbotError, match=r"sdf:1:\d+: the world has more than 20000 collisions"):
+        load_world(world(text))
+
+
+def test_a_long_chain_of_joints_is_rejected(world: Write) -> None:
+    """A step would take seconds."""
+    links = "".join(f'<link name="l{i}"/>' for i in range(502))
+    joints = "".join(
+        f'<joint name="j{i}" type="revolute"><parent>l{i}</parent><child>l{i + 1}</child>'
+        "<axis><xyz>0 0 1</xyz></axis></joint>"
+        for i in range(501)
+    )
+    place = load_world(world(f'<model name="m">{links}{joints}</model>'))
+    with pytest.raises(DescriptionError, match="l501' is in a chain of more than 500 movable joints"):
+        kbot.Simulation(kbot.load("kbot"), place)
+
+
 def test_too_many_contacts_are_an_error(world: Write) -> None:
     """The robot is inside 20,000 boxes."""
     box = "<geometry><box><size>1 1 1</size></box></geometry>"

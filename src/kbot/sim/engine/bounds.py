@@ -1,10 +1,10 @@
-"""Limits on the size of a robot that can be simulated."""
+"""Limits on the size of a robot and a world that can be simulated."""
 
 from __future__ import annotations
 
 from kbot.model import Box, Geometry, Mesh, RobotModel
 from kbot.text import DiagnosticCollector
-from kbot.world.world import FURTHEST, HEAVIEST
+from kbot.world.world import FURTHEST, HEAVIEST, World
 
 DEEPEST = 500
 """Movable joints in one chain. The time of a step grows with the cube of it: 0.05 s for 500 joints."""
@@ -32,6 +32,22 @@ def check_bounds(robot: RobotModel, findings: DiagnosticCollector) -> None:
                 "give positions in metres",
             )  # fmt: skip
     _check_depth(robot, findings)
+
+
+def check_world(world: World, findings: DiagnosticCollector) -> None:
+    """Report a chain of too many joints: W112."""
+    depths: dict[str, int] = {}
+    for body in world.bodies:  # a parent is before its children
+        if body.joint is not None:
+            depths[body.name] = depths.get(body.joint.parent, 0) + 1
+            if depths[body.name] > DEEPEST:
+                findings.error(
+                    "W112",
+                    f"the world's body '{body.name}' is in a chain of more than {DEEPEST} movable joints",
+                    None,
+                    "a step would take too long: make some of the joints fixed",
+                )
+                return
 
 
 def _sizes(shape: Geometry) -> tuple[float, ...]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from kbot.kinematics.transform import Transform
 from kbot.sim.engine import contacts as touch
+from kbot.sim.engine.bounds import check_world
 from kbot.sim.engine.geometry import add_shape, wxyz
 from kbot.sim.engine.placing import MESH_GROUP
 from kbot.sim.engine.world_joints import add_world_joint, stiffen
@@ -24,6 +25,8 @@ PREFIX = "/"
 
 def add_world(spec: mujoco.MjSpec, world: w.World, findings: DiagnosticCollector) -> None:
     """Add a world's bodies and joints to the engine's model. Shapes that cannot be built go to `findings`."""
+    check_world(world, findings)
+    findings.require()
     spec.option.gravity = world.gravity
     moving_models = {body.model for body in world.bodies if not body.is_static}
     bits = _bits_of_models(world, moving_models)

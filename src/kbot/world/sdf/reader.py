@@ -49,6 +49,8 @@ DEEPEST = 20
 MOST_LINKS = 10_000
 """Most links of a world: a few nested includes can place millions. The engine needs 1 s for as many static
 links, and its memory holds about 4000 moving ones."""
+MOST_COLLISIONS = 20_000
+"""Most collisions of a world: as many as walls of a map. The engine needs a millisecond for each."""
 OUR_OWN = frozenset(
     f"{maker}-{name}-system{ending}"
     for maker in ("gz-sim", "ignition-gazebo")
@@ -81,7 +83,7 @@ class _Reader:
         self.values = SdfValues(findings)
         self.files = ResourceFinder(self.values, reach)
         self.unnamed = 0
-        self._links = 0
+        self._links = self._collisions = 0
 
     def world(self, path: str, with_floor: bool) -> World:
         root = read_xml(path, self.findings)
@@ -190,6 +192,9 @@ class _Reader:
         self._links += sum(1 for _ in model.elements("link"))
         if self._links > MOST_LINKS:
             raise KbotError(f"{placed_by.origin}: the world has more than {MOST_LINKS} links")
+        self._collisions += sum(1 for link in model.elements("link") for _ in link.elements("collision"))
+        if self._collisions > MOST_COLLISIONS:
+            raise KbotError(f"{placed_by.origin}: the world has more than {MOST_COLLISIONS} collisions")
         name = model.attributes.get("name", "")
         static = context.static or self.values.truth(model, "static", default=False)
         pose = model.find("pose")
