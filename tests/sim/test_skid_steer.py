@@ -140,6 +140,7 @@ def test_a_drive_controller_beside_the_description_is_used(tmp_path):
         [("husky_control", "control.yaml", CONTROL)],  # another robot's package
         [("rover_control", "control.yaml", CONTROL), ("rover_gazebo", "control.yaml", CONTROL)],
         [("rover_control", "control.yaml", CONTROL.replace("rear_left_joint", "other"))],
+        [("rover_control", "control.yaml", CONTROL.replace(", rear_left_joint", ""))],
         [("rover_control", "control.yaml", CONTROL.replace("diff_drive_controller/", "my_drive/"))],
         [("rover_control", "control.yaml", "a: [")],
     ],

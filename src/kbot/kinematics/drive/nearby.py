@@ -11,6 +11,7 @@ from typing import Any
 
 from kbot.kinematics.controller_files import DIFF_DRIVE
 from kbot.kinematics.drive.declared import declared_drives, drive_controller
+from kbot.kinematics.drive.drive import DifferentialDrive, find_drive
 from kbot.model import RobotModel
 from kbot.model.extensions import gazebo_plugins
 from kbot.model.spawned import Setting, SpawnedController, spawned_controllers, with_controllers
@@ -26,7 +27,7 @@ def with_nearby_drive(robot: RobotModel, findings: DiagnosticCollector) -> Robot
     """The robot with the drive controller of a file beside its description, which is reported (W148).
 
     This applies only to a robot with gazebo_ros_control, without another drive, and if exactly one controller
-    in these files turns joints of the robot.
+    in these files turns just those joints that KBot would drive without it.
     """
     if (
         not any(
@@ -36,7 +37,10 @@ def with_nearby_drive(robot: RobotModel, findings: DiagnosticCollector) -> Robot
         or drive_controller(declared_drives(robot)) is not None
     ):
         return robot
-    found = [controller for path in _files_beside(robot) for controller in _controllers(path, robot)]
+    drive = find_drive(robot)
+    if not isinstance(drive, DifferentialDrive):
+        return robot
+    found = [found for path in _files_beside(robot) for found in _controllers(path, set(drive.joints))]
     if len(found) != 1:
         return robot
     controller = found[0]
@@ -58,8 +62,8 @@ def _files_beside(robot: RobotModel) -> list[Path]:
     return sorted(path for folder in configs for path in folder.glob("*.yaml"))[:_MOST_FILES]
 
 
-def _controllers(path: Path, robot: RobotModel) -> Iterator[SpawnedController]:
-    """The differential drives in a file of ROS 1 parameters that turn joints of the robot."""
+def _controllers(path: Path, driven: set[str]) -> Iterator[SpawnedController]:
+    """The differential drives in a file of ROS 1 parameters that turn the `driven` joints."""
     try:
         document = read_yaml(read_source(str(path)))
     except (DescriptionError, YamlError):
@@ -67,8 +71,7 @@ def _controllers(path: Path, robot: RobotModel) -> Iterator[SpawnedController]:
     for name, values in document.data.items() if isinstance(document.data, dict) else ():
         if not isinstance(values, dict) or values.get("type") != DIFF_DRIVE:
             continue
-        joints = [joint for side in ("left_wheel", "right_wheel") for joint in _names(values.get(side))]
-        if joints and all(joint in robot.joints for joint in joints):
+        if driven == {joint for side in ("left_wheel", "right_wheel") for joint in _names(values.get(side))}:
             settings = dict(_settings(document, values, (str(name),)))
             origin = Origin(document.span(str(name)))
             yield SpawnedController(str(name), settings, is_active=True, ros=1, origin=origin)
