@@ -72,3 +72,31 @@ def test_the_radius_and_the_joints_of_a_holonomic_drive_are_checked():
     assert radius.message.startswith("drive: its wheel radius is 0.04 m, but the wheels have 0.05")
     [joint] = check_text(mecanum("front_left_jont"), "r.urdf", config=config)
     assert "'front_left_jont' is not a joint of this robot" in joint.message
+
+
+def test_two_casters_in_one_link_carry_the_robot():
+    """Two balls of the base, 0.1 mm above the ground, before and behind the axle."""
+    balls = "".join(
+        f'<collision><origin xyz="{x} 0 -0.03"/><geometry><sphere radius="0.0199"/></geometry></collision>'
+        for x in (0.1, -0.1)
+    )
+    base = (
+        f'<link name="base_link"><inertial><mass value="0.1"/><origin xyz="0 0 0.05"/>'
+        f'<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>{balls}</link>'
+    )
+    text = f'<robot name="r">{base}{wheel("left", 0.1)}{wheel("right", -0.1)}</robot>'
+    assert not check_text(text, "r.urdf", config=Config(select=("D115",)))
+    front = text.replace('xyz="-0.1 0 -0.03"', 'xyz="0.05 0 -0.03"')
+    assert [d.code for d in check_text(front, "r.urdf", config=Config(select=("D115",)))] == ["D115"]
+
+
+def test_a_negative_effort_is_no_limit():
+    """Gazebo Classic takes -1 for no limit."""
+    inertial = (
+        '<inertial><mass value="500"/><inertia ixx="9" iyy="9" izz="9" ixy="0" ixz="0" iyz="0"/></inertial>'
+    )
+    wheels = wheel("left", 0.1) + wheel("right", -0.1)
+    for effort, codes in (("1", ["D119"]), ("-1", [])):
+        limited = wheels.replace("<axis", f'<limit effort="{effort}" velocity="9"/><axis')
+        text = f'<robot name="r"><link name="base_link">{inertial}</link>{limited}</robot>'
+        assert [d.code for d in check_text(text, "r.urdf", config=Config(select=("D119",)))] == codes

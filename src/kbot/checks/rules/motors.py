@@ -77,7 +77,8 @@ def wheel_effort_small(context: Context) -> Found:
     Autofix: none.
     """
     wheels = [w for pair in context.level_pairs for w in pair.wheels]
-    efforts = [w.joint.limit.effort for w in wheels if w.joint.limit and w.joint.limit.effort]
+    limits = [w.joint.limit for w in wheels if w.joint.limit is not None]
+    efforts = [limit.effort for limit in limits if limit.effort and limit.effort > 0.0]  # else no limit
     radii = [w.radius for w in wheels if w.radius]
     mass = total_mass(context.robot)
     if not wheels or len(efforts) < len(wheels) or not radii:

@@ -18,6 +18,9 @@ from kbot.text import Origin, Related, Severity
 _LEAST_ACCELERATION = 0.5
 """m/s^2. A robot that tips at less is reported; it is half of a controller's usual limit of 1 m/s^2."""
 
+_NEAR = 0.01
+"""Metres above or below the ground at which a part carries a robot that leans a little."""
+
 
 @rule("D115", "tips-over", Severity.WARNING, "drive")
 def tips_over(context: Context) -> Found:
@@ -41,8 +44,9 @@ def tips_over(context: Context) -> Found:
     points += [
         (c.center[0], c.center[1])
         for c in context.base.casters
-        if c.touches and abs(c.bottom - ground) < 0.01
+        if c.touches and abs(c.bottom - ground) < _NEAR
     ]
+    points += _feet(context, ground)
     hull = convex_hull([(round(x, 9), round(y, 9)) for x, y in points], tolerance=1e-12)
     if len(hull) < 3:
         return
@@ -75,6 +79,17 @@ def tips_over(context: Context) -> Found:
             f"acceleration of {GRAVITY * max(margin, 0.0) / height:.2g} m/s^2",
             "move the mass, or add a caster on that side",
         )
+
+
+def _feet(context: Context, ground: float) -> list[Point]:
+    """The middles of the shapes near the ground. One link may have several casters."""
+    driving, found = {wheel.link for wheel in context.base.wheels}, []
+    for name, frame in context.frames.items():
+        for part in context.bodies[name].collisions if name not in driving else ():
+            if not isinstance(part.geometry, Mesh) and abs(lowest(part, frame) - ground) < _NEAR:
+                x, y, _ = frame.point(part.frame.translation)
+                found.append((x, y))
+    return found
 
 
 def _direction(nx: float, ny: float) -> str:
