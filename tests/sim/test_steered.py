@@ -393,6 +393,31 @@ trike:
     assert sim.robots.first.commanded_twist.x == 0.2
 
 
+def test_front_wheels_without_a_joint_to_roll_on_are_driven_as_if_they_rolled(urdf):
+    """Cylinders that are fixed to the steering joints, which mimic a virtual joint, as the rear wheels do."""
+
+    def front(side: str, y: float) -> str:
+        fixed = wheel(f"front_{side}", "base_link", BASE, y).replace("continuous", "revolute")
+        limit = '<axis xyz="0 0 1"/><limit lower="-0.6" upper="0.6" effort="50" velocity="5"/>'
+        return fixed.replace('<axis xyz="0 1 0"/>', limit + '<mimic joint="steer"/>')
+
+    rear = REAR.replace("</joint>", '<mimic joint="roll"/></joint>')
+    virtual = "".join(
+        f'<link name="{name}_link"/><joint name="{name}" type="{kind}"><parent link="base_link"/>'
+        f'<child link="{name}_link"/><limit lower="-0.6" upper="0.6" effort="5" velocity="5"/>'
+        f'<axis xyz="{axis}"/></joint>'
+        for name, kind, axis in (("roll", "continuous", "0 1 0"), ("steer", "revolute", "0 0 1"))
+    )
+    sim = Simulation(urdf(body(rear + front("left", TRACK / 2) + front("right", -TRACK / 2) + virtual)))
+    drive = sim.robots.first.drive
+    assert (drive.joints, len(drive.steering)) == (("left_joint", "right_joint"), 2)
+    for turn in (0.2, -0.2):
+        sim.cmd_vel(0.4, turn)
+        sim.run(2.0)
+        assert (sim.ground_truth.twist.x, sim.ground_truth.twist.yaw) == pytest.approx((0.4, turn), rel=0.03)
+    assert_odometry_is_true(sim)
+
+
 def test_geared_front_wheels_drive_too(urdf):
     """Nothing names the driving joints. Front wheels with a dry friction of 15 N m do not roll freely."""
     text = CAR[: CAR.index("<gazebo>")]

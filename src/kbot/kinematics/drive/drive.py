@@ -14,7 +14,7 @@ speeds of the wheels (Lynch and Park, Modern Robotics, 13.2)."""
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -50,6 +50,8 @@ from kbot.model.extensions import joints_with_motors
 
 Array = NDArray[np.float64]
 
+_LYING = 0.1
+"""Largest upward component of the axis of a cylinder that stands on the ground as a wheel."""
 _PARALLEL = 0.99
 """Cosine of the angle between two axles that are parallel."""
 _MECANUM = ((1.0, -1.0, -1.0), (1.0, 1.0, 1.0), (1.0, 1.0, -1.0), (1.0, -1.0, 1.0))
@@ -352,8 +354,7 @@ def _two_sided(robot: RobotModel, tree: FrameTree) -> DifferentialDrive | NoDriv
         if joints:
             found = drive_of(robot, tree, joints)
             if isinstance(found, DifferentialDrive):
-                turned = _steered_wheel(tree, found)
-                return NoDrive(turned) if turned else found
+                return found
             result = result or found
     return result or NoDrive(f"'{turning[0].name}' turns, but is mounted on another movable joint")
 
@@ -430,27 +431,6 @@ def _build(tree: FrameTree, base: str, pairs: Sequence[Pair]) -> DifferentialDri
     )
 
 
-def _steered_wheel(tree: FrameTree, drive: DifferentialDrive) -> str:
-    """Why the robot steers like a car, with a wheel on the ground that has no joint to roll on. Empty if it
-    does not."""
-    robot = tree.robot
-    ground = float(drive.axle_in_base.translation[2]) - drive.radius
-    for joint in robot.joints.values():
-        if joint.type is not JointType.REVOLUTE:
-            continue
-        if abs((tree.pose(joint.child, drive.base).rotation @ unit_axis(joint))[2]) < UPRIGHT:
-            continue
-        for link in rigid_links(robot, joint.child):
-            for collision in robot.links[link].collisions:
-                shape = collision.geometry
-                pose = tree.pose(link, drive.base) @ Transform.of(collision.pose)
-                if not isinstance(shape, Cylinder) or abs(pose.rotation[2, 2]) > 0.1:
-                    continue
-                if abs(float(pose.translation[2]) - shape.radius - ground) < 0.1 * drive.radius:
-                    return f"the wheel '{link}' is steered by '{joint.name}', as on a car"
-    return ""
-
-
 def _steered(
     robot: RobotModel, tree: FrameTree, controllers: Sequence[DeclaredDrive]
 ) -> SteeredDrive | NoDrive | None:
@@ -466,10 +446,15 @@ def _steered(
     for joint in dict.fromkeys([*turning, *traction]):
         by, belongs = mount(tree, joint, commanded, motors)
         wheel = find_wheel(tree, joint, base)
+        bodies = [robot.links[name] for name in rigid_links(robot, joint.child)]
+        if not any(body.inertial or body.collisions for body in bodies):
+            continue  # a virtual wheel, which a controller commands and real wheels mimic
         if belongs and not wheel.flaw:
             found.append((wheel, by))
         elif by is not None:
             flaw = flaw or f"; '{joint.name}': {wheel.flaw}"
+    rolling = {by.name for _, by in found if by is not None}
+    found += [(wheel, wheel.joint) for wheel in _fixed_on_steering(tree, base, rolling)]
     ground = min((wheel.bottom for wheel, _ in found), default=0.0)
     found = [(wheel, by) for wheel, by in found if wheel.bottom - ground < wheel.radius / 2.0]
     steered = [(wheel, by) for wheel, by in found if by is not None]
@@ -500,8 +485,27 @@ def _steered(
     if not driven:
         # a wheel whose joint has dry friction is geared: it would not roll freely
         geared = (n for n in on_base if (d := robot.joints[n].dynamics) is not None and d.friction > 0.0)
-        driven = tuple(dict.fromkeys((*axle.joints, *geared))) if fixed else tuple(on_base)
+        rolling_joints = tuple(name for name, (wheel, by) in on_base.items() if wheel.joint is not by)
+        driven = tuple(dict.fromkeys((*axle.joints, *geared))) if fixed else rolling_joints
     return SteeredDrive(**own, modules=modules, traction=driven, reason=reason)
+
+
+def _fixed_on_steering(tree: FrameTree, base: str, others: Collection[str]) -> Iterator[Wheel]:
+    """Wheels that steer but have no joint to roll on: cylinders that are fixed to an upright revolute joint.
+
+    `others` are the joints that steer a wheel that rolls.
+    """
+    robot = tree.robot
+    for joint in robot.joints.values():
+        is_free = joint.type is JointType.REVOLUTE and joint.name not in others
+        if not is_free or abs((tree.pose(joint.child, base).rotation @ unit_axis(joint))[2]) < UPRIGHT:
+            continue
+        for link in rigid_links(robot, joint.child):
+            for collision in robot.links[link].collisions:
+                shape, pose = collision.geometry, tree.pose(link, base) @ Transform.of(collision.pose)
+                axis = pose.rotation[:, 2]
+                if isinstance(shape, Cylinder) and abs(axis[2]) < _LYING:
+                    yield Wheel(joint, pose.translation, axis, shape.radius, shape.length, shape, "")
 
 
 def _middle(tree: FrameTree, base: str, wheels: Sequence[Wheel]) -> DifferentialDrive:

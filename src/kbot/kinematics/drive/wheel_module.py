@@ -36,7 +36,7 @@ class WheelModule:
     A direction is the angle in rad from the drive's x axis to the way in which the wheel rolls, positive to
     the left.
 
-    rolls         the joint on which it rolls
+    rolls         the joint on which it rolls, or that of `steering` for a wheel without one
     steering      the joint that steers it, None for a wheel on a fixed axle
     x, y          position in m of its steering axis, or else of its middle, in the frame of the drive
     trail, aside  how far its middle is ahead and to the left of its steering axis, in m
@@ -61,6 +61,11 @@ class WheelModule:
     rate: float
     radius: float
     forward: float
+
+    @property
+    def slides(self) -> bool:
+        """Whether the description has no joint on which the wheel rolls."""
+        return self.rolls == self.steering
 
     @property
     def turns_everywhere(self) -> bool:

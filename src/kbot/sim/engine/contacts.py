@@ -106,8 +106,11 @@ def add_skidding(
     pair.friction = (min(across, most), min(along, most), 0.0, 0.0, 0.0)
     pair.condim = rank(max(pair.friction[0], pair.friction[1]))[1]
     pair.solref = SOLREF
-    pair.solimp = SKID_SOLIMP
-    pair.solreffriction = (-1.0, -SKID_DAMPING)
+    if along > 0.0:
+        pair.solimp = SKID_SOLIMP
+        pair.solreffriction = (-1.0, -SKID_DAMPING)
+    else:  # the tyre slides along its rolling direction only, as if it rolled
+        pair.solimp = SOLIMP
 
 
 def as_rim(geom: mujoco.MjsGeom, others: bool) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import mujoco
 import numpy as np
 
@@ -91,10 +93,14 @@ def add_mimics(
     spec: mujoco.MjSpec,
     robot: RobotModel,
     held: frozenset[str],
+    driven: Collection[str],
     prefix: str,
     findings: DiagnosticCollector,
 ) -> None:
-    """Couple each mimic joint to the joint that it follows. Joints that are `held` do not follow."""
+    """Couple each mimic joint to the joint that it follows.
+
+    Joints that are `held` do not follow, nor do those that are `driven`: the drive commands each by itself.
+    """
     for joint in robot.joints.values():
         if joint.mimic is None or not joint.has_position:
             continue
@@ -106,7 +112,7 @@ def add_mimics(
                 joint.mimic.origin,
             )
             continue
-        if joint.name in held:
+        if joint.name in held or joint.name in driven:
             continue
         offset, multiplier = joint.mimic.offset, joint.mimic.multiplier
         equality = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1=prefix + joint.name)

@@ -74,7 +74,6 @@ def add_robot(spec: mujoco.MjSpec, plan: RobotPlan, findings: DiagnosticCollecto
             if joint.name not in held:
                 add_joint(child, joint, prefix, findings)
             waiting.append((joint.child, child))
-    add_mimics(spec, robot, held, prefix, findings)
     driven: tuple[str, ...] = ()
     if isinstance(plan.drive, DifferentialDrive):
         driven = plan.drive.joints
@@ -87,6 +86,7 @@ def add_robot(spec: mujoco.MjSpec, plan: RobotPlan, findings: DiagnosticCollecto
         driven = (*driven, *plan.drive.steering)
         add_steering_servos(spec, robot, plan.drive, prefix)
     add_joint_servos(spec, robot, (*driven, *held), prefix)
+    add_mimics(spec, robot, held, driven, prefix, findings)
     shapes.exclude_self_collisions()
 
 
@@ -200,8 +200,12 @@ class _Shapes:
 
 
 def _skidding(plan: RobotPlan) -> dict[str, Wheel]:
-    """The wheels, by link, of a skid-steer robot, which has wheels behind each other on both sides."""
+    """The wheels, by link, of a skid-steer robot, which has wheels behind each other on both sides, and those
+    of a car that have no joint to roll on."""
     drive = plan.drive
+    if isinstance(drive, SteeredDrive) and plan.contacts is Contacts.RECIPE:
+        sliding = (drive.wheels[module.rolls] for module in drive.modules if module.slides)
+        return {wheel.link: wheel for wheel in sliding}
     if type(drive) is not DifferentialDrive or len(drive.left) < 2 or plan.contacts is Contacts.AS_WRITTEN:
         return {}
     return {wheel.link: wheel for wheel in drive.wheels.values()}
@@ -210,6 +214,8 @@ def _skidding(plan: RobotPlan) -> dict[str, Wheel]:
 def _frictions(plan: RobotPlan, wheel: Wheel, surfaces: Mapping[str, ContactSurface]) -> tuple[float, float]:
     """The friction of a wheel across and along its rolling direction."""
     surface, link = surfaces.get(wheel.link, DEFAULT_SURFACE), plan.robot.links[wheel.link]
+    if isinstance(plan.drive, SteeredDrive):
+        return surface.friction, 0.0  # in place of the joint that is missing
     if surface.direction is None or not isinstance(plan.drive, DifferentialDrive):
         return surface.friction, surface.friction
     link_from_base = FrameTree(plan.robot).pose(plan.drive.base, in_frame=wheel.link)
