@@ -1,6 +1,6 @@
 """Skid-steer robots in a simulation: how far they turn, against Coulomb's law of friction."""
 
-from math import pi
+from math import cos, hypot, pi, radians, sin
 
 import pytest
 
@@ -83,6 +83,18 @@ def test_a_skid_steer_robot_drives_straight(urdf):
     driven = sim.ground_truth.pose.x - start
     assert driven == pytest.approx(sim.odometry.pose.x, rel=2e-3)
     assert sim.ground_truth.pose.y == pytest.approx(0.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_skid_steer_robot_stands_still_on_a_slope(urdf, axis):
+    sim = Simulation(urdf(skid_steer()))
+    slope = radians(10.0)
+    sim.engine.model.opt.gravity[[axis, 2]] = 9.81 * sin(slope), -9.81 * cos(slope)
+    sim.run(1.0)
+    before = sim.ground_truth.pose
+    sim.run(4.0)
+    after = sim.ground_truth.pose
+    assert hypot(after.x - before.x, after.y - before.y) < 1e-4
 
 
 def test_a_skid_steer_robot_on_slippery_wheels_stands_still(urdf):

@@ -27,12 +27,14 @@ SOLIMP = (0.999, 0.9999, 0.001, 0.5, 2.0)
 
 SKID_SOLIMP = (0.3, 0.3, 0.001, 0.5, 2.0)
 SKID_DAMPING = 3.0
-"""Impedance, and damping of friction in 1/s, of the tyres of skid-steer robots, which slide in every turn.
+SKID_IMPRATIO = 1e4
+"""Impedance, damping of friction in 1/s and IMPRATIO with the tyres of skid-steer robots.
 
-MuJoCo pushes a sliding contact up, by more the stiffer it is and the more its friction is damped. With the
-contacts above a sliding tyre hops 100 times a second, its wheel slows down at each impact, and the robot
-turns by down to half of what Coulomb's law gives. With these settings it stays on the ground up to 1 rad/s,
-and a robot of 6 kg sinks in by 0.06 mm."""
+These slide in every turn. MuJoCo pushes a sliding contact up, by more the stiffer it is and the more its
+friction is damped. With the contacts above a sliding tyre hops 100 times a second, its wheel slows down at
+each impact, and the robot turns by down to half of what Coulomb's law gives. With these settings it stays on
+the ground up to 1 rad/s, and a robot of 6 kg sinks in by 0.06 mm. With IMPRATIO it would creep down a slope
+of 10 degrees by 4 mm/s, with SKID_IMPRATIO by 0.004 mm/s."""
 
 FRICTION = 1.0
 """Default coefficient of friction, as in Gazebo."""

@@ -11,7 +11,7 @@ from math import sqrt
 
 import mujoco
 
-from kbot.sim.recipe import SKID_DAMPING, SKID_SOLIMP, SOLIMP, SOLREF
+from kbot.sim.recipe import SKID_DAMPING, SKID_IMPRATIO, SKID_SOLIMP, SOLIMP, SOLREF
 
 GROUND = 1
 OBSTACLE = 2
@@ -109,6 +109,7 @@ def add_skidding(
     if along > 0.0:
         pair.solimp = SKID_SOLIMP
         pair.solreffriction = (-1.0, -SKID_DAMPING)
+        spec.option.impratio = SKID_IMPRATIO
     else:  # the tyre slides along its rolling direction only, as if it rolled
         pair.solimp = SOLIMP
 
