@@ -91,7 +91,7 @@ def test_two_casters_in_one_link_carry_the_robot():
 
 
 def test_a_negative_effort_is_no_limit():
-    """Gazebo Classic takes -1 for no limit."""
+    """Gazebo Classic takes -1 for no limit, so J104 does not deny it."""
     inertial = (
         '<inertial><mass value="500"/><inertia ixx="9" iyy="9" izz="9" ixy="0" ixz="0" iyz="0"/></inertial>'
     )
@@ -100,3 +100,36 @@ def test_a_negative_effort_is_no_limit():
         limited = wheels.replace("<axis", f'<limit effort="{effort}" velocity="9"/><axis')
         text = f'<robot name="r"><link name="base_link">{inertial}</link>{limited}</robot>'
         assert [d.code for d in check_text(text, "r.urdf", config=Config(select=("D119",)))] == codes
+    found = check_text(text, "r.urdf", config=Config(select=("J104",)))
+    assert all("means 'unlimited' only in Gazebo Classic" in d.message for d in found)
+    assert len(found) == 2
+
+
+def test_rules_about_turns_on_the_spot_and_motors_do_not_apply_to_a_steered_base():
+    """A tricycle whose base is 50 mm behind its axle, and whose plugin drives the front wheel."""
+    front = wheel("front", 0.0).replace('"base_link"', '"fork"').replace('xyz="0 -0.1 0"', 'xyz="0 0 0"')
+    fork = (
+        '<link name="fork"/><joint name="fork_joint" type="revolute"><parent link="base_link"/>'
+        '<child link="fork"/><origin xyz="0.5 0 0"/><axis xyz="0 0 1"/>'
+        '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+    )
+    rear = (wheel("left", 0.1) + wheel("right", -0.1)).replace(
+        'xyz="0 0.1 0"/><axis', 'xyz="0.05 0.1 0"/><axis'
+    )
+    rear = rear.replace('xyz="0 -0.1 0"/><axis', 'xyz="0.05 -0.1 0"/><axis')
+    config = Config(select=("D124", "D125"))
+    two = f'<robot name="r"><link name="base_link"/>{rear}</robot>'
+    assert {d.code for d in check_text(two, "r.urdf", config=config)} == {"D124", "D125"}
+    assert not check_text(two.replace("</robot>", f"{fork}{front}</robot>"), "r.urdf", config=config)
+
+
+def test_the_friction_of_a_fixed_caster_is_named():
+    ball = (
+        '<link name="ball"><collision><geometry><sphere radius="0.02"/></geometry></collision></link>'
+        '<joint name="ball_joint" type="fixed"><parent link="base_link"/><child link="ball"/>'
+        '<origin xyz="-0.1 0 -0.03"/></joint>'
+        '<gazebo reference="ball"><mu1>0.5</mu1><mu2>0.2</mu2></gazebo>'
+    )
+    text = f'<robot name="r"><link name="base_link"/>{ball}{wheel("left", 0.1)}{wheel("right", -0.1)}</robot>'
+    [found] = check_text(text, "r.urdf", config=Config(select=("D118",)))
+    assert found.message.startswith("ball: a fixed caster with a friction of 0.5 scrubs over the ground")

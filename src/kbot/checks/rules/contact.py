@@ -9,6 +9,7 @@ from kbot.checks.edits import remove_element, set_attribute
 from kbot.checks.facts.bodies import lowest
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rules.wheels import at_both, pose_origin
+from kbot.kinematics.drive.drive import SteeredDrive
 from kbot.kinematics.drive.wheels import Caster, is_caster, movable_above
 from kbot.model import Cylinder, Joint, JointType, Mesh, Sphere
 from kbot.text import Edit, Element, Fix, Origin, Related, Severity, Span
@@ -161,7 +162,11 @@ def base_off_axle(context: Context) -> Found:
     Autofix: none.
     """
     is_two_wheeled = len(context.base.pairs) == 1 and not context.is_holonomic
-    if not is_two_wheeled or context.unsure & {w.link for w in context.base.wheels}:
+    if (
+        not is_two_wheeled
+        or isinstance(context.drive, SteeredDrive)
+        or context.unsure & {w.link for w in context.base.wheels}
+    ):
         return
     pair = context.base.pairs[0]
     name = "base_footprint" if "base_footprint" in context.frames else "base_link"
@@ -262,7 +267,9 @@ def caster_scrubs(context: Context) -> Found:
             continue  # beside the axle a turn on the spot does not move it sideways
         if joint.type is JointType.FIXED:
             severity = Severity.WARNING if is_for_gazebo else Severity.INFO
-            text = f"{caster.link}: a fixed caster with the default friction scrubs over the ground"
+            friction = _friction(context, caster.link)
+            has = "the default friction" if friction is None else f"a friction of {friction:g}"
+            text = f"{caster.link}: a fixed caster with {has} scrubs over the ground"
         else:
             severity = Severity.WARNING
             axis = context.frames[caster.link].direction(joint.axis)
@@ -331,13 +338,20 @@ def _below_swivel(context: Context, link: str) -> bool:
 
 
 def _slides(context: Context, link: str) -> bool:
-    """Whether a `<gazebo reference>` gives the link next to no friction, with tags of Classic or of SDF."""
+    """Whether a link has next to no friction."""
+    friction = _friction(context, link)
+    return friction is not None and friction <= _SLIDES
+
+
+def _friction(context: Context, link: str) -> float | None:
+    """The coefficient of friction that a `<gazebo reference>` gives a link, with tags of Classic or of SDF:
+    the larger of both directions, and the smaller of two references. None if it gives none."""
+    found = []
     for extension in context.robot.extensions:
         if extension.tag == "gazebo" and extension.attributes.get("reference") == link:
             values = [_number(e) for e in extension.descendants() if e.tag in ("mu1", "mu2", "mu")]
-            if values and max(values) <= _SLIDES:
-                return True
-    return False
+            found += [max(values)] if values else []
+    return min(found, default=None)
 
 
 def _number(element: Element) -> float:

@@ -102,8 +102,9 @@ def limit_closed(context: Context) -> Found:
 def no_effort(context: Context) -> Found:
     """The effort or velocity limit of a movable joint is 0 or negative.
 
-    Why: 0 does not mean "no limit". ros2_control, Gazebo and MoveIt apply it: a joint with 0 N m never
-    accelerates, and one with 0 rad/s cannot turn. A trajectory for such a joint takes infinitely long.
+    Why: 0 does not mean "no limit", and a negative number does so only in Gazebo Classic. ros2_control,
+    Gazebo and MoveIt apply it: a joint with 0 N m never accelerates, and one with 0 rad/s cannot turn. A
+    trajectory for such a joint takes infinitely long.
 
     Example: `<limit lower="-1" upper="1" effort="0" velocity="0"/>`
 
@@ -124,10 +125,15 @@ def no_effort(context: Context) -> Found:
             if value is not None and value <= 0.0
         ]
         if dead:
+            is_negative = min(limit.effort or 0.0, limit.velocity or 0.0) < 0.0
+            means = (
+                "means 'unlimited' only in Gazebo Classic: another tool that applies it"
+                if is_negative
+                else "does not mean 'unlimited': a tool that applies it"
+            )
             yield Finding(
                 limit.origin,
-                f"{joint.name}: a limit of {' and '.join(dead)} does not mean 'unlimited': "
-                "a tool that applies it never moves the joint",
+                f"{joint.name}: a limit of {' and '.join(dead)} {means} never moves the joint",
                 "write the limits of the motor",
             )
 

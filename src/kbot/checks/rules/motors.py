@@ -7,6 +7,7 @@ import math
 from kbot.checks.context import Context
 from kbot.checks.registry import Finding, Found, rule
 from kbot.kinematics.bodies import total_mass
+from kbot.kinematics.drive.drive import SteeredDrive
 from kbot.kinematics.spatial import GRAVITY
 from kbot.model import JointType, Mesh
 from kbot.text import Related, Severity
@@ -143,6 +144,8 @@ def wheel_undriven(context: Context) -> Found:
     Autofix: unsafe: KBot inserts a `<limit>`: the effort at which the wheel starts to slip, and the velocity
     at 1 m/s.
     """
+    if isinstance(context.drive, SteeredDrive):
+        return  # its plugins name the joints in other ways, and wheels that only roll need no motor
     driven = _driven(context)
     for extension in context.robot.extensions:
         for element in (extension, *extension.descendants()):

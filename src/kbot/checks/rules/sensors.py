@@ -318,7 +318,11 @@ def sensor_frame_lumped(context: Context) -> Found:
             continue
         if any(True for _ in _frames_of(sensor)) or sensor.find("plugin") is not None:
             continue
-        if sensor.find("topic") is None and sensor.attributes.get("type") not in _LIDARS | _CAMERAS:
+        # gz does not simulate a plain ray, and in Gazebo Classic only a plugin publishes in ROS
+        if (
+            sensor.find("topic") is None
+            and sensor.attributes.get("type") not in (_LIDARS - {"ray"}) | _CAMERAS
+        ):
             continue
         yield Finding(
             sensor.origin,
