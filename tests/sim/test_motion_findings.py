@@ -406,6 +406,19 @@ def test_a_caster_without_collision_is_below_the_floor(urdf):
     assert found.origin.span.line == line_of(text, '<link name="caster"')
 
 
+def test_a_visual_below_the_floor_does_not_matter_if_the_link_has_a_collision(urdf):
+    """Such as the marker at the origin of a robot's base_footprint."""
+    shapes = (
+        '<visual><geometry><box size="0.05 0.05 0.4"/></geometry></visual>'
+        '<collision><origin xyz="0 0 0.1"/><geometry><sphere radius="0.01"/></geometry></collision>'
+    )
+    marker = (
+        f'<link name="marker">{shapes}</link><joint name="marker_joint" type="fixed">'
+        '<parent link="base_link"/><child link="marker"/></joint>'
+    )
+    assert driven(urdf(cart(more=marker)), (0.2, 0.0, 2.0)).findings == ()
+
+
 def test_a_contact_that_is_too_soft_is_reported(urdf):
     """Springs of 500 N/m under wheels that carry most of 51 kg, 500 N, sink in by centimetres."""
     soft = "".join(

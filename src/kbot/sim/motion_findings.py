@@ -313,7 +313,7 @@ class MotionFindings:
             return
         floor = float(data.geom_xpos[is_floor, 2].min())
         for name, link in self._robot.robot.links.items():
-            for part in link.visuals or link.collisions:
+            for part in link.collisions or link.visuals:
                 if isinstance(part.geometry, Mesh):
                     continue
                 pose = self._robot.body.link_pose(name) @ Transform.of(part.pose)
