@@ -285,6 +285,19 @@ def test_two_wheels_beside_one_steering_axis_roll_around_it(urdf):
     assert sim.ground_truth.twist.y == pytest.approx(0.3, rel=0.02)
 
 
+def test_wheels_that_all_swivel_on_one_joint_do_not_drive(urdf):
+    """As those of HSR, whose base turns against its wheels by this joint."""
+    fork = wheel("caster", "base_link", 0.0, 0.0, steered=True).replace('"revolute"', '"continuous"')
+    inner = fork + wheel("twin", "caster_fork", -0.1, 0.1)
+    motors = "".join(
+        f'<transmission name="{name}"><joint name="{name}"/></transmission>'
+        for name in ("caster_steering", "caster_joint", "twin_joint")
+    )
+    drive = find_drive(urdf(body(inner, motors)))
+    assert isinstance(drive, NoDrive)
+    assert "its wheels swivel together on 'caster_steering' (" in drive.reason
+
+
 def test_swerving_base_changes_its_direction_without_sliding(urdf):
     """Forwards, then to the left: the wheels steer by a quarter turn, and odometry stays true."""
     sim = Simulation(urdf(SWERVE))

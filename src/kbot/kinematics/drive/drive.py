@@ -372,7 +372,7 @@ def base_link(robot: RobotModel, wheel_parent: str) -> str:
 def _why_nothing_turns(robot: RobotModel) -> str:
     others = [f"'{j.name}' is {j.type}" for j in robot.joints.values() if j.is_movable]
     if not others:
-        return "the robot has no movable joint"
+        return f"the robot has no movable joint ({robot.origin})"
     more = f" and {len(others) - 3} more" if len(others) > 3 else ""
     return f"the robot has no continuous joint for a wheel: {', '.join(others[:3])}{more}"
 
@@ -463,6 +463,10 @@ def _steered(
     first, by = steered[0]
     reason = f"the wheel on '{first.joint.name}' is steered by '{by.name}', as on a car"
     fixed = [wheel.joint for wheel, by in found if by is None]
+    if not fixed and all(other is by for _, other in steered):
+        # the base turns against its wheels by this joint, and not by the direction of the wheels
+        what = "a base that KBot does not drive"
+        return NoDrive(f"its wheels swivel together on '{by.name}' ({by.origin}), {what}{flaw}")
     axle = drive_of(robot, tree, fixed) if fixed else _middle(tree, base, [wheel for wheel, _ in found])
     if isinstance(axle, NoDrive):
         return NoDrive(f"{reason}, but it has no fixed axle: {axle.reason}{flaw}")
