@@ -5,6 +5,7 @@ from math import atan2, hypot, inf, pi, sin, tan
 import pytest
 
 from kbot.kinematics.drive.drive import NoDrive, SteeredDrive, find_drive
+from kbot.kinematics.robot_info import describe
 from kbot.messages import Header, Twist, TwistStamped, Vector3
 from kbot.sim import Simulation
 from kbot.workbench.protocol import Drive
@@ -65,7 +66,12 @@ CAR = body(
     "<left_steering_joint>front_left_steering</left_steering_joint>"
     "<right_steering_joint>front_right_steering</right_steering_joint></plugin></gazebo>",
 )
-BASES = {"tricycle": TRICYCLE, "front driven": FRONT_DRIVEN, "car": CAR}
+ALL_DRIVEN = CAR.replace(
+    "<left_joint>",
+    "<left_joint>front_left_joint</left_joint><right_joint>front_right_joint</right_joint><left_joint>",
+)
+"""As in gz's example world, whose plugin names the joints of all four wheels."""
+BASES = {"tricycle": TRICYCLE, "front driven": FRONT_DRIVEN, "car": CAR, "all driven": ALL_DRIVEN}
 
 
 @pytest.mark.parametrize(
@@ -100,20 +106,20 @@ def test_steered_base_drives_straight(urdf, name):
 
 
 @pytest.mark.parametrize("name", list(BASES))
-@pytest.mark.parametrize("turn", [0.3, -0.3])
-def test_wheels_of_a_steered_base_roll_about_one_point(urdf, name, turn):
+@pytest.mark.parametrize(("speed", "turn"), [(0.5, 0.3), (0.5, -0.3), (-0.5, 0.3)])
+def test_wheels_of_a_steered_base_roll_about_one_point(urdf, name, speed, turn):
     """The base moves at v and turns at w. The steering angles are those of Ackermann, tan a = L / (R - y)."""
     sim = Simulation(urdf(BASES[name]))
-    sim.cmd_vel(0.5, turn)
+    sim.cmd_vel(speed, turn)
     sim.run(2.0)
     before = sim.ground_truth.pose.yaw
     sim.run(4.0)
     assert sim.ground_truth.pose.yaw - before == pytest.approx(4.0 * turn, rel=0.01)
-    assert sim.ground_truth.twist.x == pytest.approx(0.5, rel=0.01)
+    assert sim.ground_truth.twist.x == pytest.approx(speed, rel=0.01)
     for module in sim.robots.first.drive.modules:
         if module.steering is not None:
             angle = sim.joint_positions[module.steering]
-            assert tan(angle) == pytest.approx(BASE / (0.5 / turn - module.y), rel=0.02)
+            assert tan(angle) == pytest.approx(BASE / (speed / turn - module.y), rel=0.02)
     truth, reckoned = sim.ground_truth.pose, sim.odometry.pose
     assert (reckoned.x, reckoned.y) == pytest.approx((truth.x, truth.y), abs=0.01)
     assert reckoned.yaw == pytest.approx(truth.yaw, abs=0.01)
@@ -173,6 +179,26 @@ def test_description_for_display_does_not_drive(urdf):
     )
     assert isinstance(drive, NoDrive)
     assert drive.reason == "no link has a mass or a collision shape: the description is only for display"
+
+
+def test_a_steered_drive_is_described(urdf):
+    data = describe(urdf(ALL_DRIVEN))
+    assert data["no_drive"] is None
+    drive = data["drive"]
+    assert (drive["kind"], drive["sideways"]) == ("steered", False)
+    assert drive["steering"] == ["front_left_steering", "front_right_steering"]
+    assert len(drive["joints"]) == 4
+    assert (drive["wheelbase"], drive["separation"], drive["radius"]) == pytest.approx((BASE, TRACK, RADIUS))
+
+
+def test_a_steered_wheel_off_its_axis_is_named(urdf):
+    """The rear wheels and one front wheel of four that steer are off their axes by 10 % of their radius."""
+    off = FOUR.replace(f'<origin rpy="{pi / 2} 0 0"/>', f'<origin xyz="0 0 0.01" rpy="{pi / 2} 0 0"/>')
+    centred = wheel("front_left", "base_link", BASE / 2, TRACK / 2, steered=True)
+    alone = wheel("rear", "base_link", 0.0, 0.0)
+    drive = find_drive(urdf(body(centred + alone + off.replace("front_left", "other"), x=0.0)))
+    assert isinstance(drive, NoDrive)
+    assert drive.reason.endswith("but 'other_joint': its shape is not centred on its axis")
 
 
 def test_four_steered_wheels_without_a_fixed_axle_are_found(urdf):

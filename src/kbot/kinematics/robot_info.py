@@ -25,7 +25,7 @@ _DEEPEST = 30
 def describe(robot: RobotModel) -> dict[str, Any]:  # Any: JSON
     """The robot as plain data for JSON, in metres, kilograms and radians. Unknown values are None.
 
-    For a robot without a differential or holonomic drive `drive` is None, and `no_drive` is the reason.
+    For a robot without a drive `drive` is None, and `no_drive` is the reason.
     """
     tree = FrameTree(robot)
     return _describe(robot, tree, find_drive(robot, tree))
@@ -40,8 +40,8 @@ def _describe(robot: RobotModel, tree: FrameTree, drive: DifferentialDrive | NoD
         "mass": total_mass(robot),
         "center_of_mass": None if center is None else center.tolist(),
         "bounds": None if bounds is None else {"lower": bounds[0].tolist(), "upper": bounds[1].tolist()},
-        "drive": None if isinstance(drive, SteeredDrive | NoDrive) else _drive(drive),
-        "no_drive": drive.reason if isinstance(drive, SteeredDrive | NoDrive) else None,
+        "drive": None if isinstance(drive, NoDrive) else _drive(drive),
+        "no_drive": drive.reason if isinstance(drive, NoDrive) else None,
         "links": [_link(link) for link in robot.links.values()],
         "joints": [_joint(joint) for joint in robot.joints.values()],
     }
@@ -130,6 +130,19 @@ def _drive(drive: DifferentialDrive) -> dict[str, Any]:
             "sideways": drive.sideways,
             "radius": drive.radius,
             "lever": drive.separation / 2.0,
+            "base": drive.base,
+            "axle_in_base": _planar(drive),
+            "casters": list(drive.casters),
+        }
+    if isinstance(drive, SteeredDrive):
+        return {
+            "kind": "steered",
+            "joints": list(drive.joints),
+            "steering": list(drive.steering),
+            "sideways": drive.sideways,
+            "radius": drive.radius,
+            "separation": drive.separation,
+            "wheelbase": drive.wheelbase,
             "base": drive.base,
             "axle_in_base": _planar(drive),
             "casters": list(drive.casters),

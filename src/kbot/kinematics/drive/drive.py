@@ -452,7 +452,7 @@ def _steered(
         if belongs and not wheel.flaw:
             found.append((wheel, by))
         elif by is not None:
-            flaw = flaw or f"; '{joint.name}': {wheel.flaw}"
+            flaw = flaw or f"'{joint.name}': {wheel.flaw}"
     rolling = {by.name for _, by in found if by is not None}
     found += [(wheel, wheel.joint) for wheel in _fixed_on_steering(tree, base, rolling)]
     ground = min((wheel.bottom for wheel, _ in found), default=0.0)
@@ -469,7 +469,7 @@ def _steered(
         return NoDrive(f"its wheels swivel together on '{by.name}' ({by.origin}), {what}{flaw}")
     axle = drive_of(robot, tree, fixed) if fixed else _middle(tree, base, [wheel for wheel, _ in found])
     if isinstance(axle, NoDrive):
-        return NoDrive(f"{reason}, but it has no fixed axle: {axle.reason}{flaw}")
+        return NoDrive(f"{reason}, but {flaw or f'it has no fixed axle: {axle.reason}'}")
     # wheels beside the axle, such as support wheels, roll freely
     on_base = {
         wheel.joint.name: (wheel, by)
@@ -479,7 +479,7 @@ def _steered(
     modules = tuple(placed(tree, base, axle.axle_in_base, wheel, by) for wheel, by in on_base.values())
     ahead = [abs(module.x) for module in modules if module.steering is not None]
     if (min(ahead) if fixed else max(ahead)) < axle.radius:
-        return NoDrive(f"{reason}, but a steered wheel is beside the middle of the axle{flaw}")
+        return NoDrive(f"{reason}, but {flaw or 'a steered wheel is beside the middle of the axle'}")
     driven = tuple(dict.fromkeys(joint.name for joint in traction if joint.name in on_base))
     own = {field.name: getattr(axle, field.name) for field in fields(DifferentialDrive)}
     own["wheels"] = {name: wheel for name, (wheel, _) in on_base.items()}
