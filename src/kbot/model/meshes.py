@@ -258,7 +258,10 @@ def _texture(mesh: Any, texels: int) -> Texture | None:  # noqa: ANN401 - trimes
 
 
 def _mean(image: Image) -> tuple[float, float, float, float]:
-    pixels = np.asarray(image.convert("RGBA").reduce(max(1, min(image.size) // 64)), dtype=np.float64)
+    factor = max(1, min(image.size) // 64)
+    if image.mode in ("L", "LA", "RGB", "RGBA"):  # not the numbers of colours in a palette
+        image, factor = image.reduce(factor), 1  # first, because converting a large image takes longer
+    pixels = np.asarray(image.convert("RGBA").reduce(factor), dtype=np.float64)
     r, g, b, a = (float(c) / 255.0 for c in pixels.reshape(-1, 4).mean(axis=0))
     return r, g, b, a
 

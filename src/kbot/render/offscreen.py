@@ -44,17 +44,28 @@ class Canvas:
 
         The distance is inf where nothing is drawn. The first row is the top of the picture.
         """
+        colours, depths = self.draw_depths(data)
+        return colours.copy(), self.metres(depths)
+
+    def draw_depths(self, data: mujoco.MjData) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+        """Return colours and depths of OpenGL, which grow with the distance and are 1 where nothing is drawn.
+
+        Both are only valid until the next call.
+        """
         model, everything = self._model, mujoco.mjtCatBit.mjCAT_ALL
         mujoco.mjv_updateScene(model, data, self._option, None, self._camera, everything, self._scene)
         with self._current():
             mujoco.mjr_render(self._rectangle, self._scene, self._context)
             mujoco.mjr_readPixels(self._colours, self._depths, self._rectangle, self._context)
-        near = model.vis.map.znear * model.stat.extent
-        far = model.vis.map.zfar * model.stat.extent
-        depths = self._depths[::-1].astype(np.float64)
-        metres = near / (1.0 - depths * (1.0 - near / far))
+        return self._colours[::-1], self._depths[::-1]
+
+    def metres(self, depths: NDArray[np.float32]) -> NDArray[np.float64]:
+        """The distances in m of depths of OpenGL."""
+        near = self._model.vis.map.znear * self._model.stat.extent
+        far = self._model.vis.map.zfar * self._model.stat.extent
+        metres: NDArray[np.float64] = near / (1.0 - depths.astype(np.float64) * (1.0 - near / far))
         metres[depths >= 1.0] = np.inf
-        return self._colours[::-1].copy(), metres
+        return metres
 
     @contextmanager
     def _current(self) -> Iterator[None]:

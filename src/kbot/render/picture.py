@@ -46,7 +46,7 @@ def draw_picture(things: PictureScene, look: Look) -> bytes:
     else:
         pixels = _on_floor(things, look, colours, opacity, depth)
     packed = io.BytesIO()
-    Image.fromarray(np.rint(pixels * 255.0).astype(np.uint8)).save(packed, "PNG", optimize=True)
+    Image.fromarray(np.rint(pixels * 255.0).astype(np.uint8)).save(packed, "PNG")
     return packed.getvalue()
 
 
@@ -66,16 +66,22 @@ def _draw_things(things: PictureScene, look: Look, finer: int) -> tuple[Array, A
     mujoco.mj_kinematics(model, data)
     mujoco.mj_camlight(model, data)
     try:
-        drawn, distances = Canvas(model, width, height).draw(data)
+        canvas = Canvas(model, width, height)
+        drawn, depths = canvas.draw_depths(data)
     except KbotError as error:
         raise KbotError(str(error).replace("cameras need", "pictures need")) from None
-    hit = np.isfinite(distances)
-    blocks = (look.height, finer, look.width, finer)
-    covered = hit.reshape(blocks).mean(axis=(1, 3))
-    # The product stays in bytes, which take an eighth of the memory of doubles.
-    summed = (drawn * hit[..., None]).reshape(*blocks, 3).mean(axis=(1, 3)) / 255.0
-    colours = summed / np.where(covered > 0.0, covered, 1.0)[..., None]
-    return colours, covered, distances.reshape(blocks).min(axis=(1, 3))
+    # a sum over every third pixel is ten times as fast as a mean over the axes of 3 x 3 blocks
+    count = np.zeros((look.height, look.width), dtype=np.uint8)
+    summed = np.zeros((look.height, look.width, 3), dtype=np.uint16)
+    nearest = np.ones((look.height, look.width), dtype=np.float32)
+    for rows, columns in itertools.product(range(finer), repeat=2):
+        part = np.s_[rows::finer, columns::finer]
+        hit = depths[part] < 1.0
+        count += hit
+        summed += drawn[part] * hit[..., None]
+        np.minimum(nearest, depths[part], out=nearest)
+    colours = summed / (255.0 * np.maximum(count, 1))[..., None]
+    return colours, count / finer**2, canvas.metres(nearest)
 
 
 def _model(things: PictureScene, look: Look, width: int, height: int) -> mujoco.MjModel:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +14,10 @@ from kbot.kinematics.transform import Transform
 from kbot.model import RobotModel
 from kbot.render.bounds import visible_bounds
 from kbot.render.surfaces import PaintedSurface, body_surfaces, robot_surfaces
-from kbot.sim import Simulation
 from kbot.world.sdf.materials import link_colours
+
+if TYPE_CHECKING:  # the engine's modules, which a picture of a robot alone does not need
+    from kbot.sim import Simulation
 
 
 @dataclass(frozen=True, slots=True)
