@@ -234,11 +234,11 @@ class Assembly:
         return None
 
     def _overlapped(self, trial: mujoco.MjData, plan: RobotPlan) -> str:
-        for contact in trial.contact:
-            ground = any(self.model.geom_contype[g] == GROUND for g in contact.geom)
-            if contact.dist >= -DEEP or ground:
-                continue
-            names = [owner(self.model, int(geom)) for geom in contact.geom]
+        # in arrays, because a world of thousands of objects has as many contacts
+        contacts = trial.contact
+        on_ground = (self.model.geom_contype[contacts.geom] == GROUND).any(axis=1)
+        for pair in contacts.geom[(contacts.dist < -DEEP) & ~on_ground].tolist():
+            names = [owner(self.model, geom) for geom in pair]
             own = [name.startswith(plan.prefix) for name in names]
             if any(own):
                 return (names[own.index(False)] if False in own else names[0]).strip("/")
