@@ -322,3 +322,17 @@ def test_names_of_links_follow_from_an_undefined_argument() -> None:
         '<xacro:part name="a" parent="base"/></robot>'
     )
     assert [d.code for d in found_in(text)] == ["X112"]
+
+
+def test_an_argument_of_a_file_that_is_not_included_is_not_unused(tmp_path: Path) -> None:
+    (tmp_path / "gazebo.xacro").write_text("<robot><gazebo><x>$(arg topic)</x></gazebo></robot>")
+    text = (
+        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="topic" default="odom"/>'
+        '<xacro:arg name="sim" default="false"/><xacro:if value="$(arg sim)">'
+        '<xacro:include filename="gazebo.xacro"/></xacro:if><link name="base"/></robot>'
+    )
+    path = tmp_path / "robot.xacro"
+    path.write_text(text)
+    assert not check_file(str(path), config=Config(select=("S103",)))
+    path.write_text(text.replace('<xacro:include filename="gazebo.xacro"/>', ""))
+    assert [d.code for d in check_file(str(path), config=Config(select=("S103",)))] == ["S103"]

@@ -133,3 +133,20 @@ def test_the_friction_of_a_fixed_caster_is_named():
     text = f'<robot name="r"><link name="base_link"/>{ball}{wheel("left", 0.1)}{wheel("right", -0.1)}</robot>'
     [found] = check_text(text, "r.urdf", config=Config(select=("D118",)))
     assert found.message.startswith("ball: a fixed caster with a friction of 0.5 scrubs over the ground")
+
+
+def test_a_caster_that_hangs_matters_only_where_the_robot_tips_onto_it():
+    """The ball is 10 mm above the ground: behind one axle, beside it, and behind two axles."""
+    ball = (
+        '<link name="ball"><collision><geometry><sphere radius="0.02"/></geometry></collision></link>'
+        '<joint name="ball_caster" type="fixed"><parent link="base_link"/><child link="ball"/>'
+        '<origin xyz="-0.2 0 -0.02"/></joint>'
+    )
+    axle = wheel("left", 0.1) + wheel("right", -0.1)
+    front = axle.replace("left", "front_left").replace("right", "front_right")
+    front = front.replace('xyz="0 0.1 0"/><axis', 'xyz="0.3 0.1 0"/><axis')
+    front = front.replace('xyz="0 -0.1 0"/><axis', 'xyz="0.3 -0.1 0"/><axis')
+    beside = ball.replace('xyz="-0.2 0', 'xyz="0 0')
+    for parts, codes in ((axle + ball, ["D112"]), (axle + beside, []), (axle + front + ball, [])):
+        text = f'<robot name="r"><link name="base_link"/>{parts}</robot>'
+        assert [d.code for d in check_text(text, "r.urdf", config=Config(select=("D112",)))] == codes

@@ -666,7 +666,7 @@ def _in_small_unit(seen: Excess) -> str:
 
 
 def _percent(share: float) -> str:
-    return f"{share * 100.0:.0f} %"
+    return f"{round(share * 100.0, 0) + 0.0:.0f} %"  # 0 and not -0
 
 
 def _drags(axles: int) -> str:

@@ -21,6 +21,8 @@ _SLIDES = 0.2
 _UP = (0.0, 0.0, 1.0)
 _LEVEL = 1.0 - 1e-6
 """The cosine of a tilt that changes no height by a tenth of a millimetre."""
+_BESIDE = 45.0
+"""Degrees of tilt from which a caster is beside the axle, and not before or behind it."""
 _LEAST_OFF = 1e-3
 """m. Wheels, casters and frames that are off by less than this are not reported."""
 
@@ -69,8 +71,10 @@ def not_on_ground(context: Context) -> Found:
         off = caster.bottom - ground
         arm = max(abs(caster.center[0] - axle.left.center[0]), 1e-3)
         tilt = math.degrees(math.atan2(abs(off), arm))
-        # if a caster touches the ground, only a ball that hangs is reported
-        if off > max(_LEAST_OFF, 0.03 * size) and not (touching and not isinstance(caster.shape, Sphere)):
+        # if a caster touches the ground, only a ball that hangs is reported; beside the axle or between two
+        # axles the robot does not tip onto it
+        hangs = off > max(_LEAST_OFF, 0.03 * size) and (not touching or isinstance(caster.shape, Sphere))
+        if hangs and len(context.base.pairs) == 1 and tilt < _BESIDE:
             yield Finding(
                 caster_place(context, caster),
                 f"{caster.link} hangs {off * 1e3:.3g} mm above the ground on which the wheels stand: "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 
 from kbot.checks.context import Context
@@ -10,20 +11,37 @@ from kbot.checks.facts.sources import MacroText, SourceFile, named, parameters_o
 from kbot.checks.registry import Finding, Found, rule
 from kbot.text import Element, Origin, Severity, Span
 
+_COMPUTED = frozenset("${}()*")
+"""Characters of a file name that xacro computes."""
 _WORD = re.compile(rb"[\w\x80-\xff-]+")
 
 
 def _entry(context: Context) -> SourceFile | None:
     """The entry file of a whole description. None for a library of macros, or if a file is missing.
 
-    Other robots may use what a library defines, and a missing file may use any definition.
+    Other robots may use what a library defines. A missing file, or one that is only included with other
+    arguments, may use any definition.
     """
     if context.document is None or not any(True for _ in context.document.elements("link")):
         return None
     if any(d.code in ("X117", "X199", "X190") for d in context.problems):
         return None
+    if _skips_includes(context):
+        return None
     first = context.sources[0] if context.sources else None
     return first if first and first.path == context.entry.path else None
+
+
+def _skips_includes(context: Context) -> bool:
+    """Whether an `<xacro:include>`, in an `<xacro:if>` for example, was not read with these arguments."""
+    read = {os.path.basename(file.path) for file in context.sources}
+    wanted = (
+        element.attributes.get("filename", "").rpartition("/")[2]
+        for file in context.sources
+        for element in file.elements
+        if element.tag == "xacro:include"
+    )
+    return any(name not in read and not _COMPUTED & {*name} for name in wanted)
 
 
 def _unused(context: Context, tag: str, message: str, hint: str) -> Found:
