@@ -9,7 +9,7 @@ import kbot
 from kbot.messages import types as msg
 from kbot.messages.navigation import PoseStamped
 from kbot.record.feed import Feed, Packet
-from kbot.ros.bridges.link import MOST_CALLS, WAITING, PeerLink
+from kbot.ros.bridges.link import BUSY_SECONDS, MOST_CALLS, WAITING, PeerLink
 from kbot.ros.bridges.service import Answer, Service
 from kbot.ros.service_types import service_type
 from kbot.sim import Simulation
@@ -194,3 +194,16 @@ def test_calls_that_are_prepared_count_as_waiting() -> None:
     with pytest.raises(KbotError, match="calls are already waiting"):
         link.call("/slow", None)
     may_end.set()
+
+
+def test_slow_calls_do_not_stop_the_simulation() -> None:
+    """A peer can call a slow service many times: the server answers pages and Ctrl-C between the calls."""
+    sim, link, _ = linked()
+    answered = threading.Event()
+    slow: Answer = lambda simulation, request: answered.wait(2 * BUSY_SECONDS)  # noqa: E731
+    link.offer({"/slow": Service("/slow", service_type("std_srvs/Empty"), slow)})
+    calls = [link.call("/slow", None) for _ in range(3)]
+    for count in (1, 2, 3):
+        assert sim.run_errands()
+        assert sum(call.done() for call in calls) == count
+    assert not sim.run_errands()

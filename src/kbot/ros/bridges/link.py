@@ -8,6 +8,7 @@ wait until `answer_calls`, between two steps.
 from __future__ import annotations
 
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
@@ -33,6 +34,8 @@ WAITING = 16
 """Messages per topic that wait to be delivered. If there are more, the oldest are dropped."""
 MOST_CALLS = 256
 """Service calls that wait. More are refused."""
+BUSY_SECONDS = 0.03
+"""Seconds after which further calls wait for the next step. Spawning takes a second in a large world."""
 _MOST_REPORTS = 100
 """Different texts that are reported to the user, so that a faulty peer cannot flood the terminal."""
 
@@ -298,8 +301,10 @@ class PeerLink:
             return False
         if simulation.paused:
             self.serve()
-        called = len(self._calls)
-        for _ in range(called):
+        waiting, began = len(self._calls), time.monotonic()
+        for answered in range(waiting):
+            if answered and time.monotonic() - began > BUSY_SECONDS:
+                break
             with self._lock:
                 service, request, future = self._calls.popleft()
             if not future.set_running_or_notify_cancel():
@@ -312,7 +317,7 @@ class PeerLink:
             except Exception as error:  # noqa: BLE001 - a service call must not end the simulation
                 future.set_exception(KbotError(FAULTS.fault(service.name, error)))
         self._wake_all()
-        return called > 0
+        return waiting > 0
 
     def _update_topics(self, simulation: Live, feed: Feed) -> None:
         bus = simulation.bus
