@@ -57,7 +57,6 @@ DRIVELESS = {
     UR5E: "the robot has no continuous joint",
     "luxonis+depthai-ros/depthai_descriptions/urdf/depthai_descr.urdf.xacro.urdf": "no movable joint",
     "ros-controls+ros2_control_demos/example_1/description/urdf/rrbot.urdf.xacro.urdf": "shape is not round",
-    "ros-controls+ros2_control_demos/example_11/description/urdf/carlikebot.urdf.xacro.urdf": "as on a car",
     "Kinovarobotics+ros2_kortex/kortex_description/robots/gen3.xacro.7.urdf": "its axis is not horizontal",
 }
 

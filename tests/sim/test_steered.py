@@ -7,6 +7,7 @@ import pytest
 from kbot.kinematics.drive.drive import NoDrive, SteeredDrive, find_drive
 from kbot.kinematics.robot_info import describe
 from kbot.messages import Header, Twist, TwistStamped, Vector3
+from kbot.model.load import load_robot
 from kbot.sim import Simulation
 from kbot.workbench.protocol import Drive
 from kbot.workbench.serve import open_session
@@ -197,6 +198,9 @@ def test_a_steered_wheel_off_its_axis_is_named(urdf):
     centred = wheel("front_left", "base_link", BASE / 2, TRACK / 2, steered=True)
     alone = wheel("rear", "base_link", 0.0, 0.0)
     drive = find_drive(urdf(body(centred + alone + off.replace("front_left", "other"), x=0.0)))
+    assert isinstance(drive, NoDrive)
+    assert drive.reason.endswith("but 'other_joint': its shape is not centred on its axis")
+    drive = find_drive(urdf(body(centred + off.replace("front_left", "other"), x=0.0)))
     assert isinstance(drive, NoDrive)
     assert drive.reason.endswith("but 'other_joint': its shape is not centred on its axis")
 
@@ -430,6 +434,15 @@ trike:
     sim.bus.publish("/trike/cmd_vel", TwistStamped(Header(), Twist(Vector3(0.2))))
     sim.run(0.4)
     assert sim.robots.first.commanded_twist.x == 0.2
+
+
+def test_published_car_without_joints_to_roll_on_is_driven(shared):
+    """Its joints named right are on the left, and all mimic virtual joints."""
+    file = "ros-controls+ros2_control_demos/example_11/description/urdf/carlikebot.urdf.xacro.urdf"
+    drive = find_drive(load_robot(shared / "corpus/expected" / file).require())
+    assert isinstance(drive, SteeredDrive)
+    assert drive.joints == ("rear_right_wheel_joint", "rear_left_wheel_joint")
+    assert drive.steering == ("front_right_wheel_joint", "front_left_wheel_joint")
 
 
 def test_front_wheels_without_a_joint_to_roll_on_are_driven_as_if_they_rolled(urdf):

@@ -342,11 +342,11 @@ def _sides(controllers: Iterable[DeclaredDrive]) -> tuple[list[str], list[str]]:
 
 def _two_sided(robot: RobotModel, tree: FrameTree) -> DifferentialDrive | NoDrive:
     """The differential drive of joints that no plugin names."""
-    if not any(link.collisions or link.inertial for link in robot.links.values()):
-        return NoDrive("no link has a mass or a collision shape: the description is only for display")
     turning = [j for j in robot.joints.values() if j.type is JointType.CONTINUOUS]
     if not turning:
         return NoDrive(_why_nothing_turns(robot))
+    if not any(link.collisions or link.inertial for link in robot.links.values()):
+        return NoDrive("no link has a mass or a collision shape: the description is only for display")
     rigid = [joint for joint in turning if movable_above(robot, joint.parent) is None]
     suspended = [joint for joint in turning if joint not in rigid and _is_suspended(tree, joint)]
     result: DifferentialDrive | NoDrive | None = None
@@ -464,9 +464,11 @@ def _steered(
     reason = f"the wheel on '{first.joint.name}' is steered by '{by.name}', as on a car"
     fixed = [wheel.joint for wheel, by in found if by is None]
     if not fixed and all(other is by for _, other in steered):
+        if flaw:
+            return NoDrive(f"{reason}, but {flaw}")
         # the base turns against its wheels by this joint, and not by the direction of the wheels
         what = "a base that KBot does not drive"
-        return NoDrive(f"its wheels swivel together on '{by.name}' ({by.origin}), {what}{flaw}")
+        return NoDrive(f"its wheels swivel together on '{by.name}' ({by.origin}), {what}")
     axle = drive_of(robot, tree, fixed) if fixed else _middle(tree, base, [wheel for wheel, _ in found])
     if isinstance(axle, NoDrive):
         return NoDrive(f"{reason}, but {flaw or f'it has no fixed axle: {axle.reason}'}")
