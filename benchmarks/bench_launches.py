@@ -4,8 +4,8 @@
 
 Each launch file of `launches.tsv` is fetched at its commit into a temporary folder, with the repositories
 that its packages depend on, and run with `kbot launch`. It runs if KBot serves its page within 60 s, is still
-serving it 5 s later, and ends with Ctrl-C without a traceback. For each other one, the table has the first
-error that KBot reports. Most warnings name nodes that are not run. Exit status 1 if a command fails with a
+serving it 5 s later, and ends with Ctrl-C without a traceback. For each other one, the table has the reason
+that KBot reports. Most warnings name nodes that are not run. Exit status 1 if a command fails with a
 traceback, or a repository is not fetched.
 
 `--from FOLDER` is that of `bench_robots.py`.
@@ -169,10 +169,13 @@ def _wait(kbot: subprocess.Popen[bytes], limit: float, output: Path | None = Non
 
 
 def _reason(printed: str) -> str:
-    """The first error, with its file and line, otherwise the last line."""
+    """The first error that has a file and line, otherwise the last warning that has one, otherwise the last
+    line."""
     lines = printed.strip().splitlines()
-    first = next((line for line in lines if re.match(r"(\S+: )?error: ", line)), None)
-    return first or (lines[-1] if lines else f"no page within {START:g} s")
+    errors = [line for line in lines if re.match(r"\S+: error: ", line)]
+    warnings = [line for line in lines if re.match(r"\S+: warning: ", line)]
+    last = lines[-1] if lines else f"no page within {START:g} s"
+    return next(iter((*errors, *reversed(warnings), last)))
 
 
 def _table(results: Iterable[Result]) -> Iterator[str]:

@@ -137,3 +137,18 @@ def test_description_with_xacro_in_comments_is_a_robot(folder: Path) -> None:
     (folder / "r.urdf").write_text('<robot name="r"><!-- <xacro:wheel/>\n --><link name="a"/></robot>')
     described = '<param name="robot_description" textfile="$(dirname)/r.urdf"/>'
     assert staged(folder, described).robots[0].path == str(folder / "r.urdf")
+
+
+def test_reason_why_a_simulated_launch_has_no_robot_is_at_its_line(folder: Path) -> None:
+    (folder / "m.sdf").write_text('<sdf version="1.7"><model name="m"><link name="l"/></model></sdf>')
+    gazebo = '<include file="$(find gazebo_ros)/launch/empty_world.launch"/>'
+    model = '<param name="robot_description" textfile="$(dirname)/m.sdf"/>'
+    for body, line, message in (
+        (gazebo, 2, "the world worlds/empty.world is not simulated: no node spawns a robot"),
+        (f"{gazebo}\n{model}", 3, "/robot_description is an SDF model, which KBot does not run as a robot"),
+    ):
+        file = folder / "b.launch"
+        file.write_text(f"<launch>\n{body}\n</launch>")
+        (note,) = stage(read_launch(str(file), packages=Packages(around=str(file))).require()).notes
+        assert note.origin is not None
+        assert (note.code, note.origin.span.line, note.message) == ("L063", line, message)

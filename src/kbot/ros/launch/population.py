@@ -9,6 +9,7 @@ from pathlib import Path
 
 from kbot.model.spawned import SpawnedController
 from kbot.ros.launch.known_packages import Role, role
+from kbot.ros.launch.node_settings.gazebo import GazeboSettings
 from kbot.ros.launch.node_settings.spawning import SpawnedRobot, SpawnRequest, is_sdf, read_spawn, spawned
 from kbot.ros.launch.plan import Param, Plan, PlannedNode, RobotDescription
 from kbot.text import DescriptionError, Diagnostic, Severity, read_source
@@ -162,6 +163,26 @@ def _name_taken(node: PlannedNode, spawn: SpawnRequest) -> Diagnostic:
     message = f"{node.full_name} spawns nothing: another spawner already uses the name '{spawn.model}'"
     hint = "give each model its own name: -model NAME"
     return Diagnostic("L062", Severity.WARNING, message, node.origin, hint)
+
+
+def without_robot(plan: Plan, gazebo: GazeboSettings) -> list[Diagnostic]:
+    """Why a launch that describes or simulates something has no robot."""
+    notes = [
+        Diagnostic(
+            "L063",
+            Severity.WARNING,
+            f"{name} is an SDF model, which KBot does not run as a robot",
+            param.origin,
+            "use a URDF or xacro file of the robot",
+        )
+        for name, param in plan.params.items()
+        if isinstance(param.value, str) and "<sdf" in param.value
+    ]
+    if gazebo.origin is not None and not notes:
+        message = f"the world {gazebo.world} is not simulated: no node spawns a robot"
+        hint = "spawn a robot from a URDF or xacro file. Models of the world have no effect as robots"
+        notes.append(Diagnostic("L063", Severity.WARNING, message, gazebo.origin, hint))
+    return notes
 
 
 def _no_robot(node: PlannedNode) -> Diagnostic:

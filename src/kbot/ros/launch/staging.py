@@ -20,7 +20,7 @@ from kbot.ros.launch.node_settings.static_transforms import read_static_transfor
 from kbot.ros.launch.node_settings.teleop import read_keys
 from kbot.ros.launch.node_settings.topic_tools import read_muxes, read_relays
 from kbot.ros.launch.plan import Plan, PlannedNode
-from kbot.ros.launch.population import read_population
+from kbot.ros.launch.population import read_population, without_robot
 from kbot.ros.launch.user_program import Program, find_program
 from kbot.ros.nodes.gz_bridge import Bridged
 from kbot.ros.nodes.joint_state_publisher import JointStateSettings
@@ -129,7 +129,7 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
     relayed = noted(read_relays(plan, cast.get(Role.RELAY, [])))
     muxes = noted(read_muxes(plan, cast.get(Role.MUX, [])))
     robots, models, of_robots = read_population(plan, spawners, controllers)
-    notes += of_robots
+    notes += of_robots if robots else [*of_robots, *without_robot(plan, gazebo)]
     viewer = noted(read_viewer(cast.get(Role.VIEWER, [])))
     maps = noted(read_maps(plan, cast.get(Role.MAP, [])))
     is_unpaused = any(robot.spawn.unpause for robot in robots)

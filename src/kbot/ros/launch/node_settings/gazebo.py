@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from kbot.ros.launch.known_packages import Role, role
 from kbot.ros.launch.node_arguments import split
 from kbot.ros.launch.plan import Included, Plan, PlannedNode
 from kbot.ros.launch.quoting import split_words
-from kbot.text import Diagnostic, Severity
+from kbot.text import Diagnostic, Origin, Severity
 
 _WITH_VALUE = frozenset(
     ("--render-engine", "--physics-engine", "--record-path", "--playback", "--gui-config", "-z", "--levels")
@@ -23,11 +23,12 @@ _NO_EFFECT: Mapping[str, str] = {
 
 @dataclass(frozen=True, slots=True)
 class GazeboSettings:
-    """`world` is the name in the launch file."""
+    """`world` is the name in the launch file, and `origin` the place of its Gazebo, None without one."""
 
     world: str = "empty"
     paused: bool = False
     window: bool = True
+    origin: Origin | None = None
 
 
 def read_gazebo(plan: Plan) -> tuple[GazeboSettings, list[Diagnostic]]:
@@ -38,10 +39,10 @@ def read_gazebo(plan: Plan) -> tuple[GazeboSettings, list[Diagnostic]]:
     for included in plan.included:
         settings = _included(included)
         if settings is not None:
-            return settings, notes
+            return replace(settings, origin=included.origin), notes
     for node in plan.nodes:
         if role(node.package, node.type, node.args) is Role.SIMULATOR:
-            return _gz_process(node) or _server(node), notes
+            return replace(_gz_process(node) or _server(node), origin=node.origin), notes
     return GazeboSettings(), notes
 
 
