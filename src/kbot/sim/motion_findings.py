@@ -164,7 +164,9 @@ class MotionFindings:
         if seen is None or self._watch.explanation.is_known or self._attached() or self._slope():
             return None
         what = f"the robot {_share_of(seen)} in {seen.seconds:.1f} s"
-        return _finding("W307", what, self._why_missed(seen))
+        # each command may have another cause; looking for one takes longer than a period of the page
+        cause = self._first_cause(f"W307 {seen.is_turn} {seen.wanted}", lambda: self._why_missed(seen))
+        return _finding("W307", what, cause)
 
     def _sag(self) -> Diagnostic | None:
         """W306 of a joint that is held, but whose effort limit is below its load. Seen at this call."""
