@@ -4,6 +4,7 @@ from math import cos, hypot, inf, pi, radians, sin
 
 import pytest
 
+from kbot.checks import Config, check_text
 from kbot.kinematics.drive.drive import HolonomicDrive, NoDrive, find_drive
 from kbot.kinematics.drive.findings import findings_of_drive
 from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
@@ -733,6 +734,10 @@ def test_wheels_with_rollers_turn_as_their_rollers_require():
         assert isinstance(drive, HolonomicDrive)
         speeds = sim.robots.first.body.joint_velocities
         assert [speeds[joint] for joint in drive.joints] == pytest.approx([v / 0.05 for v in rims], rel=1e-3)
+
+
+def test_rollers_below_their_hubs_are_not_casters():
+    assert not check_text(MECANUM_ROLLERS, "base.urdf", config=Config(select=("D112", "D128")))
 
 
 def test_rollers_drive_with_their_own_friction():

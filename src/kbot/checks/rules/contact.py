@@ -9,7 +9,7 @@ from kbot.checks.edits import remove_element, set_attribute
 from kbot.checks.facts.bodies import lowest
 from kbot.checks.registry import Finding, Found, rule
 from kbot.checks.rules.wheels import at_both, pose_origin
-from kbot.kinematics.drive.drive import SteeredDrive
+from kbot.kinematics.drive.drive import HolonomicDrive, SteeredDrive
 from kbot.kinematics.drive.wheels import Caster, is_caster, movable_above
 from kbot.model import Cylinder, Joint, JointType, Mesh, Sphere
 from kbot.text import Edit, Element, Fix, Origin, Related, Severity, Span
@@ -28,7 +28,11 @@ _LEAST_OFF = 1e-3
 
 
 def _ground(context: Context) -> float | None:
-    return context.base.ground
+    """The height of the ground below the wheels, m. None if it is unknown.
+
+    Wheels with rollers stand on these, and not on their hubs."""
+    has_treads = isinstance(context.drive, HolonomicDrive) and bool(context.drive.treads)
+    return None if has_treads else context.base.ground
 
 
 def caster_place(context: Context, caster: Caster) -> Origin:
