@@ -9,6 +9,7 @@ from kbot.kinematics.robot_info import describe
 from kbot.messages import Header, Twist, TwistStamped, Vector3
 from kbot.model.load import load_robot
 from kbot.sim import Simulation
+from kbot.text import Severity
 from kbot.workbench.protocol import Drive
 from kbot.workbench.serve import open_session
 
@@ -298,6 +299,16 @@ def test_weak_steering_motors_do_not_overshoot(urdf):
     assert max(angles) < pi / 2 + 0.05
     assert angles[-1] == pytest.approx(pi / 2, abs=0.01)
     assert sim.ground_truth.twist.y == pytest.approx(0.3, rel=0.02)
+
+
+def test_a_base_that_steers_its_wheels_first_is_explained(urdf):
+    slow = CASTERS.replace('effort="2" velocity="0"', 'effort="2" velocity="3"')
+    sim = Simulation(urdf(slow.replace("</robot>", f"{MOTORS}</robot>")))
+    sim.cmd_vel(0.0, 0.0, 0.3)
+    sim.run(5.0)
+    [finding] = sim.findings
+    assert (finding.code, finding.severity) == ("W307", Severity.INFO)
+    assert "its wheels first steer into this direction" in finding.message
 
 
 def test_two_wheels_beside_one_steering_axis_roll_around_it(urdf):

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.kinematics.drive.declared import declared_drives, drive_controller
-from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive
+from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, SteeredDrive
 from kbot.kinematics.drive.findings import findings_of_drive
 from kbot.kinematics.transform import Transform
 from kbot.model import JointType, Mesh
@@ -42,6 +42,8 @@ _LEANS = radians(15.0)
 tipped over. One whose caster is too short leans less."""
 _SAG = 0.05
 """Distance in rad or m from its target at which a held joint is reported if it cannot carry its load."""
+_STEERS = 1.0
+"""Seconds within which the wheels of a base have steered into a new direction."""
 _SLOWEST = 0.05
 """Share of its highest speed at which a robot ordinarily drives at least."""
 _BELOW_WORLD = 0.5
@@ -423,6 +425,10 @@ class MotionFindings:
         found = self._drive_fault(("D132", *(("D106", "D105") if off > _SAME else ())))
         if found is not None:
             return found
+        drive = self._robot.drive
+        if isinstance(drive, SteeredDrive) and drive.sideways and (1.0 - seen.share) * seen.seconds < _STEERS:
+            origin = self._robot.robot.joints[drive.steering[0]].origin
+            return _Cause("its wheels first steer into this direction", origin, is_fault=False)
         if self._has_motors and seen.odometry < 1.0 - SHORT[seen.is_turn] and off < 1.0 - seen.odometry:
             slow = self._slippery_wheel() or self._slow_motor()
             return slow or _Cause("its wheels turn more slowly than commanded", self._robot.robot.origin)
