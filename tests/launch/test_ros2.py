@@ -151,6 +151,16 @@ def test_spawned_robot_is_simulated(folder: Path) -> None:
     assert plan.included[0].arguments == {"gz_args": "-r empty.sdf"}
 
 
+def test_gazebo_classic_reads_the_arguments_of_the_file_around_it(folder: Path) -> None:
+    plan = python(
+        folder,
+        "DeclareLaunchArgument('world', default_value='own.world')",
+        "IncludeLaunchDescription(PythonLaunchDescriptionSource("
+        "os.path.join(FindPackageShare('gazebo_ros').find('gazebo_ros'), 'launch', 'gazebo.launch.py')))",
+    )
+    assert stage(clean(plan)).gazebo.world == "own.world"
+
+
 def test_settings_in_a_group_end_with_the_group(folder: Path) -> None:
     group = (
         "GroupAction([PushRosNamespace('g'), SetLaunchConfiguration('x', '2'), "

@@ -304,7 +304,9 @@ class ActionVisitor:
             if (package, name) not in known_packages.LAUNCH_FILES_2:
                 message = f"the package '{package}' is not installed, and KBot cannot replace its {name}"
                 raise LaunchError("L012", message, "install the package or remove the include")
-            self.included.append(Included(package, name, passed, context.namespace, origin))
+            # Gazebo Classic's files read arguments of the file that includes them, such as `world`
+            given = dict(context.launch_configurations) if package == "gazebo_ros" else passed
+            self.included.append(Included(package, name, given, context.namespace, origin))
             return
         require_end(path, self.depth, len(self.files))
         self.read(read_source(path))
