@@ -481,6 +481,26 @@ def test_front_wheels_without_a_joint_to_roll_on_are_driven_as_if_they_rolled(ur
     assert_odometry_is_true(sim)
 
 
+def test_suspension_that_nothing_holds_is_named(urdf):
+    """Swing arms of 0.3 m without springs drop the body, which moves while the wheels do not roll."""
+
+    def swinging(side: str, y: float) -> str:
+        inertia = '<inertia ixx="0.002" iyy="0.002" izz="0.002" ixy="0" ixz="0" iyz="0"/>'
+        return (
+            f'<link name="{side}_arm"><inertial><mass value="0.5"/>{inertia}</inertial></link>'
+            f'<joint name="{side}_swing" type="revolute"><parent link="base_link"/><child link="{side}_arm"/>'
+            f'<origin xyz="0.3 {y} 0.1"/><axis xyz="0 1 0"/>'
+            '<limit lower="-0.6" upper="0.6" effort="0" velocity="0"/></joint>'
+        ) + wheel(side, f"{side}_arm", -0.3, 0.0).replace('xyz="-0.3 0.0 0"', 'xyz="-0.3 0 -0.1"')
+
+    sides = swinging("left", TRACK / 2) + swinging("right", -TRACK / 2)
+    sim = Simulation(urdf(body(sides + wheel("front", "base_link", BASE, 0.0, steered=True))))
+    sim.cmd_vel(0.3, 0.0)
+    sim.run(5.0)
+    (found,) = [finding for finding in sim.findings if finding.code in ("W301", "W307")]
+    assert "_swing' gives way by " in found.message
+
+
 def test_geared_front_wheels_drive_too(urdf):
     """Nothing names the driving joints. Front wheels with a dry friction of 15 N m do not roll freely."""
     text = CAR[: CAR.index("<gazebo>")]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from kbot.kinematics.drive.declared import declared_drives, drive_controller
 from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, SteeredDrive
 from kbot.kinematics.drive.findings import findings_of_drive
+from kbot.kinematics.drive.wheels import movable_above
 from kbot.kinematics.transform import Transform
 from kbot.model import JointType, Mesh
 from kbot.model.shapes import span_along
@@ -21,7 +22,7 @@ from kbot.sim.drive.settings import TORQUE
 from kbot.sim.engine.base_servo import traction
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.geometry import own_geometries
-from kbot.sim.engine.joints import resistance
+from kbot.sim.engine.joints import resistance, rest
 from kbot.sim.motion_watch import STUCK, Excess, Explanation, MotionWatch, OdometryError, Standstill
 from kbot.sim.recipe import Contacts
 from kbot.sim.robot import SimulatedRobot
@@ -44,6 +45,8 @@ _SAG = 0.05
 """Distance in rad or m from its target at which a held joint is reported if it cannot carry its load."""
 _STEERS = 1.0
 """Seconds within which the wheels of a base have steered into a new direction."""
+_GIVES_WAY = radians(6.0)
+"""Angle in rad by which a suspension without a spring gives way at least."""
 _SLOWEST = 0.05
 """Share of its highest speed at which a robot ordinarily drives at least."""
 _BELOW_WORLD = 0.5
@@ -365,6 +368,7 @@ class MotionFindings:
             or self._slippery_wheel()
             or self._dragging_part()
             or self._skids(seen)
+            or self._loose_suspension()
             or self._hanging_wheel()
             or self._slope()
             or _Cause("the wheels slip", hint="check the load on the wheels and their friction")
@@ -434,7 +438,8 @@ class MotionFindings:
             return slow or _Cause("its wheels turn more slowly than commanded", self._robot.robot.origin)
         slips = self._faults(self._slips) or self._slippery_wheel() or self._dragging_part()
         text = "the wheels slip" if self._has_motors else "something holds it"
-        return slips or self._hanging_wheel() or _Cause(text, self._robot.robot.origin)
+        found = slips or self._loose_suspension() or self._hanging_wheel()
+        return found or _Cause(text, self._robot.robot.origin)
 
     def _limit_of(self, seen: Miss) -> _Cause | None:
         """The limit of speed, acceleration or jerk that explains most of a miss."""
@@ -549,6 +554,23 @@ class MotionFindings:
         text = f"'{resting[0]}' drags on the ground"
         return _Cause(text, self._robot.robot.links[resting[0]].origin, "raise it, or put a caster below it")
 
+    def _loose_suspension(self) -> _Cause | None:
+        """A joint above a wheel that gave way under the weight, because nothing holds it."""
+        robot, drive, positions = self._robot.robot, self._robot.drive, self._robot.body.joint_positions
+        if not isinstance(drive, DifferentialDrive):
+            return None
+        steering = drive.steering if isinstance(drive, SteeredDrive) else ()
+        held = self._robot.joints.control.holds.union(steering)
+        for wheel in drive.wheels.values():
+            above = movable_above(robot, wheel.joint.parent)
+            while above is not None:
+                moved = abs(positions[above.name] - rest(above)) if above.name in positions else 0.0
+                if above.type is JointType.REVOLUTE and above.name not in held and moved > _GIVES_WAY:
+                    text = f"'{above.name}' gives way by {degrees(moved):.0f} degrees: nothing holds it"
+                    return _Cause(text, above.origin, "add a controller that holds it")
+                above = movable_above(robot, above.parent)
+        return None
+
     def _hanging_wheel(self) -> _Cause | None:
         """A driving wheel that touches nothing now."""
         engine, drive = self._engine, self._robot.drive
@@ -556,7 +578,7 @@ class MotionFindings:
             return None
         model, data = engine.current()
         touching = set(model.geom_bodyid[np.unique(data.contact.geom)].tolist())
-        for name in drive.joints if len(drive.left) == 1 else ():  # of four wheels one may hang
+        for name in drive.joints if len(drive.joints) <= 2 else ():  # of four wheels one may hang
             wheel = drive.wheels[name]
             if self._robot.body.index(wheel.link) not in touching:
                 origin = wheel.joint.pose.origin or wheel.joint.origin
