@@ -430,7 +430,14 @@ DRIVE = (
         (LEFT + r"(<collision>.*?)<cylinder [^>]*/>", r'\1\2§<mesh filename="wheel.stl"/>'),
     ),
     _m("base frame", "D121", (r"<(robotBaseFrame|child_frame_id)>base_footprint", r"§<\1>base_footprnt")),
-    _m("wheel transforms twice", "D122", (r"<publishWheelTF>false", r"§<publishWheelTF>true")),
+    _m(
+        "wheel transforms twice",
+        "D122",
+        (
+            r"<publishWheelTF>false",
+            r"<publishWheelJointState>true</publishWheelJointState> §<publishWheelTF>true",
+        ),
+    ),
     _m(
         "position interface",
         "D123",
