@@ -116,6 +116,7 @@ SHAPES = {
     "<sphere><radius>0.5</radius></sphere>": Sphere(0.5),
     "<cylinder><radius>0.5</radius><length>2</length></cylinder>": Cylinder(0.5, 2),
     "<plane><normal>0 0 1</normal><size>3 4</size></plane>": Plane((3, 4)),
+    "<plane><normal>0 0 1e-200</normal><size>5 6</size></plane>": Plane((5, 6)),
 }
 
 

@@ -157,7 +157,8 @@ def _scaled(data: MeshData, scale: tuple[float, ...]) -> TriangleMesh:
 
 def _turned_to(normal: np.ndarray) -> Transform:
     """The smallest rotation that turns z to a direction."""
-    z = normal / np.linalg.norm(normal)
+    z = normal / np.abs(normal).max()  # the squares of tiny numbers are zero
+    z /= np.linalg.norm(z)
     if z[2] < -1.0 + 1e-12:
         return Transform.from_xyz_rpy((0.0, 0.0, 0.0), (np.pi, 0.0, 0.0))
     x, y = -z[1], z[0]
