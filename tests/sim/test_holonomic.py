@@ -16,7 +16,7 @@ from kbot.record.replay import repeat_action
 from kbot.sim import Simulation
 from kbot.sim.injected_faults import BlockedJoint, Slip
 from kbot.sim.recipe import SERVO_STIFFNESS
-from kbot.text import KbotError
+from kbot.text import Diagnostic, KbotError
 from kbot.workbench.protocol import Drive
 from kbot.workbench.serve import open_session
 from kbot.world import load_world
@@ -267,6 +267,36 @@ def test_a_controller_with_a_wrong_wheelbase_turns_wrongly():
     sim.run(2.0)
     assert sim.ground_truth.twist.yaw == pytest.approx(0.5 * (0.5 + ASIDE) / LEVER, rel=1e-3)
     assert sim.odometry.twist.yaw == pytest.approx(0.5, rel=1e-3)
+    [finding] = sim.findings
+    assert finding.code == "W301"
+    given, true = 2.0 * (0.5 + ASIDE), 2.0 * LEVER
+    assert f"along x and y add up to {true:.4g} m, not {given:.4g}: turns are +" in finding.message
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            (f"robot_radius: {OMNI_ARM}", "robot_radius: 0.3"),
+            "the wheels are 0.2 m from their middle, not 0.3",
+        ),
+        ((f"Y_axis: {LEVER:.3f}", "Y_axis: 0.5"), f"add up to {2 * LEVER:.4g} m, not 1: turns are +"),
+    ],
+)
+def test_a_controller_with_a_wrong_lever_is_reported(tmp_path, change, message):
+    text = ros2_omni(tmp_path) if change[0].startswith("robot_radius") else ros2_mecanum(tmp_path)
+    yaml = tmp_path / "controllers.yaml"
+    assert not lever_findings(text)
+    yaml.write_text(yaml.read_text().replace(*change))
+    [finding] = lever_findings(text)
+    assert finding.code == "D105"
+    assert message in finding.message
+    assert finding.origin.span.text == change[1].partition(": ")[2]
+
+
+def lever_findings(text: str) -> tuple[Diagnostic, ...]:
+    robot = load_robot_text(text, "base.urdf").require()
+    return findings_of_drive(robot, find_drive(robot))
 
 
 WALL = (

@@ -180,6 +180,21 @@ class DeclaredDrive:
         return Size(given.number * self._factor("wheel_separation_multiplier"), given)
 
     @property
+    def span(self) -> Size | None:
+        """The `separation` of a `HolonomicDrive` with mecanum or omni wheels with which it computes."""
+        half = self.first(*LEVERS)
+        if half is not None and half.number is not None:
+            return Size(2.0 * half.number, half)
+        both = self._factor("wheel_separation_multiplier")
+        for names in SPANS:
+            along, across = (self.first(name) for name in names)
+            if along is None or across is None or along.number is None or across.number is None:
+                continue
+            x, y = (self._factor(f"{name}_multiplier", both) for name in names)
+            return Size(along.number * x + across.number * y, along)
+        return None
+
+    @property
     def wheelbase(self) -> Size | None:
         """The distance between the axles with which the drive of a car or tricycle computes."""
         given = self.first(*WHEELBASE) if self.is_steering else None

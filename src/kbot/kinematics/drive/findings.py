@@ -90,6 +90,8 @@ def drive_findings(
             yield from _wheelbase(controller, drive.wheelbase)
         if isinstance(drive, HolonomicDrive) and drive.kind is controller.holonomic is Holonomic.TRACKS:
             yield from _track_separation(controller, drive.separation)
+        elif isinstance(drive, HolonomicDrive) and drive.kind is controller.holonomic:
+            yield from _span(controller, drive.separation)
         yield from _radius(controller, [wheel for wheel in wheels if wheel.radius])
 
 
@@ -311,6 +313,26 @@ def _track_separation(controller: DeclaredDrive, true: float) -> Iterator[Diagno
         f"are {(size.value / true - 1.0) * 100.0:+.0f} % off"
     )
     yield Diagnostic("D105", Severity.WARNING, message, size.given.origin, f"write {true:.4g}")
+
+
+def _span(controller: DeclaredDrive, true: float) -> Iterator[Diagnostic]:
+    """D105 of mecanum and omni wheels."""
+    size = controller.span
+    if size is None or size.value <= 0.0 or abs(size.value - true) <= max(0.01 * true, 5e-4):
+        return
+    is_omni = controller.holonomic is Holonomic.OMNI
+    what = (
+        "the wheels are {} m from their middle"
+        if is_omni
+        else "the wheels' distances along x and y add up to {} m"
+    )
+    share = 0.5 if is_omni else 1.0
+    message = (
+        f"{controller.name}: {what.format(f'{true * share:.4g}')}, not {size.value * share:.4g}: turns are "
+        f"{(size.value / true - 1.0) * 100.0:+.0f} % off"
+    )
+    hint = "compute the sizes from the positions of the wheels' joints"
+    yield Diagnostic("D105", Severity.WARNING, message, size.given.origin, hint)
 
 
 def _wheelbase(controller: DeclaredDrive, true: float) -> Iterator[Diagnostic]:
