@@ -526,6 +526,18 @@ def test_steering_limit_bounds_the_curvature(urdf):
     assert rate == pytest.approx(0.1 * tan(1.2) / BASE, rel=0.02)
 
 
+@pytest.mark.parametrize("linear", [0.0, 0.05])
+def test_a_curve_that_the_steering_limits_do_not_allow_is_reported(urdf, linear):
+    sim = Simulation(urdf(TRICYCLE))
+    sim.cmd_vel(linear, 0.5)
+    sim.run(5.0)
+    [finding] = sim.findings
+    assert finding.code == "W307"
+    radius = BASE / tan(1.2)
+    assert f"its steering limits allow no curve of less than {radius:.3g} m radius" in finding.message
+    assert 'lower="-1.2"' in finding.origin.span.text
+
+
 @pytest.mark.parametrize("name", ["tricycle", "front driven"])
 @pytest.mark.parametrize("end", ["1.57", "1.8"])
 def test_tricycle_with_a_wheel_at_90_degrees_turns_on_the_spot(urdf, name, end):
@@ -578,6 +590,24 @@ def test_skid_steer_drives_straight_and_turns_slower_than_its_wheels_indicate(ur
     sim.run(4.0)
     turned = sim.ground_truth.pose.yaw - pose.yaw
     assert 0.2 < turned / (sim.odometry.pose.yaw - pose.yaw) < 0.98
+
+
+def test_a_wheel_separation_that_assumes_too_much_slip_is_the_cause(urdf):
+    wheels = "".join(
+        wheel(f"{side}_{i}", "base_link", x, y) for i, x in enumerate((0.1, -0.1))
+        for side, y in (("left", 0.25), ("right", -0.25))
+    )  # fmt: skip
+    names = "".join(
+        f"<{side}_joint>{side}_{i}_joint</{side}_joint>" for side in ("left", "right") for i in (0, 1)
+    )
+    sizes = "<wheel_separation>1.2</wheel_separation><wheel_radius>0.1</wheel_radius>"
+    plugin = f'<plugin filename="gz-sim-diff-drive-system" name="diff">{names}{sizes}</plugin>'
+    sim = Simulation(urdf(body(wheels, f"<gazebo>{plugin}</gazebo>", x=0.0)))
+    sim.cmd_vel(0.0, 0.5)
+    sim.run(5.0)
+    [finding] = sim.findings
+    assert finding.code == "W301"
+    assert "because they slip less than its wheel separation of 1.2 m assumes" in finding.message
 
 
 @pytest.mark.parametrize("base", BASES)

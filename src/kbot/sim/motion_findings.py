@@ -423,7 +423,7 @@ class MotionFindings:
     def _why_missed(self, seen: Miss) -> _Cause:
         """The limits of the drive, the direction of its wheels, sizes that are off, weak motors, or slip."""
         off = abs(seen.share - seen.odometry)
-        limits = self._limit_of(seen)
+        limits = self._limit_of(seen) or self._steering_limit(seen)
         if limits is not None:
             return limits
         found = self._drive_fault(("D132", *(("D106", "D105") if off > _SAME else ())))
@@ -468,6 +468,28 @@ class MotionFindings:
         kind = "jerk" if is_jerk else "acceleration"
         text = f"{controller.name} limits its {kind} with {given.name} = {given.text}"
         return _Cause(text, given.origin, "command it for longer, or raise the limit", is_fault=False)
+
+    def _steering_limit(self, seen: Miss) -> _Cause | None:
+        """The limit of the steering angles that allows only wider curves than the commanded one."""
+        robot, drive, settings = self._robot.robot, self._robot.drive, self._robot.settings
+        if settings is None or not isinstance(drive, SteeredDrive) or not seen.is_turn:
+            return None
+        right, left = drive.curvatures
+        x, _, yaw = seen.wanted
+        sharpest = min(left, -right) if not x else left if yaw * x > 0.0 else -right
+        sharpest = min(sharpest, settings.curvature)
+        if sharpest == inf or abs(yaw) <= sharpest * abs(x) * (1.0 + _SAME):
+            return None
+        controller = drive_controller(declared_drives(robot))
+        given = None if controller is None else controller.first("steering_limit")
+        if given is not None and sharpest == settings.curvature:
+            origin = given.origin
+        else:
+            module = min(drive.modules, key=lambda module: min(module.curvatures[1], -module.curvatures[0]))
+            joint = robot.joints[module.steering or module.rolls]
+            origin = joint.origin if joint.limit is None else joint.limit.origin
+        text = f"its steering limits allow no curve of less than {1.0 / sharpest:.3g} m radius"
+        return _Cause(text, origin, "command a wider curve, or raise the limit")
 
     def _slow_motor(self) -> _Cause | None:
         """A torque limit that the motors needed to start, or still need."""
@@ -534,16 +556,18 @@ class MotionFindings:
 
     def _skids(self, seen: OdometryError) -> _Cause | None:
         """Several axles, whose wheels are dragged sideways in a turn."""
-        drive = self._robot.drive
-        axles = len(drive.left) if isinstance(drive, DifferentialDrive) else 1
-        if axles < 2 or seen.odometry_rotation <= (1.0 + _SAME) * max(seen.rotation, 0.1):
+        drive, settings = self._robot.drive, self._robot.settings
+        if not isinstance(drive, DifferentialDrive) or settings is None or len(drive.left) < 2:
             return None
         factor = seen.odometry_rotation / seen.rotation if seen.rotation else inf
-        text = (
-            f"it turns {_percent(1.0 / factor)} of what its wheels indicate, because a turn drags the wheels"
-            f" of {axles} axles across the ground"
-        )
-        hint = f"give the drive a wheel separation that is {factor:.1f} times as large"
+        if seen.odometry_rotation > (1.0 + _SAME) * max(seen.rotation, 0.1):
+            why = f"a turn drags the wheels of {len(drive.left)} axles across the ground"
+        elif seen.odometry_rotation > 0.1 and factor < 1.0 - _SAME and settings.separation > drive.separation:
+            why = f"they slip less than its wheel separation of {settings.separation:.4g} m assumes"
+        else:
+            return None
+        text = f"it turns {_percent(1.0 / factor)} of what its wheels indicate, because {why}"
+        hint = f"give the drive a wheel separation that is {factor:.2g} times as large"
         return _Cause(text, self._robot.robot.origin, hint if factor < inf else "", is_fault=False)
 
     def _dragging_part(self) -> _Cause | None:
