@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from kbot.sim.printed_lines import PrintStream
-from kbot.text.terminal import TerminalStream
+from kbot.text.terminal import TerminalStream, for_progress
 
 
 @pytest.mark.parametrize(
@@ -19,17 +19,26 @@ from kbot.text.terminal import TerminalStream
         ("\x1b]0;title\x07", "\\x1b]0;title\\x07"),
         ("\u202egnp.exe\u2066", "\\u202egnp.exe\\u2066"),
         (
-            "\x1b[1;31merror:\x1b[0m \r\x1b[K\x1b[1A\x1b[2K\tÄ 中 👩\u200d🔧\n",
-            "\x1b[1;31merror:\x1b[0m \r\x1b[K\x1b[1A\x1b[2K\tÄ 中 👩\u200d🔧\n",
+            "\x1b[1;31merror:\x1b[0m \x1b[34m|\x1b[0m\tÄ 中 👩\u200d🔧\r\n",
+            "\x1b[1;31merror:\x1b[0m \x1b[34m|\x1b[0m\tÄ 中 👩\u200d🔧\r\n",
         ),
+        # a name that would overwrite its own line or the one above, and a concealed one
+        ("a\r\x1b[Kb\x1b[1A\x1b[2K\x1b[8m", "a\\r\\x1b[Kb\\x1b[1A\\x1b[2K\\x1b[8m"),
     ],
 )
-def test_only_colors_and_the_progress_line_reach_the_terminal(text: str, written: str) -> None:
+def test_only_colors_reach_the_terminal(text: str, written: str) -> None:
     plain = io.StringIO()
     stream = TerminalStream(plain)
     assert stream.write(text) == len(text)
     stream.writelines([text])
     assert plain.getvalue() == written * 2
+
+
+def test_a_progress_line_may_move_the_cursor() -> None:
+    plain = io.StringIO()
+    for_progress(TerminalStream(plain)).write("\r\x1b[2K\x1b[1A\x1b[?25l\x9b2J")  # type: ignore[arg-type]
+    assert plain.getvalue() == "\r\x1b[2K\x1b[1A\x1b[?25l\\x9b2J"
+    assert for_progress(plain) is plain
 
 
 def test_the_users_program_may_control_the_terminal() -> None:

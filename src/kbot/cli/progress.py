@@ -33,7 +33,9 @@ def busy(what: str) -> Iterator[Callable[[str], None]]:
             from rich.console import Console  # slow to import; only on a terminal
             from rich.text import Text  # a file name may look like markup
 
-            status = shown.enter_context(Console(stderr=True).status(Text(what)))
+            from kbot.text.terminal import for_progress
+
+            status = shown.enter_context(Console(file=for_progress(sys.stderr)).status(Text(what)))
 
         def replace(text: str) -> None:
             nonlocal what

@@ -19,6 +19,7 @@ from kbot.cli.sim.still_time import still_time_reported
 from kbot.text.errors import Stopped
 from kbot.text.files import write_bytes
 from kbot.text.signals import INTERRUPTED
+from kbot.text.terminal import for_progress
 
 if TYPE_CHECKING:
     from kbot.kinematics import PlanarPose
@@ -94,7 +95,7 @@ class ProgressLine:
         if self._timer is not None:
             self._timer.cancel()
         if self._shown:
-            sys.stderr.write("\r\x1b[K")
+            for_progress(sys.stderr).write("\r\x1b[K")
 
     def _look(self) -> None:
         now = time.perf_counter()
@@ -104,8 +105,9 @@ class ProgressLine:
         done = self._simulation.time - self._before
         rate = done / (now - self._begin)
         share = f" {100 * done / self._seconds:3.0f} %" if self._seconds else ""
-        sys.stderr.write(f"\r\x1b[K{done:10.1f} s simulated{share}   {rate:.0f} times real time")
-        sys.stderr.flush()
+        terminal = for_progress(sys.stderr)
+        terminal.write(f"\r\x1b[K{done:10.1f} s simulated{share}   {rate:.0f} times real time")
+        terminal.flush()
 
 
 class _Program:
