@@ -81,6 +81,14 @@ def test_relay_and_twist_mux_are_read_with_namespace_and_remaps(tmp_path: Path) 
     assert [note.code for note in found.notes] == ["L062"]
 
 
+def test_twist_mux_with_topics_that_are_not_mappings_is_reported(tmp_path: Path) -> None:
+    for topics, codes in (("5", []), ("[keys]", ["L062"])):
+        node = '<node pkg="twist_mux" type="twist_mux" name="m">'
+        found = staged(tmp_path, f"{node}<rosparam>topics: {topics}</rosparam></node>")
+        assert found.stand_ins.muxes[0].commands == ()
+        assert [note.code for note in found.notes] == codes
+
+
 def test_relay_and_twist_mux_of_ros2_are_read_from_parameters(tmp_path: Path) -> None:
     (tmp_path / "mux.yaml").write_text(
         "twist_mux:\n  ros__parameters:\n    use_stamped: true\n    topics:\n"

@@ -86,6 +86,26 @@ def test_mux_without_a_robot_is_reported(sim: Simulation) -> None:
     assert (note.code, "no robot subscribes to /cmd_vel_out" in note.message) == ("L063", True)
 
 
+@pytest.mark.parametrize(
+    ("command", "lock", "reason"),
+    [
+        ("/cmd_vel", "/odom", "topic /odom carries Odometry, not Bool"),
+        ("/odom", "/stop", "topic /odom carries Odometry, not Twist"),
+        ("/drive", "/stop", "/drive is both an input and the output"),
+    ],
+)
+def test_mux_that_is_not_run_leaves_the_robots_commands(
+    sim: Simulation, command: str, lock: str, reason: str
+) -> None:
+    sim.bus.subscribe(OUT, Twist, lambda _: None)
+    commands, locks = (MuxInput(command, 0.5, 1.0),), (MuxInput(lock, 0.0, 1.0),)
+    (note,) = run_muxes(sim.bus, sim.clock, (MuxSettings(commands, locks, OUT, None, ORIGIN),))
+    assert (note.message, note.hint) == (f"the twist_mux is not run: {reason}", "")
+    sim.bus.publish("/cmd_vel", Twist(Vector3(0.2)))
+    sim.run(0.4)
+    assert sim.odometry.twist.x == pytest.approx(0.2, abs=0.02)
+
+
 def test_relay_republishes_odometry_and_passes_commands_on(sim: Simulation) -> None:
     rules = (Relayed("/odom", "/base/odom", ORIGIN), Relayed("/base/drive", "/cmd_vel", ORIGIN))
     assert relay_topics(sim, rules) == []
@@ -102,6 +122,7 @@ def test_relay_republishes_odometry_and_passes_commands_on(sim: Simulation) -> N
         ("/none", "/other", "the simulation does not publish /none"),
         ("/cmd_vel", "/other", "the simulation does not publish /cmd_vel"),
         ("/odom", "/cmd_vel", "topic /odom carries Odometry, not Twist"),
+        ("/cmd_vel", "/cmd_vel", "the source is the same topic"),
     ],
 )
 def test_relay_that_passes_nothing_on_is_reported(

@@ -54,11 +54,13 @@ def relay_topics(simulation: Simulation, relayed: tuple[Relayed, ...]) -> list[D
     for rule in relayed:
         kinds = bus.topics
         try:
+            if rule.source == rule.target:
+                raise KbotError("the source is the same topic")
             if rule.target in bus.inputs:
                 bus.subscribe(rule.source, kinds[rule.target], partial(bus.publish, rule.target))
             elif rule.source not in kinds or rule.source in bus.inputs:
                 raise KbotError(f"the simulation does not publish {rule.source}")
-            elif rule.target not in kinds:
+            elif rule.target not in kinds:  # else the simulation itself publishes the target
                 relays.add(rule.source, rule.target, kinds[rule.source])
         except KbotError as error:
             message = f"nothing is relayed to {rule.target}: {error}"

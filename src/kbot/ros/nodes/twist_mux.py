@@ -38,7 +38,7 @@ class TwistMux:
     """Runs a twist_mux on the bus of a simulation."""
 
     def __init__(self, bus: Bus, clock: Clock, settings: MuxSettings) -> None:
-        """Raises KbotError: the output does not exist, or a topic has another type."""
+        """Raises KbotError: the output does not exist or is an input too, or a topic has another type."""
         self._bus, self._clock, self._settings = bus, clock, settings
         self._received: dict[MuxInput, float] = {}
         """The time in s of the last message of each input."""
@@ -47,12 +47,18 @@ class TwistMux:
         self._output = bus.require(settings.output)
         is_stamped = self._output is TwistStamped if settings.is_stamped is None else settings.is_stamped
         kind = TwistStamped if is_stamped else Twist
-        for command in settings.commands:
-            # a robot subscribes to cmd_vel in any case; behind a twist_mux, it must not receive it twice
-            own = bus.topics.get(command.topic, kind)
-            bus.divert(command.topic, own, partial(self._command, command))
+        kinds = {command: bus.topics.get(command.topic, kind) for command in settings.commands}
+        for command, own in kinds.items():
+            if command.topic == settings.output:
+                raise KbotError(f"{command.topic} is both an input and the output")
+            if own not in (Twist, TwistStamped):
+                raise KbotError(f"topic {command.topic} carries {own.__name__}, not {kind.__name__}")
         for lock in settings.locks:
             bus.subscribe(lock.topic, Bool, partial(self._lock, lock))
+        # last: without a twist_mux, the robot must continue to receive commands
+        for command, own in kinds.items():
+            # a robot subscribes to cmd_vel in any case; behind a twist_mux, it must not receive it twice
+            bus.divert(command.topic, own, partial(self._command, command))
 
     def _command(self, command: MuxInput, message: Twist | TwistStamped) -> None:
         self._received[command] = self._now
@@ -85,12 +91,13 @@ def run_muxes(bus: Bus, clock: Clock, muxes: tuple[MuxSettings, ...]) -> list[Di
     """Run the twist_muxes of a launch. Returns why one does not run or drives nothing."""
     notes = []
     for settings in muxes:
+        hint = ""
         try:
             if settings.output not in bus.inputs:
+                hint = "remap cmd_vel_out to the topic of the robot's drive"
                 raise KbotError(f"no robot subscribes to {settings.output}")
             TwistMux(bus, clock, settings)
         except KbotError as error:
             message = f"the twist_mux is not run: {error}"
-            hint = "remap cmd_vel_out to the topic of the robot's drive"
             notes.append(Diagnostic("L063", Severity.WARNING, message, settings.origin, hint))
     return notes

@@ -60,9 +60,10 @@ def _inputs(
 ) -> tuple[MuxInput, ...]:
     """The inputs of a kind: a list of mappings in ROS 1, parameters `topics.NAME.topic` in ROS 2."""
     entries: dict[str, dict[str, Any]] = {}
-    for number, entry in enumerate(params.get(kind) or ()):
-        if isinstance(entry, Mapping):
-            entries[str(number)] = {str(key): value for key, value in entry.items()}
+    listed = params.get(kind)
+    for number, entry in enumerate(listed if isinstance(listed, list) else ()):
+        given = entry if isinstance(entry, Mapping) else {}
+        entries[str(number)] = {str(key): value for key, value in given.items()}
     for name, value in params.items():
         first, _, rest = name.partition(".")
         if first == kind and "." in rest:
@@ -72,12 +73,12 @@ def _inputs(
     for entry in entries.values():
         try:
             topic = full_name(str(entry["topic"]), node)
-            given = MuxInput(remaps.get(topic, topic), float(entry["timeout"]), float(entry["priority"]))
+            found.append(
+                MuxInput(remaps.get(topic, topic), float(entry["timeout"]), float(entry["priority"]))
+            )
         except (KeyError, TypeError, ValueError):
             message = (
                 f"{node.full_name}: an entry of {kind} needs a topic, and numbers as timeout and priority"
             )
             notes.append(Diagnostic("L062", Severity.WARNING, message, node.origin))
-        else:
-            found.append(given)
     return tuple(found)
