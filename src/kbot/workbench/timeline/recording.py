@@ -49,14 +49,13 @@ class RunRecording:
 
     def end(self) -> None:
         """Close the file, if one is open."""
-        if self._recorder is None:
+        # first, because two threads can end it: that of a new reading, and that of the timeline
+        recorder, self._recorder, self._simulation = self._recorder, None, None
+        if recorder is None:
             return
-        try:
-            self._recorder.close()
-            self._ended.append(self._recorder.path)
-            self._made[Path(self._recorder.path).name] = self._recorder.path
-        finally:
-            self._recorder = self._simulation = None
+        recorder.close()
+        self._ended.append(recorder.path)
+        self._made[Path(recorder.path).name] = recorder.path
 
     def take_ended(self) -> Recorded | None:
         """Return a recording that has ended, once."""
@@ -85,10 +84,11 @@ class RunRecording:
 
     def view(self) -> RecordingView | None:
         """Return the progress of the recording."""
-        if self._recorder is None or self._simulation is None:
+        recorder, simulation = self._recorder, self._simulation  # another thread may end the recording now
+        if recorder is None or simulation is None:
             return None
-        seconds = max(0.0, round(self._simulation.time - self._since, 1))
-        return RecordingView(self._recorder.path, _size(self._recorder.path), seconds)
+        seconds = max(0.0, round(simulation.time - self._since, 1))
+        return RecordingView(recorder.path, _size(recorder.path), seconds)
 
     def _new_name(self, robot: str) -> str:
         stem = f"{plain_file_name(robot)}-{datetime.now():%Y%m%d-%H%M%S}"
