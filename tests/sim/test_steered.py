@@ -1,5 +1,6 @@
 """Tricycles and cars drive as their geometry predicts, and skid steer slips."""
 
+import re
 from math import atan2, hypot, inf, pi, sin, tan
 
 import pytest
@@ -279,6 +280,21 @@ MOTORS = "".join(
     for corner in CORNERS
     for joint in ("rotation", "wheel")
 )
+
+
+def test_base_whose_wheels_steer_everywhere_drives_along_its_own_axes(urdf):
+    """Its wheels point to the left at position 0 of their steering joints."""
+    text = re.sub(
+        r'(_fork"/><origin xyz="[^"]*0")/><axis xyz="0 0 1"',
+        r'\1 rpy="0 0 1.5708"/><axis xyz="0 0 1"',
+        SWERVE,
+    )
+    assert text.count('rpy="0 0 1.5708"') == 4
+    sim = Simulation(urdf(text))
+    sim.cmd_vel(0.3, 0.0)
+    sim.run(3.0)
+    assert sim.ground_truth.twist.x == pytest.approx(0.3, abs=0.01)
+    assert "D132" not in {finding.code for finding in sim.diagnostics}
 
 
 def test_casters_with_motors_steer(urdf):

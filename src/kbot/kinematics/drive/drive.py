@@ -56,8 +56,6 @@ _PARALLEL = 0.99
 """Cosine of the angle between two axles that are parallel."""
 _MECANUM = ((1.0, -1.0, -1.0), (1.0, 1.0, 1.0), (1.0, 1.0, -1.0), (1.0, -1.0, 1.0))
 """The `directions` of mecanum wheels: front left, front right, rear left, rear right."""
-_PARALLEL = 0.99
-"""Cosine of the angle between two axles that are parallel."""
 _FEWEST_ROLLERS = 4
 """Joints that turn on a wheel and are not parallel to its axle, from which on they are its rollers."""
 _NOMINAL = 0.05
@@ -285,7 +283,7 @@ class HolonomicDrive(DifferentialDrive):
 
 @dataclass(frozen=True, slots=True)
 class NoDrive:
-    """Why a robot has no differential drive, in one sentence."""
+    """Why a robot does not drive, in one sentence."""
 
     reason: str
 
@@ -479,6 +477,11 @@ def _steered(
         if by is not None or wheel.joint.name in axle.wheels
     }
     modules = tuple(placed(tree, base, axle.axle_in_base, wheel, by) for wheel, by in on_base.values())
+    if not fixed and all(module.turns_everywhere for module in modules):
+        # such wheels may point in any direction at position 0, and the base drives along its own axes
+        middle = axle.axle_in_base.translation.tolist()
+        axle = replace(axle, axle_in_base=Transform.from_xyz_rpy(middle, (0.0, 0.0, 0.0)))
+        modules = tuple(placed(tree, base, axle.axle_in_base, wheel, by) for wheel, by in on_base.values())
     ahead = [abs(module.x) for module in modules if module.steering is not None]
     if (min(ahead) if fixed else max(ahead)) < axle.radius:
         return NoDrive(f"{reason}, but {flaw or 'a steered wheel is beside the middle of the axle'}")
