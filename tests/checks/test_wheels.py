@@ -74,6 +74,18 @@ def test_the_radius_and_the_joints_of_a_holonomic_drive_are_checked():
     assert "'front_left_jont' is not a joint of this robot" in joint.message
 
 
+def test_the_angle_of_wheels_that_roll_aside_is_named():
+    """The wheels are turned by 40 degrees to the left, with the chassis below base_link."""
+    joint = (
+        '<joint name="chassis_joint" type="fixed"><origin rpy="0 0 0.6981"/><parent link="base_link"/>'
+        '<child link="chassis"/></joint>'
+    )
+    wheels = (wheel("left", 0.1) + wheel("right", -0.1)).replace('"base_link"', '"chassis"')
+    text = f'<robot name="r"><link name="base_link"/><link name="chassis"/>{joint}{wheels}</robot>'
+    (found,) = check_text(text, "r.urdf", config=Config(select=("D132",)))
+    assert found.hint == "turn the wheels by -40 degrees about z, or the whole robot below a new base link"
+
+
 def test_two_casters_in_one_link_carry_the_robot():
     """Two balls of the base, 0.1 mm above the ground, before and behind the axle."""
     balls = "".join(

@@ -110,7 +110,7 @@ def wheels_drive_backwards(context: Context) -> Found:
 
 @rule("D132", "drives-sideways", Severity.WARNING, "robot")
 def drives_sideways(context: Context) -> Found:
-    """The wheels roll more than 25 degrees off the x axis of the base, to the side or to the rear.
+    """The wheels roll more than 25 degrees off the x axis of the base.
 
     Why: In ROS, x points forward (REP 103). `cmd_vel` and odometry mean it, and so do planners. The robot
     drives in another direction than its odometry reports, so it misses its goals and the map is wrong.

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from math import degrees
 
 from kbot.kinematics.controller_files import Parameter
 from kbot.kinematics.drive.declared import (
     DIAMETER,
     DeclaredDrive,
     Holonomic,
+    Size,
     declared_drives,
     track_controllers,
 )
@@ -87,9 +89,10 @@ def drive_findings(
     for controller in controllers:
         yield from _separation(controller, pairs)
         if isinstance(drive, SteeredDrive):
-            yield from _wheelbase(controller, drive.wheelbase)
+            yield from _distance(controller, controller.wheelbase, drive.wheelbase, "the axles")
         if isinstance(drive, HolonomicDrive) and drive.kind is controller.holonomic is Holonomic.TRACKS:
-            yield from _track_separation(controller, drive.separation)
+            middles = "the middles of the tracks"
+            yield from _distance(controller, controller.separation, drive.separation, middles)
         elif isinstance(drive, HolonomicDrive) and drive.kind is controller.holonomic:
             yield from _span(controller, drive.separation)
         yield from _radius(controller, [wheel for wheel in wheels if wheel.radius])
@@ -233,13 +236,14 @@ def _sideways(drive: DifferentialDrive) -> Iterator[Diagnostic]:
     if ahead[0] > _AHEAD:
         return
     wheel = next(iter(drive.wheels.values()))
+    angle = f"{-degrees(drive.axle_in_base.yaw):.0f} degrees about z"
     yield Diagnostic(
         "D132",
         Severity.WARNING,
         f"the wheels roll along {_direction(ahead)} of '{drive.base}': the robot drives there, but commands "
         "and odometry mean +x",
         wheel.joint.pose.origin or wheel.joint.origin,
-        "turn the wheels by 90 degrees about z, or all of the robot below a new base link",
+        f"turn the wheels by {angle}, or the whole robot below a new base link",
     )
 
 
@@ -294,7 +298,7 @@ def _separation(controller: DeclaredDrive, pairs: Sequence[Pair]) -> Iterator[Di
     given, true = size.value, pairs[0].separation
     if len(pairs) > 1 and true <= given <= 2.5 * true:
         return  # a skid-steer robot needs the wider separation with which it turns
-    if abs(given - true) > max(0.01 * true, 5e-4):
+    if _differs(given, true):
         message = f"{controller.name}: {separation_is_off(given, true)}"
         place, right = size.given.origin, f"{true:.6g}"
         is_plain = NUMBER.fullmatch(place.span.text) is not None
@@ -303,14 +307,13 @@ def _separation(controller: DeclaredDrive, pairs: Sequence[Pair]) -> Iterator[Di
         yield Diagnostic("D105", Severity.WARNING, message, place, hint, joint_places(pairs[0]), fix)
 
 
-def _track_separation(controller: DeclaredDrive, true: float) -> Iterator[Diagnostic]:
-    """D105 of tracks."""
-    size = controller.separation
-    if size is None or size.value <= 0.0 or abs(size.value - true) <= max(0.01 * true, 5e-4):
+def _distance(controller: DeclaredDrive, size: Size | None, true: float, what: str) -> Iterator[Diagnostic]:
+    """D105 of tracks, and of the axles of a car or tricycle, from which its steering angles are computed."""
+    if size is None or size.value <= 0.0 or not _differs(size.value, true):
         return
     message = (
-        f"{controller.name}: the middles of the tracks are {true:.4g} m apart, not {size.value:.4g}: turns "
-        f"are {(size.value / true - 1.0) * 100.0:+.0f} % off"
+        f"{controller.name}: {what} are {true:.4g} m apart, not {size.value:.4g}: turns are "
+        f"{(size.value / true - 1.0) * 100.0:+.0f} % off"
     )
     yield Diagnostic("D105", Severity.WARNING, message, size.given.origin, f"write {true:.4g}")
 
@@ -318,7 +321,7 @@ def _track_separation(controller: DeclaredDrive, true: float) -> Iterator[Diagno
 def _span(controller: DeclaredDrive, true: float) -> Iterator[Diagnostic]:
     """D105 of mecanum and omni wheels."""
     size = controller.span
-    if size is None or size.value <= 0.0 or abs(size.value - true) <= max(0.01 * true, 5e-4):
+    if size is None or size.value <= 0.0 or not _differs(size.value, true):
         return
     is_omni = controller.holonomic is Holonomic.OMNI
     what = (
@@ -335,16 +338,9 @@ def _span(controller: DeclaredDrive, true: float) -> Iterator[Diagnostic]:
     yield Diagnostic("D105", Severity.WARNING, message, size.given.origin, hint)
 
 
-def _wheelbase(controller: DeclaredDrive, true: float) -> Iterator[Diagnostic]:
-    """D105 of a car or tricycle. Its steering angles are computed from the distance between its axles."""
-    size = controller.wheelbase
-    if size is None or size.value <= 0.0 or abs(size.value - true) <= max(0.01 * true, 5e-4):
-        return
-    message = (
-        f"{controller.name}: the axles are {true:.4g} m apart, not {size.value:.4g}: the robot turns "
-        f"{(size.value / true - 1.0) * 100.0:+.0f} % off"
-    )
-    yield Diagnostic("D105", Severity.WARNING, message, size.given.origin, f"write {true:.4g}")
+def _differs(given: float, true: float) -> bool:
+    """Whether a distance in m is wrong, and not only rounded: by 1 %, and by half a millimetre."""
+    return abs(given - true) > max(0.01 * true, 5e-4)
 
 
 def separation_is_off(given: float, true: float) -> str:
