@@ -213,7 +213,10 @@ def test_a_wheel_without_an_axis_turns_about_x():
     sides = (wheel(n, y, CYLINDER).replace("<axis xyz='0 1 0'/>", "") for n, y in (("l", 0.2), ("r", -0.2)))
     drive = find_drive(robot(*sides))
     assert isinstance(drive, NoDrive)
-    assert "'l_joint': its cylinder does not lie along its axis, x because it has no <axis>" in drive.reason
+    assert (
+        "'l_joint': its cylinder does not lie along its axis, which is x because it has no <axis>"
+        in drive.reason
+    )
 
 
 def test_wheels_with_camber_are_a_pair():

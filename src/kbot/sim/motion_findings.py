@@ -448,7 +448,6 @@ class MotionFindings:
         asked = seen.wanted[axis] * seen.seconds
         if wheels is None or not asked:
             return None
-
         own, without_jerk = (
             1.0 - wheels.reach(seen.wanted, seen.seconds, has_jerk=has_jerk)[axis] / asked
             for has_jerk in (True, False)
@@ -721,10 +720,6 @@ def _in_small_unit(seen: Excess) -> str:
 
 def _percent(share: float) -> str:
     return f"{round(share * 100.0, 0) + 0.0:.0f} %"  # 0 and not -0
-
-
-def _drags(axles: int) -> str:
-    return f"a turn drags the wheels of {axles} axles across the ground"
 
 
 def _share_of(seen: Miss) -> str:

@@ -21,7 +21,7 @@ from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean, suggest_or_list
 
 _TURNS = 1e-3
-"""Speed in rad/s above which a joint turns: against the servo's noise, friction has no direction."""
+"""Speed in rad/s above which a joint turns. Below it, noise would decide the direction of its friction."""
 
 
 class RobotBody:

@@ -45,7 +45,9 @@ def with_nearby_drive(robot: RobotModel, findings: DiagnosticCollector) -> Robot
         return robot
     controller = found[0]
     file = controller.origin.span.source.path
-    what = f"no file is named for the controllers: the drive is '{controller.name}' in {file}"
+    what = (
+        f"the description does not name a file of controllers: KBot drives with '{controller.name}' of {file}"
+    )
     findings.info("W148", what, controller.origin)
     return with_controllers(robot, found)
 

@@ -193,7 +193,7 @@ def find_wheel(tree: FrameTree, joint: Joint, base: str) -> Wheel:
     if abs(axis[2]) > 0.2:
         flaw = "its axis is not horizontal"
     elif flaw and joint.axis_origin is None:
-        flaw += ", x because it has no <axis>" if flaw.endswith(" axis") else ""
+        flaw += ", which is x because it has no <axis>" if flaw.endswith(" axis") else ""
     return replace(best, flaw=flaw) if flaw != best.flaw else best
 
 
@@ -344,9 +344,8 @@ def _pairs_by_names(wheels: Sequence[Wheel], sides: Mapping[str, str]) -> list[P
 
 def _is_pair(a: Wheel, b: Wheel) -> bool:
     near = EQUAL * max(a.radius, b.radius)
-    left_a, left_b = (
-        wheel.axis if wheel.flaw else leftward(wheel) for wheel in (a, b)
-    )  # wheels may have camber
+    # wheels may have camber, so that only their level axles are parallel
+    left_a, left_b = (wheel.axis if wheel.flaw else leftward(wheel) for wheel in (a, b))
     if not abs(a.radius - b.radius) < near or abs(left_a @ left_b) < 0.99:
         return False
     axle = leftward(a)

@@ -1,4 +1,4 @@
-"""Runs the `command=` of a parameter. KBot itself replaces xacro, cat and env_run; others need permission."""
+"""Runs the `command=` of a parameter. KBot replaces xacro, cat, env and env_run. Others need permission."""
 
 from __future__ import annotations
 
@@ -84,7 +84,10 @@ def run(
 
 def _require(allowed: bool, name: str, written: str) -> None:
     if not allowed:
-        hint = "if you trust the launch file, add --allow-commands; without it, KBot runs only xacro and cat"
+        hint = (
+            "if you trust the launch file, add --allow-commands; without it, KBot runs only xacro, cat, env "
+            "and env_run"
+        )
         raise LaunchError("L040", f"the command '{name}' is not run", hint, written)
 
 

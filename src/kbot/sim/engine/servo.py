@@ -94,8 +94,8 @@ def add_steering_servos(spec: mujoco.MjSpec, robot: RobotModel, drive: SteeredDr
     """Add a position servo to every steering joint.
 
     Its motor's inertia makes it stiff enough for the forces of the tyre, and is so small that a weak motor
-    still steers briskly. The servo overcomes the joint's dry friction, within the effort limit: it would stay
-    short of its target.
+    still steers briskly. The servo overcomes the joint's dry friction, within the effort limit. Otherwise the
+    joint would stop short of its target.
     """
     inertia = total_mass(robot) * drive.radius * drive.radius
     for name in drive.steering:

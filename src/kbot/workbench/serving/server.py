@@ -231,7 +231,7 @@ class Server:
     @staticmethod
     def _why_busy(program: Program | None) -> str:
         if program is None or not program.is_running:
-            return "KBot still carries out earlier messages of this page. Try again"
+            return "KBot is still busy with earlier messages of this page. Try again"
         return f"{program.name} computes and does not call sim.run. Press Space to stop it"
 
     def _receive(self, client: Client, message: FromPage) -> None:

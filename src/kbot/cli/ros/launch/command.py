@@ -123,7 +123,7 @@ def command(
         report(plan.problems)
         print_answers(plan, questions)
         return 0
-    os.environ.update(plan.environment)
+    os.environ.update(plan.environment)  # the robot is read again below, and xacro reads these variables
     with loading(path):
         # imported lazily: it loads numpy, which -h does not need
         from kbot.ros.launch.running.findings import simulation_findings
