@@ -38,6 +38,8 @@ def test_environment_variables_are_appended_and_prepended(folder: Path) -> None:
 def test_descriptions_and_worlds_read_the_variables_that_actions_set(folder: Path) -> None:
     group = "GroupAction([SetEnvironmentVariable('K', 'a'), AppendEnvironmentVariable('K', 'b')])"
     assert clean(python(folder, group)).environment == {"K": f"a{os.pathsep}b"}
+    unset = "GroupAction([SetEnvironmentVariable('K', 'a'), UnsetEnvironmentVariable('K')])"
+    assert clean(python(folder, unset)).environment == {}
 
 
 def test_launch_file_imports_the_module_of_another_package(folder: Path) -> None:

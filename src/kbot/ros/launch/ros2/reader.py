@@ -184,7 +184,9 @@ class ActionVisitor:
             case act.SetEnvironmentVariable():
                 self._set_variable(performed(action.name, context), performed(action.value, context))
             case act.UnsetEnvironmentVariable():
-                context.environment.pop(performed(action.name, context), None)
+                name = performed(action.name, context)
+                context.environment.pop(name, None)
+                self.environment.pop(name, None)
             case act.IncludeLaunchDescription():
                 self._include(action, origin)
             case act.GroupAction():
