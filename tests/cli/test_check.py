@@ -469,7 +469,7 @@ def test_warnings_alone_are_printed_in_full(robot: Path) -> None:
 def test_notes_are_one_line_in_the_terminal(robot: Path) -> None:
     lines = run("robot.xacro").output.splitlines()
     assert [line.rsplit("[", 1)[1] for line in lines if line.startswith("robot.xacro:")] == ["I108]"]
-    assert lines[-3:-1] == ["1 note: 1 U202 unknown-attribute; show with -v", ""]
+    assert lines[-3:-1] == ["1 note: 1 U202 unknown-attribute; -v shows them", ""]
     assert len(findings("robot.xacro")) == 2
     robot.write_text(MACRO.replace("<visual>", '<visual> <origin xzy="0 0 1"/>'))
     assert "U202" in {f["code"] for f in findings("robot.xacro") if f["severity"] == "warning"}

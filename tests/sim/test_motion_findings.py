@@ -270,7 +270,7 @@ def test_a_motor_that_is_weak_for_a_moment_is_an_info_about_the_distance(urdf):
 
 
 @pytest.mark.parametrize(
-    ("limit", "command", "said", "severity"),
+    ("limit", "command", "reported", "severity"),
     [
         ("max_linear_velocity>0.2", (0.3, 0.0), "drives 65 % of the commanded distance", Severity.WARNING),
         ("max_angular_velocity>0.25", (0.0, 0.5), "turns 49 % of the commanded angle", Severity.WARNING),
@@ -278,7 +278,7 @@ def test_a_motor_that_is_weak_for_a_moment_is_an_info_about_the_distance(urdf):
         ("max_angular_jerk>0.1", (0.0, 0.5), "turns 49 % of the commanded angle", Severity.INFO),
     ],
 )
-def test_a_limit_below_a_steady_command_is_reported_at_it(urdf, limit, command, said, severity):
+def test_a_limit_below_a_steady_command_is_reported_at_it(urdf, limit, command, reported, severity):
     """At the last sample, 4.48 s, with 1 % for the servo: 0.2 / 0.3 less the start, 0.25 / 0.5, and of 1.344
     m 0.3^2 / 0.2 m = 0.45 m are missing. With a jerk of 0.1 rad/s^3, 0.5 rad/s takes 4.47 s, half of which is
     missing."""
@@ -286,7 +286,7 @@ def test_a_limit_below_a_steady_command_is_reported_at_it(urdf, limit, command, 
     text = cart().replace("</plugin>", f"\n<{limit}</{name}></plugin>")
     found = only(driven(urdf(text), (*command, 5.0)))
     assert (found.code, found.severity) == ("W307", severity)
-    assert found.message.startswith(f"the robot {said} in 4.5 s: diff limits it")
+    assert found.message.startswith(f"the robot {reported} in 4.5 s: diff limits it")
     assert name in found.message
     assert found.origin.span.line == line_of(text, f"<{limit}")
 

@@ -29,7 +29,7 @@ def folded(notes: Sequence[Diagnostic]) -> str:
     numbers = Counter(diagnostic.code for diagnostic in notes).most_common()
     rules = all_rules()
     parts = [f"{number} {code} {rules[code].name}" for code, number in numbers]
-    return f"{len(notes)} note{'s' * (len(notes) > 1)}: {', '.join(parts)}; show with -v"
+    return f"{len(notes)} note{'s' * (len(notes) > 1)}: {', '.join(parts)}; -v shows them"
 
 
 def ranked(found: Iterable[Diagnostic]) -> list[Diagnostic]:

@@ -273,7 +273,7 @@ class Server:
 
     @contextlib.contextmanager
     def _answering(self, client: Client, message: FromPage) -> Iterator[None]:
-        """Answer a message that cannot be carried out with the reason. A fault does not end the server."""
+        """Answer a message that cannot be handled with the reason. A fault does not end the server."""
         try:
             yield
         except KbotError as error:
