@@ -492,3 +492,52 @@ def test_allowance_grows_with_the_file(tmp_path: Path) -> None:
         RecordingTooLarge, match="it decompresses to too much data for a file of 1,000,000 bytes"
     ):
         allowance.charge(LARGEST_PIECE)
+
+
+def test_many_invalid_definitions_are_refused_together(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A chunk of 50 kB can hold 700 definitions of 240,000 characters, each of which takes 0.1 s."""
+    monkeypatch.setattr("kbot.record.limits._FREE", 1 << 24)
+    text = "uint8 a\n" * 5000
+    schemas = (
+        mcap_record(
+            3, struct.pack("<H", n) + mcap_text(f"a/msg/T{n}") + mcap_text("ros2msg") + mcap_text(text)
+        )
+        for n in range(1, 40)
+    )
+    data = b"".join(schemas)
+    path = mcap_file(tmp_path / "a.mcap", mcap_chunk(PACK["zstd"](data), "zstd", len(data)))
+    refused("a.mcap: it decompresses to too much data", lambda: Recording(str(path)).summary())
+
+
+@pytest.mark.parametrize("ending", ["mcap", "bag", "db3"])
+def test_name_longer_than_ros_allows_is_refused(ending: str, tmp_path: Path) -> None:
+    """Names are held in memory: 65,535 names of a megabyte are compressed to a few megabytes."""
+    name = "/" + "a" * 255
+    path = tmp_path / f"a.{ending}"
+    if ending == "mcap":
+        channel = struct.pack("<HH", 1, 1) + mcap_text(name) + mcap_text("cdr") + bytes(4)
+        mcap_file(path, mcap_record(4, channel))
+    elif ending == "bag":
+        ros1_bag(path, ros1_connection(0, name, "std_msgs/String", "string data"))
+    else:
+        ros2_folder(path, script=f"UPDATE topics SET name = '{name}'")
+    words = f"a.{ending}: the name '/a*'... of a topic or type has 256 characters"
+    refused(words, lambda: Recording(str(path)).summary())
+
+
+def test_journal_that_names_another_file_deletes_nothing(tmp_path: Path) -> None:
+    """SQLite deletes the second journal that a journal names, whatever it is."""
+    victim = tmp_path / "victim.txt"
+    victim.write_text("precious")
+    folder = ros2_folder(tmp_path / "a")
+    (folder / "metadata.yaml").unlink()
+    end, name = bytes.fromhex("d9d505f920a163d7"), bytes(victim)
+    size = int.from_bytes((folder / "run.db3").read_bytes()[16:18], "big")
+    head = end + struct.pack(">IIIII", 0, 0, 4, 512, size)
+    locking_page = (1 << 30) // size + 1
+    second = struct.pack(">I", locking_page) + name + struct.pack(">II", len(name), sum(name)) + end
+    (folder / "run.db3-journal").write_bytes(head.ljust(512, b"\0") + second)
+    assert "run.db3-journal names another file" in Recording(str(folder)).summary().broken
+    assert victim.read_text() == "precious"

@@ -16,7 +16,7 @@ from kbot.record.encodings.serialization import (
     encode_ros1,
 )
 from kbot.record.encodings.types import known_type, ros1_types, ros2_types
-from kbot.record.limits import Allowance, RecordingTooLarge
+from kbot.record.limits import Allowance, RecordingTooLarge, check_names
 from kbot.text import KbotError
 from kbot.text.errors import reading
 
@@ -43,6 +43,8 @@ class Types:
         """`path` is the recording, for errors. Converted messages are charged to `allowance`, if given."""
         self.path = path
         self._allowance = allowance
+        self._of_definitions = Allowance(path)
+        """Separate, because an index stays open and converts messages as long as the page shows them."""
         self.ros2: SafeStore = ros2_types()
         self._ros1: SafeStore = ros1_types()
         self._not_in_ros1: Typesdict = {}
@@ -58,11 +60,16 @@ class Types:
         """Add a type by its ROS definition. A known type is not changed.
 
         If the definition does not follow the ROS grammar or is too large, the type is `unusable`.
+
+        Raises:
+            RecordingTooLarge: the name is too long, or there are too many definitions.
         """
         from kbot.record.encodings.safe_store import safe_copy  # imported lazily: rosbags is slow to import
 
+        check_names(name)
         if name in self.ros2.fielddefs:
             return
+        self._of_definitions.charge(characters=len(definition))
         try:
             found = read_definition(definition, name)
             new = {key: value for key, value in found.items() if key not in self.ros2.fielddefs}

@@ -19,6 +19,11 @@ _RECORD = 8192
 """Reading one record of a chunk takes as long as decompressing this many bytes."""
 _PART = 1024
 """Converting one object of a message takes as long as decompressing this many bytes."""
+_CHARACTER = 256
+"""Parsing one character of a definition takes as long as decompressing this many bytes."""
+LONGEST_NAME = 255
+"""Characters of a topic or a type. ROS generates file names from types, and file names have at most 255
+characters."""
 _SLOWNESS = {"lz4": 2, "bz2": 6}
 """Decompression time as a multiple of zstd's."""
 _KEPT = 1 << 29
@@ -40,17 +45,34 @@ class Allowance:
         self._size = size_on_disk(Path(path))
         self._left = _FREE + _RATIO * self._size
 
-    def charge(self, size: int = 0, *, records: int = 0, parts: int = 0, compression: str = "") -> None:
-        """Subtract the cost of decompressed bytes, records and parts of messages.
+    def charge(
+        self, size: int = 0, *, records: int = 0, parts: int = 0, characters: int = 0, compression: str = ""
+    ) -> None:
+        """Subtract the cost of decompressed bytes, records, parts of messages and characters of definitions.
 
         Raises:
             RecordingTooLarge: the allowance is used up.
         """
-        self._left -= size * _SLOWNESS.get(compression, 1) + records * _RECORD + parts * _PART
+        self._left -= size * _SLOWNESS.get(compression, 1)
+        self._left -= records * _RECORD + parts * _PART + characters * _CHARACTER
         if self._left < 0:
             raise RecordingTooLarge(
                 f"it decompresses to too much data for a file of {self._size:,} bytes; reading stopped"
             )
+
+
+def check_names(*names: str) -> None:
+    """Check the names of a topic and its type, which are held in memory.
+
+    Raises:
+        RecordingTooLarge: one is longer than ROS allows.
+    """
+    longest = max(names, key=len)
+    if len(longest) > LONGEST_NAME:
+        raise RecordingTooLarge(
+            f"the name {longest[:40]!r}... of a topic or type has {len(longest):,} characters (limit: "
+            f"{LONGEST_NAME})"
+        )
 
 
 def check_length(at: int, stated: int, left: int, *, is_skipped: bool = False) -> None:

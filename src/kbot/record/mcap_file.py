@@ -39,7 +39,7 @@ from kbot.record.chunks import ChunkCache, in_time_order
 from kbot.record.encodings.foreign_types import full_name
 from kbot.record.entry import RecordedMessage, Types
 from kbot.record.formats import BrokenOff, NoIndex, Note, Recordable
-from kbot.record.limits import Allowance, Damaged, RecordingTooLarge, check_length, inflate
+from kbot.record.limits import Allowance, Damaged, RecordingTooLarge, check_length, check_names, inflate
 from kbot.text import KbotError
 
 
@@ -274,30 +274,31 @@ class McapSource:
             raise KbotError(f"{self._path}: {error}") from None
 
     def _entries(self, note: Note, allowance: Allowance) -> Iterator[RecordedMessage]:
-        types, schemas, channels = Types(self._path, allowance), dict[int, Schema](), dict[int, Channel]()
+        types = Types(self._path, allowance)
+        names: dict[int, str] = {}
+        channels: dict[int, tuple[str, int, str]] = {}
         for record in self._records(allowance):
             match record:
                 case Schema():
-                    schemas[record.id] = record
+                    check_names(record.name)
+                    names[record.id] = full_name(record.name)
                     learn(types, record)
                 case Channel():
-                    channels[record.id] = record
+                    check_names(record.topic, record.message_encoding)
+                    channels[record.id] = record.topic, record.schema_id, record.message_encoding
                 case Metadata():
                     note(record.name, dict(record.metadata))
                 case Message():
-                    channel = channels.get(record.channel_id)
-                    schema = schemas.get(channel.schema_id) if channel is not None else None
-                    if (
-                        channel is None
-                        or schema is None
-                        or channel.message_encoding not in READABLE_ENCODINGS
-                    ):
-                        continue
-                    is_ros1 = channel.message_encoding == "ros1"
-                    name = full_name(schema.name)
-                    yield RecordedMessage(
-                        channel.topic, name, record.log_time, record.data, types, is_ros1=is_ros1
-                    )
+                    topic, schema, encoding = channels.get(record.channel_id, ("", 0, ""))
+                    if schema in names and encoding in READABLE_ENCODINGS:
+                        yield RecordedMessage(
+                            topic,
+                            names[schema],
+                            record.log_time,
+                            record.data,
+                            types,
+                            is_ros1=encoding == "ros1",
+                        )
 
     def _records(self, allowance: Allowance) -> Iterator[McapRecord]:
         """The records of the file and of its chunks. Damaged chunks are left out."""

@@ -102,6 +102,8 @@ class Ros2Source:
                     database.close()
             except UNREADABLE as error:
                 raise BrokenOff(f"the rest of {file} cannot be read: {one_line(error)}") from None
+            except RecordingTooLarge as error:
+                raise KbotError(f"{self._path}: {error}") from None
 
 
 def read_folder(path: Path) -> Folder:

@@ -19,7 +19,7 @@ from rosbags.rosbag1.reader import Header, RecordType
 from kbot.record.encodings.foreign_types import full_name
 from kbot.record.entry import RecordedMessage, Types
 from kbot.record.formats import NoIndex
-from kbot.record.limits import Allowance, Damaged, RecordingTooLarge, check_length, inflate
+from kbot.record.limits import Allowance, Damaged, RecordingTooLarge, check_length, check_names, inflate
 from kbot.text import KbotError
 
 _MAGIC = b"#ROSBAG V2.0\n"
@@ -72,6 +72,8 @@ class Ros1Bag:
                 self._read_index(stream, size)
         except (Damaged, ReaderError, OSError) as error:
             raise self.unreadable_error(error) from None
+        except RecordingTooLarge as error:
+            raise KbotError(f"{self._path}: {error}") from None
 
     def _read_index(self, stream: IO[bytes], size: int) -> None:
         stream.seek(0)
@@ -183,6 +185,7 @@ class Ros1Bag:
             return
         fields = _header(data, record.at)
         topic = record.header.get_string("topic")
+        check_names(topic)
         name = full_name(fields.get_string("type"))
         self.types.learn(name, fields.get_string("message_definition"))
         # ROS resolves topic names in this way

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Collection, Iterator
+from io import SEEK_END
 from pathlib import Path
 from typing import Any
 
 from kbot.record.entry import RecordedMessage, Types
-from kbot.record.limits import LARGEST_PIECE, Allowance, size_on_disk
+from kbot.record.limits import LARGEST_PIECE, Allowance, RecordingTooLarge, check_names, size_on_disk
 
 AT_ONCE = 1000
 """Messages read in one query while another program may still write the file, so that it waits only
@@ -23,6 +24,9 @@ _FREE_STEPS = 50_000_000
 _STEPS_OF_A_BYTE = 20
 """Limit on the instructions of SQLite's virtual machine for one query: about a second of them, plus some for
 each byte of the file. A malicious file can list the same page any number of times."""
+
+_END_OF_NAME = bytes.fromhex("d9d505f920a163d7")
+"""The end of a journal that names a second journal. https://www.sqlite.org/fileformat2.html"""
 
 _CHECKED = "topics", "messages", "message_definitions"
 _AFTER = (
@@ -43,7 +47,10 @@ class SqliteFile:
 
         Raises:
             sqlite3.Error, ValueError: it is not a SQLite file of rosbag2.
+            RecordingTooLarge: its names are too long, or it has too many definitions.
         """
+        if not is_closed:
+            _check_journal(file)
         mode = "mode=ro&immutable=1" if is_closed else "mode=rw"
         self._types, self._steps = types, 0
         self._most_steps = _FREE_STEPS + _STEPS_OF_A_BYTE * size_on_disk(file)
@@ -54,7 +61,7 @@ class SqliteFile:
             self._database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_PIECE)
             self._database.set_progress_handler(self._is_spent, _STEP)
             self.topics = self._read_topics(self._read_tables())
-        except (sqlite3.Error, ValueError):
+        except (sqlite3.Error, ValueError, RecordingTooLarge):
             self.close()
             raise
 
@@ -142,6 +149,7 @@ class SqliteFile:
         for number, name, type_name, encoding in found:
             if not (isinstance(name, str) and isinstance(type_name, str)):
                 raise ValueError(f"the name {name!r} or the type {type_name!r} of a topic is not text")
+            check_names(name, type_name)
             if encoding == "cdr":
                 topics[number] = name, type_name
         if "message_definitions" in tables:
@@ -174,3 +182,22 @@ class SqliteFile:
     def _is_spent(self) -> bool:
         self._steps += _STEP
         return self._steps > self._most_steps
+
+
+def _check_journal(file: Path) -> None:
+    """Check the journal with which SQLite removes uncommitted data.
+
+    SQLite deletes the second journal that it names, and this can be any file of the user.
+
+    Raises:
+        ValueError: it names a second journal, or is not a file.
+    """
+    journal = Path(f"{file.resolve()}-journal")
+    if not journal.exists():
+        return
+    if not journal.is_file():
+        raise ValueError(f"{journal.name} is not a file")
+    with journal.open("rb") as stream:
+        stream.seek(max(0, stream.seek(0, SEEK_END) - len(_END_OF_NAME)))
+        if stream.read() == _END_OF_NAME:
+            raise ValueError(f"{journal.name} names another file, which SQLite would delete")

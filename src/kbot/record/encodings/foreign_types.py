@@ -12,6 +12,7 @@ import re
 from keyword import iskeyword
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from kbot.record.limits import LONGEST_NAME
 from kbot.text import KbotError
 
 if TYPE_CHECKING:
@@ -27,9 +28,6 @@ MOST_PARTS = 100_000
 message. The largest message of ROS's own packages has 501."""
 MOST_BYTES = 1 << 26
 """Bytes of the fixed part of a message. rosbags allocates them before it checks the length of the message."""
-LONGEST_NAME = 255
-"""Characters of a type name, a field name or a number. ROS generates file names from types, and file names
-have at most 255 characters."""
 
 _WIDTHS = {
     **{"bool": 1, "byte": 1, "char": 1, "float32": 4, "float64": 8},
