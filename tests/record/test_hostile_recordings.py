@@ -1,8 +1,10 @@
 """Recordings with wrong sizes or huge decompressed data give one error, in bounded time and memory."""
 
+import os
 import random
 import re
 import struct
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,7 +17,9 @@ from kbot.record.copy import copy_recording
 from kbot.record.export import MessageTable
 from kbot.record.index import open_index
 from kbot.record.limits import LARGEST_PIECE, Allowance, RecordingTooLarge, inflate
+from kbot.record.mcap_file import McapWriter
 from kbot.text import KbotError
+from kbot.text.files import SCRATCH_SECONDS
 
 from .hostile import (
     BOMB,
@@ -541,3 +545,27 @@ def test_journal_that_names_another_file_deletes_nothing(tmp_path: Path) -> None
     (folder / "run.db3-journal").write_bytes(head.ljust(512, b"\0") + second)
     assert "run.db3-journal names another file" in Recording(str(folder)).summary().broken
     assert victim.read_text() == "precious"
+
+
+def test_killed_copy_leaves_no_half_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A killed run closes nothing and removes nothing: here the writer looks at the folder as it would be."""
+    source, out = ros2_folder(tmp_path / "a"), tmp_path / "out"
+    out.mkdir()
+    found: list[list[str]] = []
+    written = McapWriter.close
+
+    def close(writer: McapWriter) -> None:
+        found.append([path.name for path in out.iterdir()])
+        written(writer)
+
+    monkeypatch.setattr(McapWriter, "close", close)
+    copy_recording(str(source), str(out / "b.mcap"))
+    ((scratch,),) = found
+    assert [path.name for path in out.iterdir()] == ["b.mcap"]
+    left = out / scratch
+    (left / "b.mcap").mkdir(parents=True)
+    for path in (left / "b.mcap", left):
+        os.utime(path, times=(0.0, time.time() - 2 * SCRATCH_SECONDS))
+    (out / "b.mcap").unlink()
+    copy_recording(str(source), str(out / "b.mcap"))
+    assert [path.name for path in out.iterdir()] == ["b.mcap"]

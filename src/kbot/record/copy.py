@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from struct import error as StructError
 from typing import NamedTuple
@@ -12,8 +11,9 @@ from kbot.record.formats import NOTES_TOPIC
 from kbot.record.reader import Recording
 from kbot.record.recorder import DESCRIPTION_TOPIC
 from kbot.record.world_recorder import WORLD_TOPIC
-from kbot.record.writer import open_writer, spare_recording
+from kbot.record.writer import check_new, open_writer, spare_recording
 from kbot.text import KbotError
+from kbot.text.files import scratch_folder
 
 ROSBAG2 = "rosbag2.serialized_metadata"
 """The metadata in which rosbag2 counts the messages of its own MCAP files. A copy may have fewer messages."""
@@ -68,6 +68,28 @@ def copy_recording(
         notes = {
             ("kbot.cut" if name == "kbot" else name): v for name, v in notes.items() if name != "kbot.end"
         }
+    check_new(target)
+    try:
+        # a killed run leaves no half recording with the name of a whole one
+        with scratch_folder(target) as scratch:
+            count, left_out = _write(recording, scratch, notes, first, last, topics)
+            Path(scratch).rename(target)
+    except (OSError, KbotError) as error:
+        # an error of the writer begins with the scratch path
+        reason = str(getattr(error, "strerror", None) or error).rpartition(" cannot be written: ")[2]
+        raise KbotError(f"{target} was not written: {reason}") from None
+    return Copied(count, summary.broken, left_out)
+
+
+def _write(
+    recording: Recording,
+    target: str,
+    notes: dict[str, dict[str, str]],
+    first: int | None,
+    last: int | None,
+    topics: tuple[str, ...],
+) -> tuple[int, dict[str, str]]:
+    """Write the wanted messages. The result is their number, and why topics are left out."""
     writer = open_writer(target)
     count, left_out = 0, dict[str, str]()
     try:
@@ -78,18 +100,17 @@ def copy_recording(
                 try:
                     writer.write(entry)
                 except UnusableType as error:
-                    left_out[entry.topic] = str(error).removeprefix(f"{path}: ")
+                    left_out[entry.topic] = str(error).removeprefix(f"{recording.path}: ")
                     continue
                 except (OverflowError, StructError, ValueError) as error:
                     # for example a time outside the range of the format, or a name that is not valid Unicode
                     raise KbotError(f"{entry.place} cannot be written in this format: {error}") from None
                 count += 1
         writer.close()
-    except (OSError, KbotError) as error:
+    except (OSError, KbotError):
         writer.abandon()
-        _remove(target)
-        raise KbotError(f"{target} was not written: {getattr(error, 'strerror', None) or error}") from None
-    return Copied(count, summary.broken, left_out)
+        raise
+    return count, left_out
 
 
 def _wanted(entry: RecordedMessage, first: int | None, last: int | None, topics: tuple[str, ...]) -> bool:
@@ -98,11 +119,3 @@ def _wanted(entry: RecordedMessage, first: int | None, last: int | None, topics:
     if last is not None and entry.nanoseconds > last:
         return False
     return first is None or entry.nanoseconds >= first or entry.topic in ALWAYS
-
-
-def _remove(target: str) -> None:
-    path = Path(target)
-    if path.is_dir():
-        shutil.rmtree(path, ignore_errors=True)
-    else:
-        path.unlink(missing_ok=True)

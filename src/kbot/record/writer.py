@@ -15,18 +15,24 @@ _ENDINGS = (".mcap", ".bag", ".bag.active", ".db3")
 _BEGINNINGS = (b"\x89MCAP", b"#ROSBAG V", b"SQLite format 3\0")
 
 
-def open_writer(path: str, *, compress: bool = True) -> RecordingWriter:
-    """Create a recording: `.mcap`, `.bag` (ROS 1), or a rosbag2 folder if there is no suffix.
-
-    Raises:
-        KbotError: the suffix is unknown, the file exists, or it cannot be created.
-    """
+def check_new(path: str) -> None:
+    """Check the name of a new recording. Raises KbotError: the suffix is unknown, or the file exists."""
     target = Path(path)
     if target.suffix not in SUFFIXES:
         known = ", ".join(f"{suffix or 'no suffix'} is {what}" for suffix, what in SUFFIXES.items())
         raise KbotError(f"{path}: unknown recording format '{target.suffix}'; {known}")
     if target.exists():
         raise KbotError(f"{path} already exists; choose another name for the recording")
+
+
+def open_writer(path: str, *, compress: bool = True) -> RecordingWriter:
+    """Create a recording: `.mcap`, `.bag` (ROS 1), or a rosbag2 folder if there is no suffix.
+
+    Raises:
+        KbotError: the suffix is unknown, the file exists, or it cannot be created.
+    """
+    check_new(path)
+    target = Path(path)
     try:
         match target.suffix:
             case ".mcap":

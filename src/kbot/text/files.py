@@ -434,13 +434,45 @@ def _write_scratch(path: str | os.PathLike[str], data: bytes, scratches: ExitSta
     return scratch
 
 
+@contextmanager
+def scratch_folder(path: str | os.PathLike[str]) -> Iterator[str]:
+    """A path of the same name in a new folder next to `path`, for output that is renamed when it is complete.
+
+    Raises:
+        OSError: the folder is missing or not writable.
+    """
+    import shutil  # slow to import, like tempfile
+    import tempfile
+
+    folder, name = os.path.split(os.path.realpath(path))
+    _remove_left_scratches(folder, name)
+    scratch = tempfile.mkdtemp(prefix=f".{name}.", suffix=_SCRATCH, dir=folder)
+    try:
+        yield os.path.join(scratch, name)
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+
+
 def _remove_left_scratches(folder: str, name: str) -> None:
-    """Remove the scratch files that killed runs left. Newer ones may be of a run that writes now."""
+    """Remove the scratch files and folders that killed runs left. Newer ones may be of a run that writes
+    now."""
+    import shutil
+
     for entry in os.scandir(folder):
         if entry.name.startswith(f".{name}.") and entry.name.endswith(_SCRATCH):
             with suppress(OSError):
-                if time.time() - entry.stat(follow_symlinks=False).st_mtime > SCRATCH_SECONDS:
-                    os.unlink(entry.path)
+                if time.time() - _last_change(entry) > SCRATCH_SECONDS:
+                    if entry.is_dir(follow_symlinks=False):
+                        shutil.rmtree(entry.path, ignore_errors=True)
+                    else:
+                        os.unlink(entry.path)
+
+
+def _last_change(entry: os.DirEntry[str]) -> float:
+    times = [entry.stat(follow_symlinks=False).st_mtime]
+    if entry.is_dir(follow_symlinks=False):
+        times += [_last_change(part) for part in os.scandir(entry.path)]
+    return max(times)
 
 
 def _remove(path: str) -> None:
