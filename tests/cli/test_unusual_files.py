@@ -60,8 +60,8 @@ def test_an_option_that_names_something_that_is_not_a_file(
 
 def test_a_description_may_come_from_a_pipe() -> None:
     text = f'{H}<link name="base_link" colour="red"/></robot>'
-    for verb, status in (("expand", 0), ("check", 1)):
-        done = run_kbot(verb, "/dev/stdin", text=text.encode())
+    for words, status in (("expand",), 0), (("check", "-v"), 1):
+        done = run_kbot(*words, "/dev/stdin", text=text.encode())
         assert done.returncode == status, done
         assert b"colour" in done.stdout
 
@@ -89,7 +89,7 @@ def test_every_verb_prints_utf_8(encoding: str, tmp_path: Path) -> None:
 def test_a_file_name_that_is_not_utf_8_is_printed(tmp_path: Path) -> None:
     name = os.fsencode(tmp_path) + b"/b\xffd.urdf"
     Path(os.fsdecode(name)).write_text(f'{H}<link name="base_link" colour="red"/></robot>')
-    for words in (["expand"], ["check"], ["check", "--json"], ["check", "--output-format", "sarif"]):
+    for words in (["expand"], ["check", "-v"], ["check", "--json"], ["check", "--output-format", "sarif"]):
         done = run_kbot(*words, name)
         assert b"Traceback" not in done.stderr, done
         assert b"colour" in done.stdout

@@ -100,3 +100,10 @@ def test_the_timeline_continues_over_a_reset() -> None:
     assert past.at(4.98, ("state",)) == {"state": "anew"}
     assert past.at(5.48, ("state",)) == {"state": "later"}
     assert past.at(4.9, ("state",)) == {"state": "state 245"}
+
+
+def test_a_timeline_that_begins_late_has_the_simulated_time() -> None:
+    """A server may send its first state when the simulation has run for a while."""
+    past = History()
+    assert past.pass_to(0.5) == 0.5
+    assert past.pass_to(0.7) == pytest.approx(0.7)

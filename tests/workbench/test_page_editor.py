@@ -136,7 +136,7 @@ def test_unsaved_text_is_checked_and_fixed(xacro: Path, viewing: str, open_page:
     card = page.locator("#findings li[data-code=U202]")
     until(lambda: card.count() == 1)
     assert xacro.read_text() == text
-    page.locator(".cm-lintRange-warning").first.hover()
+    page.locator(".cm-lintRange-info").first.hover()
     tooltip = page.locator(".cm-tooltip")
     until(lambda: "'alpha' is not an attribute of <color>" in tooltip.inner_text())
     tooltip.get_by_role("button", name="remove alpha").click()

@@ -95,7 +95,7 @@ class History:
         self._before: dict[str, bytes | str] = {}
         """The last frames of keys that are in no chunk any more."""
         self._not_before: dict[str, float] = {}
-        self._time: float | None = None
+        self._time: float | None = 0.0
         self.end = 0.0
 
     @property
