@@ -176,7 +176,7 @@ def test_too_many_robots_of_a_launch_file_are_not_checked(
     assert "r.xacro takes too many steps to expand" in result.out
 
 
-@pytest.mark.parametrize("options", [(), ("--json",), ("--diff",)])
+@pytest.mark.parametrize("options", [("-v",), ("--json",), ("--diff",)])
 def test_thousands_of_findings_are_reported(
     options: tuple[str, ...], tmp_path: Path, measured_kbot: Callable[..., Any]
 ) -> None:
