@@ -168,7 +168,7 @@ class Server:
             if is_lent:
                 with self._surviving("sending the state"):
                     self._send_state()
-                    self._send_topic_news()
+                    self._send_topic_news(is_last=True)
         with contextlib.suppress(TimeoutError):  # of a page that does not answer
             async with asyncio.timeout(CLOSING_SECONDS):
                 while any(client.is_behind for client in self.hub):
@@ -317,8 +317,8 @@ class Server:
     def _send_state(self) -> None:
         self.past.send_state(self.session.state())
 
-    def _send_topic_news(self) -> None:
-        for topic, frame, pages in self.session.topics.news():
+    def _send_topic_news(self, *, is_last: bool = False) -> None:
+        for topic, frame, pages in self.session.topics.news(is_last=is_last):
             self.past.send_topic(topic, frame, pages)
 
     async def _send_topics(self) -> None:

@@ -213,12 +213,16 @@ class TopicRelay:
         for topic in self.subscribed_by(page):
             self.unsubscribe(topic, page)
 
-    def news(self) -> list[tuple[str, Frame, frozenset[int]]]:
-        """Return topic, newest message and subscribed pages of every topic with a new message."""
+    def news(self, *, is_last: bool = False) -> list[tuple[str, Frame, frozenset[int]]]:
+        """Return topic, newest message and subscribed pages of every topic with a new message.
+
+        A topic whose last message was sent a moment ago waits, except if these messages are the last ones.
+        """
         self._update_subscriptions()
         wall, found = time.monotonic(), []
         for topic, subscription in self._subscriptions.items():
-            if subscription.is_new and subscription.newest is not None and wall >= subscription.not_before:
+            is_due = is_last or wall >= subscription.not_before
+            if subscription.is_new and subscription.newest is not None and is_due:
                 frame = self._encoded(subscription, subscription.newest, subscription.is_latched)
                 subscription.is_new = False
                 subscription.not_before = wall + max(1.0 / MOST_RATE, len(frame) / MOST_BYTES)
